@@ -1,0 +1,3 @@
+//! The `seidel` command as a library: files, pictures and one module a command.
+
+pub mod files;

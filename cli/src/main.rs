@@ -1,0 +1,3 @@
+//! The `seidel` command.
+
+fn main() {}

@@ -1,0 +1,29 @@
+//! What is known of the camera that took a set of observations.
+
+use std::collections::BTreeMap;
+
+use crate::distance::ObjectDistance;
+
+/// The camera as far as it is known; every part may be missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Focal length, millimetres.
+    pub focal_length_mm: Option<f64>,
+    /// F-number: focal length over entrance-pupil diameter.
+    pub f_number: Option<f64>,
+    /// Focused object distance.
+    pub focus_distance: ObjectDistance,
+    /// Wavelength of each channel, nanometres, by channel name.
+    pub wavelength_nm: BTreeMap<String, f64>,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self {
+            focal_length_mm: None,
+            f_number: None,
+            focus_distance: ObjectDistance::Unknown,
+            wavelength_nm: BTreeMap::new(),
+        }
+    }
+}

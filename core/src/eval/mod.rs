@@ -1,0 +1,1 @@
+//! How well a lens describes the PSFs it was fitted to: the tables and figure of the paper.

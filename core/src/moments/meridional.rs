@@ -1,0 +1,43 @@
+//! Moments in the meridional frame, where a rotationally symmetric lens has only four up to third order.
+
+use super::CentralMoments;
+use crate::field::Meridian;
+
+/// Central moments with x along the meridional (radial) and y along the sagittal direction. The other
+/// three of second and third order vanish by mirror symmetry.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MeridionalMoments {
+    /// Meridional variance, px².
+    pub mu20: f64,
+    /// Sagittal variance, px².
+    pub mu02: f64,
+    /// Mean of r³, px³.
+    pub mu30: f64,
+    /// Mean of r t², px³.
+    pub mu12: f64,
+}
+
+impl MeridionalMoments {
+    /// The same moments in image axes, the meridian lying along `meridian`.
+    pub fn in_image(&self, meridian: Meridian) -> CentralMoments {
+        CentralMoments {
+            mu20: self.mu20,
+            mu02: self.mu02,
+            mu30: self.mu30,
+            mu12: self.mu12,
+            ..CentralMoments::default()
+        }
+        .rotated_into(meridian.inverse())
+    }
+
+    /// Both variances raised to at least `floor_px2`, and whether either had to be.
+    #[must_use]
+    pub fn clamped(&self, floor_px2: f64) -> (Self, bool) {
+        let clamped = Self {
+            mu20: self.mu20.max(floor_px2),
+            mu02: self.mu02.max(floor_px2),
+            ..*self
+        };
+        (clamped, clamped != *self)
+    }
+}

@@ -1,0 +1,11 @@
+//! Central moments of PSFs: how large, how elongated, how lopsided.
+
+mod central;
+mod fourth;
+mod meridional;
+pub mod pixels;
+pub mod support;
+
+pub use central::CentralMoments;
+pub use fourth::FourthMoments;
+pub use meridional::MeridionalMoments;

@@ -1,0 +1,1 @@
+//! Central moments of a tile by Eqs 15-16.

@@ -1,0 +1,268 @@
+//! Observation sets: measured or simulated PSFs at known places of a frame.
+
+use crate::camera::Camera;
+use crate::distance::ObjectDistance;
+use crate::error::{Error, Fault, Result};
+use crate::field::{Frame, ImagePoint};
+use crate::tile::Tile;
+
+/// One point of light as the camera saw it: one tile a channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observation {
+    /// The tile's file as the manifest names it; a label here.
+    pub file: String,
+    /// Frame position of the tile's centre, that is of tile coordinate (width / 2, height / 2).
+    pub centre: ImagePoint,
+    /// Distance of the object.
+    pub distance: ObjectDistance,
+    /// Where an undistorted lens would have put the point, where known.
+    pub ideal: Option<ImagePoint>,
+    /// One tile a channel, in the set's order, all of one size.
+    pub tiles: Vec<Tile>,
+    /// Standard deviation of one pixel's noise in the tile's own units, by channel, where known.
+    pub noise_sigma: Vec<Option<f64>>,
+    /// Constant under the tile, still to be subtracted, by channel; zero where none was given.
+    pub background: Vec<f64>,
+    /// Whether a pixel of the tile clipped.
+    pub saturated: bool,
+}
+
+impl Observation {
+    /// The tile of `channel` less its background.
+    pub fn light(&self, channel: usize) -> Tile {
+        let tile = &self.tiles[channel];
+        match self.background[channel] {
+            0.0 => tile.clone(),
+            constant => tile.less_background(constant),
+        }
+    }
+
+    /// Frame position of a point given in tile coordinates of this observation's tiles.
+    pub fn frame_point(&self, tile_x: f64, tile_y: f64) -> ImagePoint {
+        let tile = &self.tiles[0];
+        ImagePoint::new(
+            self.centre.x_px - tile.width() as f64 / 2.0 + tile_x,
+            self.centre.y_px - tile.height() as f64 / 2.0 + tile_y,
+        )
+    }
+
+    /// Tile coordinates of a frame position; the inverse of [`Observation::frame_point`].
+    pub fn tile_point(&self, at: ImagePoint) -> (f64, f64) {
+        let tile = &self.tiles[0];
+        (
+            at.x_px - self.centre.x_px + tile.width() as f64 / 2.0,
+            at.y_px - self.centre.y_px + tile.height() as f64 / 2.0,
+        )
+    }
+}
+
+/// PSFs of one camera at one setting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservationSet {
+    /// The full frame and its optical axis.
+    pub frame: Frame,
+    /// Whether the manifest stated the axis, or the frame's centre stands in.
+    pub axis_stated: bool,
+    /// Sensor pixel pitch, micrometres, where known.
+    pub pixel_pitch_um: Option<f64>,
+    /// Channel names, in the order of every observation's tiles.
+    pub channels: Vec<String>,
+    /// What is known of the camera.
+    pub camera: Camera,
+    /// The observations.
+    pub observations: Vec<Observation>,
+}
+
+impl ObservationSet {
+    /// Every fault in the set: what a fit could not use or would be misled by. Empty if sound.
+    pub fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let set_fault = |field: &str, problem: String, remedy: &str| Fault {
+            observation: None,
+            file: String::new(),
+            field: field.into(),
+            problem,
+            remedy: remedy.into(),
+        };
+        if self.channels.is_empty() {
+            faults.push(set_fault(
+                "channels",
+                "is empty".into(),
+                "name at least one channel, such as Y",
+            ));
+        }
+        for (index, name) in self.channels.iter().enumerate() {
+            if self.channels[..index].contains(name) {
+                faults.push(set_fault(
+                    "channels",
+                    format!("names `{name}` twice"),
+                    "name every channel once",
+                ));
+            }
+        }
+        if self.observations.is_empty() {
+            faults.push(set_fault(
+                "observations",
+                "is empty".into(),
+                "list at least one tile",
+            ));
+        }
+        if let Some(pitch) = self.pixel_pitch_um
+            && !(pitch.is_finite() && pitch > 0.0)
+        {
+            faults.push(set_fault(
+                "pixel_pitch_um",
+                format!("is {pitch}"),
+                "give a positive number of micrometres, or leave it out",
+            ));
+        }
+        for (index, observation) in self.observations.iter().enumerate() {
+            observation.check(index, &self.channels, &mut faults);
+        }
+        faults
+    }
+
+    /// The distinct object distances of the set, nearest first, infinity then unknown last.
+    pub fn distances(&self) -> Vec<ObjectDistance> {
+        let mut all: Vec<ObjectDistance> = Vec::new();
+        for observation in &self.observations {
+            if !all.contains(&observation.distance) {
+                all.push(observation.distance);
+            }
+        }
+        all.sort_by(|a, b| distance_rank(*a).total_cmp(&distance_rank(*b)));
+        all
+    }
+
+    /// Index of a channel by name.
+    ///
+    /// # Errors
+    /// A name that the set has not.
+    pub fn channel_index(&self, name: &str) -> Result<usize> {
+        self.channels.iter().position(|c| c == name).ok_or_else(|| {
+            Error::new(
+                format!("channel `{name}`"),
+                "is not in the observation set",
+                format!("use one of: {}", self.channels.join(", ")),
+            )
+        })
+    }
+}
+
+fn distance_rank(distance: ObjectDistance) -> f64 {
+    match distance {
+        ObjectDistance::Metres(m) => m,
+        ObjectDistance::Infinity => f64::MAX,
+        ObjectDistance::Unknown => f64::INFINITY,
+    }
+}
+
+impl Observation {
+    fn check(&self, index: usize, channels: &[String], faults: &mut Vec<Fault>) {
+        let mut push = |field: String, problem: String, remedy: &str| {
+            faults.push(Fault {
+                observation: Some(index),
+                file: self.file.clone(),
+                field,
+                problem,
+                remedy: remedy.into(),
+            });
+        };
+        let points = [
+            ("x, y", Some(self.centre)),
+            ("ideal_x, ideal_y", self.ideal),
+        ];
+        for (field, point) in points {
+            if let Some(p) = point
+                && !(p.x_px.is_finite() && p.y_px.is_finite())
+            {
+                push(
+                    field.into(),
+                    format!("is ({}, {})", p.x_px, p.y_px),
+                    "give finite frame pixels",
+                );
+            }
+        }
+        let count = channels.len();
+        if self.tiles.len() != count
+            || self.noise_sigma.len() != count
+            || self.background.len() != count
+        {
+            push(
+                "channels".into(),
+                format!("{} tiles for {count} channels", self.tiles.len()),
+                "give one tile a channel",
+            );
+            return;
+        }
+        for (channel, name) in channels.iter().enumerate() {
+            let field = format!("channel {name}");
+            let tile = &self.tiles[channel];
+            if (tile.width(), tile.height()) != (self.tiles[0].width(), self.tiles[0].height()) {
+                push(
+                    field.clone(),
+                    "its tile differs in size from the first channel's".into(),
+                    "store all channels of an observation at one size",
+                );
+            }
+            let background = self.background[channel];
+            if !background.is_finite() {
+                push(
+                    "background".into(),
+                    format!("is {background}"),
+                    "give a finite number",
+                );
+                continue;
+            }
+            if let Some(sigma) = self.noise_sigma[channel]
+                && !(sigma.is_finite() && sigma >= 0.0)
+            {
+                push(
+                    "noise_sigma".into(),
+                    format!("is {sigma}"),
+                    "give a number that is not negative, or leave it out",
+                );
+                continue;
+            }
+            self.check_light(channel, &field, &mut push);
+        }
+    }
+
+    fn check_light(
+        &self,
+        channel: usize,
+        field: &str,
+        push: &mut impl FnMut(String, String, &str),
+    ) {
+        let light = self.light(channel);
+        let peak = light.samples().iter().copied().fold(f32::MIN, f32::max);
+        let lowest = light.samples().iter().copied().fold(f32::MAX, f32::min);
+        let sum = light.sum();
+        if peak <= 0.0 || sum <= 0.0 {
+            push(
+                field.into(),
+                format!("holds no light (sum {sum}, peak {peak})"),
+                "check the background, or leave the observation out",
+            );
+            return;
+        }
+        // Six standard deviations: one pixel in 10^9 by chance. Without a stated noise a percent of
+        // the peak is allowed, which resampling and a mis-set black level already reach.
+        let allowed = match self.noise_sigma[channel] {
+            Some(sigma) if sigma > 0.0 => NEGATIVE_SIGMAS * sigma,
+            _ => 0.01 * f64::from(peak),
+        };
+        if f64::from(lowest) < -allowed {
+            push(
+                field.into(),
+                format!(
+                    "holds {lowest}, which is negative beyond its noise ({allowed:.3e} allowed)"
+                ),
+                "check background and noise_sigma, or leave the observation out",
+            );
+        }
+    }
+}
+
+/// How many standard deviations of noise below zero a pixel may lie before it counts as bad.
+const NEGATIVE_SIGMAS: f64 = 6.0;

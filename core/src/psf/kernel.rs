@@ -1,0 +1,98 @@
+//! Pixel windows, and unit-sum kernels drawn on them.
+
+use super::{LocalBlur, PsfModel};
+
+/// A pixel grid placed about a PSF's centroid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// Offset of the first pixel's centre from the centroid along x, px.
+    pub first_x_px: f64,
+    /// Offset of the first pixel's centre from the centroid along y, px.
+    pub first_y_px: f64,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Window {
+    /// The grid of a `width` x `height` tile whose PSF has its centroid at tile coordinates
+    /// (`centroid_x`, `centroid_y`).
+    pub fn of_tile(width: usize, height: usize, centroid_x: f64, centroid_y: f64) -> Self {
+        Self {
+            first_x_px: 0.5 - centroid_x,
+            first_y_px: 0.5 - centroid_y,
+            width,
+            height,
+        }
+    }
+
+    /// Number of pixels.
+    pub fn len(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Whether the window has no pixel.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A kernel: unit-sum weights around a pixel. A reusable buffer, redrawn by [`draw_kernel`].
+#[derive(Debug, Clone, Default)]
+pub struct Kernel {
+    /// Column of the first weight relative to the source pixel.
+    pub left: i32,
+    /// Row of the first weight relative to the source pixel.
+    pub top: i32,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The weights, row-major; they sum to one.
+    pub weights: Vec<f32>,
+}
+
+/// Draws the PSF of `blur` into `kernel`: its density at pixel centres, scaled to unit sum, with the
+/// centroid `shift_px` (x, y) from the source pixel's centre. Holds all but 1e-6 of the light.
+///
+/// A PSF much narrower than a pixel becomes the single pixel nearest its centroid.
+pub fn draw_kernel(
+    model: &dyn PsfModel,
+    blur: &LocalBlur,
+    shift_px: (f64, f64),
+    kernel: &mut Kernel,
+) {
+    let reach = model.reach_px(blur);
+    // Pixel centres within the reach; never fewer than the one nearest the centroid.
+    let left = (shift_px.0 - reach.left_px).ceil().min(shift_px.0.round()) as i32;
+    let right = (shift_px.0 + reach.right_px)
+        .floor()
+        .max(shift_px.0.round()) as i32;
+    let top = (shift_px.1 - reach.up_px).ceil().min(shift_px.1.round()) as i32;
+    let bottom = (shift_px.1 + reach.down_px).floor().max(shift_px.1.round()) as i32;
+    kernel.left = left;
+    kernel.top = top;
+    kernel.width = (right - left + 1) as usize;
+    kernel.height = (bottom - top + 1) as usize;
+    let window = Window {
+        first_x_px: f64::from(left) - shift_px.0,
+        first_y_px: f64::from(top) - shift_px.1,
+        width: kernel.width,
+        height: kernel.height,
+    };
+    kernel.weights.resize(window.len(), 0.0);
+    model.sample_f32(blur, &window, &mut kernel.weights);
+    let sum: f64 = kernel.weights.iter().map(|&w| f64::from(w)).sum();
+    if sum > 0.0 && sum.is_finite() {
+        let scale = (1.0 / sum) as f32;
+        kernel.weights.iter_mut().for_each(|w| *w *= scale);
+    } else {
+        // So narrow that no pixel centre sees it: all light goes to the nearest pixel.
+        kernel.left = shift_px.0.round() as i32;
+        kernel.top = shift_px.1.round() as i32;
+        (kernel.width, kernel.height) = (1, 1);
+        kernel.weights.clear();
+        kernel.weights.push(1.0);
+    }
+}

@@ -1,0 +1,156 @@
+//! What every moment-built PSF is: the mean of one or two bivariate skew-normal densities.
+
+use super::normal::{normal_cdf, sample_rows_f32};
+use super::{Reach, Window};
+
+/// sqrt(2 / pi): the mean of a half-normal variable.
+pub const B: f64 = 0.797_884_560_802_865_4;
+/// b (4 / pi - 1): third central moment per cubed skew component (model.md section 7).
+pub const PHI: f64 = 0.218_013_614_144_990_15;
+/// 1 / (1 - 2 / pi): supremum of s' Sigma^-1 s.
+pub const T_MAX: f64 = 2.751_938_393_884_109;
+/// How much of the admissible skew is used at most, so that the density stays finite.
+pub const SKEW_CAP: f64 = 0.999;
+
+/// How many standard deviations of the underlying normal a kernel reaches: 6e-7 of its light is beyond.
+const REACH_SIGMAS: f64 = 5.0;
+
+/// A bivariate skew-normal density with zero mean, covariance Sigma and third central moments
+/// PHI s_i s_j s_k (Eqs 36-42 in frame-free form).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkewNormalDensity {
+    /// Offset b s of the centroid from the centre of the underlying normal, px.
+    pub offset: [f64; 2],
+    /// Inverse of Psi = Sigma + b² s s': xx, xy, yy, px^-2.
+    pub inverse: [f64; 3],
+    /// eta: the argument of the normal distribution function per px of offset.
+    pub eta: [f64; 2],
+    /// Psi's diagonal, px².
+    pub spread: [f64; 2],
+    /// 1 / (pi sqrt(det Psi)), px^-2.
+    pub peak: f64,
+}
+
+impl SkewNormalDensity {
+    /// From the covariance (xx, xy, yy; px²), which must be positive definite, and the skew vector s
+    /// (px), which must satisfy s' Sigma^-1 s < [`T_MAX`].
+    pub fn new(covariance: [f64; 3], s: [f64; 2]) -> Self {
+        let [xx, xy, yy] = covariance;
+        let psi = [
+            xx + B * B * s[0] * s[0],
+            xy + B * B * s[0] * s[1],
+            yy + B * B * s[1] * s[1],
+        ];
+        let determinant = psi[0] * psi[2] - psi[1] * psi[1];
+        let inverse = [
+            psi[2] / determinant,
+            -psi[1] / determinant,
+            psi[0] / determinant,
+        ];
+        let u = [
+            inverse[0] * s[0] + inverse[1] * s[1],
+            inverse[1] * s[0] + inverse[2] * s[1],
+        ];
+        let gap = (1.0 - (u[0] * s[0] + u[1] * s[1]))
+            .max(f64::MIN_POSITIVE)
+            .sqrt();
+        Self {
+            offset: [B * s[0], B * s[1]],
+            inverse,
+            eta: [u[0] / gap, u[1] / gap],
+            spread: [psi[0], psi[2]],
+            peak: 1.0 / (std::f64::consts::PI * determinant.sqrt()),
+        }
+    }
+
+    /// Light per px² at (`x`, `y`) px from the centroid.
+    pub fn density(&self, x: f64, y: f64) -> f64 {
+        let (z1, z2) = (x + self.offset[0], y + self.offset[1]);
+        let [a, b, c] = self.inverse;
+        let quadratic = a * z1 * z1 + 2.0 * b * z1 * z2 + c * z2 * z2;
+        let cdf = if self.eta == [0.0, 0.0] {
+            0.5
+        } else {
+            normal_cdf(self.eta[0] * z1 + self.eta[1] * z2)
+        };
+        self.peak * (-0.5 * quadratic).exp() * cdf
+    }
+
+    /// The box about the centroid that holds all but a negligible part of the light.
+    pub fn reach(&self) -> Reach {
+        let (sx, sy) = (
+            REACH_SIGMAS * self.spread[0].sqrt(),
+            REACH_SIGMAS * self.spread[1].sqrt(),
+        );
+        Reach {
+            left_px: sx + self.offset[0],
+            right_px: sx - self.offset[0],
+            up_px: sy + self.offset[1],
+            down_px: sy - self.offset[1],
+        }
+    }
+}
+
+/// One skew-normal density, or the mean of two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mixture {
+    /// A single density.
+    One(SkewNormalDensity),
+    /// The mean of two.
+    Two([SkewNormalDensity; 2]),
+}
+
+impl Mixture {
+    /// The densities of which this is the mean.
+    pub fn parts(&self) -> &[SkewNormalDensity] {
+        match self {
+            Self::One(density) => std::slice::from_ref(density),
+            Self::Two(pair) => pair,
+        }
+    }
+
+    /// Light per px² at (`x`, `y`) px from the centroid.
+    pub fn density(&self, x: f64, y: f64) -> f64 {
+        let parts = self.parts();
+        parts.iter().map(|p| p.density(x, y)).sum::<f64>() / parts.len() as f64
+    }
+
+    /// The box about the centroid that holds all but a negligible part of the light.
+    pub fn reach(&self) -> Reach {
+        let mut parts = self.parts().iter().map(SkewNormalDensity::reach);
+        let first = parts.next().expect("a mixture has at least one part");
+        parts.fold(first, |a, b| Reach {
+            left_px: a.left_px.max(b.left_px),
+            right_px: a.right_px.max(b.right_px),
+            up_px: a.up_px.max(b.up_px),
+            down_px: a.down_px.max(b.down_px),
+        })
+    }
+
+    /// Samples the density at the pixel centres of `window`.
+    ///
+    /// # Panics
+    /// If `out` is not as long as the window has pixels.
+    pub fn sample(&self, window: &Window, out: &mut [f64]) {
+        assert_eq!(out.len(), window.len(), "one sample a pixel");
+        for (row, line) in out.chunks_exact_mut(window.width).enumerate() {
+            let y = window.first_y_px + row as f64;
+            for (column, sample) in line.iter_mut().enumerate() {
+                *sample = self.density(window.first_x_px + column as f64, y);
+            }
+        }
+    }
+
+    /// As [`Mixture::sample`] in single precision, by vector code.
+    ///
+    /// # Panics
+    /// If `out` is not as long as the window has pixels.
+    pub fn sample_f32(&self, window: &Window, out: &mut [f32]) {
+        assert_eq!(out.len(), window.len(), "one sample a pixel");
+        out.fill(0.0);
+        let parts = self.parts();
+        for part in parts {
+            sample_rows_f32(part, 1.0 / parts.len() as f64, window, out);
+        }
+    }
+}

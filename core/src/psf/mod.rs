@@ -1,0 +1,145 @@
+//! Instantaneous PSF models: from what a lens does at one point to the light density there.
+//!
+//! A model knows one point, never the field. One model a file; all of them are in [`ALL`].
+
+mod gaussian;
+mod kernel;
+mod mirrored_pair;
+mod mixture;
+mod normal;
+mod skew_normal;
+mod skew_normal_general;
+
+pub use gaussian::Gaussian;
+pub use kernel::{Kernel, Window, draw_kernel};
+pub use mirrored_pair::MirroredPair;
+pub use mixture::{B, Mixture, PHI, SKEW_CAP, SkewNormalDensity, T_MAX};
+pub use normal::normal_cdf;
+pub use skew_normal::{PaperParameters, SkewNormal};
+pub use skew_normal_general::{SkewNormalEq43, SkewNormalGeneral, best_skew};
+
+use crate::error::{Error, Result};
+use crate::field::Meridian;
+use crate::moments::CentralMoments;
+
+/// What a lens does to one point of light in one channel: all a PSF model may draw on.
+///
+/// Lengths in pixels of whatever grid the PSF is drawn on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalBlur {
+    /// Second and third central moments in image axes.
+    pub moments: CentralMoments,
+    /// The meridional direction at this point.
+    pub meridian: Meridian,
+}
+
+impl LocalBlur {
+    /// The same blur on a grid of which `scale` pixels make up one of the present ones.
+    #[must_use]
+    pub fn rescaled(&self, scale: f64) -> Self {
+        Self {
+            moments: self.moments.rescaled(scale),
+            ..*self
+        }
+    }
+}
+
+/// Least variance a density is drawn with, px²: a thirtieth of a pixel squared, far below what a
+/// pixel grid can show. Freely fitted moments can fall below it, even below zero.
+pub const LEAST_VARIANCE_PX2: f64 = 1e-3;
+
+/// A PSF model: turns a [`LocalBlur`] into a light density about its centroid.
+pub trait PsfModel: Send + Sync {
+    /// Stable identifier, as the command line and files name it.
+    fn id(&self) -> &'static str;
+
+    /// The box about the centroid outside which the density is negligible: less than 1e-6 of the
+    /// light in all.
+    fn reach_px(&self, blur: &LocalBlur) -> Reach;
+
+    /// Light per px² at the pixel centres of `window`, row-major; the whole plane holds one.
+    ///
+    /// # Panics
+    /// If `out` is not as long as the window has pixels.
+    fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]);
+
+    /// As [`PsfModel::sample`] in single precision, for the renderer: within 1e-6 of the peak.
+    ///
+    /// # Panics
+    /// If `out` is not as long as the window has pixels.
+    fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]);
+}
+
+/// A PSF model that draws on moments alone and is a mean of skew-normal densities.
+pub trait MomentPsf: Send + Sync {
+    /// See [`PsfModel::id`].
+    const ID: &'static str;
+
+    /// The density for `blur`, whose covariance has no eigenvalue below [`LEAST_VARIANCE_PX2`].
+    fn mixture(&self, blur: &LocalBlur) -> Mixture;
+}
+
+impl<M: MomentPsf> PsfModel for M {
+    fn id(&self) -> &'static str {
+        M::ID
+    }
+
+    fn reach_px(&self, blur: &LocalBlur) -> Reach {
+        self.mixture(&drawable(blur)).reach()
+    }
+
+    fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
+        self.mixture(&drawable(blur)).sample(window, out);
+    }
+
+    fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
+        self.mixture(&drawable(blur)).sample_f32(window, out);
+    }
+}
+
+fn drawable(blur: &LocalBlur) -> LocalBlur {
+    LocalBlur {
+        moments: blur.moments.with_least_variance(LEAST_VARIANCE_PX2),
+        ..*blur
+    }
+}
+
+/// The box about a centroid that holds a PSF, in px from the centroid; all four are positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Towards smaller x.
+    pub left_px: f64,
+    /// Towards larger x.
+    pub right_px: f64,
+    /// Towards smaller y.
+    pub up_px: f64,
+    /// Towards larger y.
+    pub down_px: f64,
+}
+
+/// Every PSF model, by the order in which they are listed to users.
+pub static ALL: &[&dyn PsfModel] = &[
+    &Gaussian,
+    &SkewNormal,
+    &SkewNormalGeneral,
+    &SkewNormalEq43,
+    &MirroredPair,
+];
+
+/// The model called `id`.
+///
+/// # Errors
+/// A name that no model has; the message lists those that exist.
+pub fn by_id(id: &str) -> Result<&'static dyn PsfModel> {
+    ALL.iter()
+        .copied()
+        .find(|model| model.id() == id)
+        .ok_or_else(|| {
+            let names: Vec<_> = ALL.iter().map(|model| model.id()).collect();
+            Error::new(
+                format!("PSF model `{id}`"),
+                "is not known",
+                format!("use one of: {}", names.join(", ")),
+            )
+        })
+}

@@ -1,0 +1,104 @@
+//! The skew-normal PSF of the paper, fitted in the meridional frame: mirror-symmetric, as the PSFs
+//! of a rotationally symmetric lens are (model.md section 7, Eqs 36-42 and 46-54 with errata mended).
+
+use super::mixture::{B, PHI, SKEW_CAP, T_MAX};
+use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};
+use crate::field::Meridian;
+use crate::moments::MeridionalMoments;
+
+/// Skewed along the meridian only: mu20, mu02 and mu11, mu21, mu03 are exact, mu30 is exact unless it
+/// exceeds what a skew-normal can carry (skewness 0.995), mu12 is zero.
+#[derive(Debug, Clone, Copy)]
+pub struct SkewNormal;
+
+impl MomentPsf for SkewNormal {
+    const ID: &'static str = "skew-normal";
+
+    fn mixture(&self, blur: &LocalBlur) -> Mixture {
+        let m = blur.moments.meridional(blur.meridian);
+        Mixture::One(meridional_density(&m, blur.meridian))
+    }
+}
+
+/// The skew e = s / sqrt(mu20) along the meridian that gives skewness mu30 / mu20^1.5, capped at what
+/// is admissible, and whether the cap was reached.
+pub fn meridional_skew(m: &MeridionalMoments) -> (f64, bool) {
+    let skewness = m.mu30 / m.mu20.powf(1.5);
+    let free = (skewness.abs() / PHI).cbrt();
+    let cap = SKEW_CAP * T_MAX.sqrt();
+    let e = if skewness == 0.0 {
+        0.0
+    } else {
+        free.min(cap).copysign(skewness)
+    };
+    (e, free > cap)
+}
+
+/// The meridional fit as a density in image axes. Both variances must be positive.
+pub fn meridional_density(m: &MeridionalMoments, meridian: Meridian) -> SkewNormalDensity {
+    let (e, _) = meridional_skew(m);
+    let s = e * m.mu20.sqrt();
+    let Meridian { cos, sin } = meridian;
+    let covariance = [
+        m.mu20 * cos * cos + m.mu02 * sin * sin,
+        (m.mu20 - m.mu02) * cos * sin,
+        m.mu20 * sin * sin + m.mu02 * cos * cos,
+    ];
+    SkewNormalDensity::new(covariance, [s * cos, s * sin])
+}
+
+/// A skew-normal density in the paper's own parameters (Eqs 37-42 and 47-54), kappa being inverse
+/// scales.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaperParameters {
+    /// Inverse scale along x, px^-1.
+    pub kappa1: f64,
+    /// Inverse scale along y, px^-1.
+    pub kappa2: f64,
+    /// Correlation of the underlying normal.
+    pub omega: f64,
+    /// Skew along x, in (-1, 1).
+    pub delta1: f64,
+    /// Skew along y, in (-1, 1).
+    pub delta2: f64,
+    /// Shape along x.
+    pub alpha1: f64,
+    /// Shape along y.
+    pub alpha2: f64,
+}
+
+impl PaperParameters {
+    /// From the covariance (xx, xy, yy) and the skew vector s, as [`SkewNormalDensity::new`].
+    pub fn new(covariance: [f64; 3], s: [f64; 2]) -> Self {
+        let [xx, xy, yy] = covariance;
+        let kappa1 = 1.0 / (xx + B * B * s[0] * s[0]).sqrt();
+        let kappa2 = 1.0 / (yy + B * B * s[1] * s[1]).sqrt();
+        let (delta1, delta2) = (kappa1 * s[0], kappa2 * s[1]);
+        let omega = (xy + B * B * s[0] * s[1]) * kappa1 * kappa2;
+        let plain = 1.0 - omega * omega;
+        let skewed = plain - delta1 * delta1 - delta2 * delta2 + 2.0 * delta1 * delta2 * omega;
+        let gap = (plain * skewed).sqrt();
+        Self {
+            kappa1,
+            kappa2,
+            omega,
+            delta1,
+            delta2,
+            alpha1: (delta1 - delta2 * omega) / gap,
+            alpha2: (delta2 - delta1 * omega) / gap,
+        }
+    }
+
+    /// The density at (`x`, `y`) from the centroid by Eq 36, mended: kappa as inverse scale, and the
+    /// offset b delta that centres it.
+    pub fn density(&self, x: f64, y: f64) -> f64 {
+        let (g1, g2) = (
+            self.kappa1 * x + B * self.delta1,
+            self.kappa2 * y + B * self.delta2,
+        );
+        let plain = 1.0 - self.omega * self.omega;
+        let quadratic = (g1 * g1 - 2.0 * self.omega * g1 * g2 + g2 * g2) / plain;
+        let peak = self.kappa1 * self.kappa2 / (std::f64::consts::PI * plain.sqrt());
+        peak * (-0.5 * quadratic).exp() * super::normal_cdf(self.alpha1 * g1 + self.alpha2 * g2)
+    }
+}

@@ -1,0 +1,69 @@
+//! Putting a lens's blur on plates.
+//!
+//! Composition is a scatter: O(x) = sum over source pixels x' of I(x') P_x'(x - x'), the PSF being
+//! that of the *source* pixel (model.md 5c). Each source spreads its light with a unit-sum kernel,
+//! so energy is kept.
+
+use crate::field::{FieldPoint, Frame, ImagePoint};
+use crate::psf::LocalBlur;
+
+/// A lens as a renderer sees it: what it does to a point of light anywhere in field and depth.
+pub trait BlurField: Sync {
+    /// The lens's own full frame, in whose pixels blur and displacement are given.
+    fn frame(&self) -> Frame;
+
+    /// Number of colour channels.
+    fn channel_count(&self) -> usize;
+
+    /// Blur and displacement of `channel` at `at`, for an object at vergence `vergence_per_m` (1 /
+    /// distance, 0 at infinity).
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur;
+}
+
+/// The blur of a point and where its centroid lands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedBlur {
+    /// Moments in pixels of the lens's frame, without any pixel's area.
+    pub blur: LocalBlur,
+    /// Centroid less ideal position, pixels of the lens's frame (x, y).
+    pub displacement_px: (f64, f64),
+}
+
+/// Where the pixels of a plate lie in the lens's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlateMap {
+    /// Lens-frame position of the plate's top-left outer corner.
+    pub origin: ImagePoint,
+    /// Plate pixels that make up one lens-frame pixel.
+    pub scale: f64,
+}
+
+impl PlateMap {
+    /// Lens-frame position of the centre of plate pixel (`column`, `row`).
+    pub fn frame_point(&self, column: usize, row: usize) -> ImagePoint {
+        ImagePoint::new(
+            self.origin.x_px + (column as f64 + 0.5) / self.scale,
+            self.origin.y_px + (row as f64 + 0.5) / self.scale,
+        )
+    }
+}
+
+/// Object vergence (1 / distance in metres) of every plate pixel.
+#[derive(Debug, Clone, Copy)]
+pub enum VergencePass<'a> {
+    /// The whole plate at one vergence.
+    Constant(f64),
+    /// One value a pixel, row-major, finite.
+    PerPixel(&'a [f32]),
+}
+
+/// What lies beyond the plate's edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Edges {
+    /// The mirrored plate seen through the mirrored lens: light that would leave is folded back at
+    /// the edge, so the plate keeps all its light.
+    #[default]
+    Mirror,
+    /// Nothing: light that leaves is lost.
+    Black,
+}

@@ -1,0 +1,3 @@
+//! Chores of the project: `cargo xtask tidy` checks the rules of the house.
+
+fn main() {}
