@@ -1,1 +1,3 @@
-fn main() {}
+//! Seidel's tests by public doors.
+
+mod golden;

@@ -15,7 +15,7 @@ pub use kernel::{Kernel, Window, draw_kernel};
 pub use mirrored_pair::MirroredPair;
 pub use mixture::{B, Mixture, PHI, SKEW_CAP, SkewNormalDensity, T_MAX};
 pub use normal::normal_cdf;
-pub use skew_normal::{PaperParameters, SkewNormal};
+pub use skew_normal::{PaperParameters, SkewNormal, meridional_density, meridional_skew};
 pub use skew_normal_general::{SkewNormalEq43, SkewNormalGeneral, best_skew};
 
 use crate::error::{Error, Result};

@@ -1,0 +1,144 @@
+//! The five reduced numbers of a third-order lens at one depth, and S1..S10 from them and back.
+
+use super::{FourthCoefficients, MomentCoefficients};
+
+/// The five numbers on which every moment of a third-order lens depends (X-frame, model.md section 3).
+///
+/// With u in the unit pupil disc and X the field position, a ray lands off the chief ray by
+/// `(alpha + beta |u|² + delta |X|²) u + gamma X (X.u) - phi (|u|² X + 2 u (X.u))`. Units follow
+/// from those of PSF and field: alpha and beta are PSF lengths, gamma and delta PSF lengths per
+/// field², phi PSF length per field. (alpha, beta, gamma, delta) and minus all four give the same PSF.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ReducedNumbers {
+    /// Defocus: radius of the on-axis disc. The only one that depends on depth for fixed B..F.
+    pub alpha: f64,
+    /// Spherical aberration.
+    pub beta: f64,
+    /// Astigmatism.
+    pub gamma: f64,
+    /// Field curvature (sagittal).
+    pub delta: f64,
+    /// Coma.
+    pub phi: f64,
+}
+
+impl ReducedNumbers {
+    /// S1..S10 (model.md section 4).
+    pub fn coefficients(&self) -> MomentCoefficients {
+        let Self {
+            alpha: a,
+            beta: b,
+            gamma: g,
+            delta: d,
+            phi: p,
+        } = *self;
+        let k = a / 2.0 + b / 3.0;
+        MomentCoefficients([
+            a * a / 4.0 + a * b / 3.0 + b * b / 8.0,
+            g * k + p * p / 3.0,
+            d * k + p * p / 6.0,
+            g * (g + 2.0 * d) / 4.0,
+            d * d / 4.0,
+            -p * (g + d) * (g + d) / 6.0,
+            -p * (g + d) * (g + 2.0 * d) / 6.0,
+            -p * (g + d) * (a + 7.0 * b / 8.0) - p.powi(3) / 4.0,
+            -p * (a * (g + 2.0 * d) / 6.0 + b * (3.0 * g + 7.0 * d) / 24.0) - p.powi(3) / 12.0,
+            -p * (a * a / 6.0 + 7.0 * a * b / 24.0 + b * b / 8.0),
+        ])
+    }
+
+    /// The twelve coefficients of the fourth moments (model.md section 8).
+    pub fn fourth_coefficients(&self) -> FourthCoefficients {
+        FourthCoefficients::new(self)
+    }
+
+    /// The five numbers whose S1..S10 come closest to `s`: the closed form of model.md section 4
+    /// tried with all four choices of sign, the one kept that matches S2, S3 and S7..S10 best over a
+    /// field of radius `field_radius`. `None` where S4 + S5 is not positive, as without astigmatism
+    /// and field curvature: then these moments do not fix the numbers.
+    ///
+    /// The sign convention is delta >= 0. Meant as the start of a fit, not as one.
+    pub fn from_coefficients(s: &MomentCoefficients, field_radius: f64) -> Option<Self> {
+        let [s1, s2, s3, s4, s5, s6, ..] = s.0;
+        let sum = s4 + s5;
+        if !(sum > 0.0 && s5 >= 0.0) {
+            return None;
+        }
+        let delta = 2.0 * s5.sqrt();
+        let phi = -1.5 * s6 / sum;
+        let mut best: Option<(f64, Self)> = None;
+        for meridional in [2.0 * sum.sqrt(), -2.0 * sum.sqrt()] {
+            let gamma = meridional - delta;
+            let k = (gamma * (s2 - phi * phi / 3.0) + delta * (s3 - phi * phi / 6.0))
+                / (gamma * gamma + delta * delta);
+            let size = (72.0 * (s1 - k * k).max(0.0)).sqrt();
+            for beta in [size, -size] {
+                let numbers = Self {
+                    alpha: 2.0 * (k - beta / 3.0),
+                    beta,
+                    gamma,
+                    delta,
+                    phi,
+                };
+                let misfit = numbers.coefficients().distance(s, field_radius);
+                if best.is_none_or(|(least, _)| misfit < least) {
+                    best = Some((misfit, numbers));
+                }
+            }
+        }
+        best.map(|(_, numbers)| numbers)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_recovers_the_numbers_up_to_pupil_inversion() {
+        for signs in 0..16 {
+            let sign = |bit: u32| if signs & (1 << bit) == 0 { 1.0 } else { -1.0 };
+            let numbers = ReducedNumbers {
+                alpha: 3.0 * sign(0),
+                beta: 1.2 * sign(1),
+                gamma: 0.7 * sign(2),
+                delta: 0.4,
+                phi: 0.3 * sign(3),
+            };
+            let found = ReducedNumbers::from_coefficients(&numbers.coefficients(), 1.0)
+                .expect("astigmatic");
+            for (got, want) in [
+                (found.alpha, numbers.alpha),
+                (found.beta, numbers.beta),
+                (found.gamma, numbers.gamma),
+                (found.delta, numbers.delta),
+                (found.phi, numbers.phi),
+            ] {
+                assert!((got - want).abs() < 1e-9, "{found:?} for {numbers:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn least_on_axis_variance_is_beta_squared_over_72() {
+        let numbers = ReducedNumbers {
+            alpha: -2.0,
+            beta: 3.0,
+            ..ReducedNumbers::default()
+        };
+        assert!((numbers.coefficients().0[0] - 9.0 / 72.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn without_astigmatism_and_curvature_there_is_no_inverse() {
+        let coma = ReducedNumbers {
+            alpha: 1.0,
+            phi: 0.5,
+            ..ReducedNumbers::default()
+        };
+        assert_eq!(
+            ReducedNumbers::from_coefficients(&coma.coefficients(), 1.0),
+            None
+        );
+    }
+}
