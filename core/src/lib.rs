@@ -24,6 +24,7 @@ pub mod fit;
 pub mod lens;
 pub mod moments;
 pub mod observations;
+pub mod predict;
 pub mod profile;
 pub mod psf;
 pub mod render;

@@ -1,0 +1,116 @@
+//! What a fit needs of every tile: its place in the field, its moments and their noise.
+
+use rayon::prelude::*;
+
+use super::Rejection;
+use crate::distance::ObjectDistance;
+use crate::field::{FieldPoint, Frame, ImagePoint};
+use crate::moments::CentralMoments;
+use crate::moments::support::{self, Support};
+use crate::observations::ObservationSet;
+
+/// Moments of one channel of one observation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredTile {
+    /// Index of the observation set.
+    pub set: usize,
+    /// Index of the observation in its set.
+    pub observation: usize,
+    /// The observation's file.
+    pub file: String,
+    /// Index of the channel.
+    pub channel: usize,
+    /// Object distance.
+    pub distance: ObjectDistance,
+    /// Frame position of the centroid.
+    pub centroid: ImagePoint,
+    /// Where an undistorted lens would have put the point, where known.
+    pub ideal: Option<ImagePoint>,
+    /// Central moments of the light before the sensor integrated it over pixels, px² and px³.
+    pub optical: CentralMoments,
+    /// Standard deviations of the seven from pixel noise; zero where the noise is not known.
+    pub noise: [f64; 7],
+}
+
+impl MeasuredTile {
+    /// Field position of the ideal image point where known, of the centroid otherwise: the model is
+    /// polynomial in the former, and the difference is distortion.
+    pub fn field_point(&self, frame: &Frame) -> FieldPoint {
+        frame.field_point(self.ideal.unwrap_or(self.centroid))
+    }
+
+    /// Size (px) by which residuals of this tile's moments are judged: the root of the trace, its
+    /// pixel's area included so that it stays sensible below one pixel.
+    pub fn size_px(&self) -> f64 {
+        (self.optical.trace().max(0.0) + 2.0 * crate::moments::pixels::PIXEL_VARIANCE_PX2).sqrt()
+    }
+}
+
+/// Measures every tile of every set. What cannot take part is added to `rejected`.
+pub fn measure(
+    sets: &[ObservationSet],
+    support: Support,
+    rejected: &mut Vec<Rejection>,
+) -> Vec<MeasuredTile> {
+    let jobs: Vec<(usize, usize, usize)> = sets
+        .iter()
+        .enumerate()
+        .flat_map(|(set, s)| {
+            (0..s.observations.len())
+                .flat_map(move |o| (0..s.channels.len()).map(move |c| (set, o, c)))
+        })
+        .collect();
+    let measured: Vec<Result<MeasuredTile, Rejection>> = jobs
+        .into_par_iter()
+        .map(|(set, observation, channel)| measure_one(sets, set, observation, channel, support))
+        .collect();
+    let mut tiles = Vec::with_capacity(measured.len());
+    for result in measured {
+        match result {
+            Ok(tile) => tiles.push(tile),
+            Err(rejection) => rejected.push(rejection),
+        }
+    }
+    tiles
+}
+
+fn measure_one(
+    sets: &[ObservationSet],
+    set: usize,
+    index: usize,
+    channel: usize,
+    support: Support,
+) -> Result<MeasuredTile, Rejection> {
+    let observation = &sets[set].observations[index];
+    let reject = |reason: &str| Rejection {
+        set,
+        observation: index,
+        file: observation.file.clone(),
+        channel: sets[set].channels[channel].clone(),
+        reason: reason.to_owned(),
+    };
+    if observation.saturated {
+        return Err(reject(
+            "marked saturated: its moments are those of a clipped spot",
+        ));
+    }
+    let light = observation.light(channel);
+    let sigma = observation.noise_sigma[channel];
+    let (plain, mask) = support::moments(&light, sigma, support)
+        .ok_or_else(|| reject("holds no light above its noise"))?;
+    let noise = match sigma {
+        Some(sigma) if sigma > 0.0 => plain.noise(&light, mask.as_deref(), sigma),
+        _ => [0.0; 7],
+    };
+    Ok(MeasuredTile {
+        set,
+        observation: index,
+        file: observation.file.clone(),
+        channel,
+        distance: observation.distance,
+        centroid: observation.frame_point(plain.centroid_x, plain.centroid_y),
+        ideal: observation.ideal,
+        optical: plain.less_pixel_area().central,
+        noise,
+    })
+}
