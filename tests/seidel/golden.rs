@@ -2,8 +2,8 @@
 
 use seidel_core::field::{FieldPoint, Meridian};
 use seidel_core::lens::{
-    ConjugateShift, Conjugates, DepthLaw, FourthCoefficients, MomentCoefficients, RayMap,
-    ReducedNumbers, SeidelAberrations, ThickLens,
+    ConjugateShift, Conjugates, DepthLaw, DepthPlane, FourthCoefficients, MomentCoefficients,
+    RayMap, ReducedNumbers, SeidelAberrations, ThickLens,
 };
 use seidel_core::moments::pixels::pixel_power;
 use seidel_core::moments::{CentralMoments, MeridionalMoments};
@@ -486,15 +486,23 @@ fn depth_law_from_the_fewest_planes() {
     let plane = |index: usize| {
         // Vergence per millimetre in the file; the law takes 1/m.
         let v = number(&rows[index]["v"]) * 1e3;
-        (v, MomentCoefficients(numbers(&rows[index]["s_x"])))
+        DepthPlane {
+            vergence_per_m: v,
+            s: MomentCoefficients(numbers(&rows[index]["s_x"])),
+            s_sigma: [0.0; 10],
+        }
     };
-    let law = DepthLaw::fit(&[plane(0), plane(2), plane(5)]).expect("three planes");
+    let law = DepthLaw::fit(&[plane(0), plane(2), plane(5)], None).expect("three planes");
     for index in 0..rows.len() {
-        let (v, want) = plane(index);
+        let DepthPlane {
+            vergence_per_m: v,
+            s: want,
+            ..
+        } = plane(index);
         let got = law.at(v);
         for k in 0..10 {
             let scale = (0..rows.len())
-                .map(|r| plane(r).1.0[k].abs())
+                .map(|r| plane(r).s.0[k].abs())
                 .fold(0.0, f64::max);
             close(
                 got.0[k],

@@ -3,7 +3,7 @@
 use super::linear;
 use super::measure::MeasuredTile;
 use crate::error::{Error, Result};
-use crate::field::Frame;
+use crate::field::{FieldPoint, Frame};
 use crate::lens::MomentCoefficients;
 
 /// How residuals count.
@@ -50,6 +50,12 @@ const ORDER: [i32; 7] = [2, 2, 2, 3, 3, 3, 3];
 /// of any shape that real sets have shown, none does by chance.
 const REJECTION_LIMIT: f64 = 8.0;
 const MOST_ROUNDS: usize = 12;
+/// A realisability constraint counts this much more than the weightiest moment: as good as exact.
+const CONSTRAINT_WEIGHT: f64 = 1e3;
+/// Constraints added at most; each removes the worst violation left, and two or three do.
+const MOST_CONSTRAINTS: usize = 24;
+/// Field radii at which variances are checked.
+const FIELD_STEPS: u32 = 60;
 /// Tiles needed: each gives three second and four third moments for five unknowns each.
 const FEWEST_TILES: usize = 3;
 
@@ -144,11 +150,47 @@ fn solve(
                 });
             }
         }
-        let fit = linear::solve(&rows, &targets, &weights)?;
+        let mut fit = linear::solve(&rows, &targets, &weights)?;
+        if weighting == Weighting::Weighted && kind == 0 {
+            let heavy = weights.iter().copied().fold(0.0, f64::max) * CONSTRAINT_WEIGHT;
+            for _ in 0..MOST_CONSTRAINTS {
+                let found = MomentCoefficients(second_only(&fit.values));
+                let Some(row) = violated(frame, &found) else {
+                    break;
+                };
+                rows.push(row);
+                targets.push(0.0);
+                weights.push(heavy);
+                fit = linear::solve(&rows, &targets, &weights)?;
+            }
+        }
         s[unknowns.clone()].copy_from_slice(&fit.values);
         s_sigma[unknowns].copy_from_slice(&fit.sigma);
     }
     Ok((MomentCoefficients(s), s_sigma))
+}
+
+fn second_only(values: &[f64]) -> [f64; 10] {
+    std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
+}
+
+/// The equation "this variance is zero" for the most negative meridional or sagittal variance that
+/// `s` predicts inside the frame, where there is one: no light distribution has it.
+fn violated(frame: &Frame, s: &MomentCoefficients) -> Option<Vec<f64>> {
+    let edge = frame.corner_radius();
+    let mut worst = (-1e-9 * s.meridional(0.5 * edge).mu20.abs(), None);
+    for step in 0..=FIELD_STEPS {
+        let h = edge * f64::from(step) / f64::from(FIELD_STEPS);
+        let m = s.meridional(h);
+        for (variance, moment) in [(m.mu20, 0), (m.mu02, 2)] {
+            if variance < worst.0 {
+                worst = (variance, Some((h, moment)));
+            }
+        }
+    }
+    worst.1.map(|(h, moment)| {
+        MomentCoefficients::basis(FieldPoint::new(h, 0.0))[moment][0..5].to_vec()
+    })
 }
 
 /// Residuals of all moments of the tiles of `fit`, in the units in which they count, after the best

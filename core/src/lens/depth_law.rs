@@ -1,74 +1,82 @@
-//! S1..S10 across depth: polynomials in vergence v of the degrees that the model gives them
-//! (model.md section 5a). Never linear interpolation of S, which is wrong by tens of per cent.
+//! S1..S10 across depth, as polynomials in vergence v (model.md section 5a). Never S interpolated
+//! linearly, which is wrong by tens of per cent.
+//!
+//! A lens whose aberrations do not change with depth has S1..S10 of the degrees in
+//! [`DEGREE_IN_VERGENCE`] exactly. Real lenses change (section 5b), and then those degrees fail near
+//! focus, where small moments are differences of large ones; every S quadratic in v is close (a few
+//! per cent on real designs with one of five planes left out, where the degrees of 5a lose the
+//! plane). So: the degrees of 5a where the planes agree with them, quadratic otherwise.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::MomentCoefficients;
+use super::{BASIS_DEGREE, MOMENT_ORDER, MomentCoefficients};
 use crate::error::{Error, Result};
 
 /// Degree in v = 1 / distance of each of S1..S10 in the X-frame, for a lens whose aberrations do not
 /// change with depth.
 pub const DEGREE_IN_VERGENCE: [usize; 10] = [2, 1, 1, 0, 0, 0, 0, 1, 1, 2];
 
-/// S1..S10 as polynomials of object vergence.
+/// Degree of every S where aberrations change with depth.
+const CHANGING_DEGREE: usize = 2;
+/// Planes may miss the degrees of 5a by this share of PSF size to the moment's order...
+const AGREEMENT_SHARE: f64 = 0.005;
+/// ...or by this many standard errors.
+const AGREEMENT_SIGMAS: f64 = 3.0;
+/// Field radius at which the shares are taken, half frame widths: well out in the frame.
+const AGREEMENT_FIELD: f64 = 1.0;
+
+/// S1..S10 found at one object distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DepthPlane {
+    /// Vergence of the object, 1/m.
+    pub vergence_per_m: f64,
+    /// S1..S10 there.
+    pub s: MomentCoefficients,
+    /// Their standard errors; zero if not known.
+    pub s_sigma: [f64; 10],
+}
+
+/// S1..S10 as functions of object vergence: exact at the planes they come from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthLaw {
-    /// Coefficients of each S_k by rising power of v (1/m); as many as its degree plus one, fewer
-    /// where the planes do not allow it.
-    pub polynomials: [Vec<f64>; 10],
+    /// Coefficients of each S_k by rising power of v (1/m).
+    polynomials: [Vec<f64>; 10],
+    /// What the polynomials leave at each plane, by rising vergence: small, and carried between
+    /// planes in proportion.
+    remainders: Vec<(f64, [f64; 10])>,
+    aberrations_change: bool,
 }
 
 impl DepthLaw {
-    /// The law through `planes`, pairs of vergence (1/m) and S1..S10: exact where there are as few
-    /// planes as coefficients, least squares otherwise. Each plane counts by the inverse of its PSF
-    /// size, so that planes near focus, whose small moments matter most, are met as closely in
-    /// proportion as far ones.
+    /// The law through `planes`. `defocus`, where the camera is known, is Z2 R / M in PSF px per 1/m:
+    /// its square / 4 is the v² coefficient of S1, which two planes cannot find.
     ///
     /// # Errors
     /// No plane, two planes at one vergence, or values that are not finite.
-    pub fn fit(planes: &[(f64, MomentCoefficients)]) -> Result<Self> {
-        Self::fit_with_defocus(planes, None)
-    }
-
-    /// As [`DepthLaw::fit`], the v² coefficient of S1 being known from the camera where the planes
-    /// are too few to find it: `defocus` = Z2 R / M in PSF px per 1/m, of which it is the square / 4.
-    ///
-    /// # Errors
-    /// As [`DepthLaw::fit`].
-    pub fn fit_with_defocus(
-        planes: &[(f64, MomentCoefficients)],
-        defocus: Option<f64>,
-    ) -> Result<Self> {
+    pub fn fit(planes: &[DepthPlane], defocus: Option<f64>) -> Result<Self> {
         check(planes)?;
-        let mut polynomials: [Vec<f64>; 10] = std::array::from_fn(|_| Vec::new());
-        for (k, polynomial) in polynomials.iter_mut().enumerate() {
-            let law = DEGREE_IN_VERGENCE[k];
-            let allowed = planes.len() - 1;
-            let known = match defocus {
-                Some(slope) if k == 0 && allowed == 1 => Some(slope * slope / 4.0),
-                _ => None,
-            };
-            let points: Vec<(f64, f64, f64)> = planes
-                .iter()
-                .map(|(v, s)| {
-                    let value = s.0[k] - known.unwrap_or(0.0) * v * v;
-                    (*v, value, 1.0 / plane_size(s).powi(super::MOMENT_ORDER[k]))
-                })
-                .collect();
-            *polynomial = weighted_polynomial(&points, law.min(allowed))?;
-            polynomial.extend(known);
+        let mut planes = planes.to_vec();
+        planes.sort_by(|a, b| a.vergence_per_m.total_cmp(&b.vergence_per_m));
+        let constant = Self::of_degrees(&planes, DEGREE_IN_VERGENCE, defocus)?;
+        if planes.len() <= CHANGING_DEGREE || constant.agrees(&planes) {
+            return Ok(constant);
         }
-        Ok(Self { polynomials })
+        let mut changing = Self::of_degrees(&planes, [CHANGING_DEGREE; 10], None)?;
+        changing.aberrations_change = true;
+        Ok(changing)
     }
 
     /// S1..S10 at vergence `v`, 1/m.
     pub fn at(&self, v: f64) -> MomentCoefficients {
+        let (before, after, share) = self.bracket(v);
         MomentCoefficients(std::array::from_fn(|k| {
-            self.polynomials[k]
-                .iter()
-                .rev()
-                .fold(0.0, |sum, coefficient| sum * v + coefficient)
+            self.polynomial(k, v) + before[k] + share * (after[k] - before[k])
         }))
+    }
+
+    /// Whether the planes differ by more than a change of focus: aberrations that change with depth.
+    pub fn aberrations_change(&self) -> bool {
+        self.aberrations_change
     }
 
     /// The S_k (1-based) whose dependence on depth the planes were too few to find.
@@ -78,15 +86,83 @@ impl DepthLaw {
             .map(|k| k + 1)
             .collect()
     }
+
+    fn polynomial(&self, k: usize, v: f64) -> f64 {
+        self.polynomials[k]
+            .iter()
+            .rev()
+            .fold(0.0, |sum, coefficient| sum * v + coefficient)
+    }
+
+    /// The remainders on both sides of `v` and how far `v` is from the first to the second.
+    fn bracket(&self, v: f64) -> (&[f64; 10], &[f64; 10], f64) {
+        let after = self.remainders.partition_point(|(at, _)| *at < v);
+        let last = self.remainders.len() - 1;
+        if after == 0 || after > last {
+            let end = &self.remainders[after.min(last)].1;
+            return (end, end, 0.0);
+        }
+        let ((low, before), (high, beyond)) =
+            (&self.remainders[after - 1], &self.remainders[after]);
+        (before, beyond, (v - low) / (high - low))
+    }
+
+    fn of_degrees(
+        planes: &[DepthPlane],
+        degrees: [usize; 10],
+        defocus: Option<f64>,
+    ) -> Result<Self> {
+        let allowed = planes.len() - 1;
+        let mut polynomials: [Vec<f64>; 10] = std::array::from_fn(|_| Vec::new());
+        for (k, polynomial) in polynomials.iter_mut().enumerate() {
+            let known = match defocus {
+                Some(slope) if k == 0 && allowed == 1 => Some(slope * slope / 4.0),
+                _ => None,
+            };
+            let points: Vec<(f64, f64)> = planes
+                .iter()
+                .map(|plane| {
+                    let v = plane.vergence_per_m;
+                    (v, plane.s.0[k] - known.unwrap_or(0.0) * v * v)
+                })
+                .collect();
+            *polynomial = least_squares_polynomial(&points, degrees[k].min(allowed))?;
+            polynomial.extend(known);
+        }
+        let mut law = Self {
+            polynomials,
+            remainders: Vec::new(),
+            aberrations_change: false,
+        };
+        law.remainders = planes
+            .iter()
+            .map(|plane| {
+                let v = plane.vergence_per_m;
+                let rest = std::array::from_fn(|k| plane.s.0[k] - law.polynomial(k, v));
+                (v, rest)
+            })
+            .collect();
+        Ok(law)
+    }
+
+    /// Whether every plane lies on the polynomials as closely as its errors let it.
+    fn agrees(&self, planes: &[DepthPlane]) -> bool {
+        planes
+            .iter()
+            .zip(&self.remainders)
+            .all(|(plane, (_, rest))| {
+                let m = plane.s.meridional(AGREEMENT_FIELD);
+                let size = (m.mu20.abs() + m.mu02.abs()).sqrt();
+                (0..10).all(|k| {
+                    let share = rest[k].abs() * AGREEMENT_FIELD.powi(BASIS_DEGREE[k]);
+                    share <= AGREEMENT_SHARE * size.powi(MOMENT_ORDER[k])
+                        || rest[k].abs() <= AGREEMENT_SIGMAS * plane.s_sigma[k]
+                })
+            })
+    }
 }
 
-/// PSF size (px) of a plane over the field out to one half frame width.
-fn plane_size(s: &MomentCoefficients) -> f64 {
-    let m = s.meridional(0.7);
-    (m.mu20.abs() + m.mu02.abs()).sqrt().max(1e-3)
-}
-
-fn check(planes: &[(f64, MomentCoefficients)]) -> Result<()> {
+fn check(planes: &[DepthPlane]) -> Result<()> {
     if planes.is_empty() {
         return Err(Error::new(
             "depth law",
@@ -94,15 +170,16 @@ fn check(planes: &[(f64, MomentCoefficients)]) -> Result<()> {
             "fit at least one object distance",
         ));
     }
-    for (index, (v, s)) in planes.iter().enumerate() {
-        if !v.is_finite() || s.0.iter().any(|x| !x.is_finite()) {
+    for (index, plane) in planes.iter().enumerate() {
+        let v = plane.vergence_per_m;
+        if !v.is_finite() || plane.s.0.iter().any(|x| !x.is_finite()) {
             return Err(Error::new(
                 format!("depth plane {index}"),
                 format!("holds a number that is not finite (v = {v})"),
                 "check the observations at that distance",
             ));
         }
-        if planes[..index].iter().any(|(other, _)| other == v) {
+        if planes[..index].iter().any(|p| p.vergence_per_m == v) {
             return Err(Error::new(
                 format!("depth plane {index}"),
                 format!("has the same vergence {v} 1/m as another"),
@@ -113,13 +190,11 @@ fn check(planes: &[(f64, MomentCoefficients)]) -> Result<()> {
     Ok(())
 }
 
-/// Least-squares polynomial of `degree` through points (x, y, weight), by rising power.
-fn weighted_polynomial(points: &[(f64, f64, f64)], degree: usize) -> Result<Vec<f64>> {
-    let rows = points.len();
-    let matrix = DMatrix::from_fn(rows, degree + 1, |r, c| {
-        points[r].2 * points[r].0.powi(c as i32)
-    });
-    let target = DVector::from_fn(rows, |r, _| points[r].2 * points[r].1);
+/// Least-squares polynomial of `degree` through points (x, y), by rising power. All points count
+/// alike: weights by size were tried and did worse where sizes differ most, at focus.
+fn least_squares_polynomial(points: &[(f64, f64)], degree: usize) -> Result<Vec<f64>> {
+    let matrix = DMatrix::from_fn(points.len(), degree + 1, |r, c| points[r].0.powi(c as i32));
+    let target = DVector::from_fn(points.len(), |r, _| points[r].1);
     let solution = matrix
         .svd(true, true)
         .solve(&target, 1e-14)
@@ -138,21 +213,29 @@ mod tests {
     use super::*;
     use crate::lens::ReducedNumbers;
 
-    fn plane(v: f64) -> (f64, MomentCoefficients) {
+    fn plane_of(v: f64, gamma: f64) -> DepthPlane {
         let numbers = ReducedNumbers {
             alpha: 40.0 * (v - 0.5),
             beta: 1.5,
-            gamma: -0.6,
+            gamma,
             delta: 0.9,
             phi: 0.4,
         };
-        (v, numbers.coefficients())
+        DepthPlane {
+            vergence_per_m: v,
+            s: numbers.coefficients(),
+            s_sigma: [0.0; 10],
+        }
+    }
+
+    fn plane(v: f64) -> DepthPlane {
+        plane_of(v, -0.6)
     }
 
     #[test]
     fn two_planes_and_the_camera_do_what_three_planes_do() {
-        let two = DepthLaw::fit_with_defocus(&[plane(0.0), plane(0.9)], Some(40.0)).expect("valid");
-        let three = DepthLaw::fit(&[plane(0.0), plane(0.4), plane(0.9)]).expect("valid");
+        let two = DepthLaw::fit(&[plane(0.0), plane(0.9)], Some(40.0)).expect("valid");
+        let three = DepthLaw::fit(&[plane(0.0), plane(0.4), plane(0.9)], None).expect("valid");
         assert_eq!(three.undetermined(), Vec::<usize>::new());
         assert_eq!(two.undetermined(), vec![10]);
         for v in [0.1, 0.5, 0.7, 1.4] {
@@ -165,15 +248,42 @@ mod tests {
 
     #[test]
     fn one_plane_is_constant_and_says_what_it_cannot_know() {
-        let one = DepthLaw::fit(&[plane(0.3)]).expect("valid");
+        let one = DepthLaw::fit(&[plane(0.3)], None).expect("valid");
         assert_eq!(one.at(2.0), one.at(0.0));
         assert_eq!(one.undetermined(), vec![1, 2, 3, 8, 9, 10]);
     }
 
     #[test]
     fn planes_that_cannot_be_are_refused() {
-        assert!(DepthLaw::fit(&[]).is_err());
-        assert!(DepthLaw::fit(&[plane(0.3), plane(0.3)]).is_err());
-        assert!(DepthLaw::fit(&[(f64::NAN, MomentCoefficients::default())]).is_err());
+        assert!(DepthLaw::fit(&[], None).is_err());
+        assert!(DepthLaw::fit(&[plane(0.3), plane(0.3)], None).is_err());
+        assert!(DepthLaw::fit(&[plane(f64::NAN)], None).is_err());
+    }
+
+    #[test]
+    fn changing_aberrations_are_noticed_and_planes_met_exactly() {
+        let steady: Vec<_> = [0.0, 0.2, 0.5, 0.9].map(plane).to_vec();
+        assert!(
+            !DepthLaw::fit(&steady, None)
+                .expect("valid")
+                .aberrations_change()
+        );
+        let changing: Vec<_> = [0.0, 0.2, 0.5, 0.9]
+            .map(|v| plane_of(v, -0.6 + 0.8 * v * v))
+            .to_vec();
+        let law = DepthLaw::fit(&changing, None).expect("valid");
+        assert!(law.aberrations_change());
+        for plane in &changing {
+            let got = law.at(plane.vergence_per_m);
+            for k in 0..10 {
+                assert!((got.0[k] - plane.s.0[k]).abs() < 1e-12);
+            }
+        }
+        // Between planes: a plane left out is predicted to a few per cent of its size.
+        let left_out = plane_of(0.35, -0.6 + 0.8 * 0.35 * 0.35);
+        let m = law.at(0.35).meridional(0.8);
+        let want = left_out.s.meridional(0.8);
+        assert!((m.mu20.sqrt() / want.mu20.sqrt() - 1.0).abs() < 0.03);
+        assert!((m.mu02.sqrt() / want.mu02.sqrt() - 1.0).abs() < 0.03);
     }
 }

@@ -16,7 +16,7 @@ mod wavefront;
 
 pub use coefficients::{BASIS_DEGREE, MOMENT_ORDER, MomentCoefficients};
 pub use conjugate_shift::ConjugateShift;
-pub use depth_law::{DEGREE_IN_VERGENCE, DepthLaw};
+pub use depth_law::{DEGREE_IN_VERGENCE, DepthLaw, DepthPlane};
 pub use fourth_order::FourthCoefficients;
 pub use ray_map::{Pupil, RayMap};
 pub use reduced::ReducedNumbers;

@@ -8,7 +8,7 @@ use crate::camera::Camera;
 use crate::distance::ObjectDistance;
 use crate::error::{Error, Result};
 use crate::field::Frame;
-use crate::lens::{DepthLaw, MomentCoefficients};
+use crate::lens::{DepthLaw, DepthPlane, MomentCoefficients};
 
 /// A lens known by S1..S10 per channel and object distance (`"kind": "moments"` in files).
 #[derive(Debug, Clone, PartialEq)]
@@ -107,12 +107,18 @@ impl LensProfile {
                 let planes: Vec<_> = channel
                     .planes
                     .iter()
-                    .filter_map(|plane| Some((plane.distance.vergence_per_m()?, plane.s)))
+                    .filter_map(|plane| {
+                        Some(DepthPlane {
+                            vergence_per_m: plane.distance.vergence_per_m()?,
+                            s: plane.s,
+                            s_sigma: plane.s_sigma,
+                        })
+                    })
                     .collect();
                 if planes.is_empty() {
                     return Ok(None);
                 }
-                DepthLaw::fit_with_defocus(&planes, self.defocus_px_per_dioptre())
+                DepthLaw::fit(&planes, self.defocus_px_per_dioptre())
                     .map(Some)
                     .map_err(|error| error.within(&format!("channel {}", channel.name)))
             })
