@@ -1,3 +1,18 @@
 //! The `seidel` command.
 
-fn main() {}
+use std::io::IsTerminal;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let mut stdout = std::io::stdout();
+    let mut stderr = std::io::stderr();
+    let status = seidel::run(
+        std::env::args_os(),
+        &mut seidel::Console {
+            show_progress: std::io::stderr().is_terminal(),
+            stdout: &mut stdout,
+            stderr: &mut stderr,
+        },
+    );
+    ExitCode::from(status)
+}

@@ -1,6 +1,11 @@
 //! What a lens profile says about any point: S1..S10 across depth, PSF moments, centroids.
 
-use crate::error::Result;
+mod like;
+
+pub use like::predict_like;
+
+use crate::distance::ObjectDistance;
+use crate::error::{Error, Result};
 use crate::field::{FieldPoint, Frame};
 use crate::lens::{DepthLaw, MomentCoefficients};
 use crate::profile::{LensProfile, MomentsChannel};
@@ -11,6 +16,7 @@ use crate::render::{BlurField, PlacedBlur};
 #[derive(Debug, Clone)]
 pub struct Predictor {
     frame: Frame,
+    names: Vec<String>,
     channels: Vec<Channel>,
     knows_depth: bool,
 }
@@ -46,9 +52,46 @@ impl Predictor {
             .collect();
         Ok(Self {
             frame: profile.frame,
+            names: profile.channels.iter().map(|c| c.name.clone()).collect(),
             channels,
             knows_depth: profile.channels.iter().all(|c| c.planes.len() > 1),
         })
+    }
+
+    /// Index of the lens channel called `name`.
+    ///
+    /// # Errors
+    /// A name the lens has not.
+    pub fn channel_index(&self, name: &str) -> Result<usize> {
+        self.names.iter().position(|n| n == name).ok_or_else(|| {
+            Error::new(
+                format!("channel {name}"),
+                "is not in the lens profile",
+                format!("use a lens with it; this one has {}", self.names.join(", ")),
+            )
+        })
+    }
+
+    /// Names of the channels.
+    pub fn channel_names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The vergence at which to ask for an object at `distance`; any will do for a lens whose blur does
+    /// not depend on depth.
+    ///
+    /// # Errors
+    /// An unknown distance where the blur depends on it.
+    pub fn vergence(&self, distance: ObjectDistance) -> Result<f64> {
+        match distance.vergence_per_m() {
+            Some(v) => Ok(v),
+            None if !self.knows_depth => Ok(0.0),
+            None => Err(Error::new(
+                "object distance",
+                "is unknown, but the lens's blur depends on it",
+                "give depth_m (null for infinity)",
+            )),
+        }
     }
 
     /// Whether the blur depends on depth: more than one object distance was measured.

@@ -1,0 +1,54 @@
+//! `seidel lens`: look at a lens profile.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use seidel_core::profile::schema;
+use seidel_core::psf;
+
+use super::{CommandError, read_lens};
+use crate::Console;
+use crate::files::picture::write_png;
+use crate::pictures::sheet::lens_sheet;
+
+/// What to do with a lens profile.
+#[derive(Debug, Subcommand)]
+pub enum LensCommand {
+    /// Draw the lens's PSFs over the frame by channel and depth
+    Show(ShowArgs),
+    /// Print the JSON schema of lens profiles
+    Schema,
+}
+
+/// Options of `seidel lens show`.
+#[derive(Debug, Args)]
+pub struct ShowArgs {
+    /// The lens profile
+    lens: PathBuf,
+    /// Where to write the picture (PNG)
+    #[arg(short, long, value_name = "SHEET.png")]
+    output: PathBuf,
+    /// PSF model to draw with
+    #[arg(long, default_value = "skew-normal")]
+    psf: String,
+}
+
+pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), CommandError> {
+    match command {
+        LensCommand::Schema => {
+            let _ = writeln!(console.stdout, "{}", schema());
+            Ok(())
+        }
+        LensCommand::Show(args) => show(args, console),
+    }
+}
+
+fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
+    let lens = read_lens(&args.lens)?;
+    let model = psf::by_id(&args.psf)?;
+    let sheet = lens_sheet(&lens, model, &Default::default())?;
+    write_png(&args.output, &sheet)?;
+    console.say(format!("wrote {}", args.output.display()));
+    Ok(())
+}

@@ -1,0 +1,114 @@
+//! The commands, one a file.
+
+mod apply;
+mod demo;
+mod eval;
+mod fit;
+mod lens;
+mod psf;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Parser, Subcommand};
+use seidel_core::field::ImagePoint;
+use seidel_core::profile::LensProfile;
+
+use crate::Console;
+use crate::files::error::FileError;
+use crate::files::json::read_text;
+
+/// Real lens blur, learned from measured point-spread functions.
+#[derive(Debug, Parser)]
+#[command(name = "seidel", version, about, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Show what the program does, on data it makes itself
+    Demo(demo::DemoArgs),
+    /// Learn a lens from measured point-spread functions
+    Fit(fit::FitArgs),
+    /// Tell how well a lens describes a set of point-spread functions
+    Eval(eval::EvalArgs),
+    /// Write the point-spread functions that a lens predicts
+    Psf(psf::PsfArgs),
+    /// Look at a lens profile
+    #[command(subcommand)]
+    Lens(lens::LensCommand),
+    /// Blur a plate with a lens
+    Apply(apply::ApplyArgs),
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Whatever stands in its way, in one message.
+    pub fn run(self, console: &mut Console) -> Result<(), CommandError> {
+        match self {
+            Self::Demo(args) => demo::run(&args, console),
+            Self::Fit(args) => fit::run(&args, console),
+            Self::Eval(args) => eval::run(&args, console),
+            Self::Psf(args) => psf::run(&args, console),
+            Self::Lens(command) => lens::run(&command, console),
+            Self::Apply(args) => apply::run(&args, console),
+        }
+    }
+}
+
+/// Why a command did not do its work.
+#[derive(Debug, thiserror::Error)]
+pub enum CommandError {
+    /// Something about a file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Something about values that stand in no one file.
+    #[error(transparent)]
+    Core(#[from] seidel_core::Error),
+    /// Options that do not go together: exit status 2.
+    #[error("{0}")]
+    Usage(String),
+}
+
+/// Largest lens profile that is read: thousands of planes fit in a tenth of it.
+const PROFILE_LIMIT_BYTES: u64 = 64 << 20;
+
+/// Reads a lens profile.
+fn read_lens(path: &Path) -> Result<LensProfile, CommandError> {
+    let text = read_text(path, PROFILE_LIMIT_BYTES)?;
+    Ok(LensProfile::from_json(&text).map_err(|e| FileError::from_core(path, e))?)
+}
+
+/// The last component of a path, by which provenance names it.
+fn short_name(path: &Path) -> String {
+    let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let folder = match full.file_name() {
+        // A manifest is known by its folder.
+        Some(name) if name == "manifest.json" => full.parent().map(PathBuf::from),
+        _ => Some(full.clone()),
+    };
+    folder
+        .as_deref()
+        .and_then(Path::file_name)
+        .unwrap_or(full.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// Parses `X,Y` in frame pixels.
+fn parse_point(text: &str) -> Result<ImagePoint, String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+    match parts.as_slice() {
+        [x, y] => match (number(x), number(y)) {
+            (Some(x), Some(y)) => Ok(ImagePoint::new(x, y)),
+            _ => Err("give two numbers in pixels, such as 960,540".to_owned()),
+        },
+        _ => Err("give x and y in pixels, such as 960,540".to_owned()),
+    }
+}
