@@ -33,9 +33,30 @@ pub(super) fn sample_rows_f32(
     if window.is_empty() {
         return;
     }
-    pulp::Arch::new().dispatch(|| {
-        let scan = Scan::new(part, weight, window);
-        for (row, line) in out.chunks_exact_mut(window.width).enumerate() {
+    pulp::Arch::new().dispatch(Sampling {
+        part,
+        weight,
+        window,
+        out,
+    });
+}
+
+/// [`sample_rows_f32`] for `dispatch`. A type and not a closure: the compiler's own shim around a
+/// closure is not always inlined, and what it holds is then compiled without the vector instructions.
+struct Sampling<'a> {
+    part: &'a SkewNormalDensity,
+    weight: f64,
+    window: &'a Window,
+    out: &'a mut [f32],
+}
+
+impl pulp::WithSimd for Sampling<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let scan = Scan::new(self.part, self.weight, self.window);
+        for (row, line) in self.out.chunks_exact_mut(self.window.width).enumerate() {
             let Some((curve, span)) = scan.row(row) else {
                 continue;
             };
@@ -47,7 +68,7 @@ pub(super) fn sample_rows_f32(
                 }
             }
         }
-    });
+    }
 }
 
 /// A density prepared for sampling row by row on one window.

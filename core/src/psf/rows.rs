@@ -81,10 +81,13 @@ impl KernelRows {
         let (left, top, window) = grid_about(&mixture.reach(), shift_px);
         self.clear();
         self.reserve(window.height, window.width);
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.draw_on(mixture, left, top, &window),
-        );
+        pulp::Arch::new().dispatch(Drawing {
+            rows: self,
+            mixture,
+            left,
+            top,
+            window,
+        });
         if self.sum <= 0.0 {
             self.clear();
             self.weights[..LANES].fill(0.0);
@@ -202,6 +205,26 @@ impl KernelRows {
             self.weights.resize(room, 0.0);
         }
         self.spans.reserve(height);
+    }
+}
+
+/// [`KernelRows::draw_on`] for `dispatch`. A type and not a closure: the compiler's own shim around a
+/// closure is not always inlined, and what it holds is then compiled without the vector instructions.
+struct Drawing<'a> {
+    rows: &'a mut KernelRows,
+    mixture: &'a Mixture,
+    left: i32,
+    top: i32,
+    window: Window,
+}
+
+impl pulp::WithSimd for Drawing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.rows
+            .draw_on(self.mixture, self.left, self.top, &self.window);
     }
 }
 

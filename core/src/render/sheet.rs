@@ -82,23 +82,14 @@ impl Strip {
     /// Adds `gain` times the kernel's weights about plate column `column`.
     pub(super) fn add(&mut self, plane: usize, kernel: &KernelRows, column: i32, gain: f32) {
         let samples = self.planes[plane].as_mut_slice();
-        let (left, top, stride) = (self.left, self.rows.start, self.stride);
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for (row, first, weights) in kernel.stretches() {
-                    let start = (row - top) as usize * stride + (column + first - left) as usize;
-                    let out = &mut samples[start..start + weights.len()];
-                    let (out, _) = out.as_chunks_mut::<{ KernelRows::PADDING }>();
-                    let (weights, _) = weights.as_chunks::<{ KernelRows::PADDING }>();
-                    for (out, weights) in out.iter_mut().zip(weights) {
-                        for (out, weight) in out.iter_mut().zip(weights) {
-                            *out += gain * weight;
-                        }
-                    }
-                }
-            },
-        );
+        pulp::Arch::new().dispatch(Adding {
+            samples,
+            left: self.left - column,
+            top: self.rows.start,
+            stride: self.stride,
+            kernel,
+            gain,
+        });
     }
 
     /// Moves all light to `band`, the strip being about plate row `source_row`.
@@ -125,18 +116,59 @@ impl Strip {
     }
 }
 
+/// The loop of [`Strip::add`] for `dispatch`. A type and not a closure: the compiler's own shim around
+/// a closure is not always inlined, and its loops are then compiled without the vector instructions.
+struct Adding<'a> {
+    samples: &'a mut [f32],
+    /// Column and row of the first sample, relative to the source pixel.
+    left: i32,
+    top: i32,
+    stride: usize,
+    kernel: &'a KernelRows,
+    gain: f32,
+}
+
+impl pulp::WithSimd for Adding<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        for (row, column, weights) in self.kernel.stretches() {
+            let start = (row - self.top) as usize * self.stride + (column - self.left) as usize;
+            let out = &mut self.samples[start..start + weights.len()];
+            let (out, _) = out.as_chunks_mut::<{ KernelRows::PADDING }>();
+            let (weights, _) = weights.as_chunks::<{ KernelRows::PADDING }>();
+            for (out, weights) in out.iter_mut().zip(weights) {
+                for (out, weight) in out.iter_mut().zip(weights) {
+                    *out += self.gain * weight;
+                }
+            }
+        }
+    }
+}
+
+/// The loop over a row's inside for `dispatch`, see [`Adding`].
+struct Gathering<'a> {
+    inside: &'a [f32],
+    out: &'a mut [f64],
+}
+
+impl pulp::WithSimd for Gathering<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        for (out, light) in self.out.iter_mut().zip(self.inside) {
+            *out += f64::from(*light);
+        }
+    }
+}
+
 /// Adds a strip's row, which starts at plate column `left`, to a row of the plate.
 fn gather(line: &[f32], left: i32, out: &mut [f64], edges: Edges) {
     let (before, rest) = line.split_at(-left as usize);
     let (inside, after) = rest.split_at(out.len());
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (out, light) in out.iter_mut().zip(inside) {
-                *out += f64::from(*light);
-            }
-        },
-    );
+    pulp::Arch::new().dispatch(Gathering { inside, out });
     let width = out.len();
     let mut outside = |light: f32, column: i32| {
         if light != 0.0
