@@ -87,7 +87,7 @@ fn plate(width: usize, height: usize) -> Vec<Vec<f32>> {
             let (x, y) = (index % width, index / width);
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let noise = f64::from(state >> 8) / f64::from(1 << 24);
-            let checks = f64::from(u8::from((x / 24 + y / 24 + channel) % 2 == 0));
+            let checks = f64::from(u8::from((x / 24 + y / 24 + channel).is_multiple_of(2)));
             (0.05 + 0.45 * checks + 0.5 * noise) as f32
         };
         (0..width * height).map(sample).collect()

@@ -201,10 +201,23 @@ impl Curve {
         }
         if self.skewed {
             let start = first - self.cdf_origin;
+            // A straight line: where both ends are past the reach, all are, and the factor is 1.
+            let reach = CDF_REACH as f32;
+            if self.cdf_argument(start) >= reach
+                && self.cdf_argument(start + (LANES - 1) as f32) >= reach
+            {
+                return;
+            }
             for (lane, sample) in out.iter_mut().enumerate() {
-                *sample *= cdf((start + lane as f32) * self.slope + self.cdf_at_origin);
+                *sample *= cdf(self.cdf_argument(start + lane as f32));
             }
         }
+    }
+
+    /// The argument of the distribution function `columns` from where it is steepest.
+    #[inline(always)]
+    fn cdf_argument(&self, columns: f32) -> f32 {
+        columns * self.slope + self.cdf_at_origin
     }
 }
 

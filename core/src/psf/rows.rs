@@ -105,78 +105,75 @@ impl KernelRows {
     #[inline(always)]
     fn draw_on(&mut self, mixture: &Mixture, left: i32, top: i32, window: &Window) {
         let mut sums = [0.0_f64; LANES];
-        let mut start = 0;
-        let mut place = |row: usize, columns: Range<usize>| {
-            let len = columns.len().next_multiple_of(LANES);
-            let span = Span {
-                row: top + row as i32,
-                column: left + columns.start as i32,
-                start,
-                len,
-            };
-            start += len;
-            span
-        };
         match mixture {
             Mixture::One(part) => {
                 let scan = Scan::new(part, 1.0, window);
                 for row in 0..window.height {
-                    let Some((curve, columns)) = scan.row(row) else {
-                        continue;
-                    };
-                    let first = columns.start;
-                    let span = place(row, columns);
-                    self.fill(span, &mut sums, |block| {
-                        let mut drawn = [0.0; LANES];
-                        curve.sample(first + block * LANES, &mut drawn);
-                        drawn
-                    });
+                    if let Some((curve, columns)) = scan.row(row) {
+                        let place = (left, top + row as i32);
+                        self.fill(place, columns, &[curve], &mut sums);
+                    }
                 }
             }
-            Mixture::Two(pair) => {
-                let scans = [
-                    Scan::new(&pair[0], 0.5, window),
-                    Scan::new(&pair[1], 0.5, window),
-                ];
+            Mixture::Two([first, second]) => {
+                let first = Scan::new(first, 0.5, window);
+                let second = Scan::new(second, 0.5, window);
                 for row in 0..window.height {
-                    let (curves, columns) = match (scans[0].row(row), scans[1].row(row)) {
-                        (None, None) => continue,
-                        (Some((a, columns)), None) | (None, Some((a, columns))) => {
-                            ([Some(a), None], columns)
+                    let place = (left, top + row as i32);
+                    match (first.row(row), second.row(row)) {
+                        (None, None) => {}
+                        (Some((curve, columns)), None) | (None, Some((curve, columns))) => {
+                            self.fill(place, columns, &[curve], &mut sums);
                         }
-                        (Some((a, first)), Some((b, second))) => {
-                            let all = first.start.min(second.start)..first.end.max(second.end);
-                            ([Some(a), Some(b)], all)
+                        (Some((a, here)), Some((b, there))) => {
+                            let both = here.start.min(there.start)..here.end.max(there.end);
+                            self.fill(place, both, &[a, b], &mut sums);
                         }
-                    };
-                    let first = columns.start;
-                    let span = place(row, columns);
-                    self.fill(span, &mut sums, |block| {
-                        sum_of(&curves, first + block * LANES)
-                    });
+                    }
                 }
             }
         }
         self.sum = sums.iter().sum();
     }
 
-    /// Fills a stretch block by block, and adds its weights to the sums of each lane: in single
-    /// precision along the row, in double from row to row.
+    /// Adds the stretch over `columns` of a window's row, whose first column and row lie at `place`,
+    /// and adds its weights to the sums of each lane: in single precision along the row, in double
+    /// from row to row. The weights are the sum of the `curves`.
     #[inline(always)]
-    fn fill(&mut self, span: Span, sums: &mut [f64; LANES], draw: impl Fn(usize) -> [f32; LANES]) {
+    fn fill<const N: usize>(
+        &mut self,
+        place: (i32, i32),
+        columns: Range<usize>,
+        curves: &[Curve; N],
+        sums: &mut [f64; LANES],
+    ) {
+        let start = self.spans.last().map_or(0, |span| span.start + span.len);
+        let len = columns.len().next_multiple_of(LANES);
         let mut row_sums = [0.0_f32; LANES];
-        let weights = &mut self.weights[span.start..span.start + span.len];
-        let (blocks, _) = weights.as_chunks_mut::<LANES>();
+        let (blocks, _) = self.weights[start..start + len].as_chunks_mut::<LANES>();
         for (block, out) in blocks.iter_mut().enumerate() {
-            *out = draw(block);
-            for (sum, weight) in row_sums.iter_mut().zip(out.iter()) {
+            let mut total = [0.0; LANES];
+            for curve in curves {
+                let mut drawn = [0.0; LANES];
+                curve.sample(columns.start + block * LANES, &mut drawn);
+                for (total, drawn) in total.iter_mut().zip(drawn) {
+                    *total += drawn;
+                }
+            }
+            *out = total;
+            for (sum, weight) in row_sums.iter_mut().zip(total) {
                 *sum += weight;
             }
         }
-        for (sum, row_sum) in sums.iter_mut().zip(&row_sums) {
-            *sum += f64::from(*row_sum);
+        for (sum, row_sum) in sums.iter_mut().zip(row_sums) {
+            *sum += f64::from(row_sum);
         }
-        self.push(span);
+        self.push(Span {
+            row: place.1,
+            column: place.0 + columns.start as i32,
+            start,
+            len,
+        });
     }
 
     #[inline(always)]
@@ -228,19 +225,6 @@ impl pulp::WithSimd for Drawing<'_> {
     }
 }
 
-#[inline(always)]
-fn sum_of(curves: &[Option<Curve>; 2], first: usize) -> [f32; LANES] {
-    let mut total = [0.0; LANES];
-    for curve in curves.iter().flatten() {
-        let mut drawn = [0.0; LANES];
-        curve.sample(first, &mut drawn);
-        for (total, drawn) in total.iter_mut().zip(&drawn) {
-            *total += drawn;
-        }
-    }
-    total
-}
-
 /// The pixels within `reach` of a centroid `shift_px` from the source pixel's centre, never fewer
 /// than the one nearest to it: first column and row relative to the source pixel, and the window.
 pub(super) fn grid_about(reach: &Reach, shift_px: (f64, f64)) -> (i32, i32, Window) {
@@ -263,7 +247,45 @@ mod tests {
     use super::*;
     use crate::field::FieldPoint;
     use crate::moments::MeridionalMoments;
-    use crate::psf::{ALL, LocalBlur, draw_kernel};
+    use crate::psf::{ALL, LocalBlur, SkewNormalDensity, draw_kernel};
+    use pulp::WithSimd;
+
+    /// Without vector instructions, with those of most machines and with all there are.
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        let bits = |rows: &KernelRows| -> Vec<(i32, i32, Vec<u32>)> {
+            let stretch = |(row, column, weights): (i32, i32, &[f32])| {
+                (row, column, weights.iter().map(|w| w.to_bits()).collect())
+            };
+            rows.stretches().map(stretch).collect()
+        };
+        let first = SkewNormalDensity::new([30.0, 9.0, 12.0], [6.0, -2.0]);
+        let second = SkewNormalDensity::new([30.0, -9.0, 12.0], [0.1, 2.5]);
+        for mixture in [Mixture::One(first), Mixture::Two([first, second])] {
+            let (left, top, window) = grid_about(&mixture.reach(), (0.3, -0.6));
+            let drawn_by = |draw: &dyn Fn(Drawing)| {
+                let mut rows = KernelRows::default();
+                rows.reserve(window.height, window.width);
+                draw(Drawing {
+                    rows: &mut rows,
+                    mixture: &mixture,
+                    left,
+                    top,
+                    window,
+                });
+                rows
+            };
+            let plain = drawn_by(&|drawing| drawing.with_simd(pulp::Scalar::new()));
+            let best = drawn_by(&|drawing| pulp::Arch::new().dispatch(drawing));
+            assert!(plain.sum > 0.0 && bits(&plain).len() > 20);
+            assert_eq!((bits(&plain), plain.sum), (bits(&best), best.sum));
+            #[cfg(target_arch = "x86_64")]
+            if let Some(avx2) = pulp::x86::V3::try_new() {
+                let common = drawn_by(&|drawing| pulp::Simd::vectorize(avx2, drawing));
+                assert_eq!((bits(&plain), plain.sum), (bits(&common), common.sum));
+            }
+        }
+    }
 
     /// Both forms of a kernel hold the same weights.
     #[test]

@@ -51,9 +51,11 @@ impl Renderer for Scatter {
         let job = Job::new(scene, planes, progress);
         let mut total = vec![vec![0.0_f64; scene.pixel_count()]; planes.len()];
         let band_count = scene.height.div_ceil(BAND_ROWS);
-        // Several bands a thread even out their costs.
+        // Several bands a thread even out their costs. How large bands are is known when the first
+        // are done; at most they are as large as the plate.
         let threads = rayon::current_num_threads();
-        let mut wave = threads;
+        let wave_of = |band_bytes: usize| (WAVE_BYTES / band_bytes.max(1)).clamp(1, 4 * threads);
+        let mut wave = wave_of(planes.len() * scene.pixel_count() * size_of::<f64>());
         let mut first = 0;
         while first < band_count {
             let last = (first + wave).min(band_count);
@@ -64,8 +66,7 @@ impl Renderer for Scatter {
             for band in &bands {
                 band.merge_into(&mut total);
             }
-            let largest = bands.iter().map(Band::size_bytes).max().unwrap_or(0);
-            wave = (WAVE_BYTES / largest.max(1)).clamp(1, 4 * threads);
+            wave = wave_of(bands.iter().map(Band::size_bytes).max().unwrap_or(0));
             first = last;
         }
         let narrow = |plane: Vec<f64>| plane.into_iter().map(|light| light as f32).collect();

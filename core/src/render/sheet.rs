@@ -139,9 +139,12 @@ impl pulp::WithSimd for Adding<'_> {
             let (out, _) = out.as_chunks_mut::<{ KernelRows::PADDING }>();
             let (weights, _) = weights.as_chunks::<{ KernelRows::PADDING }>();
             for (out, weights) in out.iter_mut().zip(weights) {
-                for (out, weight) in out.iter_mut().zip(weights) {
-                    *out += self.gain * weight;
+                // On copies: the compiler cannot know that the two buffers do not overlap.
+                let (mut block, weights) = (*out, *weights);
+                for (light, weight) in block.iter_mut().zip(weights) {
+                    *light += self.gain * weight;
                 }
+                *out = block;
             }
         }
     }
