@@ -1,5 +1,6 @@
 //! Pixel windows, and unit-sum kernels drawn on them.
 
+use super::rows::grid_about;
 use super::{LocalBlur, PsfModel};
 
 /// A pixel grid placed about a PSF's centroid.
@@ -57,30 +58,15 @@ pub struct Kernel {
 /// centroid `shift_px` (x, y) from the source pixel's centre. Holds all but 1e-6 of the light.
 ///
 /// A PSF much narrower than a pixel becomes the single pixel nearest its centroid.
-pub fn draw_kernel(
-    model: &dyn PsfModel,
+pub fn draw_kernel<M: PsfModel + ?Sized>(
+    model: &M,
     blur: &LocalBlur,
     shift_px: (f64, f64),
     kernel: &mut Kernel,
 ) {
-    let reach = model.reach_px(blur);
-    // Pixel centres within the reach; never fewer than the one nearest the centroid.
-    let left = (shift_px.0 - reach.left_px).ceil().min(shift_px.0.round()) as i32;
-    let right = (shift_px.0 + reach.right_px)
-        .floor()
-        .max(shift_px.0.round()) as i32;
-    let top = (shift_px.1 - reach.up_px).ceil().min(shift_px.1.round()) as i32;
-    let bottom = (shift_px.1 + reach.down_px).floor().max(shift_px.1.round()) as i32;
-    kernel.left = left;
-    kernel.top = top;
-    kernel.width = (right - left + 1) as usize;
-    kernel.height = (bottom - top + 1) as usize;
-    let window = Window {
-        first_x_px: f64::from(left) - shift_px.0,
-        first_y_px: f64::from(top) - shift_px.1,
-        width: kernel.width,
-        height: kernel.height,
-    };
+    let (left, top, window) = grid_about(&model.reach_px(blur), shift_px);
+    (kernel.left, kernel.top) = (left, top);
+    (kernel.width, kernel.height) = (window.width, window.height);
     kernel.weights.resize(window.len(), 0.0);
     model.sample_f32(blur, &window, &mut kernel.weights);
     let sum: f64 = kernel.weights.iter().map(|&w| f64::from(w)).sum();

@@ -7,6 +7,7 @@ mod kernel;
 mod mirrored_pair;
 mod mixture;
 mod normal;
+mod rows;
 mod skew_normal;
 mod skew_normal_general;
 
@@ -15,6 +16,7 @@ pub use kernel::{Kernel, Window, draw_kernel};
 pub use mirrored_pair::MirroredPair;
 pub use mixture::{B, Mixture, PHI, SKEW_CAP, SkewNormalDensity, T_MAX};
 pub use normal::normal_cdf;
+pub use rows::KernelRows;
 pub use skew_normal::{PaperParameters, SkewNormal, meridional_density, meridional_skew};
 pub use skew_normal_general::{SkewNormalEq43, SkewNormalGeneral, best_skew};
 
@@ -68,6 +70,14 @@ pub trait PsfModel: Send + Sync {
     /// # Panics
     /// If `out` is not as long as the window has pixels.
     fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]);
+
+    /// Draws the PSF into `rows`, its centroid `shift_px` (x, y) from the source pixel's centre: the
+    /// same kernel as [`draw_kernel`], in the form the exact renderer scatters fastest.
+    fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
+        let mut kernel = Kernel::default();
+        draw_kernel(self, blur, shift_px, &mut kernel);
+        rows.copy_from(&kernel);
+    }
 }
 
 /// A PSF model that draws on moments alone and is a mean of skew-normal densities.
@@ -94,6 +104,9 @@ impl<M: MomentPsf> PsfModel for M {
 
     fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
         self.mixture(&drawable(blur)).sample_f32(window, out);
+    }
+    fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
+        rows.draw(&self.mixture(&drawable(blur)), shift_px);
     }
 }
 

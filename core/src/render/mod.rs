@@ -4,6 +4,15 @@
 //! that of the *source* pixel (model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
+mod scatter;
+#[cfg(test)]
+mod scatter_tests;
+mod scene;
+mod sheet;
+
+pub use scatter::Scatter;
+pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
+
 use crate::field::{FieldPoint, Frame, ImagePoint};
 use crate::psf::LocalBlur;
 

@@ -1,0 +1,333 @@
+//! Kernels as the exact renderer scatters them: only the stretch of each row that holds light.
+
+use super::normal::{Curve, LANES, Scan};
+use super::{Kernel, Mixture, Reach, Window};
+use std::ops::Range;
+
+/// A kernel as stretches of rows, in a reusable buffer. The weights are not scaled to unit sum;
+/// [`KernelRows::sum`] is what to divide by, which costs a renderer nothing.
+///
+/// Stretches are padded to whole vectors, so that loops over them have no remainder; the padding
+/// holds true samples of the density or zeros.
+#[derive(Debug, Clone, Default)]
+pub struct KernelRows {
+    spans: Vec<Span>,
+    weights: Vec<f32>,
+    sum: f64,
+    columns: Range<i32>,
+    rows: Range<i32>,
+}
+
+/// Where one stretch lies relative to the source pixel, and its weights in the buffer.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    row: i32,
+    column: i32,
+    start: usize,
+    len: usize,
+}
+
+impl KernelRows {
+    /// Every stretch is a multiple of this many weights long.
+    pub const PADDING: usize = LANES;
+
+    /// The stretches from top to bottom: row and first column relative to the source pixel, weights.
+    /// A row appears once at most.
+    #[inline(always)]
+    pub fn stretches(&self) -> impl Iterator<Item = (i32, i32, &[f32])> {
+        self.spans.iter().map(|span| {
+            let weights = &self.weights[span.start..span.start + span.len];
+            (span.row, span.column, weights)
+        })
+    }
+
+    /// Sum of all weights; positive.
+    pub fn sum(&self) -> f64 {
+        self.sum
+    }
+
+    /// Columns that hold weights, relative to the source pixel, padding included.
+    pub fn columns(&self) -> Range<i32> {
+        self.columns.clone()
+    }
+
+    /// Rows that hold weights, relative to the source pixel.
+    pub fn rows(&self) -> Range<i32> {
+        self.rows.clone()
+    }
+
+    /// Takes over a dense kernel, whose weights sum to one.
+    pub fn copy_from(&mut self, kernel: &Kernel) {
+        self.clear();
+        self.reserve(kernel.height, kernel.width);
+        let len = kernel.width.next_multiple_of(LANES);
+        for (row, line) in kernel.weights.chunks_exact(kernel.width).enumerate() {
+            let start = row * len;
+            self.weights[start..start + len].fill(0.0);
+            self.weights[start..start + kernel.width].copy_from_slice(line);
+            self.push(Span {
+                row: kernel.top + row as i32,
+                column: kernel.left,
+                start,
+                len,
+            });
+        }
+        self.sum = kernel.weights.iter().map(|&w| f64::from(w)).sum();
+    }
+
+    /// Draws `mixture` with its centroid `shift_px` (x, y) from the source pixel's centre. One so
+    /// narrow that no pixel centre sees it becomes the single pixel nearest its centroid.
+    pub(super) fn draw(&mut self, mixture: &Mixture, shift_px: (f64, f64)) {
+        let (left, top, window) = grid_about(&mixture.reach(), shift_px);
+        self.clear();
+        self.reserve(window.height, window.width);
+        pulp::Arch::new().dispatch(Drawing {
+            rows: self,
+            mixture,
+            left,
+            top,
+            window,
+        });
+        if self.sum <= 0.0 {
+            self.clear();
+            self.weights[..LANES].fill(0.0);
+            self.weights[0] = 1.0;
+            self.sum = 1.0;
+            self.push(Span {
+                row: shift_px.1.round() as i32,
+                column: shift_px.0.round() as i32,
+                start: 0,
+                len: LANES,
+            });
+        }
+    }
+
+    #[inline(always)]
+    fn draw_on(&mut self, mixture: &Mixture, left: i32, top: i32, window: &Window) {
+        let mut sums = [0.0_f64; LANES];
+        match mixture {
+            Mixture::One(part) => {
+                let scan = Scan::new(part, 1.0, window);
+                for row in 0..window.height {
+                    if let Some((curve, columns)) = scan.row(row) {
+                        let place = (left, top + row as i32);
+                        self.fill(place, columns, &[curve], &mut sums);
+                    }
+                }
+            }
+            Mixture::Two([first, second]) => {
+                let first = Scan::new(first, 0.5, window);
+                let second = Scan::new(second, 0.5, window);
+                for row in 0..window.height {
+                    let place = (left, top + row as i32);
+                    match (first.row(row), second.row(row)) {
+                        (None, None) => {}
+                        (Some((curve, columns)), None) | (None, Some((curve, columns))) => {
+                            self.fill(place, columns, &[curve], &mut sums);
+                        }
+                        (Some((a, here)), Some((b, there))) => {
+                            let both = here.start.min(there.start)..here.end.max(there.end);
+                            self.fill(place, both, &[a, b], &mut sums);
+                        }
+                    }
+                }
+            }
+        }
+        self.sum = sums.iter().sum();
+    }
+
+    /// Adds the stretch over `columns` of a window's row, whose first column and row lie at `place`,
+    /// and adds its weights to the sums of each lane: in single precision along the row, in double
+    /// from row to row. The weights are the sum of the `curves`.
+    #[inline(always)]
+    fn fill<const N: usize>(
+        &mut self,
+        place: (i32, i32),
+        columns: Range<usize>,
+        curves: &[Curve; N],
+        sums: &mut [f64; LANES],
+    ) {
+        let start = self.spans.last().map_or(0, |span| span.start + span.len);
+        let len = columns.len().next_multiple_of(LANES);
+        let mut row_sums = [0.0_f32; LANES];
+        let (blocks, _) = self.weights[start..start + len].as_chunks_mut::<LANES>();
+        for (block, out) in blocks.iter_mut().enumerate() {
+            let mut total = [0.0; LANES];
+            for curve in curves {
+                let mut drawn = [0.0; LANES];
+                curve.sample(columns.start + block * LANES, &mut drawn);
+                for (total, drawn) in total.iter_mut().zip(drawn) {
+                    *total += drawn;
+                }
+            }
+            *out = total;
+            for (sum, weight) in row_sums.iter_mut().zip(total) {
+                *sum += weight;
+            }
+        }
+        for (sum, row_sum) in sums.iter_mut().zip(row_sums) {
+            *sum += f64::from(row_sum);
+        }
+        self.push(Span {
+            row: place.1,
+            column: place.0 + columns.start as i32,
+            start,
+            len,
+        });
+    }
+
+    #[inline(always)]
+    fn push(&mut self, span: Span) {
+        let end = span.column + span.len as i32;
+        if self.spans.is_empty() {
+            self.columns = span.column..end;
+            self.rows = span.row..span.row + 1;
+        } else {
+            self.columns = self.columns.start.min(span.column)..self.columns.end.max(end);
+            self.rows.end = span.row + 1;
+        }
+        self.spans.push(span);
+    }
+
+    fn clear(&mut self) {
+        self.spans.clear();
+        self.sum = 0.0;
+    }
+
+    /// Room for `height` stretches over `width` columns. The buffer only grows: stale weights are
+    /// overwritten before they are read.
+    fn reserve(&mut self, height: usize, width: usize) {
+        let room = height.max(1) * width.next_multiple_of(LANES).max(LANES);
+        if self.weights.len() < room {
+            self.weights.resize(room, 0.0);
+        }
+        self.spans.reserve(height);
+    }
+}
+
+/// [`KernelRows::draw_on`] for `dispatch`. A type and not a closure: the compiler's own shim around a
+/// closure is not always inlined, and what it holds is then compiled without the vector instructions.
+struct Drawing<'a> {
+    rows: &'a mut KernelRows,
+    mixture: &'a Mixture,
+    left: i32,
+    top: i32,
+    window: Window,
+}
+
+impl pulp::WithSimd for Drawing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.rows
+            .draw_on(self.mixture, self.left, self.top, &self.window);
+    }
+}
+
+/// The pixels within `reach` of a centroid `shift_px` from the source pixel's centre, never fewer
+/// than the one nearest to it: first column and row relative to the source pixel, and the window.
+pub(super) fn grid_about(reach: &Reach, shift_px: (f64, f64)) -> (i32, i32, Window) {
+    let (x, y) = shift_px;
+    let left = (x - reach.left_px).ceil().min(x.round());
+    let right = (x + reach.right_px).floor().max(x.round());
+    let top = (y - reach.up_px).ceil().min(y.round());
+    let bottom = (y + reach.down_px).floor().max(y.round());
+    let window = Window {
+        first_x_px: left - x,
+        first_y_px: top - y,
+        width: (right - left) as usize + 1,
+        height: (bottom - top) as usize + 1,
+    };
+    (left as i32, top as i32, window)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::FieldPoint;
+    use crate::moments::MeridionalMoments;
+    use crate::psf::{ALL, LocalBlur, SkewNormalDensity, draw_kernel};
+    use pulp::WithSimd;
+
+    /// Without vector instructions, with those of most machines and with all there are.
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        let bits = |rows: &KernelRows| -> Vec<(i32, i32, Vec<u32>)> {
+            let stretch = |(row, column, weights): (i32, i32, &[f32])| {
+                (row, column, weights.iter().map(|w| w.to_bits()).collect())
+            };
+            rows.stretches().map(stretch).collect()
+        };
+        let first = SkewNormalDensity::new([30.0, 9.0, 12.0], [6.0, -2.0]);
+        let second = SkewNormalDensity::new([30.0, -9.0, 12.0], [0.1, 2.5]);
+        for mixture in [Mixture::One(first), Mixture::Two([first, second])] {
+            let (left, top, window) = grid_about(&mixture.reach(), (0.3, -0.6));
+            let drawn_by = |draw: &dyn Fn(Drawing)| {
+                let mut rows = KernelRows::default();
+                rows.reserve(window.height, window.width);
+                draw(Drawing {
+                    rows: &mut rows,
+                    mixture: &mixture,
+                    left,
+                    top,
+                    window,
+                });
+                rows
+            };
+            let plain = drawn_by(&|drawing| drawing.with_simd(pulp::Scalar::new()));
+            let best = drawn_by(&|drawing| pulp::Arch::new().dispatch(drawing));
+            assert!(plain.sum > 0.0 && bits(&plain).len() > 20);
+            assert_eq!((bits(&plain), plain.sum), (bits(&best), best.sum));
+            #[cfg(target_arch = "x86_64")]
+            if let Some(avx2) = pulp::x86::V3::try_new() {
+                let common = drawn_by(&|drawing| pulp::Simd::vectorize(avx2, drawing));
+                assert_eq!((bits(&plain), plain.sum), (bits(&common), common.sum));
+            }
+        }
+    }
+
+    /// Both forms of a kernel hold the same weights.
+    #[test]
+    fn rows_agree_with_the_dense_kernel() {
+        for (sigma2, shift) in [
+            (1e-9, (0.5001, -0.2)),
+            (0.1, (0.3, 0.45)),
+            (4.0, (0.0, 0.0)),
+            (90.0, (-17.3, 5.25)),
+        ] {
+            let meridian = FieldPoint::new(0.3, -0.5).meridian();
+            let moments = MeridionalMoments {
+                mu20: 2.0 * sigma2,
+                mu02: sigma2,
+                mu30: 1.1 * sigma2.powf(1.5),
+                mu12: 0.4 * sigma2.powf(1.5),
+            }
+            .in_image(meridian);
+            let blur = LocalBlur { moments, meridian };
+            for model in ALL {
+                let (mut kernel, mut rows) = (Kernel::default(), KernelRows::default());
+                draw_kernel(*model, &blur, shift, &mut kernel);
+                model.draw_rows(&blur, shift, &mut rows);
+                let peak = kernel.weights.iter().copied().fold(0.0, f32::max);
+                let mut seen = 0.0;
+                for (row, column, weights) in rows.stretches() {
+                    assert!(rows.rows().contains(&row) && weights.len() % LANES == 0);
+                    for (k, weight) in weights.iter().enumerate() {
+                        let (x, y) = (column + k as i32 - kernel.left, row - kernel.top);
+                        let inside = (0..kernel.width as i32).contains(&x);
+                        let dense = if inside {
+                            kernel.weights[y as usize * kernel.width + x as usize]
+                        } else {
+                            0.0
+                        };
+                        let weight = (f64::from(*weight) / rows.sum()) as f32;
+                        assert!((weight - dense).abs() <= 1e-5 * peak, "{}", model.id());
+                        seen += weight;
+                    }
+                }
+                assert!((seen - 1.0).abs() < 1e-5, "{} at {sigma2}", model.id());
+            }
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! What a renderer is given: lens, plate geometry, depth and the planes of samples.
+
+use super::{BlurField, Edges, PlateMap, VergencePass};
+use crate::error::{Error, Result};
+use crate::psf::PsfModel;
+
+/// Whether a PSF lands where the ideal chief ray would or where the lens puts it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Displacement {
+    /// Every PSF has its centroid on its source pixel: blur alone.
+    #[default]
+    None,
+    /// Each channel is displaced relative to the mean over all lens channels: lateral colour, with
+    /// the plate itself left undistorted.
+    Lateral,
+    /// The whole displacement: distortion and lateral colour.
+    Full,
+}
+
+/// A plate's optics: everything about a render but the samples.
+pub struct Scene<'a> {
+    /// The lens.
+    pub lens: &'a dyn BlurField,
+    /// What turns the lens's moments into light densities.
+    pub model: &'a dyn PsfModel,
+    /// Columns of the plate.
+    pub width: usize,
+    /// Rows of the plate.
+    pub height: usize,
+    /// Where the plate lies in the lens's frame.
+    pub map: PlateMap,
+    /// Depth of the plate.
+    pub vergence: VergencePass<'a>,
+    /// What lies beyond the plate.
+    pub edges: Edges,
+    /// Whether PSFs are displaced.
+    pub displacement: Displacement,
+}
+
+/// One plane of samples to blur, such as red or alpha. Samples are linear light, premultiplied where
+/// there is an alpha plane.
+#[derive(Debug, Clone, Copy)]
+pub struct Plane<'a> {
+    /// One sample a pixel, row-major, finite; negative and very large ones are welcome.
+    pub samples: &'a [f32],
+    /// How much each lens channel contributes to this plane. (1, 0, 0) for red; (1/3, 1/3, 1/3) for
+    /// alpha, the coverage seen by all three. They must sum to one for the plane to keep its light.
+    pub weights: &'a [f64],
+}
+
+/// Applies a lens to planes.
+pub trait Renderer: Sync {
+    /// Stable identifier, as the command line names it.
+    fn id(&self) -> &'static str;
+
+    /// The planes as seen through the lens, in the order given.
+    ///
+    /// `progress` is called with the share done, from 0 to 1, from any thread; calls from different
+    /// threads can arrive slightly out of order. If it returns false the render stops.
+    ///
+    /// # Errors
+    /// - [`Scene::check`]'s;
+    /// - a lens whose blur is not finite or too large to draw at some pixel;
+    /// - [`stopped`], if `progress` said so.
+    fn render(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>>;
+}
+
+/// The error of a render that `progress` stopped; compare with `==` to tell it from a failure.
+pub fn stopped() -> Error {
+    Error::new("render", "was stopped on request", "start it again")
+}
+
+impl Scene<'_> {
+    /// Number of pixels of the plate.
+    pub fn pixel_count(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Vergence of the pixel at row-major `index`, m^-1.
+    pub fn vergence_at(&self, index: usize) -> f64 {
+        match self.vergence {
+            VergencePass::Constant(vergence) => vergence,
+            VergencePass::PerPixel(pass) => f64::from(pass[index]),
+        }
+    }
+
+    /// Whether this scene and `planes` can be rendered.
+    ///
+    /// # Errors
+    /// An empty plate or one too large to index, a scale that is not positive, a plane or depth pass
+    /// of the wrong size, the wrong number of channel weights, and samples, weights or depths that
+    /// are not finite: the first one found is named by plane and pixel.
+    pub fn check(&self, planes: &[Plane]) -> Result<()> {
+        // A quarter of i32's range leaves room for kernels beyond the edges.
+        let largest = 1 << 29;
+        if self.width == 0 || self.height == 0 || self.width > largest || self.height > largest {
+            return Err(Error::new(
+                "plate size",
+                format!("is {} x {}", self.width, self.height),
+                "give a plate of at least one pixel",
+            ));
+        }
+        let PlateMap { origin, scale } = self.map;
+        if !(scale > 0.0 && scale.is_finite()) {
+            return Err(Error::new(
+                "plate scale",
+                format!("is {scale}"),
+                "give a positive number of plate pixels per pixel of the lens's frame",
+            ));
+        }
+        if !origin.x_px.is_finite() || !origin.y_px.is_finite() {
+            return Err(Error::new(
+                "plate origin",
+                format!("is ({}, {})", origin.x_px, origin.y_px),
+                "give the frame position of the plate's top-left corner in pixels",
+            ));
+        }
+        match self.vergence {
+            VergencePass::Constant(vergence) if vergence.is_finite() => {}
+            VergencePass::Constant(vergence) => {
+                return Err(Error::new(
+                    "vergence",
+                    format!("is {vergence}"),
+                    "give 1 / distance in metres, 0 for infinity",
+                ));
+            }
+            VergencePass::PerPixel(pass) => self.check_samples("depth pass", pass)?,
+        }
+        for (index, plane) in planes.iter().enumerate() {
+            let name = format!("plane {index}");
+            let channels = self.lens.channel_count();
+            if plane.weights.len() != channels || !plane.weights.iter().all(|w| w.is_finite()) {
+                return Err(Error::new(
+                    name,
+                    format!("has channel weights {:?}", plane.weights),
+                    format!("give one finite weight for each of the lens's {channels} channels"),
+                ));
+            }
+            self.check_samples(&name, plane.samples)?;
+        }
+        Ok(())
+    }
+
+    fn check_samples(&self, name: &str, samples: &[f32]) -> Result<()> {
+        if samples.len() != self.pixel_count() {
+            return Err(Error::new(
+                name,
+                format!("has {} samples", samples.len()),
+                format!(
+                    "give one a pixel of the {} x {} plate",
+                    self.width, self.height
+                ),
+            ));
+        }
+        match samples.iter().position(|sample| !sample.is_finite()) {
+            None => Ok(()),
+            Some(index) => Err(Error::new(
+                format!(
+                    "{name}, pixel ({}, {})",
+                    index % self.width,
+                    index / self.width
+                ),
+                format!("is {}", samples[index]),
+                "replace values that are not finite before blurring",
+            )),
+        }
+    }
+}
