@@ -4,12 +4,14 @@
 //! that of the *source* pixel (model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
+mod depth_convention;
 mod scatter;
 #[cfg(test)]
 mod scatter_tests;
 mod scene;
 mod sheet;
 
+pub use depth_convention::{DepthConvention, DepthReading};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
 

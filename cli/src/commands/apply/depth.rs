@@ -1,0 +1,203 @@
+//! Where the depth of a plate comes from.
+
+use std::path::Path;
+
+use clap::{Args, ValueEnum};
+use seidel_core::distance::ObjectDistance;
+use seidel_core::predict::Predictor;
+use seidel_core::render::{DepthConvention, DepthReading};
+
+use super::super::CommandError;
+use super::Vergences;
+use crate::files::depth::{DepthPass, DepthSpec};
+use crate::files::error::FileError;
+use crate::files::plate::Plate;
+
+/// Options about depth.
+#[derive(Debug, Args)]
+pub(super) struct DepthArgs {
+    /// The depth pass; the plate's own Z channel if left out. May hold a frame pattern
+    #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance")]
+    depth: Option<String>,
+    /// One object distance for the whole plate, in metres, or `inf`
+    #[arg(long, value_name = "METRES", value_parser = parse_distance)]
+    distance: Option<ObjectDistance>,
+    /// What the numbers of the depth pass are
+    #[arg(long, value_enum, default_value_t = DepthKind::Distance)]
+    depth_kind: DepthKind,
+    /// Unit of the depth pass: m, cm, mm, km, in, ft, or metres per unit; negative if it counts backwards
+    #[arg(long, value_name = "UNIT", default_value = "m", value_parser = parse_unit, allow_hyphen_values = true)]
+    depth_unit: f64,
+    /// Nearest distance of a normalised depth pass, metres
+    #[arg(long, value_name = "METRES")]
+    near: Option<f64>,
+    /// Farthest distance of a normalised depth pass, metres
+    #[arg(long, value_name = "METRES")]
+    far: Option<f64>,
+}
+
+/// What the numbers of a depth pass are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DepthKind {
+    /// Distance along the optical axis
+    Distance,
+    /// One over the distance; 0 is infinity
+    Inverse,
+    /// 0 at --near, 1 at --far
+    FarOne,
+    /// 1 at --near, 0 at --far
+    FarZero,
+}
+
+fn parse_distance(text: &str) -> Result<ObjectDistance, String> {
+    let metres: f64 = text
+        .parse()
+        .map_err(|_| "give metres, or inf".to_owned())?;
+    ObjectDistance::metres(metres).map_err(|e| format!("{}; {}", e.problem, e.remedy))
+}
+
+fn parse_unit(text: &str) -> Result<f64, String> {
+    match text {
+        "m" => Ok(1.0),
+        "cm" => Ok(0.01),
+        "mm" => Ok(0.001),
+        "km" => Ok(1000.0),
+        "in" => Ok(0.0254),
+        "ft" => Ok(0.3048),
+        number => number
+            .parse::<f64>()
+            .ok()
+            .filter(|v| v.is_finite() && *v != 0.0)
+            .ok_or_else(|| "give m, cm, mm, km, in, ft, or the metres in one unit".to_owned()),
+    }
+}
+
+/// Where depth comes from, the options settled.
+pub(super) enum DepthSource {
+    /// One distance everywhere.
+    Constant(ObjectDistance),
+    /// A depth pass: in a file of its own, or else in the plate.
+    Pass {
+        spec: Option<DepthSpec>,
+        convention: DepthConvention,
+    },
+}
+
+impl DepthArgs {
+    pub(super) fn source(&self) -> Result<DepthSource, CommandError> {
+        if let Some(distance) = self.distance {
+            return Ok(DepthSource::Constant(distance));
+        }
+        let range = || match (self.near, self.far) {
+            (Some(near_m), Some(far_m)) => Ok((near_m, far_m)),
+            _ => Err(CommandError::Usage(
+                "--depth-kind far-one and far-zero need --near and --far, in metres".to_owned(),
+            )),
+        };
+        let metres_per_unit = self.depth_unit;
+        let convention = match self.depth_kind {
+            DepthKind::Distance => DepthConvention::Distance { metres_per_unit },
+            DepthKind::Inverse => DepthConvention::Inverse { metres_per_unit },
+            DepthKind::FarOne => {
+                let (near_m, far_m) = range()?;
+                DepthConvention::FarOne { near_m, far_m }
+            }
+            DepthKind::FarZero => {
+                let (near_m, far_m) = range()?;
+                DepthConvention::FarZero { near_m, far_m }
+            }
+        };
+        Ok(DepthSource::Pass {
+            spec: self.depth.as_deref().map(DepthSpec::parse),
+            convention,
+        })
+    }
+}
+
+impl DepthSource {
+    /// The file of the depth pass as given, which may hold a frame pattern.
+    pub(super) fn file_pattern(&self) -> Option<&str> {
+        match self {
+            Self::Pass {
+                spec: Some(spec), ..
+            } => Some(&spec.file),
+            _ => None,
+        }
+    }
+
+    /// Refuses a depth pass that the lens could not follow.
+    pub(super) fn check_lens(&self, lens: &Predictor, file: &Path) -> Result<(), CommandError> {
+        if lens.knows_depth() || self.file_pattern().is_none() {
+            return Ok(());
+        }
+        Err(FileError::new(
+            file,
+            "planes",
+            "the lens was fitted at one object distance, so it cannot follow a depth pass",
+            "fit it to sets at three or more distances, or leave out --depth",
+        )
+        .into())
+    }
+
+    /// Object vergence for `plate`; remarks go to `said`.
+    pub(super) fn read(
+        &self,
+        plate: &Plate,
+        file: Option<&Path>,
+        lens: &Predictor,
+        said: &mut Vec<String>,
+    ) -> Result<Vergences, CommandError> {
+        let (spec, convention) = match self {
+            Self::Constant(distance) => {
+                return Ok(Vergences::Constant(lens.vergence(*distance)?));
+            }
+            Self::Pass { spec, convention } => (spec, convention),
+        };
+        if !lens.knows_depth() {
+            return Ok(Vergences::Constant(0.0));
+        }
+        let channel = spec.as_ref().and_then(|s| s.channel.as_deref());
+        let pass = match file {
+            Some(file) => DepthPass::open(file, channel)?,
+            None => plate.depth(None).map_err(|e| {
+                FileError::new(
+                    plate.path(),
+                    "depth",
+                    format!("has no depth of its own ({e})"),
+                    "the lens's blur depends on depth: give --depth FILE or --distance METRES",
+                )
+            })?,
+        };
+        let samples = pass.over(plate.data_window())?;
+        let reading = convention
+            .read(&samples, plate.width())
+            .map_err(|e| {
+                FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
+            })?;
+        describe(&pass, &reading, said);
+        Ok(Vergences::PerPixel(reading.vergence))
+    }
+}
+
+fn describe(pass: &DepthPass, reading: &DepthReading, said: &mut Vec<String>) {
+    let name = format!("depth {}:{}", pass.file.display(), pass.channel);
+    match reading.range_m {
+        Some((near, far)) => said.push(format!("{name} spans {near:.4} m to {far:.4} m")),
+        None => said.push(format!("{name} is at infinity everywhere")),
+    }
+    for (count, what) in [
+        (reading.infinite, "pixels at infinity"),
+        (
+            reading.empty,
+            "empty pixels (zero or negative depth), taken to be at infinity",
+        ),
+        (
+            reading.outside,
+            "pixels outside 0..1, taken to be at the near or far end",
+        ),
+    ] {
+        if count > 0 {
+            said.push(format!("{name} has {count} {what}"));
+        }
+    }
+}
