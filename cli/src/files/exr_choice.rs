@@ -1,7 +1,5 @@
 //! Which channels of an EXR plate are its colour and which its depth.
 
-use std::path::Path;
-
 use super::error::{FileError, Result};
 use super::exr_plate::{ChannelId, ChannelInfo, ExrPlate, Window};
 
@@ -195,10 +193,4 @@ pub fn crop(samples: &[f32], from: Window, to: Window) -> Option<Vec<f32>> {
         cut.extend_from_slice(&samples[start..start + to.width]);
     }
     Some(cut)
-}
-
-/// Whether a path ends like an OpenEXR file.
-pub(super) fn has_exr_name(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
