@@ -1,1 +1,21 @@
 //! Everything the command reads and writes: the only room where files are opened.
+
+pub mod atomic;
+pub mod depth;
+pub mod error;
+pub mod exr_choice;
+mod exr_file;
+pub mod exr_plate;
+pub mod flat_plate;
+pub mod format;
+mod guard;
+pub mod json;
+mod limits;
+pub mod manifest;
+pub mod plate;
+mod png_file;
+pub mod sequence;
+mod tiff_file;
+mod tile_image;
+
+pub use error::{FileError, Result};

@@ -1,0 +1,151 @@
+//! Depth passes: raw numbers by pixel, whatever they mean.
+
+use std::path::{Path, PathBuf};
+
+use super::error::{FileError, Result};
+use super::exr_choice::crop;
+use super::exr_plate::{ExrPlate, Window};
+use super::flat_plate::{FlatPlate, SampleDepth};
+use super::format::{Format, detect};
+
+/// A depth pass as named on the command line: `FILE` or `FILE:CHANNEL`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DepthSpec {
+    /// The file; may hold a frame pattern.
+    pub file: String,
+    /// The channel, where one was named.
+    pub channel: Option<String>,
+}
+
+impl DepthSpec {
+    /// Splits off the channel at the last colon, unless that colon belongs to a drive letter or a
+    /// folder, or the whole is the name of an existing file.
+    pub fn parse(text: &str) -> Self {
+        let whole = Self {
+            file: text.to_owned(),
+            channel: None,
+        };
+        let Some((file, channel)) = text.rsplit_once(':') else {
+            return whole;
+        };
+        let is_drive = file.len() == 1
+            && file.starts_with(|c: char| c.is_ascii_alphabetic())
+            && (channel.starts_with(['/', '\\']) || Format::of_name(Path::new(channel)).is_some());
+        let in_folder = channel.contains(['/', '\\']);
+        if file.is_empty()
+            || channel.is_empty()
+            || is_drive
+            || in_folder
+            || Path::new(text).is_file()
+        {
+            return whole;
+        }
+        Self {
+            file: file.to_owned(),
+            channel: Some(channel.to_owned()),
+        }
+    }
+}
+
+/// The numbers of a depth pass, as they stand in the file: metres, inverse or anything else.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthPass {
+    /// The file it is from.
+    pub file: PathBuf,
+    /// Name of the channel it is from.
+    pub channel: String,
+    /// Where the pixels lie; at (0, 0) for PNG and TIFF.
+    pub window: Window,
+    /// One number a pixel, row-major. Integers are scaled to 0..1.
+    pub samples: Vec<f32>,
+}
+
+impl DepthPass {
+    /// Reads a depth pass: any channel of an EXR file (if none is named, the one that looks like
+    /// depth), or a grey or named channel of a 16-bit or float PNG or TIFF.
+    ///
+    /// # Errors
+    /// A file that cannot be read, no such channel, and 8-bit files, whose steps would show.
+    pub fn open(file: &Path, channel: Option<&str>) -> Result<Self> {
+        match detect(file)? {
+            Format::Exr => Self::of_plate(&ExrPlate::open(file)?, channel),
+            Format::Png | Format::Tiff => Self::of_flat(&FlatPlate::open(file)?, channel),
+        }
+    }
+
+    /// The depth channel of a plate that is open already.
+    ///
+    /// # Errors
+    /// No such channel.
+    pub fn of_plate(plate: &ExrPlate, channel: Option<&str>) -> Result<Self> {
+        let id = plate.depth_channel(channel)?;
+        Ok(Self {
+            file: plate.path().to_path_buf(),
+            channel: plate.channel_name(id),
+            window: plate.data_window(id),
+            samples: plate.samples(id),
+        })
+    }
+
+    fn of_flat(plate: &FlatPlate, channel: Option<&str>) -> Result<Self> {
+        if plate.depth() == SampleDepth::U8 {
+            return Err(FileError::new(
+                plate.path(),
+                "depth",
+                "has 8 bits a sample, which is too coarse for depth",
+                "give an EXR, or a 16-bit or float file",
+            ));
+        }
+        let name = channel.unwrap_or(&plate.names()[0]);
+        // Some writers store one number as equal R, G and B.
+        let colours = ["R", "G", "B"].map(|n| plate.plane(n));
+        let is_grey =
+            colours[0].is_none() || (colours[0] == colours[1] && colours[1] == colours[2]);
+        let samples = plate.plane(name).filter(|_| channel.is_some() || is_grey);
+        let Some(samples) = samples else {
+            return Err(FileError::new(
+                plate.path(),
+                "depth",
+                match channel {
+                    Some(name) => format!("has no channel `{name}`"),
+                    None => "is in colour".to_owned(),
+                },
+                format!(
+                    "name one of its channels after a colon: {}",
+                    plate.names().join(", ")
+                ),
+            ));
+        };
+        Ok(Self {
+            file: plate.path().to_path_buf(),
+            channel: name.to_owned(),
+            window: Window {
+                x: 0,
+                y: 0,
+                width: plate.width(),
+                height: plate.height(),
+            },
+            samples: samples.to_vec(),
+        })
+    }
+
+    /// The samples over another window, that of the plate: cut out of a larger pass, or as they are
+    /// where only the place differs but not the size.
+    ///
+    /// # Errors
+    /// A pass that does not cover the window.
+    pub fn over(&self, window: Window) -> Result<Vec<f32>> {
+        if let Some(cut) = crop(&self.samples, self.window, window) {
+            return Ok(cut);
+        }
+        if (self.window.width, self.window.height) == (window.width, window.height) {
+            return Ok(self.samples.clone());
+        }
+        Err(FileError::new(
+            &self.file,
+            format!("channel {}", self.channel),
+            format!("covers {}, the plate {window}", self.window),
+            "render depth and plate at one size and data window",
+        ))
+    }
+}

@@ -1,0 +1,157 @@
+//! What can go wrong with a file, and how it is said.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use seidel_core::{Error, Fault};
+
+/// Result of an operation on a file.
+pub type Result<T> = std::result::Result<T, FileError>;
+
+/// A refusal that names the file, the place in it, what is wrong and what to do about it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FileError {
+    /// One thing is wrong.
+    One {
+        /// The file as it was given.
+        file: PathBuf,
+        /// The field, channel or line at fault; empty for the file as a whole.
+        field: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What the user can do.
+        remedy: String,
+    },
+    /// Several observations or fields of one set are wrong; all that were found.
+    Many {
+        /// The manifest.
+        file: PathBuf,
+        /// The faults, in the order of the manifest.
+        faults: Vec<Fault>,
+    },
+}
+
+impl FileError {
+    /// A refusal of one `field` of `file`, or of the whole file where `field` is empty.
+    pub fn new(
+        file: impl Into<PathBuf>,
+        field: impl Into<String>,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::One {
+            file: file.into(),
+            field: field.into(),
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// All faults of the set described by `file`.
+    pub fn many(file: impl Into<PathBuf>, faults: Vec<Fault>) -> Self {
+        Self::Many {
+            file: file.into(),
+            faults,
+        }
+    }
+
+    /// A refusal by the core, about something read from or meant for `file`.
+    pub fn from_core(file: impl Into<PathBuf>, error: Error) -> Self {
+        Self::new(file, error.place, error.problem, error.remedy)
+    }
+
+    /// A failure of the operating system while `doing` (such as "be read") something to `file`.
+    pub fn io(file: &Path, doing: &str, error: &std::io::Error) -> Self {
+        use std::io::ErrorKind;
+        let remedy = match error.kind() {
+            ErrorKind::NotFound => "check the path",
+            ErrorKind::PermissionDenied => "check the permissions of the file and its folder",
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                "free some space or write elsewhere"
+            }
+            _ => "check that the file and its disk are in order",
+        };
+        Self::new(file, "", format!("cannot {doing} ({error})"), remedy)
+    }
+
+    /// The file at fault.
+    pub fn file(&self) -> &Path {
+        match self {
+            Self::One { file, .. } | Self::Many { file, .. } => file,
+        }
+    }
+
+    /// The same refusal as a fault of observation `index`, whose tile the manifest calls `name`.
+    pub(crate) fn into_faults(self, index: usize, name: &str) -> Vec<Fault> {
+        match self {
+            Self::Many { faults, .. } => faults,
+            Self::One {
+                field,
+                problem,
+                remedy,
+                ..
+            } => vec![Fault {
+                observation: Some(index),
+                file: name.to_owned(),
+                field: if field.is_empty() {
+                    "file".to_owned()
+                } else {
+                    field
+                },
+                problem,
+                remedy,
+            }],
+        }
+    }
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::One {
+                file,
+                field,
+                problem,
+                remedy,
+            } => {
+                write!(f, "{}: ", file.display())?;
+                if !field.is_empty() {
+                    write!(f, "{field}: ")?;
+                }
+                write!(f, "{problem}; {remedy}")
+            }
+            Self::Many { file, faults } => match faults.as_slice() {
+                [fault] => write!(f, "{}: {fault}", file.display()),
+                _ => {
+                    write!(f, "{}: {} faults", file.display(), faults.len())?;
+                    for fault in faults {
+                        write!(f, "\n  {fault}")?;
+                    }
+                    Ok(())
+                }
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_line_for_one_problem_and_one_a_fault() {
+        let one = FileError::new("a.exr", "channel R", "is missing", "add it");
+        assert_eq!(one.to_string(), "a.exr: channel R: is missing; add it");
+        let whole = FileError::new("a.exr", "", "is empty", "write it again");
+        assert_eq!(whole.to_string(), "a.exr: is empty; write it again");
+        let mut faults = one.into_faults(3, "psf/0003.exr");
+        assert_eq!(
+            FileError::many("m.json", faults.clone()).to_string(),
+            "m.json: observation 3 (psf/0003.exr) channel R: is missing; add it"
+        );
+        faults.extend(whole.into_faults(4, "b.exr"));
+        let text = FileError::many("m.json", faults).to_string();
+        assert_eq!(text.lines().count(), 3, "{text}");
+        assert!(text.contains("observation 4 (b.exr) file: is empty"));
+    }
+}

@@ -1,0 +1,417 @@
+//! OpenEXR plates: everything in the file is kept, and only the channels that are replaced change.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use exr::image::{AnyImage, Blocks, FlatSamples, Levels};
+use exr::meta::attribute::{AttributeValue, KeyCode, LineOrder, SampleType, Text};
+use exr::prelude::Compression;
+use half::f16;
+
+use super::error::{FileError, Result};
+use super::exr_file::{read_exr, write_exr};
+use super::limits::Limits;
+
+/// Name of the text attribute that takes the place of the film key code; see [`ExrPlate::open`].
+pub const KEY_CODE_TEXT: &str = "keyCodeText";
+
+/// A rectangle of pixels on the infinite plane of an EXR file: x right, y down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// Column of the left-most pixel; may be negative.
+    pub x: i32,
+    /// Row of the top-most pixel; may be negative.
+    pub y: i32,
+    /// Width, pixels.
+    pub width: usize,
+    /// Height, pixels.
+    pub height: usize,
+}
+
+impl fmt::Display for Window {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}x{} at ({}, {})",
+            self.width, self.height, self.x, self.y
+        )
+    }
+}
+
+/// One channel of a plate, by its place in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ChannelId {
+    pub(super) part: usize,
+    pub(super) channel: usize,
+}
+
+impl ChannelId {
+    /// Index of the part that holds the channel.
+    pub fn part(self) -> usize {
+        self.part
+    }
+}
+
+/// What a channel is called and how it is stored.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChannelInfo {
+    /// Its place.
+    pub id: ChannelId,
+    /// Name of its part, where the part has one.
+    pub part: Option<String>,
+    /// Full name with its layer, such as `R` or `diffuse.R`.
+    pub name: String,
+    /// Half, float or unsigned integer.
+    pub sample_type: SampleType,
+}
+
+/// Samples of one channel that are NaN or infinite.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NonFinite {
+    /// Name of the channel.
+    pub channel: String,
+    /// How many samples are not finite.
+    pub count: usize,
+    /// Column and row of the first, from the top-left pixel of the data window.
+    pub first: (usize, usize),
+}
+
+impl fmt::Display for NonFinite {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (column, row) = self.first;
+        write!(
+            f,
+            "channel {} holds {} NaN or infinite samples, the first at column {column}, row {row}",
+            self.channel, self.count
+        )
+    }
+}
+
+/// The samples of `plane`, `width` wide, that are NaN or infinite; `None` if all are finite.
+pub fn non_finite(channel: &str, width: usize, plane: &[f32]) -> Option<NonFinite> {
+    let first = plane.iter().position(|v| !v.is_finite())?;
+    let width = width.max(1);
+    Some(NonFinite {
+        channel: channel.to_owned(),
+        count: plane.iter().filter(|v| !v.is_finite()).count(),
+        first: (first % width, first / width),
+    })
+}
+
+/// A flat OpenEXR file in memory, with all its parts, channels and attributes.
+#[derive(Debug, Clone)]
+pub struct ExrPlate {
+    path: PathBuf,
+    image: AnyImage,
+    notes: Vec<String>,
+}
+
+impl ExrPlate {
+    /// Reads a plate.
+    ///
+    /// What could not be written back is settled here and told by [`ExrPlate::notes`]: parts in a lossy
+    /// compression become ZIP, so that pixels that are not replaced stay as they are; a film key code
+    /// becomes the text attribute [`KEY_CODE_TEXT`], because the EXR library writes key codes that no
+    /// reader can read.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and deep, subsampled or otherwise unsupported ones.
+    pub fn open(path: &Path) -> Result<Self> {
+        let mut plate = Self {
+            path: path.to_path_buf(),
+            image: read_exr(path, Limits::PLATE)?,
+            notes: Vec::new(),
+        };
+        plate.make_writable();
+        Ok(plate)
+    }
+
+    fn make_writable(&mut self) {
+        for layer in &mut self.image.layer_data {
+            let part = match &layer.attributes.layer_name {
+                Some(name) => format!("part `{name}`"),
+                None => "the plate".to_owned(),
+            };
+            let has_float = layer.channel_data.list.iter().any(|c| {
+                full_level(&c.sample_data).is_some_and(|s| matches!(s, FlatSamples::F32(_)))
+            });
+            let lossy = match layer.encoding.compression {
+                Compression::B44
+                | Compression::B44A
+                | Compression::DWAA(_)
+                | Compression::DWAB(_) => true,
+                // Loses bits of floats only.
+                Compression::PXR24 => has_float,
+                _ => false,
+            };
+            if lossy {
+                self.notes.push(format!(
+                    "{part} was {} compressed, which loses quality each time; it is written with ZIP",
+                    layer.encoding.compression
+                ));
+                layer.encoding.compression = Compression::ZIP16;
+            }
+            // The library refuses to write scan lines in no order.
+            if layer.encoding.blocks == Blocks::ScanLines
+                && layer.encoding.line_order == LineOrder::Unspecified
+            {
+                layer.encoding.line_order = LineOrder::Increasing;
+            }
+            let mut key_codes = Vec::new();
+            if let Some(code) = layer.attributes.film_key_code.take() {
+                key_codes.push((Text::from(KEY_CODE_TEXT), code));
+            }
+            for (name, value) in &layer.attributes.other {
+                if let AttributeValue::KeyCode(code) = value {
+                    let renamed = [name.bytes(), b"Text"].concat();
+                    key_codes.push((Text::from_slice_unchecked(&renamed), *code));
+                }
+            }
+            layer
+                .attributes
+                .other
+                .retain(|_, value| !matches!(value, AttributeValue::KeyCode(_)));
+            for (name, code) in key_codes {
+                self.notes.push(format!(
+                    "the film key code of {part} is kept as the text attribute {name}"
+                ));
+                layer
+                    .attributes
+                    .other
+                    .insert(name, AttributeValue::Text(key_code_text(&code)));
+            }
+        }
+    }
+
+    /// The file it was read from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What is or will be written otherwise than it was read; one sentence each.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Number of parts in the file, at least one.
+    pub fn parts(&self) -> usize {
+        self.image.layer_data.len()
+    }
+
+    /// Name of a part, where it has one.
+    pub fn part_name(&self, part: usize) -> Option<String> {
+        let attributes = &self.image.layer_data.get(part)?.attributes;
+        attributes.layer_name.as_ref().map(ToString::to_string)
+    }
+
+    /// The pixels that the file has of the part of `id`.
+    pub fn data_window(&self, id: ChannelId) -> Window {
+        let layer = &self.image.layer_data[id.part];
+        Window {
+            x: layer.attributes.layer_position.x(),
+            y: layer.attributes.layer_position.y(),
+            width: layer.size.width(),
+            height: layer.size.height(),
+        }
+    }
+
+    /// The picture proper, which data windows may exceed or not fill.
+    pub fn display_window(&self) -> Window {
+        let window = self.image.attributes.display_window;
+        Window {
+            x: window.position.x(),
+            y: window.position.y(),
+            width: window.size.width(),
+            height: window.size.height(),
+        }
+    }
+
+    /// Every channel, part by part.
+    pub fn channels(&self) -> Vec<ChannelInfo> {
+        let mut all = Vec::new();
+        for (part, layer) in self.image.layer_data.iter().enumerate() {
+            for (channel, info) in layer.channel_data.list.iter().enumerate() {
+                all.push(ChannelInfo {
+                    id: ChannelId { part, channel },
+                    part: self.part_name(part),
+                    name: info.name.to_string(),
+                    sample_type: full_level(&info.sample_data).map_or(SampleType::F32, sample_type),
+                });
+            }
+        }
+        all
+    }
+
+    /// Name of one channel, with its layer but without its part.
+    pub fn channel_name(&self, id: ChannelId) -> String {
+        self.image.layer_data[id.part].channel_data.list[id.channel]
+            .name
+            .to_string()
+    }
+
+    /// The channels in words, for messages: `R, G, B` or `beauty:R, depth:Z` where there are parts.
+    pub fn channel_list(&self) -> String {
+        let several = self.parts() > 1;
+        let names: Vec<String> = self
+            .channels()
+            .into_iter()
+            .map(|c| match c.part {
+                Some(part) if several => format!("{part}:{}", c.name),
+                _ => c.name,
+            })
+            .collect();
+        names.join(", ")
+    }
+
+    /// The samples of one channel as floats, row-major over its data window. Unsigned integers above
+    /// 2^24 lose their low bits here, and only here.
+    pub fn samples(&self, id: ChannelId) -> Vec<f32> {
+        let channel = &self.image.layer_data[id.part].channel_data.list[id.channel];
+        match full_level(&channel.sample_data) {
+            Some(FlatSamples::F16(samples)) => samples.iter().map(|s| s.to_f32()).collect(),
+            Some(FlatSamples::F32(samples)) => samples.clone(),
+            #[allow(clippy::cast_precision_loss)]
+            Some(FlatSamples::U32(samples)) => samples.iter().map(|&s| s as f32).collect(),
+            None => Vec::new(),
+        }
+    }
+
+    /// The NaN and infinite samples of the given channels, for those that have any.
+    pub fn non_finite(&self, ids: &[ChannelId]) -> Vec<NonFinite> {
+        ids.iter()
+            .filter_map(|&id| {
+                let width = self.data_window(id).width;
+                non_finite(&self.channel_name(id), width, &self.samples(id))
+            })
+            .collect()
+    }
+
+    /// Puts `samples` in place of a channel's, in the channel's own sample type: half and unsigned
+    /// integer are rounded to nearest and saturate at their largest value. Saturation is noted.
+    ///
+    /// Smaller copies of the picture (mip maps) in the same part are dropped, which is noted too.
+    ///
+    /// # Errors
+    /// A sample count that is not that of the channel.
+    pub fn replace(&mut self, id: ChannelId, samples: &[f32]) -> Result<()> {
+        let name = self.channel_name(id);
+        let window = self.data_window(id);
+        if samples.len() != window.width * window.height {
+            return Err(FileError::new(
+                &self.path,
+                format!("channel {name}"),
+                format!("{} samples do not fill {window}", samples.len()),
+                "give one sample a pixel of the data window",
+            ));
+        }
+        let layer = &mut self.image.layer_data[id.part];
+        let mut dropped_levels = false;
+        for channel in &mut layer.channel_data.list {
+            dropped_levels |= keep_full_level(&mut channel.sample_data);
+        }
+        let target = &mut layer.channel_data.list[id.channel].sample_data;
+        let saturated = match target {
+            Levels::Singular(target) => overwrite(target, samples),
+            // No levels at all: nothing was read, so the sample count is zero and checked above.
+            _ => 0,
+        };
+        if dropped_levels {
+            self.notes.push(format!(
+                "the mip or rip levels beside channel {name} are left out, as they no longer fit"
+            ));
+        }
+        if saturated > 0 {
+            self.notes.push(format!(
+                "channel {name}: {saturated} samples were beyond its sample type and are clipped"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Writes the plate whole or not at all.
+    ///
+    /// # Errors
+    /// A target that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        write_exr(path, &self.image, true)
+    }
+}
+
+fn key_code_text(code: &KeyCode) -> Text {
+    Text::from(
+        format!(
+            "filmMfcCode={} filmType={} prefix={} count={} perfOffset={} perfsPerFrame={} perfsPerCount={}",
+            code.film_manufacturer_code,
+            code.film_type,
+            code.film_roll_prefix,
+            code.count,
+            code.perforation_offset,
+            code.perforations_per_frame,
+            code.perforations_per_count
+        )
+        .as_str(),
+    )
+}
+
+fn full_level(levels: &Levels<FlatSamples>) -> Option<&FlatSamples> {
+    match levels {
+        Levels::Singular(samples) => Some(samples),
+        Levels::Mip { level_data, .. } => level_data.first(),
+        Levels::Rip { level_data, .. } => level_data.map_data.first(),
+    }
+}
+
+/// Drops all but the full resolution; whether there was anything to drop.
+fn keep_full_level(levels: &mut Levels<FlatSamples>) -> bool {
+    let data = match levels {
+        Levels::Singular(_) => return false,
+        Levels::Mip { level_data, .. } => level_data,
+        Levels::Rip { level_data, .. } => &mut level_data.map_data,
+    };
+    if data.is_empty() {
+        return false;
+    }
+    *levels = Levels::Singular(data.swap_remove(0));
+    true
+}
+
+fn sample_type(samples: &FlatSamples) -> SampleType {
+    match samples {
+        FlatSamples::F16(_) => SampleType::F16,
+        FlatSamples::F32(_) => SampleType::F32,
+        FlatSamples::U32(_) => SampleType::U32,
+    }
+}
+
+/// Writes `from` over `to` in the type of `to`; how many finite samples had to be clipped.
+fn overwrite(to: &mut FlatSamples, from: &[f32]) -> usize {
+    match to {
+        FlatSamples::F32(to) => {
+            to.copy_from_slice(from);
+            0
+        }
+        FlatSamples::F16(to) => {
+            let mut clipped = 0;
+            for (to, &from) in to.iter_mut().zip(from) {
+                let half = f16::from_f32(from);
+                *to = if half.is_infinite() {
+                    clipped += usize::from(from.is_finite());
+                    if from > 0.0 { f16::MAX } else { f16::MIN }
+                } else {
+                    half
+                };
+            }
+            clipped
+        }
+        FlatSamples::U32(to) => {
+            let mut clipped = 0;
+            for (to, &from) in to.iter_mut().zip(from) {
+                let rounded = from.round();
+                clipped += usize::from(rounded < 0.0 || rounded >= u32::MAX as f32);
+                // A float cast saturates, and turns NaN into 0.
+                *to = rounded as u32;
+            }
+            clipped
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! A plate of any supported format, as the blur sees it: scene-linear colour planes and alpha.
+
+use std::path::Path;
+
+use super::depth::DepthPass;
+use super::error::{FileError, Result};
+use super::exr_choice::ColourGroup;
+use super::exr_plate::{ExrPlate, NonFinite, Window, non_finite};
+use super::flat_plate::{Encoding, FlatPlate};
+use super::format::{Format, check_output_name, detect};
+
+/// What a user may say about a plate.
+#[derive(Debug, Clone, Default)]
+pub struct PlateOptions {
+    /// The EXR layer or part to work on; the root channels if `None`.
+    pub layer: Option<String>,
+    /// What integer samples of PNG and TIFF mean; sRGB if `None`. Floats are linear if `None`.
+    pub encoding: Option<Encoding>,
+}
+
+/// A plate in memory with everything its file holds.
+#[derive(Debug, Clone)]
+pub struct Plate {
+    file: PlateFile,
+    names: Vec<String>,
+    window: Window,
+    display: Window,
+}
+
+#[derive(Debug, Clone)]
+enum PlateFile {
+    Exr {
+        plate: Box<ExrPlate>,
+        group: ColourGroup,
+    },
+    Flat {
+        plate: FlatPlate,
+        encoding: Encoding,
+    },
+}
+
+impl Plate {
+    /// Reads a plate of any supported format.
+    ///
+    /// # Errors
+    /// A file that cannot be read, of no supported format, or without colour channels.
+    pub fn open(path: &Path, options: &PlateOptions) -> Result<Self> {
+        if detect(path)? == Format::Exr {
+            return Self::of_exr(ExrPlate::open(path)?, options);
+        }
+        if let Some(layer) = &options.layer {
+            return Err(FileError::new(
+                path,
+                "",
+                format!("has no layers, but --layer {layer} was given"),
+                "leave out --layer",
+            ));
+        }
+        let plate = FlatPlate::open(path)?;
+        let encoding = options.encoding.unwrap_or(if plate.depth().is_integer() {
+            Encoding::Srgb
+        } else {
+            Encoding::Linear
+        });
+        let window = Window {
+            x: 0,
+            y: 0,
+            width: plate.width(),
+            height: plate.height(),
+        };
+        let names = plate.names().iter().filter(|n| *n != "A").cloned();
+        Ok(Self {
+            names: names.collect(),
+            file: PlateFile::Flat { plate, encoding },
+            window,
+            display: window,
+        })
+    }
+
+    fn of_exr(plate: ExrPlate, options: &PlateOptions) -> Result<Self> {
+        let group = plate.colour(options.layer.as_deref())?;
+        Ok(Self {
+            names: group.names.clone(),
+            window: plate.data_window(group.colour[0]),
+            display: plate.display_window(),
+            file: PlateFile::Exr {
+                plate: Box::new(plate),
+                group,
+            },
+        })
+    }
+
+    /// The format that it was read in and will be written in.
+    pub fn format(&self) -> Format {
+        match &self.file {
+            PlateFile::Exr { .. } => Format::Exr,
+            PlateFile::Flat { plate, .. } => match plate.container {
+                super::flat_plate::Container::Png { .. } => Format::Png,
+                super::flat_plate::Container::Tiff(_) => Format::Tiff,
+            },
+        }
+    }
+
+    /// Width of the planes, pixels.
+    pub fn width(&self) -> usize {
+        self.window.width
+    }
+
+    /// Height of the planes, pixels.
+    pub fn height(&self) -> usize {
+        self.window.height
+    }
+
+    /// Where the planes lie on the plane of the display window.
+    pub fn data_window(&self) -> Window {
+        self.window
+    }
+
+    /// The picture proper: the frame that a lens covers.
+    pub fn display_window(&self) -> Window {
+        self.display
+    }
+
+    /// Names of the colour planes: R, G, B, or Y.
+    pub fn colour_names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Whether there is an alpha channel beside the colour.
+    pub fn has_alpha(&self) -> bool {
+        match &self.file {
+            PlateFile::Exr { group, .. } => group.alpha.is_some(),
+            PlateFile::Flat { plate, .. } => plate.plane("A").is_some(),
+        }
+    }
+
+    /// The colour planes, scene-linear, row-major, in the order of [`Plate::colour_names`].
+    pub fn colour(&self) -> Vec<Vec<f32>> {
+        match &self.file {
+            PlateFile::Exr { plate, group } => {
+                group.colour.iter().map(|&id| plate.samples(id)).collect()
+            }
+            PlateFile::Flat { plate, encoding } => self
+                .names
+                .iter()
+                .filter_map(|name| plate.plane(name))
+                .map(|plane| plane.iter().map(|&code| encoding.decode(code)).collect())
+                .collect(),
+        }
+    }
+
+    /// The alpha plane, where there is one.
+    pub fn alpha(&self) -> Option<Vec<f32>> {
+        match &self.file {
+            PlateFile::Exr { plate, group } => group.alpha.map(|id| plate.samples(id)),
+            PlateFile::Flat { plate, .. } => plate.plane("A").map(<[f32]>::to_vec),
+        }
+    }
+
+    /// The NaN and infinite samples of colour and alpha.
+    pub fn non_finite(&self) -> Vec<NonFinite> {
+        match &self.file {
+            PlateFile::Exr { plate, group } => {
+                let ids: Vec<_> = group.colour.iter().copied().chain(group.alpha).collect();
+                plate.non_finite(&ids)
+            }
+            PlateFile::Flat { plate, .. } => plate
+                .names()
+                .iter()
+                .filter_map(|name| non_finite(name, self.window.width, plate.plane(name)?))
+                .collect(),
+        }
+    }
+
+    /// Puts other scene-linear colour planes in place, in the order of [`Plate::colour_names`].
+    ///
+    /// # Errors
+    /// Planes that differ in number or size.
+    pub fn set_colour(&mut self, planes: &[Vec<f32>]) -> Result<()> {
+        if planes.len() != self.names.len() {
+            return Err(FileError::new(
+                self.path(),
+                "channels",
+                format!("{} planes for {}", planes.len(), self.names.join(", ")),
+                "give one plane a colour channel",
+            ));
+        }
+        match &mut self.file {
+            PlateFile::Exr { plate, group } => {
+                for (&id, plane) in group.colour.iter().zip(planes) {
+                    plate.replace(id, plane)?;
+                }
+            }
+            PlateFile::Flat { plate, encoding } => {
+                for (name, plane) in self.names.iter().zip(planes) {
+                    let codes = plane.iter().map(|&light| encoding.encode(light));
+                    plate.replace(name, codes.collect())?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts another alpha plane in place.
+    ///
+    /// # Errors
+    /// A plate without alpha, and a plane of another size.
+    pub fn set_alpha(&mut self, samples: &[f32]) -> Result<()> {
+        match &mut self.file {
+            PlateFile::Exr { plate, group } => match group.alpha {
+                Some(id) => plate.replace(id, samples),
+                None => Err(FileError::new(
+                    plate.path(),
+                    "channel A",
+                    "is not in the plate",
+                    "leave alpha as it is",
+                )),
+            },
+            PlateFile::Flat { plate, .. } => plate.replace("A", samples.to_vec()),
+        }
+    }
+
+    /// The depth pass inside the plate's own file.
+    ///
+    /// # Errors
+    /// A format without depth channels, or no such channel.
+    pub fn depth(&self, channel: Option<&str>) -> Result<DepthPass> {
+        match &self.file {
+            PlateFile::Exr { plate, .. } => DepthPass::of_plate(plate, channel),
+            PlateFile::Flat { plate, .. } => Err(FileError::new(
+                plate.path(),
+                "depth",
+                "cannot be in a PNG or TIFF plate",
+                "give the depth pass as a file of its own",
+            )),
+        }
+    }
+
+    /// The file it was read from.
+    pub fn path(&self) -> &Path {
+        match &self.file {
+            PlateFile::Exr { plate, .. } => plate.path(),
+            PlateFile::Flat { plate, .. } => plate.path(),
+        }
+    }
+
+    /// Writes the plate whole or not at all, in the format it was read in. Returns a sentence for each
+    /// thing that changed beside the blurred pixels or that the format could not hold.
+    ///
+    /// # Errors
+    /// A name that stands for another format, and a target that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<Vec<String>> {
+        check_output_name(path, self.format())?;
+        match &self.file {
+            PlateFile::Exr { plate, .. } => {
+                plate.write(path)?;
+                Ok(plate.notes().to_vec())
+            }
+            PlateFile::Flat { plate, .. } => plate.write(path),
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! TIFF files: 8 and 16 bit, half and float, one page.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use tiff::decoder::{Decoder, DecodingResult};
+use tiff::encoder::colortype::{
+    ColorType as EncodedType, Gray8, Gray16, Gray32Float, RGB8, RGB16, RGB32Float,
+};
+use tiff::encoder::compression::DeflateLevel;
+use tiff::encoder::{Compression, TiffEncoder, TiffValue};
+use tiff::tags::{ByteOrder, ExtraSamples, Tag, Type, ValueBuffer};
+use tiff::{ColorType, Directory, TiffError};
+
+use super::atomic::{Output, write_whole};
+use super::error::{FileError, Result};
+use super::flat_plate::{Container, FlatPlate, SampleDepth, names, to_u8, to_u16};
+use super::guard::caught;
+use super::limits::Limits;
+
+/// What a TIFF file holds beside its pixels and is written back.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Carried {
+    tags: Vec<CarriedTag>,
+    /// The ExtraSamples value of the alpha channel: premultiplied or not.
+    alpha: u16,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct CarriedTag {
+    tag: u16,
+    kind: Type,
+    bytes: Vec<u8>,
+}
+
+/// The tags that are carried over: those that say how to show, print or attribute the picture. The
+/// others describe the layout of the old file or point into it.
+const CARRIED: [Tag; 14] = [
+    Tag::ImageDescription,
+    Tag::Make,
+    Tag::Model,
+    Tag::Orientation,
+    Tag::XResolution,
+    Tag::YResolution,
+    Tag::ResolutionUnit,
+    Tag::Software,
+    Tag::DateTime,
+    Tag::Artist,
+    Tag::HostComputer,
+    Tag::Copyright,
+    Tag::IccProfile,
+    // XMP.
+    Tag::Unknown(700),
+];
+
+/// Reads the first page of a TIFF file.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
+    caught(|| read_unguarded(path, limits)).unwrap_or_else(|panic| Err(damaged(path, &panic)))
+}
+
+fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
+    let file = File::open(path).map_err(|e| FileError::io(path, "be opened", &e))?;
+    let length = file
+        .metadata()
+        .map_err(|e| FileError::io(path, "be read", &e))?
+        .len();
+    let refuse = |error: TiffError| refusal(path, error);
+    let unsupported = |what: String| {
+        FileError::new(
+            path,
+            "",
+            format!("is a TIFF of a kind that is not supported ({what})"),
+            "save it as grey or RGB, 8-bit, 16-bit or float, one page",
+        )
+    };
+    let mut decoder = Decoder::new(BufReader::new(file)).map_err(refuse)?;
+    let (width, height) = decoder.dimensions().map_err(refuse)?;
+    let (width, height) = (width as usize, height as usize);
+    limits.check_sides(path, "ImageWidth, ImageLength", width, height)?;
+    let kind = decoder.colortype().map_err(refuse)?;
+    let stored = decoder
+        .find_tag_unsigned::<u16>(Tag::SamplesPerPixel)
+        .map_err(refuse)?
+        .unwrap_or(1);
+    let extra: Vec<u16> = decoder
+        .find_tag_unsigned_vec(Tag::ExtraSamples)
+        .map_err(refuse)?
+        .unwrap_or_default();
+    let (colour, alpha) = match kind {
+        ColorType::Gray(_) => (false, false),
+        // Grey with alpha comes under this name.
+        ColorType::Multiband { num_samples: 2, .. } if matches!(extra[..], [1 | 2]) => {
+            (false, true)
+        }
+        ColorType::RGB(_) => (true, false),
+        ColorType::RGBA(_) => (true, true),
+        other => return Err(unsupported(format!("{other:?}"))),
+    };
+    let names = names(colour, alpha);
+    if usize::from(stored) != names.len() {
+        return Err(unsupported(format!(
+            "{stored} samples a pixel where {} are used",
+            names.join(", ")
+        )));
+    }
+    let sample_bytes = u128::from(kind.bit_depth().div_ceil(8));
+    let bytes = width as u128 * height as u128 * names.len() as u128 * sample_bytes;
+    limits.check_bytes(path, "ImageWidth, ImageLength", bytes * 5, length)?;
+    let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
+
+    let mut room = tiff::decoder::Limits::default();
+    room.decoding_buffer_size = bytes;
+    room.intermediate_buffer_size = bytes.max(1 << 20).saturating_mul(4);
+    room.ifd_value_size = 64 << 20;
+    let mut decoder = decoder.with_limits(room);
+    let carried = Carried {
+        tags: carried_tags(&mut decoder),
+        alpha: extra.first().copied().unwrap_or(0),
+    };
+    let mut data = DecodingResult::U8(Vec::new());
+    let layout = decoder.read_image_to_buffer(&mut data).map_err(refuse)?;
+    let planar = layout.planes > 1;
+    let count = names.len();
+    let (planes, depth) = match &data {
+        // Grey of fewer bits than eight would come packed.
+        DecodingResult::U8(d) if kind.bit_depth() == 8 => (
+            planes(d, count, planar, |s| f32::from(s) / 255.0),
+            SampleDepth::U8,
+        ),
+        DecodingResult::U16(d) if kind.bit_depth() == 16 => (
+            planes(d, count, planar, |s| f32::from(s) / 65535.0),
+            SampleDepth::U16,
+        ),
+        DecodingResult::F16(d) => (planes(d, count, planar, |s| s.to_f32()), SampleDepth::F16),
+        DecodingResult::F32(d) => (planes(d, count, planar, |s| s), SampleDepth::F32),
+        _ => {
+            return Err(unsupported(format!("{} bits a sample", kind.bit_depth())));
+        }
+    };
+    if planes.len() != count || planes.iter().any(|p| p.len() != width * height) {
+        return Err(damaged(path, "pixels are missing"));
+    }
+    Ok(FlatPlate {
+        path: path.to_path_buf(),
+        container: Container::Tiff(carried),
+        depth,
+        width,
+        height,
+        names,
+        planes,
+    })
+}
+
+fn planes<T: Copy>(
+    data: &[T],
+    count: usize,
+    planar: bool,
+    convert: impl Fn(T) -> f32,
+) -> Vec<Vec<f32>> {
+    if planar {
+        data.chunks(data.len().div_ceil(count).max(1))
+            .map(|plane| plane.iter().map(|&s| convert(s)).collect())
+            .collect()
+    } else {
+        FlatPlate::planes_of(data, count, convert)
+    }
+}
+
+/// The carried tags, those that do not read left out: they are no part of the picture.
+fn carried_tags(decoder: &mut Decoder<BufReader<File>>) -> Vec<CarriedTag> {
+    CARRIED
+        .iter()
+        .filter_map(|&tag| {
+            let mut value = ValueBuffer::empty(Type::BYTE);
+            decoder.image_ifd().find_tag_buf(tag, &mut value).ok()??;
+            value.set_byte_order(ByteOrder::native());
+            Some(CarriedTag {
+                tag: tag.to_u16(),
+                kind: value.data_type(),
+                bytes: value.as_bytes().to_vec(),
+            })
+        })
+        .collect()
+}
+
+/// Writes a TIFF file, deflate compressed, whole or not at all.
+pub(super) fn write(path: &Path, plate: &FlatPlate, carried: &Carried) -> Result<()> {
+    let colour = plate.planes.len() > 2;
+    write_whole(path, |out| {
+        match (plate.depth, colour) {
+            (SampleDepth::U8, false) => encode::<Gray8>(out, plate, carried, to_u8),
+            (SampleDepth::U8, true) => encode::<RGB8>(out, plate, carried, to_u8),
+            (SampleDepth::U16, false) => encode::<Gray16>(out, plate, carried, to_u16),
+            (SampleDepth::U16, true) => encode::<RGB16>(out, plate, carried, to_u16),
+            (_, false) => encode::<Gray32Float>(out, plate, carried, |s| s),
+            (_, true) => encode::<RGB32Float>(out, plate, carried, |s| s),
+        }
+        .map_err(|error| error.to_string())
+    })
+}
+
+/// Writes float planes as a new TIFF file, whole or not at all.
+pub(super) fn write_float(
+    path: &Path,
+    width: usize,
+    height: usize,
+    names: Vec<String>,
+    planes: Vec<Vec<f32>>,
+) -> Result<()> {
+    let carried = Carried::default();
+    let plate = FlatPlate {
+        path: path.to_path_buf(),
+        container: Container::Tiff(carried.clone()),
+        depth: SampleDepth::F32,
+        width,
+        height,
+        names,
+        planes,
+    };
+    write(path, &plate, &carried)
+}
+
+fn encode<C: EncodedType>(
+    out: &mut Output<'_>,
+    plate: &FlatPlate,
+    carried: &Carried,
+    convert: impl Fn(f32) -> C::Inner,
+) -> std::result::Result<(), TiffError>
+where
+    [C::Inner]: TiffValue,
+{
+    let mut encoder =
+        TiffEncoder::new(out)?.with_compression(Compression::Deflate(DeflateLevel::default()));
+    let mut image = encoder.new_image::<C>(plate.width as u32, plate.height as u32)?;
+    if plate.planes.len() % 2 == 0 {
+        let alpha = ExtraSamples::from_u16(carried.alpha).unwrap_or(ExtraSamples::Unspecified);
+        image.extra_samples(&[alpha])?;
+    }
+    for CarriedTag { tag, kind, bytes } in &carried.tags {
+        let entry = image.encoder().write_entry_bytes(*kind, bytes)?;
+        let mut directory = Directory::empty();
+        directory.extend([(Tag::from_u16_exhaustive(*tag), entry)]);
+        image.encoder().extend_from(&directory);
+    }
+    image.write_data(&plate.interleaved(convert))
+}
+
+fn damaged(path: &Path, what: &str) -> FileError {
+    FileError::new(
+        path,
+        "",
+        format!("is no readable TIFF ({what})"),
+        "save or copy the file again",
+    )
+}
+
+fn refusal(path: &Path, error: TiffError) -> FileError {
+    match error {
+        TiffError::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
+            FileError::io(path, "be read", &error)
+        }
+        TiffError::UnsupportedError(what) => FileError::new(
+            path,
+            "",
+            format!("is a TIFF of a kind that is not supported ({what})"),
+            "save it as grey or RGB, 8-bit, 16-bit or float, one page",
+        ),
+        error => damaged(path, &error.to_string()),
+    }
+}
