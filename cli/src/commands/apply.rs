@@ -131,7 +131,7 @@ impl Job<'_> {
         let input = &step.paths[0];
         let mut said = Vec::new();
         let mut plate = Plate::open(input, &args.plate.options())?;
-        let mut planes = args.plate.light(&plate, &mut said)?;
+        let planes = args.plate.light(&plate, &mut said)?;
         let vergence = self
             .depth
             .read(&plate, step.paths.get(2).map(PathBuf::as_path), self.predictor, &mut said)?;

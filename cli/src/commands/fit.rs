@@ -11,7 +11,7 @@ use serde_json::json;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
 use crate::files::atomic::write_whole;
-use crate::files::manifest::{ReadOptions, read_observations};
+use crate::files::manifest::{self, ReadOptions};
 
 /// Options of `seidel fit`.
 #[derive(Debug, Args)]
@@ -67,8 +67,8 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
     let mut sets: Vec<ObservationSet> = Vec::new();
     let mut skipped = Vec::new();
     for path in &args.observations {
-        let read = read_observations(path, &options)?;
-        for fault in read.dropped {
+        let read = manifest::read(path, options)?;
+        for fault in read.dropped.iter().flat_map(|d| &d.faults) {
             skipped.push(format!("{}: {fault}", path.display()));
         }
         sets.push(read.set);

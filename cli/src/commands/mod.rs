@@ -1,10 +1,10 @@
 //! The commands, one a file.
 
 mod apply;
-mod demo;
-mod eval;
+// mod demo;
+// mod eval;
 mod fit;
-mod lens;
+// mod lens;
 mod psf;
 
 use std::path::{Path, PathBuf};
@@ -30,16 +30,15 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Show what the program does, on data it makes itself
-    Demo(demo::DemoArgs),
+    // Demo(demo::DemoArgs),
     /// Learn a lens from measured point-spread functions
     Fit(fit::FitArgs),
     /// Tell how well a lens describes a set of point-spread functions
-    Eval(eval::EvalArgs),
+    // Eval(eval::EvalArgs),
     /// Write the point-spread functions that a lens predicts
     Psf(psf::PsfArgs),
     /// Look at a lens profile
-    #[command(subcommand)]
-    Lens(lens::LensCommand),
+    // Lens(lens::LensCommand),
     /// Blur a plate with a lens
     Apply(apply::ApplyArgs),
 }
@@ -51,11 +50,11 @@ impl Command {
     /// Whatever stands in its way, in one message.
     pub fn run(self, console: &mut Console) -> Result<(), CommandError> {
         match self {
-            Self::Demo(args) => demo::run(&args, console),
+            // Self::Demo(args) => demo::run(&args, console),
             Self::Fit(args) => fit::run(&args, console),
-            Self::Eval(args) => eval::run(&args, console),
+            // Self::Eval(args) => eval::run(&args, console),
             Self::Psf(args) => psf::run(&args, console),
-            Self::Lens(command) => lens::run(&command, console),
+            // Self::Lens(command) => lens::run(&command, console),
             Self::Apply(args) => apply::run(&args, console),
         }
     }

@@ -9,7 +9,7 @@ use seidel_core::psf;
 use super::{CommandError, read_lens};
 use crate::Console;
 use crate::files::error::FileError;
-use crate::files::manifest::{ReadOptions, read_observations, write_observations};
+use crate::files::manifest::{self, ReadOptions};
 
 /// Options of `seidel psf`.
 #[derive(Debug, Args)]
@@ -31,11 +31,11 @@ pub struct PsfArgs {
 pub(super) fn run(args: &PsfArgs, console: &mut Console) -> Result<(), CommandError> {
     let lens = read_lens(&args.lens)?;
     let model = psf::by_id(&args.psf)?;
-    let read = read_observations(&args.like, &ReadOptions::default())?;
+    let read = manifest::read(&args.like, ReadOptions::default())?;
     let predictor = Predictor::new(&lens)?;
     let predicted = predict_like(&predictor, &read.set, model)
         .map_err(|e| FileError::from_core(&args.like, e))?;
-    write_observations(&args.out, &predicted)?;
+    manifest::write(&predicted, &args.out)?;
     console.say(format!(
         "wrote {} ({} observations)",
         args.out.display(),
