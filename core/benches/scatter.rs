@@ -22,6 +22,7 @@ const RUNS: usize = 3;
 
 struct BenchLens {
     frame: Frame,
+    corner_radius: f64,
     corner_sigma_px: f64,
 }
 
@@ -36,7 +37,7 @@ impl BlurField for BenchLens {
 
     fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> PlacedBlur {
         let strength = [0.9, 1.0, 1.15][channel];
-        let rho = at.radius() / self.frame.corner_radius();
+        let rho = at.radius() / self.corner_radius;
         let sigma = |edge: f64| {
             let centre = self.corner_sigma_px / 6.0;
             (strength * (centre + (edge - centre) * rho * rho)).max(0.5)
@@ -118,8 +119,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let number = |index: usize, otherwise: f64| numbers.get(index).copied().unwrap_or(otherwise);
     let (width, height) = (number(0, 512.0) as usize, number(1, 512.0) as usize);
     let corner_sigma_px = number(2, 6.0);
+    let frame = Frame::new(width as u32, height as u32, None)?;
     let lens = BenchLens {
-        frame: Frame::new(width as u32, height as u32, None)?,
+        frame,
+        corner_radius: frame.corner_radius(),
         corner_sigma_px,
     };
     let scene = Scene {

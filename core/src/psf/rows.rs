@@ -247,7 +247,7 @@ mod tests {
     use super::*;
     use crate::field::FieldPoint;
     use crate::moments::MeridionalMoments;
-    use crate::psf::{ALL, LocalBlur, SkewNormalDensity, draw_kernel};
+    use crate::psf::{ALL, LocalBlur, PsfModel, SkewNormal, SkewNormalDensity, draw_kernel};
     use pulp::WithSimd;
 
     /// Without vector instructions, with those of most machines and with all there are.
@@ -287,6 +287,27 @@ mod tests {
         }
     }
 
+    /// A model that knows nothing of [`KernelRows`].
+    struct Plain;
+
+    impl PsfModel for Plain {
+        fn id(&self) -> &'static str {
+            "plain"
+        }
+
+        fn reach_px(&self, blur: &LocalBlur) -> Reach {
+            SkewNormal.reach_px(blur)
+        }
+
+        fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
+            SkewNormal.sample(blur, window, out);
+        }
+
+        fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
+            SkewNormal.sample_f32(blur, window, out);
+        }
+    }
+
     /// Both forms of a kernel hold the same weights.
     #[test]
     fn rows_agree_with_the_dense_kernel() {
@@ -305,7 +326,8 @@ mod tests {
             }
             .in_image(meridian);
             let blur = LocalBlur { moments, meridian };
-            for model in ALL {
+            let plain: &dyn PsfModel = &Plain;
+            for model in ALL.iter().chain([&plain]) {
                 let (mut kernel, mut rows) = (Kernel::default(), KernelRows::default());
                 draw_kernel(*model, &blur, shift, &mut kernel);
                 model.draw_rows(&blur, shift, &mut rows);

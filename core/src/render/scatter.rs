@@ -31,10 +31,10 @@ const WAVE_BYTES: usize = 1 << 30;
 /// times the contrast of the displacement's own gradient (1 % of distortion: 1.5 %).
 const DISPLACED_VARIANCE_PX2: f64 = 0.1;
 
-/// Largest standard deviation (px) and displacement (px) that is drawn: beyond any use, and short of
-/// filling the memory of the machine.
-const LARGEST_SIGMA_PX: f64 = 4096.0;
-const LARGEST_DISPLACEMENT_PX: f64 = 32768.0;
+/// Largest standard deviation and displacement that are drawn, plate px: beyond any use, and short of
+/// filling the machine's memory with one kernel.
+const LARGEST_SIGMA_PX: f64 = 512.0;
+const LARGEST_DISPLACEMENT_PX: f64 = 4096.0;
 
 impl Renderer for Scatter {
     fn id(&self) -> &'static str {
@@ -195,8 +195,11 @@ impl<'a> Job<'a> {
             displacement_px: (x * scale, y * scale),
         };
         let moments = placed.blur.moments;
-        let finite = moments.to_array().iter().all(|moment| moment.is_finite());
-        let drawable = finite && moments.trace() <= LARGEST_SIGMA_PX * LARGEST_SIGMA_PX;
+        let small = |moment: f64| moment.abs() <= LARGEST_SIGMA_PX * LARGEST_SIGMA_PX;
+        let drawable = [moments.mu20, moments.mu11, moments.mu02]
+            .into_iter()
+            .all(small)
+            && moments.to_array().iter().all(|moment| moment.is_finite());
         let near = |shift: f64| shift.abs() <= LARGEST_DISPLACEMENT_PX;
         if drawable && near(placed.displacement_px.0) && near(placed.displacement_px.1) {
             return Ok(placed);
@@ -204,14 +207,15 @@ impl<'a> Job<'a> {
         Err(Error::new(
             format!("lens channel {channel} at plate pixel ({column}, {row})"),
             format!(
-                "blurs with a variance of {} px² and displaces by ({}, {}) px",
-                moments.trace(),
+                "blurs with central moments {:?} (px², px³) and displaces by ({}, {}) px",
+                moments.to_array(),
                 placed.displacement_px.0,
                 placed.displacement_px.1
             ),
             format!(
                 "check lens and depth (vergence {vergence} m^-1); the largest blur drawn has a \
-                 standard deviation of {LARGEST_SIGMA_PX} px"
+                 standard deviation of {LARGEST_SIGMA_PX} px, the largest displacement is \
+                 {LARGEST_DISPLACEMENT_PX} px"
             ),
         ))
     }

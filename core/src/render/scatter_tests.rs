@@ -477,10 +477,20 @@ fn bad_input_is_refused_by_name() {
 
 #[test]
 fn a_blur_that_cannot_be_drawn_is_refused() {
-    for variance in [f64::NAN, 1e12] {
+    let far = PlacedBlur {
+        displacement_px: (0.0, f64::INFINITY),
+        ..constant(1.0, 1.0, 0.0)
+    };
+    for bad in [
+        constant(f64::NAN, 1.0, 0.0),
+        constant(1e12, 1.0, 0.0),
+        constant(1e12, -1e12, 0.0),
+        constant(1.0, 1.0, f64::INFINITY),
+        far,
+    ] {
         let lens = Lens {
             channel_count: 1,
-            blur: |_, _, _| constant(variance, 1.0, 0.0),
+            blur: |_, _, _| bad,
         };
         let samples = vec![1.0; 12];
         let planes = [Plane {
@@ -493,6 +503,35 @@ fn a_blur_that_cannot_be_drawn_is_refused() {
             message.contains("lens channel 0 at plate pixel"),
             "{message}"
         );
+    }
+}
+
+/// Freely fitted moments need not be those of any light; what is drawn still keeps it.
+#[test]
+fn moments_of_nothing_real_are_drawn_as_best_they_can() {
+    let models = crate::psf::ALL;
+    for (blur, model) in [
+        constant(0.0, 0.0, 0.0),
+        constant(-3.0, 2.0, 1.0),
+        constant(-1.0, -1.0, 1e30),
+        constant(1e-9, 200.0, -1e300),
+    ]
+    .into_iter()
+    .flat_map(|blur| models.iter().map(move |model| (blur, model)))
+    {
+        let lens = Lens {
+            channel_count: 1,
+            blur: |_, _, _| blur,
+        };
+        let samples = plate(6, 5, 8);
+        let planes = [Plane {
+            samples: &samples,
+            weights: &[1.0],
+        }];
+        let mut scene = scene(&lens, 6, 5);
+        scene.model = *model;
+        let kept = total(&render(&scene, &planes)[0]) / total(&samples);
+        assert!((kept - 1.0).abs() < 1e-6, "{} {blur:?}: {kept}", model.id());
     }
 }
 
