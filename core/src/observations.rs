@@ -246,12 +246,8 @@ impl Observation {
             );
             return;
         }
-        // Six standard deviations: one pixel in 10^9 by chance. Without a stated noise a percent of
-        // the peak is allowed, which resampling and a mis-set black level already reach.
-        let allowed = match self.noise_sigma[channel] {
-            Some(sigma) if sigma > 0.0 => NEGATIVE_SIGMAS * sigma,
-            _ => 0.01 * f64::from(peak),
-        };
+        let noise = self.noise_sigma[channel].unwrap_or(0.0);
+        let allowed = (NEGATIVE_SIGMAS * noise).max(NEGATIVE_SHARE * f64::from(peak));
         if f64::from(lowest) < -allowed {
             push(
                 field.into(),
@@ -264,5 +260,8 @@ impl Observation {
     }
 }
 
-/// How many standard deviations of noise below zero a pixel may lie before it counts as bad.
-const NEGATIVE_SIGMAS: f64 = 6.0;
+/// A pixel this many standard deviations of noise below zero is bad. Real skies, whose noise is no
+/// perfect Gaussian and whose background is only nearly constant, reach eight.
+const NEGATIVE_SIGMAS: f64 = 12.0;
+/// Or this share of the tile's peak, whichever is more: resampling and black levels reach a percent.
+const NEGATIVE_SHARE: f64 = 0.01;

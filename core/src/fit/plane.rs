@@ -5,6 +5,7 @@ use super::measure::MeasuredTile;
 use crate::error::{Error, Result};
 use crate::field::{FieldPoint, Frame};
 use crate::lens::MomentCoefficients;
+use crate::psf::LEAST_VARIANCE_PX2;
 
 /// How residuals count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -159,7 +160,7 @@ fn solve(
                     break;
                 };
                 rows.push(row);
-                targets.push(0.0);
+                targets.push(LEAST_VARIANCE_PX2);
                 weights.push(heavy);
                 fit = linear::solve(&rows, &targets, &weights)?;
             }
@@ -174,7 +175,7 @@ fn second_only(values: &[f64]) -> [f64; 10] {
     std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
 }
 
-/// The equation "this variance is zero" for the most negative meridional or sagittal variance that
+/// The equation "this variance is as small as can be drawn" for the most negative meridional or sagittal variance that
 /// `s` predicts inside the frame, where there is one: no light distribution has it.
 fn violated(frame: &Frame, s: &MomentCoefficients) -> Option<Vec<f64>> {
     let edge = frame.corner_radius();
