@@ -73,8 +73,7 @@ enum EdgeChoice {
 
 pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), CommandError> {
     let lens = read_lens(&args.lens)?;
-    let predictor =
-        Predictor::new(&lens).map_err(|e| FileError::from_core(&args.lens, e))?;
+    let predictor = Predictor::new(&lens).map_err(|e| FileError::from_core(&args.lens, e))?;
     let model = psf::by_id(&args.psf)?;
     let depth = args.depth.source()?;
     depth.check_lens(&predictor, &args.lens)?;
@@ -132,11 +131,14 @@ impl Job<'_> {
         let mut said = Vec::new();
         let mut plate = Plate::open(input, &args.plate.options())?;
         let planes = args.plate.light(&plate, &mut said)?;
-        let vergence = self
-            .depth
-            .read(&plate, step.paths.get(2).map(PathBuf::as_path), self.predictor, &mut said)?;
-        let weights = plate_weights(&plate, self.predictor)
-            .map_err(|e| FileError::from_core(input, e))?;
+        let vergence = self.depth.read(
+            &plate,
+            step.paths.get(2).map(PathBuf::as_path),
+            self.predictor,
+            &mut said,
+        )?;
+        let weights =
+            plate_weights(&plate, self.predictor).map_err(|e| FileError::from_core(input, e))?;
         let scene = Scene {
             lens: self.predictor,
             model: self.model,

@@ -50,9 +50,7 @@ enum DepthKind {
 }
 
 fn parse_distance(text: &str) -> Result<ObjectDistance, String> {
-    let metres: f64 = text
-        .parse()
-        .map_err(|_| "give metres, or inf".to_owned())?;
+    let metres: f64 = text.parse().map_err(|_| "give metres, or inf".to_owned())?;
     ObjectDistance::metres(metres).map_err(|e| format!("{}; {}", e.problem, e.remedy))
 }
 
@@ -169,11 +167,9 @@ impl DepthSource {
             })?,
         };
         let samples = pass.over(plate.data_window())?;
-        let reading = convention
-            .read(&samples, plate.width())
-            .map_err(|e| {
-                FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
-            })?;
+        let reading = convention.read(&samples, plate.width()).map_err(|e| {
+            FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
+        })?;
         describe(&pass, &reading, said);
         Ok(Vergences::PerPixel(reading.vergence))
     }

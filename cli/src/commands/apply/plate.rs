@@ -140,7 +140,9 @@ impl Light {
         mut blurred: Vec<Vec<f32>>,
     ) -> std::result::Result<(), CommandError> {
         let alpha = self.has_alpha.then(|| blurred.pop()).flatten();
-        if self.unpremultiplied && let Some(alpha) = &alpha {
+        if self.unpremultiplied
+            && let Some(alpha) = &alpha
+        {
             for plane in &mut blurred {
                 for (sample, &alpha) in plane.iter_mut().zip(alpha) {
                     // Where nothing covers the pixel its colour is as good as any.
@@ -168,13 +170,18 @@ pub(super) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f
     for name in plate.colour_names() {
         let own = names.iter().position(|n| n == name);
         let chosen = match own {
-            Some(index) => (0..names.len()).map(|k| f64::from(u8::from(k == index))).collect(),
+            Some(index) => (0..names.len())
+                .map(|k| f64::from(u8::from(k == index)))
+                .collect(),
             None if names.len() == 1 => vec![1.0],
             None if name == "Y" => vec![1.0 / names.len() as f64; names.len()],
             None => {
                 return Err(Error::new(
                     format!("channel {name}"),
-                    format!("has no counterpart in the lens, which has {}", names.join(", ")),
+                    format!(
+                        "has no counterpart in the lens, which has {}",
+                        names.join(", ")
+                    ),
                     "use a lens with this channel, or one with a single channel",
                 ));
             }

@@ -1,0 +1,53 @@
+//! Which crate may depend on which, and what every package states.
+
+use super::Tree;
+
+/// What each crate may use of the others outside its tests.
+const ALLOWED: [(&str, &[&str]); 6] = [
+    ("core", &[]),
+    ("plugin", &["seidel-core"]),
+    ("ofx-shim", &["seidel-plugin"]),
+    ("cli", &["seidel-core"]),
+    (
+        "tests",
+        &["seidel", "seidel-core", "seidel-ofx", "seidel-plugin"],
+    ),
+    ("xtask", &[]),
+];
+
+const OURS: [&str; 5] = [
+    "seidel",
+    "seidel-core",
+    "seidel-ofx",
+    "seidel-plugin",
+    "seidel-tests",
+];
+
+pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
+    for (folder, allowed) in ALLOWED {
+        let path = format!("{folder}/Cargo.toml");
+        let text = tree.text(&path);
+        let mut section = "";
+        for line in text.lines() {
+            if line.starts_with('[') {
+                section = line.trim();
+                continue;
+            }
+            if !section.ends_with("dependencies]") {
+                continue;
+            }
+            let name = line.split(['.', ' ', '=']).next().unwrap_or("");
+            if OURS.contains(&name) && !allowed.contains(&name) {
+                problems.push(format!("{path}: {folder} must not depend on {name}"));
+            }
+        }
+        for need in ["license.workspace = true", "[lints]\nworkspace = true"] {
+            if !text.is_empty() && !text.contains(need) {
+                problems.push(format!("{path}: lacks `{need}`"));
+            }
+        }
+    }
+    if tree.text("Cargo.lock").contains("git+") {
+        problems.push("Cargo.lock: a dependency comes from a git repository".to_owned());
+    }
+}

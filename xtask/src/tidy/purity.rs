@@ -1,0 +1,38 @@
+//! What is never where: no files or clocks in core, no unsafe outside the FFI layer.
+
+use super::Tree;
+
+/// Doors to the world that core has not.
+const DOORS: [&str; 7] = [
+    "std::fs",
+    "std::env",
+    "std::net",
+    "std::time",
+    "std::process",
+    "println!",
+    "thread_local!",
+];
+
+pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
+    for (path, text) in tree.each(|p| p.starts_with("core/src/") && p.ends_with(".rs")) {
+        for door in DOORS {
+            if text.contains(door) {
+                problems.push(format!("{path}: core must not use {door}"));
+            }
+        }
+    }
+    for path in ["core/src/lib.rs", "cli/src/lib.rs"] {
+        let text = tree.text(path);
+        if !text.is_empty() && !text.contains("#![forbid(unsafe_code)]") {
+            problems.push(format!("{path}: must forbid unsafe code"));
+        }
+    }
+    let outside_files = |p: &str| {
+        p.starts_with("cli/src/") && p.ends_with(".rs") && !p.starts_with("cli/src/files")
+    };
+    for (path, text) in tree.each(outside_files) {
+        if text.contains("File::open") || text.contains("fs::read") || text.contains("fs::write") {
+            problems.push(format!("{path}: files are opened in cli/src/files only"));
+        }
+    }
+}
