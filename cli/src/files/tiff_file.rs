@@ -26,6 +26,8 @@ pub(super) struct Carried {
     tags: Vec<CarriedTag>,
     /// The ExtraSamples value of the alpha channel: premultiplied or not; `None` where not said.
     alpha: Option<ExtraSamples>,
+    /// Whether the file has further pages, which are not carried over.
+    pub(super) more_pages: bool,
 }
 
 impl Carried {
@@ -125,6 +127,7 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
     let carried = Carried {
         tags: carried_tags(&mut decoder),
         alpha: extra.first().and_then(|&v| ExtraSamples::from_u16(v)),
+        more_pages: decoder.more_images(),
     };
     let mut data = DecodingResult::U8(Vec::new());
     let layout = decoder.read_image_to_buffer(&mut data).map_err(refuse)?;

@@ -198,9 +198,13 @@ fn monochrome_lower_case_and_nameless_plates() {
         ExrPlate::open(&path).expect("opens")
     };
     assert_eq!(open(vec!["Y"]).colour(None).expect("Y").names, ["Y"]);
-    assert!(
-        open(vec!["Y"]).depth_channel(None).is_ok(),
-        "the only channel"
+    let grey = open(vec!["Y"]);
+    assert!(grey.depth_channel(None).is_err(), "its colour");
+    assert_eq!(
+        DepthPass::open(&path, None)
+            .expect("the only channel")
+            .channel,
+        "Y"
     );
     assert_eq!(
         open(vec!["b", "g", "r"]).colour(None).expect("rgb").names,
@@ -370,4 +374,46 @@ fn plates_keep_their_format_and_report_what_is_wrong() {
     std::fs::write(&text, "no picture").expect("writes");
     let error = Plate::open(&text, &PlateOptions::default()).expect_err("no picture");
     assert!(error.to_string().contains("OpenEXR (.exr), PNG"), "{error}");
+}
+
+#[test]
+fn smaller_levels_go_when_a_channel_of_their_part_changes() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (source, target) = (folder.path().join("in.exr"), folder.path().join("out.exr"));
+    let mut all = image(vec![part(
+        None,
+        (4, 4),
+        (0, 0),
+        Compression::ZIP16,
+        vec![("Y", floats(16)), ("Z", floats(16))],
+    )]);
+    let layer = &mut all.layer_data[0];
+    layer.encoding.blocks = exr::image::Blocks::Tiles(Vec2(2, 2));
+    for channel in &mut layer.channel_data.list {
+        channel.sample_data = Levels::Mip {
+            rounding_mode: exr::math::RoundingMode::Down,
+            level_data: vec![floats(16), floats(4), floats(1)],
+        };
+    }
+    save(&all, &source);
+    let mut plate = ExrPlate::open(&source).expect("opens");
+    plate.write(&target).expect("writes");
+    let whole = read_all_data_from_file(&target).expect("reads");
+    assert_eq!(
+        whole.layer_data[0].channel_data,
+        all.layer_data[0].channel_data
+    );
+    let grey = plate.colour(None).expect("Y").colour[0];
+    plate.replace(grey, &[0.5; 16]).expect("16 samples");
+    assert!(plate.notes()[0].contains("mip"), "{:?}", plate.notes());
+    plate.write(&target).expect("writes");
+    let after = read_all_data_from_file(&target).expect("reads");
+    assert_eq!(bits(&after, 0, "Y"), [0.5_f32.to_bits(); 16]);
+    let FlatSamples::F32(depth) = floats(16) else {
+        panic!("floats")
+    };
+    assert_eq!(
+        bits(&after, 0, "Z"),
+        depth.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
+    );
 }

@@ -28,9 +28,11 @@ fn part(
         .into_iter()
         .map(|(name, samples)| AnyChannel::new(name, Levels::Singular(samples)))
         .collect();
-    let mut attributes = LayerAttributes::default();
-    attributes.layer_name = name.map(Text::from);
-    attributes.layer_position = position.into();
+    let attributes = LayerAttributes {
+        layer_name: name.map(Text::from),
+        layer_position: position.into(),
+        ..LayerAttributes::default()
+    };
     Layer::new(
         size,
         attributes,
