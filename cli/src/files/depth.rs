@@ -68,7 +68,15 @@ impl DepthPass {
     /// A file that cannot be read, no such channel, and 8-bit files, whose steps would show.
     pub fn open(file: &Path, channel: Option<&str>) -> Result<Self> {
         match detect(file)? {
-            Format::Exr => Self::of_plate(&ExrPlate::open(file)?, channel),
+            Format::Exr => {
+                let plate = ExrPlate::open(file)?;
+                // A file of its own with one channel is depth whatever that is called; within a plate
+                // the same channel would be its colour.
+                match (channel, plate.channels().as_slice()) {
+                    (None, [only]) => Self::of_plate(&plate, Some(&only.name)),
+                    _ => Self::of_plate(&plate, channel),
+                }
+            }
             Format::Png | Format::Tiff => Self::of_flat(&FlatPlate::open(file)?, channel),
         }
     }

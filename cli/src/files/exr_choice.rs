@@ -81,7 +81,7 @@ impl ExrPlate {
     }
 
     /// The channel that holds depth: the one called `name`, or else the first of `Z`, `depth.Z`,
-    /// `depth`, `depth.V` in any case, or the only channel of a part or file.
+    /// `depth`, `depth.V` in any case, or the only channel of a part called `depth`.
     ///
     /// # Errors
     /// No such channel; the message lists those there are.
@@ -92,11 +92,7 @@ impl ExrPlate {
             None => DEPTH_NAMES
                 .iter()
                 .find_map(|wanted| find_named(&channels, wanted))
-                .or_else(|| only_channel_of_depth_part(&channels))
-                .or_else(|| match channels.as_slice() {
-                    [only] => Some(only.id),
-                    _ => None,
-                }),
+                .or_else(|| only_channel_of_depth_part(&channels)),
         };
         found.ok_or_else(|| {
             let problem = match name {

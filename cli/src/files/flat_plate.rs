@@ -179,6 +179,9 @@ impl FlatPlate {
 
     fn unheld(&self) -> Vec<String> {
         let mut notes = Vec::new();
+        if matches!(&self.container, Container::Tiff(carried) if carried.more_pages) {
+            notes.push("only the first page of the TIFF is kept".to_owned());
+        }
         if self.depth == SampleDepth::F16 {
             notes.push("half float TIFF is written as 32-bit float".to_owned());
         }

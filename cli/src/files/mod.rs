@@ -19,3 +19,6 @@ mod tiff_file;
 mod tile_image;
 
 pub use error::{FileError, Result};
+
+#[cfg(test)]
+mod tests;

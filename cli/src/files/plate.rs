@@ -6,7 +6,7 @@ use super::depth::DepthPass;
 use super::error::{FileError, Result};
 use super::exr_choice::ColourGroup;
 use super::exr_plate::{ExrPlate, NonFinite, Window, non_finite};
-use super::flat_plate::{Encoding, FlatPlate};
+use super::flat_plate::{Container, Encoding, FlatPlate};
 use super::format::{Format, check_output_name, detect};
 
 /// What a user may say about a plate.
@@ -95,8 +95,8 @@ impl Plate {
         match &self.file {
             PlateFile::Exr { .. } => Format::Exr,
             PlateFile::Flat { plate, .. } => match plate.container {
-                super::flat_plate::Container::Png { .. } => Format::Png,
-                super::flat_plate::Container::Tiff(_) => Format::Tiff,
+                Container::Png { .. } => Format::Png,
+                Container::Tiff(_) => Format::Tiff,
             },
         }
     }
@@ -131,6 +131,19 @@ impl Plate {
         match &self.file {
             PlateFile::Exr { group, .. } => group.alpha.is_some(),
             PlateFile::Flat { plate, .. } => plate.plane("A").is_some(),
+        }
+    }
+
+    /// Whether colour comes premultiplied by alpha: always in EXR, never in PNG, as the file says in
+    /// TIFF. True where there is no alpha.
+    pub fn is_premultiplied(&self) -> bool {
+        match &self.file {
+            PlateFile::Exr { .. } => true,
+            PlateFile::Flat { plate, .. } => match &plate.container {
+                _ if !self.has_alpha() => true,
+                Container::Png { .. } => false,
+                Container::Tiff(carried) => carried.is_premultiplied(),
+            },
         }
     }
 

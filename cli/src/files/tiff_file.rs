@@ -6,7 +6,8 @@ use std::path::Path;
 
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::encoder::colortype::{
-    ColorType as EncodedType, Gray8, Gray16, Gray32Float, RGB8, RGB16, RGB32Float,
+    ColorType as EncodedType, Gray8, Gray16, Gray32Float, RGB8, RGB16, RGB32Float, RGBA8, RGBA16,
+    RGBA32Float,
 };
 use tiff::encoder::compression::DeflateLevel;
 use tiff::encoder::{Compression, TiffEncoder, TiffValue};
@@ -23,8 +24,17 @@ use super::limits::Limits;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Carried {
     tags: Vec<CarriedTag>,
-    /// The ExtraSamples value of the alpha channel: premultiplied or not.
-    alpha: u16,
+    /// The ExtraSamples value of the alpha channel: premultiplied or not; `None` where not said.
+    alpha: Option<ExtraSamples>,
+    /// Whether the file has further pages, which are not carried over.
+    pub(super) more_pages: bool,
+}
+
+impl Carried {
+    /// Whether the file says that its colour is premultiplied by alpha.
+    pub(super) fn is_premultiplied(&self) -> bool {
+        self.alpha == Some(ExtraSamples::AssociatedAlpha)
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -116,7 +126,8 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
     let mut decoder = decoder.with_limits(room);
     let carried = Carried {
         tags: carried_tags(&mut decoder),
-        alpha: extra.first().copied().unwrap_or(0),
+        alpha: extra.first().and_then(|&v| ExtraSamples::from_u16(v)),
+        more_pages: decoder.more_images(),
     };
     let mut data = DecodingResult::U8(Vec::new());
     let layout = decoder.read_image_to_buffer(&mut data).map_err(refuse)?;
@@ -186,15 +197,20 @@ fn carried_tags(decoder: &mut Decoder<BufReader<File>>) -> Vec<CarriedTag> {
 
 /// Writes a TIFF file, deflate compressed, whole or not at all.
 pub(super) fn write(path: &Path, plate: &FlatPlate, carried: &Carried) -> Result<()> {
-    let colour = plate.planes.len() > 2;
+    let channels = plate.planes.len();
+    // Alpha of unstated meaning is stored as it came, as a fourth sample without a word about it.
+    let mute_alpha = channels == 4 && carried.alpha.is_none();
     write_whole(path, |out| {
-        match (plate.depth, colour) {
-            (SampleDepth::U8, false) => encode::<Gray8>(out, plate, carried, to_u8),
-            (SampleDepth::U8, true) => encode::<RGB8>(out, plate, carried, to_u8),
-            (SampleDepth::U16, false) => encode::<Gray16>(out, plate, carried, to_u16),
-            (SampleDepth::U16, true) => encode::<RGB16>(out, plate, carried, to_u16),
-            (_, false) => encode::<Gray32Float>(out, plate, carried, |s| s),
-            (_, true) => encode::<RGB32Float>(out, plate, carried, |s| s),
+        match (plate.depth, channels > 2, mute_alpha) {
+            (SampleDepth::U8, false, _) => encode::<Gray8>(out, plate, carried, to_u8),
+            (SampleDepth::U8, true, false) => encode::<RGB8>(out, plate, carried, to_u8),
+            (SampleDepth::U8, true, true) => encode::<RGBA8>(out, plate, carried, to_u8),
+            (SampleDepth::U16, false, _) => encode::<Gray16>(out, plate, carried, to_u16),
+            (SampleDepth::U16, true, false) => encode::<RGB16>(out, plate, carried, to_u16),
+            (SampleDepth::U16, true, true) => encode::<RGBA16>(out, plate, carried, to_u16),
+            (_, false, _) => encode::<Gray32Float>(out, plate, carried, |s| s),
+            (_, true, false) => encode::<RGB32Float>(out, plate, carried, |s| s),
+            (_, true, true) => encode::<RGBA32Float>(out, plate, carried, |s| s),
         }
         .map_err(|error| error.to_string())
     })
@@ -233,8 +249,8 @@ where
     let mut encoder =
         TiffEncoder::new(out)?.with_compression(Compression::Deflate(DeflateLevel::default()));
     let mut image = encoder.new_image::<C>(plate.width as u32, plate.height as u32)?;
-    if plate.planes.len() % 2 == 0 {
-        let alpha = ExtraSamples::from_u16(carried.alpha).unwrap_or(ExtraSamples::Unspecified);
+    let beside_colour = plate.planes.len() - C::BITS_PER_SAMPLE.len();
+    if let (1, Some(alpha)) = (beside_colour, carried.alpha) {
         image.extra_samples(&[alpha])?;
     }
     for CarriedTag { tag, kind, bytes } in &carried.tags {

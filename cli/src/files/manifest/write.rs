@@ -29,7 +29,7 @@ pub fn write(set: &ObservationSet, folder: &Path) -> Result<()> {
 /// Writes a set into a folder that exists, such as one that [`write_folder_whole`] hands out.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn add_set(set: &ObservationSet, folder: &Path) -> Result<()> {
     let names = tile_names(set);
     for name in &names {

@@ -1,0 +1,196 @@
+use std::fs;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use exr::prelude::Compression;
+use proptest::prelude::*;
+
+use super::{floats, halves, image, part, patch, save};
+use crate::files::depth::DepthPass;
+use crate::files::flat_plate::FlatPlate;
+use crate::files::manifest::{ReadOptions, read};
+use crate::files::plate::{Plate, PlateOptions};
+use crate::files::tile_image;
+
+/// The bytes of sound files of every kind.
+static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    let mut names = Vec::new();
+    for compression in [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+        Compression::DWAA(None),
+    ] {
+        let channels = vec![("A", floats(40)), ("G", halves(40))];
+        let whole = image(vec![
+            part(Some("a"), (8, 5), (0, 0), compression, channels),
+            part(
+                Some("b"),
+                (8, 5),
+                (0, 0),
+                compression,
+                vec![("Z", floats(40))],
+            ),
+        ]);
+        let name = format!("{}.exr", names.len());
+        save(&whole, &path(&name));
+        names.push(name);
+    }
+    for name in ["a.png", "b.tif"] {
+        image::DynamicImage::new_rgb16(8, 5)
+            .save(path(name))
+            .expect("saves");
+        names.push(name.to_owned());
+    }
+    let planes = vec![vec![0.5; 40]; 3];
+    let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
+    super::super::tiff_file::write_float(&path("c.tif"), 8, 5, channels, planes).expect("saves");
+    names.push("c.tif".to_owned());
+    names
+        .iter()
+        .map(|n| fs::read(path(n)).expect("reads"))
+        .collect()
+});
+
+/// Opens a file in every way there is. Only a panic or an abort fails.
+fn open_all_ways(path: &Path) {
+    let _ = Plate::open(path, &PlateOptions::default());
+    let _ = DepthPass::open(path, None);
+    let _ = FlatPlate::open(path);
+    let _ = tile_image::read(path, &["Y".to_owned()]);
+}
+
+#[test]
+fn absurd_sizes_are_refused_before_memory_is_taken() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("a.exr");
+    save(
+        &image(vec![part(
+            None,
+            (8, 5),
+            (0, 0),
+            Compression::ZIP16,
+            vec![("Y", floats(40))],
+        )]),
+        &path,
+    );
+    let window = |x: i32, y: i32| [0, 0, x, y].map(i32::to_le_bytes).concat();
+    let sound = [&b"dataWindow\0box2i\0\x10\0\0\0"[..], &window(7, 4)].concat();
+    let original = fs::read(&path).expect("reads");
+    for (x, y) in [
+        (i32::MAX - 1, i32::MAX - 1),
+        (i32::MAX - 1, 4),
+        (200_000, 200_000),
+        (-1, -1),
+    ] {
+        fs::write(&path, &original).expect("writes");
+        let claim = [&b"dataWindow\0box2i\0\x10\0\0\0"[..], &window(x, y)].concat();
+        patch(&path, &sound, &claim);
+        let error = Plate::open(&path, &PlateOptions::default()).expect_err("absurd");
+        assert!(error.to_string().contains("a.exr"), "{error}");
+        assert!(tile_image::read(&path, &["Y".to_owned()]).is_err());
+    }
+    let path = folder.path().join("a.tif");
+    image::DynamicImage::new_luma16(0x1234, 1)
+        .save(&path)
+        .expect("saves");
+    let bytes = fs::read(&path).expect("reads");
+    let width = bytes
+        .windows(4)
+        .position(|w| w == [0x34, 0x12, 0, 0])
+        .expect("the width");
+    for claim in [u32::MAX, 200_000] {
+        let mut bytes = bytes.clone();
+        bytes[width..width + 4].copy_from_slice(&claim.to_le_bytes());
+        fs::write(&path, bytes).expect("writes");
+        assert!(FlatPlate::open(&path).is_err());
+    }
+}
+
+#[test]
+fn truncated_files_are_refused_at_every_length() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("a.bin");
+    for sound in SOUND.iter() {
+        fs::write(&path, sound).expect("writes");
+        assert!(
+            Plate::open(&path, &PlateOptions::default()).is_ok()
+                || DepthPass::open(&path, Some("Z")).is_ok()
+        );
+        for length in (0..sound.len()).step_by(7) {
+            fs::write(&path, &sound[..length]).expect("writes");
+            open_all_ways(&path);
+            if sound.starts_with(&[0x76, 0x2f]) {
+                assert!(DepthPass::open(&path, Some("Z")).is_err(), "{length}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn damaged_pictures_never_panic(
+        which in 0_usize..10,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
+        header in any::<bool>(),
+    ) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut bytes = SOUND[which].clone();
+        for (at, value) in changes {
+            // Half of the time all the damage goes where the sizes and offsets are.
+            let span = if header { bytes.len().min(700) } else { bytes.len() };
+            let at = at.index(span);
+            bytes[at] = value;
+        }
+        let path = folder.path().join("a.bin");
+        fs::write(&path, &bytes).expect("writes");
+        open_all_ways(&path);
+    }
+
+    #[test]
+    fn random_bytes_never_panic(
+        which in 0_usize..10,
+        keep in 0_usize..64,
+        tail in prop::collection::vec(any::<u8>(), 0..300),
+    ) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("a.bin");
+        let mut bytes = SOUND[which][..keep].to_vec();
+        bytes.extend(tail);
+        fs::write(&path, &bytes).expect("writes");
+        open_all_ways(&path);
+    }
+
+    #[test]
+    fn damaged_manifests_never_panic(
+        changes in prop::collection::vec(
+            (any::<prop::sample::Index>(), prop::sample::select(b"\"{}[]:,.-0e9nNaN/\\x \xff".to_vec())), 0..6),
+        cut in any::<Option<prop::sample::Index>>(),
+    ) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut text = br#"{"format": "psf-observations", "version": 1, "image_size": [64, 48],
+            "optical_axis": [32, 24], "channels": ["R", "G"], "pixel_pitch_um": 4.0,
+            "camera": {"focal_length_mm": 50, "focus_distance_m": null, "wavelength_nm": {"R": 620}},
+            "observations": [{"file": "a.exr", "x": 1.5, "y": 2e0, "depth_m": null, "ideal_x": 1,
+            "ideal_y": 2, "noise_sigma": {"R": 0.1}, "background": 0.0, "saturated": false}]}"#.to_vec();
+        for (at, byte) in changes {
+            let at = at.index(text.len());
+            text[at] = byte;
+        }
+        if let Some(cut) = cut {
+            text.truncate(cut.index(text.len()));
+        }
+        fs::write(folder.path().join("manifest.json"), text).expect("writes");
+        for skip_bad in [false, true] {
+            let error = read(folder.path(), ReadOptions { skip_bad }).expect_err("no tile is there");
+            prop_assert!(error.to_string().contains("manifest.json"));
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! `seidel apply`: light is kept, everything else in the file too, and depth conventions agree.
+
+use std::path::Path;
+
+use crate::support::{
+    listing, read_channel, real_data, seidel_in, succeeds, write_exr, write_made_lens, write_plate,
+};
+
+fn total(path: &Path, channel: &str) -> f64 {
+    read_channel(path, channel)
+        .iter()
+        .map(|&v| f64::from(v))
+        .sum()
+}
+
+/// Largest difference of two channels relative to the larger peak.
+fn difference(a: &[f32], b: &[f32]) -> f32 {
+    let peak = a.iter().chain(b).copied().fold(0.0, f32::max);
+    a.iter()
+        .zip(b)
+        .map(|(x, y)| (x - y).abs())
+        .fold(0.0, f32::max)
+        / peak
+}
+
+#[test]
+fn light_is_kept_and_depth_comes_out_as_it_went_in() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["R", "G", "B"]);
+    let plate = folder.path().join("plate.exr");
+    write_plate(&plate, 90, 60);
+    let outcome = succeeds(
+        folder.path(),
+        "apply --lens @lens.json @plate.exr -o @out.exr",
+    );
+    assert!(
+        outcome.stderr.contains("spans 1.0000 m"),
+        "{}",
+        outcome.stderr
+    );
+    let out = folder.path().join("out.exr");
+    for channel in ["R", "G", "B", "A"] {
+        let (before, after) = (total(&plate, channel), total(&out, channel));
+        assert!(
+            (after / before - 1.0).abs() < 1e-5,
+            "{channel}: {before} {after}"
+        );
+        assert_ne!(read_channel(&plate, channel), read_channel(&out, channel));
+    }
+    assert_eq!(read_channel(&plate, "Z"), read_channel(&out, "Z"));
+    // With black edges some light leaves.
+    succeeds(
+        folder.path(),
+        "apply --lens @lens.json @plate.exr -o @black.exr --edges black --geometry none",
+    );
+    assert!(total(&folder.path().join("black.exr"), "R") < 0.999 * total(&plate, "R"));
+}
+
+#[test]
+fn every_way_to_say_the_same_depth_gives_the_same_plate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["Y"]);
+    let (width, height) = (60, 40);
+    write_plate(&folder.path().join("plate.exr"), width, height);
+    let metres = read_channel(&folder.path().join("plate.exr"), "Z");
+    let map = |f: &dyn Fn(f32) -> f32| -> Vec<f32> { metres.iter().map(|&z| f(z)).collect() };
+    write_exr(
+        &folder.path().join("z.exr"),
+        width,
+        height,
+        &[
+            ("metres", metres.clone()),
+            ("cm", map(&|z| 100.0 * z)),
+            ("backwards", map(&|z| -z)),
+            ("inverse", map(&|z| 1.0 / z)),
+            ("unit", map(&|z| (z - 0.5) / 5.5)),
+            ("flipped", map(&|z| (6.0 - z) / 5.5)),
+        ],
+    );
+    succeeds(
+        folder.path(),
+        "apply --lens @lens.json @plate.exr -o @own.exr",
+    );
+    let want = read_channel(&folder.path().join("own.exr"), "G");
+    for options in [
+        "--depth @z.exr:metres",
+        "--depth @z.exr:cm --depth-unit cm",
+        "--depth @z.exr:backwards --depth-unit -1",
+        "--depth @z.exr:inverse --depth-kind inverse",
+        "--depth @z.exr:unit --depth-kind far-one --near 0.5 --far 6",
+        "--depth @z.exr:flipped --depth-kind far-zero --near 0.5 --far 6",
+    ] {
+        // The path's `@` stands inside the option here.
+        let options = options.replace("@z.exr", &folder.path().join("z.exr").to_string_lossy());
+        succeeds(
+            folder.path(),
+            &format!("apply --lens @lens.json @plate.exr -o @other.exr {options}"),
+        );
+        let got = read_channel(&folder.path().join("other.exr"), "G");
+        assert!(difference(&got, &want) < 1e-5, "{options}");
+    }
+    succeeds(
+        folder.path(),
+        "apply --lens @lens.json @plate.exr -o @constant.exr --distance 2",
+    );
+    let constant = read_channel(&folder.path().join("constant.exr"), "G");
+    assert!(difference(&constant, &want) > 1e-3);
+}
+
+#[test]
+fn the_lens_covers_the_plate_whatever_its_size() {
+    // The same light on a plate twice as wide: PSFs are twice as wide in its pixels.
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["Y"]);
+    for (name, width, height) in [("small.exr", 60, 40), ("large.exr", 120, 80)] {
+        let mut light = vec![0.0; width * height];
+        light[(height / 4) * width + width / 4] = 1.0;
+        write_exr(&folder.path().join(name), width, height, &[("Y", light)]);
+        succeeds(
+            folder.path(),
+            &format!("apply --lens @lens.json @{name} -o @out-{name} --distance 0.9"),
+        );
+    }
+    let variance = |name: &str, width: usize| {
+        let light = read_channel(&folder.path().join(name), "Y");
+        let mean = |f: &dyn Fn(f64) -> f64| -> f64 {
+            light
+                .iter()
+                .enumerate()
+                .map(|(i, &v)| f64::from(v) * f((i % width) as f64))
+                .sum()
+        };
+        mean(&|x| x * x) - mean(&|x| x).powi(2)
+    };
+    let ratio = variance("out-large.exr", 120) / variance("out-small.exr", 60);
+    assert!((ratio / 4.0 - 1.0).abs() < 0.15, "{ratio}");
+}
+
+#[test]
+fn sequences_render_frame_by_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["Y"]);
+    for frame in [7, 8] {
+        write_plate(&folder.path().join(format!("plate.{frame:04}.exr")), 40, 30);
+    }
+    let outcome = succeeds(
+        folder.path(),
+        "apply --lens @lens.json @plate.%04d.exr -o @out.####.exr --frames 7-8",
+    );
+    assert_eq!(outcome.stdout.matches("wrote").count(), 2);
+    assert!(folder.path().join("out.0008.exr").exists());
+    let unsaid = seidel_in(
+        folder.path(),
+        "apply --lens @lens.json @plate.%04d.exr -o @out.exr",
+    );
+    assert_eq!(unsaid.status, 1);
+    assert!(unsaid.stderr.contains("--frames"), "{}", unsaid.stderr);
+}
+
+#[test]
+fn png_and_tiff_plates_come_back_in_kind() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["R", "G", "B"]);
+    let picture = image::RgbImage::from_fn(48, 32, |x, y| {
+        image::Rgb([(x * 5) as u8, (y * 7) as u8, if x > 20 { 200 } else { 30 }])
+    });
+    for name in ["plate.png", "plate.tif"] {
+        picture.save(folder.path().join(name)).expect("writable");
+        succeeds(
+            folder.path(),
+            &format!("apply --lens @lens.json @{name} -o @out-{name} --distance 1.2"),
+        );
+        let out = image::open(folder.path().join(format!("out-{name}"))).expect("readable");
+        assert_eq!(out.color(), image::ColorType::Rgb8, "{name}");
+        assert_ne!(out.to_rgb8(), picture);
+        // The same light whatever the container.
+        let mean = |i: &image::RgbImage| {
+            i.pixels().map(|p| f64::from(p.0[2])).sum::<f64>() / f64::from(i.width() * i.height())
+        };
+        assert!((mean(&out.to_rgb8()) - mean(&picture)).abs() < 8.0);
+    }
+}
+
+#[test]
+fn real_plates_keep_their_light_and_their_other_channels() {
+    let (Some(set), Some(plates)) = (real_data("psf/zemax-dgauss28"), real_data("plates")) else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let lens = folder.path().join("lens.json");
+    let fit = crate::support::seidel(&[
+        "fit".as_ref(),
+        set.as_os_str(),
+        "-o".as_ref(),
+        lens.as_os_str(),
+    ]);
+    assert_eq!(fit.status, 0, "{}", fit.stderr);
+    for (name, unit, kept) in [
+        // A hundred scene units a metre: CG cones at 7 m to 95 m, mostly far from focus.
+        ("cones-flat.exr", "0.1", vec!["Z"]),
+        ("motorcycle.exr", "1", vec!["Z", "Zvalid"]),
+    ] {
+        let (input, output) = (plates.join(name), folder.path().join(name));
+        let outcome = crate::support::seidel(&[
+            "apply".as_ref(),
+            "--lens".as_ref(),
+            lens.as_os_str(),
+            input.as_os_str(),
+            "-o".as_ref(),
+            output.as_os_str(),
+            "--depth-unit".as_ref(),
+            unit.as_ref(),
+        ]);
+        assert_eq!(outcome.status, 0, "{}", outcome.stderr);
+        for channel in ["R", "G", "B"] {
+            let (before, after) = (total(&input, channel), total(&output, channel));
+            assert!((after / before - 1.0).abs() < 1e-4, "{name} {channel}");
+        }
+        for channel in kept {
+            assert_eq!(
+                read_channel(&input, channel),
+                read_channel(&output, channel)
+            );
+        }
+        let attributes = |path: &Path| {
+            let meta = exr::meta::MetaData::read_from_file(path, false).expect("readable");
+            let header = &meta.headers[0];
+            (
+                header.shared_attributes.clone(),
+                header.own_attributes.clone(),
+            )
+        };
+        assert_eq!(attributes(&input), attributes(&output), "{name}");
+    }
+    assert_eq!(listing(folder.path()).len(), 3);
+}

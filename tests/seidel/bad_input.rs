@@ -1,0 +1,364 @@
+//! Bad input: a message that names file, field and remedy, exit status 1, and nothing left behind.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::{listing, seidel_in, write_exr, write_made_lens, write_made_set, write_plate};
+
+/// Sets up a sound lens, set and plate, spoils them with `spoil`, and runs `line`, which must fail
+/// with exit status 1 and a message that holds all of `says`, leaving the folder as it was.
+fn refused(spoil: impl Fn(&Path), line: &str, says: &[&str]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_plate(&folder.path().join("plate.exr"), 40, 30);
+    spoil(folder.path());
+    let before = listing(folder.path());
+    let outcome = seidel_in(folder.path(), line);
+    assert_eq!(outcome.status, 1, "{line}: {}", outcome.stderr);
+    for part in says {
+        assert!(
+            outcome.stderr.contains(part),
+            "{line}: `{part}` is missing in: {}",
+            outcome.stderr
+        );
+    }
+    assert!(outcome.stderr.contains(';'), "a remedy: {}", outcome.stderr);
+    assert_eq!(listing(folder.path()), before, "{line} left something");
+}
+
+const FIT: &str = "fit @set -o @new.json";
+const APPLY: &str = "apply --lens @lens.json @plate.exr -o @out.exr";
+
+fn edit(path: &Path, from: &str, to: &str) {
+    let text = fs::read_to_string(path).expect("there");
+    assert!(text.contains(from), "{from} stands in {}", path.display());
+    fs::write(path, text.replacen(from, to, 1)).expect("writable");
+}
+
+fn truncate(path: &Path, share: f64) {
+    let bytes = fs::read(path).expect("there");
+    let keep = (bytes.len() as f64 * share) as usize;
+    fs::write(path, &bytes[..keep]).expect("writable");
+}
+
+/// Rewrites the first tile with one sample changed.
+fn spoil_tile(folder: &Path, sample: f32) {
+    let path = folder.join("set/psf/0000.exr");
+    let channels: Vec<(&str, Vec<f32>)> = ["R", "G", "B"]
+        .into_iter()
+        .map(|name| {
+            let mut samples = crate::support::read_channel(&path, name);
+            if name == "G" {
+                samples[100] = sample;
+            }
+            (name, samples)
+        })
+        .collect();
+    write_exr(&path, 31, 31, &channels);
+}
+
+#[test]
+fn missing_files() {
+    let gone = |name: &'static str| {
+        move |folder: &Path| fs::remove_file(folder.join(name)).expect("there")
+    };
+    refused(
+        gone("set/manifest.json"),
+        FIT,
+        &["manifest.json", "check the path"],
+    );
+    refused(
+        gone("set/psf/0002.exr"),
+        FIT,
+        &["psf/0002.exr", "observation 2"],
+    );
+    refused(gone("lens.json"), APPLY, &["lens.json", "check the path"]);
+    refused(gone("plate.exr"), APPLY, &["plate.exr"]);
+    refused(
+        |_| (),
+        &format!("{APPLY} --depth @nowhere.exr").replace("@nowhere", "nowhere"),
+        &["nowhere.exr"],
+    );
+    refused(
+        |_| (),
+        "fit @set -o @nowhere/lens.json",
+        &["nowhere", "does not exist"],
+    );
+}
+
+#[test]
+fn truncated_files() {
+    let cut = |name: &'static str| move |folder: &Path| truncate(&folder.join(name), 0.6);
+    refused(
+        cut("set/psf/0001.exr"),
+        FIT,
+        &["psf/0001.exr", "observation 1"],
+    );
+    refused(cut("set/manifest.json"), FIT, &["manifest.json", "line"]);
+    refused(cut("lens.json"), APPLY, &["lens.json", "line"]);
+    refused(cut("plate.exr"), APPLY, &["plate.exr"]);
+}
+
+#[test]
+fn mismatched_sets_and_sizes() {
+    refused(
+        |folder| {
+            write_made_set(folder, "other", &["R", "G", "B"]);
+            edit(&folder.join("other/manifest.json"), "300", "310");
+        },
+        "fit @set @other -o @new.json",
+        &["image_size", "310"],
+    );
+    refused(
+        |folder| edit(&folder.join("set/manifest.json"), "300", "310"),
+        "psf --lens @lens.json --like @set --out @new",
+        &["image_size", "310", "set"],
+    );
+}
+
+#[test]
+fn wrong_channels() {
+    refused(
+        |folder| edit(&folder.join("set/manifest.json"), "\"G\"", "\"Q\""),
+        FIT,
+        &["psf/0000.exr", "Q", "R"],
+    );
+    refused(
+        |folder| {
+            write_exr(
+                &folder.join("plate.exr"),
+                8,
+                8,
+                &[("velocity", vec![0.0; 64])],
+            )
+        },
+        APPLY,
+        &["plate.exr", "velocity", "--layer"],
+    );
+    refused(
+        |_| (),
+        &format!("{APPLY} --layer beauty"),
+        &["plate.exr", "beauty"],
+    );
+    refused(
+        |folder| {
+            edit(
+                &folder.join("lens.json"),
+                "\"name\": \"G\"",
+                "\"name\": \"Q\"",
+            )
+        },
+        APPLY,
+        &["channel G", "Q"],
+    );
+    refused(
+        |folder| {
+            edit(
+                &folder.join("lens.json"),
+                "\"name\": \"G\"",
+                "\"name\": \"Q\"",
+            )
+        },
+        "psf --lens @lens.json --like @set --out @new",
+        &["channel G", "Q"],
+    );
+}
+
+#[test]
+fn nan_and_infinity() {
+    refused(
+        |folder| spoil_tile(folder, f32::NAN),
+        FIT,
+        &["psf/0000.exr", "channel G", "NaN"],
+    );
+    refused(
+        |folder| spoil_tile(folder, f32::INFINITY),
+        FIT,
+        &["psf/0000.exr", "inf"],
+    );
+    refused(
+        |folder| {
+            edit(
+                &folder.join("set/manifest.json"),
+                "\"x\": 20.5",
+                "\"x\": NaN",
+            )
+        },
+        FIT,
+        &["manifest.json", "x"],
+    );
+    for bad in [f32::NAN, f32::INFINITY] {
+        refused(
+            |folder| {
+                let mut light = vec![0.5; 64];
+                light[9] = bad;
+                write_exr(
+                    &folder.join("plate.exr"),
+                    8,
+                    8,
+                    &[("Y", light), ("Z", vec![2.0; 64])],
+                );
+            },
+            APPLY,
+            &["plate.exr", "channel Y", "column 1, row 1", "--scrub"],
+        );
+    }
+    refused(
+        |folder| {
+            let mut depth = vec![2.0; 64];
+            depth[9] = f32::NAN;
+            write_exr(
+                &folder.join("plate.exr"),
+                8,
+                8,
+                &[("Y", vec![0.5; 64]), ("Z", depth)],
+            );
+        },
+        APPLY,
+        &["plate.exr", "channel Z", "(1, 1)", "NaN"],
+    );
+}
+
+#[test]
+fn negative_and_empty_tiles() {
+    refused(
+        |folder| spoil_tile(folder, -0.5),
+        FIT,
+        &["psf/0000.exr", "channel G", "negative"],
+    );
+    refused(
+        |folder| {
+            let dark = |name| (name, vec![0.0; 31 * 31]);
+            write_exr(
+                &folder.join("set/psf/0005.exr"),
+                31,
+                31,
+                &["R", "G", "B"].map(dark),
+            );
+        },
+        FIT,
+        &["psf/0005.exr", "no light"],
+    );
+}
+
+#[test]
+fn depth_passes_that_do_not_fit() {
+    refused(
+        |folder| write_exr(&folder.join("z.exr"), 20, 30, &[("Z", vec![2.0; 600])]),
+        "apply --lens @lens.json @plate.exr -o @out.exr --depth @z.exr",
+        &["z.exr", "20x30", "40x30"],
+    );
+    refused(
+        |folder| write_exr(&folder.join("z.exr"), 40, 30, &[("Z", vec![-2.0; 1200])]),
+        "apply --lens @lens.json @plate.exr -o @out.exr --depth @z.exr",
+        &["z.exr", "in front of the camera"],
+    );
+    refused(
+        |folder| write_exr(&folder.join("plate.exr"), 8, 8, &[("Y", vec![0.5; 64])]),
+        APPLY,
+        &["plate.exr", "--depth", "--distance"],
+    );
+    refused(
+        |folder| {
+            let set = crate::support::made_set(
+                &["Y"],
+                &[seidel_core::distance::ObjectDistance::Metres(2.0)],
+            );
+            seidel::files::manifest::write(&set, &folder.join("one")).expect("writable");
+            assert_eq!(seidel_in(folder, "fit @one -o @lens.json").status, 0);
+            fs::copy(folder.join("plate.exr"), folder.join("z.exr")).expect("writable");
+        },
+        "apply --lens @lens.json @plate.exr -o @out.exr --depth @z.exr",
+        &["lens.json", "one object distance"],
+    );
+}
+
+#[test]
+fn unknown_keys_and_other_versions() {
+    let manifest = |from: &'static str, to: &'static str| {
+        move |folder: &Path| edit(&folder.join("set/manifest.json"), from, to)
+    };
+    let lens = |from: &'static str, to: &'static str| {
+        move |folder: &Path| edit(&folder.join("lens.json"), from, to)
+    };
+    refused(
+        manifest("\"channels\"", "\"chanels\""),
+        FIT,
+        &["manifest.json", "chanels"],
+    );
+    refused(
+        manifest("\"depth_m\"", "\"dept_m\""),
+        FIT,
+        &["manifest.json", "dept_m"],
+    );
+    refused(
+        manifest("\"version\": 1", "\"version\": 7"),
+        FIT,
+        &["manifest.json", "version", "7"],
+    );
+    refused(
+        manifest("psf-observations", "something"),
+        FIT,
+        &["manifest.json", "format"],
+    );
+    refused(
+        lens("\"s_sigma\"", "\"sigma\""),
+        APPLY,
+        &["lens.json", "sigma"],
+    );
+    refused(
+        lens("\"version\": 1", "\"version\": 2"),
+        APPLY,
+        &["lens.json", "version", "2"],
+    );
+    refused(
+        lens("seidel-lens", "other"),
+        APPLY,
+        &["lens.json", "format"],
+    );
+}
+
+#[test]
+fn outputs_that_cannot_be() {
+    refused(
+        |_| (),
+        "apply --lens @lens.json @plate.exr -o @out.png",
+        &["out.png"],
+    );
+    refused(
+        |folder| fs::create_dir(folder.join("out.exr")).expect("writable"),
+        APPLY,
+        &["out.exr"],
+    );
+    refused(
+        |folder| {
+            fs::create_dir(folder.join("taken")).expect("writable");
+            fs::write(folder.join("taken/notes.txt"), "mine").expect("writable");
+        },
+        "psf --lens @lens.json --like @set --out @taken",
+        &["taken", "notes.txt"],
+    );
+}
+
+#[test]
+fn the_command_line_itself() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for line in [
+        "",
+        "blur",
+        "apply",
+        "fit -o @x.json",
+        "fit @set -o @x.json --axis here",
+        "apply --lens @l @p.exr -o @o.exr --distance -3",
+        "apply --lens @l @p.exr -o @o.exr --depth z.exr --distance 3",
+    ] {
+        let outcome = seidel_in(folder.path(), line);
+        assert_eq!(outcome.status, 2, "{line}: {}", outcome.stderr);
+        assert!(!outcome.stderr.is_empty());
+    }
+    write_made_lens(folder.path(), &["Y"]);
+    write_plate(&folder.path().join("plate.exr"), 8, 8);
+    let outcome = seidel_in(folder.path(), &format!("{APPLY} --depth-kind far-one"));
+    assert_eq!(outcome.status, 2, "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("--near"));
+}

@@ -1,0 +1,91 @@
+//! `seidel fit` on sets made here: planted lenses come back, and the profile says what it should.
+
+use seidel_core::predict::Predictor;
+use seidel_core::profile::LensProfile;
+
+use crate::support::{planted, seidel_in, succeeds, write_made_lens, write_made_set};
+
+fn profile(path: &std::path::Path) -> LensProfile {
+    LensProfile::from_json(&std::fs::read_to_string(path).expect("written")).expect("valid")
+}
+
+#[test]
+fn a_planted_lens_comes_back_in_every_channel_and_plane() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["R", "G", "B"]);
+    let lens = profile(&folder.path().join("lens.json"));
+    assert_eq!(lens.channel_names(), ["R", "G", "B"]);
+    assert_eq!(lens.provenance.sources, ["set"]);
+    for (channel, fitted) in lens.channels.iter().enumerate() {
+        for plane in &fitted.planes {
+            let v = plane.distance.vergence_per_m().expect("known");
+            let alpha = 9.0 * (v - 0.5) - 1.5 + 0.4 * channel as f64;
+            let distance = plane.s.distance(&planted(alpha).coefficients(), 1.0);
+            assert!(distance < 5e-3, "{channel} {}: {distance}", plane.distance);
+            let moved = plane.displacement.expect("ideal positions are given");
+            assert!((moved.magnification - 0.002 * channel as f64).abs() < 2e-5);
+        }
+    }
+    // Between the planes the depth law carries the blur.
+    let predictor = Predictor::new(&lens).expect("a lens");
+    let v: f64 = 0.65;
+    let want = planted(9.0 * (v - 0.5) - 1.5).coefficients();
+    assert!(predictor.coefficients(0, v).distance(&want, 1.0) < 0.01);
+}
+
+#[test]
+fn sets_of_single_distances_fit_as_one_with_all() {
+    use seidel_core::distance::ObjectDistance;
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["Y"]);
+    for (name, distance) in [
+        ("near", ObjectDistance::Metres(1.2)),
+        ("mid", ObjectDistance::Metres(2.5)),
+        ("far", ObjectDistance::Infinity),
+    ] {
+        let set = crate::support::made_set(&["Y"], &[distance]);
+        seidel::files::manifest::write(&set, &folder.path().join(name)).expect("writable");
+    }
+    succeeds(folder.path(), "fit @near @mid @far -o @joined.json");
+    let (one, many) = (
+        profile(&folder.path().join("lens.json")),
+        profile(&folder.path().join("joined.json")),
+    );
+    assert_eq!(one.channels, many.channels);
+    assert_eq!(many.provenance.sources, ["near", "mid", "far"]);
+}
+
+#[test]
+fn the_report_is_text_or_json_and_one_distance_is_remarked_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let set = crate::support::made_set(&["Y"], &[seidel_core::distance::ObjectDistance::Unknown]);
+    seidel::files::manifest::write(&set, &folder.path().join("set")).expect("writable");
+    let text = succeeds(folder.path(), "fit @set -o @a.json --axis free");
+    assert!(text.stdout.contains("optical axis (1"), "{}", text.stdout);
+    assert!(text.stderr.contains("object distance"), "{}", text.stderr);
+    let json = succeeds(folder.path(), "fit @set -o @b.json --unweighted --json");
+    let report: serde_json::Value = serde_json::from_str(&json.stdout).expect("one document");
+    assert_eq!(report["planes"][0]["tiles"], 24);
+    assert_eq!(report["planes"][0]["converged"], true);
+}
+
+#[test]
+fn bad_observations_are_left_out_only_when_asked_and_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_set(folder.path(), "set", &["Y"]);
+    std::fs::remove_file(folder.path().join("set/psf/0003.exr")).expect("it is there");
+    let refused = seidel_in(folder.path(), "fit @set -o @lens.json");
+    assert_eq!(refused.status, 1);
+    assert!(
+        refused.stderr.contains("psf/0003.exr"),
+        "{}",
+        refused.stderr
+    );
+    assert!(!folder.path().join("lens.json").exists());
+    let left_out = succeeds(folder.path(), "fit @set -o @lens.json --skip-bad");
+    assert!(
+        left_out.stderr.contains("psf/0003.exr"),
+        "{}",
+        left_out.stderr
+    );
+}

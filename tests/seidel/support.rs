@@ -1,0 +1,262 @@
+//! What the tests share: running commands in process, and data made on the spot.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use exr::prelude::*;
+use seidel_core::camera::Camera;
+use seidel_core::distance::ObjectDistance;
+use seidel_core::field::{FieldPoint, Frame, ImagePoint};
+use seidel_core::lens::ReducedNumbers;
+use seidel_core::moments::pixels::PIXEL_VARIANCE_PX2;
+use seidel_core::observations::{Observation, ObservationSet};
+use seidel_core::psf::{LocalBlur, MirroredPair, PsfModel, Window};
+use seidel_core::tile::Tile;
+
+/// What a command did.
+pub(crate) struct Outcome {
+    /// Exit status.
+    pub(crate) status: u8,
+    /// What it wrote to stdout.
+    pub(crate) stdout: String,
+    /// What it wrote to stderr.
+    pub(crate) stderr: String,
+}
+
+/// Runs `seidel` with `args` in this process.
+pub(crate) fn seidel<S: Into<OsString> + Clone>(args: &[S]) -> Outcome {
+    let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
+    let program = std::iter::once(OsString::from("seidel"));
+    let status = seidel::run(
+        program.chain(args.iter().cloned().map(Into::into)),
+        &mut seidel::Console {
+            stdout: &mut stdout,
+            stderr: &mut stderr,
+            show_progress: false,
+        },
+    );
+    Outcome {
+        status,
+        stdout: String::from_utf8_lossy(&stdout).into_owned(),
+        stderr: String::from_utf8_lossy(&stderr).into_owned(),
+    }
+}
+
+/// Runs a command line split at spaces, `{name}` standing for paths in `folder`.
+pub(crate) fn seidel_in(folder: &Path, line: &str) -> Outcome {
+    let args: Vec<OsString> = line
+        .split_whitespace()
+        .map(|word| match word.strip_prefix('@') {
+            Some(name) => folder.join(name).into_os_string(),
+            None => OsString::from(word),
+        })
+        .collect();
+    seidel(&args)
+}
+
+/// As [`seidel_in`], which must succeed.
+pub(crate) fn succeeds(folder: &Path, line: &str) -> Outcome {
+    let outcome = seidel_in(folder, line);
+    assert_eq!(outcome.status, 0, "{line}: {}", outcome.stderr);
+    outcome
+}
+
+/// Where real data lie: `SEIDEL_DATA`, or the folder `shared` beside the repository; `None`, with a
+/// word to the reader of the test's output, where there are none.
+pub(crate) fn real_data(part: &str) -> Option<PathBuf> {
+    let root = std::env::var_os("SEIDEL_DATA").map_or_else(
+        || {
+            Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("../../shared")
+                .join("data")
+        },
+        PathBuf::from,
+    );
+    let path = root.join(part);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!(
+        "SKIPPED: no real data at {} (set SEIDEL_DATA)",
+        path.display()
+    );
+    None
+}
+
+/// The lens planted in made observation sets, defocus apart.
+pub(crate) fn planted(alpha: f64) -> ReducedNumbers {
+    ReducedNumbers {
+        alpha,
+        beta: 0.4,
+        gamma: 0.8,
+        delta: -0.7,
+        phi: 0.5,
+    }
+}
+
+/// Observations of [`planted`] lenses on a 300 x 200 frame: one tile a channel of `channels`, whose
+/// defocus differs by channel, on a 6 x 4 grid, at each of `distances`.
+pub(crate) fn made_set(channels: &[&str], distances: &[ObjectDistance]) -> ObservationSet {
+    let frame = Frame::new(300, 200, None).expect("a valid frame");
+    let mut observations = Vec::new();
+    for &distance in distances {
+        let vergence = distance.vergence_per_m().unwrap_or(0.3);
+        for place in 0..24 {
+            let ideal = ImagePoint::new(
+                20.0 + 51.7 * f64::from(place % 6),
+                18.0 + 54.3 * f64::from(place / 6),
+            );
+            let at = frame.field_point(ideal);
+            let centre = ImagePoint::new(ideal.x_px.round() + 0.5, ideal.y_px.round() + 0.5);
+            let tiles = (0..channels.len())
+                .map(|channel| made_tile(&frame, at, centre, vergence, channel))
+                .collect();
+            observations.push(Observation {
+                file: format!("psf/{:04}.exr", observations.len()),
+                centre,
+                distance,
+                ideal: Some(ideal),
+                tiles,
+                noise_sigma: vec![None; channels.len()],
+                background: vec![0.0; channels.len()],
+                saturated: false,
+            });
+        }
+    }
+    ObservationSet {
+        frame,
+        axis_stated: true,
+        pixel_pitch_um: Some(6.0),
+        channels: channels.iter().map(|&c| c.to_owned()).collect(),
+        camera: Camera::default(),
+        observations,
+    }
+}
+
+fn made_tile(
+    frame: &Frame,
+    at: FieldPoint,
+    centre: ImagePoint,
+    vergence: f64,
+    channel: usize,
+) -> Tile {
+    let size = 31;
+    // In focus at 2 m, 0.3 px of lateral colour a channel at the edge of the field.
+    let alpha = 9.0 * (vergence - 0.5) - 1.5 + 0.4 * channel as f64;
+    let stretch = 1.0 + 0.002 * channel as f64;
+    let centroid = frame.image_point(FieldPoint::new(at.x * stretch, at.y * stretch));
+    let half = size as f64 / 2.0;
+    let window = Window::of_tile(
+        size,
+        size,
+        centroid.x_px - centre.x_px + half,
+        centroid.y_px - centre.y_px + half,
+    );
+    let blur = LocalBlur {
+        moments: planted(alpha)
+            .coefficients()
+            .moments(at)
+            .with_added_variance(PIXEL_VARIANCE_PX2),
+        meridian: at.meridian(),
+    };
+    let mut samples = vec![0.0; window.len()];
+    MirroredPair.sample(&blur, &window, &mut samples);
+    Tile::new(size, size, samples.iter().map(|&v| v as f32).collect()).expect("finite")
+}
+
+/// Writes [`made_set`] of `channels` at 1.2 m, 2.5 m and infinity into `folder`/`name`.
+pub(crate) fn write_made_set(folder: &Path, name: &str, channels: &[&str]) {
+    let distances = [
+        ObjectDistance::Metres(1.2),
+        ObjectDistance::Metres(2.5),
+        ObjectDistance::Infinity,
+    ];
+    let set = made_set(channels, &distances);
+    seidel::files::manifest::write(&set, &folder.join(name)).expect("the folder is writable");
+}
+
+/// Fits `folder`/`lens.json` to a made set of `channels`.
+pub(crate) fn write_made_lens(folder: &Path, channels: &[&str]) {
+    write_made_set(folder, "set", channels);
+    succeeds(folder, "fit @set -o @lens.json");
+}
+
+/// Writes an EXR of float channels.
+pub(crate) fn write_exr(path: &Path, width: usize, height: usize, channels: &[(&str, Vec<f32>)]) {
+    let list = channels
+        .iter()
+        .map(|(name, samples)| AnyChannel::new(*name, FlatSamples::F32(samples.clone())))
+        .collect();
+    let layer = Layer::new(
+        (width, height),
+        LayerAttributes::default(),
+        Encoding::FAST_LOSSLESS,
+        AnyChannels::sort(list),
+    );
+    Image::from_layer(layer)
+        .write()
+        .to_file(path)
+        .expect("the folder is writable");
+}
+
+/// The samples of one channel of an EXR.
+pub(crate) fn read_channel(path: &Path, name: &str) -> Vec<f32> {
+    let plate = seidel::files::exr_plate::ExrPlate::open(path).expect("readable");
+    let id = plate
+        .channels()
+        .into_iter()
+        .find(|c| c.name == name)
+        .unwrap_or_else(|| panic!("{} has no channel {name}", path.display()))
+        .id;
+    plate.samples(id)
+}
+
+/// A plate of R, G, B, A and Z with small lights, an edge and a ramp of depth from 1 m to 5 m.
+pub(crate) fn write_plate(path: &Path, width: usize, height: usize) {
+    let pixel = |f: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
+        (0..width * height)
+            .map(|i| f(i % width, i / width))
+            .collect()
+    };
+    let colour = |shade: f32| {
+        pixel(&move |x, y| {
+            let light = if x % 17 == 3 && y % 13 == 5 {
+                40.0
+            } else {
+                0.0
+            };
+            let edge = if x > width / 2 { 0.6 } else { 0.1 };
+            shade * (light + edge)
+        })
+    };
+    write_exr(
+        path,
+        width,
+        height,
+        &[
+            ("R", colour(1.0)),
+            ("G", colour(0.8)),
+            ("B", colour(0.5)),
+            ("A", pixel(&|x, _| if x > width / 4 { 1.0 } else { 0.5 })),
+            ("Z", pixel(&|_, y| 1.0 + 4.0 * y as f32 / height as f32)),
+        ],
+    );
+}
+
+/// Every file below `folder`, sorted, so that tests can see what a command left.
+pub(crate) fn listing(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).expect("readable").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
