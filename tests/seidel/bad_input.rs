@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{listing, seidel_in, write_exr, write_made_lens, write_made_set, write_plate};
+use crate::support::{
+    TILE, listing, seidel_in, write_exr, write_made_lens, write_made_set, write_plate,
+};
 
 /// Sets up a sound lens, set and plate, spoils them with `spoil`, and runs `line`, which must fail
 /// with exit status 1 and a message that holds all of `says`, leaving the folder as it was.
@@ -54,7 +56,7 @@ fn spoil_tile(folder: &Path, sample: f32) {
             (name, samples)
         })
         .collect();
-    write_exr(&path, 31, 31, &channels);
+    write_exr(&path, TILE, TILE, &channels);
 }
 
 #[test]
@@ -65,7 +67,7 @@ fn missing_files() {
     refused(
         gone("set/manifest.json"),
         FIT,
-        &["manifest.json", "check the path"],
+        &["manifest.json", "give the folder"],
     );
     refused(
         gone("set/psf/0002.exr"),
@@ -228,7 +230,7 @@ fn negative_and_empty_tiles() {
     );
     refused(
         |folder| {
-            let dark = |name| (name, vec![0.0; 31 * 31]);
+            let dark = |name| (name, vec![0.0; TILE * TILE]);
             write_exr(
                 &folder.join("set/psf/0005.exr"),
                 31,

@@ -3,7 +3,9 @@
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
 
-use crate::support::{planted, seidel_in, succeeds, write_made_lens, write_made_set};
+use crate::support::{
+    planted, planted_alpha, seidel_in, succeeds, write_made_lens, write_made_set,
+};
 
 fn profile(path: &std::path::Path) -> LensProfile {
     LensProfile::from_json(&std::fs::read_to_string(path).expect("written")).expect("valid")
@@ -19,8 +21,8 @@ fn a_planted_lens_comes_back_in_every_channel_and_plane() {
     for (channel, fitted) in lens.channels.iter().enumerate() {
         for plane in &fitted.planes {
             let v = plane.distance.vergence_per_m().expect("known");
-            let alpha = 9.0 * (v - 0.5) - 1.5 + 0.4 * channel as f64;
-            let distance = plane.s.distance(&planted(alpha).coefficients(), 1.0);
+            let truth = planted(planted_alpha(channel, v)).coefficients();
+            let distance = plane.s.distance(&truth, 1.0);
             assert!(distance < 5e-3, "{channel} {}: {distance}", plane.distance);
             let moved = plane.displacement.expect("ideal positions are given");
             assert!((moved.magnification - 0.002 * channel as f64).abs() < 2e-5);
@@ -29,7 +31,7 @@ fn a_planted_lens_comes_back_in_every_channel_and_plane() {
     // Between the planes the depth law carries the blur.
     let predictor = Predictor::new(&lens).expect("a lens");
     let v: f64 = 0.65;
-    let want = planted(9.0 * (v - 0.5) - 1.5).coefficients();
+    let want = planted(planted_alpha(0, v)).coefficients();
     assert!(predictor.coefficients(0, v).distance(&want, 1.0) < 0.01);
 }
 

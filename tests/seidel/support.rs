@@ -83,6 +83,12 @@ pub(crate) fn real_data(part: &str) -> Option<PathBuf> {
     None
 }
 
+/// Defocus of the planted lens in `channel` at `vergence`: never so near focus that tiles a pixel
+/// grid wide could not show the moments.
+pub(crate) fn planted_alpha(channel: usize, vergence: f64) -> f64 {
+    3.5 + 5.0 * vergence + 0.3 * channel as f64
+}
+
 /// The lens planted in made observation sets, defocus apart.
 pub(crate) fn planted(alpha: f64) -> ReducedNumbers {
     ReducedNumbers {
@@ -90,7 +96,7 @@ pub(crate) fn planted(alpha: f64) -> ReducedNumbers {
         beta: 0.4,
         gamma: 0.8,
         delta: -0.7,
-        phi: 0.5,
+        phi: 0.3,
     }
 }
 
@@ -133,6 +139,9 @@ pub(crate) fn made_set(channels: &[&str], distances: &[ObjectDistance]) -> Obser
     }
 }
 
+/// Side of made tiles, px.
+pub(crate) const TILE: usize = 45;
+
 fn made_tile(
     frame: &Frame,
     at: FieldPoint,
@@ -140,9 +149,8 @@ fn made_tile(
     vergence: f64,
     channel: usize,
 ) -> Tile {
-    let size = 31;
-    // In focus at 2 m, 0.3 px of lateral colour a channel at the edge of the field.
-    let alpha = 9.0 * (vergence - 0.5) - 1.5 + 0.4 * channel as f64;
+    let size = TILE;
+    // Lateral colour of 0.3 px a channel at the edge of the field.
     let stretch = 1.0 + 0.002 * channel as f64;
     let centroid = frame.image_point(FieldPoint::new(at.x * stretch, at.y * stretch));
     let half = size as f64 / 2.0;
@@ -153,7 +161,7 @@ fn made_tile(
         centroid.y_px - centre.y_px + half,
     );
     let blur = LocalBlur {
-        moments: planted(alpha)
+        moments: planted(planted_alpha(channel, vergence))
             .coefficients()
             .moments(at)
             .with_added_variance(PIXEL_VARIANCE_PX2),
