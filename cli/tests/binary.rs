@@ -1,0 +1,96 @@
+//! The built binary: exit statuses as a shell sees them, a full disk, a closed pipe.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const SEIDEL: &str = env!("CARGO_BIN_EXE_seidel");
+
+fn run(args: &[&str]) -> Output {
+    Command::new(SEIDEL).args(args).output().expect("it starts")
+}
+
+#[test]
+fn exit_statuses() {
+    assert_eq!(run(&["--version"]).status.code(), Some(0));
+    assert_eq!(run(&["apply", "--help"]).status.code(), Some(0));
+    assert_eq!(run(&["lens", "schema"]).status.code(), Some(0));
+    let failed = run(&["lens", "show", "no-such-lens.json", "-o", "sheet.png"]);
+    assert_eq!(failed.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&failed.stderr).contains("no-such-lens.json"));
+    assert!(!Path::new("sheet.png").exists());
+    assert_eq!(run(&["no-such-command"]).status.code(), Some(2));
+}
+
+#[test]
+fn a_closed_pipe_is_no_disaster() {
+    let mut child = Command::new(SEIDEL)
+        .args(["lens", "schema"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(!words.contains("panicked"), "{words}");
+}
+
+/// Renders to a file system of 64 kB that is nearly full: needs the right to mount one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_nothing_and_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("small")).expect("writable");
+    std::fs::write(at("lens.json"), lens().to_json()).expect("writable");
+    // Fine detail, which no codec makes small.
+    let grain = |x: usize, y: usize| ((x * 7919 + y * 104_729) % 1009) as f32 / 1009.0;
+    exr::prelude::write_rgb_file(at("plate.exr"), 128, 128, |x, y| {
+        (grain(x, y), grain(y, x), grain(x + y, x))
+    })
+    .expect("writable");
+    let script = r#"
+        mount -t tmpfs -o size=64k none small || exit 77
+        head -c 56k /dev/zero > small/filler
+        "$0" apply --lens lens.json --distance 2 plate.exr -o small/out.exr > log 2>&1
+        echo "status $?" >> log
+        ls -A small >> log
+    "#;
+    let status = Command::new("unshare")
+        .args(["--map-root-user", "--mount", "sh", "-c", script, SEIDEL])
+        .current_dir(folder.path())
+        .stderr(Stdio::null())
+        .status();
+    if !status.is_ok_and(|s| s.success()) {
+        eprintln!("SKIPPED: no right to mount a small file system here");
+        return;
+    }
+    let words = std::fs::read_to_string(at("log")).expect("the script wrote it");
+    assert!(words.contains("out.exr"), "{words}");
+    assert!(words.contains("free"), "no remedy: {words}");
+    assert!(words.ends_with("status 1\nfiller\n"), "{words}");
+}
+
+#[cfg(target_os = "linux")]
+fn lens() -> seidel_core::profile::LensProfile {
+    use seidel_core::distance::ObjectDistance;
+    use seidel_core::lens::MomentCoefficients;
+    use seidel_core::profile::{LensProfile, MomentsChannel, MomentsPlane, Provenance};
+    LensProfile {
+        frame: seidel_core::field::Frame::new(128, 128, None).expect("valid"),
+        pixel_pitch_um: None,
+        camera: seidel_core::camera::Camera::default(),
+        channels: vec![MomentsChannel {
+            name: "Y".into(),
+            planes: vec![MomentsPlane {
+                distance: ObjectDistance::Unknown,
+                s: MomentCoefficients([0.4, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+                s_sigma: [0.0; 10],
+                displacement: None,
+                tiles_used: 1,
+                tiles_rejected: 0,
+            }],
+        }],
+        provenance: Provenance::default(),
+    }
+}
