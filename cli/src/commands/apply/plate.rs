@@ -9,7 +9,6 @@ use seidel_core::{Error, Result};
 use super::super::CommandError;
 use crate::files::error::FileError;
 use crate::files::flat_plate::Encoding;
-use crate::files::format::Format;
 use crate::files::plate::{Plate, PlateOptions};
 
 /// Options about the plate.
@@ -21,8 +20,8 @@ pub(super) struct PlateArgs {
     /// What integer samples of PNG and TIFF mean: srgb if left out; floats are linear
     #[arg(long, value_enum)]
     encoding: Option<EncodingChoice>,
-    /// How colour and alpha go together; as the format has it if left out (EXR premultiplied, PNG and
-    /// TIFF unpremultiplied)
+    /// How colour and alpha go together; as the file says if left out (EXR premultiplied, PNG
+    /// unpremultiplied, TIFF by its tag)
     #[arg(long, value_enum)]
     alpha: Option<AlphaChoice>,
     /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
@@ -106,7 +105,7 @@ impl PlateArgs {
         let unpremultiplied = has_alpha
             && match self.alpha {
                 Some(choice) => choice == AlphaChoice::Unpremultiplied,
-                None => plate.format() != Format::Exr,
+                None => !plate.is_premultiplied(),
             };
         if unpremultiplied && let Some((alpha, colour)) = planes.split_last_mut() {
             for plane in colour {
