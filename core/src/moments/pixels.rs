@@ -212,9 +212,14 @@ mod tests {
             samples[index] += 1e-3;
             let moved = Tile::new(9, 7, samples).expect("valid");
             let m = TileMoments::plain(&moved, None).expect("lit");
-            for k in 0..7 {
-                let slope = (m.central.to_array()[k] - clean.central.to_array()[k]) / 1e-3;
-                squares[k] += slope * slope;
+            let pairs = m
+                .central
+                .to_array()
+                .into_iter()
+                .zip(clean.central.to_array());
+            for (square, (moved, clean)) in squares.iter_mut().zip(pairs) {
+                let slope = (moved - clean) / 1e-3;
+                *square += slope * slope;
             }
         }
         let noise = clean.noise(&tile, None, sigma);
