@@ -7,6 +7,7 @@
 pub mod commands;
 mod console;
 pub mod files;
+pub mod pictures;
 
 pub use console::{Console, Progress};
 

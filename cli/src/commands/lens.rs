@@ -1,6 +1,5 @@
 //! `seidel lens`: look at a lens profile.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
@@ -37,7 +36,7 @@ pub struct ShowArgs {
 pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), CommandError> {
     match command {
         LensCommand::Schema => {
-            let _ = writeln!(console.stdout, "{}", schema());
+            console.say(schema());
             Ok(())
         }
         LensCommand::Show(args) => show(args, console),

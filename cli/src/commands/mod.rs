@@ -2,9 +2,9 @@
 
 mod apply;
 // mod demo;
-// mod eval;
+mod eval;
 mod fit;
-// mod lens;
+mod lens;
 mod psf;
 
 use std::path::{Path, PathBuf};
@@ -34,11 +34,12 @@ pub enum Command {
     /// Learn a lens from measured point-spread functions
     Fit(fit::FitArgs),
     /// Tell how well a lens describes a set of point-spread functions
-    // Eval(eval::EvalArgs),
+    Eval(eval::EvalArgs),
     /// Write the point-spread functions that a lens predicts
     Psf(psf::PsfArgs),
     /// Look at a lens profile
-    // Lens(lens::LensCommand),
+    #[command(subcommand)]
+    Lens(lens::LensCommand),
     /// Blur a plate with a lens
     Apply(apply::ApplyArgs),
 }
@@ -52,9 +53,9 @@ impl Command {
         match self {
             // Self::Demo(args) => demo::run(&args, console),
             Self::Fit(args) => fit::run(&args, console),
-            // Self::Eval(args) => eval::run(&args, console),
+            Self::Eval(args) => eval::run(&args, console),
             Self::Psf(args) => psf::run(&args, console),
-            // Self::Lens(command) => lens::run(&command, console),
+            Self::Lens(command) => lens::run(&command, console),
             Self::Apply(args) => apply::run(&args, console),
         }
     }

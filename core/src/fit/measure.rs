@@ -32,6 +32,10 @@ pub struct MeasuredTile {
     pub noise: [f64; 7],
 }
 
+/// Variance of the finest detail that blur acts on, px². Found by forward-blur SNR near focus, where
+/// values from 2 up do as well as each other and values below 1 lose up to 0.8 dB.
+const DETAIL_VARIANCE_PX2: f64 = 2.0;
+
 impl MeasuredTile {
     /// Field position of the ideal image point where known, of the centroid otherwise: the model is
     /// polynomial in the former, and the difference is distortion.
@@ -39,10 +43,11 @@ impl MeasuredTile {
         frame.field_point(self.ideal.unwrap_or(self.centroid))
     }
 
-    /// Size (px) by which residuals of this tile's moments are judged: the root of the trace, its
-    /// pixel's area included so that it stays sensible below one pixel.
+    /// Size (px) by which residuals of this tile's moments are judged: the root of its trace and that
+    /// of the finest picture detail. A wide PSF is drawn wrong in proportion to its size, one of a
+    /// pixel or less in proportion to its plain error.
     pub fn size_px(&self) -> f64 {
-        (self.optical.trace().max(0.0) + 2.0 * crate::moments::pixels::PIXEL_VARIANCE_PX2).sqrt()
+        (self.optical.trace().max(0.0) + 2.0 * DETAIL_VARIANCE_PX2).sqrt()
     }
 }
 

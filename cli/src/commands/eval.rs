@@ -1,0 +1,135 @@
+//! `seidel eval`: how well a lens describes a set, by the paper's tables and figure.
+
+mod report;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use seidel_core::eval::{EvalSettings, SparseSettings, TestImage, evaluate};
+use seidel_core::fit::Weighting;
+use seidel_core::moments::support::Support;
+
+use super::{CommandError, read_lens};
+use crate::Console;
+use crate::files::atomic::write_whole;
+use crate::files::error::FileError;
+use crate::files::manifest::{self, ReadOptions};
+use crate::files::plate::{Plate, PlateOptions};
+
+/// Options of `seidel eval`.
+#[derive(Debug, Args)]
+pub struct EvalArgs {
+    /// The lens profile
+    #[arg(long)]
+    lens: PathBuf,
+    /// The observation set to hold it against
+    #[arg(value_name = "OBS")]
+    observations: PathBuf,
+    /// Picture through which blur is compared (its luminance, taken as linear); one with natural
+    /// statistics is made if left out
+    #[arg(long, value_name = "Z")]
+    image: Option<PathBuf>,
+    /// Evaluate these channels only
+    #[arg(long, value_delimiter = ',')]
+    channel: Vec<String>,
+    /// Also refit on few PSFs at a time: Figure 13 of the paper
+    #[arg(long)]
+    sparse: bool,
+    /// Draw Figure 13 (implies --sparse)
+    #[arg(long, value_name = "PLOT.svg")]
+    plot: Option<PathBuf>,
+    /// Random splits of Figure 13
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(2..))]
+    splits: u16,
+    /// Refit Figure 13 unweighted, as in the paper
+    #[arg(long)]
+    unweighted: bool,
+    /// Let all pixels of a tile take part, even those that hold noise alone
+    #[arg(long)]
+    all_pixels: bool,
+    /// How to print the tables
+    #[arg(long, value_enum, default_value_t = Form::Text)]
+    form: Form,
+    /// Print one JSON document instead
+    #[arg(long)]
+    json: bool,
+}
+
+/// How tables are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Form {
+    /// Aligned columns
+    Text,
+    /// Markdown
+    Markdown,
+}
+
+pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandError> {
+    let lens = read_lens(&args.lens)?;
+    let set = manifest::read(&args.observations, ReadOptions::default())?.set;
+    let image = match &args.image {
+        Some(path) => read_image(path)?,
+        None => TestImage::natural(),
+    };
+    let sparse = (args.sparse || args.plot.is_some()).then(|| SparseSettings {
+        splits: usize::from(args.splits),
+        weighting: if args.unweighted {
+            Weighting::Unweighted
+        } else {
+            Weighting::Weighted
+        },
+        ..SparseSettings::default()
+    });
+    let settings = EvalSettings {
+        channels: args.channel.clone(),
+        support: if args.all_pixels {
+            Support::AllPixels
+        } else {
+            Support::Auto
+        },
+        sparse,
+        ..EvalSettings::default()
+    };
+    let evaluation = evaluate(&lens, &set, &image, &settings)
+        .map_err(|e| FileError::from_core(&args.observations, e))?;
+    if let Some(path) = &args.plot {
+        let svg = report::plot(&evaluation)?;
+        write_whole(path, |out| std::io::Write::write_all(out, svg.as_bytes()))?;
+    }
+    if args.json {
+        console.say(report::json(&evaluation));
+    } else {
+        console.say(report::tables(&evaluation, args.form == Form::Markdown));
+    }
+    for remark in &evaluation.remarks {
+        console.remark(remark);
+    }
+    if let Some(path) = &args.plot
+        && !args.json
+    {
+        console.say(format!("wrote {}", path.display()));
+    }
+    Ok(())
+}
+
+/// The luminance of a picture, by Rec. 709 weights where it is in colour.
+fn read_image(path: &Path) -> Result<TestImage, CommandError> {
+    let plate = Plate::open(path, &PlateOptions::default())?;
+    if let Some(bad) = plate.non_finite().first() {
+        return Err(FileError::new(path, "", bad.to_string(), "mend the picture").into());
+    }
+    let planes = plate.colour();
+    let weights: &[f64] = if planes.len() == 3 {
+        &[0.2126, 0.7152, 0.0722]
+    } else {
+        &[1.0]
+    };
+    let samples = (0..plate.width() * plate.height())
+        .map(|i| {
+            let weighed = planes.iter().zip(weights);
+            weighed.map(|(plane, w)| w * f64::from(plane[i])).sum()
+        })
+        .collect();
+    Ok(TestImage::new(plate.width(), plate.height(), samples)
+        .map_err(|e| FileError::from_core(path, e))?)
+}

@@ -1,0 +1,258 @@
+//! An evaluation as tables, as JSON, and as the plot of Figure 13.
+
+use seidel_core::distance::ObjectDistance;
+use seidel_core::eval::{Evaluation, GroupEvaluation, SparsePoint, SplitMean};
+use seidel_core::moments::CentralMoments;
+use serde_json::{Value, json};
+
+use super::CommandError;
+use crate::pictures::plot::{PlotPoint, Series, XAxis, line_plot_svg};
+
+/// Tables 1 and 2, and the numbers of Figure 13 where they were asked for.
+pub(super) fn tables(evaluation: &Evaluation, markdown: bool) -> String {
+    let mut parts = vec![
+        table(
+            "Variance explained over the field, %: all / middle 90 % of tiles (Table 1)",
+            &header(&["tiles", "mu20 px²"], &CentralMoments::NAMES),
+            &evaluation
+                .groups
+                .iter()
+                .map(explained_row)
+                .collect::<Vec<_>>(),
+            markdown,
+        ),
+        table(
+            "Forward-blur SNR, dB: mean (standard deviation) over tiles (Table 2)",
+            &header(&[], &titles(evaluation)),
+            &evaluation.groups.iter().map(method_row).collect::<Vec<_>>(),
+            markdown,
+        ),
+    ];
+    let sparse: Vec<Vec<String>> = evaluation.groups.iter().flat_map(sparse_rows).collect();
+    if !sparse.is_empty() {
+        parts.push(table(
+            "Forward-blur SNR, dB, against training PSFs: mean ± 95 % over splits (Figure 13)",
+            &header(&["PSFs"], &["Gaussian", "skew-normal", "undetermined"]),
+            &sparse,
+            markdown,
+        ));
+    }
+    parts.join("\n\n")
+}
+
+fn header(first: &[&str], rest: &[&str]) -> Vec<String> {
+    ["channel", "distance"]
+        .iter()
+        .chain(first)
+        .chain(rest)
+        .map(ToString::to_string)
+        .collect()
+}
+
+fn titles(evaluation: &Evaluation) -> Vec<&'static str> {
+    let first = evaluation.groups.first();
+    first.map_or_else(Vec::new, |g| g.methods.iter().map(|m| m.title).collect())
+}
+
+fn place(group: &GroupEvaluation) -> Vec<String> {
+    vec![group.channel.clone(), group.distance.to_string()]
+}
+
+fn explained_row(group: &GroupEvaluation) -> Vec<String> {
+    let mut row = place(group);
+    row.push(group.tiles.to_string());
+    row.push(format!("{:.2}..{:.2}", group.mu20_px2.0, group.mu20_px2.1));
+    let per_cent = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.1}"));
+    row.extend(
+        group
+            .explained
+            .iter()
+            .map(|e| format!("{} / {}", per_cent(e.full), per_cent(e.middle))),
+    );
+    row
+}
+
+fn method_row(group: &GroupEvaluation) -> Vec<String> {
+    let mut row = place(group);
+    row.extend(
+        group
+            .methods
+            .iter()
+            .map(|m| format!("{:.2} ({:.2})", m.mean_db, m.std_db)),
+    );
+    row
+}
+
+fn sparse_rows(group: &GroupEvaluation) -> Vec<Vec<String>> {
+    let Some(curve) = &group.sparse else {
+        return Vec::new();
+    };
+    let score = |mean: Option<SplitMean>| match mean {
+        None => "-".to_owned(),
+        Some(m) => match m.half_width_db {
+            Some(half) => format!("{:.2} ± {half:.2}", m.mean_db),
+            None => format!("{:.2}", m.mean_db),
+        },
+    };
+    curve
+        .points
+        .iter()
+        .map(|point| {
+            let mut row = place(group);
+            row.push(point.training.to_string());
+            row.push(score(point.gaussian));
+            row.push(score(point.skew_normal));
+            row.push(point.undetermined.to_string());
+            row
+        })
+        .collect()
+}
+
+fn table(title: &str, header: &[String], rows: &[Vec<String>], markdown: bool) -> String {
+    if markdown {
+        let line = |cells: &[String]| format!("| {} |", cells.join(" | "));
+        let rule: Vec<String> = header.iter().map(|_| "---".to_owned()).collect();
+        let mut lines = vec![
+            format!("**{title}**"),
+            String::new(),
+            line(header),
+            line(&rule),
+        ];
+        lines.extend(rows.iter().map(|row| line(row)));
+        return lines.join("\n");
+    }
+    let width = |column: usize| {
+        std::iter::once(header)
+            .chain(rows.iter().map(Vec::as_slice))
+            .map(|row| row[column].chars().count())
+            .max()
+            .unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
+    let line = |cells: &[String]| {
+        let padded: Vec<String> = cells
+            .iter()
+            .zip(&widths)
+            .map(|(cell, &w)| format!("{cell:>w$}"))
+            .collect();
+        padded.join("  ")
+    };
+    let mut lines = vec![title.to_owned(), line(header)];
+    lines.extend(rows.iter().map(|row| line(row)));
+    lines.join("\n")
+}
+
+/// Everything as one JSON document; infinity is `null`, an unknown distance is left out.
+pub(super) fn json(evaluation: &Evaluation) -> String {
+    let groups: Vec<Value> = evaluation.groups.iter().map(group_json).collect();
+    let document = json!({
+        "format": "lens-evaluation",
+        "version": 1,
+        "groups": groups,
+        "remarks": evaluation.remarks,
+    });
+    serde_json::to_string_pretty(&document).expect("an evaluation is plain JSON")
+}
+
+fn group_json(group: &GroupEvaluation) -> Value {
+    let explained: serde_json::Map<String, Value> = CentralMoments::NAMES
+        .iter()
+        .zip(&group.explained)
+        .map(|(name, e)| {
+            let both = json!({"all_percent": e.full, "middle_90_percent": e.middle});
+            ((*name).to_owned(), both)
+        })
+        .collect();
+    let methods: Vec<Value> = group
+        .methods
+        .iter()
+        .map(|m| {
+            json!({
+                "id": m.id, "title": m.title, "mean_db": m.mean_db,
+                "std_db": m.std_db, "worst_db": m.worst_db,
+            })
+        })
+        .collect();
+    let mut value = json!({
+        "channel": group.channel,
+        "tiles": group.tiles,
+        "square_px": group.square_px,
+        "mu20_px2": [group.mu20_px2.0, group.mu20_px2.1],
+        "variance_explained": explained,
+        "forward_blur_snr": methods,
+    });
+    let distance = match group.distance {
+        ObjectDistance::Unknown => None,
+        ObjectDistance::Infinity => Some(Value::Null),
+        ObjectDistance::Metres(m) => Some(json!(m)),
+    };
+    if let Some(object) = value.as_object_mut() {
+        if let Some(distance) = distance {
+            object.insert("depth_m".to_owned(), distance);
+        }
+        if let Some(curve) = &group.sparse {
+            let points: Vec<Value> = curve.points.iter().map(point_json).collect();
+            object.insert(
+                "sparse".to_owned(),
+                json!({"splits": curve.splits, "test_tiles": curve.test_tiles, "points": points}),
+            );
+        }
+    }
+    value
+}
+
+fn point_json(point: &SparsePoint) -> Value {
+    let mean = |m: Option<SplitMean>| {
+        m.map(|m| {
+            json!({
+                "mean_db": m.mean_db, "half_width_95_db": m.half_width_db,
+                "worst_db": m.worst_db,
+            })
+        })
+    };
+    json!({
+        "training": point.training,
+        "undetermined": point.undetermined,
+        "gaussian": mean(point.gaussian),
+        "skew_normal": mean(point.skew_normal),
+    })
+}
+
+/// Figure 13: the skew-normal from the fitted lens, one line a channel and distance.
+pub(super) fn plot(evaluation: &Evaluation) -> Result<String, CommandError> {
+    let series: Vec<Series> = evaluation
+        .groups
+        .iter()
+        .filter_map(|group| {
+            let curve = group.sparse.as_ref()?;
+            let points = curve
+                .points
+                .iter()
+                .filter_map(|point| {
+                    let m = point.skew_normal?;
+                    let half = m.half_width_db.unwrap_or(0.0);
+                    Some(PlotPoint {
+                        x: point.training as f64,
+                        y: m.mean_db,
+                        lower: m.mean_db - half,
+                        upper: m.mean_db + half,
+                    })
+                })
+                .collect();
+            Some(Series {
+                name: format!("{} {}", group.channel, group.distance),
+                points,
+            })
+        })
+        .collect();
+    let x = XAxis {
+        label: "PSFs in the fit".to_owned(),
+        logarithmic: true,
+    };
+    Ok(line_plot_svg(
+        "Skew-normal PSFs from a lens fitted to few of them",
+        &x,
+        "forward-blur SNR on PSFs not fitted, dB",
+        &series,
+    )?)
+}

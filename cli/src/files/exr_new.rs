@@ -1,0 +1,52 @@
+//! New EXR files made from planes of the program's own.
+
+use std::path::Path;
+
+use exr::prelude::*;
+use half::f16;
+
+use super::error::Result;
+use super::exr_file::write_exr;
+
+/// A channel to write.
+pub struct NewChannel<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// One sample a pixel, row-major.
+    pub samples: &'a [f32],
+    /// Whether to store it as half float, which is enough for colour and not for depth.
+    pub half: bool,
+}
+
+/// Writes a scene-linear EXR of `width` x `height` pixels, ZIP compressed, whole or not at all.
+///
+/// # Errors
+/// A target that cannot be written.
+///
+/// # Panics
+/// If a channel has not one sample a pixel.
+pub fn write_new(path: &Path, width: usize, height: usize, channels: &[NewChannel]) -> Result<()> {
+    let list = channels
+        .iter()
+        .map(|channel| {
+            assert_eq!(channel.samples.len(), width * height, "one sample a pixel");
+            let samples = if channel.half {
+                let halves = channel.samples.iter().map(|&s| f16::from_f32(s));
+                FlatSamples::F16(halves.collect())
+            } else {
+                FlatSamples::F32(channel.samples.to_vec())
+            };
+            AnyChannel::new(channel.name, samples)
+        })
+        .collect();
+    let layer = Layer::new(
+        (width, height),
+        LayerAttributes::default(),
+        Encoding {
+            compression: Compression::ZIP16,
+            ..Encoding::FAST_LOSSLESS
+        },
+        AnyChannels::sort(list),
+    );
+    write_exr(path, &Image::from_layer(layer), true)
+}
