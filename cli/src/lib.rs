@@ -6,6 +6,7 @@
 
 pub mod commands;
 mod console;
+pub mod demo;
 pub mod files;
 pub mod pictures;
 

@@ -38,10 +38,19 @@ pub struct DemoArgs {
 
 /// What the demo writes, and what to say of it.
 const WRITES: [(&str, &str); 6] = [
-    ("measured/", "PSFs of a lens, as if photographed: noisy points of light over the frame at four distances"),
+    (
+        "measured/",
+        "PSFs of a lens, as if photographed: noisy points of light over the frame at four distances",
+    ),
     ("lens.json", "the lens profile fitted to them"),
-    ("sheet.png", "a picture of that lens: its PSFs over the frame by channel and distance"),
-    ("plate.exr", "a CG plate, scene-linear, with depth in metres (Z)"),
+    (
+        "sheet.png",
+        "a picture of that lens: its PSFs over the frame by channel and distance",
+    ),
+    (
+        "plate.exr",
+        "a CG plate, scene-linear, with depth in metres (Z)",
+    ),
     ("blurred.exr", "the plate as this lens would have seen it"),
     ("before-after.png", "both, for the eye"),
 ];
@@ -91,11 +100,11 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
         .map(|m| m.mean_db)
         .fold((0.0, 0.0), |(sum, count), db| (sum + db, count + 1.0));
     console.say(format!(
-        "The fit took {} PSFs in {} channels; its sizes are within {:.1} % of the lens that made them, \
-         and pictures blurred by it match to {:.0} dB.",
+        "The fit took {} PSFs in {} channels. Its PSF sizes are within {:.2} px of the lens that made \
+         them; pictures blurred by its PSFs match to {:.0} dB.",
         set.observations.len(),
         set.channels.len(),
-        100.0 * worst_size_error(&built_in, &fit)?,
+        worst_size_error_px(&built_in, &fit)?,
         score.0 / f64::max(score.1, 1.0)
     ));
     console.say("To blur a plate of your own:");
@@ -145,11 +154,7 @@ fn blur(
     Ok(blurred.try_into().expect("as many planes come as went"))
 }
 
-fn write_plate(
-    path: &Path,
-    plate: &Scene,
-    rgb: &[Vec<f32>; 3],
-) -> crate::files::Result<()> {
+fn write_plate(path: &Path, plate: &Scene, rgb: &[Vec<f32>; 3]) -> crate::files::Result<()> {
     let mut channels: Vec<NewChannel> = ["R", "G", "B"]
         .into_iter()
         .zip(rgb)
@@ -168,9 +173,8 @@ fn write_plate(
 }
 
 fn compare(plate: &Scene, blurred: &[Vec<f32>; 3]) -> Result<image::RgbImage, CommandError> {
-    let view = |label, rgb: &'_ [Vec<f32>; 3]| -> (&'static str, [Vec<f32>; 3]) {
-        (label, rgb.clone())
-    };
+    let view =
+        |label, rgb: &'_ [Vec<f32>; 3]| -> (&'static str, [Vec<f32>; 3]) { (label, rgb.clone()) };
     let both = [view("plate", &plate.rgb), view("through the lens", blurred)];
     let views: Vec<View> = both
         .iter()
@@ -198,9 +202,9 @@ fn compare(plate: &Scene, blurred: &[Vec<f32>; 3]) -> Result<image::RgbImage, Co
     )?)
 }
 
-/// Largest relative difference of PSF size (root of the trace) between the fitted and the built-in
-/// lens, over field, channels and the distances measured.
-fn worst_size_error(built_in: &LensProfile, fit: &Fit) -> Result<f64, CommandError> {
+/// Largest difference of PSF size (root of the trace, px) between the fitted and the built-in lens, over
+/// field, channels and the distances measured.
+fn worst_size_error_px(built_in: &LensProfile, fit: &Fit) -> Result<f64, CommandError> {
     let (truth, found) = (Predictor::new(built_in)?, Predictor::new(&fit.lens)?);
     let mut worst: f64 = 0.0;
     for (channel, fitted) in fit.lens.channels.iter().enumerate() {
@@ -209,9 +213,10 @@ fn worst_size_error(built_in: &LensProfile, fit: &Fit) -> Result<f64, CommandErr
             for step in 0..=10 {
                 let at = seidel_core::field::FieldPoint::new(0.1 * f64::from(step), 0.0);
                 let size = |lens: &Predictor| {
-                    lens.blur_at(channel, at, vergence).blur.moments.trace().max(0.0).sqrt()
+                    let m = lens.blur_at(channel, at, vergence).blur.moments;
+                    m.trace().max(0.0).sqrt()
                 };
-                worst = worst.max((size(&found) / size(&truth) - 1.0).abs());
+                worst = worst.max((size(&found) - size(&truth)).abs());
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The commands, one a file.
 
 mod apply;
-// mod demo;
+mod demo;
 mod eval;
 mod fit;
 mod lens;
@@ -30,7 +30,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Show what the program does, on data it makes itself
-    // Demo(demo::DemoArgs),
+    Demo(demo::DemoArgs),
     /// Learn a lens from measured point-spread functions
     Fit(fit::FitArgs),
     /// Tell how well a lens describes a set of point-spread functions
@@ -51,7 +51,7 @@ impl Command {
     /// Whatever stands in its way, in one message.
     pub fn run(self, console: &mut Console) -> Result<(), CommandError> {
         match self {
-            // Self::Demo(args) => demo::run(&args, console),
+            Self::Demo(args) => demo::run(&args, console),
             Self::Fit(args) => fit::run(&args, console),
             Self::Eval(args) => eval::run(&args, console),
             Self::Psf(args) => psf::run(&args, console),

@@ -1,0 +1,206 @@
+//! The built-in lens: a fast 50 mm prime of the old kind, wide open.
+//!
+//! Five reduced numbers a channel (model.md section 3), defocus alone changing with distance. Its
+//! character is that of such lenses: highlights in the corners drawn out and tear-shaped (coma and
+//! astigmatism), green rims behind the focus and purple ones before it (axial colour), red and blue
+//! pulled apart towards the corners (lateral colour), sharp only near the centre of the focused plane.
+
+use std::collections::BTreeMap;
+
+use seidel_core::Result;
+use seidel_core::camera::Camera;
+use seidel_core::distance::ObjectDistance;
+use seidel_core::field::Frame;
+use seidel_core::lens::ReducedNumbers;
+use seidel_core::profile::{Displacement, LensProfile, MomentsChannel, MomentsPlane, Provenance};
+
+/// Focal length, mm.
+pub const FOCAL_LENGTH_MM: f64 = 50.0;
+/// F-number.
+pub const F_NUMBER: f64 = 0.95;
+/// Focused distance, m.
+pub const FOCUS_M: f64 = 2.0;
+/// Width of the sensor, mm: with the focal length this is the view that the scene is drawn in.
+pub const SENSOR_WIDTH_MM: f64 = 36.0;
+
+/// Frame width in whose pixels the numbers below are given.
+const DESIGN_WIDTH_PX: f64 = 1280.0;
+
+/// One channel's numbers in pixels of a frame [`DESIGN_WIDTH_PX`] wide, field in half frame widths.
+struct ChannelDesign {
+    name: &'static str,
+    wavelength_nm: f64,
+    /// Defocus on the focused plane: axial colour.
+    alpha_focus_px: f64,
+    /// Coma.
+    phi_px: f64,
+    /// Magnification relative to the mean channel: lateral colour.
+    magnification: f64,
+}
+
+const CHANNELS: [ChannelDesign; 3] = [
+    ChannelDesign {
+        name: "R",
+        wavelength_nm: 620.0,
+        alpha_focus_px: 1.0,
+        phi_px: -4.9,
+        magnification: 0.0028,
+    },
+    ChannelDesign {
+        name: "G",
+        wavelength_nm: 540.0,
+        alpha_focus_px: 0.0,
+        phi_px: -4.5,
+        magnification: 0.0,
+    },
+    ChannelDesign {
+        name: "B",
+        wavelength_nm: 460.0,
+        alpha_focus_px: 1.8,
+        phi_px: -4.0,
+        magnification: -0.0034,
+    },
+];
+
+/// Spherical aberration, px.
+const BETA_PX: f64 = 1.6;
+/// Astigmatism, px per squared half frame width.
+const GAMMA_PX: f64 = -7.0;
+/// Field curvature, px per squared half frame width.
+const DELTA_PX: f64 = 1.0;
+/// Distortion per squared half frame width: slightly barrel.
+const DISTORTION: f64 = -0.004;
+
+/// Object distances of the profile's planes, m, from infinity inwards.
+const DISTANCES_M: [f64; 5] = [f64::INFINITY, 10.0, 4.0, 2.0, 1.2];
+
+/// The built-in lens for a frame of `width_px` x `height_px`, its axis at the centre.
+///
+/// # Errors
+/// A frame of no size.
+pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
+    let frame = Frame::new(width_px, height_px, None)?;
+    let channels = CHANNELS
+        .iter()
+        .map(|design| {
+            let planes = DISTANCES_M
+                .iter()
+                .map(|&metres| plane(design, ObjectDistance::metres(metres)?, &frame))
+                .collect::<Result<Vec<_>>>()?;
+            Ok(MomentsChannel {
+                name: design.name.to_owned(),
+                planes,
+            })
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(LensProfile {
+        frame,
+        pixel_pitch_um: Some(SENSOR_WIDTH_MM * 1e3 / f64::from(width_px)),
+        camera: Camera {
+            focal_length_mm: Some(FOCAL_LENGTH_MM),
+            f_number: Some(F_NUMBER),
+            focus_distance: ObjectDistance::Metres(FOCUS_M),
+            wavelength_nm: CHANNELS
+                .iter()
+                .map(|c| (c.name.to_owned(), c.wavelength_nm))
+                .collect::<BTreeMap<_, _>>(),
+        },
+        channels,
+        provenance: Provenance {
+            program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
+            sources: vec!["built-in demo lens".to_owned()],
+            settings: "designed, not measured".to_owned(),
+        },
+    })
+}
+
+/// Radius of the on-axis disc in design pixels per 1/m of vergence: Z2 R / M for pupils in the lens.
+fn defocus_px_per_dioptre() -> f64 {
+    let f_m = FOCAL_LENGTH_MM * 1e-3;
+    let image_m = f_m / (1.0 - f_m / FOCUS_M);
+    let pitch_m = SENSOR_WIDTH_MM * 1e-3 / DESIGN_WIDTH_PX;
+    image_m * f_m / (2.0 * F_NUMBER) / pitch_m
+}
+
+fn plane(design: &ChannelDesign, distance: ObjectDistance, frame: &Frame) -> Result<MomentsPlane> {
+    let vergence = distance.vergence_per_m().unwrap_or(0.0);
+    let numbers = ReducedNumbers {
+        alpha: defocus_px_per_dioptre() * (vergence - 1.0 / FOCUS_M) + design.alpha_focus_px,
+        beta: BETA_PX,
+        gamma: GAMMA_PX,
+        delta: DELTA_PX,
+        phi: design.phi_px,
+    };
+    let scale = f64::from(frame.width_px()) / DESIGN_WIDTH_PX;
+    Ok(MomentsPlane {
+        distance,
+        s: numbers.coefficients().rescaled(scale, 1.0),
+        s_sigma: [0.0; 10],
+        displacement: Some(Displacement {
+            magnification: design.magnification,
+            distortion: DISTORTION,
+            magnification_sigma: 0.0,
+            distortion_sigma: 0.0,
+        }),
+        tiles_used: 0,
+        tiles_rejected: 0,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use seidel_core::field::FieldPoint;
+    use seidel_core::predict::Predictor;
+    use seidel_core::render::BlurField;
+
+    #[test]
+    fn the_lens_is_realisable_everywhere() {
+        let lens = lens(1280, 720).expect("a frame");
+        let read = LensProfile::from_json(&lens.to_json()).expect("a valid profile");
+        assert_eq!(read.channel_names(), ["R", "G", "B"]);
+        let predictor = Predictor::new(&lens).expect("five planes");
+        let corner = lens.frame.corner_radius();
+        for channel in 0..3 {
+            for step in 0..=100 {
+                let vergence = f64::from(step) / 100.0;
+                let s = predictor.coefficients(channel, vergence);
+                assert!(s.is_realisable(corner), "{channel} at {vergence}: {s:?}");
+                assert!(s.least_variance(corner) > 0.0, "{channel} at {vergence}");
+            }
+        }
+    }
+
+    #[test]
+    fn sizes_are_those_of_a_fast_prime() {
+        let lens = lens(1280, 720).expect("a frame");
+        let predictor = Predictor::new(&lens).expect("five planes");
+        let sigma = |h: f64, metres: f64| {
+            let s = predictor.coefficients(1, 1.0 / metres);
+            let m = s.meridional(h);
+            ((m.mu20 + m.mu02) / 2.0).sqrt()
+        };
+        assert!(sigma(0.0, FOCUS_M) < 0.8, "{}", sigma(0.0, FOCUS_M));
+        for metres in [8.0, 30.0] {
+            assert!((8.0..28.0).contains(&sigma(0.0, metres)));
+            assert!(sigma(1.147, metres) > 1.2 * sigma(0.0, metres));
+        }
+        // Lateral colour at the corner.
+        let at = |c| {
+            let placed = predictor.blur_at(c, FieldPoint::new(1.0, 0.5625), 0.5);
+            placed.displacement_px.0.hypot(placed.displacement_px.1)
+        };
+        assert!(
+            (1.0..5.0).contains(&(at(0) - at(2)).abs()),
+            "{}",
+            at(0) - at(2)
+        );
+    }
+
+    #[test]
+    fn blur_scales_with_the_frame() {
+        let (small, large) = (lens(320, 180), lens(1280, 720));
+        let s1 = |l: Result<LensProfile>| l.expect("a frame").channels[1].planes[0].s.0[0];
+        assert!((s1(large) / s1(small) - 16.0).abs() < 1e-9);
+    }
+}

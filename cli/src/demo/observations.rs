@@ -1,0 +1,103 @@
+//! PSFs of the built-in lens as if they had been photographed: points of light with noise.
+
+use seidel_core::Result;
+use seidel_core::distance::ObjectDistance;
+use seidel_core::field::ImagePoint;
+use seidel_core::observations::{Observation, ObservationSet};
+use seidel_core::predict::{Predictor, predict_like};
+use seidel_core::profile::LensProfile;
+use seidel_core::psf::SkewNormal;
+use seidel_core::render::BlurField;
+use seidel_core::tile::Tile;
+
+use super::noise::normal;
+
+/// Points of light across and down the frame.
+const GRID: (u32, u32) = (6, 4);
+/// Distances at which they stand, m.
+const DISTANCES_M: [f64; 4] = [f64::INFINITY, 4.0, 2.0, 1.2];
+/// Peak of a tile over its noise.
+const PEAK_OVER_NOISE: f64 = 400.0;
+
+/// One observation a point and distance, by the built-in `lens` with the skew-normal PSF.
+///
+/// # Errors
+/// A lens from which no depth law can be made.
+pub fn measured(lens: &LensProfile) -> Result<ObservationSet> {
+    let predictor = Predictor::new(lens)?;
+    let mut observations = Vec::new();
+    for metres in DISTANCES_M {
+        let distance = ObjectDistance::metres(metres)?;
+        for place in 0..GRID.0 * GRID.1 {
+            observations.push(blank(&predictor, place, distance, observations.len())?);
+        }
+    }
+    let template = ObservationSet {
+        frame: lens.frame,
+        axis_stated: true,
+        pixel_pitch_um: lens.pixel_pitch_um,
+        channels: predictor.channel_names().to_vec(),
+        camera: lens.camera.clone(),
+        observations,
+    };
+    let mut set = predict_like(&predictor, &template, &SkewNormal)?;
+    for (index, observation) in set.observations.iter_mut().enumerate() {
+        for channel in 0..observation.tiles.len() {
+            let seed = (index * observation.tiles.len() + channel) as u64;
+            let (tile, sigma) = with_noise(&observation.tiles[channel], seed)?;
+            observation.tiles[channel] = tile;
+            observation.noise_sigma[channel] = Some(sigma);
+        }
+    }
+    Ok(set)
+}
+
+/// An observation whose tiles are large enough and still dark.
+fn blank(
+    lens: &Predictor,
+    place: u32,
+    distance: ObjectDistance,
+    index: usize,
+) -> Result<Observation> {
+    let frame = lens.frame();
+    let share = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count);
+    let ideal = ImagePoint::new(
+        share(place % GRID.0, GRID.0) * f64::from(frame.width_px()),
+        share(place / GRID.0, GRID.1) * f64::from(frame.height_px()),
+    );
+    let vergence = lens.vergence(distance)?;
+    let at = frame.field_point(ideal);
+    let widest = (0..lens.channel_count())
+        .map(|channel| {
+            let m = lens.blur_at(channel, at, vergence).blur.moments;
+            m.mu20.max(m.mu02).max(0.0).sqrt()
+        })
+        .fold(0.0, f64::max);
+    // Five deviations of the widest channel, lateral colour and distortion.
+    let side = 2 * (5.0 * widest + 0.01 * frame.half_width_px()).ceil() as usize + 9;
+    let dark = Tile::new(side, side, vec![0.0; side * side])?;
+    let channels = lens.channel_count();
+    Ok(Observation {
+        file: format!("psf/{index:04}.exr"),
+        centre: ImagePoint::new(ideal.x_px.floor() + 0.5, ideal.y_px.floor() + 0.5),
+        distance,
+        ideal: Some(ideal),
+        tiles: vec![dark; channels],
+        noise_sigma: vec![None; channels],
+        background: vec![0.0; channels],
+        saturated: false,
+    })
+}
+
+/// The tile with normal noise, and its standard deviation.
+fn with_noise(tile: &Tile, seed: u64) -> Result<(Tile, f64)> {
+    let peak = tile.samples().iter().copied().fold(0.0, f32::max);
+    let sigma = f64::from(peak) / PEAK_OVER_NOISE;
+    let noisy = tile
+        .samples()
+        .iter()
+        .enumerate()
+        .map(|(index, &light)| (f64::from(light) + sigma * normal(seed, index as u64)) as f32)
+        .collect();
+    Ok((Tile::new(tile.width(), tile.height(), noisy)?, sigma))
+}

@@ -1,0 +1,43 @@
+//! Pictures for people: PSF sheets, plots and plates made fit for a screen.
+//!
+//! Everything here is a pure function from values to pixels or text; files are written elsewhere.
+
+mod canvas;
+pub mod comparison;
+pub mod display;
+pub mod plot;
+mod psf_panel;
+pub mod sheet;
+mod sheet_labels;
+
+/// Three significant digits, no zeros at the end.
+fn short_number(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let decimals = (2 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, want) in [
+            (2.0, "2"),
+            (0.125, "0.125"),
+            (1234.5, "1234"),
+            (-26.66, "-26.7"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(short_number(value), want);
+        }
+    }
+}

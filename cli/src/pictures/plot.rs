@@ -1,0 +1,297 @@
+//! Line plots with confidence bands, as SVG.
+
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
+use plotters::prelude::*;
+use seidel_core::{Error, Result};
+
+use super::short_number;
+
+/// One point of a line: a value and the interval that holds it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlotPoint {
+    /// Where along x.
+    pub x: f64,
+    /// The value.
+    pub y: f64,
+    /// Lower end of its interval.
+    pub lower: f64,
+    /// Upper end of its interval.
+    pub upper: f64,
+}
+
+/// A named line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its points, by rising x.
+    pub points: Vec<PlotPoint>,
+}
+
+/// What runs along x.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct XAxis {
+    /// Label, unit included.
+    pub label: String,
+    /// Whether the axis is logarithmic; its values are then positive.
+    pub logarithmic: bool,
+}
+
+const SIZE_PX: (u32, u32) = (960, 600);
+/// Colours that stay apart for colour-blind readers (Okabe and Ito 2008).
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(70, 70, 70),
+];
+const INK: RGBColor = RGBColor(40, 44, 52);
+
+/// The plot of `series` as an SVG document: a line through the values over a band of their
+/// intervals, a legend inside.
+///
+/// # Errors
+/// No point at all, points that are not finite, or x not positive on a logarithmic axis.
+pub fn line_plot_svg(title: &str, x: &XAxis, y_label: &str, series: &[Series]) -> Result<String> {
+    let points: Vec<PlotPoint> = series.iter().flat_map(|s| s.points.clone()).collect();
+    check(&points, x.logarithmic)?;
+    let extent = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
+            (a.min(v), b.max(v))
+        })
+    };
+    let (left, right) = extent(&mut points.iter().map(|p| p.x));
+    let (bottom, top) = extent(&mut points.iter().flat_map(|p| [p.y, p.lower, p.upper]));
+    let margin = 0.06 * (top - bottom).max(1e-3 * top.abs()).max(1e-9);
+    let y_range = bottom - margin..top + margin;
+    let mut svg = String::new();
+    let drawn = if x.logarithmic {
+        let x_range = if right > left {
+            left..right
+        } else {
+            left / 2.0..right * 2.0
+        };
+        // Powers of ten are too far apart to label one or two decades.
+        let base = if x_range.end / x_range.start > 1e3 {
+            10.0
+        } else {
+            2.0
+        };
+        draw(
+            &mut svg,
+            title,
+            x_range.log_scale().base(base),
+            &x.label,
+            y_range,
+            y_label,
+            series,
+        )
+    } else {
+        let x_range = if right > left {
+            left..right
+        } else {
+            left - 0.5..right + 0.5
+        };
+        draw(&mut svg, title, x_range, &x.label, y_range, y_label, series)
+    };
+    drawn.map_err(|problem| Error::new("plot", problem.to_string(), "report this as a fault"))?;
+    Ok(svg)
+}
+
+fn check(points: &[PlotPoint], logarithmic: bool) -> Result<()> {
+    if points.is_empty() {
+        return Err(Error::new(
+            "plot",
+            "has no point",
+            "give at least one point",
+        ));
+    }
+    for p in points {
+        let finite = [p.x, p.y, p.lower, p.upper].iter().all(|v| v.is_finite());
+        if !finite || (logarithmic && p.x <= 0.0) {
+            return Err(Error::new(
+                "plot",
+                format!("cannot show the point {p:?}"),
+                "leave it out",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn draw<X>(
+    svg: &mut String,
+    title: &str,
+    x_range: X,
+    x_label: &str,
+    y_range: std::ops::Range<f64>,
+    y_label: &str,
+    series: &[Series],
+) -> std::result::Result<(), Box<dyn std::error::Error>>
+where
+    X: plotters::coord::ranged1d::AsRangedCoord<Value = f64>,
+    X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    let legend_place = emptiest_corner(series);
+    let font = |size: u32| ("sans-serif", size).into_font().color(&INK);
+    let root = SVGBackend::with_string(svg, SIZE_PX).into_drawing_area();
+    root.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(&root)
+        .caption(title, font(24))
+        .margin(18)
+        .x_label_area_size(56)
+        .y_label_area_size(72)
+        .build_cartesian_2d(x_range, y_range)?;
+    chart
+        .configure_mesh()
+        .x_desc(x_label)
+        .y_desc(y_label)
+        .axis_desc_style(font(18))
+        .label_style(font(15))
+        .axis_style(INK)
+        .bold_line_style(RGBColor(222, 226, 232))
+        .light_line_style(WHITE)
+        .x_label_formatter(&|v| short_number(*v))
+        .y_label_formatter(&|v| short_number(*v))
+        .x_labels(9)
+        .y_labels(9)
+        .draw()?;
+    for (index, line) in series.iter().enumerate() {
+        let colour = COLOURS[index % COLOURS.len()];
+        let band: Vec<(f64, f64)> = line
+            .points
+            .iter()
+            .map(|p| (p.x, p.upper))
+            .chain(line.points.iter().rev().map(|p| (p.x, p.lower)))
+            .collect();
+        if line.points.len() > 1 {
+            chart.draw_series([Polygon::new(band, colour.mix(0.16).filled())])?;
+        }
+    }
+    // Lines above all bands.
+    for (index, line) in series.iter().enumerate() {
+        let colour = COLOURS[index % COLOURS.len()];
+        let style = colour.stroke_width(3);
+        chart
+            .draw_series(LineSeries::new(
+                line.points.iter().map(|p| (p.x, p.y)),
+                style,
+            ))?
+            .label(line.name.as_str())
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 26, y)], style));
+        if line.points.len() <= 40 {
+            let dots = line
+                .points
+                .iter()
+                .map(|p| Circle::new((p.x, p.y), 4, colour.filled()));
+            chart.draw_series(dots)?;
+        }
+    }
+    chart
+        .configure_series_labels()
+        .position(legend_place)
+        .legend_area_size(34)
+        .margin(12)
+        .label_font(font(16))
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(200, 205, 212))
+        .draw()?;
+    root.present()?;
+    Ok(())
+}
+
+/// The corner of the plot with the fewest points near it, in which the legend hides least. Counted
+/// by rank along x, so that a logarithmic axis makes no difference.
+fn emptiest_corner(series: &[Series]) -> SeriesLabelPosition {
+    let values = || series.iter().flat_map(|s| s.points.iter().map(|p| p.y));
+    let bottom = values().fold(f64::INFINITY, f64::min);
+    let top = values().fold(f64::NEG_INFINITY, f64::max);
+    let crowding = |right: bool, upper: bool| -> usize {
+        series
+            .iter()
+            .map(|s| {
+                let near = s.points.len().div_ceil(3);
+                let skip = if right { s.points.len() - near } else { 0 };
+                let near = s.points.iter().skip(skip).take(near);
+                near.filter(|p| {
+                    let height = (p.y - bottom) / (top - bottom).max(f64::MIN_POSITIVE);
+                    if upper { height > 0.65 } else { height < 0.35 }
+                })
+                .count()
+            })
+            .sum()
+    };
+    [
+        (crowding(true, true), SeriesLabelPosition::UpperRight),
+        (crowding(true, false), SeriesLabelPosition::LowerRight),
+        (crowding(false, true), SeriesLabelPosition::UpperLeft),
+        (crowding(false, false), SeriesLabelPosition::LowerLeft),
+    ]
+    .into_iter()
+    .min_by_key(|(count, _)| *count)
+    .map_or(SeriesLabelPosition::UpperRight, |(_, place)| place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(name: &str, count: u32) -> Series {
+        let points = (1..=count)
+            .map(|k| {
+                let x = f64::from(k);
+                PlotPoint {
+                    x,
+                    y: 20.0 - 8.0 / x,
+                    lower: 18.0 - 8.0 / x,
+                    upper: 22.0 - 8.0 / x,
+                }
+            })
+            .collect();
+        Series {
+            name: name.to_owned(),
+            points,
+        }
+    }
+
+    #[test]
+    fn plots_hold_their_names() {
+        let all = [
+            series("gaussian", 12),
+            series("skew-normal", 12),
+            series("one point", 1),
+        ];
+        for logarithmic in [false, true] {
+            let x = XAxis {
+                label: "tiles".to_owned(),
+                logarithmic,
+            };
+            let svg = line_plot_svg("Figure 13", &x, "SNR (dB)", &all).expect("drawable");
+            for text in [
+                "Figure 13",
+                "SNR (dB)",
+                "tiles",
+                "gaussian",
+                "skew-normal",
+                "sans-serif",
+            ] {
+                assert!(svg.contains(text), "{text}");
+            }
+            assert!(svg.trim_end().ends_with("</svg>"));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_refused() {
+        let x = XAxis {
+            label: String::new(),
+            logarithmic: true,
+        };
+        assert!(line_plot_svg("", &x, "", &[]).is_err());
+        let mut bad = series("bad", 3);
+        bad.points[0].x = 0.0;
+        assert!(line_plot_svg("", &x, "", &[bad]).is_err());
+    }
+}

@@ -1,0 +1,294 @@
+//! The PSF sheet: what a lens does over its frame, by object distance and channel.
+
+use image::RgbImage;
+use seidel_core::Result;
+use seidel_core::distance::ObjectDistance;
+use seidel_core::predict::Predictor;
+use seidel_core::profile::LensProfile;
+use seidel_core::psf::PsfModel;
+
+use super::canvas::{Area, Canvas};
+use super::psf_panel::PanelGrid;
+use super::sheet_labels::{
+    CAPTION_PX, GAP_PX, HEADER_PX, SCALE_PX, distance_name, draw_caption, draw_frame, draw_header,
+    draw_scale,
+};
+use super::short_number;
+
+const BACKGROUND: [u8; 3] = [18, 20, 25];
+/// How a sheet is laid out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SheetOptions {
+    /// What the sheet is called; the lens's first source if `None`.
+    pub title: Option<String>,
+    /// PSFs across the frame; their number down the frame follows from its aspect.
+    pub columns: u32,
+    /// Width of the sheet, px; at least 640.
+    pub width_px: u32,
+}
+
+impl Default for SheetOptions {
+    fn default() -> Self {
+        Self {
+            title: None,
+            columns: 7,
+            width_px: 2048,
+        }
+    }
+}
+
+/// Draws the PSFs of `lens` by `model`: a row of panels an object distance, from infinity inwards.
+///
+/// Each panel is the frame, its optical axis a cross, with PSFs enlarged at a grid of field
+/// positions: the scale bar below is in px of the frame. Channels named R, G and B get a panel in
+/// which they are drawn together, set apart by the lens's lateral colour at the same enlargement.
+/// Tone is the square root of light over the peak of each PSF.
+///
+/// # Errors
+/// Planes from which no depth law can be made.
+pub fn lens_sheet(
+    lens: &LensProfile,
+    model: &dyn PsfModel,
+    options: &SheetOptions,
+) -> Result<RgbImage> {
+    Ok(draw(lens, model, options)?.image)
+}
+
+/// What one panel shows.
+struct Panel {
+    /// Caption.
+    caption: String,
+    /// Channels drawn together, and the colour of each.
+    channels: Vec<(usize, [f32; 3])>,
+}
+
+fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Result<Canvas> {
+    let predictor = Predictor::new(lens)?;
+    let panels = panels(lens);
+    let distances = distances(lens);
+    let across = across(panels.len(), distances.len());
+    let width = options.width_px.max(640);
+    let frame_width = (width - GAP_PX * (across + 1)) / across;
+    let grid = grid(lens, frame_width, options.columns);
+    let step = (
+        grid.width + GAP_PX,
+        grid.height + CAPTION_PX + SCALE_PX + GAP_PX,
+    );
+    let jobs: Vec<(ObjectDistance, &Panel)> = distances
+        .iter()
+        .flat_map(|d| panels.iter().map(move |p| (*d, p)))
+        .collect();
+    let down = (jobs.len() as u32).div_ceil(across);
+    let mut canvas = Canvas::new(width, HEADER_PX + down * step.1 + 8, BACKGROUND);
+    draw_header(&mut canvas, lens, model.id(), options.title.as_deref());
+    for (index, (distance, panel)) in jobs.iter().enumerate() {
+        let (column, row) = (index as u32 % across, index as u32 / across);
+        let corner = (GAP_PX + column * step.0, HEADER_PX + row * step.1);
+        // One enlargement a distance, so that channels can be compared.
+        let all: Vec<usize> = (0..lens.channels.len()).collect();
+        let vergence = distance.vergence_per_m().unwrap_or(0.0);
+        let magnification = grid.magnification(&predictor, &all, vergence);
+        let enlargement = magnification * grid.frame_scale(&lens.frame);
+        let caption = format!("{}  {}", distance_name(*distance), panel.caption);
+        let magnified = format!("PSF x{}", short_number(magnification));
+        draw_caption(&mut canvas, corner, grid.width, &caption, &magnified);
+        let channels: Vec<usize> = panel.channels.iter().map(|c| c.0).collect();
+        let light = grid.light(&predictor, model, &channels, vergence, enlargement);
+        let area = Area {
+            left: corner.0,
+            top: corner.1 + CAPTION_PX,
+            width: grid.width,
+            height: grid.height,
+        };
+        draw_frame(&mut canvas, area, lens);
+        add_light(&mut canvas, area, panel, &light);
+        draw_scale(&mut canvas, area, enlargement);
+    }
+    Ok(canvas)
+}
+
+/// The panels of one distance: the channels together if they are R, G and B, then one by one.
+fn panels(lens: &LensProfile) -> Vec<Panel> {
+    let names = lens.channel_names();
+    let find = |name: &str| names.iter().position(|n| n.eq_ignore_ascii_case(name));
+    let mut panels = Vec::new();
+    if let (3, Some(r), Some(g), Some(b)) = (names.len(), find("R"), find("G"), find("B")) {
+        panels.push(Panel {
+            caption: "RGB".to_owned(),
+            channels: vec![
+                (r, [1.0, 0.0, 0.0]),
+                (g, [0.0, 1.0, 0.0]),
+                (b, [0.0, 0.0, 1.0]),
+            ],
+        });
+    }
+    panels.extend(names.iter().enumerate().map(|(index, name)| {
+        let tint = match name.to_ascii_uppercase().as_str() {
+            "R" => [1.0, 0.32, 0.26],
+            "G" => [0.36, 1.0, 0.42],
+            "B" => [0.36, 0.56, 1.0],
+            _ => [1.0, 0.93, 0.80],
+        };
+        Panel {
+            caption: (*name).to_owned(),
+            channels: vec![(index, tint)],
+        }
+    }));
+    panels
+}
+
+/// Panels side by side: those of one distance, or distances if each has one panel only.
+fn across(panels: usize, distances: usize) -> u32 {
+    match (panels, distances) {
+        (1, 1) => 1,
+        (1, 2..=4) => 2,
+        (1, _) => 3,
+        (panels, _) => panels.min(4) as u32,
+    }
+}
+
+/// Every object distance that some channel was measured at, from infinity inwards.
+fn distances(lens: &LensProfile) -> Vec<ObjectDistance> {
+    let mut all: Vec<ObjectDistance> = Vec::new();
+    for plane in lens.channels.iter().flat_map(|c| &c.planes) {
+        if !all.contains(&plane.distance) {
+            all.push(plane.distance);
+        }
+    }
+    all.sort_by(|a, b| {
+        let key = |d: &ObjectDistance| d.vergence_per_m().unwrap_or(-1.0);
+        key(a).total_cmp(&key(b))
+    });
+    all
+}
+
+fn grid(lens: &LensProfile, width: u32, columns: u32) -> PanelGrid {
+    let aspect = f64::from(lens.frame.height_px()) / f64::from(lens.frame.width_px());
+    // A frame that is all width or all height still gets a panel that can be read.
+    let height = (f64::from(width) * aspect.clamp(0.2, 3.0)).round() as u32;
+    let columns = columns.clamp(1, 31);
+    // An odd number of rows has one through the axis.
+    let rows = (f64::from(columns) * f64::from(height) / f64::from(width) * 1.15).round() as u32;
+    PanelGrid {
+        columns,
+        rows: (rows / 2 * 2 + 1).max(1),
+        width,
+        height,
+    }
+}
+
+/// Puts the PSFs' light on the panel, in the colours of its channels.
+fn add_light(canvas: &mut Canvas, area: Area, panel: &Panel, light: &[Vec<f32>]) {
+    for row in 0..area.height {
+        for column in 0..area.width {
+            let index = (row * area.width + column) as usize;
+            let mut sum = [0.0_f32; 3];
+            for (plane, (_, tint)) in light.iter().zip(&panel.channels) {
+                let tone = plane[index].clamp(0.0, 1.0).sqrt();
+                for (s, t) in sum.iter_mut().zip(tint) {
+                    *s += tone * t;
+                }
+            }
+            if sum == [0.0; 3] {
+                continue;
+            }
+            let pixel = canvas
+                .image
+                .get_pixel_mut(area.left + column, area.top + row);
+            for (value, s) in pixel.0.iter_mut().zip(sum) {
+                let under = f32::from(*value) / 255.0;
+                let over = under + (1.0 - under) * s.min(1.0);
+                *value = (over * 255.0).round() as u8;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo::lens::lens;
+    use seidel_core::profile::MomentsPlane;
+    use seidel_core::psf;
+
+    /// The demo lens with other channels and planes.
+    fn shaped(names: &[&str], planes: &[ObjectDistance]) -> LensProfile {
+        let base = lens(640, 360).expect("a frame");
+        let mut lens = base.clone();
+        lens.channels = names
+            .iter()
+            .enumerate()
+            .map(|(index, name)| {
+                let mut channel = base.channels[index % 3].clone();
+                channel.name = (*name).to_owned();
+                channel.planes = planes
+                    .iter()
+                    .enumerate()
+                    .map(|(k, distance)| MomentsPlane {
+                        distance: *distance,
+                        ..channel.planes[k % 5].clone()
+                    })
+                    .collect();
+                channel
+            })
+            .collect();
+        lens
+    }
+
+    #[test]
+    fn every_shape_of_lens_has_a_sheet_with_whole_labels() {
+        use ObjectDistance::{Infinity, Metres, Unknown};
+        let six = [
+            Infinity,
+            Metres(12.5),
+            Metres(5.0),
+            Metres(3.0),
+            Metres(2.0),
+            Metres(0.85),
+        ];
+        let planes: [&[ObjectDistance]; 5] = [&[Unknown], &[Infinity], &six[..2], &six[..5], &six];
+        let channels: [&[&str]; 4] = [
+            &["Y"],
+            &["R", "G", "B"],
+            &["C0", "C1"],
+            &["a", "b", "c", "d", "e"],
+        ];
+        let options = SheetOptions {
+            columns: 5,
+            width_px: 1280,
+            ..SheetOptions::default()
+        };
+        for planes in planes {
+            for names in channels {
+                let lens = shaped(names, planes);
+                for model in psf::ALL {
+                    if model.id() != "skew-normal" && names.len() != 3 {
+                        continue;
+                    }
+                    let canvas = draw(&lens, *model, &options).expect("drawable");
+                    assert_eq!(canvas.shortened, 0, "{names:?} {planes:?}");
+                    let lit = canvas
+                        .image
+                        .pixels()
+                        .filter(|p| p.0.iter().any(|&v| v > 160));
+                    assert!(lit.count() > 1000, "{names:?} {planes:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn long_titles_are_cut_inside_the_sheet() {
+        let lens = shaped(&["Y"], &[ObjectDistance::Unknown]);
+        let options = SheetOptions {
+            title: Some("x".repeat(500)),
+            ..SheetOptions::default()
+        };
+        let canvas = draw(&lens, &psf::SkewNormal, &options).expect("drawable");
+        assert_eq!(canvas.shortened, 1);
+        let last = canvas.image.width() - 1;
+        assert!(
+            (0..canvas.image.height()).all(|y| canvas.image.get_pixel(last, y).0 == BACKGROUND)
+        );
+    }
+}

@@ -1,0 +1,120 @@
+//! The words and lines of a PSF sheet: header, captions, frame outline, axis, scale bar.
+
+use seidel_core::distance::ObjectDistance;
+use seidel_core::profile::LensProfile;
+
+use super::canvas::{Area, Canvas, text_width};
+use super::psf_panel::round_down;
+use super::short_number;
+
+const PANEL: [u8; 3] = [5, 6, 9];
+const OUTLINE: [u8; 3] = [70, 76, 88];
+const AXIS: [u8; 3] = [96, 104, 120];
+const TEXT: [u8; 3] = [226, 230, 236];
+const QUIET_TEXT: [u8; 3] = [146, 154, 168];
+
+/// Space round and between panels, px.
+pub(super) const GAP_PX: u32 = 24;
+/// Height of the caption above a panel, px.
+pub(super) const CAPTION_PX: u32 = 28;
+/// Height of the scale bar's line below a panel, px.
+pub(super) const SCALE_PX: u32 = 26;
+
+/// Height of the title and facts above all panels, px.
+pub(super) const HEADER_PX: u32 = 108;
+
+/// Title, facts of the camera, and how tone is made.
+pub(super) fn draw_header(
+    canvas: &mut Canvas,
+    lens: &LensProfile,
+    model: &str,
+    title: Option<&str>,
+) {
+    let room = canvas.image.width() - 2 * GAP_PX;
+    let source = lens.provenance.sources.first().map(String::as_str);
+    let title = title.or(source).unwrap_or("lens");
+    let title = format!("PSF sheet: {title}");
+    canvas.text((GAP_PX, GAP_PX), room, 3, TEXT, &title);
+    let mut facts = vec![format!(
+        "{} x {} px",
+        lens.frame.width_px(),
+        lens.frame.height_px()
+    )];
+    let camera = &lens.camera;
+    facts.extend(camera.focal_length_mm.map(|f| format!("{f} mm")));
+    facts.extend(camera.f_number.map(|n| format!("f/{n}")));
+    if camera.focus_distance != ObjectDistance::Unknown {
+        facts.push(format!("focus {}", distance_name(camera.focus_distance)));
+    }
+    facts.push(format!("model {model}"));
+    let scale = if text_width(&facts.join("   "), 2) <= room {
+        2
+    } else {
+        1
+    };
+    canvas.text((GAP_PX, 58), room, scale, QUIET_TEXT, &facts.join("   "));
+    let note = "tone: square root of light / peak of each PSF";
+    let scale = if text_width(note, 2) <= room { 2 } else { 1 };
+    canvas.text((GAP_PX, 80), room, scale, QUIET_TEXT, note);
+}
+
+/// Distance and channel at the left, magnification at the right.
+pub(super) fn draw_caption(
+    canvas: &mut Canvas,
+    (left, top): (u32, u32),
+    width: u32,
+    caption: &str,
+    magnified: &str,
+) {
+    let both = format!("{caption}  {magnified}");
+    let scale = if text_width(&both, 2) <= width { 2 } else { 1 };
+    let at_right = text_width(magnified, scale).min(width);
+    let y = top + CAPTION_PX - 8 * scale - 6;
+    let room = width.saturating_sub(at_right + 8);
+    canvas.text((left, y), room, scale, TEXT, caption);
+    let right = left + width - at_right;
+    canvas.text((right, y), at_right, scale, QUIET_TEXT, magnified);
+}
+
+/// The frame's outline and the cross of the optical axis.
+pub(super) fn draw_frame(canvas: &mut Canvas, area: Area, lens: &LensProfile) {
+    canvas.fill(area, PANEL);
+    canvas.outline(area, OUTLINE);
+    let axis = lens.frame.axis();
+    let u = axis.x_px / f64::from(lens.frame.width_px());
+    let v = axis.y_px / f64::from(lens.frame.height_px());
+    let x = i64::from(area.left) + (u * f64::from(area.width)).round() as i64;
+    let y = i64::from(area.top) + (v * f64::from(area.height)).round() as i64;
+    for k in -9..=9 {
+        canvas.set(x + k, y, AXIS);
+        canvas.set(x, y + k, AXIS);
+    }
+}
+
+/// A bar of a round number of frame px below the panel.
+pub(super) fn draw_scale(canvas: &mut Canvas, area: Area, enlargement: f64) {
+    let length_px = round_down(f64::from(area.width) / 6.0 / enlargement);
+    let bar = ((length_px * enlargement).round() as u32).max(1);
+    let (left, y) = (area.left, area.top + area.height + 8);
+    let stroke = |left, top, width, height| Area {
+        left,
+        top,
+        width,
+        height,
+    };
+    canvas.fill(stroke(left, y + 3, bar, 2), TEXT);
+    canvas.fill(stroke(left, y, 2, 8), TEXT);
+    canvas.fill(stroke(left + bar - 2, y, 2, 8), TEXT);
+    let room = area.width.saturating_sub(bar + 8);
+    let label = format!("{} px", short_number(length_px));
+    let scale = if area.width >= 300 { 2 } else { 1 };
+    canvas.text((left + bar + 8, y - 4), room, scale, QUIET_TEXT, &label);
+}
+
+pub(super) fn distance_name(distance: ObjectDistance) -> String {
+    match distance {
+        ObjectDistance::Unknown => "distance unknown".to_owned(),
+        ObjectDistance::Infinity => "infinity".to_owned(),
+        ObjectDistance::Metres(m) => format!("{} m", short_number(m)),
+    }
+}
