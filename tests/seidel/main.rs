@@ -2,7 +2,11 @@
 
 mod apply;
 mod bad_input;
+mod demo;
+mod eval;
 mod fit;
 mod golden;
+mod lens_command;
 mod psf_command;
+mod reference_tables;
 mod support;
