@@ -6,7 +6,14 @@ use crate::support::{read_channel, seidel_in, succeeds};
 fn the_demo_writes_what_it_says_and_its_command_works() {
     let folder = tempfile::tempdir().expect("a folder");
     let outcome = succeeds(folder.path(), "demo @out --width 192");
-    for name in ["measured", "lens.json", "sheet.png", "plate.exr", "blurred.exr", "before-after.png"] {
+    for name in [
+        "measured",
+        "lens.json",
+        "sheet.png",
+        "plate.exr",
+        "blurred.exr",
+        "before-after.png",
+    ] {
         assert!(folder.path().join("out").join(name).exists(), "{name}");
         assert!(outcome.stdout.contains(name), "{name}");
     }

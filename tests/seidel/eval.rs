@@ -19,7 +19,10 @@ fn tables_json_markdown_and_plot() {
     assert!(markdown.stdout.contains("| --- |") && markdown.stdout.contains("Figure 13"));
     let svg = std::fs::read_to_string(folder.path().join("fig.svg")).expect("written");
     assert!(svg.starts_with("<svg") && svg.contains("G 1.2 m"));
-    let json = succeeds(folder.path(), "eval --lens @lens.json @set --json --sparse --splits 2");
+    let json = succeeds(
+        folder.path(),
+        "eval --lens @lens.json @set --json --sparse --splits 2",
+    );
     let document: Value = serde_json::from_str(&json.stdout).expect("one document");
     let groups = document["groups"].as_array().expect("groups");
     assert_eq!(groups.len(), 6);
@@ -36,7 +39,10 @@ fn tables_json_markdown_and_plot() {
         assert!(pair["mean_db"].as_f64().expect("a number") > 50.0, "{pair}");
         assert!(group["sparse"]["points"][0]["training"].as_u64() == Some(3));
     }
-    assert!(groups.iter().any(|g| g["depth_m"].is_null()), "infinity is null");
+    assert!(
+        groups.iter().any(|g| g["depth_m"].is_null()),
+        "infinity is null"
+    );
 }
 
 #[test]
@@ -50,12 +56,22 @@ fn the_test_image_can_be_chosen_and_is_checked() {
             .as_f64()
             .expect("a number")
     };
-    let checks = (0..64 * 64).map(|i| ((i % 64 / 4 + i / 256) % 2) as f32).collect();
+    let checks = (0..64 * 64)
+        .map(|i| ((i % 64 / 4 + i / 256) % 2) as f32)
+        .collect();
     write_exr(&folder.path().join("z.exr"), 64, 64, &[("Y", checks)]);
     let own = score("eval --lens @lens.json @set --json --image @z.exr");
     assert!((own - score("eval --lens @lens.json @set --json")).abs() > 0.1);
-    write_exr(&folder.path().join("flat.exr"), 8, 8, &[("Y", vec![1.0; 64])]);
-    let flat = seidel_in(folder.path(), "eval --lens @lens.json @set --image @flat.exr");
+    write_exr(
+        &folder.path().join("flat.exr"),
+        8,
+        8,
+        &[("Y", vec![1.0; 64])],
+    );
+    let flat = seidel_in(
+        folder.path(),
+        "eval --lens @lens.json @set --image @flat.exr",
+    );
     assert_eq!(flat.status, 1);
     assert!(flat.stderr.contains("flat.exr"), "{}", flat.stderr);
 }
@@ -124,20 +140,33 @@ fn compare(r: &Reference, document: &Value) {
         })
         .unwrap_or_else(|| panic!("{} {} {} m", r.set, r.channel, r.depth_m));
     let place = format!("{} {} {} m", r.set, r.channel, r.depth_m);
-    for (moment, name) in seidel_core::moments::CentralMoments::NAMES.iter().enumerate() {
+    for (moment, name) in seidel_core::moments::CentralMoments::NAMES
+        .iter()
+        .enumerate()
+    {
         let cell = &group["variance_explained"][name];
-        for (want, key) in r.explained[moment].iter().zip(["all_percent", "middle_90_percent"]) {
+        for (want, key) in r.explained[moment]
+            .iter()
+            .zip(["all_percent", "middle_90_percent"])
+        {
             if key == "middle_90_percent" && decided_by_ties(r, moment) {
                 continue;
             }
             let got = cell[key].as_f64().expect("it varies");
-            assert!((got - want).abs() <= EXPLAINED_TOLERANCE, "{place} {name} {key}: {got}, not {want}");
+            assert!(
+                (got - want).abs() <= EXPLAINED_TOLERANCE,
+                "{place} {name} {key}: {got}, not {want}"
+            );
         }
     }
     let methods = group["forward_blur_snr"].as_array().expect("methods");
     for (want, method) in r.snr_db.iter().zip(methods) {
         let got = method["mean_db"].as_f64().expect("a number");
-        assert!((got - want).abs() <= SNR_TOLERANCE, "{place} {}: {got}, not {want}", method["id"]);
+        assert!(
+            (got - want).abs() <= SNR_TOLERANCE,
+            "{place} {}: {got}, not {want}",
+            method["id"]
+        );
     }
 }
 
@@ -151,7 +180,10 @@ fn near_focus_weighted_fits_lose_nothing_and_stay_positive() {
     };
     let folder = tempfile::tempdir().expect("a folder");
     let mut scores = Vec::new();
-    for (name, extra) in [("weighted.json", None), ("plain.json", Some("--unweighted"))] {
+    for (name, extra) in [
+        ("weighted.json", None),
+        ("plain.json", Some("--unweighted")),
+    ] {
         let lens = folder.path().join(name);
         let mut fit = vec!["fit".into(), set.clone().into_os_string(), "-o".into()];
         fit.push(lens.clone().into_os_string());
@@ -168,7 +200,11 @@ fn near_focus_weighted_fits_lose_nothing_and_stay_positive() {
         ]);
         let document: Value = serde_json::from_str(&evaluated.stdout).expect("one document");
         if name == "weighted.json" {
-            assert_eq!(document["remarks"], serde_json::json!([]), "a negative variance");
+            assert_eq!(
+                document["remarks"],
+                serde_json::json!([]),
+                "a negative variance"
+            );
         }
         let near = document["groups"]
             .as_array()

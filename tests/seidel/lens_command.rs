@@ -7,9 +7,14 @@ fn the_sheet_is_a_picture_that_shows_something() {
     let folder = tempfile::tempdir().expect("a folder");
     write_made_lens(folder.path(), &["R", "G", "B"]);
     succeeds(folder.path(), "lens show @lens.json -o @sheet.png");
-    let sheet = image::open(folder.path().join("sheet.png")).expect("a PNG").to_rgb8();
+    let sheet = image::open(folder.path().join("sheet.png"))
+        .expect("a PNG")
+        .to_rgb8();
     assert!(sheet.width() >= 640 && sheet.height() >= 200);
-    let bright = sheet.pixels().filter(|p| p.0.iter().any(|&v| v > 128)).count();
+    let bright = sheet
+        .pixels()
+        .filter(|p| p.0.iter().any(|&v| v > 128))
+        .count();
     assert!(bright > 1000, "{bright} bright pixels");
     let other = seidel_in(folder.path(), "lens show @lens.json -o @sheet.jpg");
     assert_eq!(other.status, 1);

@@ -37,20 +37,28 @@ pub struct XAxis {
     pub logarithmic: bool,
 }
 
-const SIZE_PX: (u32, u32) = (960, 600);
-/// Colours that stay apart for colour-blind readers (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 6] = [
+const SIZE_PX: (u32, u32) = (1080, 600);
+/// Width of the column of names at the right.
+const LEGEND_PX: u32 = 190;
+/// Colours that stay apart for colour-blind readers (Okabe and Ito 2008), then darker shades of them.
+const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(230, 159, 0),
     RGBColor(70, 70, 70),
+    RGBColor(0, 58, 92),
+    RGBColor(120, 52, 0),
+    RGBColor(0, 84, 62),
+    RGBColor(120, 62, 96),
+    RGBColor(128, 88, 0),
+    RGBColor(150, 150, 150),
 ];
 const INK: RGBColor = RGBColor(40, 44, 52);
 
 /// The plot of `series` as an SVG document: a line through the values over a band of their
-/// intervals, a legend inside.
+/// intervals, the names beside it.
 ///
 /// # Errors
 /// No point at all, points that are not finite, or x not positive on a logarithmic axis.
@@ -134,11 +142,12 @@ where
     X: plotters::coord::ranged1d::AsRangedCoord<Value = f64>,
     X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
-    let legend_place = emptiest_corner(series);
     let font = |size: u32| ("sans-serif", size).into_font().color(&INK);
     let root = SVGBackend::with_string(svg, SIZE_PX).into_drawing_area();
     root.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&root)
+    let (plot, names) = root.split_horizontally(SIZE_PX.0 - LEGEND_PX);
+    legend(&names, series)?;
+    let mut chart = ChartBuilder::on(&plot)
         .caption(title, font(24))
         .margin(18)
         .x_label_area_size(56)
@@ -159,7 +168,7 @@ where
         .y_labels(9)
         .draw()?;
     for (index, line) in series.iter().enumerate() {
-        let colour = COLOURS[index % COLOURS.len()];
+        let colour = colour(index);
         let band: Vec<(f64, f64)> = line
             .points
             .iter()
@@ -172,15 +181,12 @@ where
     }
     // Lines above all bands.
     for (index, line) in series.iter().enumerate() {
-        let colour = COLOURS[index % COLOURS.len()];
+        let colour = colour(index);
         let style = colour.stroke_width(3);
-        chart
-            .draw_series(LineSeries::new(
-                line.points.iter().map(|p| (p.x, p.y)),
-                style,
-            ))?
-            .label(line.name.as_str())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 26, y)], style));
+        chart.draw_series(LineSeries::new(
+            line.points.iter().map(|p| (p.x, p.y)),
+            style,
+        ))?;
         if line.points.len() <= 40 {
             let dots = line
                 .points
@@ -189,49 +195,27 @@ where
             chart.draw_series(dots)?;
         }
     }
-    chart
-        .configure_series_labels()
-        .position(legend_place)
-        .legend_area_size(34)
-        .margin(12)
-        .label_font(font(16))
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(200, 205, 212))
-        .draw()?;
     root.present()?;
     Ok(())
 }
 
-/// The corner of the plot with the fewest points near it, in which the legend hides least. Counted
-/// by rank along x, so that a logarithmic axis makes no difference.
-fn emptiest_corner(series: &[Series]) -> SeriesLabelPosition {
-    let values = || series.iter().flat_map(|s| s.points.iter().map(|p| p.y));
-    let bottom = values().fold(f64::INFINITY, f64::min);
-    let top = values().fold(f64::NEG_INFINITY, f64::max);
-    let crowding = |right: bool, upper: bool| -> usize {
-        series
-            .iter()
-            .map(|s| {
-                let near = s.points.len().div_ceil(3);
-                let skip = if right { s.points.len() - near } else { 0 };
-                let near = s.points.iter().skip(skip).take(near);
-                near.filter(|p| {
-                    let height = (p.y - bottom) / (top - bottom).max(f64::MIN_POSITIVE);
-                    if upper { height > 0.65 } else { height < 0.35 }
-                })
-                .count()
-            })
-            .sum()
-    };
-    [
-        (crowding(true, true), SeriesLabelPosition::UpperRight),
-        (crowding(true, false), SeriesLabelPosition::LowerRight),
-        (crowding(false, true), SeriesLabelPosition::UpperLeft),
-        (crowding(false, false), SeriesLabelPosition::LowerLeft),
-    ]
-    .into_iter()
-    .min_by_key(|(count, _)| *count)
-    .map_or(SeriesLabelPosition::UpperRight, |(_, place)| place)
+/// The series' names beside the plot, where they hide nothing.
+fn legend<DB: DrawingBackend>(
+    area: &DrawingArea<DB, plotters::coord::Shift>,
+    series: &[Series],
+) -> std::result::Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+    let font = ("sans-serif", 15).into_font().color(&INK);
+    for (row, line) in (0..).zip(series) {
+        let y = 70 + 24 * row;
+        let style = colour(row as usize).stroke_width(3);
+        area.draw(&PathElement::new([(8, y), (34, y)], style))?;
+        area.draw(&Text::new(line.name.as_str(), (42, y - 8), font.clone()))?;
+    }
+    Ok(())
+}
+
+fn colour(index: usize) -> RGBColor {
+    COLOURS[index % COLOURS.len()]
 }
 
 #[cfg(test)]
