@@ -8,9 +8,11 @@ mod registries;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The repository's root.
+/// The repository's root, as cargo says it at run time: a binary may outlive the checkout it was built in.
 pub(crate) fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    let package = std::env::var_os("CARGO_MANIFEST_DIR")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")), PathBuf::from);
+    package
         .parent()
         .expect("xtask lies in the repository's root")
         .to_path_buf()

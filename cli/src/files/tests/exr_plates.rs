@@ -1,3 +1,5 @@
+//! Plates in OpenEXR: everything but the blurred channels comes back bit for bit.
+
 use std::path::Path;
 
 use exr::image::{AnyImage, FlatSamples, Levels};

@@ -1,3 +1,5 @@
+//! Plates in PNG and TIFF: what comes back, and what the formats cannot hold.
+
 use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
 
 use crate::files::depth::DepthPass;

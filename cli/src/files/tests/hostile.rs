@@ -1,3 +1,5 @@
+//! Damaged and hostile files: errors, never panics.
+
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;

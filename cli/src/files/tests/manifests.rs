@@ -1,3 +1,5 @@
+//! Observation sets: round trips, and faults by observation and field.
+
 use std::fs;
 use std::path::Path;
 
