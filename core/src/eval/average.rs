@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::spline::Spline;
-use super::tiles::PlacedTile;
+use super::tiles::{PlacedTile, to_unit_sum};
 
 /// How many shifted tiles are held in memory at a time.
 const CHUNK: usize = 64;
@@ -60,14 +60,6 @@ impl Averages {
 fn add(sum: &mut [f64], image: &[f64]) {
     for (s, v) in sum.iter_mut().zip(image) {
         *s += v;
-    }
-}
-
-/// Scales `kernel` to unit sum; left as it is if its sum is zero.
-pub(super) fn to_unit_sum(kernel: &mut [f64]) {
-    let sum: f64 = kernel.iter().sum();
-    if sum != 0.0 {
-        kernel.iter_mut().for_each(|v| *v /= sum);
     }
 }
 

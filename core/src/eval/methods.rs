@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::average::{Averages, to_unit_sum};
+use super::average::Averages;
 use super::forward_blur::BlurScorer;
-use super::tiles::PlacedTile;
+use super::tiles::{PlacedTile, to_unit_sum};
 use crate::lens::MomentCoefficients;
 use crate::moments::CentralMoments;
 use crate::moments::pixels::PIXEL_VARIANCE_PX2;

@@ -125,8 +125,10 @@ pub fn evaluate(
                 remarks.push(format!("{place}: no usable tile"));
                 continue;
             }
-            let s = coefficients(lens, &predictor, in_lens, distance)
+            let vergence = predictor
+                .vergence(distance)
                 .map_err(|error| error.within(&place))?;
+            let s = predictor.coefficients(in_lens, vergence);
             let group = Group {
                 lens,
                 set,
@@ -267,28 +269,6 @@ fn chosen_channels(
             })
         })
         .collect()
-}
-
-/// S1..S10 of the lens at `distance`.
-fn coefficients(
-    lens: &LensProfile,
-    predictor: &Predictor,
-    channel: usize,
-    distance: ObjectDistance,
-) -> Result<MomentCoefficients> {
-    let vergence = match distance.vergence_per_m() {
-        Some(v) => v,
-        // A lens measured at a single distance draws the same at all.
-        None if lens.channels[channel].planes.len() == 1 => 0.0,
-        None => {
-            return Err(Error::new(
-                "depth_m",
-                "is not given, and the lens's blur depends on it",
-                "state the observations' object distance (null for infinity)",
-            ));
-        }
-    };
-    Ok(predictor.coefficients(channel, vergence))
 }
 
 fn listed(distances: &[ObjectDistance]) -> String {

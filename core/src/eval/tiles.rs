@@ -90,12 +90,20 @@ fn place_one(
             truth[(top + index / width) * side + left + index % width] = f64::from(sample);
         }
     }
-    super::average::to_unit_sum(&mut truth);
+    to_unit_sum(&mut truth);
     let (x, y) = observation.tile_point(measured.centroid);
     PlacedTile {
         field: measured.field_point(frame),
         plain: measured.optical.with_added_variance(PIXEL_VARIANCE_PX2),
         centroid: (left as f64 + x, top as f64 + y),
         truth,
+    }
+}
+
+/// Scales `kernel` to unit sum; left as it is if its sum is zero.
+pub(super) fn to_unit_sum(kernel: &mut [f64]) {
+    let sum: f64 = kernel.iter().sum();
+    if sum != 0.0 {
+        kernel.iter_mut().for_each(|v| *v /= sum);
     }
 }
