@@ -13,7 +13,7 @@ use seidel_core::psf::{
 };
 use serde_json::Value;
 
-/// Relative to the natural scale (mu20 + mu02)^(n/2) of a moment of order n (model.md section 10).
+/// Relative to the natural scale (mu20 + mu02)^(n/2) of a moment of order n.
 const MOMENT_TOLERANCE: f64 = 1e-11;
 /// Relative to the peak of the PSF.
 const PSF_TOLERANCE: f64 = 1e-11;

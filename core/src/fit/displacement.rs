@@ -7,7 +7,7 @@ use crate::profile::Displacement;
 
 /// Least squares of centroid - ideal = X (magnification + distortion |X|²) over the tiles that know
 /// their ideal position; `None` where fewer than three do. To third order this is the whole law:
-/// coma and a change of magnification give the first term, distortion the second (model.md section 3).
+/// coma and a change of magnification give the first term, distortion the second (docs/model.md section 3).
 pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Displacement> {
     let (mut rows, mut targets) = (Vec::new(), Vec::new());
     let mut count = 0;

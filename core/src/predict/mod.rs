@@ -133,7 +133,7 @@ impl BlurField for Predictor {
 }
 
 /// Least-squares lines in vergence through the planes' magnification and distortion: distortion is
-/// linear in v to third order (model.md 5b), and one plane makes it constant.
+/// linear in v to third order (docs/model.md 5b), and one plane makes it constant.
 fn displacement_lines(channel: &MomentsChannel) -> [(f64, f64); 2] {
     let points: Vec<(f64, [f64; 2])> = channel
         .planes
