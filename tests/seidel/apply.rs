@@ -182,6 +182,62 @@ fn png_and_tiff_plates_come_back_in_kind() {
 }
 
 #[test]
+fn colour_is_premultiplied_before_it_is_blurred() {
+    // One colour under an alpha with an edge: only alpha changes, whichever way the plate stores colour.
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["Y"]);
+    let covered = |x: u32| if x < 24 { 255 } else { 0 };
+    let straight = image::RgbaImage::from_fn(48, 32, |x, _| image::Rgba([200, 90, 40, covered(x)]));
+    straight
+        .save(folder.path().join("plate.png"))
+        .expect("writable");
+    succeeds(
+        folder.path(),
+        "apply --lens @lens.json @plate.png -o @out.png --distance 1.2",
+    );
+    let out = image::open(folder.path().join("out.png"))
+        .expect("readable")
+        .to_rgba8();
+    let (mut partly, mut away) = (0, 0);
+    for pixel in out.pixels() {
+        let [r, g, b, a] = pixel.0;
+        partly += usize::from(a > 10 && a < 245);
+        let near = |got: u8, want: u8| got.abs_diff(want) <= 2;
+        away += usize::from(a > 10 && !(near(r, 200) && near(g, 90) && near(b, 40)));
+    }
+    assert!(partly >= 60, "the edge of alpha is blurred: {partly}");
+    assert_eq!(away, 0, "the colour under it stays");
+    // The same as EXR, premultiplied: colour and alpha fall off together.
+    let half = |value: f32| {
+        (0..48 * 32)
+            .map(|i| if i % 48 < 24 { value } else { 0.0 })
+            .collect()
+    };
+    write_exr(
+        &folder.path().join("plate.exr"),
+        48,
+        32,
+        &[
+            ("R", half(0.8)),
+            ("G", half(0.4)),
+            ("B", half(0.2)),
+            ("A", half(1.0)),
+        ],
+    );
+    succeeds(
+        folder.path(),
+        "apply --lens @lens.json @plate.exr -o @out.exr --distance 1.2",
+    );
+    let (red, alpha) = (
+        read_channel(&folder.path().join("out.exr"), "R"),
+        read_channel(&folder.path().join("out.exr"), "A"),
+    );
+    for (r, a) in red.iter().zip(&alpha) {
+        assert!((r - 0.8 * a).abs() < 1e-5, "{r} {a}");
+    }
+}
+
+#[test]
 fn real_plates_keep_their_light_and_their_other_channels() {
     let (Some(set), Some(plates)) = (real_data("psf/zemax-dgauss28"), real_data("plates")) else {
         return;
