@@ -1,5 +1,8 @@
 //! `seidel eval`: its documents, and parity with an independent program on real data.
 
+use std::ffi::OsString;
+use std::path::Path;
+
 use serde_json::Value;
 
 use crate::reference_tables::{REFERENCES, Reference};
@@ -89,38 +92,39 @@ fn decided_by_ties(r: &Reference, moment: usize) -> bool {
         && ((r.depth_m == 2.04953 && moment == 2) || (r.depth_m == 3.04953 && moment == 0))
 }
 
+/// Fits `set` with the `extra` options and evaluates the lens on it through the picture `z`.
+fn fitted_and_evaluated(set: &Path, z: &Path, extra: &[&str]) -> Value {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lens = folder.path().join("lens.json");
+    let mut fit: Vec<OsString> = vec!["fit".into(), set.into(), "-o".into(), lens.clone().into()];
+    fit.extend(extra.iter().map(OsString::from));
+    let fitted = seidel(&fit);
+    assert_eq!(fitted.status, 0, "{}", fitted.stderr);
+    let evaluated = seidel(&[
+        "eval".as_ref(),
+        "--json".as_ref(),
+        "--lens".as_ref(),
+        lens.as_os_str(),
+        set.as_os_str(),
+        "--image".as_ref(),
+        z.as_os_str(),
+    ]);
+    assert_eq!(evaluated.status, 0, "{}", evaluated.stderr);
+    serde_json::from_str(&evaluated.stdout).expect("one document")
+}
+
 #[test]
 fn tables_of_the_paper_on_real_data() {
     let (Some(sets), Some(z)) = (real_data("psf"), real_data("plates/camera-512.exr")) else {
         return;
     };
-    let folder = tempfile::tempdir().expect("a folder");
-    let lens = folder.path().join("lens.json");
     let mut compared = 0;
-    for (name, axis) in [
-        ("zemax-dgauss28", None),
-        ("optiland-us8879901", None),
-        ("dash-stars", Some("1497.3,818.1")),
+    for (name, extra) in [
+        ("zemax-dgauss28", vec!["--unweighted"]),
+        ("optiland-us8879901", vec!["--unweighted"]),
+        ("dash-stars", vec!["--unweighted", "--axis", "1497.3,818.1"]),
     ] {
-        let set = sets.join(name);
-        let mut fit = vec!["fit".into(), set.clone().into_os_string(), "-o".into()];
-        fit.extend([lens.clone().into_os_string(), "--unweighted".into()]);
-        if let Some(axis) = axis {
-            fit.extend(["--axis".into(), axis.into()]);
-        }
-        let fitted = seidel(&fit);
-        assert_eq!(fitted.status, 0, "{}", fitted.stderr);
-        let evaluated = seidel(&[
-            "eval".as_ref(),
-            "--json".as_ref(),
-            "--lens".as_ref(),
-            lens.as_os_str(),
-            set.as_os_str(),
-            "--image".as_ref(),
-            z.as_os_str(),
-        ]);
-        assert_eq!(evaluated.status, 0, "{}", evaluated.stderr);
-        let document: Value = serde_json::from_str(&evaluated.stdout).expect("one document");
+        let document = fitted_and_evaluated(&sets.join(name), &z, &extra);
         for reference in REFERENCES.iter().filter(|r| r.set == name) {
             compare(reference, &document);
             compared += 1;
@@ -178,28 +182,10 @@ fn near_focus_weighted_fits_lose_nothing_and_stay_positive() {
     ) else {
         return;
     };
-    let folder = tempfile::tempdir().expect("a folder");
     let mut scores = Vec::new();
-    for (name, extra) in [
-        ("weighted.json", None),
-        ("plain.json", Some("--unweighted")),
-    ] {
-        let lens = folder.path().join(name);
-        let mut fit = vec!["fit".into(), set.clone().into_os_string(), "-o".into()];
-        fit.push(lens.clone().into_os_string());
-        fit.extend(extra.map(Into::into));
-        assert_eq!(seidel(&fit).status, 0);
-        let evaluated = seidel(&[
-            "eval".as_ref(),
-            "--json".as_ref(),
-            "--lens".as_ref(),
-            lens.as_os_str(),
-            set.as_os_str(),
-            "--image".as_ref(),
-            z.as_os_str(),
-        ]);
-        let document: Value = serde_json::from_str(&evaluated.stdout).expect("one document");
-        if name == "weighted.json" {
+    for extra in [vec![], vec!["--unweighted"]] {
+        let document = fitted_and_evaluated(&set, &z, &extra);
+        if extra.is_empty() {
             assert_eq!(
                 document["remarks"],
                 serde_json::json!([]),

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use super::atomic::write_whole;
 use super::error::{FileError, Result};
 use super::guard::caught;
-use super::limits::Limits;
+use super::limits::{Limits, open};
 
 /// Chunks that are held compressed at once while others are unpacked on all cores.
 const BATCH: usize = 64;
@@ -30,11 +30,7 @@ const BATCH: usize = 64;
 /// A file that cannot be opened, is damaged, truncated, deep, subsampled, packed by a method that is
 /// not supported, or whose header claims more pixels than the file can hold.
 pub(crate) fn read_exr(path: &Path, limits: Limits) -> Result<AnyImage> {
-    let file = File::open(path).map_err(|e| FileError::io(path, "be opened", &e))?;
-    let length = file
-        .metadata()
-        .map_err(|e| FileError::io(path, "be read", &e))?
-        .len();
+    let (file, length) = open(path)?;
     match caught(|| read_open(path, file, length, limits)) {
         Ok(result) => result,
         Err(panic) => Err(damaged(path, &panic)),

@@ -1,5 +1,6 @@
 //! How much an image file may unpack to, so that a damaged header cannot exhaust the memory.
 
+use std::fs::File;
 use std::path::Path;
 
 use super::error::{FileError, Result};
@@ -11,6 +12,16 @@ pub(crate) struct Limits {
     pub(crate) side_px: usize,
     /// Bytes of pixels that are always allowed, however small the file.
     pub(crate) free_bytes: u64,
+}
+
+/// Opens a file for reading; and its length in bytes, against which its header's claims are held.
+pub(crate) fn open(path: &Path) -> Result<(File, u64)> {
+    let file = File::open(path).map_err(|e| FileError::io(path, "be opened", &e))?;
+    let length = file
+        .metadata()
+        .map_err(|e| FileError::io(path, "be read", &e))?
+        .len();
+    Ok((file, length))
 }
 
 /// How many times its own length a file may unpack to: over what deflate reaches (1032), so that only

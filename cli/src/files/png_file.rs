@@ -1,6 +1,5 @@
 //! PNG files, 8 and 16 bit.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -11,7 +10,7 @@ use super::atomic::write_whole;
 use super::error::{FileError, Result};
 use super::flat_plate::{Container, FlatPlate, SampleDepth, names, to_u8, to_u16};
 use super::guard::caught;
-use super::limits::Limits;
+use super::limits::{Limits, open};
 
 /// Reads a PNG file.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
@@ -19,11 +18,7 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
 }
 
 fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
-    let file = File::open(path).map_err(|e| FileError::io(path, "be opened", &e))?;
-    let length = file
-        .metadata()
-        .map_err(|e| FileError::io(path, "be read", &e))?
-        .len();
+    let (file, length) = open(path)?;
     let refuse = |error: ImageError| match error {
         ImageError::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
             FileError::io(path, "be read", &error)

@@ -18,7 +18,7 @@ use super::atomic::{Output, write_whole};
 use super::error::{FileError, Result};
 use super::flat_plate::{Container, FlatPlate, SampleDepth, names, to_u8, to_u16};
 use super::guard::caught;
-use super::limits::Limits;
+use super::limits::{Limits, open};
 
 /// What a TIFF file holds beside its pixels and is written back.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -70,11 +70,7 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
 }
 
 fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
-    let file = File::open(path).map_err(|e| FileError::io(path, "be opened", &e))?;
-    let length = file
-        .metadata()
-        .map_err(|e| FileError::io(path, "be read", &e))?
-        .len();
+    let (file, length) = open(path)?;
     let refuse = |error: TiffError| refusal(path, error);
     let unsupported = |what: String| {
         FileError::new(

@@ -30,14 +30,13 @@ impl MeridionalMoments {
         .rotated_into(meridian.inverse())
     }
 
-    /// Both variances raised to at least `floor_px2`, and whether either had to be.
-    #[must_use]
-    pub fn clamped(&self, floor_px2: f64) -> (Self, bool) {
-        let clamped = Self {
-            mu20: self.mu20.max(floor_px2),
-            mu02: self.mu02.max(floor_px2),
-            ..*self
-        };
-        (clamped, clamped != *self)
+    /// The covariance (xx, xy, yy; px²) in image axes, the meridian lying along `meridian`.
+    pub fn covariance(&self, meridian: Meridian) -> [f64; 3] {
+        let Meridian { cos, sin } = meridian;
+        [
+            self.mu20 * cos * cos + self.mu02 * sin * sin,
+            (self.mu20 - self.mu02) * cos * sin,
+            self.mu20 * sin * sin + self.mu02 * cos * cos,
+        ]
     }
 }

@@ -30,11 +30,7 @@ impl MomentPsf for MirroredPair {
         let room = ((largest - along * along / m.mu20) * m.mu02).max(0.0);
         let across = free.clamp(0.0, room).sqrt();
         let Meridian { cos, sin } = blur.meridian;
-        let covariance = [
-            m.mu20 * cos * cos + m.mu02 * sin * sin,
-            (m.mu20 - m.mu02) * cos * sin,
-            m.mu20 * sin * sin + m.mu02 * cos * cos,
-        ];
+        let covariance = m.covariance(blur.meridian);
         let half = |t: f64| {
             SkewNormalDensity::new(covariance, [along * cos - t * sin, along * sin + t * cos])
         };

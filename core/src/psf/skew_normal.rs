@@ -39,11 +39,7 @@ pub fn meridional_density(m: &MeridionalMoments, meridian: Meridian) -> SkewNorm
     let (e, _) = meridional_skew(m);
     let s = e * m.mu20.sqrt();
     let Meridian { cos, sin } = meridian;
-    let covariance = [
-        m.mu20 * cos * cos + m.mu02 * sin * sin,
-        (m.mu20 - m.mu02) * cos * sin,
-        m.mu20 * sin * sin + m.mu02 * cos * cos,
-    ];
+    let covariance = m.covariance(meridian);
     SkewNormalDensity::new(covariance, [s * cos, s * sin])
 }
 
