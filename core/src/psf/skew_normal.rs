@@ -23,7 +23,7 @@ impl MomentPsf for SkewNormal {
 /// The skew e = s / sqrt(mu20) along the meridian that gives skewness mu30 / mu20^1.5, capped at what
 /// is admissible, and whether the cap was reached.
 pub fn meridional_skew(m: &MeridionalMoments) -> (f64, bool) {
-    let skewness = m.mu30 / m.mu20.powf(1.5);
+    let skewness = m.mu30 / (m.mu20 * m.mu20.sqrt());
     let free = (skewness.abs() / PHI).cbrt();
     let cap = SKEW_CAP * T_MAX.sqrt();
     let e = if skewness == 0.0 {
