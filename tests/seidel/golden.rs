@@ -180,7 +180,7 @@ fn moment_coefficients_in_every_frame() {
                 *got,
                 want,
                 want.abs().max(1e-60),
-                1e-9,
+                1e-11,
                 &format!("{} fourth", case.name),
             );
         }
@@ -384,7 +384,7 @@ fn skew_normal_parameters_and_densities() {
                     got,
                     want,
                     want.abs().max(1.0),
-                    1e-9,
+                    1e-11,
                     &format!("{name} {key}"),
                 );
             }
@@ -547,7 +547,7 @@ fn aberrations_across_depth_follow_six_constants() {
         };
         for (got, key) in five(&got).into_iter().zip(["b", "c", "d", "e", "f_coma"]) {
             let want = number(&row[key]);
-            close(got, want, want.abs(), 1e-10, &format!("{key} at v = {v}"));
+            close(got, want, want.abs(), 1e-11, &format!("{key} at v = {v}"));
         }
         // The same lens described at this vergence agrees with itself described at infinity.
         let here = ConjugateShift::new(
