@@ -324,6 +324,18 @@ fn unknown_keys_and_other_versions() {
 fn outputs_that_cannot_be() {
     refused(
         |_| (),
+        "apply --lens @lens.json @plate.exr -o @plate.exr",
+        &["plate.exr", "overwritten", "-o"],
+    );
+    refused(
+        |folder| {
+            fs::copy(folder.join("plate.exr"), folder.join("z.exr")).expect("writable");
+        },
+        "apply --lens @lens.json @plate.exr -o @z.exr --depth @z.exr",
+        &["z.exr", "overwritten"],
+    );
+    refused(
+        |_| (),
         "apply --lens @lens.json @plate.exr -o @out.png",
         &["out.png"],
     );

@@ -3,7 +3,7 @@
 mod depth;
 mod plate;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use seidel_core::predict::Predictor;
@@ -81,6 +81,9 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
     let mut patterns = vec![args.input.as_str(), args.output.as_str()];
     patterns.extend(depth_file);
     let steps = expand(&patterns, args.frames.as_deref())?;
+    for step in &steps {
+        keeps_inputs(step, &args.lens)?;
+    }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads.unwrap_or(0))
         .build()
@@ -109,6 +112,30 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
         console.say(format!("wrote {}", step.paths[1].display()));
     }
     Ok(())
+}
+
+/// Refuses an output that would take the place of a file the run reads.
+fn keeps_inputs(step: &Step, lens: &Path) -> Result<(), CommandError> {
+    let output = &step.paths[1];
+    // An output that does not exist yet replaces nothing.
+    let Ok(target) = output.canonicalize() else {
+        return Ok(());
+    };
+    let inputs = step.paths.iter().enumerate().filter(|(k, _)| *k != 1);
+    let lost = inputs
+        .map(|(_, path)| path.as_path())
+        .chain([lens])
+        .any(|path| path.canonicalize().is_ok_and(|p| p == target));
+    if !lost {
+        return Ok(());
+    }
+    Err(FileError::new(
+        output,
+        "",
+        "is read by this command and would be overwritten",
+        "give another name to -o",
+    )
+    .into())
 }
 
 /// What all frames of a run share.

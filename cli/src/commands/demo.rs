@@ -172,21 +172,19 @@ fn write_plate(path: &Path, plate: &Scene, rgb: &[Vec<f32>; 3]) -> crate::files:
     write_new(path, plate.width, plate.height, &channels)
 }
 
-fn compare(plate: &Scene, blurred: &[Vec<f32>; 3]) -> Result<image::RgbImage, CommandError> {
-    let view =
-        |label, rgb: &'_ [Vec<f32>; 3]| -> (&'static str, [Vec<f32>; 3]) { (label, rgb.clone()) };
-    let both = [view("plate", &plate.rgb), view("through the lens", blurred)];
-    let views: Vec<View> = both
-        .iter()
-        .map(|(label, rgb)| View {
-            label,
-            plate: LinearRgb {
-                width: plate.width,
-                height: plate.height,
-                planes: [&rgb[0], &rgb[1], &rgb[2]],
-            },
-        })
-        .collect();
+fn compare<'a>(
+    plate: &'a Scene,
+    blurred: &'a [Vec<f32>; 3],
+) -> Result<image::RgbImage, CommandError> {
+    let view = |label, [r, g, b]: &'a [Vec<f32>; 3]| View {
+        label,
+        plate: LinearRgb {
+            width: plate.width,
+            height: plate.height,
+            planes: [r, g, b],
+        },
+    };
+    let views = [view("plate", &plate.rgb), view("through the lens", blurred)];
     // The upper right corner, where the lens shows most.
     let part = (plate.width as u32 / 4).max(16);
     let crop = Crop {

@@ -103,7 +103,9 @@ pub fn find_axis(
             }
         }
     }
-    let freedom = (here.len() as f64 - 12.0).max(1.0);
+    // The two coordinates, and S1..S10 of every group.
+    let unknowns = 2 + 10 * kept.len();
+    let freedom = here.len().saturating_sub(unknowns).max(1) as f64;
     let covariance = normal
         .try_inverse()
         .unwrap_or_else(Matrix2::zeros)

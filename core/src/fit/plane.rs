@@ -113,11 +113,9 @@ pub fn fit_plane<'a>(
         let outliers = outliers(&used, &residuals, found);
         let settled = rounds > 1
             && (0..2).all(|k| (found[k] - misfit[k]).abs() <= 0.01 * found[k].max(1e-12));
-        if outliers.is_empty() && (settled || rounds == MOST_ROUNDS) {
-            return Ok(done(settled, misfit));
-        }
-        if rounds == MOST_ROUNDS {
-            return Ok(done(false, misfit));
+        let finished = outliers.is_empty() && settled;
+        if finished || rounds == MOST_ROUNDS {
+            return Ok(done(finished, misfit));
         }
         misfit = found;
         for (index, reason) in outliers.into_iter().rev() {
@@ -175,8 +173,8 @@ fn second_only(values: &[f64]) -> [f64; 10] {
     std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
 }
 
-/// The equation "this variance is as small as can be drawn" for the most negative meridional or sagittal variance that
-/// `s` predicts inside the frame, where there is one: no light distribution has it.
+/// The equation "this variance is as small as can be drawn" for the most negative meridional or
+/// sagittal variance that `s` predicts inside the frame, where there is one: no light has it.
 fn violated(frame: &Frame, s: &MomentCoefficients) -> Option<Vec<f64>> {
     let edge = frame.corner_radius();
     let mut worst = (-1e-9 * s.meridional(0.5 * edge).mu20.abs(), None);

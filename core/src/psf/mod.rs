@@ -105,6 +105,7 @@ impl<M: MomentPsf> PsfModel for M {
     fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
         self.mixture(&drawable(blur)).sample_f32(window, out);
     }
+
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
         rows.draw(&self.mixture(&drawable(blur)), shift_px);
     }
