@@ -57,10 +57,7 @@ impl BlurField for BenchLens {
             mu12: 0.0,
         };
         PlacedBlur {
-            blur: LocalBlur {
-                moments: moments.in_image(meridian),
-                meridian,
-            },
+            blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
             displacement_px: (0.0, 0.0),
         }
     }

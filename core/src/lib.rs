@@ -17,6 +17,7 @@
 
 pub mod camera;
 pub mod distance;
+pub mod effects;
 pub mod error;
 pub mod eval;
 pub mod field;

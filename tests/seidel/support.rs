@@ -163,13 +163,13 @@ fn made_tile(
         centroid.x_px - centre.x_px + half,
         centroid.y_px - centre.y_px + half,
     );
-    let blur = LocalBlur {
-        moments: planted(planted_alpha(channel, vergence))
+    let blur = LocalBlur::of_moments(
+        planted(planted_alpha(channel, vergence))
             .coefficients()
             .moments(at)
             .with_added_variance(PIXEL_VARIANCE_PX2),
-        meridian: at.meridian(),
-    };
+        at.meridian(),
+    );
     let mut samples = vec![0.0; window.len()];
     MirroredPair.sample(&blur, &window, &mut samples);
     Tile::new(size, size, samples.iter().map(|&v| v as f32).collect()).expect("finite")

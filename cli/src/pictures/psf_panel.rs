@@ -102,13 +102,13 @@ impl PanelGrid {
                 placed
                     .into_iter()
                     .map(|(moments, (dx, dy))| {
-                        let blur = seidel_core::psf::LocalBlur {
-                            moments: moments
+                        let blur = seidel_core::psf::LocalBlur::of_moments(
+                            moments
                                 .rescaled(enlargement)
                                 .with_least_variance(0.0)
                                 .with_added_variance(DOT_VARIANCE_PX2),
                             meridian,
-                        };
+                        );
                         let centroid = (centre.0 + dx * enlargement, centre.1 + dy * enlargement);
                         let patch = self.patch(centroid);
                         let mut samples = vec![0.0; patch.window.len()];

@@ -125,10 +125,7 @@ pub(super) fn draw(
     tile: &PlacedTile,
     side: usize,
 ) -> Vec<f64> {
-    let blur = LocalBlur {
-        moments,
-        meridian: tile.field.meridian(),
-    };
+    let blur = LocalBlur::of_moments(moments, tile.field.meridian());
     let mut kernel = vec![0.0; side * side];
     model.sample(&blur, &tile.window(side), &mut kernel);
     let sum: f64 = kernel.iter().sum();

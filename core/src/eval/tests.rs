@@ -38,13 +38,13 @@ pub(super) fn drawn(lens: &LensProfile) -> ObservationSet {
                 30.5 + f64::from(k / 8) * 55.1,
             );
             let field = lens.frame.field_point(at);
-            let blur = LocalBlur {
-                moments: lens.channels[0].planes[0]
+            let blur = LocalBlur::of_moments(
+                lens.channels[0].planes[0]
                     .s
                     .moments(field)
                     .with_added_variance(1.0 / 12.0),
-                meridian: field.meridian(),
-            };
+                field.meridian(),
+            );
             let window = Window::of_tile(41, 41, 20.5, 20.5);
             let mut samples = vec![0.0; window.len()];
             MirroredPair.sample(&blur, &window, &mut samples);

@@ -41,10 +41,10 @@ fn planted(axis: ImagePoint, distance: ObjectDistance) -> ObservationSet {
                 centroid.x_px - centre.x_px + size as f64 / 2.0,
                 centroid.y_px - centre.y_px + size as f64 / 2.0,
             );
-            let blur = LocalBlur {
-                moments: s.moments(at).with_added_variance(PIXEL_VARIANCE_PX2),
-                meridian: at.meridian(),
-            };
+            let blur = LocalBlur::of_moments(
+                s.moments(at).with_added_variance(PIXEL_VARIANCE_PX2),
+                at.meridian(),
+            );
             let mut samples = vec![0.0; window.len()];
             MirroredPair.sample(&blur, &window, &mut samples);
             observations.push(Observation {

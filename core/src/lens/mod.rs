@@ -1,16 +1,18 @@
 //! The lens model: from a physical camera, or five reduced numbers, to the moments of its PSFs.
 //!
 //! [`ThickLens`] and [`SeidelAberrations`] give [`ReducedNumbers`]; these give
-//! [`MomentCoefficients`] S1..S10, and those the moments anywhere in the field. [`RayMap`] is the
-//! same lens ray by ray. [`DepthLaw`] carries S1..S10 across depth.
+//! [`MomentCoefficients`] S1..S10, and those the moments anywhere in the field. [`LocalPupil`] is the
+//! same lens ray by ray at one point: a [`Wavefront`] and what clips it, open to effects.
+//! [`DepthLaw`] carries S1..S10 across depth.
 
 mod coefficients;
 mod conjugate_shift;
 mod depth_law;
 mod fourth_order;
-mod ray_map;
+mod pupil;
 mod reduced;
 mod seidel;
+mod series;
 mod thick_lens;
 mod wavefront;
 
@@ -18,8 +20,9 @@ pub use coefficients::{BASIS_DEGREE, MOMENT_ORDER, MomentCoefficients};
 pub use conjugate_shift::ConjugateShift;
 pub use depth_law::{DEGREE_IN_VERGENCE, DepthLaw, DepthPlane};
 pub use fourth_order::FourthCoefficients;
-pub use ray_map::{Pupil, RayMap};
+pub use pupil::{LEAST_REACH, LocalPupil, MOST_STOPS, Stop};
 pub use reduced::ReducedNumbers;
 pub use seidel::SeidelAberrations;
+pub use series::VergenceSeries;
 pub use thick_lens::{Conjugates, ThickLens};
-pub use wavefront::{ThirdOrder, Wavefront, WavefrontTerm};
+pub use wavefront::{DEGREE, TERMS, Wavefront, powers};

@@ -1,91 +1,278 @@
-//! The wavefront: an open-ended sum of terms whose slope over the pupil says where rays land.
+//! The wavefront over the pupil of one image point: a polynomial whose slope says where rays land.
+//!
+//! Third order comes from the five [`ReducedNumbers`]; effects add terms of their own. With u in the
+//! unit pupil disc and W scaled so that its slope is the lateral ray offset on the sensor,
+//! `P(u) = grad W(u)` in px.
 
 use super::ReducedNumbers;
-use crate::field::FieldPoint;
+use crate::field::{FieldPoint, Meridian};
 
-/// One part of the wavefront, scaled so that its slope over the unit pupil is the lateral ray offset
-/// on the sensor.
-pub trait WavefrontTerm: Send + Sync {
-    /// Height at pupil point `u` (unit disc) for field position `at`, in PSF length.
-    fn height(&self, at: FieldPoint, u: [f64; 2]) -> f64;
+/// Highest power of the pupil coordinates that a wavefront may hold: fifth-order aberrations.
+pub const DEGREE: usize = 6;
 
-    /// Gradient of the height by u: the ray's offset from the chief ray, in PSF length.
-    fn slope(&self, at: FieldPoint, u: [f64; 2]) -> [f64; 2];
+/// Number of monomials `u_x^i u_y^j` with 1 <= i + j <= [`DEGREE`].
+pub const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2 - 1;
+
+/// Wavefront of one image point in one channel, in px of slope; image axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wavefront {
+    /// Coefficients of `u_x^i u_y^j`, by rising degree i + j and within it by rising j.
+    coefficients: [f64; TERMS],
 }
 
-/// The sum of wavefront terms of a lens at one depth and channel.
-#[derive(Default)]
-pub struct Wavefront {
-    /// The terms; heights and slopes add.
-    pub terms: Vec<Box<dyn WavefrontTerm>>,
+impl Default for Wavefront {
+    fn default() -> Self {
+        Self {
+            coefficients: [0.0; TERMS],
+        }
+    }
+}
+
+/// Place of `u_x^i u_y^j` among the coefficients.
+const fn index(i: usize, j: usize) -> usize {
+    let n = i + j;
+    n * (n + 1) / 2 - 1 + j
+}
+
+/// The powers (i, j) of every coefficient, in order.
+pub fn powers() -> impl Iterator<Item = (usize, usize)> {
+    (1..=DEGREE).flat_map(|n| (0..=n).map(move |j| (n - j, j)))
 }
 
 impl Wavefront {
-    /// The wavefront of a third-order lens.
-    pub fn third_order(numbers: ReducedNumbers) -> Self {
-        Self {
-            terms: vec![Box::new(ThirdOrder(numbers))],
+    /// The wavefront of a third-order lens at field position `at`: Eqs 5-6 without distortion.
+    pub fn third_order(numbers: &ReducedNumbers, at: FieldPoint) -> Self {
+        let mut sum = Self::default();
+        let (h, meridian) = (at.radius(), at.meridian());
+        let h2 = h * h;
+        sum.add(1, 0, meridian, (numbers.alpha + numbers.delta * h2) / 2.0);
+        sum.add(2, 0, meridian, numbers.beta / 4.0);
+        sum.add(0, 2, meridian, numbers.gamma * h2 / 2.0);
+        sum.add(1, 1, meridian, -numbers.phi * h);
+        sum
+    }
+
+    /// Adds `coefficient |u|^(2 round) (u.m)^along`, m the direction of `meridian`.
+    ///
+    /// # Panics
+    /// If the term's degree is zero or above [`DEGREE`].
+    pub fn add(&mut self, round: usize, along: usize, meridian: Meridian, coefficient: f64) {
+        let degree = 2 * round + along;
+        assert!(
+            (1..=DEGREE).contains(&degree),
+            "a wavefront term has degree 1 to {DEGREE}, not {degree}"
+        );
+        for k in 0..=round {
+            for j in 0..=along {
+                let share = binomial(round, k)
+                    * binomial(along, j)
+                    * meridian.cos.powi((along - j) as i32)
+                    * meridian.sin.powi(j as i32);
+                let (i, j) = (2 * (round - k) + along - j, 2 * k + j);
+                self.coefficients[index(i, j)] += coefficient * share;
+            }
         }
     }
 
-    /// Lateral offset from the chief ray of the ray through pupil point `u`, in PSF length.
-    pub fn slope(&self, at: FieldPoint, u: [f64; 2]) -> [f64; 2] {
-        self.terms.iter().fold([0.0, 0.0], |sum, term| {
-            let slope = term.slope(at, u);
-            [sum[0] + slope[0], sum[1] + slope[1]]
-        })
+    /// The coefficients of `u_x^i u_y^j`, in the order of [`powers`].
+    pub fn coefficients(&self) -> &[f64; TERMS] {
+        &self.coefficients
+    }
+
+    /// The wavefront with these coefficients, in the order of [`powers`].
+    pub fn from_coefficients(coefficients: [f64; TERMS]) -> Self {
+        Self { coefficients }
+    }
+
+    /// The tilt that moves every ray by (`dx`, `dy`) px.
+    pub fn tilt(dx: f64, dy: f64) -> Self {
+        let mut tilt = Self::default();
+        tilt.coefficients[index(1, 0)] = dx;
+        tilt.coefficients[index(0, 1)] = dy;
+        tilt
+    }
+
+    /// This plus `factor` times `other`.
+    #[must_use]
+    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        let mut sum = *self;
+        for (mine, theirs) in sum.coefficients.iter_mut().zip(&other.coefficients) {
+            *mine += factor * theirs;
+        }
+        sum
+    }
+
+    /// The same rays on a grid of which `scale` pixels make up one of the present ones.
+    #[must_use]
+    pub fn rescaled(&self, scale: f64) -> Self {
+        Self {
+            coefficients: self.coefficients.map(|c| c * scale),
+        }
+    }
+
+    /// The wavefront of the same glass behind a pupil `ratio` times as wide: a term of degree n has
+    /// its slope at the new rim changed by ratio^(n-1).
+    #[must_use]
+    pub fn with_pupil(&self, ratio: f64) -> Self {
+        let mut changed = *self;
+        for ((i, j), c) in powers().zip(&mut changed.coefficients) {
+            *c *= ratio.powi((i + j) as i32 - 1);
+        }
+        changed
+    }
+
+    /// Height at pupil point `u`, px.
+    pub fn height(&self, u: [f64; 2]) -> f64 {
+        let (x, y) = (power_table(u[0]), power_table(u[1]));
+        powers()
+            .zip(&self.coefficients)
+            .map(|((i, j), c)| c * x[i] * y[j])
+            .sum()
+    }
+
+    /// Gradient of the height by u: where the ray lands off the chief ray, px.
+    #[inline]
+    pub fn slope(&self, u: [f64; 2]) -> [f64; 2] {
+        let (x, y) = (power_table(u[0]), power_table(u[1]));
+        let c = &self.coefficients;
+        let mut slope = [0.0; 2];
+        for n in 1..=DEGREE {
+            for j in 0..=n {
+                let (i, c) = (n - j, c[index(n - j, j)]);
+                if i > 0 {
+                    slope[0] += c * i as f64 * x[i - 1] * y[j];
+                }
+                if j > 0 {
+                    slope[1] += c * j as f64 * x[i] * y[j - 1];
+                }
+            }
+        }
+        slope
+    }
+
+    /// Second derivatives by u (xx, xy, yy): how fast the ray's landing point moves over the pupil.
+    pub fn curvature(&self, u: [f64; 2]) -> [f64; 3] {
+        let (x, y) = (power_table(u[0]), power_table(u[1]));
+        let mut sum = [0.0; 3];
+        for ((i, j), c) in powers().zip(&self.coefficients) {
+            let (a, b) = (i as f64, j as f64);
+            if i > 1 {
+                sum[0] += c * a * (a - 1.0) * x[i - 2] * y[j];
+            }
+            if i > 0 && j > 0 {
+                sum[1] += c * a * b * x[i - 1] * y[j - 1];
+            }
+            if j > 1 {
+                sum[2] += c * b * (b - 1.0) * x[i] * y[j - 2];
+            }
+        }
+        sum
+    }
+
+    /// The Laplacian by u, itself a polynomial (its constant dropped, which has no slope).
+    #[must_use]
+    pub fn laplacian(&self) -> Self {
+        let mut result = Self::default();
+        for ((i, j), c) in powers().zip(&self.coefficients) {
+            if i + j <= 2 {
+                continue;
+            }
+            if i > 1 {
+                result.coefficients[index(i - 2, j)] += c * (i * (i - 1)) as f64;
+            }
+            if j > 1 {
+                result.coefficients[index(i, j - 2)] += c * (j * (j - 1)) as f64;
+            }
+        }
+        result
+    }
+
+    /// Whether every coefficient is finite.
+    pub fn is_finite(&self) -> bool {
+        self.coefficients.iter().all(|c| c.is_finite())
     }
 }
 
-/// Defocus, spherical aberration, astigmatism, field curvature and coma: Eqs 5-6 without distortion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ThirdOrder(pub ReducedNumbers);
-
-impl WavefrontTerm for ThirdOrder {
-    fn height(&self, at: FieldPoint, u: [f64; 2]) -> f64 {
-        let n = &self.0;
-        let u2 = u[0] * u[0] + u[1] * u[1];
-        let h2 = at.x * at.x + at.y * at.y;
-        let along = at.x * u[0] + at.y * u[1];
-        (n.alpha + n.delta * h2) * u2 / 2.0 + n.beta * u2 * u2 / 4.0 + n.gamma * along * along / 2.0
-            - n.phi * u2 * along
+fn power_table(x: f64) -> [f64; DEGREE + 1] {
+    let mut table = [1.0; DEGREE + 1];
+    for k in 1..=DEGREE {
+        table[k] = table[k - 1] * x;
     }
+    table
+}
 
-    fn slope(&self, at: FieldPoint, u: [f64; 2]) -> [f64; 2] {
-        let n = &self.0;
-        let u2 = u[0] * u[0] + u[1] * u[1];
-        let h2 = at.x * at.x + at.y * at.y;
-        let along = at.x * u[0] + at.y * u[1];
-        let radial = n.alpha + n.beta * u2 + n.delta * h2 - 2.0 * n.phi * along;
-        let chief = n.gamma * along - n.phi * u2;
-        [radial * u[0] + chief * at.x, radial * u[1] + chief * at.y]
-    }
+fn binomial(n: usize, k: usize) -> f64 {
+    (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn slope_is_the_gradient_of_the_height() {
-        let term = ThirdOrder(ReducedNumbers {
+    fn numbers() -> ReducedNumbers {
+        ReducedNumbers {
             alpha: 1.3,
             beta: -0.7,
             gamma: 0.4,
             delta: 0.9,
             phi: -0.5,
-        });
-        let at = FieldPoint::new(0.6, -0.4);
-        let step = 1e-5;
+        }
+    }
+
+    #[test]
+    fn the_slope_is_that_of_equations_5_and_6() {
+        let (n, at) = (numbers(), FieldPoint::new(0.6, -0.4));
+        let wavefront = Wavefront::third_order(&n, at);
         for u in [[0.2, 0.5], [-0.7, 0.1], [0.0, 0.0]] {
-            let slope = term.slope(at, u);
+            let u2 = u[0] * u[0] + u[1] * u[1];
+            let along = at.x * u[0] + at.y * u[1];
+            let h2 = at.x * at.x + at.y * at.y;
+            let radial = n.alpha + n.beta * u2 + n.delta * h2 - 2.0 * n.phi * along;
+            let chief = n.gamma * along - n.phi * u2;
+            let slope = wavefront.slope(u);
+            assert!((slope[0] - (radial * u[0] + chief * at.x)).abs() < 1e-14);
+            assert!((slope[1] - (radial * u[1] + chief * at.y)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn slope_curvature_and_laplacian_are_derivatives_of_the_height() {
+        let mut wavefront = Wavefront::third_order(&numbers(), FieldPoint::new(0.6, -0.4));
+        let meridian = FieldPoint::new(0.3, 0.8).meridian();
+        for (round, along) in [(3, 0), (2, 1), (1, 2), (0, 3), (1, 3), (0, 6)] {
+            wavefront.add(round, along, meridian, 0.3 + along as f64 * 0.1);
+        }
+        let step = 1e-4;
+        let laplacian = wavefront.laplacian();
+        let middle = |u: [f64; 2]| {
+            let c = wavefront.curvature(u);
+            c[0] + c[2]
+        };
+        for u in [[0.2, 0.5], [-0.7, 0.1], [0.0, 0.0]] {
+            let slope = wavefront.slope(u);
+            let curvature = wavefront.curvature(u);
             for axis in 0..2 {
                 let (mut low, mut high) = (u, u);
                 low[axis] -= step;
                 high[axis] += step;
-                let numeric = (term.height(at, high) - term.height(at, low)) / (2.0 * step);
-                assert!((slope[axis] - numeric).abs() < 1e-9);
+                let numeric = (wavefront.height(high) - wavefront.height(low)) / (2.0 * step);
+                assert!((slope[axis] - numeric).abs() < 1e-6);
+                let (a, b) = (wavefront.slope(low), wavefront.slope(high));
+                for other in 0..2 {
+                    let numeric = (b[other] - a[other]) / (2.0 * step);
+                    assert!((curvature[axis + other] - numeric).abs() < 1e-6);
+                }
             }
+            let constant = middle([0.0, 0.0]);
+            assert!((laplacian.height(u) + constant - middle(u)).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_narrower_pupil_sees_the_same_wavefront() {
+        let wide = Wavefront::third_order(&numbers(), FieldPoint::new(0.6, -0.4));
+        let narrow = wide.with_pupil(0.5);
+        let (a, b) = (narrow.slope([0.8, -0.2]), wide.slope([0.4, -0.1]));
+        assert!((a[0] - b[0]).abs() < 1e-14 && (a[1] - b[1]).abs() < 1e-14);
     }
 }

@@ -123,10 +123,10 @@ impl BlurField for Predictor {
         let scale = line(magnification) + line(distortion) * (at.x * at.x + at.y * at.y);
         let unit = self.frame.half_width_px();
         PlacedBlur {
-            blur: LocalBlur {
-                moments: self.coefficients(channel, vergence_per_m).moments(at),
-                meridian: at.meridian(),
-            },
+            blur: LocalBlur::of_moments(
+                self.coefficients(channel, vergence_per_m).moments(at),
+                at.meridian(),
+            ),
             displacement_px: (at.x * scale * unit, at.y * scale * unit),
         }
     }

@@ -1,8 +1,10 @@
 //! Lens profiles: what a fit learned of a lens, as values and as versioned JSON.
 
 mod json;
+mod pupil;
 
 pub use json::schema;
+pub use pupil::{CarriedEffect, PupilChannel};
 
 use crate::camera::Camera;
 use crate::distance::ObjectDistance;

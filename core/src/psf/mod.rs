@@ -22,6 +22,7 @@ pub use skew_normal_general::{SkewNormalEq43, SkewNormalGeneral, best_skew};
 
 use crate::error::{Error, Result};
 use crate::field::Meridian;
+use crate::lens::LocalPupil;
 use crate::moments::CentralMoments;
 
 /// What a lens does to one point of light in one channel: all a PSF model may draw on.
@@ -33,14 +34,46 @@ pub struct LocalBlur {
     pub moments: CentralMoments,
     /// The meridional direction at this point.
     pub meridian: Meridian,
+    /// The same blur ray by ray, where the lens is known so: what [`Pupil`] draws.
+    pub pupil: Option<LocalPupil>,
 }
 
 impl LocalBlur {
+    /// A blur of which moments alone are known.
+    pub fn of_moments(moments: CentralMoments, meridian: Meridian) -> Self {
+        Self {
+            moments,
+            meridian,
+            pupil: None,
+        }
+    }
+
+    /// A blur known ray by ray.
+    pub fn of_pupil(pupil: LocalPupil, meridian: Meridian) -> Self {
+        Self {
+            moments: pupil.moments().0,
+            meridian,
+            pupil: Some(pupil),
+        }
+    }
+
     /// The same blur on a grid of which `scale` pixels make up one of the present ones.
     #[must_use]
     pub fn rescaled(&self, scale: f64) -> Self {
         Self {
             moments: self.moments.rescaled(scale),
+            pupil: self.pupil.map(|pupil| pupil.rescaled(scale)),
+            ..*self
+        }
+    }
+
+    /// The same blur, widened where its variance along any direction is below `floor_px2`.
+    #[must_use]
+    pub fn with_least_variance(&self, floor_px2: f64) -> Self {
+        let lacking = (floor_px2 - self.moments.least_variance()).max(0.0);
+        Self {
+            moments: self.moments.with_least_variance(floor_px2),
+            pupil: self.pupil.map(|pupil| pupil.blurred_by(lacking)),
             ..*self
         }
     }
@@ -54,6 +87,11 @@ pub const LEAST_VARIANCE_PX2: f64 = 1e-3;
 pub trait PsfModel: Send + Sync {
     /// Stable identifier, as the command line and files name it.
     fn id(&self) -> &'static str;
+
+    /// Whether the model draws on [`LocalBlur::pupil`], which only lenses known ray by ray have.
+    fn needs_rays(&self) -> bool {
+        false
+    }
 
     /// The box about the centroid outside which the density is negligible: less than 1e-6 of the
     /// light in all.
@@ -112,10 +150,7 @@ impl<M: MomentPsf> PsfModel for M {
 }
 
 fn drawable(blur: &LocalBlur) -> LocalBlur {
-    LocalBlur {
-        moments: blur.moments.with_least_variance(LEAST_VARIANCE_PX2),
-        ..*blur
-    }
+    blur.with_least_variance(LEAST_VARIANCE_PX2)
 }
 
 /// The box about a centroid that holds a PSF, in px from the centroid; all four are positive.

@@ -325,7 +325,7 @@ mod tests {
                 mu12: 0.4 * sigma2.powf(1.5),
             }
             .in_image(meridian);
-            let blur = LocalBlur { moments, meridian };
+            let blur = LocalBlur::of_moments(moments, meridian);
             let plain: &dyn PsfModel = &Plain;
             for model in ALL.iter().chain([&plain]) {
                 let (mut kernel, mut rows) = (Kernel::default(), KernelRows::default());

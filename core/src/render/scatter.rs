@@ -233,12 +233,8 @@ impl<'a> Job<'a> {
             (_, Some(mean)) => ((x - mean.0, y - mean.1), DISPLACED_VARIANCE_PX2),
             (_, None) => ((x, y), DISPLACED_VARIANCE_PX2),
         };
-        let moments = placed.blur.moments.with_least_variance(floor);
         Source {
-            blur: LocalBlur {
-                moments,
-                ..placed.blur
-            },
+            blur: placed.blur.with_least_variance(floor),
             shift_px,
         }
     }

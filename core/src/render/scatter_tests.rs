@@ -38,10 +38,7 @@ fn varying(channel: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
     };
     let out = 0.8 * h * h * (1.0 + 0.2 * channel as f64);
     PlacedBlur {
-        blur: LocalBlur {
-            moments: moments.in_image(meridian),
-            meridian,
-        },
+        blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
         displacement_px: (out * meridian.cos, out * meridian.sin),
     }
 }
@@ -55,10 +52,7 @@ fn constant(mu20: f64, mu02: f64, mu30: f64) -> PlacedBlur {
         mu12: 0.0,
     };
     PlacedBlur {
-        blur: LocalBlur {
-            moments: moments.in_image(Meridian::X),
-            meridian: Meridian::X,
-        },
+        blur: LocalBlur::of_moments(moments.in_image(Meridian::X), Meridian::X),
         displacement_px: (0.0, 0.0),
     }
 }

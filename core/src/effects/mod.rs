@@ -1,0 +1,142 @@
+//! Effects: what a real lens does beyond third order, each one part of the forward model.
+//!
+//! An effect changes the [`LocalPupil`] of a point: it adds terms to the wavefront or clips the pupil.
+//! A lens profile carries any of them by identifier. One effect a file; all of them are in [`ALL`].
+
+mod higher_order;
+mod vignetting;
+
+pub use higher_order::HigherOrder;
+pub use vignetting::Vignetting;
+
+use crate::error::{Error, Result};
+use crate::field::FieldPoint;
+use crate::lens::LocalPupil;
+
+/// A number that says how strong an effect is, or of what shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Stable name, as profiles write it.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// Value at which it does nothing.
+    pub neutral: f64,
+    /// Least value that makes sense.
+    pub least: f64,
+    /// Largest value that makes sense.
+    pub most: f64,
+}
+
+/// Where in the scene a point of light is: what the strength of an effect may depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScenePoint {
+    /// Field position.
+    pub at: FieldPoint,
+    /// 1 / distance, 1/m.
+    pub vergence_per_m: f64,
+}
+
+/// A part of the forward model beyond the base lens.
+pub trait Effect: Send + Sync {
+    /// Stable identifier, as profiles and reports name it.
+    fn id(&self) -> &'static str;
+
+    /// What it is and looks like, in a line.
+    fn summary(&self) -> &'static str;
+
+    /// What [`Effect::act`] takes, in order.
+    fn parameters(&self) -> &'static [Parameter];
+
+    /// Does to `pupil` what the effect does at `point`; `values` are the parameters', in order.
+    ///
+    /// # Panics
+    /// If there are not as many values as parameters.
+    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil);
+}
+
+/// Every effect, in the order in which they act.
+pub static ALL: &[&dyn Effect] = &[&HigherOrder, &Vignetting];
+
+/// The effect called `id`.
+///
+/// # Errors
+/// A name that no effect has; the message lists those that exist.
+pub fn by_id(id: &str) -> Result<&'static dyn Effect> {
+    ALL.iter()
+        .copied()
+        .find(|effect| effect.id() == id)
+        .ok_or_else(|| {
+            let names: Vec<_> = ALL.iter().map(|effect| effect.id()).collect();
+            Error::new(
+                format!("effect `{id}`"),
+                "is not known",
+                format!("use one of: {}", names.join(", ")),
+            )
+        })
+}
+
+/// The values at which `effect` does nothing.
+pub fn neutral(effect: &dyn Effect) -> Vec<f64> {
+    effect.parameters().iter().map(|p| p.neutral).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::{ReducedNumbers, Wavefront};
+
+    fn point() -> ScenePoint {
+        ScenePoint {
+            at: FieldPoint::new(0.6, -0.5),
+            vergence_per_m: 0.5,
+        }
+    }
+
+    fn pupil() -> LocalPupil {
+        let numbers = ReducedNumbers {
+            alpha: 3.0,
+            beta: 1.0,
+            gamma: 2.0,
+            delta: -1.0,
+            phi: 0.5,
+        };
+        LocalPupil::round(Wavefront::third_order(&numbers, point().at), 0.1)
+    }
+
+    #[test]
+    fn identifiers_and_parameters_are_sound() {
+        for (index, effect) in ALL.iter().enumerate() {
+            assert!(ALL[..index].iter().all(|e| e.id() != effect.id()));
+            assert_eq!(by_id(effect.id()).expect("listed").id(), effect.id());
+            for p in effect.parameters() {
+                assert!(p.least <= p.neutral && p.neutral <= p.most, "{}", p.name);
+            }
+        }
+        assert!(by_id("fog").is_err());
+    }
+
+    #[test]
+    fn effects_do_nothing_at_neutral_and_something_elsewhere() {
+        for effect in ALL {
+            let mut still = pupil();
+            effect.act(&neutral(*effect), point(), &mut still);
+            assert_eq!(still, pupil(), "{}", effect.id());
+            for k in 0..effect.parameters().len() {
+                let mut values = neutral(*effect);
+                values[k] = if effect.id() == "vignetting" {
+                    // A stop of its own size must stand off centre to be seen.
+                    values[k ^ 1] = if k % 2 == 0 { 0.5 } else { 1.0 };
+                    if k % 2 == 0 { 0.9 } else { 0.5 }
+                } else {
+                    0.7
+                };
+                let mut acted = pupil();
+                effect.act(&values, point(), &mut acted);
+                assert_ne!(acted, pupil(), "{} {k}", effect.id());
+            }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Mechanical vignetting: the barrel clips oblique pencils.
+
+use super::{Effect, Parameter, ScenePoint};
+use crate::lens::{LocalPupil, Stop};
+
+/// `vignetting`: two more circles that light must pass, one before the aperture and one behind it,
+/// that move over the pupil as the field position moves from the axis.
+///
+/// Discs out of focus become cat's eyes towards the corners, and all blur there narrows. Mistaken for
+/// astigmatism and for oblique spherical aberration. A circle of radius r (pupil radii) stands at
+/// s X, X the field position in half frame widths: seen from the image a stop in front of the
+/// aperture moves one way, one behind it the other. Lengths are in pupil radii, so the numbers do
+/// not depend on channel; a neutral circle is large and stands still.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Vignetting;
+
+/// A radius that clips nothing where shifts are sane.
+const WIDE: f64 = 4.0;
+
+const fn radius(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter {
+        name,
+        unit: "pupil radii",
+        meaning,
+        neutral: WIDE,
+        least: 0.2,
+        most: WIDE,
+    }
+}
+
+const fn shift(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter {
+        name,
+        unit: "pupil radii per half frame width",
+        meaning,
+        neutral: 0.0,
+        least: -2.0,
+        most: 2.0,
+    }
+}
+
+static PARAMETERS: [Parameter; 4] = [
+    radius("radius_1", "radius of the first circle"),
+    shift("shift_1", "how far the first circle moves with the field"),
+    radius("radius_2", "radius of the second circle"),
+    shift("shift_2", "how far the second circle moves with the field"),
+];
+
+impl Effect for Vignetting {
+    fn id(&self) -> &'static str {
+        "vignetting"
+    }
+
+    fn summary(&self) -> &'static str {
+        "the barrel clips oblique pencils: discs become cat's eyes towards the corners"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+        for circle in values.chunks_exact(2) {
+            pupil.clip(Stop {
+                centre: [circle[1] * point.at.x, circle[1] * point.at.y],
+                radius: circle[0],
+            });
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! One channel of a lens known ray by ray: five reduced numbers, a symmetric blur, effects.
+
+use crate::effects::{Effect, ScenePoint};
+use crate::field::FieldPoint;
+use crate::lens::{LocalPupil, ReducedNumbers, VergenceSeries, Wavefront};
+
+/// One colour channel (`"kind": "pupil"` in files). PSF lengths in frame pixels, field in half frame
+/// widths, everything a polynomial in vergence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PupilChannel {
+    /// Channel name, such as `R` or `Y`.
+    pub name: String,
+    /// Defocus: (Z2 R / M)(v - vfoc) in the simplest case.
+    pub alpha: VergenceSeries,
+    /// Spherical aberration.
+    pub beta: VergenceSeries,
+    /// Astigmatism.
+    pub gamma: VergenceSeries,
+    /// Field curvature.
+    pub delta: VergenceSeries,
+    /// Coma.
+    pub phi: VergenceSeries,
+    /// Variance of the symmetric blur, px².
+    pub blur_variance_px2: VergenceSeries,
+    /// What the lens does besides.
+    pub effects: Vec<CarriedEffect>,
+    /// Relative change of scale of where PSFs land: centroid less ideal position is
+    /// X (magnification + distortion |X|²).
+    pub magnification: VergenceSeries,
+    /// Distortion per squared half frame width, likewise.
+    pub distortion: VergenceSeries,
+    /// Least and largest vergence that were measured; all but `alpha` keep their values beyond.
+    pub measured_vergence: (f64, f64),
+}
+
+/// An effect in a profile, its parameters polynomials in vergence.
+#[derive(Clone)]
+pub struct CarriedEffect {
+    /// Which.
+    pub effect: &'static dyn Effect,
+    /// One series a parameter, in the effect's order.
+    pub values: Vec<VergenceSeries>,
+}
+
+impl std::fmt::Debug for CarriedEffect {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("CarriedEffect")
+            .field("effect", &self.effect.id())
+            .field("values", &self.values)
+            .finish()
+    }
+}
+
+impl PartialEq for CarriedEffect {
+    fn eq(&self, other: &Self) -> bool {
+        self.effect.id() == other.effect.id() && self.values == other.values
+    }
+}
+
+impl PupilChannel {
+    /// The five reduced numbers at vergence `v`.
+    pub fn numbers(&self, v: f64) -> ReducedNumbers {
+        let held = self.held(v);
+        ReducedNumbers {
+            // On beyond the measured range in a straight line: defocus goes on growing.
+            alpha: self.alpha.at(held) + self.alpha.slope(held) * (v - held),
+            beta: self.beta.at(held),
+            gamma: self.gamma.at(held),
+            delta: self.delta.at(held),
+            phi: self.phi.at(held),
+        }
+    }
+
+    /// What the lens does to a point of light at field position `at` and vergence `v`.
+    pub fn pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
+        let held = self.held(v);
+        let mut pupil = LocalPupil::round(
+            Wavefront::third_order(&self.numbers(v), at),
+            self.blur_variance_px2.at(held).max(0.0),
+        );
+        let point = ScenePoint {
+            at,
+            vergence_per_m: v,
+        };
+        for carried in &self.effects {
+            let values: Vec<f64> = carried.values.iter().map(|s| s.at(held)).collect();
+            carried.effect.act(&values, point, &mut pupil);
+        }
+        pupil
+    }
+
+    /// Vergence at which light is in focus on the axis; `None` where defocus does not depend on it.
+    pub fn focus_vergence_per_m(&self) -> Option<f64> {
+        // Newton's method: exact in one step where alpha is linear.
+        let mut v = self.held(0.0);
+        for _ in 0..20 {
+            let slope = self.alpha.slope(self.held(v));
+            if slope == 0.0 {
+                return None;
+            }
+            v -= self.numbers(v).alpha / slope;
+        }
+        v.is_finite().then_some(v)
+    }
+
+    fn held(&self, v: f64) -> f64 {
+        v.clamp(self.measured_vergence.0, self.measured_vergence.1)
+    }
+}
