@@ -79,12 +79,14 @@ fn a_full_disk_leaves_nothing_and_says_so() {
 fn lens() -> seidel_core::profile::LensProfile {
     use seidel_core::distance::ObjectDistance;
     use seidel_core::lens::MomentCoefficients;
-    use seidel_core::profile::{LensProfile, MomentsChannel, MomentsPlane, Provenance};
+    use seidel_core::profile::{
+        LensDescription, LensProfile, MomentsChannel, MomentsPlane, Provenance,
+    };
     LensProfile {
         frame: seidel_core::field::Frame::new(128, 128, None).expect("valid"),
         pixel_pitch_um: None,
         camera: seidel_core::camera::Camera::default(),
-        channels: vec![MomentsChannel {
+        description: LensDescription::Moments(vec![MomentsChannel {
             name: "Y".into(),
             planes: vec![MomentsPlane {
                 distance: ObjectDistance::Unknown,
@@ -94,7 +96,8 @@ fn lens() -> seidel_core::profile::LensProfile {
                 tiles_used: 1,
                 tiles_rejected: 0,
             }],
-        }],
+        }]),
+        held_out: None,
         provenance: Provenance::default(),
     }
 }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use seidel_core::eval::{EvalSettings, TestImage, evaluate};
-use seidel_core::fit::{Fit, FitSettings, fit_moments};
+use seidel_core::fit::{FitSettings, fit_moments};
+use seidel_core::observations::ObservationSet;
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
 use seidel_core::psf::SkewNormal;
@@ -104,7 +105,7 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
          them; pictures blurred by its PSFs match to {:.0} dB.",
         set.observations.len(),
         set.channels.len(),
-        worst_size_error_px(&built_in, &fit)?,
+        worst_size_error_px(&built_in, &fit.lens, &set)?,
         score.0 / f64::max(score.1, 1.0)
     ));
     console.say("To blur a plate of your own:");
@@ -202,12 +203,16 @@ fn compare<'a>(
 
 /// Largest difference of PSF size (root of the trace, px) between the fitted and the built-in lens, over
 /// field, channels and the distances measured.
-fn worst_size_error_px(built_in: &LensProfile, fit: &Fit) -> Result<f64, CommandError> {
-    let (truth, found) = (Predictor::new(built_in)?, Predictor::new(&fit.lens)?);
+fn worst_size_error_px(
+    built_in: &LensProfile,
+    fitted: &LensProfile,
+    measured: &ObservationSet,
+) -> Result<f64, CommandError> {
+    let (truth, found) = (Predictor::new(built_in)?, Predictor::new(fitted)?);
     let mut worst: f64 = 0.0;
-    for (channel, fitted) in fit.lens.channels.iter().enumerate() {
-        for plane in &fitted.planes {
-            let vergence = plane.distance.vergence_per_m().unwrap_or(0.0);
+    for channel in 0..found.channel_count() {
+        for distance in measured.distances() {
+            let vergence = found.vergence(distance)?;
             for step in 0..=10 {
                 let at = seidel_core::field::FieldPoint::new(0.1 * f64::from(step), 0.0);
                 let size = |lens: &Predictor| {

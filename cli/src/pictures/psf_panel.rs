@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 use seidel_core::field::{Frame, ImagePoint};
-use seidel_core::moments::CentralMoments;
-use seidel_core::psf::{PsfModel, Window};
+use seidel_core::psf::{LocalBlur, PsfModel, Window};
 use seidel_core::render::BlurField;
 
 /// Share of a cell that the largest PSF may fill.
@@ -70,7 +69,8 @@ impl PanelGrid {
         let mut largest = 0.0_f64;
         for (_, at) in self.places(&frame) {
             let placed = placed_psfs(field, channels, at, vergence_per_m);
-            for (moments, (dx, dy)) in placed {
+            for (blur, (dx, dy)) in placed {
+                let moments = blur.moments;
                 let variance = moments.trace() - moments.least_variance();
                 let reach = SHOWN_SIGMAS * variance.max(0.0).sqrt() + dx.hypot(dy);
                 largest = largest.max(reach);
@@ -98,17 +98,10 @@ impl PanelGrid {
             .par_iter()
             .map(|&(centre, at)| {
                 let placed = placed_psfs(field, channels, at, vergence_per_m);
-                let meridian = frame.field_point(at).meridian();
                 placed
                     .into_iter()
-                    .map(|(moments, (dx, dy))| {
-                        let blur = seidel_core::psf::LocalBlur::of_moments(
-                            moments
-                                .rescaled(enlargement)
-                                .with_least_variance(0.0)
-                                .with_added_variance(DOT_VARIANCE_PX2),
-                            meridian,
-                        );
+                    .map(|(blur, (dx, dy))| {
+                        let blur = as_dots(&blur.rescaled(enlargement));
                         let centroid = (centre.0 + dx * enlargement, centre.1 + dy * enlargement);
                         let patch = self.patch(centroid);
                         let mut samples = vec![0.0; patch.window.len()];
@@ -167,13 +160,23 @@ struct Patch {
     window: Window,
 }
 
-/// Moments (px of the frame) of every channel at `at` and where it lands off the channels' mean.
+/// `blur`, in px of the sheet, widened so that it shows where it is far below one.
+fn as_dots(blur: &LocalBlur) -> LocalBlur {
+    let blur = blur.with_least_variance(0.0);
+    LocalBlur {
+        moments: blur.moments.with_added_variance(DOT_VARIANCE_PX2),
+        pupil: blur.pupil.map(|pupil| pupil.blurred_by(DOT_VARIANCE_PX2)),
+        ..blur
+    }
+}
+
+/// Blur (px of the frame) of every channel at `at` and where it lands off the channels' mean.
 fn placed_psfs(
     field: &impl BlurField,
     channels: &[usize],
     at: ImagePoint,
     vergence_per_m: f64,
-) -> Vec<(CentralMoments, (f64, f64))> {
+) -> Vec<(LocalBlur, (f64, f64))> {
     let point = field.frame().field_point(at);
     let placed: Vec<_> = channels
         .iter()
@@ -190,7 +193,7 @@ fn placed_psfs(
         .iter()
         .map(|p| {
             let (dx, dy) = p.displacement_px;
-            (p.blur.moments, (dx - mean.0, dy - mean.1))
+            (p.blur, (dx - mean.0, dy - mean.1))
         })
         .collect()
 }

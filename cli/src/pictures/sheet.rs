@@ -4,8 +4,9 @@ use image::RgbImage;
 use seidel_core::Result;
 use seidel_core::distance::ObjectDistance;
 use seidel_core::predict::Predictor;
-use seidel_core::profile::LensProfile;
+use seidel_core::profile::{LensProfile, PupilChannel};
 use seidel_core::psf::PsfModel;
+use seidel_core::render::BlurField;
 
 use super::canvas::{Area, Canvas};
 use super::psf_panel::PanelGrid;
@@ -85,7 +86,7 @@ fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Res
         let (column, row) = (index as u32 % across, index as u32 / across);
         let corner = (GAP_PX + column * step.0, HEADER_PX + row * step.1);
         // One enlargement a distance, so that channels can be compared.
-        let all: Vec<usize> = (0..lens.channels.len()).collect();
+        let all: Vec<usize> = (0..predictor.channel_count()).collect();
         let vergence = distance.vergence_per_m().unwrap_or(0.0);
         let magnification = grid.magnification(&predictor, &all, vergence);
         let enlargement = magnification * grid.frame_scale(&lens.frame);
@@ -147,12 +148,18 @@ fn across(panels: usize, distances: usize) -> u32 {
     }
 }
 
-/// Every object distance that some channel was measured at, from infinity inwards.
+/// The object distances to draw, from infinity inwards: those at which a lens described by moments was
+/// measured; of a lens known ray by ray the ends of what was measured and the focus between them.
 fn distances(lens: &LensProfile) -> Vec<ObjectDistance> {
+    let planes = lens.moments_channels().iter().flat_map(|c| &c.planes);
     let mut all: Vec<ObjectDistance> = Vec::new();
-    for plane in lens.channels.iter().flat_map(|c| &c.planes) {
-        if !all.contains(&plane.distance) {
-            all.push(plane.distance);
+    let of_rays = lens.pupil_channels().first().map(shown_distances);
+    for distance in planes
+        .map(|plane| plane.distance)
+        .chain(of_rays.into_iter().flatten())
+    {
+        if !all.contains(&distance) {
+            all.push(distance);
         }
     }
     all.sort_by(|a, b| {
@@ -160,6 +167,29 @@ fn distances(lens: &LensProfile) -> Vec<ObjectDistance> {
         key(a).total_cmp(&key(b))
     });
     all
+}
+
+/// Least and largest vergence that were measured, and the focus or else the middle between them.
+fn shown_distances(channel: &PupilChannel) -> Vec<ObjectDistance> {
+    let (low, high) = channel.measured_vergence;
+    if channel.alpha.degree() == 0 {
+        return vec![ObjectDistance::Unknown];
+    }
+    let within = |v: &f64| (low..=high).contains(v);
+    let focus = channel.focus_vergence_per_m().filter(within);
+    [low, focus.unwrap_or((low + high) / 2.0), high]
+        .into_iter()
+        .map(distance_of)
+        .collect()
+}
+
+/// The distance of vergence `v`, to three digits as a label shows it.
+fn distance_of(v: f64) -> ObjectDistance {
+    if v < 1e-6 {
+        return ObjectDistance::Infinity;
+    }
+    let step = 10.0_f64.powf((1.0 / v).log10().floor() - 2.0);
+    ObjectDistance::Metres((1.0 / v / step).round() * step)
 }
 
 fn grid(lens: &LensProfile, width: u32, columns: u32) -> PanelGrid {
@@ -208,18 +238,17 @@ fn add_light(canvas: &mut Canvas, area: Area, panel: &Panel, light: &[Vec<f32>])
 mod tests {
     use super::*;
     use crate::demo::lens::lens;
-    use seidel_core::profile::MomentsPlane;
+    use seidel_core::profile::{LensDescription, MomentsPlane};
     use seidel_core::psf;
 
     /// The demo lens with other channels and planes.
     fn shaped(names: &[&str], planes: &[ObjectDistance]) -> LensProfile {
         let base = lens(640, 360).expect("a frame");
-        let mut lens = base.clone();
-        lens.channels = names
+        let channels = names
             .iter()
             .enumerate()
             .map(|(index, name)| {
-                let mut channel = base.channels[index % 3].clone();
+                let mut channel = base.moments_channels()[index % 3].clone();
                 channel.name = (*name).to_owned();
                 channel.planes = planes
                     .iter()
@@ -232,7 +261,10 @@ mod tests {
                 channel
             })
             .collect();
-        lens
+        LensProfile {
+            description: LensDescription::Moments(channels),
+            ..base
+        }
     }
 
     #[test]

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::LensHere;
 use super::average::Averages;
 use super::forward_blur::BlurScorer;
 use super::tiles::{PlacedTile, to_unit_sum};
-use crate::lens::MomentCoefficients;
-use crate::moments::CentralMoments;
 use crate::moments::pixels::PIXEL_VARIANCE_PX2;
+use crate::predict::Predictor;
 use crate::psf::{
     Gaussian, LocalBlur, MirroredPair, PsfModel, SkewNormal, SkewNormalEq43, SkewNormalGeneral,
 };
@@ -31,12 +31,12 @@ pub struct MethodScore {
 /// drawn by the Gaussian and the general skew-normals: noise can leave them none.
 const LEAST_MEASURED_PX2: f64 = 0.03;
 
-/// Whose moments a kernel is drawn from.
+/// Whose blur a kernel is drawn from.
 #[derive(Clone, Copy)]
 enum From {
-    /// The tile's own.
+    /// The tile's own moments.
     Tile,
-    /// The tile's own, no variance below [`LEAST_MEASURED_PX2`].
+    /// The tile's own moments, no variance below [`LEAST_MEASURED_PX2`].
     TileFloored,
     /// The lens's prediction.
     Lens,
@@ -59,7 +59,18 @@ const fn method(id: &'static str, title: &'static str, way: Way) -> Method {
     Method { id, title, way }
 }
 
-static METHODS: [Method; 10] = [
+impl Method {
+    /// Whether it can be asked of `lens`.
+    fn serves(&self, lens: &Predictor) -> bool {
+        match self.way {
+            Way::Psf(model, _) => lens.check_model(model).is_ok(),
+            Way::AverageAligned | Way::AverageUnaligned => true,
+        }
+    }
+}
+
+/// Every method; those that draw rays are left out where the lens is not known so.
+static METHODS: &[Method] = &[
     method(
         "average-aligned",
         "average PSF, centroids aligned",
@@ -112,22 +123,24 @@ static METHODS: [Method; 10] = [
     ),
 ];
 
-/// Moments that a kernel sampled at pixel centres must have for the lens `s` at the tile's place.
-pub(super) fn lens_moments(s: &MomentCoefficients, tile: &PlacedTile) -> CentralMoments {
-    s.moments(tile.field)
-        .with_added_variance(PIXEL_VARIANCE_PX2)
+/// `blur` as a kernel sampled at pixel centres must have it: its moments gain the pixel's. What is
+/// drawn from rays is integrated over pixels by its model.
+pub(super) fn on_pixels(blur: LocalBlur) -> LocalBlur {
+    LocalBlur {
+        moments: blur.moments.with_added_variance(PIXEL_VARIANCE_PX2),
+        ..blur
+    }
 }
 
-/// The kernel of `model` with `moments` about the tile's centroid, unit sum over the square.
+/// The kernel of `model` for `blur` about the tile's centroid, unit sum over the square.
 pub(super) fn draw(
     model: &dyn PsfModel,
-    moments: CentralMoments,
+    blur: &LocalBlur,
     tile: &PlacedTile,
     side: usize,
 ) -> Vec<f64> {
-    let blur = LocalBlur::of_moments(moments, tile.field.meridian());
     let mut kernel = vec![0.0; side * side];
-    model.sample(&blur, &tile.window(side), &mut kernel);
+    model.sample(blur, &tile.window(side), &mut kernel);
     let sum: f64 = kernel.iter().sum();
     if sum > 0.0 && sum.is_finite() {
         to_unit_sum(&mut kernel);
@@ -140,37 +153,44 @@ pub(super) fn draw(
     kernel
 }
 
-/// Scores every method on `tiles`; `squares` are V(P) of each, `s` the lens at their distance.
+/// Scores every method that `lens` has on `tiles`; `squares` are V(P) of each.
 pub(super) fn score(
     tiles: &[PlacedTile],
     squares: &[f64],
-    s: &MomentCoefficients,
+    lens: LensHere,
     scorer: &BlurScorer,
 ) -> Vec<MethodScore> {
     let side = scorer.side();
     let averages = Averages::of(tiles, side);
-    let scores: Vec<[f64; METHODS.len()]> = tiles
+    let methods: Vec<&Method> = METHODS
+        .iter()
+        .filter(|method| method.serves(lens.predictor))
+        .collect();
+    let scores: Vec<Vec<f64>> = tiles
         .par_iter()
         .zip(squares)
         .map(|(tile, &square)| {
-            std::array::from_fn(|k| {
-                let against = |kernel: &[f64]| scorer.decibels(&tile.truth, square, kernel);
-                match METHODS[k].way {
-                    Way::AverageAligned => against(&averages.aligned_to(tile, side)),
-                    Way::AverageUnaligned => against(averages.unaligned()),
-                    Way::Psf(model, from) => {
-                        let moments = match from {
-                            From::Tile => tile.plain,
-                            From::TileFloored => tile.plain.with_least_variance(LEAST_MEASURED_PX2),
-                            From::Lens => lens_moments(s, tile),
-                        };
-                        against(&draw(model, moments, tile, side))
-                    }
+            let predicted = on_pixels(lens.blur(tile.field));
+            let measured = |moments| LocalBlur::of_moments(moments, tile.field.meridian());
+            let against = |kernel: &[f64]| scorer.decibels(&tile.truth, square, kernel);
+            let of_method = |method: &&Method| match method.way {
+                Way::AverageAligned => against(&averages.aligned_to(tile, side)),
+                Way::AverageUnaligned => against(averages.unaligned()),
+                Way::Psf(model, from) => {
+                    let blur = match from {
+                        From::Tile => measured(tile.plain),
+                        From::TileFloored => {
+                            measured(tile.plain.with_least_variance(LEAST_MEASURED_PX2))
+                        }
+                        From::Lens => predicted,
+                    };
+                    against(&draw(model, &blur, tile, side))
                 }
-            })
+            };
+            methods.iter().map(of_method).collect()
         })
         .collect();
-    METHODS
+    methods
         .iter()
         .enumerate()
         .map(|(k, method)| {

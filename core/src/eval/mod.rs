@@ -37,13 +37,15 @@ use rayon::prelude::*;
 
 use crate::distance::ObjectDistance;
 use crate::error::{Error, Result};
+use crate::field::FieldPoint;
 use crate::fit::measure::{MeasuredTile, measure};
-use crate::lens::MomentCoefficients;
 use crate::moments::pixels::PIXEL_VARIANCE_PX2;
 use crate::moments::support::Support;
 use crate::observations::ObservationSet;
 use crate::predict::Predictor;
 use crate::profile::LensProfile;
+use crate::psf::LocalBlur;
+use crate::render::BlurField;
 use forward_blur::ImageCorrelation;
 
 /// What to evaluate, and how.
@@ -128,12 +130,14 @@ pub fn evaluate(
             let vergence = predictor
                 .vergence(distance)
                 .map_err(|error| error.within(&place))?;
-            let s = predictor.coefficients(in_lens, vergence);
             let group = Group {
-                lens,
+                lens: LensHere {
+                    predictor: &predictor,
+                    channel: in_lens,
+                    vergence,
+                },
                 set,
                 tiles: &tiles,
-                s: &s,
             };
             groups.push(group.evaluate(&correlation, settings));
             remarks.extend(group.remarks(&place));
@@ -156,23 +160,38 @@ pub fn evaluate(
     Ok(Evaluation { groups, remarks })
 }
 
+/// A lens in one channel at one distance.
+#[derive(Clone, Copy)]
+struct LensHere<'a> {
+    predictor: &'a Predictor,
+    channel: usize,
+    vergence: f64,
+}
+
+impl LensHere<'_> {
+    /// What it does at `field`, before the sensor integrates over pixels.
+    fn blur(&self, field: FieldPoint) -> LocalBlur {
+        let placed = self.predictor.blur_at(self.channel, field, self.vergence);
+        placed.blur
+    }
+}
+
 /// One channel at one distance.
 struct Group<'a> {
-    lens: &'a LensProfile,
+    lens: LensHere<'a>,
     set: &'a ObservationSet,
     tiles: &'a [&'a MeasuredTile],
-    s: &'a MomentCoefficients,
 }
 
 impl Group<'_> {
     fn evaluate(&self, correlation: &ImageCorrelation, settings: &EvalSettings) -> GroupEvaluation {
-        let frame = &self.lens.frame;
+        let frame = &self.lens.predictor.frame();
         let first = self.tiles[0];
         let pairs: Vec<([f64; 7], [f64; 7])> = self
             .tiles
-            .iter()
+            .par_iter()
             .map(|tile| {
-                let predicted = self.s.moments(tile.field_point(frame));
+                let predicted = self.lens.blur(tile.field_point(frame)).moments;
                 // Both without the pixel's share, which cancels in their difference.
                 (tile.optical.to_array(), predicted.to_array())
             })
@@ -201,7 +220,7 @@ impl Group<'_> {
                 mu20().fold(f64::NEG_INFINITY, f64::max),
             ),
             explained,
-            methods: methods::score(&placed, &squares, self.s, &scorer),
+            methods: methods::score(&placed, &squares, self.lens, &scorer),
             sparse: settings
                 .sparse
                 .as_ref()
@@ -215,8 +234,8 @@ impl Group<'_> {
             .tiles
             .iter()
             .filter(|tile| {
-                let field = tile.field_point(&self.lens.frame);
-                self.s.moments(field).least_variance() < 0.0
+                let field = tile.field_point(&self.lens.predictor.frame());
+                self.lens.blur(field).moments.least_variance() < 0.0
             })
             .count();
         (impossible > 0).then(|| {
@@ -256,7 +275,7 @@ fn chosen_channels(
         .enumerate()
         .filter(|(_, name)| settings.channels.is_empty() || settings.channels.contains(name))
         .map(|(index, name)| {
-            let in_lens = lens.channels.iter().position(|c| &c.name == name);
+            let in_lens = lens.channel_names().iter().position(|c| c == name);
             in_lens.map(|k| (index, k)).ok_or_else(|| {
                 Error::new(
                     format!("channel `{name}`"),

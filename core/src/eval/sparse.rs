@@ -8,13 +8,13 @@ use rayon::prelude::*;
 
 use super::SplitMean;
 use super::forward_blur::BlurScorer;
-use super::methods::{draw, lens_moments};
+use super::methods::{draw, on_pixels};
 use super::random::SplitMix64;
 use super::tiles::PlacedTile;
 use crate::field::Frame;
 use crate::fit::measure::MeasuredTile;
 use crate::fit::plane::{Weighting, fit_plane};
-use crate::psf::{Gaussian, PsfModel, SkewNormal};
+use crate::psf::{Gaussian, LocalBlur, PsfModel, SkewNormal};
 
 /// How to draw figure 13.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,8 +107,11 @@ pub(super) fn curve(
                         let total: f64 = tested
                             .iter()
                             .map(|&k| {
-                                let moments = lens_moments(&s, &placed[k]);
-                                let kernel = draw(model, moments, &placed[k], scorer.side());
+                                let field = placed[k].field;
+                                let of_lens =
+                                    LocalBlur::of_moments(s.moments(field), field.meridian());
+                                let blur = on_pixels(of_lens);
+                                let kernel = draw(model, &blur, &placed[k], scorer.side());
                                 scorer.decibels(&placed[k].truth, squares[k], &kernel)
                             })
                             .sum();

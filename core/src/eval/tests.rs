@@ -3,8 +3,9 @@
 use super::*;
 use crate::camera::Camera;
 use crate::field::{Frame, ImagePoint};
+use crate::lens::MomentCoefficients;
 use crate::observations::Observation;
-use crate::profile::{MomentsChannel, MomentsPlane, Provenance};
+use crate::profile::{LensDescription, MomentsChannel, MomentsPlane, Provenance};
 use crate::psf::{LocalBlur, MirroredPair, PsfModel, Window};
 use crate::tile::Tile;
 
@@ -14,7 +15,7 @@ pub(super) fn lens() -> LensProfile {
         frame: Frame::new(400, 300, None).expect("valid"),
         pixel_pitch_um: None,
         camera: Camera::default(),
-        channels: vec![MomentsChannel {
+        description: LensDescription::Moments(vec![MomentsChannel {
             name: "Y".into(),
             planes: vec![MomentsPlane {
                 distance: ObjectDistance::Metres(2.0),
@@ -24,7 +25,8 @@ pub(super) fn lens() -> LensProfile {
                 tiles_used: 40,
                 tiles_rejected: 0,
             }],
-        }],
+        }]),
+        held_out: None,
         provenance: Provenance::default(),
     }
 }
@@ -39,7 +41,7 @@ pub(super) fn drawn(lens: &LensProfile) -> ObservationSet {
             );
             let field = lens.frame.field_point(at);
             let blur = LocalBlur::of_moments(
-                lens.channels[0].planes[0]
+                lens.moments_channels()[0].planes[0]
                     .s
                     .moments(field)
                     .with_added_variance(1.0 / 12.0),

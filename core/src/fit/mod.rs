@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::field::{Frame, ImagePoint};
 use crate::moments::support::Support;
 use crate::observations::ObservationSet;
-use crate::profile::{LensProfile, MomentsChannel, MomentsPlane, Provenance};
+use crate::profile::{LensDescription, LensProfile, MomentsChannel, MomentsPlane, Provenance};
 use axis::AxisFit;
 use measure::{MeasuredTile, measure};
 use plane::{PlaneFit, fit_plane};
@@ -275,7 +275,8 @@ fn assemble(
         frame,
         pixel_pitch_um: first.pixel_pitch_um,
         camera: first.camera.clone(),
-        channels,
+        description: LensDescription::Moments(channels),
+        held_out: None,
         provenance: Provenance {
             program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
             sources: Vec::new(),

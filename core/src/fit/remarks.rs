@@ -10,7 +10,7 @@ pub(super) fn on_depth(lens: &LensProfile) -> Vec<String> {
         return Vec::new();
     };
     let mut by_text: Vec<(String, Vec<&str>)> = Vec::new();
-    for (channel, law) in lens.channels.iter().zip(laws) {
+    for (channel, law) in lens.moments_channels().iter().zip(laws) {
         for text in depth_remark(channel, law.as_ref()) {
             match by_text.iter_mut().find(|(known, _)| *known == text) {
                 Some((_, names)) => names.push(&channel.name),

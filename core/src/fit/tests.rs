@@ -88,7 +88,7 @@ fn a_planted_lens_is_found_with_either_weighting() {
             ..FitSettings::default()
         };
         let fit = fit_moments(std::slice::from_ref(&set), &settings).expect("fits");
-        let plane = &fit.lens.channels[0].planes[0];
+        let plane = &fit.lens.moments_channels()[0].planes[0];
         assert_close(&plane.s, 1e-3);
         let moved = plane.displacement.expect("ideal positions are known");
         assert!((moved.magnification - 2e-3).abs() < 1e-6, "{moved:?}");
@@ -130,7 +130,7 @@ fn outliers_and_saturated_tiles_are_rejected_and_named() {
     assert_eq!(named, [5, 9]);
     assert!(fit.rejected[0].reason.contains("saturated"));
     assert!(fit.rejected[1].reason.contains("residual"));
-    assert_close(&fit.lens.channels[0].planes[0].s, 1e-3);
+    assert_close(&fit.lens.moments_channels()[0].planes[0].s, 1e-3);
 }
 
 #[test]

@@ -101,7 +101,8 @@ fn tile(
     };
     let placed = lens.blur_at(of_lens, at, vergence);
     let blur = LocalBlur {
-        // Never narrower than a pixel: the sensor integrates over its own area.
+        // Never narrower than a pixel: the sensor integrates over its own area. Models that draw rays
+        // integrate over pixels themselves.
         moments: placed
             .blur
             .moments

@@ -1,4 +1,4 @@
-//! What a lens profile says about any point: S1..S10 across depth, PSF moments, centroids.
+//! What a lens profile says about any point: PSFs across field, channel and depth, and where they land.
 
 mod like;
 
@@ -8,21 +8,28 @@ use crate::distance::ObjectDistance;
 use crate::error::{Error, Result};
 use crate::field::{FieldPoint, Frame};
 use crate::lens::{DepthLaw, MomentCoefficients};
-use crate::profile::{LensProfile, MomentsChannel};
-use crate::psf::LocalBlur;
+use crate::profile::{LensDescription, LensProfile, MomentsChannel, PupilChannel};
+use crate::psf::{self, LocalBlur, PsfModel, SkewNormal};
 use crate::render::{BlurField, PlacedBlur};
 
-/// A lens profile made ready to ask: one depth law a channel.
+/// A lens profile made ready to ask.
 #[derive(Debug, Clone)]
 pub struct Predictor {
     frame: Frame,
     names: Vec<String>,
-    channels: Vec<Channel>,
+    channels: Channels,
     knows_depth: bool,
 }
 
 #[derive(Debug, Clone)]
-struct Channel {
+enum Channels {
+    Moments(Vec<Moments>),
+    Pupil(Vec<PupilChannel>),
+}
+
+/// One channel of a lens described by S1..S10.
+#[derive(Debug, Clone)]
+struct Moments {
     law: Law,
     /// Magnification and distortion as lines in vergence: (value at 0, slope).
     displacement: [(f64, f64); 2],
@@ -40,21 +47,30 @@ impl Predictor {
     /// # Errors
     /// Planes from which no depth law can be made.
     pub fn new(profile: &LensProfile) -> Result<Self> {
-        let laws = profile.depth_laws()?;
-        let channels = profile
-            .channels
-            .iter()
-            .zip(laws)
-            .map(|(channel, law)| Channel {
-                law: law.map_or_else(|| Law::Constant(channel.planes[0].s), Law::Depth),
-                displacement: displacement_lines(channel),
-            })
-            .collect();
+        let (channels, knows_depth) = match &profile.description {
+            LensDescription::Moments(channels) => {
+                let ready = channels.iter().zip(profile.depth_laws()?);
+                let ready = ready.map(|(channel, law)| Moments {
+                    law: law.map_or_else(|| Law::Constant(channel.planes[0].s), Law::Depth),
+                    displacement: displacement_lines(channel),
+                });
+                let knows_depth = channels.iter().all(|c| c.planes.len() > 1);
+                (Channels::Moments(ready.collect()), knows_depth)
+            }
+            LensDescription::Pupil(channels) => (
+                Channels::Pupil(channels.clone()),
+                channels.iter().any(|c| c.alpha.degree() > 0),
+            ),
+        };
         Ok(Self {
             frame: profile.frame,
-            names: profile.channels.iter().map(|c| c.name.clone()).collect(),
+            names: profile
+                .channel_names()
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
             channels,
-            knows_depth: profile.channels.iter().all(|c| c.planes.len() > 1),
+            knows_depth,
         })
     }
 
@@ -94,16 +110,43 @@ impl Predictor {
         }
     }
 
-    /// Whether the blur depends on depth: more than one object distance was measured.
+    /// Whether the blur depends on depth: the lens was measured at more than one object distance.
     pub fn knows_depth(&self) -> bool {
         self.knows_depth
     }
 
-    /// S1..S10 of `channel` at vergence `vergence_per_m`.
-    pub fn coefficients(&self, channel: usize, vergence_per_m: f64) -> MomentCoefficients {
-        match &self.channels[channel].law {
-            Law::Constant(s) => *s,
-            Law::Depth(law) => law.at(vergence_per_m),
+    /// Whether the lens is known ray by ray, which some PSF models need.
+    pub fn knows_rays(&self) -> bool {
+        matches!(self.channels, Channels::Pupil(_))
+    }
+
+    /// Whether `model` can draw this lens.
+    ///
+    /// # Errors
+    /// A model that needs rays where the lens is described by moments.
+    pub fn check_model(&self, model: &dyn PsfModel) -> Result<()> {
+        if !model.needs_rays() || self.knows_rays() {
+            return Ok(());
+        }
+        let id = model.id();
+        let others = psf::ALL.iter().filter(|m| !m.needs_rays());
+        let others: Vec<_> = others.map(|m| m.id()).collect();
+        Err(Error::new(
+            format!("PSF model `{id}`"),
+            "needs a lens known ray by ray; this one is described by moments",
+            format!(
+                "fit the lens with `--model reduced`, or use one of: {}",
+                others.join(", ")
+            ),
+        ))
+    }
+
+    /// The PSF model that draws this lens most truly.
+    pub fn default_model(&self) -> &'static dyn PsfModel {
+        let of_rays = psf::ALL.iter().find(|model| model.needs_rays());
+        match of_rays {
+            Some(&model) if self.knows_rays() => model,
+            _ => &SkewNormal,
         }
     }
 }
@@ -114,21 +157,40 @@ impl BlurField for Predictor {
     }
 
     fn channel_count(&self) -> usize {
-        self.channels.len()
+        self.names.len()
     }
 
     fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
-        let line = |(value, slope): (f64, f64)| value + slope * vergence_per_m;
-        let [magnification, distortion] = self.channels[channel].displacement;
-        let scale = line(magnification) + line(distortion) * (at.x * at.x + at.y * at.y);
+        let (blur, stretch) = match &self.channels {
+            Channels::Moments(channels) => channels[channel].blur_at(at, vergence_per_m),
+            Channels::Pupil(channels) => {
+                let channel = &channels[channel];
+                let blur = LocalBlur {
+                    moments: channel.moments_at(at, vergence_per_m),
+                    meridian: at.meridian(),
+                    pupil: Some(channel.pupil_at(at, vergence_per_m)),
+                };
+                (blur, channel.stretch_at(at, vergence_per_m))
+            }
+        };
         let unit = self.frame.half_width_px();
         PlacedBlur {
-            blur: LocalBlur::of_moments(
-                self.coefficients(channel, vergence_per_m).moments(at),
-                at.meridian(),
-            ),
-            displacement_px: (at.x * scale * unit, at.y * scale * unit),
+            blur,
+            displacement_px: (at.x * stretch * unit, at.y * stretch * unit),
         }
+    }
+}
+
+impl Moments {
+    fn blur_at(&self, at: FieldPoint, vergence_per_m: f64) -> (LocalBlur, f64) {
+        let s = match &self.law {
+            Law::Constant(s) => *s,
+            Law::Depth(law) => law.at(vergence_per_m),
+        };
+        let line = |(value, slope): (f64, f64)| value + slope * vergence_per_m;
+        let [magnification, distortion] = self.displacement;
+        let stretch = line(magnification) + line(distortion) * (at.x * at.x + at.y * at.y);
+        (LocalBlur::of_moments(s.moments(at), at.meridian()), stretch)
     }
 }
 
@@ -166,3 +228,6 @@ fn displacement_lines(channel: &MomentsChannel) -> [(f64, f64); 2] {
         (mean - slope * mean_v, slope)
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,70 +1,74 @@
 //! Lens profiles: what a fit learned of a lens, as values and as versioned JSON.
 
+mod check;
 mod json;
+mod moments;
 mod pupil;
 
 pub use json::schema;
+pub use moments::{Displacement, MomentsChannel, MomentsPlane};
 pub use pupil::{CarriedEffect, PupilChannel};
 
 use crate::camera::Camera;
 use crate::distance::ObjectDistance;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::Frame;
-use crate::lens::{DepthLaw, DepthPlane, MomentCoefficients};
+use crate::lens::DepthLaw;
 
-/// A lens known by S1..S10 per channel and object distance (`"kind": "moments"` in files).
+/// A lens: its frame and camera, and by what it is described.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LensProfile {
-    /// The full frame in whose pixels moments are given, and its optical axis.
+    /// The full frame in whose pixels PSFs are given, and its optical axis.
     pub frame: Frame,
     /// Sensor pixel pitch, micrometres, where known.
     pub pixel_pitch_um: Option<f64>,
     /// What is known of the camera.
     pub camera: Camera,
-    /// One entry a colour channel.
-    pub channels: Vec<MomentsChannel>,
+    /// By what the lens is described.
+    pub description: LensDescription,
+    /// How well it drew PSFs that were kept out of the fit, where some were.
+    pub held_out: Option<HeldOut>,
     /// Where the profile came from.
     pub provenance: Provenance,
 }
 
-/// One colour channel of a lens.
+/// By what a lens is described: one entry a colour channel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MomentsChannel {
-    /// Channel name, such as `R` or `Y`.
-    pub name: String,
-    /// The object distances at which it was measured, from infinity inwards.
-    pub planes: Vec<MomentsPlane>,
+pub enum LensDescription {
+    /// S1..S10 per channel and object distance (`"kind": "moments"` in files).
+    Moments(Vec<MomentsChannel>),
+    /// Ray by ray, by numbers that are series in vergence (`"kind": "pupil"` in files).
+    Pupil(Vec<PupilChannel>),
 }
 
-/// One channel at one object distance.
+/// How well a lens drew PSFs that took no part in its fit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MomentsPlane {
+pub struct HeldOut {
+    /// Tiles kept out, over all channels and distances.
+    pub tiles: usize,
+    /// How they were chosen, in words.
+    pub rule: String,
+    /// Mean over tiles of the forward-blur signal to noise, dB.
+    pub snr_db: f64,
+    /// Mean over tiles of the squared difference of pixels over the tile's squared norm.
+    pub pixel_gap: f64,
+    /// The same by channel and distance.
+    pub groups: Vec<HeldOutGroup>,
+}
+
+/// One channel at one object distance of [`HeldOut`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldOutGroup {
+    /// Channel name.
+    pub channel: String,
     /// Object distance.
     pub distance: ObjectDistance,
-    /// S1..S10 of the light before it is integrated over pixels: PSF in frame pixels, field in half
-    /// frame widths.
-    pub s: MomentCoefficients,
-    /// Standard errors of S1..S10.
-    pub s_sigma: [f64; 10],
-    /// Where PSFs land, where the observations knew their ideal positions.
-    pub displacement: Option<Displacement>,
-    /// Tiles that took part in the fit.
-    pub tiles_used: usize,
-    /// Tiles that were rejected.
-    pub tiles_rejected: usize,
-}
-
-/// Centroid less ideal position: X (magnification + distortion |X|²), in field units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Displacement {
-    /// Relative change of scale, coma's share of the centroid included.
-    pub magnification: f64,
-    /// Distortion per squared half frame width.
-    pub distortion: f64,
-    /// Standard error of `magnification`.
-    pub magnification_sigma: f64,
-    /// Standard error of `distortion`.
-    pub distortion_sigma: f64,
+    /// Tiles kept out.
+    pub tiles: usize,
+    /// As [`HeldOut::snr_db`].
+    pub snr_db: f64,
+    /// As [`HeldOut::pixel_gap`].
+    pub pixel_gap: f64,
 }
 
 /// Where a profile came from.
@@ -88,43 +92,46 @@ impl LensProfile {
         json::read(text)
     }
 
-    /// The profile as JSON text, keys in a fixed order.
+    /// The profile as JSON text, keys in a fixed order. Numbers come back to the last bit.
     pub fn to_json(&self) -> String {
         json::write(self)
     }
 
     /// Names of the channels.
     pub fn channel_names(&self) -> Vec<&str> {
-        self.channels.iter().map(|c| c.name.as_str()).collect()
+        match &self.description {
+            LensDescription::Moments(channels) => {
+                channels.iter().map(|c| c.name.as_str()).collect()
+            }
+            LensDescription::Pupil(channels) => channels.iter().map(|c| c.name.as_str()).collect(),
+        }
     }
 
-    /// The depth law of every channel; `None` for one whose only plane is at an unknown distance.
+    /// The channels of a lens described by S1..S10; none of a lens known ray by ray.
+    pub fn moments_channels(&self) -> &[MomentsChannel] {
+        match &self.description {
+            LensDescription::Moments(channels) => channels,
+            LensDescription::Pupil(_) => &[],
+        }
+    }
+
+    /// The channels of a lens known ray by ray; none of a lens described by S1..S10.
+    pub fn pupil_channels(&self) -> &[PupilChannel] {
+        match &self.description {
+            LensDescription::Pupil(channels) => channels,
+            LensDescription::Moments(_) => &[],
+        }
+    }
+
+    /// The depth law of every channel described by S1..S10; `None` for one whose only plane is at an
+    /// unknown distance.
     ///
     /// # Errors
     /// Planes at the same distance.
     pub fn depth_laws(&self) -> Result<Vec<Option<DepthLaw>>> {
-        self.channels
-            .iter()
-            .map(|channel| {
-                let planes: Vec<_> = channel
-                    .planes
-                    .iter()
-                    .filter_map(|plane| {
-                        Some(DepthPlane {
-                            vergence_per_m: plane.distance.vergence_per_m()?,
-                            s: plane.s,
-                            s_sigma: plane.s_sigma,
-                        })
-                    })
-                    .collect();
-                if planes.is_empty() {
-                    return Ok(None);
-                }
-                DepthLaw::fit(&planes, self.defocus_px_per_dioptre())
-                    .map(Some)
-                    .map_err(|error| error.within(&format!("channel {}", channel.name)))
-            })
-            .collect()
+        let defocus = self.defocus_px_per_dioptre();
+        let channels = self.moments_channels().iter();
+        channels.map(|channel| channel.depth_law(defocus)).collect()
     }
 
     /// Z2 R / M in frame pixels per 1/m for the camera taken as a thin lens with its pupil in the
@@ -137,66 +144,5 @@ impl LensProfile {
         let focus = self.camera.focus_distance.vergence_per_m()?;
         let image_m = f_m / (1.0 - f_m * focus);
         Some(image_m * radius_m / pitch_m)
-    }
-
-    /// Checks what a reader cannot see key by key.
-    fn check(&self) -> Result<()> {
-        let bad =
-            |place: String, problem: String, remedy: &str| Err(Error::new(place, problem, remedy));
-        if self.channels.is_empty() {
-            return bad(
-                "channels".into(),
-                "is empty".into(),
-                "a lens has at least one channel",
-            );
-        }
-        for (index, channel) in self.channels.iter().enumerate() {
-            let place = format!("channels[{index}] ({})", channel.name);
-            if self.channels[..index]
-                .iter()
-                .any(|c| c.name == channel.name)
-            {
-                return bad(place, "occurs twice".into(), "name every channel once");
-            }
-            if channel.planes.is_empty() {
-                return bad(
-                    place,
-                    "has no planes".into(),
-                    "a channel has at least one object distance",
-                );
-            }
-            let unknown = channel
-                .planes
-                .iter()
-                .filter(|p| p.distance == ObjectDistance::Unknown)
-                .count();
-            if unknown > 0 && channel.planes.len() > 1 {
-                return bad(
-                    place,
-                    "mixes known and unknown object distances".into(),
-                    "give depth_m for every plane, or keep one plane without it",
-                );
-            }
-            for (number, plane) in channel.planes.iter().enumerate() {
-                let place = format!("channels[{index}] ({}) planes[{number}]", channel.name);
-                let finite = plane
-                    .s
-                    .0
-                    .iter()
-                    .chain(&plane.s_sigma)
-                    .all(|x| x.is_finite())
-                    && plane
-                        .displacement
-                        .is_none_or(|d| d.magnification.is_finite() && d.distortion.is_finite());
-                if !finite {
-                    return bad(
-                        place,
-                        "holds a number that is not finite".into(),
-                        "fit the lens again",
-                    );
-                }
-            }
-        }
-        self.depth_laws().map(|_| ())
     }
 }

@@ -3,6 +3,7 @@
 use crate::effects::{Effect, ScenePoint};
 use crate::field::FieldPoint;
 use crate::lens::{LocalPupil, ReducedNumbers, VergenceSeries, Wavefront};
+use crate::moments::CentralMoments;
 
 /// One colour channel (`"kind": "pupil"` in files). PSF lengths in frame pixels, field in half frame
 /// widths, everything a polynomial in vergence.
@@ -101,6 +102,39 @@ impl PupilChannel {
             v -= self.numbers(v).alpha / slope;
         }
         v.is_finite().then_some(v)
+    }
+
+    /// Where light of a point at field position `at` and vergence `v` lands, relative to `at`: the
+    /// centroid lies at X (1 + this).
+    pub fn stretch_at(&self, at: FieldPoint, v: f64) -> f64 {
+        let held = self.held(v);
+        self.magnification.at(held) + self.distortion.at(held) * (at.x * at.x + at.y * at.y)
+    }
+
+    /// Second and third central moments of the light, px² and px³, in image axes, at field position
+    /// `at` and vergence `v`: the closed form where there are no effects.
+    pub fn moments_at(&self, at: FieldPoint, v: f64) -> CentralMoments {
+        if self.effects.is_empty() {
+            let rays = self.numbers(v).coefficients().moments(at);
+            let blur = self.blur_variance_px2.at(self.held(v)).max(0.0);
+            rays.with_added_variance(blur)
+        } else {
+            self.pupil_at(at, v).moments().0
+        }
+    }
+
+    /// Every series but those of effects, by the name that files give it.
+    pub(super) fn series(&self) -> [(&'static str, &VergenceSeries); 8] {
+        [
+            ("alpha", &self.alpha),
+            ("beta", &self.beta),
+            ("gamma", &self.gamma),
+            ("delta", &self.delta),
+            ("phi", &self.phi),
+            ("blur_variance_px2", &self.blur_variance_px2),
+            ("magnification", &self.magnification),
+            ("distortion", &self.distortion),
+        ]
     }
 
     fn held(&self, v: f64) -> f64 {

@@ -67,6 +67,7 @@ fn headings(evaluation: &Evaluation) -> Vec<&'static str> {
                 "skew-normal-eq43-model" => "skew43 lens",
                 "mirrored-pair-raw" => "pair tile",
                 "mirrored-pair-model" => "pair lens",
+                "pupil-model" => "rays lens",
                 _ => m.title,
             })
             .collect()
@@ -75,7 +76,7 @@ fn headings(evaluation: &Evaluation) -> Vec<&'static str> {
 
 const HEADINGS_KEY: &str = "avg: the mean PSF, centroids aligned or as the tiles lie. tile: by each tile's own moments. lens: by the \
 fitted lens's. skew: skew-normal (tile: third moments weighed 1331; lens: meridional); skew43: by the paper's \
-Eq 43. pair: mirrored pair.";
+Eq 43. pair: mirrored pair; rays: ray by ray through the pupil, where the lens is known so.";
 
 fn place(group: &GroupEvaluation) -> Vec<String> {
     vec![group.channel.clone(), group.distance.to_string()]

@@ -1,0 +1,152 @@
+//! Lenses of both kinds answer alike where they are the same lens.
+
+use super::*;
+use crate::camera::Camera;
+use crate::effects;
+use crate::lens::{ReducedNumbers, VergenceSeries};
+use crate::profile::{CarriedEffect, MomentsPlane, Provenance};
+
+const DISTANCES: [ObjectDistance; 3] = [
+    ObjectDistance::Infinity,
+    ObjectDistance::Metres(2.0),
+    ObjectDistance::Metres(1.0),
+];
+
+fn numbers(v: f64) -> ReducedNumbers {
+    ReducedNumbers {
+        alpha: -4.0 + 9.0 * v,
+        beta: 0.8,
+        gamma: 1.1,
+        delta: -0.6,
+        phi: 0.4,
+    }
+}
+
+fn profile(description: LensDescription) -> LensProfile {
+    LensProfile {
+        frame: Frame::new(400, 300, None).expect("valid"),
+        pixel_pitch_um: None,
+        camera: Camera::default(),
+        description,
+        held_out: None,
+        provenance: Provenance::default(),
+    }
+}
+
+fn pupil_channel() -> PupilChannel {
+    let n = numbers(0.0);
+    let constant = VergenceSeries::constant;
+    PupilChannel {
+        name: "Y".into(),
+        alpha: VergenceSeries::new(vec![-4.0, 9.0]),
+        beta: constant(n.beta),
+        gamma: constant(n.gamma),
+        delta: constant(n.delta),
+        phi: constant(n.phi),
+        blur_variance_px2: constant(0.0),
+        magnification: constant(2e-3),
+        distortion: VergenceSeries::new(vec![-3e-3, 1e-3]),
+        measured_vergence: (0.0, 1.0),
+        effects: Vec::new(),
+    }
+}
+
+fn of_pupil(channel: PupilChannel) -> Predictor {
+    Predictor::new(&profile(LensDescription::Pupil(vec![channel]))).expect("a lens")
+}
+
+fn of_moments() -> Predictor {
+    let planes = DISTANCES.iter().map(|&distance| {
+        let v = distance.vergence_per_m().expect("known");
+        MomentsPlane {
+            distance,
+            s: numbers(v).coefficients(),
+            s_sigma: [1e-6; 10],
+            displacement: Some(crate::profile::Displacement {
+                magnification: 2e-3,
+                distortion: -3e-3 + 1e-3 * v,
+                magnification_sigma: 0.0,
+                distortion_sigma: 0.0,
+            }),
+            tiles_used: 0,
+            tiles_rejected: 0,
+        }
+    });
+    let channel = MomentsChannel {
+        name: "Y".into(),
+        planes: planes.collect(),
+    };
+    Predictor::new(&profile(LensDescription::Moments(vec![channel]))).expect("a lens")
+}
+
+#[test]
+fn the_same_lens_of_either_kind_blurs_alike() {
+    let (rays, moments) = (of_pupil(pupil_channel()), of_moments());
+    assert!(rays.knows_rays() && !moments.knows_rays());
+    assert!(rays.knows_depth() && moments.knows_depth());
+    for v in [0.0, 0.3, 0.5, 0.9] {
+        let at = FieldPoint::new(0.7, -0.4);
+        let (a, b) = (rays.blur_at(0, at, v), moments.blur_at(0, at, v));
+        assert!(a.blur.pupil.is_some() && b.blur.pupil.is_none());
+        for (a, b) in a
+            .blur
+            .moments
+            .to_array()
+            .iter()
+            .zip(b.blur.moments.to_array())
+        {
+            assert!((a - b).abs() < 1e-9, "{v}: {a} {b}");
+        }
+        assert!((a.displacement_px.0 - b.displacement_px.0).abs() < 1e-12);
+        assert!((a.displacement_px.1 - b.displacement_px.1).abs() < 1e-12);
+    }
+    // Displacement keeps its value beyond the measured range.
+    let at = FieldPoint::new(0.7, -0.4);
+    let landing = |v| rays.blur_at(0, at, v).displacement_px;
+    assert_eq!(landing(1.0), landing(1.7));
+}
+
+#[test]
+fn closed_forms_and_quadrature_agree() {
+    let plain = of_pupil(pupil_channel());
+    let mut channel = pupil_channel();
+    // Vignetting at its neutral values does nothing but call for quadrature.
+    let effect = effects::by_id("vignetting").expect("listed");
+    let neutral = effects::neutral(effect);
+    channel.effects.push(CarriedEffect {
+        effect,
+        values: neutral.into_iter().map(VergenceSeries::constant).collect(),
+    });
+    let drawn = of_pupil(channel);
+    let at = FieldPoint::new(-0.2, 0.5);
+    let both = [&plain, &drawn].map(|lens| lens.blur_at(0, at, 0.8).blur.moments.to_array());
+    for (a, b) in both[0].iter().zip(both[1]) {
+        assert!((a - b).abs() < 1e-9 * both[0][0].max(1.0), "{a} {b}");
+    }
+}
+
+#[test]
+fn lenses_of_one_distance_do_not_ask_for_it() {
+    let mut channel = pupil_channel();
+    channel.alpha = VergenceSeries::constant(3.0);
+    let lens = of_pupil(channel);
+    assert!(!lens.knows_depth());
+    assert_eq!(lens.vergence(ObjectDistance::Unknown), Ok(0.0));
+    assert!(of_moments().vergence(ObjectDistance::Unknown).is_err());
+}
+
+#[test]
+fn models_that_need_rays_are_refused_to_moments() {
+    let (rays, moments) = (of_pupil(pupil_channel()), of_moments());
+    assert_eq!(moments.default_model().id(), "skew-normal");
+    for model in psf::ALL {
+        assert!(rays.check_model(*model).is_ok());
+        match moments.check_model(*model) {
+            Ok(()) => assert!(!model.needs_rays()),
+            Err(error) => {
+                assert!(model.needs_rays());
+                assert!(error.remedy.contains("--model reduced"), "{error}");
+            }
+        }
+    }
+}

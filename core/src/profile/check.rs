@@ -1,0 +1,194 @@
+//! What must hold in a lens profile beyond the keys of its file.
+
+use super::{CarriedEffect, HeldOut, LensDescription, LensProfile, MomentsChannel, PupilChannel};
+use crate::distance::ObjectDistance;
+use crate::effects;
+use crate::error::{Error, Result};
+use crate::lens::VergenceSeries;
+
+impl LensProfile {
+    /// Checks what a reader cannot see key by key.
+    pub(super) fn check(&self) -> Result<()> {
+        names(&self.channel_names())?;
+        match &self.description {
+            LensDescription::Moments(channels) => {
+                for (index, channel) in channels.iter().enumerate() {
+                    moments(channel).map_err(|e| e.within(&place(index, &channel.name)))?;
+                }
+                self.depth_laws()?;
+            }
+            LensDescription::Pupil(channels) => {
+                for (index, channel) in channels.iter().enumerate() {
+                    pupil(channel).map_err(|e| e.within(&place(index, &channel.name)))?;
+                }
+            }
+        }
+        self.held_out.as_ref().map_or(Ok(()), held_out)
+    }
+}
+
+fn place(index: usize, name: &str) -> String {
+    format!("channels[{index}] ({name})")
+}
+
+fn names(names: &[&str]) -> Result<()> {
+    if names.is_empty() {
+        return Err(Error::new(
+            "channels",
+            "is empty",
+            "a lens has at least one channel",
+        ));
+    }
+    for (index, name) in names.iter().enumerate() {
+        if names[..index].contains(name) {
+            return Err(Error::new(
+                place(index, name),
+                "occurs twice",
+                "name every channel once",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn moments(channel: &MomentsChannel) -> Result<()> {
+    if channel.planes.is_empty() {
+        return Err(Error::new(
+            "planes",
+            "is empty",
+            "a channel has at least one object distance",
+        ));
+    }
+    let mut distances = channel.planes.iter().map(|p| p.distance);
+    if channel.planes.len() > 1 && distances.any(|d| d == ObjectDistance::Unknown) {
+        return Err(Error::new(
+            "planes",
+            "mixes known and unknown object distances",
+            "give depth_m for every plane, or keep one plane without it",
+        ));
+    }
+    for (number, plane) in channel.planes.iter().enumerate() {
+        let moved = plane
+            .displacement
+            .map_or([0.0; 2], |d| [d.magnification, d.distortion]);
+        let all = plane.s.0.iter().chain(&plane.s_sigma).chain(&moved);
+        finite(all).map_err(|e| e.within(&format!("planes[{number}]")))?;
+    }
+    Ok(())
+}
+
+fn pupil(channel: &PupilChannel) -> Result<()> {
+    let (low, high) = channel.measured_vergence;
+    if !(low.is_finite() && high.is_finite() && 0.0 <= low && low <= high) {
+        return Err(Error::new(
+            "measured_vergence_per_m",
+            format!("is [{low}, {high}]"),
+            "give the least and the largest 1/distance that were measured, in 1/m, 0 for infinity",
+        ));
+    }
+    for (name, values) in channel.series() {
+        series(values).map_err(|e| e.within(name))?;
+    }
+    let order = |carried: &CarriedEffect| {
+        let mut all = effects::ALL.iter();
+        all.position(|e| e.id() == carried.effect.id())
+    };
+    for pair in channel.effects.windows(2) {
+        if order(&pair[0]) >= order(&pair[1]) {
+            let all: Vec<_> = effects::ALL.iter().map(|e| e.id()).collect();
+            return Err(Error::new(
+                "effects",
+                format!(
+                    "has `{}` before `{}`",
+                    pair[0].effect.id(),
+                    pair[1].effect.id()
+                ),
+                format!("give every effect once, in this order: {}", all.join(", ")),
+            ));
+        }
+    }
+    for carried in &channel.effects {
+        effect(carried, channel.measured_vergence)
+            .map_err(|e| e.within(&format!("effect `{}`", carried.effect.id())))?;
+    }
+    Ok(())
+}
+
+fn effect(carried: &CarriedEffect, (low, high): (f64, f64)) -> Result<()> {
+    /// Vergences at which a series is looked at: its ends and some between.
+    const STEPS: usize = 8;
+    let parameters = carried.effect.parameters();
+    if parameters.len() != carried.values.len() {
+        return Err(Error::new(
+            "parameters",
+            format!("has {} of {}", carried.values.len(), parameters.len()),
+            "give every parameter",
+        ));
+    }
+    for (parameter, values) in parameters.iter().zip(&carried.values) {
+        series(values).map_err(|e| e.within(parameter.name))?;
+        // A fit that ended at a limit may be a rounding beyond it.
+        let slack = 1e-9 * (parameter.most - parameter.least);
+        for step in 0..=STEPS {
+            let v = low + (high - low) * step as f64 / STEPS as f64;
+            let value = values.at(v);
+            if !(parameter.least - slack..=parameter.most + slack).contains(&value) {
+                return Err(Error::new(
+                    parameter.name,
+                    format!("is {value} {} at vergence {v} 1/m", parameter.unit),
+                    format!(
+                        "keep it from {} to {} over the measured range",
+                        parameter.least, parameter.most
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn series(values: &VergenceSeries) -> Result<()> {
+    let (count, errors) = (values.coefficients.len(), values.sigma.len());
+    if count == 0 {
+        return Err(Error::new(
+            "coefficients",
+            "is empty",
+            "give at least the value at infinity",
+        ));
+    }
+    if errors != count {
+        return Err(Error::new(
+            "sigma",
+            format!("has {errors} standard errors for {count} coefficients"),
+            "give one each, 0 where nothing is known",
+        ));
+    }
+    finite(values.coefficients.iter().chain(&values.sigma))?;
+    match values.sigma.iter().find(|s| **s < 0.0) {
+        Some(negative) => Err(Error::new(
+            "sigma",
+            format!("holds {negative}"),
+            "a standard error is not negative",
+        )),
+        None => Ok(()),
+    }
+}
+
+fn held_out(held_out: &HeldOut) -> Result<()> {
+    let of_groups = held_out.groups.iter().flat_map(|g| [g.snr_db, g.pixel_gap]);
+    let all: Vec<f64> = of_groups
+        .chain([held_out.snr_db, held_out.pixel_gap])
+        .collect();
+    finite(&all).map_err(|e| e.within("held_out"))
+}
+
+fn finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> Result<()> {
+    match values.into_iter().find(|v| !v.is_finite()) {
+        Some(bad) => Err(Error::new(
+            "a number",
+            format!("is {bad}"),
+            "fit the lens again",
+        )),
+        None => Ok(()),
+    }
+}

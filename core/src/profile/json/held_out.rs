@@ -1,0 +1,90 @@
+//! What a fit kept out and how well it drew that, in JSON.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{distance, optional_metres, present};
+use crate::error::Result;
+use crate::profile::{HeldOut, HeldOutGroup};
+
+/// How well a lens drew PSFs that took no part in its fit.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "HeldOut")]
+pub(super) struct HeldOutFile {
+    /// Tiles kept out, over all channels and distances.
+    tiles: usize,
+    /// How they were chosen, in words.
+    rule: String,
+    /// Mean over tiles of the forward-blur signal to noise, dB.
+    snr_db: f64,
+    /// Mean over tiles of the squared difference of pixels over the tile's squared norm.
+    pixel_gap: f64,
+    /// The same by channel and distance.
+    groups: Vec<GroupFile>,
+}
+
+/// One channel at one object distance.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "HeldOutGroup")]
+struct GroupFile {
+    /// Channel name.
+    channel: String,
+    /// Object distance in metres from the entrance pupil; null is infinity, left out is unknown.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    #[schemars(with = "Option<f64>")]
+    depth_m: Option<Option<f64>>,
+    /// Tiles kept out.
+    tiles: usize,
+    /// Mean over its tiles, dB.
+    snr_db: f64,
+    /// Mean over its tiles.
+    pixel_gap: f64,
+}
+
+impl HeldOutFile {
+    pub(super) fn new(held_out: &HeldOut) -> Self {
+        Self {
+            tiles: held_out.tiles,
+            rule: held_out.rule.clone(),
+            snr_db: held_out.snr_db,
+            pixel_gap: held_out.pixel_gap,
+            groups: held_out
+                .groups
+                .iter()
+                .map(|group| GroupFile {
+                    channel: group.channel.clone(),
+                    depth_m: optional_metres(group.distance),
+                    tiles: group.tiles,
+                    snr_db: group.snr_db,
+                    pixel_gap: group.pixel_gap,
+                })
+                .collect(),
+        }
+    }
+
+    pub(super) fn held_out(self) -> Result<HeldOut> {
+        let groups = self.groups.into_iter().map(|group| {
+            Ok(HeldOutGroup {
+                distance: distance("depth_m", group.depth_m)
+                    .map_err(|e| e.within(&format!("held_out channel {}", group.channel)))?,
+                channel: group.channel,
+                tiles: group.tiles,
+                snr_db: group.snr_db,
+                pixel_gap: group.pixel_gap,
+            })
+        });
+        Ok(HeldOut {
+            tiles: self.tiles,
+            rule: self.rule,
+            snr_db: self.snr_db,
+            pixel_gap: self.pixel_gap,
+            groups: groups.collect::<Result<_>>()?,
+        })
+    }
+}

@@ -1,0 +1,275 @@
+//! The JSON form of a lens profile: what every kind shares. Each kind's channels have a file.
+
+mod held_out;
+mod moments;
+mod pupil;
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::{LensDescription, LensProfile, Provenance};
+use crate::camera::Camera;
+use crate::distance::ObjectDistance;
+use crate::error::{Error, Result};
+use crate::field::{Frame, ImagePoint};
+use held_out::HeldOutFile;
+use moments::MomentsChannelFile;
+use pupil::PupilChannelFile;
+
+const FORMAT: &str = "seidel-lens";
+const VERSION: u32 = 1;
+
+/// A lens profile: what `seidel fit` learned of a lens.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "LensProfile")]
+struct ProfileFile<C> {
+    /// Always `seidel-lens`.
+    format: String,
+    /// Version of the format: 1.
+    version: u32,
+    /// By what the channels describe the lens.
+    kind: Kind,
+    /// Width and height of the full frame, pixels.
+    image_size: [u32; 2],
+    /// Where the optical axis meets the frame, pixels from its top-left outer corner.
+    optical_axis: [f64; 2],
+    /// Sensor pixel pitch, micrometres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pixel_pitch_um: Option<f64>,
+    /// What is known of the camera.
+    #[serde(default)]
+    camera: CameraFile,
+    /// The colour channels.
+    channels: Vec<C>,
+    /// How well the lens drew PSFs that were kept out of the fit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    held_out: Option<HeldOutFile>,
+    /// Where the profile came from.
+    provenance: ProvenanceFile,
+}
+
+/// Kinds of lens description that this version reads.
+#[derive(Debug, Serialize, Deserialize, JsonSchema, Clone, Copy, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+enum Kind {
+    /// S1..S10 per channel and object distance.
+    Moments,
+    /// Ray by ray: numbers that are polynomials in vergence, and effects.
+    Pupil,
+}
+
+impl Kind {
+    const ALL: [(&str, Self); 2] = [("moments", Self::Moments), ("pupil", Self::Pupil)];
+}
+
+/// One colour channel, as the profile's kind has it.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+enum ChannelFile {
+    /// Of the kind `moments`.
+    #[expect(dead_code, reason = "stands in the schema alone")]
+    Moments(MomentsChannelFile),
+    /// Of the kind `pupil`.
+    #[expect(dead_code, reason = "stands in the schema alone")]
+    Pupil(PupilChannelFile),
+}
+
+/// What is known of a camera; every key may be left out.
+#[derive(Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct CameraFile {
+    /// Focal length, millimetres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    focal_length_mm: Option<f64>,
+    /// F-number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    f_number: Option<f64>,
+    /// Focused distance in metres from the entrance pupil; null is infinity, left out is unknown.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    #[schemars(with = "Option<f64>")]
+    focus_distance_m: Option<Option<f64>>,
+    /// Wavelength by channel, nanometres.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    wavelength_nm: BTreeMap<String, f64>,
+}
+
+/// Where the profile came from.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct ProvenanceFile {
+    /// Program and version that made the profile.
+    program: String,
+    /// Names of the observation sets it was fitted to.
+    sources: Vec<String>,
+    /// Settings of the fit, in words.
+    settings: String,
+}
+
+/// Tells a key that is `null` (`Some(None)`) from one left out (`None`, by `default`).
+fn present<'de, D: Deserializer<'de>>(d: D) -> std::result::Result<Option<Option<f64>>, D::Error> {
+    Option::<f64>::deserialize(d).map(Some)
+}
+
+fn distance(key: &str, value: Option<Option<f64>>) -> Result<ObjectDistance> {
+    match value {
+        None => Ok(ObjectDistance::Unknown),
+        Some(None) => Ok(ObjectDistance::Infinity),
+        Some(Some(metres)) => ObjectDistance::metres(metres).map_err(|e| e.within(key)),
+    }
+}
+
+fn optional_metres(distance: ObjectDistance) -> Option<Option<f64>> {
+    match distance {
+        ObjectDistance::Unknown => None,
+        ObjectDistance::Infinity => Some(None),
+        ObjectDistance::Metres(m) => Some(Some(m)),
+    }
+}
+
+/// The JSON schema of the format, pretty-printed.
+pub fn schema() -> String {
+    let schema = schemars::schema_for!(ProfileFile<ChannelFile>);
+    serde_json::to_string_pretty(&schema).expect("a schema is plain JSON")
+}
+
+pub(super) fn read(text: &str) -> Result<LensProfile> {
+    // Format, version and kind first: a later version may have keys this one does not know.
+    match check_head(&parse(text)?)? {
+        Kind::Moments => profile(parse(text)?, |channels| {
+            let channels = channels.into_iter().map(MomentsChannelFile::channel);
+            Ok(LensDescription::Moments(channels.collect::<Result<_>>()?))
+        }),
+        Kind::Pupil => profile(parse(text)?, |channels| {
+            let channels = channels.into_iter().map(PupilChannelFile::channel);
+            Ok(LensDescription::Pupil(channels.collect::<Result<_>>()?))
+        }),
+    }
+}
+
+fn parse<T: DeserializeOwned>(text: &str) -> Result<T> {
+    serde_json::from_str(text).map_err(|e| {
+        Error::new(
+            format!("line {} column {}", e.line(), e.column()),
+            e.to_string(),
+            "compare with the schema that `seidel lens schema` prints",
+        )
+    })
+}
+
+fn check_head(any: &serde_json::Value) -> Result<Kind> {
+    let text = |key: &str| any.get(key).map(ToString::to_string);
+    let or_missing = |value: Option<String>| value.unwrap_or_else(|| "missing".to_owned());
+    if any.get("format").and_then(|v| v.as_str()) != Some(FORMAT) {
+        return Err(Error::new(
+            "format",
+            format!("is {}", or_missing(text("format"))),
+            format!("give a lens profile, whose format is \"{FORMAT}\", as `seidel fit` writes it"),
+        ));
+    }
+    if any.get("version").and_then(serde_json::Value::as_u64) != Some(u64::from(VERSION)) {
+        return Err(Error::new(
+            "version",
+            format!("is {}", or_missing(text("version"))),
+            format!(
+                "this program reads version {VERSION}: use the program that wrote the profile, or fit the lens again"
+            ),
+        ));
+    }
+    let kind = any.get("kind").and_then(|v| v.as_str());
+    let known = Kind::ALL.iter().find(|(name, _)| kind == Some(name));
+    known.map(|(_, kind)| *kind).ok_or_else(|| {
+        let names = Kind::ALL.map(|(name, _)| format!("\"{name}\""));
+        Error::new(
+            "kind",
+            format!("is {}", or_missing(text("kind"))),
+            format!("this program reads the kinds {}", names.join(" and ")),
+        )
+    })
+}
+
+fn profile<C>(
+    file: ProfileFile<C>,
+    description: impl FnOnce(Vec<C>) -> Result<LensDescription>,
+) -> Result<LensProfile> {
+    let positive = |key: &str, value: Option<f64>| match value {
+        Some(v) if !(v.is_finite() && v > 0.0) => Err(Error::new(
+            key,
+            format!("is {v}"),
+            "give a number greater than zero, or leave it out",
+        )),
+        other => Ok(other),
+    };
+    let [width, height] = file.image_size;
+    let [x, y] = file.optical_axis;
+    let profile = LensProfile {
+        frame: Frame::new(width, height, Some(ImagePoint::new(x, y)))?,
+        pixel_pitch_um: positive("pixel_pitch_um", file.pixel_pitch_um)?,
+        camera: Camera {
+            focal_length_mm: positive("camera.focal_length_mm", file.camera.focal_length_mm)?,
+            f_number: positive("camera.f_number", file.camera.f_number)?,
+            focus_distance: distance("camera.focus_distance_m", file.camera.focus_distance_m)?,
+            wavelength_nm: file.camera.wavelength_nm,
+        },
+        description: description(file.channels)?,
+        held_out: file.held_out.map(HeldOutFile::held_out).transpose()?,
+        provenance: Provenance {
+            program: file.provenance.program,
+            sources: file.provenance.sources,
+            settings: file.provenance.settings,
+        },
+    };
+    profile.check()?;
+    Ok(profile)
+}
+
+pub(super) fn write(profile: &LensProfile) -> String {
+    match &profile.description {
+        LensDescription::Moments(channels) => {
+            let channels = channels.iter().map(MomentsChannelFile::new).collect();
+            write_kind(profile, Kind::Moments, channels)
+        }
+        LensDescription::Pupil(channels) => {
+            let channels = channels.iter().map(PupilChannelFile::new).collect();
+            write_kind(profile, Kind::Pupil, channels)
+        }
+    }
+}
+
+fn write_kind<C: Serialize>(profile: &LensProfile, kind: Kind, channels: Vec<C>) -> String {
+    let axis = profile.frame.axis();
+    let file = ProfileFile {
+        format: FORMAT.to_owned(),
+        version: VERSION,
+        kind,
+        image_size: [profile.frame.width_px(), profile.frame.height_px()],
+        optical_axis: [axis.x_px, axis.y_px],
+        pixel_pitch_um: profile.pixel_pitch_um,
+        camera: CameraFile {
+            focal_length_mm: profile.camera.focal_length_mm,
+            f_number: profile.camera.f_number,
+            focus_distance_m: optional_metres(profile.camera.focus_distance),
+            wavelength_nm: profile.camera.wavelength_nm.clone(),
+        },
+        channels,
+        held_out: profile.held_out.as_ref().map(HeldOutFile::new),
+        provenance: ProvenanceFile {
+            program: profile.provenance.program.clone(),
+            sources: profile.provenance.sources.clone(),
+            settings: profile.provenance.settings.clone(),
+        },
+    };
+    let mut text = serde_json::to_string_pretty(&file).expect("a profile is plain JSON");
+    text.push('\n');
+    text
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,161 @@
+//! Channels of the kind `pupil` in JSON.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::effects;
+use crate::error::{Error, Result};
+use crate::lens::VergenceSeries;
+use crate::profile::{CarriedEffect, PupilChannel};
+
+/// One colour channel, kind `pupil`: where the rays through the pupil land. PSF lengths in frame
+/// pixels, field positions X in half frame widths from the axis, u in the unit pupil disc: a ray
+/// lands off the chief ray by (alpha + beta |u|² + delta |X|²) u + gamma X (X.u) - phi (|u|² X +
+/// 2 u (X.u)), effects apart.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "PupilChannel")]
+pub(super) struct PupilChannelFile {
+    /// Channel name, such as `R` or `Y`.
+    name: String,
+    /// Defocus, px.
+    alpha: SeriesFile,
+    /// Spherical aberration, px.
+    beta: SeriesFile,
+    /// Astigmatism, px per squared half frame width.
+    gamma: SeriesFile,
+    /// Field curvature, px per squared half frame width.
+    delta: SeriesFile,
+    /// Coma, px per half frame width.
+    phi: SeriesFile,
+    /// Variance of the symmetric blur besides the rays, along any direction, px²; before integration
+    /// over pixels.
+    blur_variance_px2: SeriesFile,
+    /// Centroid less ideal position is X (magnification + distortion |X|²): relative change of scale.
+    magnification: SeriesFile,
+    /// Distortion per squared half frame width.
+    distortion: SeriesFile,
+    /// Least and largest 1/distance that were measured, 1/m. Series keep their values beyond; alpha
+    /// goes on in a straight line.
+    measured_vergence_per_m: [f64; 2],
+    /// What the lens does besides, in the order in which it acts; each effect at most once.
+    effects: Vec<EffectFile>,
+}
+
+/// A polynomial in vergence, 1/distance in 1/m.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "VergenceSeries")]
+struct SeriesFile {
+    /// Coefficients, lowest power first; at least one.
+    coefficients: Vec<f64>,
+    /// Their standard errors, as many; 0 where nothing is known.
+    sigma: Vec<f64>,
+}
+
+/// What a lens does beyond third order.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Effect")]
+struct EffectFile {
+    /// Identifier of the effect, such as `higher_order` or `vignetting`.
+    id: String,
+    /// All of its parameters, by name.
+    parameters: BTreeMap<String, SeriesFile>,
+}
+
+impl PupilChannelFile {
+    pub(super) fn new(channel: &PupilChannel) -> Self {
+        let (low, high) = channel.measured_vergence;
+        Self {
+            name: channel.name.clone(),
+            alpha: SeriesFile::new(&channel.alpha),
+            beta: SeriesFile::new(&channel.beta),
+            gamma: SeriesFile::new(&channel.gamma),
+            delta: SeriesFile::new(&channel.delta),
+            phi: SeriesFile::new(&channel.phi),
+            blur_variance_px2: SeriesFile::new(&channel.blur_variance_px2),
+            magnification: SeriesFile::new(&channel.magnification),
+            distortion: SeriesFile::new(&channel.distortion),
+            measured_vergence_per_m: [low, high],
+            effects: channel.effects.iter().map(EffectFile::new).collect(),
+        }
+    }
+
+    pub(super) fn channel(self) -> Result<PupilChannel> {
+        let [low, high] = self.measured_vergence_per_m;
+        let effects = self.effects.into_iter().map(EffectFile::effect);
+        Ok(PupilChannel {
+            effects: effects
+                .collect::<Result<_>>()
+                .map_err(|e| e.within(&format!("channel {}", self.name)))?,
+            name: self.name,
+            alpha: self.alpha.series(),
+            beta: self.beta.series(),
+            gamma: self.gamma.series(),
+            delta: self.delta.series(),
+            phi: self.phi.series(),
+            blur_variance_px2: self.blur_variance_px2.series(),
+            magnification: self.magnification.series(),
+            distortion: self.distortion.series(),
+            measured_vergence: (low, high),
+        })
+    }
+}
+
+impl SeriesFile {
+    fn new(series: &VergenceSeries) -> Self {
+        Self {
+            coefficients: series.coefficients.clone(),
+            sigma: series.sigma.clone(),
+        }
+    }
+
+    fn series(self) -> VergenceSeries {
+        VergenceSeries {
+            coefficients: self.coefficients,
+            sigma: self.sigma,
+        }
+    }
+}
+
+impl EffectFile {
+    fn new(carried: &CarriedEffect) -> Self {
+        let parameters = carried.effect.parameters().iter().zip(&carried.values);
+        Self {
+            id: carried.effect.id().to_owned(),
+            parameters: parameters
+                .map(|(parameter, values)| (parameter.name.to_owned(), SeriesFile::new(values)))
+                .collect(),
+        }
+    }
+
+    fn effect(mut self) -> Result<CarriedEffect> {
+        let effect = effects::by_id(&self.id)?;
+        let place = format!("effect `{}`", self.id);
+        let names: Vec<_> = effect.parameters().iter().map(|p| p.name).collect();
+        let values = names
+            .iter()
+            .map(|&name| {
+                let series = self.parameters.remove(name).map(SeriesFile::series);
+                series.ok_or_else(|| {
+                    Error::new(
+                        &place,
+                        format!("lacks the parameter `{name}`"),
+                        format!("give all of: {}", names.join(", ")),
+                    )
+                })
+            })
+            .collect::<Result<_>>()?;
+        match self.parameters.keys().next() {
+            Some(unknown) => Err(Error::new(
+                place,
+                format!("has no parameter `{unknown}`"),
+                format!("give all of: {}, and no other", names.join(", ")),
+            )),
+            None => Ok(CarriedEffect { effect, values }),
+        }
+    }
+}
