@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use seidel_core::predict::Predictor;
-use seidel_core::psf::{self, PsfModel};
+use seidel_core::psf::PsfModel;
 use seidel_core::render::{Displacement, Edges, Renderer, Scatter, Scene, VergencePass, stopped};
 
-use super::{CommandError, read_lens};
+use super::CommandError;
+use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
@@ -37,9 +38,8 @@ pub struct ApplyArgs {
     depth: DepthArgs,
     #[command(flatten)]
     plate: PlateArgs,
-    /// PSF model: gaussian, skew-normal, skew-normal-general, skew-normal-eq43 or mirrored-pair
-    #[arg(long, default_value = "skew-normal")]
-    psf: String,
+    #[command(flatten)]
+    drawing: DrawingArgs,
     /// Which displacement of light to render
     #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
     geometry: Geometry,
@@ -72,9 +72,9 @@ enum EdgeChoice {
 }
 
 pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), CommandError> {
-    let lens = read_lens(&args.lens)?;
-    let predictor = Predictor::new(&lens).map_err(|e| FileError::from_core(&args.lens, e))?;
-    let model = psf::by_id(&args.psf)?;
+    let Drawing {
+        predictor, model, ..
+    } = args.drawing.open(&args.lens, console)?;
     let depth = args.depth.source()?;
     depth.check_lens(&predictor, &args.lens)?;
     let depth_file = depth.file_pattern();

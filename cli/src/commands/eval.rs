@@ -9,6 +9,7 @@ use seidel_core::eval::{EvalSettings, SparseSettings, TestImage, evaluate};
 use seidel_core::fit::Weighting;
 use seidel_core::moments::support::Support;
 
+use super::choice::ChoiceArgs;
 use super::{CommandError, read_lens};
 use crate::Console;
 use crate::files::atomic::write_whole;
@@ -32,6 +33,8 @@ pub struct EvalArgs {
     /// Evaluate these channels only
     #[arg(long, value_delimiter = ',')]
     channel: Vec<String>,
+    #[command(flatten)]
+    choice: ChoiceArgs,
     /// Also refit on few PSFs at a time: Figure 13 of the paper
     #[arg(long)]
     sparse: bool,
@@ -66,7 +69,8 @@ enum Form {
 
 pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandError> {
     let lens = read_lens(&args.lens)?;
-    let set = manifest::read(&args.observations, ReadOptions::default())?.set;
+    let mut set = manifest::read(&args.observations, ReadOptions::default())?.set;
+    args.choice.restrict(std::slice::from_mut(&mut set))?;
     let image = match &args.image {
         Some(path) => read_image(path)?,
         None => TestImage::natural(),

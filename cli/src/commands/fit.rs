@@ -8,6 +8,7 @@ use seidel_core::moments::support::Support;
 use seidel_core::observations::ObservationSet;
 use serde_json::json;
 
+use super::choice::ChoiceArgs;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
 use crate::files::atomic::write_whole;
@@ -35,6 +36,8 @@ pub struct FitArgs {
     /// Let all pixels of a tile take part, even those that hold noise alone
     #[arg(long)]
     all_pixels: bool,
+    #[command(flatten)]
+    choice: ChoiceArgs,
     /// Leave bad observations out, and say which, instead of stopping
     #[arg(long)]
     skip_bad: bool,
@@ -76,6 +79,7 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
     for line in &skipped {
         console.remark(format!("left out {line}"));
     }
+    args.choice.restrict(&mut sets)?;
     let settings = FitSettings {
         weighting: if args.unweighted {
             Weighting::Unweighted
@@ -91,6 +95,7 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
     };
     let mut fit = fit_moments(&sets, &settings)?;
     fit.lens.provenance.sources = args.observations.iter().map(|p| short_name(p)).collect();
+    fit.lens.provenance.settings += &args.choice.describe();
     let text = fit.lens.to_json();
     write_whole(&args.output, |out| {
         std::io::Write::write_all(out, text.as_bytes())

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use seidel_core::profile::schema;
-use seidel_core::psf;
 
-use super::{CommandError, read_lens};
+use super::CommandError;
+use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
 use crate::files::picture::write_png;
 use crate::pictures::sheet::lens_sheet;
@@ -28,9 +28,8 @@ pub struct ShowArgs {
     /// Where to write the picture (PNG)
     #[arg(short, long, value_name = "SHEET.png")]
     output: PathBuf,
-    /// PSF model to draw with
-    #[arg(long, default_value = "skew-normal")]
-    psf: String,
+    #[command(flatten)]
+    drawing: DrawingArgs,
 }
 
 pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), CommandError> {
@@ -44,8 +43,7 @@ pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), Co
 }
 
 fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
-    let lens = read_lens(&args.lens)?;
-    let model = psf::by_id(&args.psf)?;
+    let Drawing { lens, model, .. } = args.drawing.open(&args.lens, console)?;
     let sheet = lens_sheet(&lens, model, &Default::default())?;
     write_png(&args.output, &sheet)?;
     console.say(format!("wrote {}", args.output.display()));

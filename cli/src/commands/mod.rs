@@ -1,7 +1,9 @@
-//! The commands, one a file.
+//! The commands, one a file; options that several share have files of their own.
 
 mod apply;
+mod choice;
 mod demo;
+mod drawing;
 mod eval;
 mod fit;
 mod lens;
@@ -10,6 +12,7 @@ mod psf;
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
+use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
 use seidel_core::profile::LensProfile;
 
@@ -98,6 +101,12 @@ fn short_name(path: &Path) -> String {
         .unwrap_or(full.as_os_str())
         .to_string_lossy()
         .into_owned()
+}
+
+/// Parses metres, or `inf`.
+fn parse_distance(text: &str) -> Result<ObjectDistance, String> {
+    let metres: f64 = text.parse().map_err(|_| "give metres, or inf".to_owned())?;
+    ObjectDistance::metres(metres).map_err(|e| format!("{}; {}", e.problem, e.remedy))
 }
 
 /// Parses `X,Y` in frame pixels.

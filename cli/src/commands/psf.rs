@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use seidel_core::predict::{Predictor, predict_like};
-use seidel_core::psf;
+use seidel_core::predict::predict_like;
 
-use super::{CommandError, read_lens};
+use super::CommandError;
+use super::drawing::DrawingArgs;
 use crate::Console;
 use crate::files::error::FileError;
 use crate::files::manifest::{self, ReadOptions};
@@ -23,17 +23,14 @@ pub struct PsfArgs {
     /// Folder to write the predicted set to
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// PSF model: gaussian, skew-normal, skew-normal-general, skew-normal-eq43 or mirrored-pair
-    #[arg(long, default_value = "skew-normal")]
-    psf: String,
+    #[command(flatten)]
+    drawing: DrawingArgs,
 }
 
 pub(super) fn run(args: &PsfArgs, console: &mut Console) -> Result<(), CommandError> {
-    let lens = read_lens(&args.lens)?;
-    let model = psf::by_id(&args.psf)?;
+    let drawing = args.drawing.open(&args.lens, console)?;
     let read = manifest::read(&args.like, ReadOptions::default())?;
-    let predictor = Predictor::new(&lens)?;
-    let predicted = predict_like(&predictor, &read.set, model)
+    let predicted = predict_like(&drawing.predictor, &read.set, drawing.model)
         .map_err(|e| FileError::from_core(&args.like, e))?;
     manifest::write(&predicted, &args.out)?;
     console.say(format!(

@@ -1,7 +1,7 @@
 //! Fifth-order aberrations: the eight wave terms of sixth degree in pupil and field.
 
-use super::{Effect, Parameter, ScenePoint};
-use crate::lens::LocalPupil;
+use super::{Effect, Parameter, Resetting, ScenePoint};
+use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `higher_order`: spherical aberration of higher order, oblique spherical aberration, coma and
 /// astigmatism that grow faster with field.
@@ -70,6 +70,17 @@ impl Effect for HigherOrder {
                 pupil.wavefront.add(round, along, meridian, coefficient);
             }
         }
+    }
+
+    // A slope of pupil power l - 1 at the rim, at a field angle X / Z2 to the power k, spread over Z2.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        let terms = TERMS.into_iter().zip(values);
+        terms
+            .map(|((round, along, of_field), series)| {
+                let of_pupil = to.pupil.powi((2 * round + along) as i32 - 1);
+                series.scaled(of_pupil * to.image_distance.powi(1 - of_field))
+            })
+            .collect()
     }
 }
 

@@ -11,7 +11,7 @@ pub use vignetting::Vignetting;
 
 use crate::error::{Error, Result};
 use crate::field::FieldPoint;
-use crate::lens::LocalPupil;
+use crate::lens::{LocalPupil, VergenceSeries};
 
 /// A number that says how strong an effect is, or of what shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,15 @@ pub struct ScenePoint {
     pub vergence_per_m: f64,
 }
 
+/// How a lens is set otherwise than it was measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resetting {
+    /// New radius of the pupil over the measured one.
+    pub pupil: f64,
+    /// New distance of the sensor from the pupil over the measured one.
+    pub image_distance: f64,
+}
+
 /// A part of the forward model beyond the base lens.
 pub trait Effect: Send + Sync {
     /// Stable identifier, as profiles and reports name it.
@@ -55,6 +64,9 @@ pub trait Effect: Send + Sync {
     /// # Panics
     /// If there are not as many values as parameters.
     fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil);
+
+    /// The parameters' `values`, in order, of the same glass with its pupil and sensor reset `to`.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries>;
 }
 
 /// Every effect, in the order in which they act.

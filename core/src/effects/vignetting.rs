@@ -1,7 +1,7 @@
 //! Mechanical vignetting: the barrel clips oblique pencils.
 
-use super::{Effect, Parameter, ScenePoint};
-use crate::lens::{LocalPupil, Stop};
+use super::{Effect, Parameter, Resetting, ScenePoint};
+use crate::lens::{LocalPupil, Stop, VergenceSeries};
 
 /// `vignetting`: two more circles that light must pass, one before the aperture and one behind it,
 /// that move over the pupil as the field position moves from the axis.
@@ -67,5 +67,23 @@ impl Effect for Vignetting {
                 radius: circle[0],
             });
         }
+    }
+
+    // The circles stay as large as they are and move with the field angle X / Z2. One that stands still
+    // needs no more than the radius that clips nothing.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        let circles = values.chunks_exact(2);
+        circles
+            .flat_map(|circle| {
+                let radius = circle[0].scaled(1.0 / to.pupil);
+                let shift = circle[1].scaled(1.0 / (to.pupil * to.image_distance));
+                let still = shift.coefficients.iter().all(|c| *c == 0.0);
+                let radius = match radius.coefficients[..] {
+                    [only] if still && only > WIDE => VergenceSeries::constant(WIDE),
+                    _ => radius,
+                };
+                [radius, shift]
+            })
+            .collect()
     }
 }

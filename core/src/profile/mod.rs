@@ -1,10 +1,12 @@
 //! Lens profiles: what a fit learned of a lens, as values and as versioned JSON.
 
 mod check;
+mod controls;
 mod json;
 mod moments;
 mod pupil;
 
+pub use controls::Controls;
 pub use json::schema;
 pub use moments::{Displacement, MomentsChannel, MomentsPlane};
 pub use pupil::{CarriedEffect, PupilChannel};

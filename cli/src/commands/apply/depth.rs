@@ -7,7 +7,7 @@ use seidel_core::distance::ObjectDistance;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{DepthConvention, DepthReading};
 
-use super::super::CommandError;
+use super::super::{CommandError, parse_distance};
 use super::Vergences;
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::error::FileError;
@@ -47,11 +47,6 @@ enum DepthKind {
     FarOne,
     /// 1 at --near, 0 at --far
     FarZero,
-}
-
-fn parse_distance(text: &str) -> Result<ObjectDistance, String> {
-    let metres: f64 = text.parse().map_err(|_| "give metres, or inf".to_owned())?;
-    ObjectDistance::metres(metres).map_err(|e| format!("{}; {}", e.problem, e.remedy))
 }
 
 fn parse_unit(text: &str) -> Result<f64, String> {

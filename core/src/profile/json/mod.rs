@@ -75,7 +75,7 @@ enum ChannelFile {
     Moments(MomentsChannelFile),
     /// Of the kind `pupil`.
     #[expect(dead_code, reason = "stands in the schema alone")]
-    Pupil(PupilChannelFile),
+    Pupil(Box<PupilChannelFile>),
 }
 
 /// What is known of a camera; every key may be left out.

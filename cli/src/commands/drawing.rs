@@ -1,0 +1,74 @@
+//! How a lens is drawn: by which PSF model, and set to which focus and aperture.
+
+use std::path::Path;
+
+use clap::Args;
+use seidel_core::distance::ObjectDistance;
+use seidel_core::predict::Predictor;
+use seidel_core::profile::{Controls, LensProfile};
+use seidel_core::psf::{self, PsfModel};
+
+use super::{CommandError, parse_distance, read_lens};
+use crate::Console;
+use crate::files::error::FileError;
+
+/// Options about how a lens is drawn.
+#[derive(Debug, Args)]
+pub(super) struct DrawingArgs {
+    #[arg(long, value_name = "MODEL", help = model_help())]
+    psf: Option<String>,
+    /// Focus the lens at this distance, in metres, or `inf`; as measured if left out. Focus, f-number
+    /// and sensor shift need a lens fitted with --model reduced
+    #[arg(long, value_name = "METRES", value_parser = parse_distance)]
+    focus_distance: Option<ObjectDistance>,
+    /// Stop the lens down to this f-number; as measured if left out
+    #[arg(long, value_name = "N")]
+    f_number: Option<f64>,
+    /// Move the sensor away from the lens by this many micrometres; negative towards it
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    sensor_shift_um: Option<f64>,
+}
+
+fn model_help() -> String {
+    let names: Vec<_> = psf::ALL.iter().map(|model| model.id()).collect();
+    format!(
+        "PSF model: {}; what suits the lens best if left out",
+        names.join(", ")
+    )
+}
+
+/// A lens as it is to be drawn.
+pub(super) struct Drawing {
+    /// The lens, its controls set.
+    pub(super) lens: LensProfile,
+    /// The same, ready to ask.
+    pub(super) predictor: Predictor,
+    /// The model to draw it with.
+    pub(super) model: &'static dyn PsfModel,
+}
+
+impl DrawingArgs {
+    /// Reads the lens at `path` and settles how to draw it.
+    pub(super) fn open(&self, path: &Path, console: &mut Console) -> Result<Drawing, CommandError> {
+        let named = self.psf.as_deref().map(psf::by_id).transpose()?;
+        let measured = read_lens(path)?;
+        let controls = Controls {
+            focus_distance: self.focus_distance,
+            f_number: self.f_number,
+            sensor_shift_um: self.sensor_shift_um,
+        };
+        let in_file = |e| FileError::from_core(path, e);
+        let lens = measured.with_controls(&controls).map_err(in_file)?;
+        for remark in measured.control_remarks(&controls) {
+            console.remark(remark);
+        }
+        let predictor = Predictor::new(&lens).map_err(in_file)?;
+        let model = named.unwrap_or_else(|| predictor.default_model());
+        predictor.check_model(model).map_err(in_file)?;
+        Ok(Drawing {
+            lens,
+            predictor,
+            model,
+        })
+    }
+}

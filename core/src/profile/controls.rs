@@ -1,0 +1,301 @@
+//! Focus, aperture and sensor position set otherwise than the lens was measured: docs/model.md section 10.
+
+use super::{CarriedEffect, LensDescription, LensProfile, PupilChannel};
+use crate::distance::ObjectDistance;
+use crate::effects::Resetting;
+use crate::error::{Error, Result};
+
+/// What is set otherwise; `None` stays as measured.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Controls {
+    /// Focused distance: where the mean of the channels is in focus on the axis.
+    pub focus_distance: Option<ObjectDistance>,
+    /// F-number.
+    pub f_number: Option<f64>,
+    /// How far the sensor moves away from the lens, micrometres; negative towards it.
+    pub sensor_shift_um: Option<f64>,
+}
+
+impl Controls {
+    /// Whether everything stays as measured.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The settings in words, for provenance.
+    fn describe(&self) -> String {
+        let parts = [
+            self.f_number.map(|n| format!("f/{n}")),
+            self.focus_distance.map(|d| format!("focus at {d}")),
+            self.sensor_shift_um
+                .map(|s| format!("sensor moved {s} µm from the lens")),
+        ];
+        let parts: Vec<_> = parts.into_iter().flatten().collect();
+        parts.join(", ")
+    }
+}
+
+impl LensProfile {
+    /// The same glass with its controls set to `controls`: the f-number first, then focus, then the
+    /// sensor. What the lens was measured for is scaled and shifted by the laws of docs/model.md section
+    /// 10: the pupil's magnification is taken as 1 where the sensor moves, and the symmetric blur
+    /// stays. A wider pupil than the measured one is extrapolated: see
+    /// [`LensProfile::control_remarks`]. How well the measured lens drew held-out PSFs is not
+    /// carried over, and parameters of effects may pass the limits that profiles in files keep.
+    ///
+    /// # Errors
+    /// A lens described by moments, values that cannot be, a lens measured at one distance where focus
+    /// is asked for, and an unknown f-number, focal length or pixel pitch where one is needed.
+    pub fn with_controls(&self, controls: &Controls) -> Result<Self> {
+        if controls.is_empty() {
+            return Ok(self.clone());
+        }
+        let LensDescription::Pupil(channels) = &self.description else {
+            return Err(Error::new(
+                "lens controls",
+                "need a lens known ray by ray; this one is described by moments",
+                "fit the lens with `--model reduced`, or leave focus, f-number and sensor as measured",
+            ));
+        };
+        let mut channels = channels.clone();
+        let mut camera = self.camera.clone();
+        if let Some(f_number) = controls.f_number {
+            let ratio = self.pupil_ratio(f_number)?;
+            channels.iter_mut().for_each(|c| c.set_pupil(ratio));
+            camera.f_number = Some(f_number);
+        }
+        if let Some(distance) = controls.focus_distance {
+            let to = set_focus(&mut channels, distance, camera.focal_length_mm)?;
+            camera.focus_distance = to;
+        }
+        if let Some(shift_um) = controls.sensor_shift_um {
+            let defocus = SensorShift::new(
+                shift_um,
+                camera.focal_length_mm,
+                camera.f_number,
+                self.pixel_pitch_um,
+            )?;
+            channels.iter_mut().for_each(|c| defocus.act(c));
+            camera.focus_distance = mean_focus(&channels).map_or(ObjectDistance::Unknown, |v| {
+                // Beyond infinity there is no distance to tell.
+                ObjectDistance::metres(1.0 / v.abs().max(1e-12))
+                    .ok()
+                    .filter(|_| v > 0.0)
+                    .unwrap_or(ObjectDistance::Unknown)
+            });
+        }
+        let mut provenance = self.provenance.clone();
+        provenance.settings = format!("{}; set to {}", provenance.settings, controls.describe());
+        Ok(Self {
+            camera,
+            description: LensDescription::Pupil(channels),
+            held_out: None,
+            provenance,
+            ..self.clone()
+        })
+    }
+
+    /// What a user should know of this lens set to `controls`.
+    pub fn control_remarks(&self, controls: &Controls) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if let (Some(new), Some(old)) = (controls.f_number, self.camera.f_number)
+            && new < old
+        {
+            remarks.push(format!(
+                "f/{new} is wider than the f/{old} at which the lens was measured: what the wider rim of the pupil does is extrapolated"
+            ));
+        }
+        if controls.focus_distance.is_some() && self.camera.focal_length_mm.is_none() {
+            remarks.push(
+                "the lens profile has no focal length, so aberrations are not scaled with the new focus"
+                    .to_owned(),
+            );
+        }
+        remarks
+    }
+
+    /// Radius of the pupil at `f_number` over the measured one.
+    fn pupil_ratio(&self, f_number: f64) -> Result<f64> {
+        if !(f_number.is_finite() && f_number > 0.0) {
+            return Err(Error::new(
+                "f-number",
+                format!("is {f_number}"),
+                "give a number greater than zero",
+            ));
+        }
+        let measured = known(
+            self.camera.f_number,
+            "camera.f_number",
+            "the f-number at which the lens was measured",
+        )?;
+        Ok(measured / f_number)
+    }
+}
+
+fn known(value: Option<f64>, key: &str, what: &str) -> Result<f64> {
+    value.ok_or_else(|| {
+        Error::new(
+            key,
+            "is not known",
+            format!("put {what} into the lens profile, or into the manifest and fit again"),
+        )
+    })
+}
+
+/// Mean over channels of the vergence in focus on the axis; `None` where one channel has none.
+fn mean_focus(channels: &[PupilChannel]) -> Option<f64> {
+    let all: Option<Vec<f64>> = channels
+        .iter()
+        .map(PupilChannel::focus_vergence_per_m)
+        .collect();
+    all.map(|v| v.iter().sum::<f64>() / v.len() as f64)
+}
+
+/// Moves the mean focus of `channels` to `distance`, which it returns: each keeps its own offset, that
+/// is its axial colour.
+fn set_focus(
+    channels: &mut [PupilChannel],
+    distance: ObjectDistance,
+    focal_length_mm: Option<f64>,
+) -> Result<ObjectDistance> {
+    let new = distance.vergence_per_m().ok_or_else(|| {
+        Error::new(
+            "focus distance",
+            "is unknown",
+            "give metres from the entrance pupil, or infinity",
+        )
+    })?;
+    let old = mean_focus(channels).ok_or_else(|| {
+        Error::new(
+            "focus distance",
+            "cannot be set: the lens was measured at one object distance, which does not tell how defocus changes",
+            "fit the lens to two or more object distances",
+        )
+    })?;
+    let ratio = match focal_length_mm {
+        Some(f_mm) => image_distance_ratio(f_mm * 1e-3, old, new)?,
+        None => 1.0,
+    };
+    for channel in channels {
+        channel.alpha = channel.alpha.shifted(old - new);
+        channel.set_image_distance(ratio);
+    }
+    Ok(distance)
+}
+
+/// Z2 of a thin lens focused at vergence `new` over that at `old`.
+fn image_distance_ratio(f_m: f64, old: f64, new: f64) -> Result<f64> {
+    let reach = 1.0 - f_m * new;
+    if reach <= 0.0 {
+        return Err(Error::new(
+            "focus distance",
+            format!("is {} m, within the focal length of {f_m} m", 1.0 / new),
+            "focus farther away",
+        ));
+    }
+    let measured = 1.0 - f_m * old;
+    if measured <= 0.0 {
+        return Err(Error::new(
+            "camera.focal_length_mm",
+            format!(
+                "is {} although the lens was found to focus at {} m",
+                f_m * 1e3,
+                1.0 / old
+            ),
+            "correct it in the lens profile",
+        ));
+    }
+    Ok(measured / reach)
+}
+
+impl PupilChannel {
+    /// The same glass behind a pupil `ratio` times as wide.
+    fn set_pupil(&mut self, ratio: f64) {
+        self.alpha = self.alpha.scaled(ratio);
+        self.beta = self.beta.scaled(ratio.powi(3));
+        self.gamma = self.gamma.scaled(ratio);
+        self.delta = self.delta.scaled(ratio);
+        self.phi = self.phi.scaled(ratio.powi(2));
+        self.reset_effects(Resetting {
+            pupil: ratio,
+            image_distance: 1.0,
+        });
+    }
+
+    /// The same glass with its sensor `ratio` times as far behind the pupil.
+    fn set_image_distance(&mut self, ratio: f64) {
+        self.alpha = self.alpha.scaled(ratio);
+        self.beta = self.beta.scaled(ratio);
+        self.gamma = self.gamma.scaled(1.0 / ratio);
+        self.delta = self.delta.scaled(1.0 / ratio);
+        self.distortion = self.distortion.scaled(ratio.powi(-2));
+        self.reset_effects(Resetting {
+            pupil: 1.0,
+            image_distance: ratio,
+        });
+    }
+
+    fn reset_effects(&mut self, to: Resetting) {
+        for carried in &mut self.effects {
+            *carried = CarriedEffect {
+                effect: carried.effect,
+                values: carried.effect.reset(&carried.values, to),
+            };
+        }
+    }
+}
+
+/// What moving the sensor of a thin lens adds to alpha: a line in vergence.
+struct SensorShift {
+    /// px at infinity.
+    at_infinity: f64,
+    /// px per 1/m.
+    slope: f64,
+}
+
+impl SensorShift {
+    fn new(
+        shift_um: f64,
+        focal_length_mm: Option<f64>,
+        f_number: Option<f64>,
+        pixel_pitch_um: Option<f64>,
+    ) -> Result<Self> {
+        if !shift_um.is_finite() {
+            return Err(Error::new(
+                "sensor shift",
+                format!("is {shift_um} µm"),
+                "give a finite number of micrometres",
+            ));
+        }
+        let f_mm = known(
+            focal_length_mm,
+            "camera.focal_length_mm",
+            "the focal length",
+        )?;
+        let f_number = known(f_number, "camera.f_number", "the f-number")?;
+        let pitch_um = known(pixel_pitch_um, "pixel_pitch_um", "the pixel pitch")?;
+        // alpha = R (1 - Z2 / Z1) with 1 / Z1 = 1 / f - v: Z2 grows by s, R / f = 1 / (2 N).
+        let cone_px = shift_um / (2.0 * f_number * pitch_um);
+        Ok(Self {
+            at_infinity: -cone_px,
+            slope: cone_px * f_mm * 1e-3,
+        })
+    }
+
+    fn act(&self, channel: &mut PupilChannel) {
+        let (low, high) = channel.measured_vergence;
+        let middle = (low + high) / 2.0;
+        let alpha = &mut channel.alpha;
+        if alpha.degree() == 0 {
+            alpha.coefficients[0] += self.at_infinity + self.slope * middle;
+            return;
+        }
+        // A fit may have found the pupil inverted, which draws the same PSFs.
+        let sign = if alpha.slope(middle) < 0.0 { -1.0 } else { 1.0 };
+        alpha.coefficients[0] += sign * self.at_infinity;
+        alpha.coefficients[1] += sign * self.slope;
+    }
+}
+
+#[cfg(test)]
+mod tests;

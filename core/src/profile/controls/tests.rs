@@ -1,0 +1,233 @@
+//! Controls do what the laws say, and refuse what a lens does not know.
+
+use super::*;
+use crate::camera::Camera;
+use crate::effects;
+use crate::field::{FieldPoint, Frame};
+use crate::lens::{LocalPupil, MomentCoefficients, VergenceSeries};
+use crate::profile::{MomentsChannel, Provenance};
+
+fn channel(name: &str, offset: f64) -> PupilChannel {
+    let series = |c: &[f64]| VergenceSeries::new(c.to_vec());
+    let higher = [0.4, -0.3, 0.2, 0.5, -0.6, 0.7, 0.3, -0.2];
+    let circles = [1.1, 0.6, 1.3, -0.5];
+    PupilChannel {
+        name: name.into(),
+        alpha: series(&[-10.0 + offset, 20.0]),
+        beta: series(&[1.5, 0.2]),
+        gamma: series(&[2.0]),
+        delta: series(&[-0.7]),
+        phi: series(&[0.9]),
+        blur_variance_px2: series(&[0.1]),
+        magnification: series(&[1e-3]),
+        distortion: series(&[-4e-3]),
+        measured_vergence: (0.0, 1.0),
+        effects: vec![
+            CarriedEffect {
+                effect: effects::by_id("higher_order").expect("listed"),
+                values: higher.map(VergenceSeries::constant).to_vec(),
+            },
+            CarriedEffect {
+                effect: effects::by_id("vignetting").expect("listed"),
+                values: circles.map(VergenceSeries::constant).to_vec(),
+            },
+        ],
+    }
+}
+
+/// Red and blue focus a little before and behind 2 m.
+fn lens() -> LensProfile {
+    LensProfile {
+        frame: Frame::new(600, 400, None).expect("valid"),
+        pixel_pitch_um: Some(5.0),
+        camera: Camera {
+            focal_length_mm: Some(50.0),
+            f_number: Some(2.0),
+            focus_distance: ObjectDistance::Metres(2.0),
+            ..Camera::default()
+        },
+        description: LensDescription::Pupil(vec![channel("R", 0.4), channel("B", -0.4)]),
+        held_out: None,
+        provenance: Provenance::default(),
+    }
+}
+
+fn f_number(n: f64) -> Controls {
+    Controls {
+        f_number: Some(n),
+        ..Controls::default()
+    }
+}
+
+fn focus(distance: ObjectDistance) -> Controls {
+    Controls {
+        focus_distance: Some(distance),
+        ..Controls::default()
+    }
+}
+
+fn shift(um: f64) -> Controls {
+    Controls {
+        sensor_shift_um: Some(um),
+        ..Controls::default()
+    }
+}
+
+fn assert_same(a: &LocalPupil, b: &LocalPupil) {
+    let (x, y) = (a.wavefront.coefficients(), b.wavefront.coefficients());
+    for (x, y) in x.iter().zip(y) {
+        assert!((x - y).abs() < 1e-12, "{a:?}\n{b:?}");
+    }
+    assert_eq!(a.stops().len(), b.stops().len());
+    for (x, y) in a.stops().iter().zip(b.stops()) {
+        assert!((x.radius - y.radius).abs() < 1e-12);
+        assert!((x.centre[0] - y.centre[0]).abs() < 1e-12);
+        assert!((x.centre[1] - y.centre[1]).abs() < 1e-12);
+    }
+    assert_eq!(a.blur_variance_px2, b.blur_variance_px2);
+}
+
+#[test]
+fn twice_the_f_number_is_half_the_pupil() {
+    let lens = lens();
+    let stopped = lens.with_controls(&f_number(4.0)).expect("possible");
+    assert_eq!(stopped.camera.f_number, Some(4.0));
+    for (x, y) in [(0.0, 0.0), (0.9, 0.0), (-0.4, 0.7), (1.3, -1.2)] {
+        let at = FieldPoint::new(x, y);
+        for v in [0.0, 0.4, 1.0, 1.3] {
+            let wide = lens.pupil_channels()[0].pupil_at(at, v);
+            let narrow = stopped.pupil_channels()[0].pupil_at(at, v);
+            assert_same(&narrow, &wide.with_pupil(0.5));
+        }
+    }
+    // And back again, the same lens but for rounding; that opens it wider than it was then.
+    let back = stopped.with_controls(&f_number(2.0)).expect("possible");
+    assert_eq!(back.description, lens.description);
+    assert_eq!(stopped.control_remarks(&f_number(2.0)).len(), 1);
+    assert!(lens.control_remarks(&f_number(4.0)).is_empty());
+}
+
+#[test]
+fn circles_that_do_nothing_stay_within_their_limits() {
+    let mut lens = lens();
+    let LensDescription::Pupil(channels) = &mut lens.description else {
+        panic!("of this kind");
+    };
+    for channel in channels {
+        let carried = &mut channel.effects[1];
+        let neutral = effects::neutral(carried.effect);
+        carried.values = neutral.into_iter().map(VergenceSeries::constant).collect();
+    }
+    let stopped = lens.with_controls(&f_number(8.0)).expect("possible");
+    assert_eq!(
+        stopped.pupil_channels()[0].effects[1].values,
+        lens.pupil_channels()[0].effects[1].values
+    );
+    assert!(LensProfile::from_json(&stopped.to_json()).is_ok());
+}
+
+#[test]
+fn focus_moves_where_channels_are_sharp_and_keeps_axial_colour() {
+    let lens = lens();
+    let before: Vec<_> = lens.pupil_channels().to_vec();
+    for (to, v) in [
+        (ObjectDistance::Metres(1.0), 1.0),
+        (ObjectDistance::Infinity, 0.0),
+    ] {
+        let set = lens.with_controls(&focus(to)).expect("possible");
+        assert_eq!(set.camera.focus_distance, to);
+        let ratio = (1.0 - 0.05 * 0.5) / (1.0 - 0.05 * v);
+        for (old, new) in before.iter().zip(set.pupil_channels()) {
+            let was = old.focus_vergence_per_m().expect("depends on depth");
+            let is = new.focus_vergence_per_m().expect("depends on depth");
+            assert!((is - was - (v - 0.5)).abs() < 1e-12, "{was} {is}");
+            assert!((new.alpha.slope(0.3) - 20.0 * ratio).abs() < 1e-12);
+            assert!((new.beta.at(1.0) - 1.7 * ratio).abs() < 1e-12);
+            assert!((new.gamma.at(0.0) - 2.0 / ratio).abs() < 1e-12);
+            assert_eq!(new.phi, old.phi);
+        }
+    }
+    let mut unknown = lens.clone();
+    unknown.camera.focal_length_mm = None;
+    let to = focus(ObjectDistance::Metres(1.0));
+    let set = unknown.with_controls(&to).expect("possible");
+    assert_eq!(set.pupil_channels()[0].alpha.slope(0.0), 20.0);
+    assert_eq!(unknown.control_remarks(&to).len(), 1);
+    assert!(lens.control_remarks(&to).is_empty());
+}
+
+#[test]
+fn thin_lenses_obey_their_law_of_focus_and_sensor() {
+    // alpha = Z2 R (v - vfoc) / pitch of a thin lens, by its own law at every setting.
+    let (f, n, pitch) = (0.05, 2.0, 5e-6);
+    let alpha = |z2: f64| {
+        let slope = z2 * f / (2.0 * n) / pitch;
+        let focus = 1.0 / f - 1.0 / z2;
+        VergenceSeries::new(vec![-slope * focus, slope])
+    };
+    let at_focus = |v: f64| f / (1.0 - f * v);
+    let mut thin = lens();
+    let mut only = channel("Y", 0.0);
+    only.alpha = alpha(at_focus(0.5));
+    thin.description = LensDescription::Pupil(vec![only]);
+    let near = thin
+        .with_controls(&focus(ObjectDistance::Metres(1.25)))
+        .expect("possible");
+    let moved = thin.with_controls(&shift(200.0)).expect("possible");
+    for (set, want) in [
+        (&near, alpha(at_focus(0.8))),
+        (&moved, alpha(at_focus(0.5) + 2e-4)),
+    ] {
+        for v in [0.0, 0.5, 1.2] {
+            let got = set.pupil_channels()[0].alpha.at(v);
+            assert!((got - want.at(v)).abs() < 1e-9, "{v}: {got} {}", want.at(v));
+        }
+    }
+    let ObjectDistance::Metres(m) = moved.camera.focus_distance else {
+        panic!("nearer than infinity");
+    };
+    assert!(m < 2.0, "away from the lens focuses nearer: {m}");
+}
+
+#[test]
+fn what_cannot_be_set_is_refused_with_a_remedy() {
+    let lens = lens();
+    let mut flat = lens.clone();
+    let mut still = channel("R", 0.0);
+    still.alpha = VergenceSeries::constant(3.0);
+    flat.description = LensDescription::Pupil(vec![still]);
+    let mut moments = lens.clone();
+    moments.description = LensDescription::Moments(vec![MomentsChannel {
+        name: "Y".into(),
+        planes: vec![crate::profile::MomentsPlane {
+            distance: ObjectDistance::Unknown,
+            s: MomentCoefficients([1.0; 10]),
+            s_sigma: [0.0; 10],
+            displacement: None,
+            tiles_used: 1,
+            tiles_rejected: 0,
+        }],
+    }]);
+    let mut bare = lens.clone();
+    bare.camera = Camera::default();
+    let one_metre = focus(ObjectDistance::Metres(1.0));
+    for (lens, controls, told) in [
+        (&moments, f_number(4.0), "--model reduced"),
+        (&flat, one_metre, "one object distance"),
+        (&lens, focus(ObjectDistance::Metres(0.04)), "focal length"),
+        (&lens, focus(ObjectDistance::Unknown), "is unknown"),
+        (&lens, f_number(0.0), "f-number"),
+        (&lens, f_number(f64::NAN), "f-number"),
+        (&bare, f_number(4.0), "camera.f_number"),
+        (&bare, shift(10.0), "camera.focal_length_mm"),
+        (&lens, shift(f64::INFINITY), "sensor shift"),
+    ] {
+        let error = lens.with_controls(&controls).expect_err(told);
+        assert!(error.to_string().contains(told), "{error}");
+    }
+    // Nothing asked for is possible always; the sensor of a lens of one distance too.
+    assert_eq!(moments.with_controls(&Controls::default()), Ok(moments));
+    let moved = flat.with_controls(&shift(10.0)).expect("possible");
+    assert_eq!(moved.pupil_channels()[0].alpha.degree(), 0);
+    assert!(moved.pupil_channels()[0].alpha.at(0.0) < 3.0);
+}
