@@ -17,7 +17,7 @@
 mod average;
 pub mod forward_blur;
 mod methods;
-mod random;
+pub(crate) mod random;
 mod remarks;
 mod sparse;
 mod spectrum;

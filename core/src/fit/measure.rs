@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::Rejection;
 use crate::distance::ObjectDistance;
 use crate::field::{FieldPoint, Frame, ImagePoint};
-use crate::moments::CentralMoments;
 use crate::moments::support::{self, Support};
+use crate::moments::{CentralMoments, FourthMoments};
 use crate::observations::ObservationSet;
 
 /// Moments of one channel of one observation.
@@ -28,6 +28,8 @@ pub struct MeasuredTile {
     pub ideal: Option<ImagePoint>,
     /// Central moments of the light before the sensor integrated it over pixels, px² and px³.
     pub optical: CentralMoments,
+    /// Fourth central moments of the same light, px⁴.
+    pub fourth: FourthMoments,
     /// Standard deviations of the seven from pixel noise; zero where the noise is not known.
     pub noise: [f64; 7],
 }
@@ -107,6 +109,7 @@ fn measure_one(
         Some(sigma) if sigma > 0.0 => plain.noise(&light, mask.as_deref(), sigma),
         _ => [0.0; 7],
     };
+    let optical = plain.less_pixel_area();
     Ok(MeasuredTile {
         set,
         observation: index,
@@ -115,7 +118,8 @@ fn measure_one(
         distance: observation.distance,
         centroid: observation.frame_point(plain.centroid_x, plain.centroid_y),
         ideal: observation.ideal,
-        optical: plain.less_pixel_area().central,
+        optical: optical.central,
+        fourth: optical.fourth,
         noise,
     })
 }

@@ -3,13 +3,17 @@
 //! Moments of every tile ([`mod@measure`]) -> S1..S10 per channel and object distance by linear least
 //! squares ([`plane`]) -> centroid displacement ([`displacement`]) -> [`LensProfile`]. The optical
 //! axis is found on request ([`axis`]).
+//!
+//! For fits to pixels: where they may start ([`starts`]) and what they keep aside ([`holdout`]).
 
 pub mod axis;
 pub mod displacement;
+pub mod holdout;
 pub mod linear;
 pub mod measure;
 pub mod plane;
 mod remarks;
+pub mod starts;
 
 use rayon::prelude::*;
 

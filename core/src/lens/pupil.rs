@@ -157,6 +157,15 @@ impl LocalPupil {
         nearest
     }
 
+    /// Centroid of the light off the chief ray, px.
+    pub fn centroid(&self) -> [f64; 2] {
+        if self.stop_count == 1 {
+            self.wavefront.mean_slope()
+        } else {
+            self.moments().1
+        }
+    }
+
     /// Second and third central moments of the light, px² and px³, in image axes, and its centroid
     /// off the chief ray, px. By quadrature over the pupil; exact for an unclipped one.
     pub fn moments(&self) -> (CentralMoments, [f64; 2]) {

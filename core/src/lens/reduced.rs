@@ -59,6 +59,16 @@ impl ReducedNumbers {
     ///
     /// The sign convention is delta >= 0. Meant as the start of a fit, not as one.
     pub fn from_coefficients(s: &MomentCoefficients, field_radius: f64) -> Option<Self> {
+        let misfit = |numbers: &Self| numbers.coefficients().distance(s, field_radius);
+        Self::branches(s)?
+            .into_iter()
+            .min_by(|a, b| misfit(a).total_cmp(&misfit(b)))
+    }
+
+    /// All four sign choices of the closed form (docs/model.md section 4), each with delta >= 0: the
+    /// two of gamma + delta, and for each the two of beta. `None` as in
+    /// [`ReducedNumbers::from_coefficients`].
+    pub fn branches(s: &MomentCoefficients) -> Option<[Self; 4]> {
         let [s1, s2, s3, s4, s5, s6, ..] = s.0;
         let sum = s4 + s5;
         if !(sum > 0.0 && s5 >= 0.0) {
@@ -66,27 +76,22 @@ impl ReducedNumbers {
         }
         let delta = 2.0 * s5.sqrt();
         let phi = -1.5 * s6 / sum;
-        let mut best: Option<(f64, Self)> = None;
-        for meridional in [2.0 * sum.sqrt(), -2.0 * sum.sqrt()] {
-            let gamma = meridional - delta;
-            let k = (gamma * (s2 - phi * phi / 3.0) + delta * (s3 - phi * phi / 6.0))
-                / (gamma * gamma + delta * delta);
-            let size = (72.0 * (s1 - k * k).max(0.0)).sqrt();
-            for beta in [size, -size] {
-                let numbers = Self {
+        let meridional = 2.0 * sum.sqrt();
+        Some(
+            [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(first, second)| {
+                let gamma = first * meridional - delta;
+                let k = (gamma * (s2 - phi * phi / 3.0) + delta * (s3 - phi * phi / 6.0))
+                    / (gamma * gamma + delta * delta);
+                let beta = second * (72.0 * (s1 - k * k).max(0.0)).sqrt();
+                Self {
                     alpha: 2.0 * (k - beta / 3.0),
                     beta,
                     gamma,
                     delta,
                     phi,
-                };
-                let misfit = numbers.coefficients().distance(s, field_radius);
-                if best.is_none_or(|(least, _)| misfit < least) {
-                    best = Some((misfit, numbers));
                 }
-            }
-        }
-        best.map(|(_, numbers)| numbers)
+            }),
+        )
     }
 }
 
@@ -117,6 +122,29 @@ mod tests {
                 assert!((got - want).abs() < 1e-9, "{found:?} for {numbers:?}");
             }
         }
+    }
+
+    #[test]
+    fn the_branches_hold_the_lens_and_share_s4_and_s5() {
+        let numbers = ReducedNumbers {
+            alpha: 3.0,
+            beta: -1.2,
+            gamma: 0.7,
+            delta: 0.4,
+            phi: 0.3,
+        };
+        let s = numbers.coefficients();
+        let branches = ReducedNumbers::branches(&s).expect("astigmatic");
+        for branch in branches {
+            for k in [3, 4] {
+                let got = branch.coefficients().0[k];
+                assert!((got - s.0[k]).abs() < 1e-12, "S{}: {branch:?}", k + 1);
+            }
+        }
+        assert!(
+            (branches[1].beta - numbers.beta).abs() < 1e-9,
+            "{branches:?}"
+        );
     }
 
     #[test]

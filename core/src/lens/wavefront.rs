@@ -150,6 +150,20 @@ impl Wavefront {
         slope
     }
 
+    /// Mean of the slope over the unit disc: the centroid of an unclipped pupil, px.
+    pub fn mean_slope(&self) -> [f64; 2] {
+        let mut sum = [0.0; 2];
+        for ((i, j), c) in powers().zip(&self.coefficients) {
+            if i > 0 {
+                sum[0] += c * i as f64 * disc_mean(i - 1, j);
+            }
+            if j > 0 {
+                sum[1] += c * j as f64 * disc_mean(i, j - 1);
+            }
+        }
+        sum
+    }
+
     /// Second derivatives by u (xx, xy, yy): how fast the ray's landing point moves over the pupil.
     pub fn curvature(&self, u: [f64; 2]) -> [f64; 3] {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
@@ -167,6 +181,24 @@ impl Wavefront {
             }
         }
         sum
+    }
+
+    /// Size of the third derivatives by u at `u`: how far the ray map is from linear there, px.
+    pub fn bend(&self, u: [f64; 2]) -> f64 {
+        let (x, y) = (power_table(u[0]), power_table(u[1]));
+        // xxx, xxy, xyy, yyy.
+        let mut sum = [0.0; 4];
+        let falling = |n: usize, k: usize| (0..k).map(|m| (n - m) as f64).product::<f64>();
+        for ((i, j), c) in powers().zip(&self.coefficients) {
+            for (by_y, sum) in sum.iter_mut().enumerate() {
+                let by_x = 3 - by_y;
+                if i >= by_x && j >= by_y {
+                    *sum += c * falling(i, by_x) * falling(j, by_y) * x[i - by_x] * y[j - by_y];
+                }
+            }
+        }
+        // Each mixed one occurs in more than one second derivative of the slope.
+        (sum[0].powi(2) + 2.0 * (sum[1].powi(2) + sum[2].powi(2)) + sum[3].powi(2)).sqrt()
     }
 
     /// The Laplacian by u, itself a polynomial (its constant dropped, which has no slope).
@@ -199,6 +231,16 @@ fn power_table(x: f64) -> [f64; DEGREE + 1] {
         table[k] = table[k - 1] * x;
     }
     table
+}
+
+/// Mean of `u_x^a u_y^b` over the unit disc.
+fn disc_mean(a: usize, b: usize) -> f64 {
+    if a % 2 == 1 || b % 2 == 1 {
+        return 0.0;
+    }
+    let odds = |n: usize| (1..n).step_by(2).map(|k| k as f64).product::<f64>();
+    let evens = (2..=a + b).step_by(2).map(|k| k as f64).product::<f64>();
+    odds(a) * odds(b) / evens * 2.0 / (a + b + 2) as f64
 }
 
 fn binomial(n: usize, k: usize) -> f64 {

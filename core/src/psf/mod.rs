@@ -7,6 +7,7 @@ mod kernel;
 mod mirrored_pair;
 mod mixture;
 mod normal;
+pub mod pupil;
 mod rows;
 mod skew_normal;
 mod skew_normal_general;
@@ -16,6 +17,7 @@ pub use kernel::{Kernel, Window, draw_kernel};
 pub use mirrored_pair::MirroredPair;
 pub use mixture::{B, Mixture, PHI, SKEW_CAP, SkewNormalDensity, T_MAX};
 pub use normal::normal_cdf;
+pub use pupil::Pupil;
 pub use rows::KernelRows;
 pub use skew_normal::{PaperParameters, SkewNormal, meridional_density, meridional_skew};
 pub use skew_normal_general::{SkewNormalEq43, SkewNormalGeneral, best_skew};
@@ -173,6 +175,7 @@ pub static ALL: &[&dyn PsfModel] = &[
     &SkewNormalGeneral,
     &SkewNormalEq43,
     &MirroredPair,
+    &Pupil,
 ];
 
 /// The model called `id`.

@@ -1,0 +1,416 @@
+//! Light of pupil triangles spread over the pixels they land on, area by area, with derivatives.
+//!
+//! A triangle of the pupil holds light in proportion to its area and lands as a triangle in which
+//! the light is even. The share that each pixel gets is the area of the part of the *pupil*
+//! triangle whose rays fall into the pixel: a polygon in barycentric coordinates, so that triangles
+//! folded to a line by a caustic need no care. A pixel's light changes only by what crosses its
+//! sides: along each chord that a side cuts out of a triangle, density times velocity.
+
+use super::mesh::{LANES, MOST_STOP_TANGENTS, Pack, Ring, packs};
+
+/// A pixel grid that takes up light and its derivatives.
+#[derive(Debug, Default)]
+pub(super) struct Canvas {
+    width: usize,
+    height: usize,
+    tangents: usize,
+    /// Canvas pixels per px.
+    scale: f64,
+    /// Light of each pixel, row-major.
+    pub(super) light: Vec<f64>,
+    /// Derivatives of it, pixel by pixel, one along each tangent, packed.
+    pub(super) slopes: Vec<Pack>,
+}
+
+impl Canvas {
+    /// An empty grid.
+    pub(super) fn clear(&mut self, (width, height): (usize, usize), scale: f64, tangents: usize) {
+        (self.width, self.height, self.tangents) = (width, height, tangents);
+        self.scale = scale;
+        self.light.clear();
+        self.light.resize(width * height, 0.0);
+        self.slopes.clear();
+        self.slopes
+            .resize(width * height * packs(tangents), Pack::default());
+    }
+
+    #[inline(always)]
+    fn index(&self, column: i32, row: i32) -> Option<usize> {
+        let inside = column >= 0
+            && row >= 0
+            && (column as usize) < self.width
+            && (row as usize) < self.height;
+        inside.then(|| row as usize * self.width + column as usize)
+    }
+
+    /// Adds light that grows by `growth` along the last tangents, relative to it.
+    #[inline(always)]
+    fn add(&mut self, column: i32, row: i32, light: f64, growth: &[f64]) {
+        if let Some(index) = self.index(column, row) {
+            self.light[index] += light;
+            if !growth.is_empty() {
+                let first = self.tangents - growth.len();
+                let start = index * packs(self.tangents);
+                for (k, g) in growth.iter().enumerate() {
+                    let k = first + k;
+                    self.slopes[start + k / LANES][k % LANES] += light * g;
+                }
+            }
+        }
+    }
+}
+
+/// The corners of one triangle.
+struct Triangle<'a> {
+    /// Where they land, pixels of the canvas.
+    at: [[f64; 2]; 3],
+    /// Their velocities, all x then all y, packed.
+    velocity: [&'a [Pack]; 3],
+    /// The light it holds.
+    light: f64,
+    /// How much that grows along the last tangents, relative to it.
+    growth: &'a [f64],
+}
+
+/// A point of a triangle: where it lands, and its second and third barycentric coordinates.
+#[derive(Debug, Clone, Copy, Default)]
+struct Point {
+    at: [f64; 2],
+    b: f64,
+    c: f64,
+}
+
+impl Point {
+    /// The point between `self` and `other` at which coordinate `axis` is `value`.
+    #[inline(always)]
+    fn cut(&self, other: &Self, axis: usize, value: f64) -> Self {
+        let t = ((value - self.at[axis]) / (other.at[axis] - self.at[axis])).clamp(0.0, 1.0);
+        let between = |a: f64, b: f64| a + t * (b - a);
+        let mut at = [
+            between(self.at[0], other.at[0]),
+            between(self.at[1], other.at[1]),
+        ];
+        at[axis] = value;
+        Self {
+            at,
+            b: between(self.b, other.b),
+            c: between(self.c, other.c),
+        }
+    }
+}
+
+/// A convex polygon of a few corners.
+#[derive(Debug, Clone, Copy, Default)]
+struct Polygon {
+    points: [Point; 8],
+    count: usize,
+}
+
+impl Polygon {
+    #[inline(always)]
+    fn push(&mut self, point: Point) {
+        // Seven is the most that two cuts leave of a triangle; rounding cannot add an eighth twice.
+        if self.count < self.points.len() {
+            self.points[self.count] = point;
+            self.count += 1;
+        }
+    }
+
+    /// Twice the area in barycentric coordinates: the share of the triangle's light.
+    #[inline(always)]
+    fn share(&self) -> f64 {
+        let first = &self.points[0];
+        let mut sum = 0.0;
+        for k in 1..self.count.saturating_sub(1) {
+            let (p, q) = (&self.points[k], &self.points[k + 1]);
+            sum += (p.b - first.b) * (q.c - first.c) - (q.b - first.b) * (p.c - first.c);
+        }
+        sum.abs()
+    }
+
+    /// Cuts along `value` of coordinate `axis` into the parts below and above, whose common side is
+    /// the chord that is returned.
+    #[inline(always)]
+    fn cut(
+        &self,
+        axis: usize,
+        value: f64,
+        below: &mut Self,
+        above: &mut Self,
+    ) -> Option<(Point, Point)> {
+        (below.count, above.count) = (0, 0);
+        let mut chord = [Point::default(); 2];
+        let mut ends = 0;
+        let mut p = &self.points[self.count.saturating_sub(1)];
+        let mut p_below = p.at[axis] < value;
+        for q in &self.points[..self.count] {
+            let q_below = q.at[axis] < value;
+            if p_below != q_below {
+                let cut = p.cut(q, axis, value);
+                below.push(cut);
+                above.push(cut);
+                chord[ends & 1] = cut;
+                ends += 1;
+            }
+            if q_below {
+                below.push(*q);
+            } else {
+                above.push(*q);
+            }
+            (p, p_below) = (q, q_below);
+        }
+        (ends == 2).then_some((chord[0], chord[1]))
+    }
+}
+
+/// Polygons to cut up triangles in, used again and again.
+#[derive(Debug, Default)]
+pub(super) struct Scratch([Polygon; 5]);
+
+impl Canvas {
+    /// Spreads the triangles between two neighbouring rings, ring `k` outside; returns their area.
+    /// The canvas's first corner lies at `origin`, px from the chief ray.
+    #[inline(always)]
+    pub(super) fn spread(
+        &mut self,
+        k: usize,
+        (inner, outer): (&Ring, &Ring),
+        origin: [f64; 2],
+        scratch: &mut Scratch,
+    ) -> f64 {
+        let (inner_count, outer_count) = ((6 * (k - 1)).max(1), 6 * k);
+        let mut total = 0.0;
+        for sector in 0..6 {
+            for j in 0..k {
+                let (o, i) = (sector * k + j, sector * (k - 1) + j);
+                let next = if o + 1 == outer_count { 0 } else { o + 1 };
+                let here = if i == inner_count { 0 } else { i };
+                let corners = [(outer, o), (outer, next), (inner, here)];
+                total += self.corners(corners, origin, scratch);
+                if j + 1 < k {
+                    let ahead = if i + 1 == inner_count { 0 } else { i + 1 };
+                    let corners = [(inner, here), (outer, next), (inner, ahead)];
+                    total += self.corners(corners, origin, scratch);
+                }
+            }
+        }
+        total
+    }
+
+    #[inline(always)]
+    fn corners(
+        &mut self,
+        corners: [(&Ring, usize); 3],
+        origin: [f64; 2],
+        scratch: &mut Scratch,
+    ) -> f64 {
+        let u = corners.map(|(ring, k)| ring.u[k]);
+        let edge = |a: usize| [u[a][0] - u[0][0], u[a][1] - u[0][1]];
+        let (e, f) = (edge(1), edge(2));
+        let area = (e[0] * f[1] - e[1] * f[0]) / 2.0;
+        let at = corners.map(|(ring, k)| {
+            let p = ring.landing[k];
+            [0, 1].map(|axis| (p[axis] - origin[axis]) * self.scale)
+        });
+        let width = 2 * packs(self.tangents);
+        let velocity = corners.map(|(ring, k)| &ring.velocity[k * width..(k + 1) * width]);
+        let stops = corners[0].0.drift.len() / corners[0].0.u.len();
+        let mut growth = [0.0; MOST_STOP_TANGENTS];
+        for (which, growth) in growth[..stops].iter_mut().enumerate() {
+            let d = corners.map(|(ring, k)| ring.drift[k * stops + which]);
+            let (g, h) = (
+                [d[1][0] - d[0][0], d[1][1] - d[0][1]],
+                [d[2][0] - d[0][0], d[2][1] - d[0][1]],
+            );
+            *growth = (g[0] * f[1] - g[1] * f[0] + e[0] * h[1] - e[1] * h[0]) / (2.0 * area);
+        }
+        let triangle = Triangle {
+            at,
+            velocity,
+            light: area,
+            growth: &growth[..stops],
+        };
+        self.triangle(&triangle, scratch);
+        area
+    }
+
+    /// Spreads one triangle.
+    #[inline(always)]
+    fn triangle(&mut self, t: &Triangle, scratch: &mut Scratch) {
+        let low = [0, 1].map(|a| t.at[0][a].min(t.at[1][a]).min(t.at[2][a]).floor() as i32);
+        let high = [0, 1].map(|a| t.at[0][a].max(t.at[1][a]).max(t.at[2][a]).floor() as i32);
+        if high[0] < 0 || high[1] < 0 || low[0] >= self.width as i32 || low[1] >= self.height as i32
+        {
+            return;
+        }
+        match (high[0] - low[0], high[1] - low[1]) {
+            (0, 0) => self.add(low[0], low[1], t.light, t.growth),
+            (1, 0) => self.across_one_side(t, 0, (low[0], low[1]), (high[0], low[1])),
+            (0, 1) => self.across_one_side(t, 1, (low[0], low[1]), (low[0], high[1])),
+            _ => self.across_many(t, low, high, scratch),
+        }
+    }
+
+    /// Spreads a triangle that one pixel side across `axis` cuts in two.
+    #[inline(always)]
+    fn across_one_side(&mut self, t: &Triangle, axis: usize, near: (i32, i32), far: (i32, i32)) {
+        let side = f64::from(if axis == 0 { far.0 } else { far.1 });
+        let off = t.at.map(|p| p[axis] - side);
+        // The corner that is alone on its side of the line.
+        let below = off.map(|o| o < 0.0);
+        let alone = if below[1] == below[2] {
+            0
+        } else if below[0] == below[2] {
+            1
+        } else {
+            2
+        };
+        let (next, last) = ((alone + 1) % 3, (alone + 2) % 3);
+        let (first, second) = (
+            off[alone] / (off[alone] - off[next]),
+            off[alone] / (off[alone] - off[last]),
+        );
+        let share = first * second;
+        let (this, other) = if below[alone] {
+            (near, far)
+        } else {
+            (far, near)
+        };
+        self.add(this.0, this.1, t.light * share, t.growth);
+        self.add(other.0, other.1, t.light * (1.0 - share), t.growth);
+        if self.tangents == 0 || off[alone] == 0.0 {
+            return;
+        }
+        let density = 2.0 * t.light * share / off[alone].abs();
+        let mut weights = [0.0; 3];
+        weights[next] = density * first / 2.0;
+        weights[last] = density * second / 2.0;
+        weights[alone] = density - weights[next] - weights[last];
+        self.flux(t, axis, weights, near, far);
+    }
+
+    /// Spreads a triangle over any number of pixels.
+    #[inline(always)]
+    fn across_many(&mut self, t: &Triangle, low: [i32; 2], high: [i32; 2], scratch: &mut Scratch) {
+        let [rest, spare, strip, spare_strip, cell] = &mut scratch.0;
+        let (mut rest, mut spare) = (rest, spare);
+        let (mut strip, mut spare_strip) = (strip, spare_strip);
+        rest.count = 3;
+        for (k, (b, c)) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].into_iter().enumerate() {
+            rest.points[k] = Point { at: t.at[k], b, c };
+        }
+        for column in low[0]..=high[0] {
+            if column == high[0] {
+                std::mem::swap(&mut strip, &mut rest);
+            } else {
+                let chord = rest.cut(0, f64::from(column + 1), strip, spare);
+                std::mem::swap(&mut rest, &mut spare);
+                if let Some((p, q)) = chord {
+                    self.through_column_side(t, column, p, q);
+                }
+            }
+            if strip.count < 3 {
+                continue;
+            }
+            let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+            for p in &strip.points[..strip.count] {
+                (first, last) = (first.min(p.at[1]), last.max(p.at[1]));
+            }
+            let (first, last) = (first.floor() as i32, last.floor() as i32);
+            for row in first..last {
+                let chord = strip.cut(1, f64::from(row + 1), cell, spare_strip);
+                std::mem::swap(&mut strip, &mut spare_strip);
+                if let Some((p, q)) = chord {
+                    self.chord(t, 1, (p, q), (column, row), (column, row + 1));
+                }
+                self.add(column, row, t.light * cell.share(), t.growth);
+            }
+            self.add(column, last, t.light * strip.share(), t.growth);
+        }
+    }
+
+    /// What crosses the side between `column` and the next along the chord p-q, row by row.
+    #[inline(always)]
+    fn through_column_side(&mut self, t: &Triangle, column: i32, p: Point, q: Point) {
+        if self.tangents == 0 {
+            return;
+        }
+        let (mut p, q) = if p.at[1] <= q.at[1] { (p, q) } else { (q, p) };
+        let (first, last) = (p.at[1].floor() as i32, q.at[1].floor() as i32);
+        for row in first..=last {
+            let end = if row == last {
+                q
+            } else {
+                p.cut(&q, 1, f64::from(row + 1))
+            };
+            self.chord(t, 0, (p, end), (column, row), (column + 1, row));
+            p = end;
+        }
+    }
+
+    /// What crosses the chord p-q, which lies on a pixel side across `axis`, from pixel to pixel.
+    #[inline(always)]
+    fn chord(
+        &mut self,
+        t: &Triangle,
+        axis: usize,
+        (p, q): (Point, Point),
+        from: (i32, i32),
+        to: (i32, i32),
+    ) {
+        if self.tangents == 0 {
+            return;
+        }
+        let square = |x: f64, y: f64| x * x + y * y;
+        let steep = square(t.at[1][axis] - t.at[0][axis], t.at[2][axis] - t.at[0][axis]);
+        let length = square(p.b - q.b, p.c - q.c);
+        let density = 2.0 * t.light * (length / steep).sqrt();
+        if density == 0.0 || !density.is_finite() {
+            return;
+        }
+        let (b, c) = ((p.b + q.b) / 2.0, (p.c + q.c) / 2.0);
+        let weights = [density * (1.0 - b - c), density * b, density * c];
+        self.flux(t, axis, weights, from, to);
+    }
+
+    /// Lets light flow from pixel to pixel at the weighed velocity of the corners along `axis`.
+    #[inline(always)]
+    fn flux(
+        &mut self,
+        t: &Triangle,
+        axis: usize,
+        weights: [f64; 3],
+        from: (i32, i32),
+        to: (i32, i32),
+    ) {
+        let half = packs(self.tangents);
+        let weights = weights.map(|w| w * self.scale);
+        let [u, v, w] = t.velocity;
+        let (u, v, w) = (
+            &u[axis * half..(axis + 1) * half],
+            &v[axis * half..(axis + 1) * half],
+            &w[axis * half..(axis + 1) * half],
+        );
+        let from = self.index(from.0, from.1).map(|pixel| pixel * half);
+        let to = self.index(to.0, to.1).map(|pixel| pixel * half);
+        for k in 0..half {
+            let mut flux = Pack::default();
+            for lane in 0..LANES {
+                flux[lane] =
+                    weights[0] * u[k][lane] + weights[1] * v[k][lane] + weights[2] * w[k][lane];
+            }
+            if let Some(pixel) = from {
+                let losing = &mut self.slopes[pixel + k];
+                for lane in 0..LANES {
+                    losing[lane] -= flux[lane];
+                }
+            }
+            if let Some(pixel) = to {
+                let gaining = &mut self.slopes[pixel + k];
+                for lane in 0..LANES {
+                    gaining[lane] += flux[lane];
+                }
+            }
+        }
+    }
+}
