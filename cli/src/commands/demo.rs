@@ -8,7 +8,6 @@ use seidel_core::fit::{FitSettings, fit_moments};
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
-use seidel_core::psf::SkewNormal;
 use seidel_core::render::{
     BlurField, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene as Optics,
     VergencePass,
@@ -74,7 +73,7 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
     drop(progress);
     let sheet = lens_sheet(
         &fit.lens,
-        &SkewNormal,
+        Predictor::new(&fit.lens)?.default_model(),
         &SheetOptions {
             title: Some("the demo's lens, fitted".to_owned()),
             ..SheetOptions::default()
@@ -130,7 +129,7 @@ fn blur(
     let vergence: Vec<f32> = plate.depth_m.iter().map(|m| 1.0 / m).collect();
     let optics = Optics {
         lens: &predictor,
-        model: &SkewNormal,
+        model: predictor.default_model(),
         width: plate.width,
         height: plate.height,
         map: PlateMap {

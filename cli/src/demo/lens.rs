@@ -1,6 +1,7 @@
 //! The built-in lens: a fast 50 mm prime of the old kind, wide open.
 //!
-//! Five reduced numbers a channel (docs/model.md section 3), defocus alone changing with distance. Its
+//! Known ray by ray: five reduced numbers a channel (docs/model.md section 3), defocus alone changing with
+//! distance. Its
 //! character is that of such lenses: highlights in the corners drawn out and tear-shaped (coma and
 //! astigmatism), green rims behind the focus and purple ones before it (axial colour), red and blue
 //! pulled apart towards the corners (lateral colour), sharp only near the centre of the focused plane.
@@ -11,10 +12,8 @@ use seidel_core::Result;
 use seidel_core::camera::Camera;
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::Frame;
-use seidel_core::lens::ReducedNumbers;
-use seidel_core::profile::{
-    Displacement, LensDescription, LensProfile, MomentsChannel, MomentsPlane, Provenance,
-};
+use seidel_core::lens::VergenceSeries;
+use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
 
 /// Focal length, mm.
 pub const FOCAL_LENGTH_MM: f64 = 50.0;
@@ -73,8 +72,12 @@ const DELTA_PX: f64 = 1.0;
 /// Distortion per squared half frame width: slightly barrel.
 const DISTORTION: f64 = -0.004;
 
-/// Object distances of the profile's planes, m, from infinity inwards.
-const DISTANCES_M: [f64; 5] = [f64::INFINITY, 10.0, 4.0, 2.0, 1.2];
+/// Variance of the symmetric blur, px²: diffraction, the sensor's filter and what else keeps a lens from
+/// being perfect in focus.
+const BLUR_VARIANCE_PX2: f64 = 0.1;
+
+/// Vergences between which the lens is said to have been measured, 1/m: infinity to 1.2 m.
+const MEASURED_PER_M: (f64, f64) = (0.0, 1.0 / 1.2);
 
 /// The built-in lens for a frame of `width_px` x `height_px`, its axis at the centre.
 ///
@@ -82,19 +85,7 @@ const DISTANCES_M: [f64; 5] = [f64::INFINITY, 10.0, 4.0, 2.0, 1.2];
 /// A frame of no size.
 pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
     let frame = Frame::new(width_px, height_px, None)?;
-    let channels = CHANNELS
-        .iter()
-        .map(|design| {
-            let planes = DISTANCES_M
-                .iter()
-                .map(|&metres| plane(design, ObjectDistance::metres(metres)?, &frame))
-                .collect::<Result<Vec<_>>>()?;
-            Ok(MomentsChannel {
-                name: design.name.to_owned(),
-                planes,
-            })
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let channels = CHANNELS.iter().map(|design| channel(design, &frame));
     Ok(LensProfile {
         frame,
         pixel_pitch_um: Some(SENSOR_WIDTH_MM * 1e3 / f64::from(width_px)),
@@ -107,7 +98,7 @@ pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
                 .map(|c| (c.name.to_owned(), c.wavelength_nm))
                 .collect::<BTreeMap<_, _>>(),
         },
-        description: LensDescription::Moments(channels),
+        description: LensDescription::Pupil(channels.collect()),
         held_out: None,
         provenance: Provenance {
             program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -125,29 +116,24 @@ fn defocus_px_per_dioptre() -> f64 {
     image_m * f_m / (2.0 * F_NUMBER) / pitch_m
 }
 
-fn plane(design: &ChannelDesign, distance: ObjectDistance, frame: &Frame) -> Result<MomentsPlane> {
-    let vergence = distance.vergence_per_m().unwrap_or(0.0);
-    let numbers = ReducedNumbers {
-        alpha: defocus_px_per_dioptre() * (vergence - 1.0 / FOCUS_M) + design.alpha_focus_px,
-        beta: BETA_PX,
-        gamma: GAMMA_PX,
-        delta: DELTA_PX,
-        phi: design.phi_px,
-    };
+fn channel(design: &ChannelDesign, frame: &Frame) -> PupilChannel {
     let scale = f64::from(frame.width_px()) / DESIGN_WIDTH_PX;
-    Ok(MomentsPlane {
-        distance,
-        s: numbers.coefficients().rescaled(scale, 1.0),
-        s_sigma: [0.0; 10],
-        displacement: Some(Displacement {
-            magnification: design.magnification,
-            distortion: DISTORTION,
-            magnification_sigma: 0.0,
-            distortion_sigma: 0.0,
-        }),
-        tiles_used: 0,
-        tiles_rejected: 0,
-    })
+    let px = |value: f64| VergenceSeries::constant(value * scale);
+    let slope = defocus_px_per_dioptre();
+    PupilChannel {
+        name: design.name.to_owned(),
+        alpha: VergenceSeries::new(vec![design.alpha_focus_px - slope / FOCUS_M, slope])
+            .scaled(scale),
+        beta: px(BETA_PX),
+        gamma: px(GAMMA_PX),
+        delta: px(DELTA_PX),
+        phi: px(design.phi_px),
+        blur_variance_px2: VergenceSeries::constant(BLUR_VARIANCE_PX2 * scale * scale),
+        effects: Vec::new(),
+        magnification: VergenceSeries::constant(design.magnification),
+        distortion: VergenceSeries::constant(DISTORTION),
+        measured_vergence: MEASURED_PER_M,
+    }
 }
 
 #[cfg(test)]
@@ -162,7 +148,7 @@ mod tests {
         let lens = lens(1280, 720).expect("a frame");
         let read = LensProfile::from_json(&lens.to_json()).expect("a valid profile");
         assert_eq!(read.channel_names(), ["R", "G", "B"]);
-        let predictor = Predictor::new(&lens).expect("five planes");
+        let predictor = Predictor::new(&lens).expect("a lens");
         let corner = FieldPoint::new(1.0, 0.5625);
         for channel in 0..3 {
             for step in 0..=100 {
@@ -177,7 +163,7 @@ mod tests {
     #[test]
     fn sizes_are_those_of_a_fast_prime() {
         let lens = lens(1280, 720).expect("a frame");
-        let predictor = Predictor::new(&lens).expect("five planes");
+        let predictor = Predictor::new(&lens).expect("a lens");
         let sigma = |h: f64, metres: f64| {
             let placed = predictor.blur_at(1, FieldPoint::new(h, 0.0), 1.0 / metres);
             (placed.blur.moments.trace() / 2.0).sqrt()
@@ -204,7 +190,7 @@ mod tests {
         let (small, large) = (lens(320, 180), lens(1280, 720));
         let s1 = |l: Result<LensProfile>| {
             let lens = l.expect("a frame");
-            let predictor = Predictor::new(&lens).expect("five planes");
+            let predictor = Predictor::new(&lens).expect("a lens");
             let on_axis = predictor.blur_at(1, FieldPoint::new(0.0, 0.0), 0.0);
             on_axis.blur.moments.mu20
         };

@@ -6,7 +6,6 @@ use seidel_core::field::ImagePoint;
 use seidel_core::observations::{Observation, ObservationSet};
 use seidel_core::predict::{Predictor, predict_like};
 use seidel_core::profile::LensProfile;
-use seidel_core::psf::SkewNormal;
 use seidel_core::render::BlurField;
 use seidel_core::tile::Tile;
 
@@ -19,7 +18,7 @@ const DISTANCES_M: [f64; 4] = [f64::INFINITY, 4.0, 2.0, 1.2];
 /// Peak of a tile over its noise.
 const PEAK_OVER_NOISE: f64 = 400.0;
 
-/// One observation a point and distance, by the built-in `lens` with the skew-normal PSF.
+/// One observation a point and distance, by the built-in `lens`, ray by ray.
 ///
 /// # Errors
 /// A lens from which no depth law can be made.
@@ -40,7 +39,7 @@ pub fn measured(lens: &LensProfile) -> Result<ObservationSet> {
         camera: lens.camera.clone(),
         observations,
     };
-    let mut set = predict_like(&predictor, &template, &SkewNormal)?;
+    let mut set = predict_like(&predictor, &template, predictor.default_model())?;
     for (index, observation) in set.observations.iter_mut().enumerate() {
         for channel in 0..observation.tiles.len() {
             let seed = (index * observation.tiles.len() + channel) as u64;

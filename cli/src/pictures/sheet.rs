@@ -46,7 +46,7 @@ impl Default for SheetOptions {
 /// Tone is the square root of light over the peak of each PSF.
 ///
 /// # Errors
-/// Planes from which no depth law can be made.
+/// Planes from which no depth law can be made, and a model that cannot draw the lens.
 pub fn lens_sheet(
     lens: &LensProfile,
     model: &dyn PsfModel,
@@ -65,6 +65,7 @@ struct Panel {
 
 fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Result<Canvas> {
     let predictor = Predictor::new(lens)?;
+    predictor.check_model(model)?;
     let panels = panels(lens);
     let distances = distances(lens);
     let across = across(panels.len(), distances.len());
@@ -153,7 +154,10 @@ fn across(panels: usize, distances: usize) -> u32 {
 fn distances(lens: &LensProfile) -> Vec<ObjectDistance> {
     let planes = lens.moments_channels().iter().flat_map(|c| &c.planes);
     let mut all: Vec<ObjectDistance> = Vec::new();
-    let of_rays = lens.pupil_channels().first().map(shown_distances);
+    let of_rays = lens
+        .pupil_channels()
+        .first()
+        .map(|c| shown_distances(lens, c));
     for distance in planes
         .map(|plane| plane.distance)
         .chain(of_rays.into_iter().flatten())
@@ -170,14 +174,15 @@ fn distances(lens: &LensProfile) -> Vec<ObjectDistance> {
 }
 
 /// Least and largest vergence that were measured, and the focus or else the middle between them.
-fn shown_distances(channel: &PupilChannel) -> Vec<ObjectDistance> {
+fn shown_distances(lens: &LensProfile, channel: &PupilChannel) -> Vec<ObjectDistance> {
     let (low, high) = channel.measured_vergence;
     if channel.alpha.degree() == 0 {
         return vec![ObjectDistance::Unknown];
     }
-    let within = |v: &f64| (low..=high).contains(v);
-    let focus = channel.focus_vergence_per_m().filter(within);
-    [low, focus.unwrap_or((low + high) / 2.0), high]
+    let stated = lens.camera.focus_distance.vergence_per_m();
+    let focus = stated.or_else(|| channel.focus_vergence_per_m());
+    let within = focus.filter(|v| (low..=high).contains(v));
+    [low, within.unwrap_or((low + high) / 2.0), high]
         .into_iter()
         .map(distance_of)
         .collect()
@@ -238,33 +243,67 @@ fn add_light(canvas: &mut Canvas, area: Area, panel: &Panel, light: &[Vec<f32>])
 mod tests {
     use super::*;
     use crate::demo::lens::lens;
-    use seidel_core::profile::{LensDescription, MomentsPlane};
+    use seidel_core::profile::{LensDescription, MomentsChannel, MomentsPlane};
     use seidel_core::psf;
 
-    /// The demo lens with other channels and planes.
+    /// The demo lens as moments with other channels and planes.
     fn shaped(names: &[&str], planes: &[ObjectDistance]) -> LensProfile {
         let base = lens(640, 360).expect("a frame");
+        let pupils = base.pupil_channels();
         let channels = names
             .iter()
             .enumerate()
-            .map(|(index, name)| {
-                let mut channel = base.moments_channels()[index % 3].clone();
-                channel.name = (*name).to_owned();
-                channel.planes = planes
+            .map(|(index, name)| MomentsChannel {
+                name: (*name).to_owned(),
+                planes: planes
                     .iter()
                     .enumerate()
-                    .map(|(k, distance)| MomentsPlane {
-                        distance: *distance,
-                        ..channel.planes[k % 5].clone()
+                    .map(|(k, &distance)| {
+                        let v = distance.vergence_per_m().unwrap_or(0.2 * k as f64);
+                        MomentsPlane {
+                            distance,
+                            s: pupils[index % 3].numbers(v).coefficients(),
+                            s_sigma: [0.0; 10],
+                            displacement: None,
+                            tiles_used: 0,
+                            tiles_rejected: 0,
+                        }
                     })
-                    .collect();
-                channel
+                    .collect(),
             })
             .collect();
         LensProfile {
             description: LensDescription::Moments(channels),
             ..base
         }
+    }
+
+    #[test]
+    fn lenses_of_rays_have_a_sheet_by_every_model() {
+        let options = SheetOptions {
+            columns: 5,
+            width_px: 1280,
+            ..SheetOptions::default()
+        };
+        let rays = lens(640, 360).expect("a frame");
+        assert_eq!(
+            distances(&rays),
+            [
+                ObjectDistance::Infinity,
+                ObjectDistance::Metres(2.0),
+                ObjectDistance::Metres(1.2),
+            ]
+        );
+        for model in psf::ALL {
+            let canvas = draw(&rays, *model, &options).expect("drawable");
+            let lit = canvas
+                .image
+                .pixels()
+                .filter(|p| p.0.iter().any(|&v| v > 160));
+            assert!(lit.count() > 1000, "{}", model.id());
+        }
+        let moments = shaped(&["Y"], &[ObjectDistance::Unknown]);
+        assert!(draw(&moments, &psf::Pupil, &options).is_err());
     }
 
     #[test]
@@ -294,7 +333,8 @@ mod tests {
             for names in channels {
                 let lens = shaped(names, planes);
                 for model in psf::ALL {
-                    if model.id() != "skew-normal" && names.len() != 3 {
+                    let shown = model.id() == "skew-normal" || names.len() == 3;
+                    if !shown || model.needs_rays() {
                         continue;
                     }
                     let canvas = draw(&lens, *model, &options).expect("drawable");

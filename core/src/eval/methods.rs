@@ -9,7 +9,8 @@ use super::tiles::{PlacedTile, to_unit_sum};
 use crate::moments::pixels::PIXEL_VARIANCE_PX2;
 use crate::predict::Predictor;
 use crate::psf::{
-    Gaussian, LocalBlur, MirroredPair, PsfModel, SkewNormal, SkewNormalEq43, SkewNormalGeneral,
+    Gaussian, LocalBlur, MirroredPair, PsfModel, Pupil, SkewNormal, SkewNormalEq43,
+    SkewNormalGeneral,
 };
 
 /// How well one way of predicting PSFs does over the tiles of a group.
@@ -121,6 +122,7 @@ static METHODS: &[Method] = &[
         "mirrored pair, lens",
         Way::Psf(&MirroredPair, From::Lens),
     ),
+    method("pupil-model", "pupil, lens", Way::Psf(&Pupil, From::Lens)),
 ];
 
 /// `blur` as a kernel sampled at pixel centres must have it: its moments gain the pixel's. What is

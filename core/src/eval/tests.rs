@@ -3,10 +3,11 @@
 use super::*;
 use crate::camera::Camera;
 use crate::field::{Frame, ImagePoint};
-use crate::lens::MomentCoefficients;
+use crate::lens::{MomentCoefficients, VergenceSeries};
 use crate::observations::Observation;
-use crate::profile::{LensDescription, MomentsChannel, MomentsPlane, Provenance};
-use crate::psf::{LocalBlur, MirroredPair, PsfModel, Window};
+use crate::predict::predict_like;
+use crate::profile::{LensDescription, MomentsChannel, MomentsPlane, Provenance, PupilChannel};
+use crate::psf::{LocalBlur, MirroredPair, PsfModel, Pupil, Window};
 use crate::tile::Tile;
 
 /// A lens with mild coma and field curvature, on and off axis about 3 px wide.
@@ -117,6 +118,51 @@ fn a_lens_explains_what_it_drew() {
         .and_then(|p| p.skew_normal)
         .expect("determined");
     assert!(all.mean_db > 40.0, "{all:?}");
+}
+
+/// A lens known ray by ray whose discs show their edges.
+fn lens_of_rays() -> LensProfile {
+    let constant = VergenceSeries::constant;
+    LensProfile {
+        description: LensDescription::Pupil(vec![PupilChannel {
+            name: "Y".into(),
+            alpha: constant(6.0),
+            beta: constant(-0.5),
+            gamma: constant(1.0),
+            delta: constant(-0.7),
+            phi: constant(0.8),
+            blur_variance_px2: constant(0.2),
+            magnification: constant(0.0),
+            distortion: constant(0.0),
+            measured_vergence: (0.5, 0.5),
+            effects: Vec::new(),
+        }]),
+        ..lens()
+    }
+}
+
+#[test]
+fn lenses_of_rays_are_drawn_by_their_pupil_too() {
+    let (lens, moments) = (lens_of_rays(), lens());
+    let predictor = Predictor::new(&lens).expect("sound");
+    let set = predict_like(&predictor, &drawn(&moments), &Pupil).expect("drawable");
+    let got = evaluate(&lens, &set, &picture(), &EvalSettings::default()).expect("sound");
+    let group = &got.groups[0];
+    for (m, explained) in group.explained.iter().enumerate() {
+        assert!(explained.full.expect("varies") > 98.0, "{m}: {explained:?}");
+    }
+    let rays = score(group, "pupil-model");
+    assert!(rays > 60.0, "{rays}");
+    assert!(rays > score(group, "skew-normal-model") + 20.0);
+    let plain = evaluate(
+        &moments,
+        &drawn(&moments),
+        &picture(),
+        &EvalSettings::default(),
+    );
+    let methods = plain.expect("sound").groups[0].methods.clone();
+    assert!(methods.iter().all(|m| m.id != "pupil-model"));
+    assert_eq!(methods.len() + 1, group.methods.len());
 }
 
 #[test]

@@ -19,13 +19,14 @@ use crate::tile::Tile;
 /// centroid is that of the observed tile.
 ///
 /// # Errors
-/// Another frame size than the lens's, a channel the lens has not, an unknown distance where the
+/// A model that cannot draw the lens, another frame size than the lens's, a channel the lens has not, an unknown distance where the
 /// lens depends on it, and a tile that misses the predicted PSF altogether.
 pub fn predict_like(
     lens: &Predictor,
     like: &ObservationSet,
     model: &dyn PsfModel,
 ) -> Result<ObservationSet> {
+    lens.check_model(model)?;
     let (ours, theirs) = (lens.frame(), like.frame);
     if (ours.width_px(), ours.height_px()) != (theirs.width_px(), theirs.height_px()) {
         return Err(Error::new(

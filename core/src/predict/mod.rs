@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::field::{FieldPoint, Frame};
 use crate::lens::{DepthLaw, MomentCoefficients};
 use crate::profile::{LensDescription, LensProfile, MomentsChannel, PupilChannel};
-use crate::psf::{self, LocalBlur, PsfModel, SkewNormal};
+use crate::psf::{self, LocalBlur, PsfModel, Pupil, SkewNormal};
 use crate::render::{BlurField, PlacedBlur};
 
 /// A lens profile made ready to ask.
@@ -143,10 +143,10 @@ impl Predictor {
 
     /// The PSF model that draws this lens most truly.
     pub fn default_model(&self) -> &'static dyn PsfModel {
-        let of_rays = psf::ALL.iter().find(|model| model.needs_rays());
-        match of_rays {
-            Some(&model) if self.knows_rays() => model,
-            _ => &SkewNormal,
+        if self.knows_rays() {
+            &Pupil
+        } else {
+            &SkewNormal
         }
     }
 }

@@ -139,6 +139,7 @@ fn lenses_of_one_distance_do_not_ask_for_it() {
 fn models_that_need_rays_are_refused_to_moments() {
     let (rays, moments) = (of_pupil(pupil_channel()), of_moments());
     assert_eq!(moments.default_model().id(), "skew-normal");
+    assert_eq!(rays.default_model().id(), "pupil");
     for model in psf::ALL {
         assert!(rays.check_model(*model).is_ok());
         match moments.check_model(*model) {
@@ -149,4 +150,50 @@ fn models_that_need_rays_are_refused_to_moments() {
             }
         }
     }
+}
+
+#[test]
+fn drawn_tiles_of_rays_have_the_moments_foretold() {
+    use crate::field::ImagePoint;
+    use crate::moments::pixels::{PIXEL_VARIANCE_PX2, TileMoments};
+    use crate::observations::{Observation, ObservationSet};
+    use crate::tile::Tile;
+    let mut channel = pupil_channel();
+    channel.blur_variance_px2 = VergenceSeries::constant(0.3);
+    let lens = of_pupil(channel);
+    let ideal = ImagePoint::new(310.2, 90.7);
+    let like = ObservationSet {
+        frame: lens.frame(),
+        axis_stated: true,
+        pixel_pitch_um: None,
+        channels: vec!["Y".into()],
+        camera: Camera::default(),
+        observations: vec![Observation {
+            file: "0.exr".into(),
+            centre: ImagePoint::new(310.5, 90.5),
+            distance: ObjectDistance::Infinity,
+            ideal: Some(ideal),
+            tiles: vec![Tile::new(41, 41, vec![0.0; 41 * 41]).expect("valid")],
+            noise_sigma: vec![None],
+            background: vec![0.0],
+            saturated: false,
+        }],
+    };
+    let drawn = predict_like(&lens, &like, &Pupil).expect("drawable");
+    let seen = &drawn.observations[0];
+    let got = TileMoments::plain(&seen.tiles[0], None).expect("lit");
+    let at = lens.frame().field_point(ideal);
+    let want = lens.blur_at(0, at, 0.0);
+    let want_moments = want.blur.moments.with_added_variance(PIXEL_VARIANCE_PX2);
+    for (g, w) in got.central.to_array().iter().zip(want_moments.to_array()) {
+        assert!(
+            (g - w).abs() < 5e-3 * want_moments.trace().powf(1.5),
+            "{g} {w}"
+        );
+    }
+    let landed = seen.frame_point(got.centroid_x, got.centroid_y);
+    assert!((landed.x_px - ideal.x_px - want.displacement_px.0).abs() < 5e-3);
+    assert!((landed.y_px - ideal.y_px - want.displacement_px.1).abs() < 5e-3);
+    let refused = predict_like(&of_moments(), &like, &Pupil).expect_err("needs rays");
+    assert!(refused.remedy.contains("--model reduced"), "{refused}");
 }
