@@ -503,7 +503,7 @@ fn a_blur_that_cannot_be_drawn_is_refused() {
 /// Freely fitted moments need not be those of any light; what is drawn still keeps it.
 #[test]
 fn moments_of_nothing_real_are_drawn_as_best_they_can() {
-    let models = crate::psf::ALL;
+    let models = || crate::psf::ALL.iter().filter(|m| !m.needs_rays());
     for (blur, model) in [
         constant(0.0, 0.0, 0.0),
         constant(-3.0, 2.0, 1.0),
@@ -511,7 +511,7 @@ fn moments_of_nothing_real_are_drawn_as_best_they_can() {
         constant(1e-9, 200.0, -1e300),
     ]
     .into_iter()
-    .flat_map(|blur| models.iter().map(move |model| (blur, model)))
+    .flat_map(|blur| models().map(move |model| (blur, model)))
     {
         let lens = Lens {
             channel_count: 1,

@@ -73,8 +73,9 @@ pub(super) struct Mesh<'a> {
 struct Spoke {
     /// Where it is, from the mesh's centre.
     edge: [f64; 2],
-    /// Which stop bounds the pupil there.
+    /// Which stop bounds the pupil there; on a cusp, which two.
     stop: usize,
+    other: Option<usize>,
 }
 
 impl Spoke {
@@ -131,7 +132,11 @@ impl<'a> Mesh<'a> {
                 (LEAST_REACH, usize::MAX)
             };
             let edge = [reach * cos, reach * sin];
-            Spoke { edge, stop }
+            Spoke {
+                edge,
+                stop,
+                other: None,
+            }
         };
         let mut rim: Vec<Spoke> = (0..count).map(|k| at(k as f64 * spacing)).collect();
         if open && self.pupil.stops().len() > 1 {
@@ -156,7 +161,11 @@ impl<'a> Mesh<'a> {
                 } else {
                     (k + 1) % count
                 };
-                rim[nearest] = at(low);
+                rim[nearest] = Spoke {
+                    stop: here,
+                    other: Some(next),
+                    ..at(low)
+                };
             }
         }
         // A polygon within a curve lacks area: its corners are moved out by a twelfth of the chord
@@ -183,20 +192,28 @@ impl<'a> Mesh<'a> {
         let mut drifts = Vec::with_capacity(self.rim.len() * self.stop_tangents);
         for spoke in &self.rim {
             for tangent in &self.tangents[self.tangents.len() - self.stop_tangents..] {
-                let Some(circle) = self.pupil.stops().get(spoke.stop) else {
-                    drifts.push([0.0, 0.0]);
-                    continue;
-                };
-                let (moved, [cos, sin]) = (&tangent.stops[spoke.stop], spoke.direction());
-                let n = [0, 1].map(|axis| {
-                    (self.centre[axis] + spoke.edge[axis] - circle.centre[axis]) / circle.radius
+                let own = self.edge_rate(spoke, spoke.stop, tangent);
+                // Half of what surrounds a cusp belongs to either edge.
+                let rate = spoke.other.map_or(own, |other| {
+                    (own + self.edge_rate(spoke, other, tangent)) / 2.0
                 });
-                let facing = (n[0] * cos + n[1] * sin).max(LEAST_FACING);
-                let outwards = moved.radius + moved.centre[0] * n[0] + moved.centre[1] * n[1];
-                drifts.push([outwards / facing * cos, outwards / facing * sin]);
+                drifts.push(spoke.direction().map(|d| rate * d));
             }
         }
         drifts
+    }
+
+    /// How fast the edge of `stop` moves away from the centre at `spoke`.
+    fn edge_rate(&self, spoke: &Spoke, stop: usize, tangent: &Tangent) -> f64 {
+        let Some(circle) = self.pupil.stops().get(stop) else {
+            return 0.0;
+        };
+        let (moved, [cos, sin]) = (&tangent.stops[stop], spoke.direction());
+        let n = [0, 1].map(|axis| {
+            (self.centre[axis] + spoke.edge[axis] - circle.centre[axis]) / circle.radius
+        });
+        let facing = (n[0] * cos + n[1] * sin).max(LEAST_FACING);
+        (moved.radius + moved.centre[0] * n[0] + moved.centre[1] * n[1]) / facing
     }
 
     /// Lays down the slope polynomials of the wavefront and the tangents, each less its share of the

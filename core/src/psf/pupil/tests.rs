@@ -225,7 +225,7 @@ fn derivatives_are_those_of_the_picture() {
             .sum();
         let analytic = |k: usize| out.slopes[k * stride + which] - total * out.light[k];
         let error = relative(&analytic, &low, &high, step);
-        assert!(error < 0.04, "tangent {which}: {error}");
+        assert!(error < 0.06, "tangent {which}: {error}");
     }
     let blurred = |by: f64| plain(&pupil.blurred_by(by));
     let error = relative(&|k| out.by_blur[k], &blurred(-step), &blurred(step), step);
