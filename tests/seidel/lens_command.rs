@@ -1,6 +1,6 @@
 //! `seidel lens`: the sheet and the schema.
 
-use crate::support::{seidel_in, succeeds, write_made_lens};
+use crate::support::{seidel_in, succeeds, write_made_lens, write_ray_lens};
 
 #[test]
 fn the_sheet_is_a_picture_that_shows_something() {
@@ -24,12 +24,17 @@ fn the_sheet_is_a_picture_that_shows_something() {
 #[test]
 fn profiles_have_no_key_that_the_schema_lacks() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
     let schema = succeeds(folder.path(), "lens schema").stdout;
     let parsed: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
     assert_eq!(parsed["additionalProperties"], false);
-    let lens = std::fs::read_to_string(folder.path().join("lens.json")).expect("written");
-    let lens: serde_json::Value = serde_json::from_str(&lens).expect("JSON");
+    for write in [write_made_lens, write_ray_lens] {
+        write(folder.path(), &["Y"]);
+        let lens = std::fs::read_to_string(folder.path().join("lens.json")).expect("written");
+        every_key_is_in(&schema, &serde_json::from_str(&lens).expect("JSON"));
+    }
+}
+
+fn every_key_is_in(schema: &str, lens: &serde_json::Value) {
     fn keys(value: &serde_json::Value, all: &mut Vec<String>) {
         match value {
             serde_json::Value::Object(map) => {
@@ -43,7 +48,7 @@ fn profiles_have_no_key_that_the_schema_lacks() {
         }
     }
     let mut all = Vec::new();
-    keys(&lens, &mut all);
+    keys(lens, &mut all);
     for key in all {
         assert!(schema.contains(&format!("\"{key}\"")), "{key}");
     }

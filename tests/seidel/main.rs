@@ -2,6 +2,8 @@
 
 mod apply;
 mod bad_input;
+mod choice;
+mod controls;
 mod demo;
 mod eval;
 mod fit;

@@ -8,9 +8,10 @@ use exr::prelude::*;
 use seidel_core::camera::Camera;
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::{FieldPoint, Frame, ImagePoint};
-use seidel_core::lens::ReducedNumbers;
+use seidel_core::lens::{ReducedNumbers, VergenceSeries};
 use seidel_core::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_core::observations::{Observation, ObservationSet};
+use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
 use seidel_core::psf::{LocalBlur, MirroredPair, PsfModel, Window};
 use seidel_core::tile::Tile;
 
@@ -190,6 +191,42 @@ pub(crate) fn write_made_set(folder: &Path, name: &str, channels: &[&str]) {
 pub(crate) fn write_made_lens(folder: &Path, channels: &[&str]) {
     write_made_set(folder, "set", channels);
     succeeds(folder, "fit @set -o @lens.json");
+}
+
+/// Writes `folder`/`lens.json`: the lens of [`made_set`] known ray by ray, in `channels`, focused at
+/// infinity at f/2.
+pub(crate) fn write_ray_lens(folder: &Path, channels: &[&str]) {
+    let constant = VergenceSeries::constant;
+    let numbers = planted(0.0);
+    let of_channel = |(index, name): (usize, &&str)| PupilChannel {
+        name: (*name).to_owned(),
+        alpha: VergenceSeries::new(vec![
+            planted_alpha(index, 0.0),
+            planted_alpha(index, 1.0) - planted_alpha(index, 0.0),
+        ]),
+        beta: constant(numbers.beta),
+        gamma: constant(numbers.gamma),
+        delta: constant(numbers.delta),
+        phi: constant(numbers.phi),
+        blur_variance_px2: constant(0.05),
+        effects: Vec::new(),
+        magnification: constant(0.002 * index as f64),
+        distortion: constant(0.0),
+        measured_vergence: (0.0, 1.0 / 1.2),
+    };
+    let lens = LensProfile {
+        frame: Frame::new(300, 200, None).expect("a valid frame"),
+        pixel_pitch_um: Some(6.0),
+        camera: Camera {
+            focal_length_mm: Some(50.0),
+            f_number: Some(2.0),
+            ..Camera::default()
+        },
+        description: LensDescription::Pupil(channels.iter().enumerate().map(of_channel).collect()),
+        held_out: None,
+        provenance: Provenance::default(),
+    };
+    std::fs::write(folder.join("lens.json"), lens.to_json()).expect("the folder is writable");
 }
 
 /// Writes an EXR of float channels.

@@ -8,6 +8,7 @@ use seidel_core::fit::{FitSettings, fit_moments};
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
+use seidel_core::psf::SkewNormal;
 use seidel_core::render::{
     BlurField, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene as Optics,
     VergencePass,
@@ -71,9 +72,10 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
     let progress = console.progress("blurring the plate");
     let blurred = blur(&plate, &fit.lens, &progress)?;
     drop(progress);
+    let best = Predictor::new(&fit.lens)?.default_model();
     let sheet = lens_sheet(
         &fit.lens,
-        Predictor::new(&fit.lens)?.default_model(),
+        best,
         &SheetOptions {
             title: Some("the demo's lens, fitted".to_owned()),
             ..SheetOptions::default()
@@ -93,10 +95,11 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
     for (name, what) in WRITES {
         console.say(format!("{:<32} {what}", show(&args.folder.join(name))));
     }
+    let scored = format!("{}-model", best.id());
     let score = quality
         .groups
         .iter()
-        .filter_map(|g| g.methods.iter().find(|m| m.id == "skew-normal-model"))
+        .filter_map(|g| g.methods.iter().find(|m| m.id == scored))
         .map(|m| m.mean_db)
         .fold((0.0, 0.0), |(sum, count), db| (sum + db, count + 1.0));
     console.say(format!(
@@ -129,7 +132,8 @@ fn blur(
     let vergence: Vec<f32> = plate.depth_m.iter().map(|m| 1.0 / m).collect();
     let optics = Optics {
         lens: &predictor,
-        model: predictor.default_model(),
+        // By moments whatever the lens knows: rays drawn anew for every pixel would take minutes.
+        model: &SkewNormal,
         width: plate.width,
         height: plate.height,
         map: PlateMap {

@@ -1,0 +1,124 @@
+//! Lenses known ray by ray: drawn by their pupil, and set to other focus and aperture.
+
+use std::path::Path;
+
+use seidel::files::manifest::{self, ReadOptions};
+use seidel_core::moments::pixels::TileMoments;
+use seidel_core::observations::ObservationSet;
+
+use crate::support::{
+    read_channel, seidel_in, succeeds, write_made_lens, write_made_set, write_plate, write_ray_lens,
+};
+
+fn read(folder: &Path, name: &str) -> ObservationSet {
+    manifest::read(&folder.join(name), ReadOptions::default())
+        .expect("a sound set")
+        .set
+}
+
+/// Trace of the moments of every tile, by distance from infinity inwards: their means.
+fn sizes(set: &ObservationSet) -> Vec<f64> {
+    let mut distances = set.distances();
+    distances.reverse();
+    let mean = |distance| {
+        let here = set.observations.iter().filter(|o| o.distance == distance);
+        let traces: Vec<f64> = here
+            .map(|o| TileMoments::plain(&o.tiles[0], None).expect("lit"))
+            .map(|m| m.central.trace())
+            .collect();
+        traces.iter().sum::<f64>() / traces.len() as f64
+    };
+    distances.into_iter().map(mean).collect()
+}
+
+#[test]
+fn stopping_down_and_focusing_change_the_blur_as_they_should() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_set(folder, "set", &["R", "G"]);
+    write_ray_lens(folder, &["R", "G"]);
+    let drawn = |name: &str, extra: &str| {
+        let line = format!("psf --lens @lens.json --like @set --out @{name} {extra}");
+        succeeds(folder, &line);
+        sizes(&read(folder, name))
+    };
+    // Left to the lens it is the pupil, which has the planted moments.
+    let own = drawn("own", "");
+    assert_eq!(own, drawn("pupil", "--psf pupil"));
+    for (own, planted) in own.iter().zip(sizes(&read(folder, "set"))) {
+        assert!((own / planted - 1.0).abs() < 0.05, "{own} {planted}");
+    }
+    let narrow = drawn("narrow", "--f-number 4");
+    for (narrow, wide) in narrow.iter().zip(&own) {
+        assert!(narrow < &(0.4 * wide), "{narrow} {wide}");
+    }
+    // From infinity inwards: the near focus is sharpest near, the far one far.
+    let near = drawn("near", "--focus-distance 1.2");
+    let far = drawn("far", "--focus-distance inf");
+    assert!(near[2] < near[1] && near[1] < near[0], "{near:?}");
+    assert!(far[0] < far[1] && far[1] < far[2], "{far:?}");
+    // This lens focuses beyond infinity; a sensor farther from it brings focus nearer.
+    let moved = drawn("moved", "--sensor-shift-um 30");
+    assert!(moved.iter().zip(&own).all(|(m, o)| m < o), "{moved:?}");
+}
+
+#[test]
+fn plates_and_sheets_obey_the_controls() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    write_plate(&folder.join("plate.exr"), 34, 26);
+    let peak = |name: &str, extra: &str| {
+        let line =
+            format!("apply --lens @lens.json @plate.exr -o @{name}.exr --lens-scale 1 {extra}");
+        let said = succeeds(folder, &line).stderr;
+        let light = read_channel(&folder.join(format!("{name}.exr")), "G");
+        (light.into_iter().fold(0.0, f32::max), said)
+    };
+    let (wide, quiet) = peak("wide", "");
+    let (narrow, _) = peak("narrow", "--f-number 4");
+    assert!(narrow > 1.5 * wide, "{narrow} {wide}");
+    let (open, told) = peak("open", "--f-number 1.4");
+    assert!(open < wide);
+    assert!(told.contains("extrapolated") && !quiet.contains("extrapolated"));
+    succeeds(
+        folder,
+        "lens show @lens.json -o @sheet.png --focus-distance 2 --psf gaussian",
+    );
+}
+
+#[test]
+fn lenses_of_moments_say_what_they_lack() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["Y"]);
+    for extra in ["--psf pupil", "--f-number 4", "--focus-distance 1"] {
+        for line in [
+            "psf --lens @lens.json --like @set --out @out",
+            "lens show @lens.json -o @sheet.png",
+        ] {
+            let refused = seidel_in(folder.path(), &format!("{line} {extra}"));
+            assert_eq!(refused.status, 1, "{line} {extra}");
+            assert!(
+                refused.stderr.contains("--model reduced") && refused.stderr.contains("lens.json"),
+                "{}",
+                refused.stderr
+            );
+        }
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn rays_are_scored_where_the_lens_has_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_set(folder, "set", &["Y"]);
+    write_ray_lens(folder, &["Y"]);
+    let text = succeeds(folder, "eval --lens @lens.json @set").stdout;
+    assert!(text.contains("rays lens"), "{text}");
+    let json = succeeds(folder, "eval --lens @lens.json @set --json").stdout;
+    assert!(json.contains("\"pupil-model\""), "{json}");
+    write_made_lens(folder, &["Y"]);
+    let json = succeeds(folder, "eval --lens @lens.json @set --json").stdout;
+    assert!(!json.contains("\"pupil-model\""), "{json}");
+}
