@@ -45,11 +45,12 @@ impl Tree {
             for entry in entries.flatten() {
                 let path = entry.path();
                 let name = entry.file_name().to_string_lossy().into_owned();
+                // In a work tree of its own `.git` is a file.
+                if ["target", ".git", "seidel-demo"].contains(&name.as_str()) {
+                    continue;
+                }
                 if path.is_dir() {
-                    let generated = ["target", ".git", "seidel-demo"].contains(&name.as_str());
-                    if !generated {
-                        folders.push(path);
-                    }
+                    folders.push(path);
                 } else if let Ok(text) = fs::read_to_string(&path)
                     && let Ok(relative) = path.strip_prefix(root)
                 {
