@@ -1,15 +1,12 @@
-//! Symmetric Gaussian blur of light on a fine grid, integrated over the pixels of a coarse one.
+//! Symmetric Gaussian blur of light on a fine grid, gathered into the pixels of a coarse one.
 //!
-//! A fine cell's light is spread evenly over the cell, blurred and integrated over each pixel: a
-//! trapezoid blurred by the Gaussian, in closed form. Along each axis apart.
+//! The blur is the discrete Gaussian e^-t I_n(t), n cells off, t the variance in cells squared: it has
+//! exactly the variance asked for however narrow it is, and none leaves every cell as it is. (A
+//! sampled Gaussian, or one integrated over cells, widens what is narrower than a cell.) Along each
+//! axis apart.
 
-use std::f64::consts::{FRAC_1_SQRT_2, PI};
-
-/// Reach of the blur beyond the trapezoid, standard deviations: 1e-8 of the light is beyond.
+/// Reach of the blur, standard deviations: 1e-8 of the light is beyond.
 const REACH: f64 = 5.7;
-
-/// Below this variance (px²) the blur is drawn as if it had it; a tenth of that cannot be told.
-const LEAST_VARIANCE_PX2: f64 = 1e-4;
 
 /// Weights of fine cells in one pixel, and their derivatives by the variance.
 pub(super) struct Taps {
@@ -24,36 +21,32 @@ pub(super) struct Taps {
 impl Taps {
     /// For a blur of `variance_px2` and `factor` fine cells a pixel.
     pub(super) fn new(variance_px2: f64, factor: usize) -> Self {
-        let sigma = variance_px2.max(LEAST_VARIANCE_PX2).sqrt();
-        let cells = factor as f64;
-        let margin = (REACH * sigma * cells).ceil() as usize;
-        let (far, near) = (0.5 + 0.5 / cells, 0.5 - 0.5 / cells);
-        // Second integral of the Gaussian, and the Gaussian.
-        let ramp = |x: f64| {
-            let z = x / sigma;
-            x * 0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
-                + sigma * (-0.5 * z * z).exp() / (2.0 * PI).sqrt()
-        };
-        let bell = |x: f64| (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * PI).sqrt());
+        let cells = (factor * factor) as f64;
+        let t = variance_px2.max(0.0) * cells;
+        let margin = (REACH * t.sqrt()).ceil() as usize + 2;
+        let kernel = discrete_gaussian(t, margin + factor + 2);
+        let at = |n: isize| kernel[n.unsigned_abs()];
         let count = factor + 2 * margin;
-        let offset = |k: usize| (k as f64 + 0.5 - margin as f64) / cells - 0.5;
-        let all = |curve: &dyn Fn(f64) -> f64, scale: f64| -> Vec<f64> {
+        // A pixel sees the sum of what its own cells get.
+        let gathered = |value: &dyn Fn(isize) -> f64| -> Vec<f64> {
             (0..count)
                 .map(|k| {
-                    let t = offset(k);
-                    scale * (curve(t + far) - curve(t + near) - curve(t - near) + curve(t - far))
+                    let place = k as isize - margin as isize;
+                    (0..factor as isize).map(|m| value(place - m)).sum()
                 })
                 .collect()
         };
-        let mut weights = all(&ramp, cells);
+        let mut weights = gathered(&at);
         // Every fine cell gives all its light away: what lies beyond the reach is shared out.
         let sum: f64 = weights.iter().sum();
-        weights.iter_mut().for_each(|w| *w *= cells / sum);
+        weights.iter_mut().for_each(|w| *w *= factor as f64 / sum);
+        // The discrete Gaussian obeys the discrete diffusion equation.
+        let slope = |n: isize| cells / 2.0 * (at(n - 1) - 2.0 * at(n) + at(n + 1));
         Self {
             factor,
             margin,
             weights,
-            slopes: all(&bell, cells / 2.0),
+            slopes: gathered(&slope),
         }
     }
 
@@ -86,6 +79,34 @@ impl Taps {
             });
         }
     }
+}
+
+/// e^-t I_n(t) for n = 0..`count`, by Miller's downward recurrence I_(n-1) = I_(n+1) + 2 n / t I_n,
+/// scaled so that the sum over all n of both signs is one.
+fn discrete_gaussian(t: f64, count: usize) -> Vec<f64> {
+    let mut kernel = vec![0.0; count];
+    if t < 1e-12 {
+        kernel[0] = 1.0;
+        return kernel;
+    }
+    let first = count + 20 + (2.0 * t.sqrt()) as usize;
+    let (mut above, mut here) = (0.0, 1e-280_f64);
+    let mut sum = 0.0;
+    for n in (0..first).rev() {
+        // `here` is the value at n.
+        if n < count {
+            kernel[n] = here;
+        }
+        sum += if n == 0 { here } else { 2.0 * here };
+        let below = above + 2.0 * n as f64 / t * here;
+        (above, here) = (here, below);
+        if here > 1e200 {
+            (above, here, sum) = (above * 1e-200, here * 1e-200, sum * 1e-200);
+            kernel.iter_mut().for_each(|k| *k *= 1e-200);
+        }
+    }
+    kernel.iter_mut().for_each(|k| *k /= sum);
+    kernel
 }
 
 /// One separable blur, compiled for the machine's vector instructions.
@@ -169,11 +190,11 @@ mod tests {
     fn a_point_becomes_a_gaussian_of_the_right_width() {
         for factor in [1, 2, 4] {
             let taps = Taps::new(0.7, factor);
-            let size = 13;
+            let size = 17;
             let columns = size * factor + 2 * taps.margin;
             let mut fine = vec![0.0; columns * columns];
-            // The cells about the middle of pixel (6, 6).
-            let middle = taps.margin + 6 * factor;
+            // The cells of the middle pixel.
+            let middle = taps.margin + 8 * factor;
             for y in 0..factor {
                 for x in 0..factor {
                     fine[(middle + y) * columns + middle + x] = 1.0 / (factor * factor) as f64;
@@ -185,11 +206,34 @@ mod tests {
             let variance: f64 = out
                 .iter()
                 .enumerate()
-                .map(|(k, v)| v * ((k % size) as f64 - 6.0).powi(2))
+                .map(|(k, v)| v * ((k % size) as f64 - 8.0).powi(2))
                 .sum();
             assert!((sum - 1.0).abs() < 1e-7, "{factor}: {sum}");
-            // The pixel's own area twice: the evenly lit pixel, and the one that integrates.
-            assert!((variance - 0.7 - 1.0 / 6.0).abs() < 1e-4, "{variance}");
+            // The evenly lit pixel's own area, seen by cells of an area of theirs.
+            let area = (1.0 - 1.0 / (factor * factor) as f64) / 12.0;
+            let seen = 0.7 + area + pixels(factor);
+            assert!(
+                (variance - seen).abs() < 1e-6,
+                "{factor}: {variance} {seen}"
+            );
+        }
+    }
+
+    /// What gathering `factor` cells a pixel adds to the variance of light spread over cells.
+    fn pixels(factor: usize) -> f64 {
+        (1.0 - 1.0 / (factor * factor) as f64) / 12.0
+    }
+
+    #[test]
+    fn the_discrete_gaussian_has_the_variance_asked_for() {
+        for t in [1e-13, 1e-6, 0.01, 0.3, 2.0, 40.0, 900.0] {
+            let kernel = discrete_gaussian(t, 10 + (12.0 * t.sqrt()) as usize);
+            let of = |power: i32| -> f64 {
+                let terms = kernel.iter().enumerate().skip(1);
+                2.0 * terms.map(|(n, k)| k * (n as f64).powi(power)).sum::<f64>()
+            };
+            assert!((kernel[0] + of(0) - 1.0).abs() < 1e-12, "{t}");
+            assert!((of(2) - t).abs() < 1e-9 * t.max(1e-3), "{t}: {}", of(2));
         }
     }
 
