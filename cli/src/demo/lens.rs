@@ -133,6 +133,7 @@ fn channel(design: &ChannelDesign, frame: &Frame) -> PupilChannel {
         magnification: VergenceSeries::constant(design.magnification),
         distortion: VergenceSeries::constant(DISTORTION),
         measured_vergence: MEASURED_PER_M,
+        stop_lever_m: 0.0,
     }
 }
 

@@ -96,6 +96,7 @@ mod tests {
         let point = ScenePoint {
             at,
             vergence_per_m: 0.0,
+            stop_lever_m: 0.0,
         };
         for (k, (_, _, of_field)) in TERMS.into_iter().enumerate() {
             let mut values = [0.0; 8];

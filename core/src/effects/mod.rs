@@ -37,6 +37,10 @@ pub struct ScenePoint {
     pub at: FieldPoint,
     /// 1 / distance, 1/m.
     pub vergence_per_m: f64,
+    /// Pupil radius over the slope of the chief ray of a point half a frame width off the axis, m:
+    /// what turns the shift of a stop into its distance from the pupil. Zero where the camera is not
+    /// known; then stops stay where they are at every object distance.
+    pub stop_lever_m: f64,
 }
 
 /// How a lens is set otherwise than it was measured.
@@ -104,6 +108,7 @@ mod tests {
         ScenePoint {
             at: FieldPoint::new(0.6, -0.5),
             vergence_per_m: 0.5,
+            stop_lever_m: 0.0,
         }
     }
 

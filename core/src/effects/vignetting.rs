@@ -9,7 +9,8 @@ use crate::lens::{LocalPupil, Stop, VergenceSeries};
 /// Discs out of focus become cat's eyes towards the corners, and all blur there narrows. Mistaken for
 /// astigmatism and for oblique spherical aberration. A circle of radius r (pupil radii) stands at
 /// s X, X the field position in half frame widths: seen from the image a stop in front of the
-/// aperture moves one way, one behind it the other. Lengths are in pupil radii, so the numbers do
+/// aperture moves one way, one behind it the other. Where the camera is known the shift says how far
+/// off the pupil the stop stands, and with it what it does at other object distances. Lengths are in pupil radii, so the numbers do
 /// not depend on channel; a neutral circle is large and stands still.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Vignetting;
@@ -62,9 +63,16 @@ impl Effect for Vignetting {
     fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         for circle in values.chunks_exact(2) {
+            // A stop at distance L before the pupil (behind it where negative) is s times the lever
+            // off; light that diverges from a near point meets it closer to the axis by 1 - L v.
+            let nearer = 1.0 - circle[1] * point.stop_lever_m * point.vergence_per_m;
+            let scale = 1.0 / nearer.max(0.1);
             pupil.clip(Stop {
-                centre: [circle[1] * point.at.x, circle[1] * point.at.y],
-                radius: circle[0],
+                centre: [
+                    scale * circle[1] * point.at.x,
+                    scale * circle[1] * point.at.y,
+                ],
+                radius: scale * circle[0],
             });
         }
     }

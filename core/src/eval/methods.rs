@@ -12,6 +12,7 @@ use crate::psf::{
     Gaussian, LocalBlur, MirroredPair, PsfModel, Pupil, SkewNormal, SkewNormalEq43,
     SkewNormalGeneral,
 };
+use crate::render::BlurField;
 
 /// How well one way of predicting PSFs does over the tiles of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,6 +154,18 @@ pub(super) fn draw(
         kernel[pixel(tile.centroid.1) * side + pixel(tile.centroid.0)] = 1.0;
     }
     kernel
+}
+
+/// The kernel that a lens known ray by ray predicts for the tile.
+pub(crate) fn kernel_of_lens(
+    lens: &Predictor,
+    channel: usize,
+    vergence_per_m: f64,
+    tile: &PlacedTile,
+    side: usize,
+) -> Vec<f64> {
+    let blur = lens.blur_at(channel, tile.field, vergence_per_m).blur;
+    draw(&Pupil, &on_pixels(blur), tile, side)
 }
 
 /// Scores every method that `lens` has on `tiles`; `squares` are V(P) of each.

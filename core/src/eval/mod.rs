@@ -28,9 +28,11 @@ mod tiles;
 mod variance_explained;
 
 pub use methods::MethodScore;
+pub(crate) use methods::kernel_of_lens;
 pub use sparse::{SparseCurve, SparsePoint, SparseSettings};
 pub use split_mean::SplitMean;
 pub use test_image::TestImage;
+pub(crate) use tiles::place as place_tiles;
 pub use variance_explained::VarianceExplained;
 
 use rayon::prelude::*;
@@ -205,7 +207,12 @@ impl Group<'_> {
                 .iter()
                 .map(|t| t.optical.mu20 + PIXEL_VARIANCE_PX2)
         };
-        let (square_px, placed) = tiles::place(self.set, self.tiles, frame, settings.support);
+        let (square_px, placed) = tiles::place(
+            std::slice::from_ref(self.set),
+            self.tiles,
+            frame,
+            settings.support,
+        );
         let scorer = correlation.scorer(square_px);
         let squares: Vec<f64> = placed
             .par_iter()

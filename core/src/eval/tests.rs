@@ -135,6 +135,7 @@ fn lens_of_rays() -> LensProfile {
             magnification: constant(0.0),
             distortion: constant(0.0),
             measured_vergence: (0.5, 0.5),
+            stop_lever_m: 0.0,
             effects: Vec::new(),
         }]),
         ..lens()

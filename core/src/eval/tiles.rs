@@ -14,7 +14,7 @@ use crate::psf::Window;
 pub(super) const MARGIN_PX: usize = 8;
 
 /// One tile on the square of its group.
-pub(super) struct PlacedTile {
+pub(crate) struct PlacedTile {
     /// Place in the field of the lens.
     pub(super) field: FieldPoint,
     /// Measured central moments, the pixel's area included: those that a kernel sampled at pixel
@@ -23,7 +23,7 @@ pub(super) struct PlacedTile {
     /// Measured centroid, px from the top-left corner of the square.
     pub(super) centroid: (f64, f64),
     /// The tile, zero outside its support, unit sum, row-major on the square.
-    pub(super) truth: Vec<f64>,
+    pub(crate) truth: Vec<f64>,
 }
 
 impl PlacedTile {
@@ -39,10 +39,10 @@ impl PlacedTile {
     }
 }
 
-/// Lays the tiles of one channel at one distance in squares as large as the largest of them and, if
+/// Lays the tiles of one channel at one distance, of any of `sets`, in squares as large as the largest of them and, if
 /// none is masked, [`MARGIN_PX`] more on each side. Returns the squares' side in px.
-pub(super) fn place(
-    set: &ObservationSet,
+pub(crate) fn place(
+    sets: &[ObservationSet],
     tiles: &[&MeasuredTile],
     frame: &Frame,
     support: Support,
@@ -50,7 +50,7 @@ pub(super) fn place(
     let mut largest = 0;
     let mut masks = Vec::with_capacity(tiles.len());
     for measured in tiles {
-        let observation = &set.observations[measured.observation];
+        let observation = &sets[measured.set].observations[measured.observation];
         let tile = &observation.tiles[measured.channel];
         largest = largest.max(tile.width()).max(tile.height());
         masks.push(support::mask(
@@ -68,7 +68,9 @@ pub(super) fn place(
     let placed = tiles
         .iter()
         .zip(masks)
-        .map(|(measured, mask)| place_one(set, measured, frame, mask.as_deref(), side))
+        .map(|(measured, mask)| {
+            place_one(&sets[measured.set], measured, frame, mask.as_deref(), side)
+        })
         .collect();
     (side, placed)
 }

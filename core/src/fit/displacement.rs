@@ -3,6 +3,7 @@
 use super::linear;
 use super::measure::MeasuredTile;
 use crate::field::Frame;
+use crate::lens::VergenceSeries;
 use crate::profile::Displacement;
 
 /// Least squares of centroid - ideal = X (magnification + distortion |X|²) over the tiles that know
@@ -32,4 +33,31 @@ pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Displa
         magnification_sigma: fit.sigma[0],
         distortion_sigma: fit.sigma[1],
     })
+}
+
+/// The least-squares line in vergence through points (vergence, (value, its standard error)): to third
+/// order distortion is linear in it (docs/model.md section 5). One point makes it constant.
+pub fn line(points: &[(f64, (f64, f64))]) -> VergenceSeries {
+    let count = points.len() as f64;
+    let mean_v = points.iter().map(|p| p.0).sum::<f64>() / count;
+    let mean = points.iter().map(|p| p.1.0).sum::<f64>() / count;
+    let spread: f64 = points.iter().map(|p| (p.0 - mean_v).powi(2)).sum();
+    let mean_sigma = points.iter().map(|p| p.1.1.powi(2)).sum::<f64>().sqrt() / count;
+    if spread == 0.0 {
+        return VergenceSeries {
+            sigma: vec![mean_sigma],
+            ..VergenceSeries::constant(mean)
+        };
+    }
+    let lever = |p: &(f64, (f64, f64))| (p.0 - mean_v) / spread;
+    let slope: f64 = points.iter().map(|p| lever(p) * (p.1.0 - mean)).sum();
+    let slope_sigma = points
+        .iter()
+        .map(|p| (lever(p) * p.1.1).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    VergenceSeries {
+        sigma: vec![mean_sigma.hypot(slope_sigma * mean_v), slope_sigma],
+        ..VergenceSeries::new(vec![mean - slope * mean_v, slope])
+    }
 }

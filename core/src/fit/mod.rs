@@ -11,6 +11,7 @@ pub mod displacement;
 pub mod holdout;
 pub mod linear;
 pub mod measure;
+pub mod pixels;
 pub mod plane;
 mod remarks;
 pub mod starts;
@@ -27,6 +28,7 @@ use axis::AxisFit;
 use measure::{MeasuredTile, measure};
 use plane::{PlaneFit, fit_plane};
 
+pub use pixels::{PupilFit, PupilSettings, fit_pupil};
 pub use plane::Weighting;
 
 /// How to fit.

@@ -1,12 +1,15 @@
-//! A number of a lens that changes with object distance: a polynomial in vergence.
+//! A number of a lens that changes with object distance: a polynomial in vergence, and what it leaves.
 
-/// A polynomial in vergence v = 1 / distance (1/m), with standard errors of its coefficients.
+/// A polynomial in vergence v = 1 / distance (1/m), with standard errors of its coefficients, and what
+/// it leaves at the distances that were measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VergenceSeries {
     /// Coefficients of v^0, v^1 and so on; at least one.
     pub coefficients: Vec<f64>,
     /// Their standard errors, as many; zero where nothing is known of them.
     pub sigma: Vec<f64>,
+    /// Vergences, rising, and what is added there; straight lines between, the same beyond.
+    pub remainders: Vec<(f64, f64)>,
 }
 
 impl VergenceSeries {
@@ -21,18 +24,35 @@ impl VergenceSeries {
         Self {
             coefficients,
             sigma,
+            remainders: Vec::new(),
         }
     }
 
     /// The value at vergence `v`.
     pub fn at(&self, v: f64) -> f64 {
-        self.coefficients
-            .iter()
-            .rev()
-            .fold(0.0, |sum, c| sum * v + c)
+        let terms = self.coefficients.iter().rev();
+        terms.fold(0.0, |sum, c| sum * v + c) + self.remainder(v)
     }
 
-    /// The slope by v at vergence `v`.
+    /// What is added to the polynomial at vergence `v`.
+    fn remainder(&self, v: f64) -> f64 {
+        let all = &self.remainders;
+        let (Some(first), Some(last)) = (all.first(), all.last()) else {
+            return 0.0;
+        };
+        if v <= first.0 {
+            return first.1;
+        }
+        let pairs = all.iter().zip(all.iter().skip(1));
+        for (a, b) in pairs {
+            if v <= b.0 {
+                return a.1 + (b.1 - a.1) * (v - a.0) / (b.0 - a.0);
+            }
+        }
+        last.1
+    }
+
+    /// The slope by v of the polynomial at vergence `v`.
     pub fn slope(&self, v: f64) -> f64 {
         let terms = self.coefficients.iter().enumerate().skip(1);
         terms
@@ -63,6 +83,7 @@ impl VergenceSeries {
         Self {
             coefficients,
             sigma: variances.into_iter().map(f64::sqrt).collect(),
+            remainders: self.remainders.iter().map(|(v, r)| (v - by, *r)).collect(),
         }
     }
 
@@ -72,6 +93,11 @@ impl VergenceSeries {
         Self {
             coefficients: self.coefficients.iter().map(|c| c * factor).collect(),
             sigma: self.sigma.iter().map(|s| s * factor.abs()).collect(),
+            remainders: self
+                .remainders
+                .iter()
+                .map(|(v, r)| (*v, r * factor))
+                .collect(),
         }
     }
 }
@@ -94,8 +120,12 @@ mod tests {
         let series = VergenceSeries {
             coefficients: vec![2.0, -1.0, 0.5, 3.0],
             sigma: vec![0.1, 0.2, 0.3, 0.4],
+            remainders: vec![(0.5, 0.3), (1.0, -0.2)],
         };
         let shifted = series.shifted(0.7);
+        assert_eq!(series.remainder(0.0), 0.3);
+        assert!((series.remainder(0.75) - 0.05).abs() < 1e-12);
+        assert_eq!(series.remainder(7.0), -0.2);
         for v in [-1.0, 0.0, 0.4, 2.0] {
             assert!((shifted.at(v) - series.at(v + 0.7)).abs() < 1e-12, "{v}");
         }

@@ -47,6 +47,7 @@ fn pupil_channel() -> PupilChannel {
         magnification: constant(2e-3),
         distortion: VergenceSeries::new(vec![-3e-3, 1e-3]),
         measured_vergence: (0.0, 1.0),
+        stop_lever_m: 0.0,
         effects: Vec::new(),
     }
 }

@@ -164,6 +164,19 @@ fn series(values: &VergenceSeries) -> Result<()> {
         ));
     }
     finite(values.coefficients.iter().chain(&values.sigma))?;
+    let remainders = &values.remainders;
+    finite(remainders.iter().flat_map(|(v, r)| [v, r]))?;
+    if remainders
+        .iter()
+        .zip(remainders.iter().skip(1))
+        .any(|(a, b)| a.0 >= b.0)
+    {
+        return Err(Error::new(
+            "remainders",
+            "do not stand by rising vergence",
+            "sort them, one a vergence",
+        ));
+    }
     match values.sigma.iter().find(|s| **s < 0.0) {
         Some(negative) => Err(Error::new(
             "sigma",

@@ -216,6 +216,7 @@ impl PupilChannel {
         self.gamma = self.gamma.scaled(ratio);
         self.delta = self.delta.scaled(ratio);
         self.phi = self.phi.scaled(ratio.powi(2));
+        self.stop_lever_m *= ratio;
         self.reset_effects(Resetting {
             pupil: ratio,
             image_distance: 1.0,
@@ -229,6 +230,7 @@ impl PupilChannel {
         self.gamma = self.gamma.scaled(1.0 / ratio);
         self.delta = self.delta.scaled(1.0 / ratio);
         self.distortion = self.distortion.scaled(ratio.powi(-2));
+        self.stop_lever_m *= ratio;
         self.reset_effects(Resetting {
             pupil: 1.0,
             image_distance: ratio,

@@ -30,6 +30,9 @@ pub struct PupilChannel {
     pub magnification: VergenceSeries,
     /// Distortion per squared half frame width, likewise.
     pub distortion: VergenceSeries,
+    /// Pupil radius over the slope of the chief ray half a frame width off the axis, m: ties stops to
+    /// where they stand ([`ScenePoint::stop_lever_m`]); zero where the camera is not known.
+    pub stop_lever_m: f64,
     /// Least and largest vergence that were measured; all but `alpha` keep their values beyond.
     pub measured_vergence: (f64, f64),
 }
@@ -82,6 +85,7 @@ impl PupilChannel {
         let point = ScenePoint {
             at,
             vergence_per_m: v,
+            stop_lever_m: self.stop_lever_m,
         };
         for carried in &self.effects {
             let values: Vec<f64> = carried.values.iter().map(|s| s.at(held)).collect();

@@ -40,6 +40,10 @@ pub(super) struct PupilChannelFile {
     /// Least and largest 1/distance that were measured, 1/m. Series keep their values beyond; alpha
     /// goes on in a straight line.
     measured_vergence_per_m: [f64; 2],
+    /// Pupil radius over the slope of the chief ray half a frame width off the axis, m: ties stops to
+    /// where they stand; 0 or left out where the camera is not known.
+    #[serde(default)]
+    stop_lever_m: f64,
     /// What the lens does besides, in the order in which it acts; each effect at most once.
     effects: Vec<EffectFile>,
 }
@@ -53,6 +57,10 @@ struct SeriesFile {
     coefficients: Vec<f64>,
     /// Their standard errors, as many; 0 where nothing is known.
     sigma: Vec<f64>,
+    /// What the polynomial leaves at measured vergences: [1/m, what to add], by rising vergence;
+    /// straight lines between, the same beyond.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    remainders: Vec<[f64; 2]>,
 }
 
 /// What a lens does beyond third order.
@@ -80,6 +88,7 @@ impl PupilChannelFile {
             magnification: SeriesFile::new(&channel.magnification),
             distortion: SeriesFile::new(&channel.distortion),
             measured_vergence_per_m: [low, high],
+            stop_lever_m: channel.stop_lever_m,
             effects: channel.effects.iter().map(EffectFile::new).collect(),
         }
     }
@@ -101,6 +110,7 @@ impl PupilChannelFile {
             magnification: self.magnification.series(),
             distortion: self.distortion.series(),
             measured_vergence: (low, high),
+            stop_lever_m: self.stop_lever_m,
         })
     }
 }
@@ -110,6 +120,7 @@ impl SeriesFile {
         Self {
             coefficients: series.coefficients.clone(),
             sigma: series.sigma.clone(),
+            remainders: series.remainders.iter().map(|&(v, r)| [v, r]).collect(),
         }
     }
 
@@ -117,6 +128,7 @@ impl SeriesFile {
         VergenceSeries {
             coefficients: self.coefficients,
             sigma: self.sigma,
+            remainders: self.remainders.into_iter().map(|[v, r]| (v, r)).collect(),
         }
     }
 }

@@ -50,6 +50,7 @@ fn series(coefficients: &[f64]) -> VergenceSeries {
     VergenceSeries {
         coefficients: coefficients.to_vec(),
         sigma: coefficients.iter().map(|c| c.abs() / 7.0).collect(),
+        remainders: vec![(0.1, 0.01), (0.25, -0.02)],
     }
 }
 
@@ -78,6 +79,7 @@ fn pupil_profile() -> LensProfile {
             magnification: series(&[1e-3]),
             distortion: series(&[-2e-3, 1e-4]),
             measured_vergence: (0.125, 1.0),
+            stop_lever_m: 0.0,
             effects: effects.collect(),
         }]),
         held_out: Some(HeldOut {

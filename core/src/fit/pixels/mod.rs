@@ -1,0 +1,122 @@
+//! A whole lens from the pixels of all its tiles: `--model reduced` and `--model extended`.
+//!
+//! Starts come from moments ([`super::starts`]); each is tried on a few tiles, and the best is refined
+//! on all of them over all distances and channels at once ([`descent`]). How freely each number may
+//! change with vergence is decided by distances left out, and what the law leaves at the measured
+//! ones is kept where zones of the field left out say so ([`law`]). Effects are added one by one
+//! ([`extend`]). A fifth of the PSFs takes no part in any of this and says how good it is ([`score`]).
+
+mod descent;
+mod errors;
+mod extend;
+mod job;
+mod law;
+mod layout;
+mod metric;
+mod report;
+mod score;
+#[cfg(test)]
+mod tests;
+mod tile;
+
+pub use errors::{Correlation, Unclear};
+pub use layout::{Freedom, Quantity, Structure};
+pub use metric::Metric;
+pub use report::{ChannelReport, PupilFit};
+
+use super::{AxisChoice, Rejection, axis, displacement, holdout, measure, one_camera, plane};
+use crate::error::{Error, Result};
+use crate::eval::TestImage;
+use crate::field::FieldPoint;
+use crate::moments::support::Support;
+use crate::observations::ObservationSet;
+use job::Job;
+
+/// How to fit the pixels of a lens.
+#[derive(Debug, Clone, Default)]
+pub struct PupilSettings {
+    /// Whether effects are added: fifth-order aberrations and vignetting.
+    pub extended: bool,
+    /// Where the optical axis is.
+    pub axis: AxisChoice,
+    /// Which pixels of a tile take part.
+    pub support: Support,
+    /// Whether all PSFs take part, and none is kept aside.
+    pub use_all: bool,
+    /// Whether the lens is the same law over all distances, without what it leaves at each.
+    pub law_only: bool,
+    /// The picture through which kept-aside PSFs are compared; one with natural statistics if none.
+    pub picture: Option<TestImage>,
+}
+
+/// Fits a lens ray by ray to one or more observation sets of one camera.
+///
+/// # Errors
+/// Sets of different frames or channels, known and unknown distances mixed, and channels with too few
+/// usable tiles to start from.
+pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<PupilFit> {
+    let first = one_camera(sets)?;
+    let mut frame = match settings.axis {
+        AxisChoice::At(axis) => first.frame.with_axis(axis)?,
+        AxisChoice::AsObserved | AxisChoice::Free => first.frame,
+    };
+    let mut rejected = Vec::new();
+    let measured = measure::measure(sets, settings.support, &mut rejected);
+    // Also says which distances are mixed, and which channels have no tile.
+    let groups = super::grouped(sets, &measured)?;
+    if settings.axis == AxisChoice::Free {
+        let found = axis::find_axis(
+            &frame,
+            &super::groups_of_tiles(&groups),
+            plane::Weighting::Weighted,
+        )?;
+        frame = frame.with_axis(found.axis)?;
+    }
+    let aside = kept_aside(sets, &measured, &frame, settings);
+    let mut job = Job::new(sets, settings, frame, &measured, aside);
+    let mut fit = job.begin()?;
+    fit = law::choose(&job, fit, &law::REDUCED)?;
+    if settings.extended {
+        fit = extend::extend(&job, fit)?;
+    }
+    if settings.axis == AxisChoice::Free {
+        fit = job.free_axis(fit);
+        job.settle_axis(&mut fit)?;
+    }
+    let errors = errors::Errors::of(&job, &fit);
+    let remainders = if settings.law_only {
+        Vec::new()
+    } else {
+        law::remainders(&job, &fit)
+    };
+    report::assemble(&job, fit, &errors, &remainders, rejected)
+}
+
+/// Which measured tiles take no part in the fit.
+fn kept_aside(
+    sets: &[ObservationSet],
+    measured: &[measure::MeasuredTile],
+    frame: &crate::field::Frame,
+    settings: &PupilSettings,
+) -> Vec<bool> {
+    if settings.use_all {
+        return vec![false; measured.len()];
+    }
+    let places: Vec<FieldPoint> = measured
+        .iter()
+        .map(|tile| {
+            let observation = &sets[tile.set].observations[tile.observation];
+            frame.field_point(observation.ideal.unwrap_or(observation.centre))
+        })
+        .collect();
+    holdout::held_out(frame, &places)
+}
+
+/// The error of a channel that no lens could be started for.
+fn no_start(channel: &str) -> Error {
+    Error::new(
+        format!("channel {channel}"),
+        "has too few tiles, or tiles too alike, to start a fit from",
+        "give PSFs at a dozen places or more, from the axis to the corners",
+    )
+}
