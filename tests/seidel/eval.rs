@@ -57,8 +57,8 @@ fn shapes_are_drawn_by_the_models_that_suit_the_lens() {
     assert!(text.stdout.contains("wrote") && text.stdout.contains("shapes.png"));
     let picture = image::open(folder.path().join("shapes.png")).expect("a picture");
     // Moments: observed, two predictions, two differences; three distances of three places.
-    assert_eq!(picture.width(), 16 + 5 * 208);
-    assert_eq!(picture.height(), 104 + 48 + 9 * 254 + 8);
+    assert_eq!(picture.width(), 16 + 5 * 232);
+    assert_eq!(picture.height(), 104 + 48 + 9 * 286 + 8);
     let quiet = succeeds(folder.path(), &format!("{line} --json"));
     serde_json::from_str::<Value>(&quiet.stdout).expect("one document");
     let misnamed = seidel_in(folder.path(), "eval --lens @lens.json @set --shapes @s.jpg");

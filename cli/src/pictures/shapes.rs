@@ -15,8 +15,8 @@ const TEXT: [u8; 3] = [226, 230, 236];
 const QUIET_TEXT: [u8; 3] = [146, 154, 168];
 
 const GAP_PX: u32 = 16;
-/// Least side of a panel, px: room for a column's title and for a defocused PSF at three times its size.
-const PANEL_PX: u32 = 192;
+/// Least side of a panel, px: room for a column's title and for 72 px of a PSF at three times their size.
+const PANEL_PX: u32 = 216;
 const HEADER_PX: u32 = 104;
 /// Two lines of column titles.
 const TITLES_PX: u32 = 48;
@@ -24,7 +24,7 @@ const TITLES_PX: u32 = 48;
 const CAPTION_PX: u32 = 28;
 const DECIBELS_PX: u32 = 26;
 /// Length and height of the bar that explains the colours of differences.
-const BAR_PX: (u32, u32) = (192, 16);
+const BAR_PX: (u32, u32) = (216, 16);
 
 /// Share of the peak below which a pixel does not widen the part shown: 5 % grey on the picture.
 const LIT_SHARE: f64 = 0.0025;
@@ -65,7 +65,7 @@ fn draw(title: &str, rows: &[ShapeRow]) -> Result<Canvas> {
     let widest = parts.iter().map(|part| part.side).max().unwrap_or(1);
     let side = PANEL_PX.max(widest as u32);
     let columns = 1 + 2 * models.len() as u32;
-    let step = (side + GAP_PX, CAPTION_PX + side + DECIBELS_PX + GAP_PX / 2);
+    let step = (side + GAP_PX, CAPTION_PX + side + DECIBELS_PX + GAP_PX);
     let top = HEADER_PX + TITLES_PX;
     let mut canvas = Canvas::new(
         GAP_PX + columns * step.0,
@@ -221,11 +221,13 @@ fn draw_header(canvas: &mut Canvas, title: &str) {
         canvas.text((left + at, 72), bar - at, 1, QUIET_TEXT, label);
     }
     let room = room.saturating_sub(bar + GAP_PX);
-    for (y, note) in [
-        (52, "tone: square root of light / greatest of the row"),
-        (72, "differences: in observed peaks; dB: forward-blur SNR"),
-    ] {
-        let scale = if text_width(note, 2) <= room { 2 } else { 1 };
+    let notes = [
+        "tone: square root of light / greatest of the row",
+        "differences: in observed peaks; dB: forward-blur SNR",
+    ];
+    let fits = notes.iter().all(|note| text_width(note, 2) <= room);
+    let scale = if fits { 2 } else { 1 };
+    for (y, note) in [52, 72].into_iter().zip(notes) {
         canvas.text((GAP_PX, y), room, scale, QUIET_TEXT, note);
     }
 }
@@ -300,7 +302,7 @@ mod tests {
             let columns = 1 + 2 * titles.len() as u32;
             let want = (
                 GAP_PX + columns * (PANEL_PX + GAP_PX),
-                HEADER_PX + TITLES_PX + 3 * (CAPTION_PX + PANEL_PX + DECIBELS_PX + 8) + 8,
+                HEADER_PX + TITLES_PX + 3 * (CAPTION_PX + PANEL_PX + DECIBELS_PX + GAP_PX) + 8,
             );
             assert_eq!(canvas.image.dimensions(), want);
             assert_eq!(canvas.shortened, 0);

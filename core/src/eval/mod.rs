@@ -13,7 +13,7 @@
 //! - The averages are over all tiles, the one tested included. Aligned ones are moved by cubic splines
 //!   to a common centroid and back.
 //! - Figure 13: M_FB against the number of PSFs in the fit ([`SparseCurve`]).
-//! - [`shapes`] gives some of the tiles, the predictions of them and their M_FB, to look at.
+//! - [`shapes()`] gives some of the tiles, the predictions of them and their M_FB, to look at.
 
 mod average;
 pub mod forward_blur;
