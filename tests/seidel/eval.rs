@@ -49,6 +49,24 @@ fn tables_json_markdown_and_plot() {
 }
 
 #[test]
+fn shapes_are_drawn_by_the_models_that_suit_the_lens() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["R", "G"]);
+    let line = "eval --lens @lens.json @set --channel G --shapes @shapes.png";
+    let text = succeeds(folder.path(), line);
+    assert!(text.stdout.contains("wrote") && text.stdout.contains("shapes.png"));
+    let picture = image::open(folder.path().join("shapes.png")).expect("a picture");
+    // Moments: observed, two predictions, two differences; three distances of three places.
+    assert_eq!(picture.width(), 16 + 5 * 232);
+    assert_eq!(picture.height(), 104 + 48 + 9 * 286 + 8);
+    let quiet = succeeds(folder.path(), &format!("{line} --json"));
+    serde_json::from_str::<Value>(&quiet.stdout).expect("one document");
+    let misnamed = seidel_in(folder.path(), "eval --lens @lens.json @set --shapes @s.jpg");
+    assert_eq!(misnamed.status, 1);
+    assert!(misnamed.stderr.contains("s.jpg"), "{}", misnamed.stderr);
+}
+
+#[test]
 fn the_test_image_can_be_chosen_and_is_checked() {
     let folder = tempfile::tempdir().expect("a folder");
     write_made_lens(folder.path(), &["Y"]);

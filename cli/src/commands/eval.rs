@@ -5,17 +5,19 @@ mod report;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use seidel_core::eval::{EvalSettings, SparseSettings, TestImage, evaluate};
+use seidel_core::eval::{EvalSettings, SparseSettings, TestImage, evaluate, shapes};
 use seidel_core::fit::Weighting;
 use seidel_core::moments::support::Support;
 
 use super::choice::ChoiceArgs;
-use super::{CommandError, read_lens};
+use super::{CommandError, read_lens, short_name};
 use crate::Console;
 use crate::files::atomic::write_whole;
 use crate::files::error::FileError;
 use crate::files::manifest::{self, ReadOptions};
+use crate::files::picture::write_png;
 use crate::files::plate::{Plate, PlateOptions};
+use crate::pictures::shapes::shapes_picture;
 
 /// Options of `seidel eval`.
 #[derive(Debug, Args)]
@@ -41,6 +43,10 @@ pub struct EvalArgs {
     /// Draw Figure 13 (implies --sparse)
     #[arg(long, value_name = "PLOT.svg")]
     plot: Option<PathBuf>,
+    /// Draw observed PSFs beside what the lens predicts and how they differ: one channel, up to three
+    /// distances and three places at each
+    #[arg(long, value_name = "SHAPES.png")]
+    shapes: Option<PathBuf>,
     /// Random splits of Figure 13
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(2..))]
     splits: u16,
@@ -94,11 +100,16 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
         sparse,
         ..EvalSettings::default()
     };
-    let evaluation = evaluate(&lens, &set, &image, &settings)
-        .map_err(|e| FileError::from_core(&args.observations, e))?;
+    let in_set = |e| FileError::from_core(&args.observations, e);
+    let evaluation = evaluate(&lens, &set, &image, &settings).map_err(in_set)?;
     if let Some(path) = &args.plot {
         let svg = report::plot(&evaluation)?;
         write_whole(path, |out| std::io::Write::write_all(out, svg.as_bytes()))?;
+    }
+    if let Some(path) = &args.shapes {
+        let rows = shapes(&lens, &set, &image, &settings).map_err(in_set)?;
+        let picture = shapes_picture(&short_name(&args.observations), &rows)?;
+        write_png(path, &picture)?;
     }
     if args.json {
         console.say(report::json(&evaluation));
@@ -108,10 +119,10 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
     for remark in &evaluation.remarks {
         console.remark(remark);
     }
-    if let Some(path) = &args.plot
-        && !args.json
-    {
-        console.say(format!("wrote {}", path.display()));
+    if !args.json {
+        for path in args.plot.iter().chain(&args.shapes) {
+            console.say(format!("wrote {}", path.display()));
+        }
     }
     Ok(())
 }

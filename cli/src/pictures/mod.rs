@@ -7,6 +7,7 @@ pub mod comparison;
 pub mod display;
 pub mod plot;
 mod psf_panel;
+pub mod shapes;
 pub mod sheet;
 mod sheet_labels;
 

@@ -13,12 +13,14 @@
 //! - The averages are over all tiles, the one tested included. Aligned ones are moved by cubic splines
 //!   to a common centroid and back.
 //! - Figure 13: M_FB against the number of PSFs in the fit ([`SparseCurve`]).
+//! - [`shapes()`] gives some of the tiles, the predictions of them and their M_FB, to look at.
 
 mod average;
 pub mod forward_blur;
 mod methods;
 pub(crate) mod random;
 mod remarks;
+mod shapes;
 mod sparse;
 mod spectrum;
 mod spline;
@@ -29,6 +31,7 @@ mod variance_explained;
 
 pub use methods::MethodScore;
 pub(crate) use methods::kernel_of_lens;
+pub use shapes::{SHOWN_RADII, ShapePrediction, ShapeRow, shapes};
 pub use sparse::{SparseCurve, SparsePoint, SparseSettings};
 pub use split_mean::SplitMean;
 pub use test_image::TestImage;

@@ -74,7 +74,7 @@ pub(super) fn drawn(lens: &LensProfile) -> ObservationSet {
     }
 }
 
-fn picture() -> TestImage {
+pub(super) fn picture() -> TestImage {
     let samples = (0..64 * 48)
         .map(|k| ((k % 64) as f64 * 0.4).sin() * ((k / 64) as f64 * 0.23).cos())
         .collect();
@@ -121,7 +121,7 @@ fn a_lens_explains_what_it_drew() {
 }
 
 /// A lens known ray by ray whose discs show their edges.
-fn lens_of_rays() -> LensProfile {
+pub(super) fn lens_of_rays() -> LensProfile {
     let constant = VergenceSeries::constant;
     LensProfile {
         description: LensDescription::Pupil(vec![PupilChannel {

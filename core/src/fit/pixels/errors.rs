@@ -5,8 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use super::descent::Problem;
 use super::job::{Fitted, Job, LENIENT};
 use super::metric::Metric;
-use super::tile::Comparison;
-use crate::psf::pupil::Detail;
 
 /// Two numbers that the data let trade off against each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,11 +41,7 @@ impl Errors {
     /// what they ask for, for the misfit of neighbouring pixels is no noise.
     pub(super) fn of(job: &Job, fit: &Fitted) -> Self {
         let tiles = job.all();
-        let comparison = Comparison {
-            metric: fit.metric,
-            detail: Detail::FIT,
-            tolerance: LENIENT,
-        };
+        let comparison = fit.comparison(LENIENT);
         let problem = Problem {
             layout: &fit.layout,
             tiles: &tiles,

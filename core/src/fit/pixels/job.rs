@@ -28,8 +28,8 @@ pub(super) const QUICK: Patience = Patience {
     fall: 1e-2,
 };
 pub(super) const THOROUGH: Patience = Patience {
-    steps: 15,
-    fall: 2e-3,
+    steps: 20,
+    fall: 1e-3,
 };
 
 /// Shares of the usual misfit below which a tile counts in proportion: first steps, later ones.
@@ -60,6 +60,17 @@ pub(super) struct Fitted {
     pub(super) theta: Vec<f64>,
     pub(super) metric: Metric,
     pub(super) converged: bool,
+}
+
+impl Fitted {
+    /// How tiles are held against it.
+    pub(super) fn comparison(&self, tolerance: f64) -> Comparison {
+        Comparison {
+            metric: self.metric,
+            detail: Detail::FIT,
+            tolerance,
+        }
+    }
 }
 
 impl<'a> Job<'a> {
@@ -202,27 +213,23 @@ impl<'a> Job<'a> {
     /// Descends on all tiles, leniently and then strictly.
     pub(super) fn refine(&self, layout: &Layout, theta: Vec<f64>, metric: Metric) -> Fitted {
         let all = self.all();
-        let (mut theta, mut converged) = (theta, false);
-        let stages: &[f64] = if metric == Metric::Pixels {
-            &[LENIENT]
-        } else {
-            &[LENIENT, STRICT]
-        };
-        for &tolerance in stages {
-            let comparison = Comparison {
-                metric,
-                detail: Detail::FIT,
-                tolerance,
-            };
-            let settled = self.descend(layout, &all, &theta, comparison, THOROUGH);
-            (theta, converged) = (settled.state.theta, settled.converged);
-        }
-        Fitted {
+        let mut fitted = Fitted {
             layout: layout.clone(),
             theta,
             metric,
-            converged,
+            converged: false,
+        };
+        let descend = |fitted: &mut Fitted, tolerance: f64| {
+            let comparison = fitted.comparison(tolerance);
+            let settled = self.descend(layout, &all, &fitted.theta, comparison, THOROUGH);
+            fitted.theta.clone_from(&settled.state.theta);
+            fitted.converged = settled.converged;
+        };
+        descend(&mut fitted, LENIENT);
+        if metric == Metric::Picture {
+            descend(&mut fitted, STRICT);
         }
+        fitted
     }
 
     /// Refines with the optical axis free as well.

@@ -163,7 +163,7 @@ pub(super) struct Remainder {
 }
 
 /// Fits every channel and distance apart from where the law leaves it, and returns what that adds:
-/// nothing where it does not make kept-back zones fit better.
+/// only where it makes zones of the field that took no part fit better.
 pub(super) fn remainders(job: &Job, fit: &Fitted) -> Vec<Remainder> {
     if job.vergences.len() < 2 {
         return Vec::new();
@@ -171,59 +171,43 @@ pub(super) fn remainders(job: &Job, fit: &Fitted) -> Vec<Remainder> {
     let all = job.all();
     let places: Vec<_> = all.iter().map(|t| t.at).collect();
     let back = holdout::held_out(&job.frame, &places);
-    let (mut with, mut without, mut count) = (0.0, 0.0, 0);
-    let comparison = Comparison {
-        metric: fit.metric,
-        detail: Detail::FIT,
-        tolerance: STRICT,
-    };
-    let groups = groups(job);
-    for &(channel, vergence) in &groups {
-        let here = |t: &FitTile| t.channel == channel && t.vergence == vergence;
-        let of = |wanted: bool| -> Vec<&FitTile> {
+    let mut found = Vec::new();
+    for (channel, vergence) in groups(job) {
+        let of = |wanted: &dyn Fn(bool) -> bool| -> Vec<&FitTile> {
             let pairs = all.iter().zip(&back);
             pairs
-                .filter(|(t, back)| here(t) && **back == wanted)
+                .filter(|(t, _)| t.channel == channel && t.vergence == vergence)
+                .filter(|(_, back)| wanted(**back))
                 .map(|(t, _)| *t)
                 .collect()
         };
-        let (kept, check) = (of(false), of(true));
         let (layout, theta) = alone(job, fit, vergence);
-        let settled = job.descend(&layout, &kept, &theta, comparison, APART);
-        let new = misfits(job, &layout, &settled.state.theta, &check, comparison);
-        let old = misfits(job, &layout, &theta, &check, comparison);
-        for (new, old) in new.iter().zip(&old) {
-            with += new.max(1e-12).ln();
-            without += old.max(1e-12).ln();
-            count += 1;
-        }
-    }
-    if count == 0 || (without - with) / f64::from(count) < WORTH {
-        return Vec::new();
-    }
-    let mut found = Vec::new();
-    for &(channel, vergence) in &groups {
-        let mine: Vec<&FitTile> = all
-            .iter()
-            .copied()
-            .filter(|t| t.channel == channel && t.vergence == vergence)
-            .collect();
-        let (layout, theta) = alone(job, fit, vergence);
-        let settled = job.descend(&layout, &mine, &theta, comparison, APART);
-        for freedom in &layout.structure.freedoms {
-            if freedom.held {
-                continue;
-            }
+        let comparison = fit.comparison(STRICT);
+        let apart = |tiles: &[&FitTile]| job.descend(&layout, tiles, &theta, comparison, APART);
+        let check = of(&|back| back);
+        let typical = |theta: &[f64]| {
+            let all = misfits(job, &layout, theta, &check, comparison);
+            all.iter().map(|m| m.max(1e-12).ln()).sum::<f64>() / all.len().max(1) as f64
+        };
+        let kept = apart(&of(&|back| !back));
+        let helps = typical(&kept.state.theta) < typical(&theta) - WORTH;
+        let settled = helps.then(|| apart(&of(&|_| true)));
+        for freedom in layout.structure.freedoms.iter().filter(|f| !f.held) {
             let value = |theta: &[f64]| layout.value(theta, freedom.quantity, channel, vergence);
-            if let (Some(new), Some(law)) = (value(&settled.state.theta), value(&theta)) {
+            let new = settled.as_ref().and_then(|s| value(&s.state.theta));
+            if let Some(law) = value(&theta) {
                 found.push(Remainder {
                     quantity: freedom.quantity,
                     channel,
                     vergence,
-                    value: new - law,
+                    value: new.map_or(0.0, |new| new - law),
                 });
             }
         }
+    }
+    // Distances that need nothing hold those that do to themselves; if none does there is nothing.
+    if found.iter().all(|r| r.value == 0.0) {
+        found.clear();
     }
     found
 }
