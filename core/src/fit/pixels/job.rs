@@ -7,14 +7,17 @@ use super::tile::{Comparison, FitTile, Own};
 use super::{PupilSettings, Support, no_start};
 use crate::error::Result;
 use crate::field::{FieldPoint, Frame};
+use crate::fit::displacement;
 use crate::fit::measure::MeasuredTile;
-use crate::fit::starts::starts;
+use crate::fit::starts::{Start, starts};
 use crate::moments::support;
 use crate::observations::ObservationSet;
 use crate::psf::pupil::Detail;
 
 /// Tiles of a channel on which starts are tried.
 const TRIAL_TILES: usize = 30;
+/// Fewer tiles of a channel than this cannot tell how its PSFs change over the field.
+const LEAST_TILES: usize = 6;
 /// Starts that are tried.
 const MOST_STARTS: usize = 6;
 /// Variance of the symmetric blur to begin with, px².
@@ -176,9 +179,14 @@ impl<'a> Job<'a> {
                 .map(|(m, _)| m)
                 .collect();
             let mine: Vec<&FitTile> = self.tiles.iter().filter(|t| t.channel == channel).collect();
+            if mine.len() < LEAST_TILES {
+                return Err(no_start(name));
+            }
             let few = spread(&mine, TRIAL_TILES);
             let mut best: Option<(f64, Vec<f64>)> = None;
-            for start in starts(&self.frame, &measured, MOST_STARTS) {
+            let mut begin = starts(&self.frame, &measured, MOST_STARTS);
+            begin.extend(crossings(&measured));
+            for start in begin {
                 let mut trial = theta.clone();
                 layout.start(&mut trial, channel, &start);
                 let settled = self.descend(&layout, &few, &trial, comparison, QUICK);
@@ -254,6 +262,45 @@ impl<'a> Job<'a> {
         }
         Ok(())
     }
+}
+
+/// Starts of defocus alone that passes through focus before, between and beyond the distances of
+/// `tiles`: what moments drowned in noise may have missed.
+fn crossings(tiles: &[&MeasuredTile]) -> Vec<Start> {
+    let mut radii: Vec<(f64, Vec<f64>)> = Vec::new();
+    for tile in tiles {
+        let Some(v) = tile.distance.vergence_per_m() else {
+            return Vec::new();
+        };
+        // An even disc of radius r has a trace of r²/2.
+        let radius = (2.0 * tile.optical.trace().max(0.0)).sqrt();
+        match radii.iter_mut().find(|(at, _)| *at == v) {
+            Some((_, all)) => all.push(radius),
+            None => radii.push((v, vec![radius])),
+        }
+    }
+    radii.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if radii.len() < 2 {
+        return Vec::new();
+    }
+    (0..=radii.len())
+        .map(|crossing| {
+            let signed = radii.iter_mut().enumerate().map(|(k, (v, all))| {
+                all.sort_by(f64::total_cmp);
+                let median = all[all.len() / 2];
+                (*v, (if k < crossing { -median } else { median }, 0.0))
+            });
+            let line = displacement::line(&signed.collect::<Vec<_>>());
+            Start {
+                alpha: [line.coefficients[0], line.coefficients[1]],
+                beta: 0.0,
+                gamma: 0.0,
+                delta: 0.0,
+                phi: 0.0,
+                misfit: f64::INFINITY,
+            }
+        })
+        .collect()
 }
 
 /// About `count` of `tiles`, spread over them.

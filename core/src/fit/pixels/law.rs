@@ -80,7 +80,10 @@ impl Degrees {
 /// Refits with the one of `laws` that foretells distances left out best; the stiffest where there are
 /// too few distances to leave one out.
 pub(super) fn choose(job: &Job, fit: Fitted, laws: &[Degrees]) -> Result<Fitted> {
-    let inner = &job.vergences[1.min(job.vergences.len())..job.vergences.len().saturating_sub(1)];
+    let inner = match &job.vergences[..] {
+        [_, inner @ .., _] => inner,
+        _ => &[],
+    };
     let mut best: Option<(f64, Structure)> = None;
     for law in laws {
         // One more distance than the law has coefficients must be left to check it.

@@ -340,8 +340,9 @@ impl FitTile {
             // A spot within one pixel says nothing of where in it: it stays where it is.
             own[(k, k)] = own[(k, k)] * (1.0 + 1e-9) + 1e-12 * own[(0, 0)].max(1e-300);
         }
-        let inverse = if self.sigma == 0.0 && comparison.metric == Metric::Picture {
-            // Without noise the centroid is known: a model that puts it elsewhere is wrong there.
+        let inverse = if comparison.metric == Metric::Picture {
+            // The model is used with its centroid where the light's is: one that fits better when
+            // moved is wrong there. Where noise decides, pixels say where the centre is.
             let mut light_alone = DMatrix::zeros(OWN, OWN);
             light_alone[(0, 0)] = 1.0 / own[(0, 0)];
             light_alone

@@ -1,8 +1,8 @@
 //! `pupil`: the light of all rays through the pupil, where they land.
 //!
 //! The exact density of the ray map over the pupil, integrated over pixels, from defocus far below a
-//! pixel to hundreds of pixels, through focus and caustics: a mesh over the pupil ([`mesh`]) whose
-//! triangles are spread over the pixels by area ([`splat`]), then the symmetric blur ([`taps`]).
+//! pixel to hundreds of pixels, through focus and caustics: a mesh over the pupil (`mesh`) whose
+//! triangles are spread over the pixels by area (`splat`), then the symmetric blur (`taps`).
 //! No ray is a sample, so there is neither noise nor moire. Derivatives by whatever the wavefront and
 //! the stops depend on come with it, for fitting.
 
@@ -67,9 +67,10 @@ impl Detail {
 
 /// Rings per root of the extent's radius (px): keeps the rim's polygon within a fiftieth of a pixel.
 const RIM_FINENESS: f64 = 2.7;
-/// Least number of rings, and the largest that is ever needed by what can be drawn.
+/// Least number of rings, and the largest that is ever needed by what can be drawn, and by what fits.
 const LEAST_RINGS: usize = 8;
 const MOST_RINGS: usize = 1000;
+const MOST_FIT_RINGS: usize = 120;
 
 /// Buffers of [`draw`], to be used again.
 #[derive(Debug, Default)]
@@ -245,7 +246,12 @@ impl Extent {
     fn rings(&self, detail: Detail) -> usize {
         let inside = detail.0 * self.bend.sqrt();
         let rim = RIM_FINENESS * self.radius().sqrt();
-        (inside.max(rim).ceil() as usize).clamp(LEAST_RINGS, MOST_RINGS)
+        let most = if detail == Detail::FULL {
+            MOST_RINGS
+        } else {
+            MOST_FIT_RINGS
+        };
+        (inside.max(rim).ceil() as usize).clamp(LEAST_RINGS, most)
     }
 
     /// Cells per pixel on which light is spread before it is blurred: more where the picture has

@@ -299,8 +299,11 @@ impl Canvas {
         for (k, (b, c)) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].into_iter().enumerate() {
             rest.points[k] = Point { at: t.at[k], b, c };
         }
-        for column in low[0]..=high[0] {
-            if column == high[0] {
+        // What lies beyond the canvas counts as one column or row on that side, however far it goes.
+        let (width, height) = (self.width as i32, self.height as i32);
+        let (left, right) = (low[0].max(-1), high[0].min(width));
+        for column in left..=right {
+            if column == right {
                 std::mem::swap(&mut strip, &mut rest);
             } else {
                 let chord = rest.cut(0, f64::from(column + 1), strip, spare);
@@ -309,14 +312,15 @@ impl Canvas {
                     self.through_column_side(t, column, p, q);
                 }
             }
-            if strip.count < 3 {
+            if strip.count < 3 || column < 0 || column >= width {
                 continue;
             }
             let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
             for p in &strip.points[..strip.count] {
                 (first, last) = (first.min(p.at[1]), last.max(p.at[1]));
             }
-            let (first, last) = (first.floor() as i32, last.floor() as i32);
+            let first = (first.floor() as i32).max(-1);
+            let last = (last.floor() as i32).min(height);
             for row in first..last {
                 let chord = strip.cut(1, f64::from(row + 1), cell, spare_strip);
                 std::mem::swap(&mut strip, &mut spare_strip);
@@ -336,7 +340,8 @@ impl Canvas {
             return;
         }
         let (mut p, q) = if p.at[1] <= q.at[1] { (p, q) } else { (q, p) };
-        let (first, last) = (p.at[1].floor() as i32, q.at[1].floor() as i32);
+        let first = (p.at[1].floor() as i32).max(-1);
+        let last = (q.at[1].floor() as i32).min(self.height as i32);
         for row in first..=last {
             let end = if row == last {
                 q
