@@ -243,10 +243,10 @@ impl Canvas {
         {
             return;
         }
-        match (high[0] - low[0], high[1] - low[1]) {
-            (0, 0) => self.add(low[0], low[1], t.light, t.growth),
-            (1, 0) => self.across_one_side(t, 0, (low[0], low[1]), (high[0], low[1])),
-            (0, 1) => self.across_one_side(t, 1, (low[0], low[1]), (low[0], high[1])),
+        match [0, 1].map(|axis| high[axis].saturating_sub(low[axis])) {
+            [0, 0] => self.add(low[0], low[1], t.light, t.growth),
+            [1, 0] => self.across_one_side(t, 0, (low[0], low[1]), (high[0], low[1])),
+            [0, 1] => self.across_one_side(t, 1, (low[0], low[1]), (low[0], high[1])),
             _ => self.across_many(t, low, high, scratch),
         }
     }
