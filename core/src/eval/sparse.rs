@@ -186,7 +186,12 @@ mod tests {
             measured[k].optical.mu30 = f64::NAN;
         }
         let measured: Vec<&MeasuredTile> = measured.iter().collect();
-        let (side, mut placed) = tiles::place(&set, &measured, &lens.frame, Support::Auto);
+        let (side, mut placed) = tiles::place(
+            std::slice::from_ref(&set),
+            &measured,
+            &lens.frame,
+            Support::Auto,
+        );
         for &k in &order[..tiles - tested] {
             placed[k].truth.fill(f64::NAN);
         }
@@ -226,7 +231,12 @@ mod tests {
         }
         let measured = measure(std::slice::from_ref(&set), Support::Auto, &mut Vec::new());
         let measured: Vec<&MeasuredTile> = measured.iter().collect();
-        let (side, placed) = tiles::place(&set, &measured, &lens.frame, Support::Auto);
+        let (side, placed) = tiles::place(
+            std::slice::from_ref(&set),
+            &measured,
+            &lens.frame,
+            Support::Auto,
+        );
         let scorer = ImageCorrelation::new(&TestImage::natural()).scorer(side);
         let squares: Vec<f64> = placed
             .iter()
