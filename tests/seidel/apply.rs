@@ -246,6 +246,8 @@ fn real_plates_keep_their_light_and_their_other_channels() {
     let lens = folder.path().join("lens.json");
     let fit = crate::support::seidel(&[
         "fit".as_ref(),
+        "--model".as_ref(),
+        "moments".as_ref(),
         set.as_os_str(),
         "-o".as_ref(),
         lens.as_os_str(),

@@ -267,7 +267,10 @@ fn depth_passes_that_do_not_fit() {
                 &[seidel_core::distance::ObjectDistance::Metres(2.0)],
             );
             seidel::files::manifest::write(&set, &folder.join("one")).expect("writable");
-            assert_eq!(seidel_in(folder, "fit @one -o @lens.json").status, 0);
+            assert_eq!(
+                seidel_in(folder, "fit @one -o @lens.json --model moments").status,
+                0
+            );
             fs::copy(folder.join("plate.exr"), folder.join("z.exr")).expect("writable");
         },
         "apply --lens @lens.json @plate.exr -o @out.exr --depth @z.exr",

@@ -25,7 +25,7 @@ fn named_observations_alone_or_all_but_those_take_part() {
             .collect()
     };
     let fitted = tiles(
-        "fit @set -o @part.json --except @aside.txt --json",
+        "fit @set -o @part.json --except @aside.txt --json --model moments",
         "planes",
     );
     assert_eq!(fitted.iter().sum::<u64>(), 72 - 8);

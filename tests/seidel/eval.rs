@@ -114,7 +114,14 @@ fn decided_by_ties(r: &Reference, moment: usize) -> bool {
 fn fitted_and_evaluated(set: &Path, z: &Path, extra: &[&str]) -> Value {
     let folder = tempfile::tempdir().expect("a folder");
     let lens = folder.path().join("lens.json");
-    let mut fit: Vec<OsString> = vec!["fit".into(), set.into(), "-o".into(), lens.clone().into()];
+    let mut fit: Vec<OsString> = vec![
+        "fit".into(),
+        "--model".into(),
+        "moments".into(),
+        set.into(),
+        "-o".into(),
+        lens.clone().into(),
+    ];
     fit.extend(extra.iter().map(OsString::from));
     let fitted = seidel(&fit);
     assert_eq!(fitted.status, 0, "{}", fitted.stderr);

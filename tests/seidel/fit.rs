@@ -57,7 +57,10 @@ fn sets_of_single_distances_fit_as_one_with_all() {
         let set = crate::support::made_set(&["Y"], &[distance]);
         seidel::files::manifest::write(&set, &folder.path().join(name)).expect("writable");
     }
-    succeeds(folder.path(), "fit @near @mid @far -o @joined.json");
+    succeeds(
+        folder.path(),
+        "fit @near @mid @far -o @joined.json --model moments",
+    );
     let (one, many) = (
         profile(&folder.path().join("lens.json")),
         profile(&folder.path().join("joined.json")),
@@ -71,10 +74,16 @@ fn the_report_is_text_or_json_and_one_distance_is_remarked_on() {
     let folder = tempfile::tempdir().expect("a folder");
     let set = crate::support::made_set(&["Y"], &[seidel_core::distance::ObjectDistance::Unknown]);
     seidel::files::manifest::write(&set, &folder.path().join("set")).expect("writable");
-    let text = succeeds(folder.path(), "fit @set -o @a.json --axis free");
+    let text = succeeds(
+        folder.path(),
+        "fit @set -o @a.json --axis free --model moments",
+    );
     assert!(text.stdout.contains("optical axis (1"), "{}", text.stdout);
     assert!(text.stderr.contains("object distance"), "{}", text.stderr);
-    let json = succeeds(folder.path(), "fit @set -o @b.json --unweighted --json");
+    let json = succeeds(
+        folder.path(),
+        "fit @set -o @b.json --unweighted --json --model moments",
+    );
     let report: serde_json::Value = serde_json::from_str(&json.stdout).expect("one document");
     assert_eq!(report["planes"][0]["tiles"], 24);
     assert_eq!(report["planes"][0]["converged"], true);
@@ -85,7 +94,7 @@ fn bad_observations_are_left_out_only_when_asked_and_named() {
     let folder = tempfile::tempdir().expect("a folder");
     write_made_set(folder.path(), "set", &["Y"]);
     std::fs::remove_file(folder.path().join("set/psf/0003.exr")).expect("it is there");
-    let refused = seidel_in(folder.path(), "fit @set -o @lens.json");
+    let refused = seidel_in(folder.path(), "fit @set -o @lens.json --model moments");
     assert_eq!(refused.status, 1);
     assert!(
         refused.stderr.contains("psf/0003.exr"),
@@ -93,7 +102,10 @@ fn bad_observations_are_left_out_only_when_asked_and_named() {
         refused.stderr
     );
     assert!(!folder.path().join("lens.json").exists());
-    let left_out = succeeds(folder.path(), "fit @set -o @lens.json --skip-bad");
+    let left_out = succeeds(
+        folder.path(),
+        "fit @set -o @lens.json --skip-bad --model moments",
+    );
     assert!(
         left_out.stderr.contains("psf/0003.exr"),
         "{}",

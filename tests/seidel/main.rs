@@ -7,6 +7,7 @@ mod controls;
 mod demo;
 mod eval;
 mod fit;
+mod fit_pupil;
 mod golden;
 mod lens_command;
 mod psf_command;

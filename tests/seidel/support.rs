@@ -190,7 +190,7 @@ pub(crate) fn write_made_set(folder: &Path, name: &str, channels: &[&str]) {
 /// Fits `folder`/`lens.json` to a made set of `channels`.
 pub(crate) fn write_made_lens(folder: &Path, channels: &[&str]) {
     write_made_set(folder, "set", channels);
-    succeeds(folder, "fit @set -o @lens.json");
+    succeeds(folder, "fit @set -o @lens.json --model moments");
 }
 
 /// Writes `folder`/`lens.json`: the lens of [`made_set`] known ray by ray, in `channels`, focused at

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use seidel_core::eval::{EvalSettings, TestImage, evaluate};
-use seidel_core::fit::{FitSettings, fit_moments};
+use seidel_core::fit::{PupilSettings, fit_pupil};
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
-use seidel_core::psf::SkewNormal;
 use seidel_core::render::{
     BlurField, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene as Optics,
     VergencePass,
@@ -60,7 +59,7 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
     let (width, height) = (args.width, args.width * 9 / 16);
     let built_in = lens::lens(width, height)?;
     let set = observations::measured(&built_in)?;
-    let mut fit = fit_moments(std::slice::from_ref(&set), &FitSettings::default())?;
+    let mut fit = fit_pupil(std::slice::from_ref(&set), &PupilSettings::default())?;
     fit.lens.provenance.sources = vec!["measured".to_owned()];
     let quality = evaluate(
         &fit.lens,
@@ -132,8 +131,7 @@ fn blur(
     let vergence: Vec<f32> = plate.depth_m.iter().map(|m| 1.0 / m).collect();
     let optics = Optics {
         lens: &predictor,
-        // By moments whatever the lens knows: rays drawn anew for every pixel would take minutes.
-        model: &SkewNormal,
+        model: predictor.default_model(),
         width: plate.width,
         height: plate.height,
         map: PlateMap {

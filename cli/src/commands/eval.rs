@@ -2,7 +2,7 @@
 
 mod report;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use seidel_core::eval::{EvalSettings, SparseSettings, TestImage, evaluate, shapes};
@@ -10,13 +10,13 @@ use seidel_core::fit::Weighting;
 use seidel_core::moments::support::Support;
 
 use super::choice::ChoiceArgs;
+use super::picture::read_image;
 use super::{CommandError, read_lens, short_name};
 use crate::Console;
 use crate::files::atomic::write_whole;
 use crate::files::error::FileError;
 use crate::files::manifest::{self, ReadOptions};
 use crate::files::picture::write_png;
-use crate::files::plate::{Plate, PlateOptions};
 use crate::pictures::shapes::shapes_picture;
 
 /// Options of `seidel eval`.
@@ -125,26 +125,4 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
         }
     }
     Ok(())
-}
-
-/// The luminance of a picture, by Rec. 709 weights where it is in colour.
-fn read_image(path: &Path) -> Result<TestImage, CommandError> {
-    let plate = Plate::open(path, &PlateOptions::default())?;
-    if let Some(bad) = plate.non_finite().first() {
-        return Err(FileError::new(path, "", bad.to_string(), "mend the picture").into());
-    }
-    let planes = plate.colour();
-    let weights: &[f64] = if planes.len() == 3 {
-        &[0.2126, 0.7152, 0.0722]
-    } else {
-        &[1.0]
-    };
-    let samples = (0..plate.width() * plate.height())
-        .map(|i| {
-            let weighed = planes.iter().zip(weights);
-            weighed.map(|(plane, w)| w * f64::from(plane[i])).sum()
-        })
-        .collect();
-    Ok(TestImage::new(plate.width(), plate.height(), samples)
-        .map_err(|e| FileError::from_core(path, e))?)
 }

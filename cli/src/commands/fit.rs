@@ -1,12 +1,16 @@
 //! `seidel fit`: from observation sets to a lens profile.
 
+mod moments;
+mod pupil;
+
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::fit::{AxisChoice, Fit, FitSettings, Weighting, fit_moments};
+use seidel_core::fit::{AxisChoice, Rejection};
 use seidel_core::moments::support::Support;
 use seidel_core::observations::ObservationSet;
-use serde_json::json;
+use seidel_core::profile::LensProfile;
+use serde_json::{Value, json};
 
 use super::choice::ChoiceArgs;
 use super::{CommandError, parse_point, short_name};
@@ -25,17 +29,28 @@ pub struct FitArgs {
     #[arg(short, long, value_name = "LENS")]
     output: PathBuf,
     /// What to describe the lens by
-    #[arg(long, value_enum, default_value_t = Model::Moments)]
+    #[arg(long, value_enum, default_value_t = Model::Reduced)]
     model: Model,
     /// Where the optical axis is: `free` to find it, or X,Y in frame pixels; as the set says if left out
     #[arg(long, value_name = "free|X,Y", value_parser = parse_axis)]
     axis: Option<AxisChoice>,
-    /// Let every moment count alike and reject nothing, as in the paper
+    /// Let every moment count alike and reject nothing, as in the paper (--model moments)
     #[arg(long)]
     unweighted: bool,
     /// Let all pixels of a tile take part, even those that hold noise alone
     #[arg(long)]
     all_pixels: bool,
+    /// Fit all PSFs and keep none aside to tell how good the lens is (reduced, extended)
+    #[arg(long)]
+    use_all: bool,
+    /// Describe the lens by smooth laws over distance alone, without what they leave at each measured
+    /// one (reduced, extended)
+    #[arg(long)]
+    law_only: bool,
+    /// Picture through which PSFs kept aside are compared (its luminance, taken as linear); one with
+    /// natural statistics is made if left out (reduced, extended)
+    #[arg(long, value_name = "Z")]
+    image: Option<PathBuf>,
     #[command(flatten)]
     choice: ChoiceArgs,
     /// Leave bad observations out, and say which, instead of stopping
@@ -47,8 +62,13 @@ pub struct FitArgs {
 }
 
 /// What a lens can be described by.
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Model {
+    /// Ray by ray: defocus, four aberrations and a symmetric blur, fitted to the tiles' pixels over
+    /// all distances at once
+    Reduced,
+    /// The same with fifth-order aberrations and vignetting where the tiles show them
+    Extended,
     /// S1..S10 per channel and object distance: the paper's model
     Moments,
 }
@@ -63,90 +83,95 @@ fn parse_axis(text: &str) -> Result<AxisChoice, String> {
 }
 
 pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandError> {
-    let Model::Moments = args.model;
-    let options = ReadOptions {
-        skip_bad: args.skip_bad,
-    };
-    let mut sets: Vec<ObservationSet> = Vec::new();
-    let mut skipped = Vec::new();
-    for path in &args.observations {
-        let read = manifest::read(path, options)?;
-        for fault in read.dropped.iter().flat_map(|d| &d.faults) {
-            skipped.push(format!("{}: {fault}", path.display()));
-        }
-        sets.push(read.set);
-    }
+    args.check()?;
+    let (mut sets, skipped) = args.read_sets()?;
     for line in &skipped {
         console.remark(format!("left out {line}"));
     }
     args.choice.restrict(&mut sets)?;
-    let settings = FitSettings {
-        weighting: if args.unweighted {
-            Weighting::Unweighted
-        } else {
-            Weighting::Weighted
-        },
-        axis: args.axis.unwrap_or_default(),
-        support: if args.all_pixels {
-            Support::AllPixels
-        } else {
-            Support::Auto
-        },
-    };
-    let mut fit = fit_moments(&sets, &settings)?;
-    fit.lens.provenance.sources = args.observations.iter().map(|p| short_name(p)).collect();
-    fit.lens.provenance.settings += &args.choice.describe();
-    let text = fit.lens.to_json();
-    write_whole(&args.output, |out| {
-        std::io::Write::write_all(out, text.as_bytes())
-    })?;
-    if args.json {
-        console.say(report_json(&fit, &skipped));
+    let support = if args.all_pixels {
+        Support::AllPixels
     } else {
-        report_text(&fit, args, console);
-    }
-    for remark in &fit.remarks {
+        Support::Auto
+    };
+    let remarks = if args.model == Model::Moments {
+        let mut fit = moments::fit(&sets, args, support)?;
+        args.write(&mut fit.lens)?;
+        if args.json {
+            console.say(moments::report_json(&fit, &skipped));
+        } else {
+            moments::report_text(&fit, args, console);
+        }
+        fit.remarks
+    } else {
+        let mut fit = pupil::fit(&sets, args, support)?;
+        args.write(&mut fit.lens)?;
+        if args.json {
+            console.say(pupil::report_json(&fit, &skipped));
+        } else {
+            pupil::report_text(&fit, args, console);
+        }
+        fit.remarks
+    };
+    for remark in &remarks {
         console.remark(remark);
     }
     Ok(())
 }
 
-fn report_text(fit: &Fit, args: &FitArgs, console: &mut Console) {
-    console.say(format!(
-        "{:<8} {:>16} {:>6} {:>12} {:>12} {:>14}",
-        "channel", "distance", "tiles", "2nd misfit %", "3rd misfit %", "least var px²"
-    ));
-    for plane in &fit.planes {
-        console.say(format!(
-            "{:<8} {:>16} {:>6} {:>12.2} {:>12.2} {:>14.3}{}",
-            plane.channel,
-            plane.distance.to_string(),
-            plane.used,
-            100.0 * plane.second_residual,
-            100.0 * plane.third_residual,
-            plane.least_variance_px2,
-            if plane.converged {
-                ""
-            } else {
-                "  (not converged)"
-            }
-        ));
+impl FitArgs {
+    /// Refuses options of another model than the one asked for.
+    fn check(&self) -> Result<(), CommandError> {
+        let of_moments = self.model == Model::Moments;
+        if self.unweighted && !of_moments {
+            return Err(CommandError::Usage(
+                "--unweighted is of moments alone; add --model moments or leave it out".to_owned(),
+            ));
+        }
+        let of_rays = [
+            ("--use-all", self.use_all),
+            ("--law-only", self.law_only),
+            ("--image", self.image.is_some()),
+        ];
+        match of_rays.iter().find(|(_, given)| *given) {
+            Some((name, _)) if of_moments => Err(CommandError::Usage(format!(
+                "{name} does not go with --model moments; leave it out or use --model reduced or extended"
+            ))),
+            _ => Ok(()),
+        }
     }
-    if let Some(axis) = fit.axis {
-        console.say(format!(
-            "optical axis ({:.2} ± {:.2}, {:.2} ± {:.2}) px{}",
-            axis.axis.x_px,
-            axis.sigma_px.0,
-            axis.axis.y_px,
-            axis.sigma_px.1,
-            if axis.converged {
-                ""
-            } else {
-                " (not converged)"
+
+    /// The sets, and what was left out of them.
+    fn read_sets(&self) -> Result<(Vec<ObservationSet>, Vec<String>), CommandError> {
+        let options = ReadOptions {
+            skip_bad: self.skip_bad,
+        };
+        let (mut sets, mut skipped) = (Vec::new(), Vec::new());
+        for path in &self.observations {
+            let read = manifest::read(path, options)?;
+            for fault in read.dropped.iter().flat_map(|d| &d.faults) {
+                skipped.push(format!("{}: {fault}", path.display()));
             }
-        ));
+            sets.push(read.set);
+        }
+        Ok((sets, skipped))
     }
-    for r in &fit.rejected {
+
+    /// Writes the lens, and in it where it came from.
+    fn write(&self, lens: &mut LensProfile) -> Result<(), CommandError> {
+        lens.provenance.sources = self.observations.iter().map(|p| short_name(p)).collect();
+        lens.provenance.settings += &self.choice.describe();
+        let text = lens.to_json();
+        write_whole(&self.output, |out| {
+            std::io::Write::write_all(out, text.as_bytes())
+        })?;
+        Ok(())
+    }
+}
+
+/// Tells which tiles took no part.
+fn say_rejected(rejected: &[Rejection], args: &FitArgs, console: &mut Console) {
+    for r in rejected {
         console.say(format!(
             "rejected {} observation {} ({}) channel {}: {}",
             args.observations[r.set].display(),
@@ -156,46 +181,15 @@ fn report_text(fit: &Fit, args: &FitArgs, console: &mut Console) {
             r.reason
         ));
     }
-    console.say(format!("wrote {}", args.output.display()));
 }
 
-fn report_json(fit: &Fit, skipped: &[String]) -> String {
-    let planes: Vec<_> = fit
-        .planes
-        .iter()
-        .map(|p| {
-            json!({
-                "channel": p.channel,
-                "distance": p.distance.to_string(),
-                "tiles": p.used,
-                "second_residual": p.second_residual,
-                "third_residual": p.third_residual,
-                "least_variance_px2": p.least_variance_px2,
-                "rounds": p.rounds,
-                "converged": p.converged,
-            })
-        })
-        .collect();
-    let rejected: Vec<_> = fit
-        .rejected
-        .iter()
-        .map(|r| {
-            json!({
-                "set": r.set, "observation": r.observation, "file": r.file,
-                "channel": r.channel, "reason": r.reason,
-            })
-        })
-        .collect();
-    let axis = fit.axis.map(|a| {
+/// The same for a machine.
+fn rejected_json(rejected: &[Rejection]) -> Vec<Value> {
+    let one = |r: &Rejection| {
         json!({
-            "x_px": a.axis.x_px, "y_px": a.axis.y_px,
-            "sigma_x_px": a.sigma_px.0, "sigma_y_px": a.sigma_px.1,
-            "converged": a.converged,
+            "set": r.set, "observation": r.observation, "file": r.file,
+            "channel": r.channel, "reason": r.reason,
         })
-    });
-    let report = json!({
-        "planes": planes, "rejected": rejected, "axis": axis,
-        "left_out": skipped, "remarks": fit.remarks,
-    });
-    serde_json::to_string_pretty(&report).expect("a report is plain JSON")
+    };
+    rejected.iter().map(one).collect()
 }

@@ -7,6 +7,7 @@ mod drawing;
 mod eval;
 mod fit;
 mod lens;
+mod picture;
 mod psf;
 
 use std::path::{Path, PathBuf};

@@ -111,8 +111,15 @@ pub trait PsfModel: Send + Sync {
     /// If `out` is not as long as the window has pixels.
     fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]);
 
+    /// Whether a renderer may draw two blurs, each with its shift (x, y), by one kernel. Only where they
+    /// are the same, unless a model is costly to draw and says how far apart they may be.
+    fn alike(&self, one: (&LocalBlur, (f64, f64)), other: (&LocalBlur, (f64, f64))) -> bool {
+        one == other
+    }
+
     /// Draws the PSF into `rows`, its centroid `shift_px` (x, y) from the source pixel's centre: the
-    /// same kernel as [`draw_kernel`], in the form the exact renderer scatters fastest.
+    /// same kernel as [`draw_kernel`], in the form the exact renderer scatters fastest. A model costly
+    /// to draw may draw it coarser and says by how much.
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
         let mut kernel = Kernel::default();
         draw_kernel(self, blur, shift_px, &mut kernel);

@@ -1,6 +1,7 @@
 //! Kernels as the exact renderer scatters them: only the stretch of each row that holds light.
 
 use super::normal::{Curve, LANES, Scan};
+use super::pupil::{Drawn, Workspace};
 use super::{Kernel, Mixture, Reach, Window};
 use std::ops::Range;
 
@@ -9,13 +10,15 @@ use std::ops::Range;
 ///
 /// Stretches are padded to whole vectors, so that loops over them have no remainder; the padding
 /// holds true samples of the density or zeros.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct KernelRows {
     spans: Vec<Span>,
     weights: Vec<f32>,
     sum: f64,
     columns: Range<i32>,
     rows: Range<i32>,
+    /// Buffers of the model that draws ray by ray.
+    pub(super) scratch: (Workspace, Drawn),
 }
 
 /// Where one stretch lies relative to the source pixel, and its weights in the buffer.
@@ -73,6 +76,34 @@ impl KernelRows {
             });
         }
         self.sum = kernel.weights.iter().map(|&w| f64::from(w)).sum();
+    }
+
+    /// Takes over what was drawn on rows of `width` pixels, the first at `place` (column, row) from the
+    /// source pixel: of each row the stretch that is lit.
+    pub(super) fn take_over(&mut self, light: &[f64], (left, top): (i32, i32), width: usize) {
+        self.clear();
+        self.reserve(light.len() / width, width);
+        let mut start = 0;
+        for (row, line) in light.chunks_exact(width).enumerate() {
+            let Some(first) = line.iter().position(|v| *v > 0.0) else {
+                continue;
+            };
+            let end = line.iter().rposition(|v| *v > 0.0).unwrap_or(first) + 1;
+            let len = (end - first).next_multiple_of(LANES);
+            let weights = &mut self.weights[start..start + len];
+            for (weight, light) in weights.iter_mut().zip(&line[first..end]) {
+                *weight = *light as f32;
+            }
+            weights[end - first..].fill(0.0);
+            self.sum += line[first..end].iter().sum::<f64>();
+            self.push(Span {
+                row: top + row as i32,
+                column: left + first as i32,
+                start,
+                len,
+            });
+            start += len;
+        }
     }
 
     /// Draws `mixture` with its centroid `shift_px` (x, y) from the source pixel's centre. One so

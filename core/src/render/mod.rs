@@ -7,6 +7,8 @@
 mod depth_convention;
 mod scatter;
 #[cfg(test)]
+mod scatter_pupil_tests;
+#[cfg(test)]
 mod scatter_tests;
 mod scene;
 mod sheet;

@@ -1,5 +1,6 @@
 //! The exact renderer: every source pixel spreads its light with its own kernel. The reference that
-//! faster renderers are held against.
+//! faster renderers are held against. Kernels drawn ray by ray are shared by neighbours that differ
+//! by less than can be seen ([`PsfModel::alike`](crate::psf::PsfModel::alike)).
 
 use super::sheet::{Band, Strip};
 use super::{Displacement, PlacedBlur, Plane, Renderer, Scene, stopped};
@@ -119,22 +120,32 @@ impl<'a> Job<'a> {
         for row in first_row..(first_row + BAND_ROWS).min(height) {
             self.row_sources(row, &mut sources)?;
             for (channel, sources) in sources.iter().enumerate() {
-                let mut drawn = None;
-                for &(column, source) in sources {
-                    // A lens that does the same to neighbours has its kernel drawn once.
-                    if drawn != Some(source) {
-                        let model = self.scene.model;
-                        model.draw_rows(&source.blur, source.shift_px, &mut kernel);
-                        drawn = Some(source);
-                    }
-                    strip.make_room(&kernel, column as i32);
-                    for (index, plane) in self.planes.iter().enumerate() {
-                        let light = f64::from(plane.samples[row * width + column]);
-                        let gain = light * plane.weights[channel] / kernel.sum();
-                        if gain != 0.0 {
-                            strip.add(index, &kernel, column as i32, gain as f32);
+                let model = self.scene.model;
+                let mut rest = &sources[..];
+                while let Some(&(_, first)) = rest.first() {
+                    // Neighbours to which the lens does the same, or so nearly that the model says it
+                    // cannot be seen, have one kernel: that in their middle.
+                    let alike = |&&(_, source): &&(usize, Source)| {
+                        model.alike(
+                            (&first.blur, first.shift_px),
+                            (&source.blur, source.shift_px),
+                        )
+                    };
+                    let count = 1 + rest[1..].iter().take_while(alike).count();
+                    let (run, others) = rest.split_at(count);
+                    let middle = run[count / 2].1;
+                    model.draw_rows(&middle.blur, middle.shift_px, &mut kernel);
+                    for &(column, _) in run {
+                        strip.make_room(&kernel, column as i32);
+                        for (index, plane) in self.planes.iter().enumerate() {
+                            let light = f64::from(plane.samples[row * width + column]);
+                            let gain = light * plane.weights[channel] / kernel.sum();
+                            if gain != 0.0 {
+                                strip.add(index, &kernel, column as i32, gain as f32);
+                            }
                         }
                     }
+                    rest = others;
                 }
             }
             strip.empty_into(&mut band, row as i32);

@@ -1,0 +1,100 @@
+//! `--model moments`: S1..S10 by channel and distance, and how their fit went.
+
+use seidel_core::fit::{Fit, FitSettings, Weighting, fit_moments};
+use seidel_core::moments::support::Support;
+use seidel_core::observations::ObservationSet;
+use serde_json::json;
+
+use super::super::CommandError;
+use super::{FitArgs, rejected_json, say_rejected};
+use crate::Console;
+
+/// Fits `sets` as the options say.
+pub(super) fn fit(
+    sets: &[ObservationSet],
+    args: &FitArgs,
+    support: Support,
+) -> Result<Fit, CommandError> {
+    let settings = FitSettings {
+        weighting: if args.unweighted {
+            Weighting::Unweighted
+        } else {
+            Weighting::Weighted
+        },
+        axis: args.axis.unwrap_or_default(),
+        support,
+    };
+    Ok(fit_moments(sets, &settings)?)
+}
+
+/// Prints how the fit went.
+pub(super) fn report_text(fit: &Fit, args: &FitArgs, console: &mut Console) {
+    console.say(format!(
+        "{:<8} {:>16} {:>6} {:>12} {:>12} {:>14}",
+        "channel", "distance", "tiles", "2nd misfit %", "3rd misfit %", "least var px²"
+    ));
+    for plane in &fit.planes {
+        console.say(format!(
+            "{:<8} {:>16} {:>6} {:>12.2} {:>12.2} {:>14.3}{}",
+            plane.channel,
+            plane.distance.to_string(),
+            plane.used,
+            100.0 * plane.second_residual,
+            100.0 * plane.third_residual,
+            plane.least_variance_px2,
+            if plane.converged {
+                ""
+            } else {
+                "  (not converged)"
+            }
+        ));
+    }
+    if let Some(axis) = fit.axis {
+        console.say(format!(
+            "optical axis ({:.2} ± {:.2}, {:.2} ± {:.2}) px{}",
+            axis.axis.x_px,
+            axis.sigma_px.0,
+            axis.axis.y_px,
+            axis.sigma_px.1,
+            if axis.converged {
+                ""
+            } else {
+                " (not converged)"
+            }
+        ));
+    }
+    say_rejected(&fit.rejected, args, console);
+    console.say(format!("wrote {}", args.output.display()));
+}
+
+/// The same as one JSON document; `skipped` was left out when the sets were read.
+pub(super) fn report_json(fit: &Fit, skipped: &[String]) -> String {
+    let planes: Vec<_> = fit
+        .planes
+        .iter()
+        .map(|p| {
+            json!({
+                "channel": p.channel,
+                "distance": p.distance.to_string(),
+                "tiles": p.used,
+                "second_residual": p.second_residual,
+                "third_residual": p.third_residual,
+                "least_variance_px2": p.least_variance_px2,
+                "rounds": p.rounds,
+                "converged": p.converged,
+            })
+        })
+        .collect();
+    let axis = fit.axis.map(|a| {
+        json!({
+            "x_px": a.axis.x_px, "y_px": a.axis.y_px,
+            "sigma_x_px": a.sigma_px.0, "sigma_y_px": a.sigma_px.1,
+            "converged": a.converged,
+        })
+    });
+    let report = json!({
+        "planes": planes, "rejected": rejected_json(&fit.rejected), "axis": axis,
+        "left_out": skipped, "remarks": fit.remarks,
+    });
+    serde_json::to_string_pretty(&report).expect("a report is plain JSON")
+}

@@ -1,0 +1,164 @@
+//! `--model reduced` and `--model extended`: a lens known ray by ray, and how its fit went.
+
+use seidel_core::eval::TestImage;
+use seidel_core::fit::pixels::{Correlation, Metric};
+use seidel_core::fit::{PupilFit, PupilSettings, fit_pupil};
+use seidel_core::moments::support::Support;
+use seidel_core::observations::ObservationSet;
+use seidel_core::profile::HeldOut;
+use serde_json::{Value, json};
+
+use super::super::CommandError;
+use super::super::picture::read_image;
+use super::{FitArgs, Model, rejected_json, say_rejected};
+use crate::Console;
+
+/// Correlations that the text report names; the JSON one has all that are strong.
+const NAMED: usize = 5;
+
+/// Fits `sets` as the options say.
+pub(super) fn fit(
+    sets: &[ObservationSet],
+    args: &FitArgs,
+    support: Support,
+) -> Result<PupilFit, CommandError> {
+    let picture: Option<TestImage> = args.image.as_deref().map(read_image).transpose()?;
+    let settings = PupilSettings {
+        extended: args.model == Model::Extended,
+        axis: args.axis.unwrap_or_default(),
+        support,
+        use_all: args.use_all,
+        law_only: args.law_only,
+        picture,
+    };
+    Ok(fit_pupil(sets, &settings)?)
+}
+
+/// Prints how the fit went.
+pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console) {
+    console.say(format!(
+        "{:<8} {:>16} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "channel",
+        "distance",
+        "tiles",
+        "aside",
+        "alpha",
+        "beta",
+        "gamma",
+        "delta",
+        "phi",
+        "blur px"
+    ));
+    for c in &fit.channels {
+        let numbers: Vec<String> = c.numbers.iter().map(|n| format!("{n:>8.3}")).collect();
+        console.say(format!(
+            "{:<8} {:>16} {:>6} {:>6} {} {:>8.3}",
+            c.channel,
+            c.distance.to_string(),
+            c.used,
+            c.aside,
+            numbers.join(" "),
+            c.blur_px
+        ));
+    }
+    if let Some(held_out) = &fit.lens.held_out {
+        say_held_out(held_out, console);
+    }
+    if let Some((axis, sigma)) = fit.axis {
+        console.say(format!(
+            "optical axis ({:.2} ± {:.2}, {:.2} ± {:.2}) px",
+            axis.x_px, sigma.0, axis.y_px, sigma.1
+        ));
+    }
+    for Correlation { names, value } in fit.correlations.iter().take(NAMED) {
+        console.say(format!(
+            "{} and {} go together ({value:.2})",
+            names[0], names[1]
+        ));
+    }
+    say_rejected(&fit.rejected, args, console);
+    console.say(format!("wrote {}", args.output.display()));
+}
+
+fn say_held_out(held_out: &HeldOut, console: &mut Console) {
+    console.say(format!(
+        "kept aside: {} PSFs, forward-blur SNR {:.1} dB, pixel gap {:.5}",
+        held_out.tiles, held_out.snr_db, held_out.pixel_gap
+    ));
+    for group in &held_out.groups {
+        console.say(format!(
+            "  {:<8} {:>14} {:>6} {:>6.1} dB {:>9.5}",
+            group.channel,
+            group.distance.to_string(),
+            group.tiles,
+            group.snr_db,
+            group.pixel_gap
+        ));
+    }
+}
+
+/// The same as one JSON document; `skipped` was left out when the sets were read.
+pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
+    let channels: Vec<Value> = fit
+        .channels
+        .iter()
+        .map(|c| {
+            let [alpha, beta, gamma, delta, phi] = c.numbers;
+            json!({
+                "channel": c.channel, "distance": c.distance.to_string(),
+                "used": c.used, "aside": c.aside,
+                "alpha": alpha, "beta": beta, "gamma": gamma, "delta": delta, "phi": phi,
+                "blur_px": c.blur_px,
+            })
+        })
+        .collect();
+    let correlations: Vec<Value> = fit
+        .correlations
+        .iter()
+        .map(|c| json!({"names": c.names, "value": c.value}))
+        .collect();
+    let unclear: Vec<Value> = fit
+        .unclear
+        .iter()
+        .map(|u| json!({"names": u.names, "times": u.times}))
+        .collect();
+    let axis = fit.axis.map(|(axis, sigma)| {
+        json!({
+            "x_px": axis.x_px, "y_px": axis.y_px,
+            "sigma_x_px": sigma.0, "sigma_y_px": sigma.1,
+        })
+    });
+    let report = json!({
+        "channels": channels,
+        "held_out": fit.lens.held_out.as_ref().map(held_out_json),
+        "metric": match fit.metric {
+            Metric::Pixels => "pixels",
+            Metric::Picture => "picture",
+        },
+        "converged": fit.converged,
+        "axis": axis,
+        "correlations": correlations,
+        "unclear": unclear,
+        "rejected": rejected_json(&fit.rejected),
+        "left_out": skipped,
+        "remarks": fit.remarks,
+    });
+    serde_json::to_string_pretty(&report).expect("a report is plain JSON")
+}
+
+fn held_out_json(held_out: &HeldOut) -> Value {
+    let groups: Vec<Value> = held_out
+        .groups
+        .iter()
+        .map(|g| {
+            json!({
+                "channel": g.channel, "distance": g.distance.to_string(), "tiles": g.tiles,
+                "snr_db": g.snr_db, "pixel_gap": g.pixel_gap,
+            })
+        })
+        .collect();
+    json!({
+        "tiles": held_out.tiles, "rule": held_out.rule, "snr_db": held_out.snr_db,
+        "pixel_gap": held_out.pixel_gap, "groups": groups,
+    })
+}

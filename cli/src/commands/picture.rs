@@ -1,0 +1,31 @@
+//! The picture through which blur is compared.
+
+use std::path::Path;
+
+use seidel_core::eval::TestImage;
+
+use super::CommandError;
+use crate::files::error::FileError;
+use crate::files::plate::{Plate, PlateOptions};
+
+/// The luminance of a picture, by Rec. 709 weights where it is in colour.
+pub(super) fn read_image(path: &Path) -> Result<TestImage, CommandError> {
+    let plate = Plate::open(path, &PlateOptions::default())?;
+    if let Some(bad) = plate.non_finite().first() {
+        return Err(FileError::new(path, "", bad.to_string(), "mend the picture").into());
+    }
+    let planes = plate.colour();
+    let weights: &[f64] = if planes.len() == 3 {
+        &[0.2126, 0.7152, 0.0722]
+    } else {
+        &[1.0]
+    };
+    let samples = (0..plate.width() * plate.height())
+        .map(|i| {
+            let weighed = planes.iter().zip(weights);
+            weighed.map(|(plane, w)| w * f64::from(plane[i])).sum()
+        })
+        .collect();
+    Ok(TestImage::new(plate.width(), plate.height(), samples)
+        .map_err(|e| FileError::from_core(path, e))?)
+}
