@@ -339,25 +339,25 @@ impl Layout {
         let start = self.starts[which][channel];
         let degree = freedoms[which].degree;
         // From powers of (v - middle) / half to powers of v.
-        let mut turned = vec![vec![0.0; degree + 1]; degree + 1];
+        let mut turned = nalgebra::DMatrix::zeros(degree + 1, degree + 1);
         for power in 0..=degree {
             let mut binomial = 1.0;
             for k in 0..=power {
-                turned[k][power] = binomial * (-self.middle).powi((power - k) as i32)
+                turned[(k, power)] = binomial * (-self.middle).powi((power - k) as i32)
                     / self.half.powi(power as i32);
                 binomial *= (power - k) as f64 / (k + 1) as f64;
             }
         }
-        let row = |k: usize| &turned[k];
+        let share = |k: usize, p: usize| -> f64 { turned[(k, p)] };
         let coefficients = (0..=degree)
-            .map(|k| (0..=degree).map(|p| row(k)[p] * theta[start + p]).sum())
+            .map(|k| (0..=degree).map(|p| share(k, p) * theta[start + p]).sum())
             .collect();
         let sigma = (0..=degree)
             .map(|k| {
                 let mut variance = 0.0;
                 for p in 0..=degree {
                     for q in 0..=degree {
-                        variance += row(k)[p] * row(k)[q] * covariance[(start + p, start + q)];
+                        variance += share(k, p) * share(k, q) * covariance[(start + p, start + q)];
                     }
                 }
                 variance.max(0.0).sqrt()

@@ -1,10 +1,10 @@
 //! A whole lens from the pixels of all its tiles: `--model reduced` and `--model extended`.
 //!
 //! Starts come from moments ([`super::starts`]); each is tried on a few tiles, and the best is refined
-//! on all of them over all distances and channels at once ([`descent`]). How freely each number may
+//! on all of them over all distances and channels at once (`descent`). How freely each number may
 //! change with vergence is decided by distances left out, and what the law leaves at the measured
-//! ones is kept where zones of the field left out say so ([`law`]). Effects are added one by one
-//! ([`extend`]). A fifth of the PSFs takes no part in any of this and says how good it is ([`score`]).
+//! ones is kept where zones of the field left out say so (`law`). Effects are added one by one
+//! (`extend`). A fifth of the PSFs takes no part in any of this and says how good it is (`score`).
 
 mod descent;
 mod errors;

@@ -64,7 +64,7 @@ impl Detail {
     pub const FIT: Self = Self(6.0);
     /// For the first steps of fits.
     pub const COARSE: Self = Self(4.0);
-    /// For plates. With kernels shared as [`ALIKE_PX`] says, a plate of bright points in the corner of
+    /// For plates. With kernels shared as `ALIKE_PX` says, a plate of bright points in the corner of
     /// a fast lens comes out 57 dB from one fine kernel a pixel; a test holds 45 dB.
     pub const PICTURE: Self = Self(3.0);
 }
@@ -358,7 +358,7 @@ impl PsfModel for Pupil {
         }
     }
 
-    /// Where no ray lands more than [`ALIKE_PX`] from where the other blur puts it.
+    /// Where no ray lands more than `ALIKE_PX` from where the other blur puts it.
     fn alike(&self, one: (&LocalBlur, (f64, f64)), other: (&LocalBlur, (f64, f64))) -> bool {
         let (a, b) = (rays(one.0), rays(other.0));
         if a.stops().len() != b.stops().len() {
