@@ -13,11 +13,13 @@ const TRIAL_TILES: usize = 80;
 /// A circle must lower the mean logarithm of misfits by this much.
 const WORTH: f64 = 0.02;
 
-/// Circles that are tried: radius and shift of a front and a rear one.
-const CIRCLES: [[f64; 4]; 3] = [
+/// Circles that are tried: radius and shift of a front and a rear one. They begin to clip on the
+/// axis, or half way to the corner, or near it.
+const CIRCLES: [[f64; 4]; 4] = [
     [1.0, 0.15, 1.0, -0.15],
-    [1.0, 0.4, 1.0, -0.4],
-    [1.0, 0.8, 1.0, -0.8],
+    [1.0, 0.5, 1.0, -0.5],
+    [1.4, 0.6, 1.4, -0.6],
+    [1.8, 0.9, 1.8, -0.9],
 ];
 
 /// Adds fifth-order aberrations, then vignetting where it lowers misfits.
