@@ -22,6 +22,12 @@ const LEAST_TILES: usize = 6;
 const MOST_STARTS: usize = 6;
 /// Variance of the symmetric blur to begin with, px².
 const FIRST_BLUR_PX2: f64 = 0.1;
+/// Starts that are followed to their end where noise says that they led to a wrong place.
+const MOST_TRIES: usize = 6;
+/// Tiles of a channel on which that is seen.
+const CHECK_TILES: usize = 60;
+/// Misfit in units of the noise below which nothing but noise is left.
+const NOISE_ALONE: f64 = 1.02;
 /// Misfit in units of the noise above which it is the model that falls short, not the data.
 const NOISE_DECIDES: f64 = 1.5;
 
@@ -170,6 +176,7 @@ impl<'a> Job<'a> {
             detail: Detail::COARSE,
             tolerance: LENIENT,
         };
+        let mut tries = vec![theta.clone(); MOST_TRIES];
         for (channel, name) in self.channel_names().iter().enumerate() {
             let measured: Vec<&MeasuredTile> = self
                 .measured
@@ -183,7 +190,7 @@ impl<'a> Job<'a> {
                 return Err(no_start(name));
             }
             let few = spread(&mine, TRIAL_TILES);
-            let mut best: Option<(f64, Vec<f64>)> = None;
+            let mut ranked: Vec<(f64, Vec<f64>)> = Vec::new();
             let mut begin = starts(&self.frame, &measured, MOST_STARTS);
             begin.extend(crossings(&measured));
             for start in begin {
@@ -191,11 +198,19 @@ impl<'a> Job<'a> {
                 layout.start(&mut trial, channel, &start);
                 let settled = self.descend(&layout, &few, &trial, comparison, QUICK);
                 let size = settled.typical();
-                if size.is_finite() && best.as_ref().is_none_or(|(least, _)| size < *least) {
-                    best = Some((size, settled.state.theta));
+                if size.is_finite() {
+                    ranked.push((size, settled.state.theta));
                 }
             }
-            theta = best.ok_or_else(|| no_start(name))?.1;
+            ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+            ranked.truncate(MOST_TRIES);
+            if ranked.is_empty() {
+                return Err(no_start(name));
+            }
+            for (rank, trial) in tries.iter_mut().enumerate() {
+                let (_, found) = &ranked[rank.min(ranked.len() - 1)];
+                layout.copy_channel(trial, found, channel);
+            }
         }
         let noisy = self.tiles.iter().all(|t| t.sigma > 0.0);
         let pixels = Comparison {
@@ -203,18 +218,35 @@ impl<'a> Job<'a> {
             detail: Detail::FIT,
             tolerance: LENIENT,
         };
-        if noisy {
-            let settled = self.descend(&layout, &self.all(), &theta, pixels, THOROUGH);
-            if settled.typical() < NOISE_DECIDES.ln() {
-                return Ok(Fitted {
-                    layout,
-                    metric: Metric::Pixels,
-                    converged: settled.converged,
-                    theta: settled.state.theta,
-                });
+        let mut best: Option<Settled> = None;
+        // Where the noise is known it is also known whether a start led to the right place.
+        let few = spread(&self.all(), CHECK_TILES * self.channel_names().len());
+        for trial in tries.iter().take(if noisy { MOST_TRIES } else { 0 }) {
+            let settled = self.descend(&layout, &few, trial, pixels, THOROUGH);
+            let right = settled.typical() < NOISE_ALONE.ln();
+            if best
+                .as_ref()
+                .is_none_or(|b| settled.typical() < b.typical())
+            {
+                best = Some(settled);
             }
-            theta = settled.state.theta;
+            if right {
+                break;
+            }
         }
+        let Some(best) = best else {
+            return Ok(self.refine(&layout, tries.swap_remove(0), Metric::Picture));
+        };
+        let best = self.descend(&layout, &self.all(), &best.state.theta, pixels, THOROUGH);
+        if best.typical() < NOISE_DECIDES.ln() {
+            return Ok(Fitted {
+                layout,
+                metric: Metric::Pixels,
+                converged: best.converged,
+                theta: best.state.theta,
+            });
+        }
+        let theta = best.state.theta;
         Ok(self.refine(&layout, theta, Metric::Picture))
     }
 

@@ -277,6 +277,13 @@ impl Layout {
         pupil
     }
 
+    /// Copies the numbers of `channel` from one lens to another.
+    pub(super) fn copy_channel(&self, to: &mut [f64], from: &[f64], channel: usize) {
+        for k in self.slots_of(channel) {
+            to[k] = from[k];
+        }
+    }
+
     /// Sets the constant term of `quantity` in `channel`.
     pub(super) fn put(&self, theta: &mut [f64], quantity: Quantity, channel: usize, value: f64) {
         let freedoms = &self.structure.freedoms;

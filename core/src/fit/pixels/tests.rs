@@ -152,15 +152,19 @@ fn planted_lenses_are_found_within_their_errors() {
 #[ignore = "minutes; the figures of docs/evaluation.md"]
 fn two_hundred_planted_lenses_are_covered() {
     let all = scores(240);
+    let mut table = String::new();
     for (name, _, _) in numbers(&planted(&mut SplitMix64::new(1))) {
         let of: Vec<_> = all.iter().copied().filter(|(n, _)| *n == name).collect();
-        let mean = of.iter().map(|(_, z)| z).sum::<f64>() / of.len() as f64;
+        let astray = of.iter().filter(|(_, z)| z.abs() > 6.0).count();
         let share = coverage(&of);
-        assert!((0.88..=0.99).contains(&share), "{name}: {share}");
-        assert!(mean.abs() < 0.35, "{name}: {mean}");
+        table.push_str(&format!("{name}: covered {share:.3}, astray {astray}; "));
     }
     let total = coverage(&all);
-    assert!((0.90..=0.97).contains(&total), "{total}");
+    table.push_str(&format!("all: {total:.3}"));
+    assert!((0.90..=0.97).contains(&total), "{table}");
+    if true {
+        panic!("{table}");
+    }
 }
 
 #[test]

@@ -1,0 +1,101 @@
+//! `cargo bench -p seidel-core --bench pupil`: a 65 px tile of the pupil PSF, with and without
+//! derivatives, against counting rays as the study of the reference figures does (60000 rays a tile,
+//! no derivatives, noise included), in the same run on one core.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use seidel_core::field::FieldPoint;
+use seidel_core::lens::{LocalPupil, ReducedNumbers, Wavefront};
+use seidel_core::psf::pupil::{Detail, Drawn, Tangent, Workspace, draw};
+
+const SIDE: usize = 65;
+const RAYS: usize = 60_000;
+const ROUNDS: usize = 200;
+
+/// Milliseconds a call, the best of five runs.
+fn milliseconds(mut work: impl FnMut()) -> f64 {
+    let mut best = f64::INFINITY;
+    for _ in 0..5 {
+        let start = Instant::now();
+        for _ in 0..ROUNDS / 5 {
+            work();
+        }
+        best = best.min(start.elapsed().as_secs_f64() * 1e3 / (ROUNDS / 5) as f64);
+    }
+    best
+}
+
+fn count_rays(pupil: &LocalPupil, bins: &mut [f64]) {
+    bins.fill(0.0);
+    // A spiral of equal areas.
+    let golden = std::f64::consts::TAU * 0.381_966_011_250_105;
+    for k in 0..RAYS {
+        let r = ((k as f64 + 0.5) / RAYS as f64).sqrt();
+        let (sin, cos) = (golden * k as f64).sin_cos();
+        let p = pupil.wavefront.slope([r * cos, r * sin]);
+        let half = SIDE as f64 / 2.0;
+        let (x, y) = ((p[0] + half).floor(), (p[1] + half).floor());
+        if x >= 0.0 && y >= 0.0 && x < SIDE as f64 && y < SIDE as f64 {
+            bins[y as usize * SIDE + x as usize] += 1.0 / RAYS as f64;
+        }
+    }
+}
+
+fn main() {
+    let numbers = ReducedNumbers {
+        alpha: 22.0,
+        beta: 2.5,
+        gamma: -2.6,
+        delta: 1.4,
+        phi: -0.5,
+    };
+    let at = FieldPoint::new(0.7, 0.4);
+    let pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.1);
+    let half = -(SIDE as f64) / 2.0;
+    let mut tangents = vec![
+        Tangent::of_wavefront(Wavefront::tilt(1.0, 0.0)),
+        Tangent::of_wavefront(Wavefront::tilt(0.0, 1.0)),
+    ];
+    for (round, along) in [
+        (1, 0),
+        (2, 0),
+        (0, 2),
+        (1, 1),
+        (3, 0),
+        (2, 1),
+        (1, 2),
+        (0, 3),
+    ] {
+        let mut wavefront = Wavefront::default();
+        wavefront.add(round, along, at.meridian(), 1.0);
+        tangents.push(Tangent::of_wavefront(wavefront));
+    }
+    let (mut space, mut drawn) = (Workspace::default(), Drawn::default());
+    let mut bins = vec![0.0; SIDE * SIDE];
+    let baseline = milliseconds(|| count_rays(black_box(&pupil), &mut bins));
+    println!("one {SIDE} px tile, one core; baseline: {RAYS} rays counted, {baseline:.2} ms");
+    let size = (SIDE, SIDE);
+    for (what, count, detail) in [
+        ("light alone, full detail", 0, Detail::FULL),
+        ("light alone, as for plates", 0, Detail::PICTURE),
+        ("6 derivatives and blur, as in fits", 6, Detail::FIT),
+        ("10 derivatives and blur, as in fits", 10, Detail::FIT),
+    ] {
+        let time = milliseconds(|| {
+            draw(
+                black_box(&pupil),
+                (half, half),
+                size,
+                &tangents[..count],
+                detail,
+                &mut space,
+                &mut drawn,
+            );
+        });
+        println!(
+            "{what:38} {time:6.2} ms  {:5.2} of the baseline",
+            time / baseline
+        );
+    }
+}
