@@ -212,6 +212,9 @@ impl<'a> Job<'a> {
                 layout.copy_channel(trial, found, channel);
             }
         }
+        for trial in &mut tries {
+            layout.right_way_round(trial);
+        }
         let noisy = self.tiles.iter().all(|t| t.sigma > 0.0);
         let pixels = Comparison {
             metric: Metric::Pixels,
@@ -238,15 +241,17 @@ impl<'a> Job<'a> {
             return Ok(self.refine(&layout, tries.swap_remove(0), Metric::Picture));
         };
         let best = self.descend(&layout, &self.all(), &best.state.theta, pixels, THOROUGH);
-        if best.typical() < NOISE_DECIDES.ln() {
+        let noise_decides = best.typical() < NOISE_DECIDES.ln();
+        let mut theta = best.state.theta;
+        layout.right_way_round(&mut theta);
+        if noise_decides {
             return Ok(Fitted {
                 layout,
                 metric: Metric::Pixels,
                 converged: best.converged,
-                theta: best.state.theta,
+                theta,
             });
         }
-        let theta = best.state.theta;
         Ok(self.refine(&layout, theta, Metric::Picture))
     }
 

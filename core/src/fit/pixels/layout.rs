@@ -277,6 +277,40 @@ impl Layout {
         pupil
     }
 
+    /// Of the two ways to write the same lens, the pupil one way or the other way round, chooses the
+    /// one whose alpha rises with vergence, at a single distance the one whose delta is not negative.
+    /// For lenses without effects.
+    pub(super) fn right_way_round(&self, theta: &mut [f64]) {
+        for channel in self.starts.first().map_or(0..0, |s| 0..s.len()) {
+            let number = |quantity, power| {
+                self.slots_of(channel).into_iter().find(|&k| {
+                    let Slot::Coefficient {
+                        quantity: q,
+                        power: p,
+                        ..
+                    } = self.slots[k]
+                    else {
+                        return false;
+                    };
+                    q == quantity && p == power
+                })
+            };
+            let sign = number(Quantity::Alpha, 1).or_else(|| number(Quantity::Delta, 0));
+            if sign.is_none_or(|k| theta[k] >= 0.0) {
+                continue;
+            }
+            for k in self.slots_of(channel) {
+                if let Slot::Coefficient {
+                    quantity: Quantity::Alpha | Quantity::Beta | Quantity::Gamma | Quantity::Delta,
+                    ..
+                } = self.slots[k]
+                {
+                    theta[k] = -theta[k];
+                }
+            }
+        }
+    }
+
     /// Copies the numbers of `channel` from one lens to another.
     pub(super) fn copy_channel(&self, to: &mut [f64], from: &[f64], channel: usize) {
         for k in self.slots_of(channel) {

@@ -158,13 +158,11 @@ fn two_hundred_planted_lenses_are_covered() {
         let astray = of.iter().filter(|(_, z)| z.abs() > 6.0).count();
         let share = coverage(&of);
         table.push_str(&format!("{name}: covered {share:.3}, astray {astray}; "));
+        assert!((0.88..=0.99).contains(&share) && astray <= 2, "{table}");
     }
     let total = coverage(&all);
     table.push_str(&format!("all: {total:.3}"));
     assert!((0.90..=0.97).contains(&total), "{table}");
-    if true {
-        panic!("{table}");
-    }
 }
 
 #[test]
