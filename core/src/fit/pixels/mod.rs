@@ -6,6 +6,7 @@
 //! ones is kept where zones of the field left out say so (`law`). Effects are added one by one
 //! (`extend`). A fifth of the PSFs takes no part in any of this and says how good it is (`score`).
 
+mod change;
 mod descent;
 mod errors;
 mod extend;

@@ -7,7 +7,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::layout::{Change, Layout, STOP_NUMBERS};
+use super::change::{Change, STOP_NUMBERS};
+use super::layout::Layout;
 use super::metric::Metric;
 use crate::field::FieldPoint;
 use crate::lens::{LocalPupil, MOST_STOPS, Stop, TERMS, Wavefront};
