@@ -35,9 +35,30 @@ pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Displa
     })
 }
 
-/// The least-squares line in vergence through points (vergence, (value, its standard error)): to third
-/// order distortion is linear in it (docs/model.md section 5). One point makes it constant.
+/// Magnification and distortion as least-squares lines in vergence through what was measured at some
+/// vergences (1/m): to third order distortion is linear in it (docs/model.md section 5). One makes them
+/// constant, none zero.
+pub fn lines(measured: &[(f64, Displacement)]) -> [VergenceSeries; 2] {
+    let of = |value: fn(&Displacement) -> (f64, f64)| {
+        line(
+            &measured
+                .iter()
+                .map(|(v, d)| (*v, value(d)))
+                .collect::<Vec<_>>(),
+        )
+    };
+    [
+        of(|d| (d.magnification, d.magnification_sigma)),
+        of(|d| (d.distortion, d.distortion_sigma)),
+    ]
+}
+
+/// The least-squares line in vergence through points (vergence, (value, its standard error)); a
+/// constant through one, zero through none.
 pub fn line(points: &[(f64, (f64, f64))]) -> VergenceSeries {
+    if points.is_empty() {
+        return VergenceSeries::constant(0.0);
+    }
     let count = points.len() as f64;
     let mean_v = points.iter().map(|p| p.0).sum::<f64>() / count;
     let mean = points.iter().map(|p| p.1.0).sum::<f64>() / count;

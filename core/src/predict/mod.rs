@@ -7,7 +7,8 @@ pub use like::predict_like;
 use crate::distance::ObjectDistance;
 use crate::error::{Error, Result};
 use crate::field::{FieldPoint, Frame};
-use crate::lens::{DepthLaw, MomentCoefficients};
+use crate::fit::displacement;
+use crate::lens::{DepthLaw, MomentCoefficients, VergenceSeries};
 use crate::profile::{LensDescription, LensProfile, MomentsChannel, PupilChannel};
 use crate::psf::{self, LocalBlur, PsfModel, Pupil, SkewNormal};
 use crate::render::{BlurField, PlacedBlur};
@@ -31,8 +32,8 @@ enum Channels {
 #[derive(Debug, Clone)]
 struct Moments {
     law: Law,
-    /// Magnification and distortion as lines in vergence: (value at 0, slope).
-    displacement: [(f64, f64); 2],
+    /// Magnification and distortion as lines in vergence.
+    displacement: [VergenceSeries; 2],
 }
 
 #[derive(Debug, Clone)]
@@ -187,46 +188,20 @@ impl Moments {
             Law::Constant(s) => *s,
             Law::Depth(law) => law.at(vergence_per_m),
         };
-        let line = |(value, slope): (f64, f64)| value + slope * vergence_per_m;
-        let [magnification, distortion] = self.displacement;
-        let stretch = line(magnification) + line(distortion) * (at.x * at.x + at.y * at.y);
+        let [magnification, distortion] = &self.displacement;
+        let h2 = at.x * at.x + at.y * at.y;
+        let stretch = magnification.at(vergence_per_m) + distortion.at(vergence_per_m) * h2;
         (LocalBlur::of_moments(s.moments(at), at.meridian()), stretch)
     }
 }
 
-/// Least-squares lines in vergence through the planes' magnification and distortion: distortion is
-/// linear in v to third order (docs/model.md 5b), and one plane makes it constant.
-fn displacement_lines(channel: &MomentsChannel) -> [(f64, f64); 2] {
-    let points: Vec<(f64, [f64; 2])> = channel
-        .planes
-        .iter()
-        .filter_map(|plane| {
-            let d = plane.displacement?;
-            Some((
-                plane.distance.vergence_per_m().unwrap_or(0.0),
-                [d.magnification, d.distortion],
-            ))
-        })
-        .collect();
-    let count = points.len() as f64;
-    if points.is_empty() {
-        return [(0.0, 0.0); 2];
-    }
-    [0, 1].map(|k| {
-        let mean_v = points.iter().map(|p| p.0).sum::<f64>() / count;
-        let mean = points.iter().map(|p| p.1[k]).sum::<f64>() / count;
-        let spread: f64 = points.iter().map(|p| (p.0 - mean_v).powi(2)).sum();
-        let slope = if spread > 0.0 {
-            points
-                .iter()
-                .map(|p| (p.0 - mean_v) * (p.1[k] - mean))
-                .sum::<f64>()
-                / spread
-        } else {
-            0.0
-        };
-        (mean - slope * mean_v, slope)
-    })
+/// Magnification and distortion of a channel as lines in vergence through its planes'.
+fn displacement_lines(channel: &MomentsChannel) -> [VergenceSeries; 2] {
+    let measured = channel.planes.iter().filter_map(|plane| {
+        let v = plane.distance.vergence_per_m().unwrap_or(0.0);
+        Some((v, plane.displacement?))
+    });
+    displacement::lines(&measured.collect::<Vec<_>>())
 }
 
 #[cfg(test)]

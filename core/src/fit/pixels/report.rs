@@ -72,7 +72,7 @@ pub(super) fn assemble(
                 .channel(&fit.theta, &errors.covariance, index, name);
             add_remainders(&mut channel, index, remainders);
             channel.measured_vergence = job.range;
-            (channel.magnification, channel.distortion) = landing(job, index);
+            [channel.magnification, channel.distortion] = landing(job, index);
             channel
         })
         .collect();
@@ -140,7 +140,7 @@ fn add_remainders(channel: &mut PupilChannel, index: usize, remainders: &[Remain
 }
 
 /// Magnification and distortion of a channel as lines in vergence.
-fn landing(job: &Job, channel: usize) -> (VergenceSeries, VergenceSeries) {
+fn landing(job: &Job, channel: usize) -> [VergenceSeries; 2] {
     let points: Vec<_> = job
         .vergences
         .iter()
@@ -157,22 +157,7 @@ fn landing(job: &Job, channel: usize) -> (VergenceSeries, VergenceSeries) {
             Some((v, found))
         })
         .collect();
-    if points.is_empty() {
-        let none = || VergenceSeries::constant(0.0);
-        return (none(), none());
-    }
-    let line = |value: fn(&crate::profile::Displacement) -> (f64, f64)| {
-        displacement::line(
-            &points
-                .iter()
-                .map(|(v, d)| (*v, value(d)))
-                .collect::<Vec<_>>(),
-        )
-    };
-    (
-        line(|d| (d.magnification, d.magnification_sigma)),
-        line(|d| (d.distortion, d.distortion_sigma)),
-    )
+    displacement::lines(&points)
 }
 
 fn reports(job: &Job, lens: &LensProfile) -> Vec<ChannelReport> {

@@ -211,6 +211,8 @@ mod tests {
             assert!((sum - 1.0).abs() < 1e-7, "{factor}: {sum}");
             // The evenly lit pixel's own area, seen by cells of an area of theirs.
             let area = (1.0 - 1.0 / (factor * factor) as f64) / 12.0;
+            // Only nearly: what a narrow discrete Gaussian passes beyond the pixels' Nyquist frequency
+            // folds back, by the place of the point in its pixel.
             let seen = 0.7 + area + pixels(factor);
             assert!(
                 (variance - seen).abs() < 1e-3,

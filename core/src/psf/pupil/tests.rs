@@ -221,7 +221,9 @@ fn derivatives_are_those_of_the_picture() {
             .sum();
         let analytic = |k: usize| out.slopes[k * stride + which] - total * out.light[k];
         let error = relative(&analytic, &low, &high, step);
-        assert!(error < 0.08, "tangent {which}: {error}");
+        // Where two stops cross the mesh counts the cusp half to either, which is all that is lost.
+        let bound = if tangent.moves_stops() { 0.08 } else { 0.02 };
+        assert!(error < bound, "tangent {which}: {error}");
     }
     let blurred = |by: f64| plain(&pupil.blurred_by(by));
     let error = relative(&|k| out.by_blur[k], &blurred(-step), &blurred(step), step);
