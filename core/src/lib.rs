@@ -29,6 +29,7 @@ pub mod predict;
 pub mod profile;
 pub mod psf;
 pub mod render;
+pub mod sensor;
 pub mod tile;
 
 pub use error::{Error, Fault, Result};

@@ -134,6 +134,12 @@ impl ObservationSet {
         all
     }
 
+    /// Wavelength of the channel called `name` over the pixel pitch, where both are known.
+    pub fn wavelength_px(&self, name: &str) -> Option<f64> {
+        let nanometres = self.camera.wavelength_nm.get(name)?;
+        Some(nanometres * 1e-3 / self.pixel_pitch_um?)
+    }
+
     /// Index of a channel by name.
     ///
     /// # Errors

@@ -214,6 +214,8 @@ pub(crate) fn write_ray_lens(folder: &Path, channels: &[&str]) {
         distortion: constant(0.0),
         measured_vergence: (0.0, 1.0 / 1.2),
         stop_lever_m: 0.0,
+        added: Vec::new(),
+        wavelength_px: 0.0,
     };
     let lens = LensProfile {
         frame: Frame::new(300, 200, None).expect("a valid frame"),

@@ -134,6 +134,8 @@ fn channel(design: &ChannelDesign, frame: &Frame) -> PupilChannel {
         distortion: VergenceSeries::constant(DISTORTION),
         measured_vergence: MEASURED_PER_M,
         stop_lever_m: 0.0,
+        added: Vec::new(),
+        wavelength_px: 0.0,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Fifth-order aberrations: the eight wave terms of sixth degree in pupil and field.
 
-use super::{Effect, Parameter, Resetting, ScenePoint};
+use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `higher_order`: spherical aberration of higher order, oblique spherical aberration, coma and
@@ -33,6 +33,8 @@ const fn term(name: &'static str, unit: &'static str, meaning: &'static str) -> 
         neutral: 0.0,
         least: -1e4,
         most: 1e4,
+        step: 0.1,
+        scope: Scope::Lens,
     }
 }
 
@@ -72,6 +74,12 @@ impl Effect for HigherOrder {
         }
     }
 
+    fn starts(&self) -> Vec<Start> {
+        let mut values = [0.0; TERMS.len()];
+        values[0] = 0.1;
+        vec![Start::all_free(&values)]
+    }
+
     // A slope of pupil power l - 1 at the rim, at a field angle X / Z2 to the power k, spread over Z2.
     fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
         let terms = TERMS.into_iter().zip(values);
@@ -95,8 +103,7 @@ mod tests {
         let at = FieldPoint::new(0.48, 0.64);
         let point = ScenePoint {
             at,
-            vergence_per_m: 0.0,
-            stop_lever_m: 0.0,
+            ..crate::effects::tests::point()
         };
         for (k, (_, _, of_field)) in TERMS.into_iter().enumerate() {
             let mut values = [0.0; 8];

@@ -1,6 +1,7 @@
 //! Effects: what a real lens does beyond third order, each one part of the forward model.
 //!
-//! An effect changes the [`LocalPupil`] of a point: it adds terms to the wavefront or clips the pupil.
+//! An effect changes the [`LocalPupil`] of a point: it adds terms to the wavefront, clips or dims the
+//! pupil, or changes what the sensor does to the picture; and it may move the chief ray.
 //! A lens profile carries any of them by identifier. One effect a file; all of them are in [`ALL`].
 
 mod higher_order;
@@ -28,6 +29,41 @@ pub struct Parameter {
     pub least: f64,
     /// Largest value that makes sense.
     pub most: f64,
+    /// A change that can be seen, no more: the step of searches, in `unit`.
+    pub step: f64,
+    /// Whether colour channels share its value.
+    pub scope: Scope,
+}
+
+/// Whether colour channels share the value of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scope {
+    /// One value for all.
+    Lens,
+    /// One value a channel.
+    Channel,
+    /// One value a channel but for the one of middle wavelength, which stays neutral: what counts is
+    /// the difference between channels.
+    Difference,
+}
+
+/// Where a search for the values of an effect starts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// One value a parameter, the same in every channel.
+    pub values: Vec<f64>,
+    /// Whether the search may change it: kinds that are counted, such as blades, are tried one by one.
+    pub free: Vec<bool>,
+}
+
+impl Start {
+    /// A search from `values` that may change all of them.
+    pub fn all_free(values: &[f64]) -> Self {
+        Self {
+            values: values.to_vec(),
+            free: vec![true; values.len()],
+        }
+    }
 }
 
 /// Where in the scene a point of light is: what the strength of an effect may depend on.
@@ -41,6 +77,12 @@ pub struct ScenePoint {
     /// what turns the shift of a stop into its distance from the pupil. Zero where the camera is not
     /// known; then stops stay where they are at every object distance.
     pub stop_lever_m: f64,
+    /// How fast defocus grows with vergence here, px m; zero where depth is not known.
+    pub defocus_px_m: f64,
+    /// Vergence of an object in focus on the axis, 1/m.
+    pub focus_vergence_per_m: f64,
+    /// Wavelength of the channel over the pixel pitch; zero where not known.
+    pub wavelength_px: f64,
 }
 
 /// How a lens is set otherwise than it was measured.
@@ -68,6 +110,16 @@ pub trait Effect: Send + Sync {
     /// # Panics
     /// If there are not as many values as parameters.
     fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil);
+
+    /// How far it moves the chief ray, px of the frame; `values` as in [`Effect::act`]. What it does to the
+    /// centroid by way of the rays is not part of it.
+    fn chief_ray(&self, _values: &[f64], _point: ScenePoint) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    /// Where to start a search for its values, the likeliest first; none of them neutral in all that
+    /// counts.
+    fn starts(&self) -> Vec<Start>;
 
     /// The parameters' `values`, in order, of the same glass with its pupil and sensor reset `to`.
     fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries>;
@@ -100,15 +152,18 @@ pub fn neutral(effect: &dyn Effect) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::lens::{ReducedNumbers, Wavefront};
 
-    fn point() -> ScenePoint {
+    pub(crate) fn point() -> ScenePoint {
         ScenePoint {
             at: FieldPoint::new(0.6, -0.5),
             vergence_per_m: 0.5,
             stop_lever_m: 0.0,
+            defocus_px_m: 20.0,
+            focus_vergence_per_m: 0.4,
+            wavelength_px: 0.12,
         }
     }
 

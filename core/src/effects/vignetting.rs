@@ -1,6 +1,6 @@
 //! Mechanical vignetting: the barrel clips oblique pencils.
 
-use super::{Effect, Parameter, Resetting, ScenePoint};
+use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
 use crate::lens::{LocalPupil, Stop, VergenceSeries};
 
 /// `vignetting`: two more circles that light must pass, one before the aperture and one behind it,
@@ -26,6 +26,8 @@ const fn radius(name: &'static str, meaning: &'static str) -> Parameter {
         neutral: WIDE,
         least: 0.2,
         most: WIDE,
+        step: 0.02,
+        scope: Scope::Lens,
     }
 }
 
@@ -37,6 +39,8 @@ const fn shift(name: &'static str, meaning: &'static str) -> Parameter {
         neutral: 0.0,
         least: -2.0,
         most: 2.0,
+        step: 0.02,
+        scope: Scope::Lens,
     }
 }
 
@@ -75,6 +79,22 @@ impl Effect for Vignetting {
                 radius: scale * circle[0],
             });
         }
+    }
+
+    // One circle, before the aperture or behind it, then both.
+    fn starts(&self) -> Vec<Start> {
+        let one = [true, true, false, false];
+        vec![
+            Start {
+                values: vec![1.0, 0.5, WIDE, 0.0],
+                free: one.to_vec(),
+            },
+            Start {
+                values: vec![1.0, -0.5, WIDE, 0.0],
+                free: one.to_vec(),
+            },
+            Start::all_free(&[1.0, 0.5, 1.0, -0.5]),
+        ]
     }
 
     // The circles stay as large as they are and move with the field angle X / Z2. One that stands still

@@ -136,6 +136,8 @@ pub(super) fn lens_of_rays() -> LensProfile {
             distortion: constant(0.0),
             measured_vergence: (0.5, 0.5),
             stop_lever_m: 0.0,
+            added: Vec::new(),
+            wavelength_px: 0.0,
             effects: Vec::new(),
         }]),
         ..lens()

@@ -1,10 +1,34 @@
-//! What a lens does to the light of one point in one channel, ray by ray: wavefront and pupil.
+//! What a lens does to the light of one point in one channel, ray by ray: wavefront and pupil, and
+//! what the sensor does to the picture that they draw.
 
 use super::Wavefront;
 use crate::moments::CentralMoments;
+use crate::sensor::Sensor;
 
-/// Most circles that can clip a pupil besides its own rim.
-pub const MOST_STOPS: usize = 4;
+/// Most circles that can bound a pupil, its own rim included: two of vignetting, the blades of an iris.
+pub const MOST_STOPS: usize = 16;
+
+/// How much light passes at pupil point u: `exp(-(square |u|² + fourth |u|⁴))`, one in the middle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Transmission {
+    /// By the squared radius.
+    pub square: f64,
+    /// By its fourth power.
+    pub fourth: f64,
+}
+
+impl Transmission {
+    /// Whether the pupil is evenly lit.
+    pub fn is_even(&self) -> bool {
+        self.square == 0.0 && self.fourth == 0.0
+    }
+
+    /// The share of light that passes at pupil point `u`, one in the middle.
+    pub fn at(&self, u: [f64; 2]) -> f64 {
+        let r2 = u[0] * u[0] + u[1] * u[1];
+        (-(self.square + self.fourth * r2) * r2).exp()
+    }
+}
 
 /// A circle that light must pass within, in units of the pupil's radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +60,14 @@ pub struct LocalPupil {
     stop_count: usize,
     /// Variance along any direction of what blurs the picture besides the rays, px².
     pub blur_variance_px2: f64,
+    /// How evenly the pupil is lit.
+    pub transmission: Transmission,
+    /// Factors on where rays land along image x and y: other than one behind an anamorphic lens.
+    pub squeeze: [f64; 2],
+    /// Twice the f-number times the wavelength, px: what makes light a wave. Zero: rays.
+    pub wave_px: f64,
+    /// What the sensor does to the picture.
+    pub sensor: Sensor,
 }
 
 impl LocalPupil {
@@ -46,6 +78,10 @@ impl LocalPupil {
             stops: [Stop::RIM; MOST_STOPS],
             stop_count: 1,
             blur_variance_px2,
+            transmission: Transmission::default(),
+            squeeze: [1.0; 2],
+            wave_px: 0.0,
+            sensor: Sensor::default(),
         }
     }
 
@@ -73,6 +109,8 @@ impl LocalPupil {
         Self {
             wavefront: self.wavefront.rescaled(scale),
             blur_variance_px2: self.blur_variance_px2 * scale * scale,
+            wave_px: self.wave_px * scale,
+            sensor: self.sensor.rescaled(scale),
             ..*self
         }
     }
@@ -89,7 +127,16 @@ impl LocalPupil {
     /// The same glass with its pupil `ratio` times as wide; stops stay where they are.
     #[must_use]
     pub fn with_pupil(&self, ratio: f64) -> Self {
-        let mut changed = Self::round(self.wavefront.with_pupil(ratio), self.blur_variance_px2);
+        let mut changed = Self {
+            transmission: Transmission {
+                square: self.transmission.square * ratio.powi(2),
+                fourth: self.transmission.fourth * ratio.powi(4),
+            },
+            squeeze: self.squeeze,
+            wave_px: self.wave_px / ratio,
+            sensor: self.sensor,
+            ..Self::round(self.wavefront.with_pupil(ratio), self.blur_variance_px2)
+        };
         for stop in &self.stops()[1..] {
             changed.clip(Stop {
                 centre: stop.centre.map(|c| c / ratio),
@@ -157,17 +204,26 @@ impl LocalPupil {
         nearest
     }
 
+    /// Where the ray through pupil point `u` lands off the chief ray, px.
+    #[inline]
+    pub fn landing(&self, u: [f64; 2]) -> [f64; 2] {
+        let [x, y] = self.wavefront.slope(u);
+        [self.squeeze[0] * x, self.squeeze[1] * y]
+    }
+
     /// Centroid of the light off the chief ray, px.
     pub fn centroid(&self) -> [f64; 2] {
-        if self.stop_count == 1 {
-            self.wavefront.mean_slope()
+        if self.stop_count == 1 && self.transmission.is_even() {
+            let [x, y] = self.wavefront.mean_slope();
+            [self.squeeze[0] * x, self.squeeze[1] * y]
         } else {
             self.moments().1
         }
     }
 
     /// Second and third central moments of the light, px² and px³, in image axes, and its centroid
-    /// off the chief ray, px. By quadrature over the pupil; exact for an unclipped one.
+    /// off the chief ray, px. By quadrature over the pupil; exact for an unclipped, evenly lit one. What
+    /// waves and halos add has no finite moments and is left out.
     pub fn moments(&self) -> (CentralMoments, [f64; 2]) {
         let mut landed: Vec<(f64, [f64; 2])> = Vec::with_capacity(RADII.len() * ANGLES);
         let (centre, depth) = self.inside();
@@ -182,7 +238,8 @@ impl LocalPupil {
             for (radius, weight) in RADII {
                 let r = reach * radius;
                 let u = [centre[0] + r * cos, centre[1] + r * sin];
-                landed.push((weight * reach * reach, self.wavefront.slope(u)));
+                let light = weight * reach * reach * self.transmission.at(u);
+                landed.push((light, self.landing(u)));
             }
         }
         let total: f64 = landed.iter().map(|(w, _)| w).sum();
@@ -204,7 +261,7 @@ impl LocalPupil {
             }
         }
         let moments = CentralMoments::from_array(sums).with_added_variance(self.blur_variance_px2);
-        (moments, mean)
+        (self.sensor.widened(moments), mean)
     }
 }
 

@@ -162,22 +162,26 @@ impl BlurField for Predictor {
     }
 
     fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
-        let (blur, stretch) = match &self.channels {
-            Channels::Moments(channels) => channels[channel].blur_at(at, vergence_per_m),
+        let unit = self.frame.half_width_px();
+        match &self.channels {
+            Channels::Moments(channels) => {
+                let (blur, stretch) = channels[channel].blur_at(at, vergence_per_m);
+                PlacedBlur {
+                    blur,
+                    displacement_px: (at.x * stretch * unit, at.y * stretch * unit),
+                }
+            }
             Channels::Pupil(channels) => {
                 let channel = &channels[channel];
-                let blur = LocalBlur {
-                    moments: channel.moments_at(at, vergence_per_m),
-                    meridian: at.meridian(),
-                    pupil: Some(channel.pupil_at(at, vergence_per_m)),
-                };
-                (blur, channel.stretch_at(at, vergence_per_m))
+                PlacedBlur {
+                    blur: LocalBlur {
+                        moments: channel.moments_at(at, vergence_per_m),
+                        meridian: at.meridian(),
+                        pupil: Some(channel.pupil_at(at, vergence_per_m)),
+                    },
+                    displacement_px: channel.displacement_at(at, vergence_per_m, unit),
+                }
             }
-        };
-        let unit = self.frame.half_width_px();
-        PlacedBlur {
-            blur,
-            displacement_px: (at.x * stretch * unit, at.y * stretch * unit),
         }
     }
 }

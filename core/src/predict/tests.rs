@@ -48,6 +48,8 @@ fn pupil_channel() -> PupilChannel {
         distortion: VergenceSeries::new(vec![-3e-3, 1e-3]),
         measured_vergence: (0.0, 1.0),
         stop_lever_m: 0.0,
+        added: Vec::new(),
+        wavelength_px: 0.0,
         effects: Vec::new(),
     }
 }

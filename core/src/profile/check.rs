@@ -93,21 +93,26 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
         let mut all = effects::ALL.iter();
         all.position(|e| e.id() == carried.effect.id())
     };
-    for pair in channel.effects.windows(2) {
-        if order(&pair[0]) >= order(&pair[1]) {
-            let all: Vec<_> = effects::ALL.iter().map(|e| e.id()).collect();
-            return Err(Error::new(
-                "effects",
-                format!(
-                    "has `{}` before `{}`",
-                    pair[0].effect.id(),
-                    pair[1].effect.id()
-                ),
-                format!("give every effect once, in this order: {}", all.join(", ")),
-            ));
+    for (list, name) in [
+        (&channel.effects, "effects"),
+        (&channel.added, "added_effects"),
+    ] {
+        for pair in list.windows(2) {
+            if order(&pair[0]) >= order(&pair[1]) {
+                let all: Vec<_> = effects::ALL.iter().map(|e| e.id()).collect();
+                return Err(Error::new(
+                    name,
+                    format!(
+                        "has `{}` before `{}`",
+                        pair[0].effect.id(),
+                        pair[1].effect.id()
+                    ),
+                    format!("give every effect once, in this order: {}", all.join(", ")),
+                ));
+            }
         }
     }
-    for carried in &channel.effects {
+    for carried in channel.effects.iter().chain(&channel.added) {
         effect(carried, channel.measured_vergence)
             .map_err(|e| e.within(&format!("effect `{}`", carried.effect.id())))?;
     }

@@ -238,7 +238,7 @@ impl PupilChannel {
     }
 
     fn reset_effects(&mut self, to: Resetting) {
-        for carried in &mut self.effects {
+        for carried in self.effects.iter_mut().chain(&mut self.added) {
             *carried = CarriedEffect {
                 effect: carried.effect,
                 values: carried.effect.reset(&carried.values, to),

@@ -25,6 +25,9 @@ pub struct PupilChannel {
     pub blur_variance_px2: VergenceSeries,
     /// What the lens does besides.
     pub effects: Vec<CarriedEffect>,
+    /// What the lens does besides all that was fitted, such as what a diagnosis found: these also move
+    /// where PSFs land, which `magnification` and `distortion` hold for the lens without them.
+    pub added: Vec<CarriedEffect>,
     /// Relative change of scale of where PSFs land: centroid less ideal position is
     /// X (magnification + distortion |X|²).
     pub magnification: VergenceSeries,
@@ -33,6 +36,8 @@ pub struct PupilChannel {
     /// Pupil radius over the slope of the chief ray half a frame width off the axis, m: ties stops to
     /// where they stand ([`ScenePoint::stop_lever_m`]); zero where the camera is not known.
     pub stop_lever_m: f64,
+    /// Wavelength over pixel pitch; zero where either is not known.
+    pub wavelength_px: f64,
     /// Least and largest vergence that were measured; all but `alpha` keep their values beyond.
     pub measured_vergence: (f64, f64),
 }
@@ -77,21 +82,61 @@ impl PupilChannel {
 
     /// What the lens does to a point of light at field position `at` and vergence `v`.
     pub fn pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
+        let mut pupil = self.fitted_pupil_at(at, v);
+        self.act(&self.added, at, v, &mut pupil);
+        pupil
+    }
+
+    /// The same without [`PupilChannel::added`].
+    pub fn fitted_pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
         let held = self.held(v);
         let mut pupil = LocalPupil::round(
             Wavefront::third_order(&self.numbers(v), at),
             self.blur_variance_px2.at(held).max(0.0),
         );
-        let point = ScenePoint {
+        self.act(&self.effects, at, v, &mut pupil);
+        pupil
+    }
+
+    fn act(&self, effects: &[CarriedEffect], at: FieldPoint, v: f64, pupil: &mut LocalPupil) {
+        let (point, held) = (self.scene_point(at, v), self.held(v));
+        for carried in effects {
+            let values: Vec<f64> = carried.values.iter().map(|s| s.at(held)).collect();
+            carried.effect.act(&values, point, pupil);
+        }
+    }
+
+    /// All that effects may depend on at field position `at` and vergence `v`.
+    pub fn scene_point(&self, at: FieldPoint, v: f64) -> ScenePoint {
+        ScenePoint {
             at,
             vergence_per_m: v,
             stop_lever_m: self.stop_lever_m,
-        };
-        for carried in &self.effects {
-            let values: Vec<f64> = carried.values.iter().map(|s| s.at(held)).collect();
-            carried.effect.act(&values, point, &mut pupil);
+            defocus_px_m: self.alpha.slope(self.held(v)),
+            focus_vergence_per_m: self.focus_vergence_per_m().unwrap_or(0.0),
+            wavelength_px: self.wavelength_px,
         }
-        pupil
+    }
+
+    /// How far the centroid lands from the ideal position, px (x, y), where half a frame width is
+    /// `half_width_px`.
+    pub fn displacement_at(&self, at: FieldPoint, v: f64, half_width_px: f64) -> (f64, f64) {
+        let stretch = self.stretch_at(at, v) * half_width_px;
+        let mut moved = [at.x * stretch, at.y * stretch];
+        if !self.added.is_empty() {
+            let with = self.pupil_at(at, v).centroid();
+            let without = self.fitted_pupil_at(at, v).centroid();
+            let (point, held) = (self.scene_point(at, v), self.held(v));
+            for axis in 0..2 {
+                moved[axis] += with[axis] - without[axis];
+            }
+            for carried in &self.added {
+                let values: Vec<f64> = carried.values.iter().map(|s| s.at(held)).collect();
+                let shift = carried.effect.chief_ray(&values, point);
+                moved = [moved[0] + shift[0], moved[1] + shift[1]];
+            }
+        }
+        (moved[0], moved[1])
     }
 
     /// Vergence at which light is in focus on the axis; `None` where defocus does not depend on it.
@@ -109,7 +154,7 @@ impl PupilChannel {
     }
 
     /// Where light of a point at field position `at` and vergence `v` lands, relative to `at`: the
-    /// centroid lies at X (1 + this).
+    /// centroid lies at X (1 + this), [`PupilChannel::added`] apart.
     pub fn stretch_at(&self, at: FieldPoint, v: f64) -> f64 {
         let held = self.held(v);
         self.magnification.at(held) + self.distortion.at(held) * (at.x * at.x + at.y * at.y)
@@ -118,7 +163,7 @@ impl PupilChannel {
     /// Second and third central moments of the light, px² and px³, in image axes, at field position
     /// `at` and vergence `v`: the closed form where there are no effects.
     pub fn moments_at(&self, at: FieldPoint, v: f64) -> CentralMoments {
-        if self.effects.is_empty() {
+        if self.effects.is_empty() && self.added.is_empty() {
             let rays = self.numbers(v).coefficients().moments(at);
             let blur = self.blur_variance_px2.at(self.held(v)).max(0.0);
             rays.with_added_variance(blur)

@@ -262,6 +262,10 @@ impl Layout {
             at,
             vergence_per_m: v,
             stop_lever_m: self.stop_lever_m,
+            // Effects that a fit knows do not ask for these.
+            defocus_px_m: 0.0,
+            focus_vergence_per_m: 0.0,
+            wavelength_px: 0.0,
         };
         for (which, effect) in self.structure.effects.iter().enumerate() {
             let values: Vec<f64> = effect
@@ -451,7 +455,9 @@ impl Layout {
             phi: series(Quantity::Phi),
             blur_variance_px2: series(Quantity::Blur),
             effects,
+            added: Vec::new(),
             stop_lever_m: self.stop_lever_m,
+            wavelength_px: 0.0,
             magnification: VergenceSeries::constant(0.0),
             distortion: VergenceSeries::constant(0.0),
             measured_vergence: (self.middle - self.half, self.middle + self.half),

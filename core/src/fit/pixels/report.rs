@@ -72,6 +72,7 @@ pub(super) fn assemble(
                 .channel(&fit.theta, &errors.covariance, index, name);
             add_remainders(&mut channel, index, remainders);
             channel.measured_vergence = job.range;
+            channel.wavelength_px = first.wavelength_px(name).unwrap_or(0.0);
             [channel.magnification, channel.distortion] = landing(job, index);
             channel
         })

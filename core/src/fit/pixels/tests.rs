@@ -40,6 +40,8 @@ fn planted(random: &mut SplitMix64) -> PupilChannel {
         magnification: constant(0.0),
         distortion: constant(0.0),
         stop_lever_m: 0.0,
+        added: Vec::new(),
+        wavelength_px: 0.0,
         measured_vergence: (1.0 / 6.0, 0.5),
     }
 }

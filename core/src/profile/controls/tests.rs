@@ -23,6 +23,8 @@ fn channel(name: &str, offset: f64) -> PupilChannel {
         distortion: series(&[-4e-3]),
         measured_vergence: (0.0, 1.0),
         stop_lever_m: 0.0,
+        added: Vec::new(),
+        wavelength_px: 0.0,
         effects: vec![
             CarriedEffect {
                 effect: effects::by_id("higher_order").expect("listed"),

@@ -44,8 +44,15 @@ pub(super) struct PupilChannelFile {
     /// where they stand; 0 or left out where the camera is not known.
     #[serde(default)]
     stop_lever_m: f64,
+    /// Wavelength over pixel pitch, for diffraction; 0 or left out where either is not known.
+    #[serde(default)]
+    wavelength_px: f64,
     /// What the lens does besides, in the order in which it acts; each effect at most once.
     effects: Vec<EffectFile>,
+    /// What it does besides all that was fitted, such as what a diagnosis found, likewise. Magnification
+    /// and distortion are those of the lens without it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    added_effects: Vec<EffectFile>,
 }
 
 /// A polynomial in vergence, 1/distance in 1/m.
@@ -89,17 +96,24 @@ impl PupilChannelFile {
             distortion: SeriesFile::new(&channel.distortion),
             measured_vergence_per_m: [low, high],
             stop_lever_m: channel.stop_lever_m,
+            wavelength_px: channel.wavelength_px,
             effects: channel.effects.iter().map(EffectFile::new).collect(),
+            added_effects: channel.added.iter().map(EffectFile::new).collect(),
         }
     }
 
     pub(super) fn channel(self) -> Result<PupilChannel> {
         let [low, high] = self.measured_vergence_per_m;
-        let effects = self.effects.into_iter().map(EffectFile::effect);
-        Ok(PupilChannel {
-            effects: effects
+        let carried = |files: Vec<EffectFile>| {
+            let effects = files.into_iter().map(EffectFile::effect);
+            effects
                 .collect::<Result<_>>()
-                .map_err(|e| e.within(&format!("channel {}", self.name)))?,
+                .map_err(|e| e.within(&format!("channel {}", self.name)))
+        };
+        Ok(PupilChannel {
+            effects: carried(self.effects)?,
+            added: carried(self.added_effects)?,
+            wavelength_px: self.wavelength_px,
             name: self.name,
             alpha: self.alpha.series(),
             beta: self.beta.series(),

@@ -80,6 +80,8 @@ fn pupil_profile() -> LensProfile {
             distortion: series(&[-2e-3, 1e-4]),
             measured_vergence: (0.125, 1.0),
             stop_lever_m: 0.0,
+            added: Vec::new(),
+            wavelength_px: 0.0,
             effects: effects.collect(),
         }]),
         held_out: Some(HeldOut {

@@ -222,12 +222,13 @@ impl<'a> Mesh<'a> {
         let corrected = |w: &Wavefront| w.plus(-correction, &w.laplacian());
         let half = packs(self.tangents.len());
         self.velocities = vec![Pack::default(); SLOPE_TERMS * 2 * half];
+        let [along_x, along_y] = self.pupil.squeeze;
         for ((i, j), c) in powers().zip(corrected(&self.pupil.wavefront).coefficients()) {
             if i > 0 {
-                self.landing[slope_index(i - 1, j)][0] += i as f64 * c;
+                self.landing[slope_index(i - 1, j)][0] += along_x * i as f64 * c;
             }
             if j > 0 {
-                self.landing[slope_index(i, j - 1)][1] += j as f64 * c;
+                self.landing[slope_index(i, j - 1)][1] += along_y * j as f64 * c;
             }
         }
         for (which, tangent) in self.tangents.iter().enumerate() {
@@ -235,11 +236,11 @@ impl<'a> Mesh<'a> {
             for ((i, j), c) in powers().zip(corrected(&tangent.wavefront).coefficients()) {
                 if i > 0 {
                     let row = slope_index(i - 1, j) * 2 * half;
-                    self.velocities[row + pack][lane] += i as f64 * c;
+                    self.velocities[row + pack][lane] += along_x * i as f64 * c;
                 }
                 if j > 0 {
                     let row = slope_index(i, j - 1) * 2 * half + half;
-                    self.velocities[row + pack][lane] += j as f64 * c;
+                    self.velocities[row + pack][lane] += along_y * j as f64 * c;
                 }
             }
         }
@@ -321,6 +322,7 @@ impl<'a> Mesh<'a> {
         let half = packs(self.tangents.len());
         let start = ring.velocity.len() - 2 * half;
         let [xx, xy, yy] = self.pupil.wavefront.curvature(u);
+        let [along_x, along_y] = self.pupil.squeeze;
         for which in 0..self.stop_tangents {
             let [a, b] = from.map(|(rim, weight)| {
                 let drift = &self.rim_drift[rim * self.stop_tangents + which];
@@ -329,8 +331,8 @@ impl<'a> Mesh<'a> {
             let drift = [a[0] + b[0], a[1] + b[1]];
             let place = self.tangents.len() - self.stop_tangents + which;
             let (pack, lane) = (start + place / LANES, place % LANES);
-            ring.velocity[pack][lane] += xx * drift[0] + xy * drift[1];
-            ring.velocity[pack + half][lane] += xy * drift[0] + yy * drift[1];
+            ring.velocity[pack][lane] += along_x * (xx * drift[0] + xy * drift[1]);
+            ring.velocity[pack + half][lane] += along_y * (xy * drift[0] + yy * drift[1]);
             ring.drift.push(drift);
         }
     }

@@ -12,7 +12,7 @@ mod taps;
 #[cfg(test)]
 mod tests;
 
-use crate::lens::{LocalPupil, MOST_STOPS, Stop, Wavefront};
+use crate::lens::{LocalPupil, MOST_STOPS, Stop, Transmission, Wavefront};
 use crate::psf::rows::grid_about;
 use crate::psf::{KernelRows, LocalBlur, PsfModel, Reach, Window};
 use mesh::{Mesh, Ring};
@@ -169,6 +169,7 @@ fn draw_within(
     pulp::Arch::new().dispatch(Spreading {
         mesh: &Mesh::new(pupil, tangents, moving, extent.rings(detail)),
         origin,
+        transmission: pupil.transmission,
         space,
     });
     let pixels = width * height;
@@ -201,6 +202,7 @@ fn draw_within(
 struct Spreading<'a, 'b> {
     mesh: &'a Mesh<'b>,
     origin: [f64; 2],
+    transmission: Transmission,
     space: &'a mut Workspace,
 }
 
@@ -218,7 +220,8 @@ impl pulp::WithSimd for Spreading<'_, '_> {
         let (mut total, mut scratch) = (0.0, Scratch::default());
         for k in 1..=self.mesh.rings() {
             self.mesh.ring(k, outer);
-            total += canvas.spread(k, (inner, outer), self.origin, &mut scratch);
+            let rings = (&*inner, &*outer);
+            total += canvas.spread(k, rings, self.origin, self.transmission, &mut scratch);
             std::mem::swap(inner, outer);
         }
         // All light is one. What moving stops do to the total is left in the slopes: the light of a
@@ -243,7 +246,7 @@ impl Extent {
     fn of(pupil: &LocalPupil) -> Self {
         const ANGLES: usize = 24;
         let (centre, depth) = pupil.inside();
-        let first = pupil.wavefront.slope(centre);
+        let first = pupil.landing(centre);
         let mut extent = Self {
             low: first,
             high: first,
@@ -260,9 +263,7 @@ impl Extent {
             extent.bend = extent.bend.max(pupil.wavefront.bend(rim));
             for share in [0.3, 0.55, 0.75, 0.9, 1.0] {
                 let r = reach * share;
-                let p = pupil
-                    .wavefront
-                    .slope([centre[0] + r * cos, centre[1] + r * sin]);
+                let p = pupil.landing([centre[0] + r * cos, centre[1] + r * sin]);
                 extent.low = [0, 1].map(|axis| extent.low[axis].min(p[axis]));
                 extent.high = [0, 1].map(|axis| extent.high[axis].max(p[axis]));
             }
@@ -361,7 +362,8 @@ impl PsfModel for Pupil {
     /// Where no ray lands more than `ALIKE_PX` from where the other blur puts it.
     fn alike(&self, one: (&LocalBlur, (f64, f64)), other: (&LocalBlur, (f64, f64))) -> bool {
         let (a, b) = (rays(one.0), rays(other.0));
-        if a.stops().len() != b.stops().len() {
+        let rest = |p: &LocalPupil| (p.transmission, p.squeeze, p.wave_px, p.sensor);
+        if a.stops().len() != b.stops().len() || rest(&a) != rest(&b) {
             return false;
         }
         let shifted = (one.1.0 - other.1.0).hypot(one.1.1 - other.1.1);

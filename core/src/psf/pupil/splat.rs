@@ -6,6 +6,8 @@
 //! folded to a line by a caustic need no care. A pixel's light changes only by what crosses its
 //! sides: along each chord that a side cuts out of a triangle, density times velocity.
 
+use crate::lens::Transmission;
+
 use super::mesh::{LANES, MOST_STOP_TANGENTS, Pack, Ring, packs};
 
 /// A pixel grid that takes up light and its derivatives.
@@ -176,6 +178,7 @@ impl Canvas {
         k: usize,
         (inner, outer): (&Ring, &Ring),
         origin: [f64; 2],
+        transmission: Transmission,
         scratch: &mut Scratch,
     ) -> f64 {
         let (inner_count, outer_count) = ((6 * (k - 1)).max(1), 6 * k);
@@ -186,11 +189,11 @@ impl Canvas {
                 let next = if o + 1 == outer_count { 0 } else { o + 1 };
                 let here = if i == inner_count { 0 } else { i };
                 let corners = [(outer, o), (outer, next), (inner, here)];
-                total += self.corners(corners, origin, scratch);
+                total += self.corners(corners, origin, transmission, scratch);
                 if j + 1 < k {
                     let ahead = if i + 1 == inner_count { 0 } else { i + 1 };
                     let corners = [(inner, here), (outer, next), (inner, ahead)];
-                    total += self.corners(corners, origin, scratch);
+                    total += self.corners(corners, origin, transmission, scratch);
                 }
             }
         }
@@ -202,6 +205,7 @@ impl Canvas {
         &mut self,
         corners: [(&Ring, usize); 3],
         origin: [f64; 2],
+        transmission: Transmission,
         scratch: &mut Scratch,
     ) -> f64 {
         let u = corners.map(|(ring, k)| ring.u[k]);
@@ -224,14 +228,21 @@ impl Canvas {
             );
             *growth = (g[0] * f[1] - g[1] * f[0] + e[0] * h[1] - e[1] * h[0]) / (2.0 * area);
         }
+        // Light of the triangle's middle stands for all of it: right to second order in its size.
+        let middle = [0, 1].map(|axis| (u[0][axis] + u[1][axis] + u[2][axis]) / 3.0);
+        let light = if transmission.is_even() {
+            area
+        } else {
+            area * transmission.at(middle)
+        };
         let triangle = Triangle {
             at,
             velocity,
-            light: area,
+            light,
             growth: &growth[..stops],
         };
         self.triangle(&triangle, scratch);
-        area
+        light
     }
 
     /// Spreads one triangle.
