@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+pub mod diagnose;
 pub mod distance;
 pub mod effects;
 pub mod error;
