@@ -1,28 +1,138 @@
 //! The sim-to-real gap: where a lens and observations differ, which effect the lens lacks, and how far the
 //! gap shrinks once it is added.
+//!
+//! Tiles are compared with the lens's own predictions on their pixel grid (`seen`, `picture`). Every
+//! effect, and pairs of them, are fitted (`hypothesis`, `descent`, `search`) and scored on zones of the
+//! field left out; what they leave gives the odds (`odds`). The best is fitted again to all tiles, and
+//! without each zone in turn for the figures that are reported (`proof`).
 
+mod captures;
+mod ceiling;
+mod descent;
 mod diagnosis;
+mod hypothesis;
+mod odds;
+mod picture;
+mod places;
+mod proof;
+mod search;
+mod seen;
 mod settings;
+mod shape;
+mod verdict;
 
 pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
 };
 pub use settings::{Progress, Settings};
 
+use crate::effects::{self, Effect};
 use crate::error::{Error, Result};
 use crate::observations::ObservationSet;
-use crate::profile::LensProfile;
+use crate::profile::{LensDescription, LensProfile, PupilChannel};
+use search::{Candidate, Ground};
+use seen::SeenSet;
 
-/// Diagnoses the gap between `lens` and `seen`.
+/// Singles of which pairs are made, and pairs that are searched in full.
+const PAIRED: usize = 5;
+
+/// Diagnoses the gap between `lens` and `set`.
 ///
 /// # Errors
 /// A lens described by moments, another frame or channels than the lens's, unknown distances where the
-/// lens depends on them, too few observations, and a stop on request.
+/// lens depends on them, too few observations, an unknown effect, and a stop on request.
 pub fn diagnose(
-    _lens: &LensProfile,
-    _seen: &ObservationSet,
-    _settings: &Settings,
-    _progress: &Progress,
+    lens: &LensProfile,
+    set: &ObservationSet,
+    settings: &Settings,
+    progress: &Progress,
 ) -> Result<Diagnosis> {
-    Err(Error::new("diagnosis", "is not built", "wait"))
+    let channels = rays(lens)?;
+    let library = library(settings)?;
+    let seen = SeenSet::new(lens, channels, set)?;
+    let ground = Ground::new(&seen.tiles, channels.len(), reference(lens, channels));
+    let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| ground.can_try(*e));
+    let steps = tried.len() as f64 + 4.0;
+    let mut singles: Vec<Candidate> = Vec::new();
+    for (done, effect) in tried.iter().enumerate() {
+        progress.step(done as f64 / steps)?;
+        singles.push(ground.single(*effect));
+    }
+    singles.sort_by(|a, b| a.after.total_cmp(&b.after));
+    let stage = verdict::Stage::new(lens, &seen, &ground, &singles);
+    let pairs = if settings.pairs && stage.wants_pairs() {
+        pairs(&ground, &singles, |share| {
+            progress.step((tried.len() as f64 + 3.0 * share) / steps)
+        })?
+    } else {
+        Vec::new()
+    };
+    progress.step((steps - 1.0) / steps)?;
+    let decided = stage.decide(&singles, &pairs);
+    proof::diagnosis(proof::Found {
+        lens,
+        channels,
+        set,
+        seen: &seen,
+        ground: &ground,
+        stage: &stage,
+        singles: &singles,
+        pairs: &pairs,
+        decided: &decided,
+        left: &left,
+    })
+}
+
+/// The pairs worth trying: each of the best singles with every other effect.
+fn pairs(
+    ground: &Ground,
+    singles: &[Candidate],
+    progress: impl Fn(f64) -> Result<()>,
+) -> Result<Vec<Candidate>> {
+    let mut found: Vec<Candidate> = Vec::new();
+    let first = PAIRED.min(singles.len());
+    for (i, one) in singles[..first].iter().enumerate() {
+        progress(i as f64 / first as f64)?;
+        let others: Vec<&Candidate> = singles.iter().skip(i + 1).collect();
+        for other in ground.promising(one, &others) {
+            found.push(ground.pair(one, other));
+        }
+    }
+    found.sort_by(|a, b| a.after.total_cmp(&b.after));
+    Ok(found)
+}
+
+fn rays(lens: &LensProfile) -> Result<&[PupilChannel]> {
+    match &lens.description {
+        LensDescription::Pupil(channels) => Ok(channels),
+        LensDescription::Moments(_) => Err(Error::new(
+            "kind",
+            "is `moments`; a diagnosis needs a lens known ray by ray",
+            "fit the lens with `--model reduced`",
+        )),
+    }
+}
+
+fn library(settings: &Settings) -> Result<Vec<&'static dyn Effect>> {
+    if settings.library.is_empty() {
+        return Ok(effects::ALL.to_vec());
+    }
+    settings.library.iter().map(|id| effects::by_id(id)).collect()
+}
+
+/// The channel of middle wavelength; the middle one where wavelengths are not known.
+fn reference(lens: &LensProfile, channels: &[PupilChannel]) -> usize {
+    let known: Option<Vec<f64>> = channels
+        .iter()
+        .map(|c| lens.camera.wavelength_nm.get(&c.name).copied())
+        .collect();
+    let named = || channels.iter().position(|c| c.name == "G");
+    known.map_or_else(
+        || named().unwrap_or(channels.len() / 2),
+        |waves| {
+            let mut order: Vec<usize> = (0..waves.len()).collect();
+            order.sort_by(|a, b| waves[*a].total_cmp(&waves[*b]));
+            order[order.len() / 2]
+        },
+    )
 }

@@ -1,6 +1,8 @@
 //! What a diagnosis may be told.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::{Error, Result};
 
 /// Settings of [`super::diagnose`].
 #[derive(Debug, Clone)]
@@ -26,4 +28,23 @@ pub struct Progress<'a> {
     pub report: &'a (dyn Fn(f64) + Sync),
     /// Set to stop.
     pub stop: &'a AtomicBool,
+}
+
+impl Progress<'_> {
+    /// Tells the share done.
+    ///
+    /// # Errors
+    /// A stop on request.
+    pub(super) fn step(&self, share: f64) -> Result<()> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(stopped());
+        }
+        (self.report)(share);
+        Ok(())
+    }
+}
+
+/// The error of a diagnosis that was stopped.
+pub fn stopped() -> Error {
+    Error::new("diagnosis", "was stopped on request", "start it again")
 }

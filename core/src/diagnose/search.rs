@@ -1,0 +1,252 @@
+//! Hypotheses tried: where their searches start, where they end, and how they do on folds left out.
+
+use nalgebra::DMatrix;
+
+use super::descent::{Fitted, Linear, Problem, weight};
+use super::hypothesis::Hypothesis;
+use super::seen::Seen;
+use crate::effects::{Effect, Start};
+use crate::psf::pupil::Detail;
+
+/// A hypothesis at its best values.
+#[derive(Clone)]
+pub(super) struct Candidate {
+    pub(super) hypothesis: Hypothesis,
+    pub(super) theta: Vec<f64>,
+    /// Weighted mean gap on folds left out, noise taken off.
+    pub(super) after: f64,
+    /// Normal equations there.
+    pub(super) linear: Linear,
+}
+
+impl Candidate {
+    /// Number of free numbers.
+    pub(super) fn freedom(&self) -> usize {
+        self.hypothesis.slots.len()
+    }
+
+    /// Standard errors, from how tiles differ in what they ask for.
+    pub(super) fn sigma(&self) -> Vec<f64> {
+        standard_errors(&self.linear)
+    }
+}
+
+/// Standard errors of the numbers at which `linear` was taken.
+pub(super) fn standard_errors(linear: &Linear) -> Vec<f64> {
+    let total = linear.total(None);
+    let n = total.right.len();
+    let mean = total.matrix.diagonal().sum() / n.max(1) as f64;
+    let matrix = &total.matrix + DMatrix::identity(n, n) * (1e-10 * mean);
+    let Some(inverse) = matrix.try_inverse() else {
+        return vec![0.0; n];
+    };
+    let covariance = &inverse * &total.scores * &inverse;
+    (0..n).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect()
+}
+
+/// The tiles of a search, thinned out for its stages.
+pub(super) struct Ground<'a> {
+    /// For choosing among starts.
+    few: Vec<&'a Seen>,
+    /// For the search itself.
+    many: Vec<&'a Seen>,
+    channels: usize,
+    reference: usize,
+}
+
+/// Tiles looked at when starts are chosen, and when hypotheses are compared.
+const FEW: usize = 36;
+const MANY: usize = 150;
+/// Partners of an effect that are searched in full.
+const PROMISING: usize = 2;
+
+impl<'a> Ground<'a> {
+    pub(super) fn new(tiles: &'a [Seen], channels: usize, reference: usize) -> Self {
+        Self {
+            few: thinned(tiles, FEW),
+            many: thinned(tiles, MANY),
+            channels,
+            reference,
+        }
+    }
+
+    /// Tiles by which hypotheses are compared.
+    pub(super) fn many(&self) -> &[&'a Seen] {
+        &self.many
+    }
+
+    /// The hypothesis that nothing is missing.
+    pub(super) fn nothing(&self) -> Hypothesis {
+        Hypothesis::new(Vec::new(), self.channels, self.reference)
+    }
+
+    /// Whether `effect` has any number to vary in a lens of as many channels.
+    pub(super) fn can_try(&self, effect: &'static dyn Effect) -> bool {
+        effect.starts().into_iter().all(|start| {
+            let parts = vec![(effect, start)];
+            !Hypothesis::new(parts, self.channels, self.reference)
+                .slots
+                .is_empty()
+        })
+    }
+
+    /// Searches for the values of `effect` alone.
+    pub(super) fn single(&self, effect: &'static dyn Effect) -> Candidate {
+        let starts = effect.starts().into_iter().map(|start| {
+            let hypothesis = Hypothesis::new(vec![(effect, start)], self.channels, self.reference);
+            let theta = hypothesis.start();
+            (hypothesis, theta)
+        });
+        self.best(starts.collect())
+    }
+
+    /// Searches for the values of both effects together, from where each is best alone.
+    pub(super) fn pair(&self, one: &Candidate, other: &Candidate) -> Candidate {
+        self.best(self.joined(one, other))
+    }
+
+    /// Both effects in one hypothesis: at their values alone, then the other where it would start afresh.
+    fn joined(&self, one: &Candidate, other: &Candidate) -> Vec<(Hypothesis, Vec<f64>)> {
+        let part = |c: &Candidate| c.hypothesis.parts[0].clone();
+        let alone = |c: &Candidate, start: &Start| {
+            let fresh = Hypothesis::new(
+                vec![(part(c).0, start.clone())],
+                self.channels,
+                self.reference,
+            );
+            let theta = fresh.start();
+            (fresh, theta)
+        };
+        let both = |a: (&Hypothesis, &[f64]), b: (&Hypothesis, &[f64])| {
+            let parts = vec![a.0.parts[0].clone(), b.0.parts[0].clone()];
+            let joint = Hypothesis::new(parts, self.channels, self.reference);
+            let theta = joint
+                .slots
+                .iter()
+                .map(|slot| {
+                    let id = joint.parts[slot.part].0.id();
+                    let (from, values) = if a.0.parts[0].0.id() == id { a } else { b };
+                    let same = from.slots.iter().position(|s| {
+                        s.parameter == slot.parameter && s.channel == slot.channel
+                    });
+                    same.map_or(joint.parts[slot.part].1.values[slot.parameter], |k| values[k])
+                })
+                .collect::<Vec<f64>>();
+            (joint, theta)
+        };
+        let (a, b) = (
+            (&one.hypothesis, &one.theta[..]),
+            (&other.hypothesis, &other.theta[..]),
+        );
+        let mut starts = vec![both(a, b)];
+        for start in part(other).0.starts() {
+            let (fresh, theta) = alone(other, &start);
+            starts.push(both(a, (&fresh, &theta)));
+        }
+        starts
+    }
+
+    /// Those of `others` that, joined to `one`, promise most: one step of each on few tiles.
+    pub(super) fn promising<'c>(
+        &self,
+        one: &Candidate,
+        others: &[&'c Candidate],
+    ) -> Vec<&'c Candidate> {
+        let mut promised: Vec<(f64, &Candidate)> = others
+            .iter()
+            .map(|other| {
+                let costs = self.joined(one, other).into_iter().take(2);
+                let costs = costs.map(|(hypothesis, theta)| {
+                    let problem = Problem {
+                        hypothesis: &hypothesis,
+                        tiles: &self.few,
+                        detail: Detail::COARSE,
+                    };
+                    problem.descend(&theta, 1).cost
+                });
+                (costs.fold(f64::INFINITY, f64::min), *other)
+            })
+            .collect();
+        promised.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let chosen = promised.into_iter().take(PROMISING);
+        chosen.map(|(_, other)| other).collect()
+    }
+
+    /// Chooses among `starts` on few tiles, then descends on many.
+    fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>) -> Candidate {
+        let count = starts.len();
+        let mut tried: Vec<(Hypothesis, Fitted)> = starts
+            .into_iter()
+            .map(|(hypothesis, theta)| {
+                let problem = Problem {
+                    hypothesis: &hypothesis,
+                    tiles: &self.few,
+                    detail: Detail::COARSE,
+                };
+                let fitted = if count > 1 {
+                    problem.descend(&theta, 3)
+                } else {
+                    Fitted { theta, cost: 0.0 }
+                };
+                (hypothesis, fitted)
+            })
+            .collect();
+        tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let (hypothesis, start) = tried.swap_remove(0);
+        let problem = Problem {
+            hypothesis: &hypothesis,
+            tiles: &self.many,
+            detail: Detail::COARSE,
+        };
+        let fitted = problem.descend(&start.theta, 8);
+        let linear = problem.linear(&fitted.theta);
+        let after = left_out_gap(&linear, &fitted.theta, &hypothesis, &self.many);
+        Candidate {
+            theta: fitted.theta,
+            after,
+            linear,
+            hypothesis,
+        }
+    }
+}
+
+/// Weighted mean gap over folds, each at the values that the others ask for, noise taken off.
+pub(super) fn left_out_gap(
+    linear: &Linear,
+    theta: &[f64],
+    hypothesis: &Hypothesis,
+    tiles: &[&Seen],
+) -> f64 {
+    let total_weight: f64 = tiles.iter().map(|t| weight(t)).sum();
+    let noise: f64 = tiles.iter().map(|t| weight(t) * t.noise).sum();
+    let mut cost = 0.0;
+    for (fold, own) in linear.folds.iter().enumerate() {
+        let others = linear.total(Some(fold));
+        let there = super::descent::bounded_step(&others, theta, &hypothesis.slots, 1e-6);
+        let delta = nalgebra::DVector::from_fn(theta.len(), |k, _| there[k] - theta[k]);
+        let quadratic = (&own.matrix * &delta).dot(&delta);
+        cost += own.cost - 2.0 * own.right.dot(&delta) + quadratic;
+    }
+    (cost - noise) / total_weight
+}
+
+/// About `count` of `tiles`: all of some observations, spread evenly over the list.
+fn thinned(tiles: &[Seen], count: usize) -> Vec<&Seen> {
+    if tiles.len() <= count {
+        return tiles.iter().collect();
+    }
+    let mut observations: Vec<usize> = tiles.iter().map(|t| t.observation).collect();
+    observations.dedup();
+    let wanted = (count * observations.len() / tiles.len()).max(1);
+    // A golden-ratio walk meets every distance, whatever the order of the list.
+    let chosen: std::collections::BTreeSet<usize> = (0..wanted)
+        .map(|k| {
+            let turn = (k as f64 + 0.5) * 0.618_033_988_749_895;
+            observations[(turn.fract() * observations.len() as f64) as usize]
+        })
+        .collect();
+    tiles
+        .iter()
+        .filter(|t| chosen.contains(&t.observation))
+        .collect()
+}
