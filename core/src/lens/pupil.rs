@@ -5,8 +5,9 @@ use super::Wavefront;
 use crate::moments::CentralMoments;
 use crate::sensor::Sensor;
 
-/// Most circles that can bound a pupil, its own rim included: two of vignetting, the blades of an iris.
-pub const MOST_STOPS: usize = 16;
+/// Most circles that can bound a pupil, its own rim included: two of vignetting as fitted, two more as
+/// added, thirteen blades of an iris.
+pub const MOST_STOPS: usize = 18;
 
 /// How much light passes at pupil point u: `exp(-(square |u|² + fourth |u|⁴))`, one in the middle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -85,12 +86,21 @@ impl LocalPupil {
         }
     }
 
+    /// Puts a round rim of `radius` pupil radii about the axis in place of the pupil's own; other stops
+    /// stay.
+    pub fn bound(&mut self, radius: f64) {
+        self.stops[0] = Stop {
+            radius,
+            ..Stop::RIM
+        };
+    }
+
     /// Clips the pupil by `stop` as well. One that clips nothing is not kept.
     ///
     /// # Panics
     /// Where there are [`MOST_STOPS`] already.
     pub fn clip(&mut self, stop: Stop) {
-        if stop.radius - stop.centre[0].hypot(stop.centre[1]) >= 1.0 {
+        if stop.radius - stop.centre[0].hypot(stop.centre[1]) >= self.stops[0].radius {
             return;
         }
         assert!(self.stop_count < MOST_STOPS, "at most {MOST_STOPS} stops");
@@ -124,7 +134,7 @@ impl LocalPupil {
         }
     }
 
-    /// The same glass with its pupil `ratio` times as wide; stops stay where they are.
+    /// The same glass with its pupil `ratio` times as wide; stops but the rim stay where they are.
     #[must_use]
     pub fn with_pupil(&self, ratio: f64) -> Self {
         let mut changed = Self {
@@ -137,6 +147,7 @@ impl LocalPupil {
             sensor: self.sensor,
             ..Self::round(self.wavefront.with_pupil(ratio), self.blur_variance_px2)
         };
+        changed.stops[0] = self.stops[0];
         for stop in &self.stops()[1..] {
             changed.clip(Stop {
                 centre: stop.centre.map(|c| c / ratio),
@@ -213,7 +224,7 @@ impl LocalPupil {
 
     /// Centroid of the light off the chief ray, px.
     pub fn centroid(&self) -> [f64; 2] {
-        if self.stop_count == 1 && self.transmission.is_even() {
+        if self.stops() == [Stop::RIM] && self.transmission.is_even() {
             let [x, y] = self.wavefront.mean_slope();
             [self.squeeze[0] * x, self.squeeze[1] * y]
         } else {

@@ -74,6 +74,19 @@ impl Wavefront {
         }
     }
 
+    /// Adds `coefficient u_x^i u_y^j`.
+    ///
+    /// # Panics
+    /// If the term's degree is zero or above [`DEGREE`].
+    pub fn add_monomial(&mut self, i: usize, j: usize, coefficient: f64) {
+        assert!(
+            (1..=DEGREE).contains(&(i + j)),
+            "a wavefront term has degree 1 to {DEGREE}, not {}",
+            i + j
+        );
+        self.coefficients[index(i, j)] += coefficient;
+    }
+
     /// The coefficients of `u_x^i u_y^j`, in the order of [`powers`].
     pub fn coefficients(&self) -> &[f64; TERMS] {
         &self.coefficients
@@ -117,6 +130,16 @@ impl Wavefront {
         let mut changed = *self;
         for ((i, j), c) in powers().zip(&mut changed.coefficients) {
             *c *= ratio.powi((i + j) as i32 - 1);
+        }
+        changed
+    }
+
+    /// The same wavefront as seen at (`ratio` u_x, u_y).
+    #[must_use]
+    pub fn stretched_x(&self, ratio: f64) -> Self {
+        let mut changed = *self;
+        for ((i, _), c) in powers().zip(&mut changed.coefficients) {
+            *c *= ratio.powi(i as i32);
         }
         changed
     }

@@ -1,0 +1,63 @@
+//! Pupil transmission is not uniform.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `apodisation`: light passes the pupil less easily towards its rim, or in its middle.
+///
+/// Discs out of focus have soft edges, or bright ones, on either side of focus and all over the field
+/// alike. Mistaken for spherical aberration, which is soft on one side of focus and bright on the other,
+/// and where the middle is darker for the shadow of a mirror, which is sharp. At pupil point u
+/// exp(-(square |u|² + fourth |u|⁴)) of the light passes: even powers of a round filter's density
+/// (Jacquinot and Roizen-Dossier, Progress in Optics 3, 1964).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Apodisation;
+
+static PARAMETERS: [Parameter; 2] = [
+    Parameter::new("square", "1", "loss by the squared pupil radius")
+        .within(-1.5, 8.0)
+        .step(0.05),
+    Parameter::new(
+        "fourth",
+        "1",
+        "loss by the fourth power of the pupil radius",
+    )
+    .within(-4.0, 8.0)
+    .step(0.05),
+];
+
+impl Effect for Apodisation {
+    fn id(&self) -> &'static str {
+        "apodisation"
+    }
+
+    fn summary(&self) -> &'static str {
+        "the pupil is not evenly clear: soft-edged or ring-edged discs on both sides of focus"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+        pupil.transmission.square += values[0];
+        pupil.transmission.fourth += values[1];
+    }
+
+    fn starts(&self) -> Vec<Start> {
+        let square = |value| Start {
+            values: vec![value, 0.0],
+            free: vec![true, false],
+        };
+        vec![square(0.5), square(-0.3), Start::all_free(&[0.3, 0.3])]
+    }
+
+    // The filter stays; a smaller pupil sees less of it.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        vec![
+            values[0].scaled(to.pupil.powi(2)),
+            values[1].scaled(to.pupil.powi(4)),
+        ]
+    }
+}

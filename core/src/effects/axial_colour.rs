@@ -1,0 +1,51 @@
+//! Focus differs by wavelength.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use crate::field::Meridian;
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `axial_colour`: each channel is focused at another distance.
+///
+/// Looks like coloured fringes about what is out of focus, one colour in front of focus and its opposite
+/// behind, the same all over the field. Mistaken for `lateral_colour`, whose fringes turn with the
+/// meridian and are absent in the middle, and for spherical aberration that differs by channel. W gains
+/// alpha |u|²/2 px against the channel of middle wavelength: primary longitudinal chromatic aberration
+/// (Born and Wolf, section 4.7).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AxialColour;
+
+static PARAMETERS: [Parameter; 1] = [Parameter::new(
+    "alpha",
+    "px",
+    "defocus against the channel of middle wavelength",
+)
+.within(-100.0, 100.0)
+.scope(Scope::Difference)];
+
+impl Effect for AxialColour {
+    fn id(&self) -> &'static str {
+        "axial_colour"
+    }
+
+    fn summary(&self) -> &'static str {
+        "focus differs by wavelength: defocus differs by channel, the same over the field"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+        pupil.wavefront.add(1, 0, Meridian::X, values[0] / 2.0);
+    }
+
+    fn starts(&self) -> Vec<Start> {
+        vec![Start::all_free(&[0.3]), Start::all_free(&[-0.3])]
+    }
+
+    // The defocus of a power of the glass that differs by channel: R Z2 times it.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        vec![values[0].scaled(to.pupil * to.image_distance)]
+    }
+}

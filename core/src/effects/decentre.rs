@@ -1,0 +1,122 @@
+//! An element is shifted or tilted.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use crate::field::Meridian;
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `decentre`: the field centres of the lens's aberrations no longer lie on one axis.
+///
+/// Looks like coma in the middle of the frame, the same flare everywhere; astigmatism and focus that
+/// change in straight lines across it; and a shift of the whole picture, not quite alike in every colour.
+/// Mistaken for `sensor_tilt`, when coma is weak. By Shack and Thompson's nodal aberration theory
+/// (Proc. SPIE 251, 1980; Thompson, J. Opt. Soc. Am. A 22, 2005) to third order: a share phi, gamma,
+/// delta of the reduced numbers, centred at d instead of the axis, adds
+///
+///     W = |u|² (c.u) + (X.u)(a.u) + (X.f) |u|²/2 + a0 (u_x² - u_y²)/2 + a45 u_x u_y
+///
+/// with c = phi d, a = -gamma d, f = -2 delta d, in px of slope (per half frame width); a0 and a45 are
+/// astigmatism of second order in d, or of a surface that is not round.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Decentre;
+
+const fn term(name: &'static str, unit: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::new(name, unit, meaning).within(-100.0, 100.0)
+}
+
+const COUNT: usize = 12;
+
+static PARAMETERS: [Parameter; COUNT] = [
+    term("coma_x", "px", "coma alike over the field, along x"),
+    term("coma_y", "px", "coma alike over the field, along y"),
+    term("astigmatism_x", "px/h", "astigmatism linear in field, by x"),
+    term("astigmatism_y", "px/h", "astigmatism linear in field, by y"),
+    term("focus_x", "px/h", "focus linear in field, by x"),
+    term("focus_y", "px/h", "focus linear in field, by y"),
+    term(
+        "astigmatism_0",
+        "px",
+        "astigmatism alike over the field, along the axes",
+    ),
+    term(
+        "astigmatism_45",
+        "px",
+        "astigmatism alike over the field, along the diagonals",
+    ),
+    term("shift_x", "px", "shift of the picture along x").within(-500.0, 500.0),
+    term("shift_y", "px", "shift of the picture along y").within(-500.0, 500.0),
+    term(
+        "prism_x",
+        "px",
+        "shift of one channel against the middle one, along x",
+    )
+    .scope(Scope::Difference),
+    term(
+        "prism_y",
+        "px",
+        "shift of one channel against the middle one, along y",
+    )
+    .scope(Scope::Difference),
+];
+
+impl Effect for Decentre {
+    fn id(&self) -> &'static str {
+        "decentre"
+    }
+
+    fn summary(&self) -> &'static str {
+        "an element is shifted or tilted: coma in the middle, astigmatism and focus linear in field"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+        assert_eq!(values.len(), COUNT, "one value a parameter");
+        let (x, y) = (point.at.x, point.at.y);
+        let (a, f) = ([values[2], values[3]], [values[4], values[5]]);
+        let wave = &mut pupil.wavefront;
+        wave.add_monomial(3, 0, values[0]);
+        wave.add_monomial(1, 2, values[0]);
+        wave.add_monomial(2, 1, values[1]);
+        wave.add_monomial(0, 3, values[1]);
+        wave.add(1, 0, Meridian::X, (x * f[0] + y * f[1]) / 2.0);
+        wave.add_monomial(2, 0, x * a[0] + values[6] / 2.0);
+        wave.add_monomial(1, 1, x * a[1] + y * a[0] + values[7]);
+        wave.add_monomial(0, 2, y * a[1] - values[6] / 2.0);
+    }
+
+    fn chief_ray(&self, values: &[f64], _point: ScenePoint) -> [f64; 2] {
+        [values[8] + values[10], values[9] + values[11]]
+    }
+
+    // Coma and where pictures land alone, then everything.
+    fn starts(&self) -> Vec<Start> {
+        let mut values = [0.0; COUNT];
+        (values[0], values[1]) = (0.2, 0.2);
+        let plain = |k: usize| !(2..8).contains(&k);
+        vec![
+            Start {
+                values: values.to_vec(),
+                free: (0..COUNT).map(plain).collect(),
+            },
+            Start::all_free(&values),
+        ]
+    }
+
+    // Terms of the glass by the law of docs/model.md section 10, pupil power l and field power a:
+    // coma 3 and 0, what is linear in field 2 and 1, astigmatism alike everywhere 2 and 0. Shifts are
+    // angles, spread over Z2.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        let (r, k) = (to.pupil, to.image_distance);
+        let factor = |index: usize| match index {
+            0 | 1 => r * r * k,
+            2..=5 => r,
+            6 | 7 => r * k,
+            _ => k,
+        };
+        let each = values.iter().enumerate();
+        each.map(|(index, series)| series.scaled(factor(index)))
+            .collect()
+    }
+}

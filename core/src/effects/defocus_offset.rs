@@ -1,0 +1,63 @@
+//! The sensor or the focus ring is not where the camera says.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use crate::field::Meridian;
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `defocus_offset`: the same extra defocus everywhere in the field and at every distance.
+///
+/// Looks like another focus distance: what was sharp is not, and another distance is. Its sign shows
+/// against depth, or as discs with a bright rim where spherical aberration meets it one way and a soft
+/// one the other. Mistaken for `depth_scale` where there is a single object distance, and for curvature
+/// of field where only corners are looked at. With `alpha` in px of slope at the rim of the pupil
+/// W gains alpha |u|²/2, Hopkins's W020; a sensor that moves also sees the picture larger, by
+/// `magnification` px half a frame width off the axis.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DefocusOffset;
+
+static PARAMETERS: [Parameter; 2] = [
+    Parameter::new("alpha", "px", "defocus added everywhere").within(-200.0, 200.0),
+    Parameter::new(
+        "magnification",
+        "px",
+        "how far a chief ray half a frame width off the axis moves outwards",
+    )
+    .within(-500.0, 500.0),
+];
+
+impl Effect for DefocusOffset {
+    fn id(&self) -> &'static str {
+        "defocus_offset"
+    }
+
+    fn summary(&self) -> &'static str {
+        "sensor or focus are not where the camera says: the same extra defocus everywhere"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+        pupil.wavefront.add(1, 0, Meridian::X, values[0] / 2.0);
+    }
+
+    fn chief_ray(&self, values: &[f64], point: ScenePoint) -> [f64; 2] {
+        [values[1] * point.at.x, values[1] * point.at.y]
+    }
+
+    // Through focus and back: which side is likelier is not known.
+    fn starts(&self) -> Vec<Start> {
+        vec![Start::all_free(&[0.5, 0.0]), Start::all_free(&[-0.5, 0.0])]
+    }
+
+    // A sensor, or a focusing mount, off by a fixed length s: the cone that it cuts has the slope R / Z2,
+    // and the picture grows by s / Z2.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        vec![
+            values[0].scaled(to.pupil / to.image_distance),
+            values[1].scaled(1.0 / to.image_distance),
+        ]
+    }
+}

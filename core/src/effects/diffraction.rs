@@ -1,0 +1,62 @@
+//! Light is a wave.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `diffraction`: even in focus light does not land in a point, and its waves interfere.
+///
+/// An Airy pattern where the lens would be sharp, of radius 1.22 N times the wavelength, rings about
+/// edges and caustics elsewhere; wider for red and for small apertures, all over the field. Mistaken for
+/// the symmetric blur of the lens, which does not know wavelengths, and for `pixel_footprint`. In px W is
+/// 2 N wavelength times the path difference in waves (Born and Wolf, sections 8.5.2 and 9.1), which is all
+/// that is needed to draw it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Diffraction;
+
+/// Wavelength over pixel pitch where they are not known: green light on pixels of 5 um.
+const WAVELENGTH_PX: f64 = 0.11;
+
+static PARAMETERS: [Parameter; 1] = [Parameter::new(
+    "f_number",
+    "1",
+    "f-number of the cone that meets the sensor; 0 for rays",
+)
+.within(0.0, 64.0)
+.step(0.2)];
+
+impl Effect for Diffraction {
+    fn id(&self) -> &'static str {
+        "diffraction"
+    }
+
+    fn summary(&self) -> &'static str {
+        "light is a wave: an Airy pattern, wider for red and for small apertures"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+        let &[f_number] = values else {
+            panic!("one value a parameter");
+        };
+        if f_number > 0.0 {
+            let wavelength_px = if point.wavelength_px > 0.0 {
+                point.wavelength_px
+            } else {
+                WAVELENGTH_PX
+            };
+            pupil.wave_px = 2.0 * f_number * wavelength_px;
+        }
+    }
+
+    fn starts(&self) -> Vec<Start> {
+        [2.8, 5.6, 11.0].map(|n| Start::all_free(&[n])).to_vec()
+    }
+
+    // N is Z2 / 2 R: a wider pupil makes it smaller, a sensor further off larger.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        vec![values[0].scaled(to.image_distance / to.pupil)]
+    }
+}

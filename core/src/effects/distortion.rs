@@ -1,0 +1,62 @@
+//! Magnification changes with field.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `distortion`: pictures land off their ideal place along the meridian, alike in every channel.
+///
+/// Straight lines bend towards the middle or away from it; PSFs keep their shape. Mistaken for a camera
+/// whose focal length or axis is not known well, and for the shift of the centroid by coma. Chief rays
+/// move by X (linear + cubic |X|² + fifth |X|⁴) px, X in half frame widths: Seidel's fifth sum, the next
+/// order, and the focal length's error (the radial terms of Brown, Photogrammetric Engineering 32, 1966).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Distortion;
+
+const fn term(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::new(name, "px", meaning).within(-2000.0, 2000.0)
+}
+
+static PARAMETERS: [Parameter; 3] = [
+    term(
+        "linear",
+        "shift half a frame width off the axis, by magnification",
+    ),
+    term("cubic", "the same, by the cube of the field radius"),
+    term("fifth", "the same, by its fifth power"),
+];
+
+impl Effect for Distortion {
+    fn id(&self) -> &'static str {
+        "distortion"
+    }
+
+    fn summary(&self) -> &'static str {
+        "magnification changes with field: pictures land radially off, alike in every channel"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {
+        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+    }
+
+    fn chief_ray(&self, values: &[f64], point: ScenePoint) -> [f64; 2] {
+        let h2 = point.at.radius().powi(2);
+        let stretch = values[0] + (values[1] + values[2] * h2) * h2;
+        [stretch * point.at.x, stretch * point.at.y]
+    }
+
+    fn starts(&self) -> Vec<Start> {
+        vec![Start::all_free(&[0.5, 0.5, 0.0])]
+    }
+
+    // By the field angle X / Z2 to the power a, spread over Z2, as E is in docs/model.md section 10.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        let powers = [0, -2, -4].into_iter().zip(values);
+        powers
+            .map(|(power, series)| series.scaled(to.image_distance.powi(power)))
+            .collect()
+    }
+}

@@ -1,0 +1,70 @@
+//! The camera moved in the exposure.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `motion`: the picture went along a straight path while the shutter was open.
+///
+/// The same streak everywhere in the frame and in every channel, at every distance. Mistaken for
+/// astigmatism, which turns with the meridian and with focus, and for `pixel_footprint` where it is
+/// weak. Light is spread evenly over the path (`x`, `y`) px, at even speed; its middle lies `shift_x`,
+/// `shift_y` px off where pictures land at rest. Its transform is sin(pi f.d) / (pi f.d), as in every
+/// account of motion blur.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Motion;
+
+const fn length(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::new(name, "px", meaning).within(-100.0, 100.0)
+}
+
+static PARAMETERS: [Parameter; 4] = [
+    length("x", "path of the picture along x"),
+    length("y", "path of the picture along y"),
+    length(
+        "shift_x",
+        "middle of the path off the place at rest, along x",
+    ),
+    length(
+        "shift_y",
+        "middle of the path off the place at rest, along y",
+    ),
+];
+
+impl Effect for Motion {
+    fn id(&self) -> &'static str {
+        "motion"
+    }
+
+    fn summary(&self) -> &'static str {
+        "the camera moved in the exposure: the same streak everywhere, in every channel"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+        for (streak, value) in pupil.sensor.streak_px.iter_mut().zip(values) {
+            *streak += value;
+        }
+    }
+
+    fn chief_ray(&self, values: &[f64], _point: ScenePoint) -> [f64; 2] {
+        [values[2], values[3]]
+    }
+
+    // Paths and their opposites look alike, so half of the directions are enough.
+    fn starts(&self) -> Vec<Start> {
+        [[2.0, 0.0], [0.0, 2.0], [1.5, 1.5], [1.5, -1.5]]
+            .map(|[x, y]| Start::all_free(&[x, y, 0.0, 0.0]))
+            .to_vec()
+    }
+
+    // The camera turned by an angle, spread over Z2.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        let each = values.iter();
+        each.map(|series| series.scaled(to.image_distance))
+            .collect()
+    }
+}

@@ -1,0 +1,68 @@
+//! Pixels, and the low-pass filter before them, have a size.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `pixel_footprint`: the sensor gathers light from more than each pixel's own square.
+///
+/// A box, or four close copies of the picture, of the same size everywhere and in every channel; it
+/// shows where the lens is sharp. Mistaken for weak `motion`, for `diffraction` and for the symmetric blur
+/// of the lens. Light is spread over a box of side `box` px besides the pixel's own square, which is part
+/// of the base model, and a birefringent filter before it makes copies `copies_x` and `copies_y` px
+/// apart (Greivenkamp, Applied Optics 29, 1990).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PixelFootprint;
+
+const fn length(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::new(name, "px", meaning).within(0.0, 16.0)
+}
+
+static PARAMETERS: [Parameter; 3] = [
+    length("box", "side of the box"),
+    length("copies_x", "distance of the copies along x"),
+    length("copies_y", "distance of the copies along y"),
+];
+
+impl Effect for PixelFootprint {
+    fn id(&self) -> &'static str {
+        "pixel_footprint"
+    }
+
+    fn summary(&self) -> &'static str {
+        "pixels and low-pass filter have a size: a box or four close copies, alike everywhere"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+        let &[side, copies_x, copies_y] = values else {
+            panic!("one value a parameter");
+        };
+        let sensor = &mut pupil.sensor;
+        sensor.box_px = sensor.box_px.map(|b| b + side);
+        sensor.copies_px[0] += copies_x;
+        sensor.copies_px[1] += copies_y;
+    }
+
+    // A box, a filter, then both.
+    fn starts(&self) -> Vec<Start> {
+        vec![
+            Start {
+                values: vec![1.5, 0.0, 0.0],
+                free: vec![true, false, false],
+            },
+            Start {
+                values: vec![0.0, 1.0, 1.0],
+                free: vec![false, true, true],
+            },
+            Start::all_free(&[1.0, 0.7, 0.7]),
+        ]
+    }
+
+    // It is the sensor's own.
+    fn reset(&self, values: &[VergenceSeries], _to: Resetting) -> Vec<VergenceSeries> {
+        values.to_vec()
+    }
+}

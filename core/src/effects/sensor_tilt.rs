@@ -1,0 +1,74 @@
+//! The sensor is not square to the axis.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use crate::field::Meridian;
+use crate::lens::{LocalPupil, VergenceSeries};
+
+/// `sensor_tilt`: defocus that changes in a straight line across the frame.
+///
+/// One side of the frame is focused nearer than the other; half way between nothing changes. Mistaken
+/// for `decentre`, which tilts the field as well but adds coma, and for curvature of field where only
+/// one corner is looked at. With X in half frame widths alpha gains tilt . X px, the geometry of
+/// Scheimpflug's rule for small angles; light that lands behind the untilted plane has gone further from
+/// the axis, `keystone` (tilt . X) X px.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SensorTilt;
+
+static PARAMETERS: [Parameter; 3] = [
+    Parameter::new("tilt_x", "px/h", "defocus gained along x").within(-200.0, 200.0),
+    Parameter::new("tilt_y", "px/h", "defocus gained along y").within(-200.0, 200.0),
+    Parameter::new(
+        "keystone",
+        "1/h",
+        "how far chief rays move outwards per px of that defocus and half frame width off the axis",
+    )
+    .within(-50.0, 50.0)
+    .step(0.1),
+];
+
+fn defocus(values: &[f64], point: ScenePoint) -> f64 {
+    values[0] * point.at.x + values[1] * point.at.y
+}
+
+impl Effect for SensorTilt {
+    fn id(&self) -> &'static str {
+        "sensor_tilt"
+    }
+
+    fn summary(&self) -> &'static str {
+        "the sensor is not square to the axis: defocus changes linearly across the frame"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+        assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
+        let alpha = defocus(values, point);
+        pupil.wavefront.add(1, 0, Meridian::X, alpha / 2.0);
+    }
+
+    fn chief_ray(&self, values: &[f64], point: ScenePoint) -> [f64; 2] {
+        let stretch = values[2] * defocus(values, point);
+        [stretch * point.at.x, stretch * point.at.y]
+    }
+
+    fn starts(&self) -> Vec<Start> {
+        vec![
+            Start::all_free(&[0.5, 0.0, 0.0]),
+            Start::all_free(&[0.0, 0.5, 0.0]),
+        ]
+    }
+
+    // At each place a sensor off by a fixed length, as for `defocus_offset`: cone R / Z2, growth of the
+    // picture 1 / Z2, of which keystone is the ratio.
+    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+        let cone = to.pupil / to.image_distance;
+        vec![
+            values[0].scaled(cone),
+            values[1].scaled(cone),
+            values[2].scaled(1.0 / to.pupil),
+        ]
+    }
+}

@@ -1,0 +1,79 @@
+//! Pixel values are not proportional to light.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use crate::lens::{LocalPupil, VergenceSeries};
+use crate::sensor::Tone;
+
+/// `tone_curve`: values follow light by a curve, or are cut off.
+///
+/// Bright cores are compressed or stretched against faint skirts, or flat on top, all over the field and
+/// most in sharp PSFs; no shape of the light explains it. Mistaken for `veiling_glare` and for spherical
+/// aberration. White being one, l becomes l^gamma (1 + knee) / (1 + knee l^gamma), cut off at `clip`: a
+/// power law and the shoulder of Reinhard and others (ACM SIGGRAPH 2002); how such curves are met is told by
+/// Debevec and Malik (SIGGRAPH 1997).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ToneCurve;
+
+/// A clip that high is none.
+const NO_CLIP: f64 = 100.0;
+
+static PARAMETERS: [Parameter; 3] = [
+    Parameter::new("gamma", "1", "exponent; below one lifts the dark")
+        .at_rest(1.0)
+        .within(0.3, 3.0)
+        .step(0.01),
+    Parameter::new("knee", "1", "how strongly the bright are compressed")
+        .within(-0.6, 8.0)
+        .step(0.02),
+    Parameter::new("clip", "white", "largest value; 100 for none")
+        .at_rest(NO_CLIP)
+        .within(0.05, NO_CLIP)
+        .step(0.02),
+];
+
+impl Effect for ToneCurve {
+    fn id(&self) -> &'static str {
+        "tone_curve"
+    }
+
+    fn summary(&self) -> &'static str {
+        "values are not proportional to light: cores compressed against skirts, or clipped"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+        let &[gamma, knee, clip] = values else {
+            panic!("one value a parameter");
+        };
+        let tone = Tone {
+            gamma,
+            knee,
+            clip: if clip >= NO_CLIP { f64::INFINITY } else { clip },
+        };
+        if !tone.is_linear() {
+            pupil.sensor.tone = tone;
+        }
+    }
+
+    // An exponent, a shoulder, clipping, then a curve of two numbers.
+    fn starts(&self) -> Vec<Start> {
+        let from = |values: [f64; 3], free: [bool; 3]| Start {
+            values: values.to_vec(),
+            free: free.to_vec(),
+        };
+        vec![
+            from([0.9, 0.0, NO_CLIP], [true, false, false]),
+            from([1.0, 0.3, NO_CLIP], [false, true, false]),
+            from([1.0, 0.0, 0.7], [false, false, true]),
+            from([0.9, 0.3, NO_CLIP], [true, true, false]),
+        ]
+    }
+
+    // It is the camera's.
+    fn reset(&self, values: &[VergenceSeries], _to: Resetting) -> Vec<VergenceSeries> {
+        values.to_vec()
+    }
+}

@@ -1,0 +1,68 @@
+//! Light scatters in lens and sensor.
+
+use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use crate::lens::{LocalPupil, VergenceSeries};
+use crate::sensor::Halo;
+
+/// `veiling_glare`: a share of the light lands far from where the lens sends it.
+///
+/// A faint wide halo around every point that does not know focus or field, stronger in one channel where
+/// it is halation; contrast drops next to what is bright. Mistaken for defocus of a wide aperture and for
+/// the skirts of spherical aberration. A `share` of the light is spread with a density of
+/// (1 + r²/radius²)^-steepness about its point (Moffat, Astronomy and Astrophysics 3, 1969): the glare
+/// spread function that ISO 9358 measures by black patches.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct VeilingGlare;
+
+static PARAMETERS: [Parameter; 3] = [
+    Parameter::new("share", "1", "share of the light that scatters")
+        .within(0.0, 0.9)
+        .step(0.005)
+        .scope(Scope::Channel),
+    Parameter::new("radius", "px", "radius of the halo")
+        .at_rest(4.0)
+        .within(0.5, 200.0)
+        .step(0.2),
+    Parameter::new("steepness", "1", "how fast the halo falls off")
+        .at_rest(2.0)
+        .within(1.05, 8.0)
+        .step(0.1),
+];
+
+impl Effect for VeilingGlare {
+    fn id(&self) -> &'static str {
+        "veiling_glare"
+    }
+
+    fn summary(&self) -> &'static str {
+        "light scatters in lens and sensor: a faint wide halo around every point"
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+        let &[share, radius_px, steepness] = values else {
+            panic!("one value a parameter");
+        };
+        if share > 0.0 {
+            pupil.sensor.halo = Halo {
+                share,
+                radius_px,
+                steepness,
+            };
+        }
+    }
+
+    fn starts(&self) -> Vec<Start> {
+        [3.0, 8.0]
+            .map(|radius| Start::all_free(&[0.1, radius, 2.0]))
+            .to_vec()
+    }
+
+    // Taken as the sensor's and its cover glass's, which neither pupil nor focus move.
+    fn reset(&self, values: &[VergenceSeries], _to: Resetting) -> Vec<VergenceSeries> {
+        values.to_vec()
+    }
+}
