@@ -259,7 +259,8 @@ pub(super) fn bounded_step(
         for (&k, d) in free.iter().zip(delta.iter()) {
             let slot = &slots[k];
             let to = theta[k] + d;
-            let at_limit = (theta[k] <= slot.least && *d < 0.0) || (theta[k] >= slot.most && *d > 0.0);
+            let at_limit =
+                (theta[k] <= slot.least && *d < 0.0) || (theta[k] >= slot.most && *d > 0.0);
             if at_limit {
                 held[k] = true;
                 again = true;
@@ -328,7 +329,10 @@ impl Shifts {
         let [first, second] = &mut pair;
         normalise(first);
         let along = first.iter().zip(&*second).map(|(a, b)| a * b).sum::<f64>();
-        second.iter_mut().zip(&*first).for_each(|(b, a)| *b -= along * a);
+        second
+            .iter_mut()
+            .zip(&*first)
+            .for_each(|(b, a)| *b -= along * a);
         normalise(second);
         Self(pair)
     }
@@ -336,7 +340,10 @@ impl Shifts {
     fn take_off(&self, values: &mut [f64]) {
         for shift in &self.0 {
             let along = shift.iter().zip(&*values).map(|(a, b)| a * b).sum::<f64>();
-            values.iter_mut().zip(shift).for_each(|(v, s)| *v -= along * s);
+            values
+                .iter_mut()
+                .zip(shift)
+                .for_each(|(v, s)| *v -= along * s);
         }
     }
 }

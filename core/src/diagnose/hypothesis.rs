@@ -3,8 +3,8 @@
 use super::seen::Seen;
 use crate::effects::{self, Effect, Scope, Start};
 use crate::lens::LocalPupil;
-use crate::profile::{CarriedEffect, PupilChannel};
 use crate::lens::VergenceSeries;
+use crate::profile::{CarriedEffect, PupilChannel};
 
 /// Effects and free numbers.
 #[derive(Clone)]
@@ -156,7 +156,8 @@ impl Hypothesis {
 
     fn errors(&self, sigma: &[f64], channel: usize) -> Vec<Vec<f64>> {
         let none = self.parts.iter();
-        let mut errors: Vec<Vec<f64>> = none.map(|(e, _)| vec![0.0; e.parameters().len()]).collect();
+        let mut errors: Vec<Vec<f64>> =
+            none.map(|(e, _)| vec![0.0; e.parameters().len()]).collect();
         for (slot, error) in self.slots.iter().zip(sigma) {
             if slot.channel.is_none_or(|c| c == channel) {
                 errors[slot.part][slot.parameter] = *error;

@@ -24,7 +24,7 @@ mod verdict;
 pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
 };
-pub use settings::{Progress, Settings};
+pub use settings::{Progress, Settings, stopped};
 
 use crate::effects::{self, Effect};
 use crate::error::{Error, Result};
@@ -59,7 +59,7 @@ pub fn diagnose(
         singles.push(ground.single(*effect));
     }
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
-    let stage = verdict::Stage::new(lens, &seen, &ground, &singles);
+    let stage = verdict::Stage::new(lens, &ground, &singles);
     let pairs = if settings.pairs && stage.wants_pairs() {
         pairs(&ground, &singles, |share| {
             progress.step((tried.len() as f64 + 3.0 * share) / steps)
@@ -117,7 +117,11 @@ fn library(settings: &Settings) -> Result<Vec<&'static dyn Effect>> {
     if settings.library.is_empty() {
         return Ok(effects::ALL.to_vec());
     }
-    settings.library.iter().map(|id| effects::by_id(id)).collect()
+    settings
+        .library
+        .iter()
+        .map(|id| effects::by_id(id))
+        .collect()
 }
 
 /// The channel of middle wavelength; the middle one where wavelengths are not known.

@@ -80,7 +80,11 @@ mod tests {
     #[test]
     fn what_closes_the_gap_wins_and_the_simpler_of_equals() {
         let odds = probabilities(
-            &[contender(0.002, 2), contender(0.06, 1), contender(0.002, 10)],
+            &[
+                contender(0.002, 2),
+                contender(0.06, 1),
+                contender(0.002, 10),
+            ],
             0.1,
             0.001,
         );

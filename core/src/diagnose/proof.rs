@@ -45,7 +45,7 @@ struct Final {
 pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
     let tiles: Vec<&Seen> = found.seen.tiles.iter().collect();
     let nothing = found.ground.nothing();
-    let before = problem(&nothing, &tiles).gaps(&[]);
+    let before = problem(&nothing, &tiles, Detail::FULL).gaps(&[]);
     let last = finish(&found, &tiles, &before);
     let gap = summary(&found, &tiles, &before, &last.after);
     let corrected = LensProfile {
@@ -105,11 +105,11 @@ pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
     })
 }
 
-fn problem<'a>(hypothesis: &'a Hypothesis, tiles: &'a [&'a Seen]) -> Problem<'a> {
+fn problem<'a>(hypothesis: &'a Hypothesis, tiles: &'a [&'a Seen], detail: Detail) -> Problem<'a> {
     Problem {
         hypothesis,
         tiles,
-        detail: Detail::FIT,
+        detail,
     }
 }
 
@@ -124,7 +124,7 @@ fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
         };
     };
     let hypothesis = added.hypothesis.clone();
-    let whole = problem(&hypothesis, tiles);
+    let whole = problem(&hypothesis, tiles, Detail::FIT);
     let theta = whole.descend(&added.theta, 3).theta;
     let sigma = standard_errors(&whole.linear(&theta));
     let mut after = before.to_vec();
@@ -134,8 +134,12 @@ fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
         if others.is_empty() || own.is_empty() {
             continue;
         }
-        let there = problem(&hypothesis, &others).descend(&theta, 2).theta;
-        let mut gaps = problem(&hypothesis, &own).gaps(&there).into_iter();
+        let there = problem(&hypothesis, &others, Detail::FIT)
+            .descend(&theta, 2)
+            .theta;
+        let mut gaps = problem(&hypothesis, &own, Detail::FULL)
+            .gaps(&there)
+            .into_iter();
         for (tile, after) in tiles.iter().zip(&mut after) {
             if tile.fold == fold {
                 *after = gaps.next().expect("one gap a tile of the fold");
@@ -190,18 +194,17 @@ fn closed(tiles: &[&Seen], before: &[f64], after: &[f64]) -> (f64, (f64, f64)) {
     let spread: f64 = points.iter().map(|p| (p.2 - left * p.1).powi(2)).sum();
     let sigma = (spread * n / (n - 1.0).max(1.0)).sqrt() / total;
     let closed = 1.0 - left;
-    (closed, (closed - 1.96 * sigma, (closed + 1.96 * sigma).min(1.0)))
+    (
+        closed,
+        (closed - 1.96 * sigma, (closed + 1.96 * sigma).min(1.0)),
+    )
 }
 
 fn causes(found: &Found, last: &Final) -> Vec<Cause> {
     let stage = found.stage;
     let many = found.ground.many();
-    let base = Problem {
-        hypothesis: &found.ground.nothing(),
-        tiles: many,
-        detail: Detail::COARSE,
-    }
-    .gaps(&[]);
+    let base = found.ground.nothing();
+    let base = problem(&base, many, Detail::COARSE).gaps(&[]);
     let share = |after: f64| {
         if stage.before > 0.0 {
             (1.0 - after / stage.before).clamp(-1.0, 1.0)
@@ -218,17 +221,24 @@ fn causes(found: &Found, last: &Final) -> Vec<Cause> {
             // An effect that was added is shown as it was added.
             let chosen = last.hypothesis.ids().contains(&id);
             let parameters = if chosen {
-                values(&last.hypothesis, &last.theta, &last.sigma, id, found.channels)
+                values(
+                    &last.hypothesis,
+                    &last.theta,
+                    &last.sigma,
+                    id,
+                    found.channels,
+                )
             } else {
                 let sigma = single.sigma();
-                values(&single.hypothesis, &single.theta, &sigma, id, found.channels)
+                values(
+                    &single.hypothesis,
+                    &single.theta,
+                    &sigma,
+                    id,
+                    found.channels,
+                )
             };
-            let gaps = Problem {
-                hypothesis: &single.hypothesis,
-                tiles: many,
-                detail: Detail::COARSE,
-            }
-            .gaps(&single.theta);
+            let gaps = problem(&single.hypothesis, many, Detail::COARSE).gaps(&single.theta);
             let gap_closed = share(single.after);
             let (_, (low, high)) = closed(many, &base, &gaps);
             let half = (high - low) / 2.0;
@@ -316,7 +326,12 @@ fn pairs(found: &Found) -> Vec<Pair> {
 /// The effects of `added`, the one that closes more of the gap alone first.
 fn strongest_first(found: &Found, added: &Candidate) -> Vec<&'static str> {
     let mut ids = added.hypothesis.ids();
-    let rank = |id: &str| found.singles.iter().position(|s| s.hypothesis.ids() == [id]);
+    let rank = |id: &str| {
+        found
+            .singles
+            .iter()
+            .position(|s| s.hypothesis.ids() == [id])
+    };
     ids.sort_by_key(|id| rank(id));
     ids
 }
@@ -363,7 +378,9 @@ fn examples(
     let mut chosen: Vec<usize> = Vec::new();
     let middle = order.len() / 2;
     for &k in order.iter().take(middle).chain(&order[middle..]) {
-        let fresh = chosen.iter().all(|c| tiles[*c].observation != tiles[k].observation);
+        let fresh = chosen
+            .iter()
+            .all(|c| tiles[*c].observation != tiles[k].observation);
         let late = chosen.len() >= WORST && before[k] > before[order[middle]];
         if fresh && !late && chosen.len() < ALL {
             chosen.push(k);

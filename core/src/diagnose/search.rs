@@ -75,6 +75,20 @@ impl<'a> Ground<'a> {
         &self.many
     }
 
+    /// `hypothesis` against the tiles by which hypotheses are compared.
+    pub(super) fn problem<'b>(&'b self, hypothesis: &'b Hypothesis, detail: Detail) -> Problem<'b> {
+        Problem {
+            hypothesis,
+            tiles: &self.many,
+            detail,
+        }
+    }
+
+    /// Sum of those tiles' weights.
+    pub(super) fn weight(&self) -> f64 {
+        self.many.iter().map(|t| weight(t)).sum()
+    }
+
     /// The hypothesis that nothing is missing.
     pub(super) fn nothing(&self) -> Hypothesis {
         Hypothesis::new(Vec::new(), self.channels, self.reference)
@@ -126,10 +140,13 @@ impl<'a> Ground<'a> {
                 .map(|slot| {
                     let id = joint.parts[slot.part].0.id();
                     let (from, values) = if a.0.parts[0].0.id() == id { a } else { b };
-                    let same = from.slots.iter().position(|s| {
-                        s.parameter == slot.parameter && s.channel == slot.channel
-                    });
-                    same.map_or(joint.parts[slot.part].1.values[slot.parameter], |k| values[k])
+                    let same = from
+                        .slots
+                        .iter()
+                        .position(|s| s.parameter == slot.parameter && s.channel == slot.channel);
+                    same.map_or(joint.parts[slot.part].1.values[slot.parameter], |k| {
+                        values[k]
+                    })
                 })
                 .collect::<Vec<f64>>();
             (joint, theta)
@@ -193,14 +210,14 @@ impl<'a> Ground<'a> {
             .collect();
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let (hypothesis, start) = tried.swap_remove(0);
-        let problem = Problem {
-            hypothesis: &hypothesis,
-            tiles: &self.many,
-            detail: Detail::COARSE,
-        };
+        let problem = self.problem(&hypothesis, Detail::COARSE);
         let fitted = problem.descend(&start.theta, 8);
         let linear = problem.linear(&fitted.theta);
         let after = left_out_gap(&linear, &fitted.theta, &hypothesis, &self.many);
+        // What the coarse mesh misses is no gap.
+        let drawing =
+            linear.total(None).cost - self.problem(&hypothesis, Detail::FULL).cost(&fitted.theta);
+        let after = after - drawing / self.weight();
         Candidate {
             theta: fitted.theta,
             after,

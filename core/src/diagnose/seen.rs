@@ -20,8 +20,7 @@ const SECTORS: usize = 8;
 #[derive(Debug, Clone)]
 pub(super) struct Seen {
     pub(super) observation: usize,
-    /// Channel of the set, and of the lens.
-    pub(super) channel: usize,
+    /// Channel of the lens.
     pub(super) of_lens: usize,
     pub(super) distance: ObjectDistance,
     pub(super) centre: ImagePoint,
@@ -90,7 +89,14 @@ impl SeenSet {
             };
             for (channel, &of_lens) in of_lens.iter().enumerate() {
                 let lens_channel = &channels[of_lens];
-                let tile = seen(observation, channel, lens_channel, frame, vergence, &mut counts);
+                let tile = seen(
+                    observation,
+                    channel,
+                    lens_channel,
+                    frame,
+                    vergence,
+                    &mut counts,
+                );
                 if let Some(tile) = tile {
                     tiles.push(Seen {
                         observation: index,
@@ -208,7 +214,6 @@ fn seen(
     };
     Some(Seen {
         observation: 0,
-        channel,
         of_lens: 0,
         distance: observation.distance,
         centre: observation.centre,
@@ -282,16 +287,19 @@ fn matched_channels(
     set.channels
         .iter()
         .map(|name| {
-            channels.iter().position(|c| c.name == *name).ok_or_else(|| {
-                Error::new(
-                    format!("channel {name}"),
-                    "is not in the lens profile",
-                    format!(
-                        "use a lens with it; this one has {}",
-                        lens.channel_names().join(", ")
-                    ),
-                )
-            })
+            channels
+                .iter()
+                .position(|c| c.name == *name)
+                .ok_or_else(|| {
+                    Error::new(
+                        format!("channel {name}"),
+                        "is not in the lens profile",
+                        format!(
+                            "use a lens with it; this one has {}",
+                            lens.channel_names().join(", ")
+                        ),
+                    )
+                })
         })
         .collect()
 }

@@ -1,10 +1,9 @@
 //! Which answer the gaps of all hypotheses give.
 
-use super::descent::{Problem, weight};
+use super::descent::weight;
 use super::diagnosis::Verdict;
 use super::odds::{Contender, nothing_missing, probabilities};
 use super::search::{Candidate, Ground};
-use super::seen::SeenSet;
 use crate::profile::LensProfile;
 use crate::psf::pupil::Detail;
 
@@ -48,29 +47,21 @@ pub(super) struct Decided {
 }
 
 impl Stage {
-    pub(super) fn new(
-        lens: &LensProfile,
-        seen: &SeenSet,
-        ground: &Ground,
-        singles: &[Candidate],
-    ) -> Self {
+    pub(super) fn new(lens: &LensProfile, ground: &Ground, singles: &[Candidate]) -> Self {
         let nothing = ground.nothing();
-        let problem = Problem {
-            hypothesis: &nothing,
-            tiles: ground.many(),
-            detail: Detail::COARSE,
-        };
-        let gaps = problem.gaps(&[]);
-        let total: f64 = ground.many().iter().map(|t| weight(t)).sum();
+        let gaps = ground.problem(&nothing, Detail::FULL).gaps(&[]);
+        let total = ground.weight();
         let tiles = ground.many().iter();
-        let excess = gaps.iter().zip(tiles).map(|(g, t)| weight(t) * (g - t.noise));
+        let excess = gaps
+            .iter()
+            .zip(tiles)
+            .map(|(g, t)| weight(t) * (g - t.noise));
         // Noise of a gap: that of its n pixels, and what it gets by meeting a residual.
         let variance = gaps.iter().zip(ground.many()).map(|(g, t)| {
             let pixels = t.light.len() as f64;
             let meeting = 4.0 * g.max(0.0) * t.noise / pixels;
             weight(t).powi(2) * (2.0 * t.noise * t.noise / pixels + meeting)
         });
-        let _ = seen;
         Self {
             before: excess.sum::<f64>() / total,
             sigma: variance.sum::<f64>().sqrt() / total,
