@@ -60,3 +60,22 @@ impl Effect for Distortion {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Scope;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn pictures_move_along_the_meridian_alike_in_every_channel_and_keep_their_shapes() {
+        assert!(PARAMETERS.iter().all(|p| p.scope == Scope::Lens));
+        let shift = |values: [f64; 3], x, y| Distortion.chief_ray(&values, place(x, y));
+        assert_eq!(shift([1.0, 2.0, 4.0], 0.0, 0.0), [0.0; 2]);
+        assert_eq!(shift([1.0, 2.0, 4.0], -1.0, 0.0), [-7.0, 0.0]);
+        assert_eq!(shift([0.0, 2.0, 0.0], 0.0, 0.5), [0.0, 0.25]);
+        assert_eq!(shift([0.0, 0.0, 4.0], 0.0, 0.5), [0.0, 0.125]);
+        let pupil = behind(&Distortion, &[1.0, 2.0, 4.0], place(0.7, 0.4), disc(2.0));
+        assert_eq!(pupil, disc(2.0));
+    }
+}
