@@ -6,12 +6,12 @@ use crate::lens::{LocalPupil, VergenceSeries};
 /// `anamorphic`: the lens is another one along x than along y.
 ///
 /// Discs out of focus are ellipses, alike all over the field; along one axis the picture is sharp where it
-/// is not yet along the other. Mistaken for astigmatism, which is round at one focus and grows with
-/// field, and for pixels that are not square. Three things, to first order in how the two sections of
-/// the lens differ (after Wynne, Proc. Phys. Soc. B 67, 1954): rays land `squeeze` times as far along x; the
+/// is not yet along the other. Mistaken for astigmatism, which grows with field and turns with the
+/// meridian, and for pixels that are not square. Three things, to first order in how the two sections of
+/// the lens differ (after Wynne, Proc. Phys. Soc. B 67, 1954): W gains `astigmatism` (u_x² - u_y²)/2; the
 /// pupil is an ellipse, `pupil` times as wide along x, so that a disc of radius alpha has the half-axis
-/// alpha pupil there; and W gains `astigmatism` (u_x² - u_y²)/2. Pictures land scale_x X, scale_y Y px
-/// off. It takes all that other effects do to the wavefront along, so it acts after them; stops stay
+/// alpha pupil there; and rays land `squeeze` times as far along x. Pictures land scale_x X, scale_y Y px
+/// off. All that other effects do to the wavefront is seen through it, so it acts after them; stops stay
 /// round in units of the ellipse.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Anamorphic;

@@ -8,7 +8,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 /// Straight lines bend towards the middle or away from it; PSFs keep their shape. Mistaken for a camera
 /// whose focal length or axis is not known well, and for the shift of the centroid by coma. Chief rays
 /// move by X (linear + cubic |X|² + fifth |X|⁴) px, X in half frame widths: Seidel's fifth sum, the next
-/// order, and the focal length's error (the radial terms of Brown, Photogrammetric Engineering 32, 1966).
+/// order, and the focal length's error (the radial terms of Brown, Photogrammetric Engineering 37, 1971).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Distortion;
 
