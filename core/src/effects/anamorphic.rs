@@ -6,12 +6,12 @@ use crate::lens::{LocalPupil, VergenceSeries};
 /// `anamorphic`: the lens is another one along x than along y.
 ///
 /// Discs out of focus are ellipses, alike all over the field; along one axis the picture is sharp where it
-/// is not yet along the other. Mistaken for astigmatism, which is round at one focus and grows with
-/// field, and for pixels that are not square. Three things, to first order in how the two sections of
-/// the lens differ (after Wynne, Proc. Phys. Soc. B 67, 1954): rays land `squeeze` times as far along x; the
+/// is not yet along the other. Mistaken for astigmatism, which grows with field and turns with the
+/// meridian, and for pixels that are not square. Three things, to first order in how the two sections of
+/// the lens differ (after Wynne, Proc. Phys. Soc. B 67, 1954): W gains `astigmatism` (u_x² - u_y²)/2; the
 /// pupil is an ellipse, `pupil` times as wide along x, so that a disc of radius alpha has the half-axis
-/// alpha pupil there; and W gains `astigmatism` (u_x² - u_y²)/2. Pictures land scale_x X, scale_y Y px
-/// off. It takes all that other effects do to the wavefront along, so it acts after them; stops stay
+/// alpha pupil there; and rays land `squeeze` times as far along x. Pictures land scale_x X, scale_y Y px
+/// off. All that other effects do to the wavefront is seen through it, so it acts after them; stops stay
 /// round in units of the ellipse.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Anamorphic;
@@ -98,5 +98,59 @@ impl Effect for Anamorphic {
         let mut all = values.to_vec();
         all[2] = values[2].scaled(to.pupil * to.image_distance);
         all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+    use crate::field::Meridian;
+
+    /// Half-axes of the disc that `values` make of one of radius `alpha`.
+    fn half_axes(values: [f64; 5], alpha: f64, at: ScenePoint) -> [f64; 2] {
+        let (moments, _) = behind(&Anamorphic, &values, at, disc(alpha)).moments();
+        [moments.mu20, moments.mu02].map(|m| 2.0 * m.sqrt())
+    }
+
+    #[test]
+    fn discs_are_ellipses_alike_all_over_the_field() {
+        for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
+            for (values, along) in [
+                ([1.0, 0.75, 0.0, 0.0, 0.0], 3.0),
+                ([0.5, 1.0, 0.0, 0.0, 0.0], 2.0),
+                ([0.5, 0.75, 0.0, 0.0, 0.0], 1.5),
+            ] {
+                let got = half_axes(values, 4.0, place(x, y));
+                assert!((got[0] - along).abs() < 1e-9, "{got:?}");
+                assert!((got[1] - 4.0).abs() < 1e-9, "{got:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_picture_is_sharp_along_one_axis_first() {
+        let values = [1.0, 1.0, 1.5, 0.0, 0.0];
+        let got = half_axes(values, -1.5, place(0.0, 0.0));
+        assert!(got[0] < 1e-6 && (got[1] - 3.0).abs() < 1e-9, "{got:?}");
+        let got = half_axes(values, 1.5, place(0.0, 0.0));
+        assert!((got[0] - 3.0).abs() < 1e-9 && got[1] < 1e-6, "{got:?}");
+    }
+
+    #[test]
+    fn all_aberrations_are_seen_through_the_ellipse() {
+        let mut round = disc(2.0);
+        round.wavefront.add(1, 1, Meridian::X, 0.7);
+        round.wavefront.add(2, 0, Meridian::X, -0.4);
+        let values = [0.9, 0.8, 0.0, 5.0, -2.0];
+        let oval = behind(&Anamorphic, &values, place(0.5, 0.4), round);
+        for u in [[0.3, -0.4], [-0.8, 0.1]] {
+            let on_glass = round.landing([0.8 * u[0], u[1]]);
+            let got = oval.landing(u);
+            assert!((got[0] - 0.9 * on_glass[0]).abs() < 1e-12);
+            assert!((got[1] - on_glass[1]).abs() < 1e-12);
+        }
+        let chief = Anamorphic.chief_ray(&values, place(0.5, 0.4));
+        assert_eq!(chief, [2.5, -0.8]);
     }
 }

@@ -115,3 +115,118 @@ impl Effect for AperturePolygon {
         all
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+    use crate::field::Meridian;
+    use std::f64::consts::{PI, TAU};
+
+    fn pupil(blades: f64, roundness: f64, alpha: f64) -> LocalPupil {
+        let values = [blades, 17.0, 0.95, roundness];
+        behind(&AperturePolygon, &values, place(0.4, 0.2), disc(alpha))
+    }
+
+    fn reach(pupil: &LocalPupil, degrees: f64) -> f64 {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        pupil.edge([0.0, 0.0], cos, sin).0
+    }
+
+    fn area(pupil: &LocalPupil) -> f64 {
+        let each = (0..7200).map(|k| reach(pupil, f64::from(k) / 20.0).powi(2));
+        each.sum::<f64>() * PI / 7200.0
+    }
+
+    #[test]
+    fn the_pupil_is_a_polygon_that_turning_by_a_blade_leaves_the_same() {
+        for blades in [3.0, 5.0, 6.0, 9.0, 13.0] {
+            let pupil = pupil(blades, 0.0, 3.0);
+            let want = 0.95 * 0.95 * blades / 2.0 * (TAU / blades).sin();
+            let got = area(&pupil);
+            assert!((got / want - 1.0).abs() < 2e-3, "{blades}: {got} {want}");
+            for degrees in [17.0, 40.0, 111.0] {
+                let (a, b) = (
+                    reach(&pupil, degrees),
+                    reach(&pupil, degrees + 360.0 / blades),
+                );
+                assert!((a - b).abs() < 1e-9, "{blades}: {a} {b}");
+            }
+            assert!((reach(&pupil, 17.0) - 0.95).abs() < 1e-6);
+            let side = reach(&pupil, 17.0 + 180.0 / blades);
+            assert!((side - 0.95 * (PI / blades).cos()).abs() < 2e-3);
+        }
+    }
+
+    #[test]
+    fn round_blades_make_a_disc() {
+        let (moments, _) = pupil(7.0, 1.0, 4.0).moments();
+        let want = (0.95_f64 * 4.0).powi(2) / 4.0;
+        assert!((moments.mu20 - want).abs() < 1e-9 && moments.mu11.abs() < 1e-9);
+        let [straight, bent, disc] = [0.0, 0.5, 1.0].map(|r| area(&pupil(7.0, r, 4.0)));
+        assert!(straight < bent && bent < disc);
+    }
+
+    #[test]
+    fn a_triangle_is_mirrored_through_focus() {
+        let third = |alpha| {
+            let (moments, _) = pupil(3.0, 0.0, alpha).moments();
+            let (sin, cos) = 17.0_f64.to_radians().sin_cos();
+            moments.rotated_into(Meridian { cos, sin }).mu30
+        };
+        let (behind, before) = (third(3.0), third(-3.0));
+        assert!(behind > 0.1, "a corner lies along the direction: {behind}");
+        assert!((behind + before).abs() < 1e-9);
+    }
+
+    #[test]
+    fn five_corners_point_the_other_way_on_the_other_side_of_focus() {
+        // The furthest that light lands towards the corner, and away from it.
+        let furthest = |alpha: f64, sign: f64| {
+            let pupil = pupil(5.0, 0.0, alpha);
+            let (sin, cos) = 17.0_f64.to_radians().sin_cos();
+            let landed = (0..720).map(|k| {
+                let degrees = 17.0 + f64::from(k) / 2.0;
+                let (s, c) = degrees.to_radians().sin_cos();
+                let r = reach(&pupil, degrees);
+                let [x, y] = pupil.landing([r * c, r * s]);
+                sign * (x * cos + y * sin)
+            });
+            landed.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let (corner, side) = (0.95 * 3.0, 0.95 * 3.0 * (PI / 5.0).cos());
+        for (alpha, towards, away) in [(3.0, corner, side), (-3.0, side, corner)] {
+            assert!((furthest(alpha, 1.0) - towards).abs() < 1e-2);
+            assert!((furthest(alpha, -1.0) - away).abs() < 1e-2);
+        }
+    }
+
+    #[test]
+    fn few_blades_are_none_and_closing_straightens_them() {
+        assert_eq!(pupil(2.0, 0.0, 3.0), disc(3.0));
+        let values = [7.0, 10.0, 1.0, 0.4].map(VergenceSeries::constant);
+        let to = Resetting {
+            pupil: 0.5,
+            image_distance: 1.1,
+        };
+        let closed = AperturePolygon.reset(&values, to);
+        assert_eq!(closed[..3], values[..3]);
+        assert_eq!(closed[3].at(0.0), 0.2);
+    }
+
+    #[test]
+    fn most_blades_and_vignetting_fit() {
+        let mut pupil = pupil(MOST, 0.0, 3.0);
+        for _ in 0..2 {
+            let circles = [0.9, 0.4, 0.9, -0.4];
+            pupil = behind(
+                &crate::effects::Vignetting,
+                &circles,
+                place(0.9, 0.5),
+                pupil,
+            );
+        }
+        assert_eq!(pupil.stops().len(), MOST_STOPS);
+        assert!(pupil.inside().1 > 0.0);
+    }
+}

@@ -61,3 +61,30 @@ impl Effect for Apodisation {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn discs_are_soft_or_ringed_on_both_sides_of_focus() {
+        let variance = |values: [f64; 2], alpha| {
+            let pupil = behind(&Apodisation, &values, place(0.3, 0.5), disc(alpha));
+            let (moments, centroid) = pupil.moments();
+            assert!(centroid[0].abs() < 1e-12 && centroid[1].abs() < 1e-12);
+            assert!((moments.mu20 - moments.mu02).abs() < 1e-9);
+            moments.mu20
+        };
+        let even = 4.0;
+        for values in [[1.0, 0.0], [0.0, 1.0]] {
+            let soft = variance(values, 4.0);
+            assert!(soft < even - 0.3, "{soft}");
+            assert!((variance(values, -4.0) - soft).abs() < 1e-9);
+            assert!(variance(values.map(|v| -v), 4.0) > even + 0.2);
+        }
+        // Of exp(-s r²) over the disc: the mean of r² is 1/s - 1/(e^s - 1).
+        let want = 16.0 / 2.0 * (1.0 - 1.0 / (1.0_f64.exp() - 1.0));
+        assert!((variance([1.0, 0.0], 4.0) - want).abs() < 1e-9);
+    }
+}

@@ -49,3 +49,19 @@ impl Effect for AxialColour {
         vec![values[0].scaled(to.pupil * to.image_distance)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn a_channel_is_out_of_focus_all_over_the_field() {
+        assert_eq!(PARAMETERS[0].scope, Scope::Difference);
+        for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
+            let pupil = behind(&AxialColour, &[-0.75], place(x, y), disc(2.0));
+            assert_eq!(pupil, disc(1.25));
+            assert_eq!(AxialColour.chief_ray(&[-0.75], place(x, y)), [0.0; 2]);
+        }
+    }
+}

@@ -120,3 +120,80 @@ impl Effect for Decentre {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::DefocusOffset;
+    use crate::effects::tests::{behind, disc, place};
+    use crate::field::FieldPoint;
+    use crate::lens::{ReducedNumbers, Wavefront};
+
+    #[test]
+    fn coma_stands_in_the_middle_of_the_frame() {
+        let mut values = [0.0; COUNT];
+        (values[0], values[1]) = (0.8, 0.6);
+        let (moments, centroid) = behind(&Decentre, &values, place(0.0, 0.0), disc(5.0)).moments();
+        assert!((centroid[0] - 0.8).abs() < 1e-12 && (centroid[1] - 0.6).abs() < 1e-12);
+        // The flare points along c: docs/model.md section 4 with c for -phi X.
+        let along = Meridian { cos: 0.8, sin: 0.6 };
+        let turned = moments.rotated_into(along);
+        assert!(
+            (turned.mu30 - (25.0 / 2.0 + 1.0 / 4.0)).abs() < 1e-9,
+            "{turned:?}"
+        );
+        assert!(
+            turned.mu03.abs() < 1e-9 && turned.mu21.abs() < 1e-9,
+            "{turned:?}"
+        );
+    }
+
+    #[test]
+    fn a_lens_off_its_axis_is_a_lens_with_these_terms() {
+        let numbers = ReducedNumbers {
+            alpha: 3.0,
+            beta: 1.0,
+            gamma: 2.0,
+            delta: -1.4,
+            phi: 0.5,
+        };
+        let (x, y) = (0.6, -0.5);
+        let (dx, dy) = (0.11, 0.07);
+        let lens =
+            |x, y| LocalPupil::round(Wavefront::third_order(&numbers, FieldPoint::new(x, y)), 0.0);
+        let (gamma, delta, phi) = (numbers.gamma, numbers.delta, numbers.phi);
+        let mut values = [0.0; COUNT];
+        values[..8].copy_from_slice(&[
+            phi * dx,
+            phi * dy,
+            -gamma * dx,
+            -gamma * dy,
+            -2.0 * delta * dx,
+            -2.0 * delta * dy,
+            gamma * (dx * dx - dy * dy) / 2.0,
+            gamma * dx * dy,
+        ]);
+        let second = (gamma / 2.0 + delta) * (dx * dx + dy * dy);
+        let got = behind(&Decentre, &values, place(x, y), lens(x, y));
+        let got = behind(&DefocusOffset, &[second, 0.0], place(x, y), got);
+        let want = lens(x - dx, y - dy);
+        let pairs = got.wavefront.coefficients().iter();
+        for (g, w) in pairs.zip(want.wavefront.coefficients()) {
+            assert!((g - w).abs() < 1e-12, "{g} {w}");
+        }
+    }
+
+    #[test]
+    fn pictures_shift_alike_everywhere() {
+        let mut values = [0.0; COUNT];
+        values[8..].copy_from_slice(&[3.0, -2.0, 0.1, 0.2]);
+        for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
+            let chief = Decentre.chief_ray(&values, place(x, y));
+            assert_eq!(chief, [3.1, -1.8]);
+            assert_eq!(
+                behind(&Decentre, &values, place(x, y), disc(2.0)),
+                disc(2.0)
+            );
+        }
+    }
+}

@@ -61,3 +61,19 @@ impl Effect for DefocusOffset {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn every_place_gets_the_same_defocus_and_chief_rays_move_radially() {
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (-0.7, 0.4)] {
+            let pupil = behind(&DefocusOffset, &[1.5, 4.0], place(x, y), disc(2.0));
+            assert_eq!(pupil, disc(3.5));
+            let chief = DefocusOffset.chief_ray(&[1.5, 4.0], place(x, y));
+            assert_eq!(chief, [4.0 * x, 4.0 * y]);
+        }
+    }
+}

@@ -64,3 +64,43 @@ impl Effect for DepthScale {
         values.to_vec()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, point};
+
+    fn at_vergence(v: f64) -> ScenePoint {
+        ScenePoint {
+            vergence_per_m: v,
+            ..point()
+        }
+    }
+
+    /// Defocus of the tests' lens for an object at vergence `v`, focused at `focus`.
+    fn law(v: f64, focus: f64) -> LocalPupil {
+        disc(point().defocus_px_m * (v - focus))
+    }
+
+    #[test]
+    fn the_lens_is_asked_for_the_true_distance() {
+        let focus = point().focus_vergence_per_m;
+        for v in [0.0, 0.3, focus, 1.5] {
+            for (pivot, true_focus) in [(0.0, focus), (1.0, focus / 1.25)] {
+                let got = behind(&DepthScale, &[1.25, pivot], at_vergence(v), law(v, focus));
+                let want = law(v / 1.25, true_focus);
+                let (a, b) = (got.landing([1.0, 0.0])[0], want.landing([1.0, 0.0])[0]);
+                assert!((a - b).abs() < 1e-12, "{v} {pivot}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_changes_at_the_pivot() {
+        let focus = point().focus_vergence_per_m;
+        for (v, pivot) in [(focus, 1.0), (0.0, 0.0)] {
+            let pupil = behind(&DepthScale, &[1.3, pivot], at_vergence(v), disc(2.0));
+            assert_eq!(pupil, disc(2.0));
+        }
+    }
+}

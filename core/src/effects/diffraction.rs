@@ -60,3 +60,27 @@ impl Effect for Diffraction {
         vec![values[0].scaled(to.image_distance / to.pupil)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, point};
+
+    fn wave(f_number: f64, wavelength_px: f64) -> f64 {
+        let at = ScenePoint {
+            wavelength_px,
+            ..point()
+        };
+        behind(&Diffraction, &[f_number], at, disc(0.0)).wave_px
+    }
+
+    #[test]
+    fn waves_are_longer_for_red_and_for_small_apertures() {
+        assert!((wave(8.0, 0.125) - 2.0).abs() < 1e-12);
+        assert!(wave(8.0, 0.13) > wave(8.0, 0.09) && wave(16.0, 0.1) > wave(8.0, 0.1));
+        assert!(
+            wave(8.0, 0.0) > 0.0,
+            "a wavelength is taken where none is known"
+        );
+    }
+}

@@ -8,7 +8,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 /// Straight lines bend towards the middle or away from it; PSFs keep their shape. Mistaken for a camera
 /// whose focal length or axis is not known well, and for the shift of the centroid by coma. Chief rays
 /// move by X (linear + cubic |X|² + fifth |X|⁴) px, X in half frame widths: Seidel's fifth sum, the next
-/// order, and the focal length's error (the radial terms of Brown, Photogrammetric Engineering 32, 1966).
+/// order, and the focal length's error (the radial terms of Brown, Photogrammetric Engineering 37, 1971).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Distortion;
 
@@ -58,5 +58,24 @@ impl Effect for Distortion {
         powers
             .map(|(power, series)| series.scaled(to.image_distance.powi(power)))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Scope;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn pictures_move_along_the_meridian_alike_in_every_channel_and_keep_their_shapes() {
+        assert!(PARAMETERS.iter().all(|p| p.scope == Scope::Lens));
+        let shift = |values: [f64; 3], x, y| Distortion.chief_ray(&values, place(x, y));
+        assert_eq!(shift([1.0, 2.0, 4.0], 0.0, 0.0), [0.0; 2]);
+        assert_eq!(shift([1.0, 2.0, 4.0], -1.0, 0.0), [-7.0, 0.0]);
+        assert_eq!(shift([0.0, 2.0, 0.0], 0.0, 0.5), [0.0, 0.25]);
+        assert_eq!(shift([0.0, 0.0, 4.0], 0.0, 0.5), [0.0, 0.125]);
+        let pupil = behind(&Distortion, &[1.0, 2.0, 4.0], place(0.7, 0.4), disc(2.0));
+        assert_eq!(pupil, disc(2.0));
     }
 }

@@ -64,3 +64,21 @@ impl Effect for LateralColour {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn a_channel_is_shifted_along_the_meridian_and_keeps_its_shapes() {
+        assert!(PARAMETERS.iter().all(|p| p.scope == Scope::Difference));
+        let shift = |values: [f64; 2], x, y| LateralColour.chief_ray(&values, place(x, y));
+        assert_eq!(shift([1.0, 2.0], 0.0, 0.0), [0.0; 2]);
+        assert_eq!(shift([1.0, 2.0], 1.0, 0.0), [3.0, 0.0]);
+        assert_eq!(shift([1.0, 0.0], 0.0, -0.5), [0.0, -0.5]);
+        assert_eq!(shift([0.0, 2.0], 0.0, -0.5), [0.0, -0.25]);
+        let pupil = behind(&LateralColour, &[1.0, 2.0], place(0.7, 0.4), disc(2.0));
+        assert_eq!(pupil, disc(2.0));
+    }
+}

@@ -68,3 +68,23 @@ impl Effect for Motion {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn the_streak_is_the_same_everywhere() {
+        let values = [3.0, -1.5, 0.5, 0.25];
+        for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
+            let (still, _) = disc(2.0).moments();
+            let (moved, centroid) = behind(&Motion, &values, place(x, y), disc(2.0)).moments();
+            assert!((moved.mu20 - still.mu20 - 9.0 / 12.0).abs() < 1e-12);
+            assert!((moved.mu11 - still.mu11 + 4.5 / 12.0).abs() < 1e-12);
+            assert!((moved.mu02 - still.mu02 - 2.25 / 12.0).abs() < 1e-12);
+            assert!(centroid[0].abs() < 1e-12, "its middle stays");
+            assert_eq!(Motion.chief_ray(&values, place(x, y)), [0.5, 0.25]);
+        }
+    }
+}

@@ -66,3 +66,25 @@ impl Effect for PixelFootprint {
         values.to_vec()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn box_and_copies_widen_alike_everywhere() {
+        for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
+            let moments = |values: [f64; 3]| {
+                behind(&PixelFootprint, &values, place(x, y), disc(2.0))
+                    .moments()
+                    .0
+            };
+            let [still, side, copies] = [[0.0; 3], [1.5, 0.0, 0.0], [0.0, 1.0, 0.5]].map(moments);
+            assert!((side.mu20 - still.mu20 - 2.25 / 12.0).abs() < 1e-12);
+            assert!((side.mu02 - still.mu02 - 2.25 / 12.0).abs() < 1e-12);
+            assert!((copies.mu20 - still.mu20 - 0.25).abs() < 1e-12);
+            assert!((copies.mu02 - still.mu02 - 0.0625).abs() < 1e-12);
+        }
+    }
+}

@@ -72,3 +72,27 @@ impl Effect for SensorTilt {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn defocus_is_linear_over_the_frame() {
+        let values = [2.0, -3.0, 0.5];
+        let alpha =
+            |x, y| behind(&SensorTilt, &values, place(x, y), disc(1.0)).landing([1.0, 0.0])[0];
+        assert_eq!(alpha(0.0, 0.0), 1.0);
+        // Along the axis of the tilt nothing changes.
+        assert!((alpha(0.6, 0.4) - 1.0).abs() < 1e-12);
+        for (x, y) in [(0.5, 0.0), (-0.3, 0.6)] {
+            let (near, far) = (alpha(x, y) - 1.0, alpha(2.0 * x, 2.0 * y) - 1.0);
+            assert!((far - 2.0 * near).abs() < 1e-12);
+            assert!((alpha(-x, -y) - 1.0 + near).abs() < 1e-12);
+            let chief = SensorTilt.chief_ray(&values, place(x, y));
+            assert!((chief[0] - 0.5 * near * x).abs() < 1e-12);
+            assert!((chief[1] - 0.5 * near * y).abs() < 1e-12);
+        }
+    }
+}

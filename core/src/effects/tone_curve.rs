@@ -77,3 +77,27 @@ impl Effect for ToneCurve {
         values.to_vec()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    fn value(values: [f64; 3], light: f64) -> f64 {
+        let pupil = behind(&ToneCurve, &values, place(0.2, 0.1), disc(3.0));
+        assert_eq!(pupil.wavefront, disc(3.0).wavefront);
+        pupil.sensor.tone.of(light)
+    }
+
+    #[test]
+    fn cores_are_compressed_against_skirts_or_stretched_or_flat() {
+        let against = |values| value(values, 0.9) / value(values, 0.1);
+        assert!(against([0.8, 0.0, NO_CLIP]) < 9.0 && against([1.2, 0.0, NO_CLIP]) > 9.0);
+        assert!(against([1.0, 0.5, NO_CLIP]) < 9.0 && against([1.0, -0.3, NO_CLIP]) > 9.0);
+        let clipped = [1.0, 0.0, 0.7];
+        assert_eq!([0.9, 0.8, 0.5].map(|l| value(clipped, l)), [0.7, 0.7, 0.5]);
+        // White stays white, and what is brighter is not cut off unless asked for.
+        assert!((value([0.8, 0.5, NO_CLIP], 1.0) - 1.0).abs() < 1e-12);
+        assert_eq!(value([1.0, 0.0, NO_CLIP], 500.0), 500.0);
+    }
+}

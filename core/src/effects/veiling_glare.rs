@@ -66,3 +66,30 @@ impl Effect for VeilingGlare {
         values.to_vec()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn a_halo_stands_around_every_point_by_channel() {
+        assert_eq!(PARAMETERS[0].scope, Scope::Channel);
+        assert_eq!(PARAMETERS[1].scope, Scope::Lens);
+        for (alpha, x) in [(0.0, 0.0), (4.0, 0.9)] {
+            let values = [0.2, 6.0, 1.5];
+            let pupil = behind(&VeilingGlare, &values, place(x, 0.0), disc(alpha));
+            let halo = pupil.sensor.halo;
+            assert_eq!([halo.share, halo.radius_px, halo.steepness], values);
+            assert!(!pupil.sensor.is_ideal());
+            // Rays land where they did.
+            assert_eq!(pupil.moments(), disc(alpha).moments());
+        }
+    }
+
+    #[test]
+    fn the_shape_of_no_halo_does_not_matter() {
+        let pupil = behind(&VeilingGlare, &[0.0, 9.0, 3.0], place(0.0, 0.0), disc(1.0));
+        assert_eq!(pupil, disc(1.0));
+    }
+}

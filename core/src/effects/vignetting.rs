@@ -115,3 +115,32 @@ impl Effect for Vignetting {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tests::{behind, disc, place};
+
+    #[test]
+    fn discs_are_cats_eyes_in_the_corner_only() {
+        let values = [1.0, 0.5, 1.0, -0.5];
+        let moments = |x| {
+            behind(&Vignetting, &values, place(x, 0.0), disc(4.0))
+                .moments()
+                .0
+        };
+        let (middle, corner) = (moments(0.0), moments(1.0));
+        assert!((middle.mu20 - 4.0).abs() < 1e-9 && (middle.mu02 - 4.0).abs() < 1e-9);
+        // A lens-shaped pupil, narrow along the meridian.
+        assert!(corner.mu20 < 0.3 * middle.mu20, "{corner:?}");
+        assert!(corner.mu20 < 0.5 * corner.mu02, "{corner:?}");
+    }
+
+    #[test]
+    fn one_circle_cuts_one_side() {
+        let values = [1.0, 0.5, WIDE, 0.0];
+        let pupil = behind(&Vignetting, &values, place(0.0, 0.8), disc(4.0));
+        assert!(pupil.passes([0.0, 0.9]) && !pupil.passes([0.0, -0.9]));
+        assert!(pupil.centroid()[1] > 0.5);
+    }
+}

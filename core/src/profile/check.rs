@@ -6,6 +6,9 @@ use crate::effects;
 use crate::error::{Error, Result};
 use crate::lens::VergenceSeries;
 
+/// The effect that a lens can have only once.
+const IRIS: &str = "aperture_polygon";
+
 impl LensProfile {
     /// Checks what a reader cannot see key by key.
     pub(super) fn check(&self) -> Result<()> {
@@ -111,6 +114,15 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
                 ));
             }
         }
+    }
+    // Blades bound the pupil once: two irises would need more circles than a pupil can have.
+    let iris = |list: &[CarriedEffect]| list.iter().any(|c| c.effect.id() == IRIS);
+    if iris(&channel.effects) && iris(&channel.added) {
+        return Err(Error::new(
+            "added_effects",
+            format!("has `{IRIS}`, which `effects` has as well"),
+            "give it in one of them",
+        ));
     }
     for carried in channel.effects.iter().chain(&channel.added) {
         effect(carried, channel.measured_vergence)

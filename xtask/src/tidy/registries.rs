@@ -5,6 +5,7 @@ use super::Tree;
 pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
     modules_listed(tree, "cli/src/commands", problems);
     models_listed(tree, problems);
+    effects_listed(tree, problems);
     tests_listed(tree, problems);
 }
 
@@ -38,6 +39,32 @@ fn models_listed(tree: &Tree, problems: &mut Vec<String>) {
             {
                 problems.push(format!("{path}: the PSF model {model} is not in psf::ALL"));
             }
+        }
+    }
+}
+
+/// Every effect is in the list of all, and has its rows in the page about them.
+fn effects_listed(tree: &Tree, problems: &mut Vec<String>) {
+    let list = tree.text("core/src/effects/mod.rs");
+    let all = list
+        .split_once("static ALL")
+        .map_or("", |(_, after)| after.split("];").next().unwrap_or(""));
+    let page = tree.text("docs/effects.md");
+    for (path, text) in tree.each(|p| p.starts_with("core/src/effects/") && p.ends_with(".rs")) {
+        let starts = text
+            .lines()
+            .find_map(|line| line.strip_prefix("impl Effect for "));
+        let Some(effect) = starts.and_then(|rest| rest.split([' ', '{']).next()) else {
+            continue;
+        };
+        if !all.contains(&format!("&{effect},")) {
+            problems.push(format!(
+                "{path}: the effect {effect} is not in effects::ALL"
+            ));
+        }
+        let id = path["core/src/effects/".len()..].trim_end_matches(".rs");
+        if page.matches(&format!("\n| `{id}` |")).count() != 2 {
+            problems.push(format!("{path}: `{id}` lacks a row in docs/effects.md"));
         }
     }
 }

@@ -237,6 +237,39 @@ fn effects_stand_once_in_their_order_and_channels_once() {
 }
 
 #[test]
+fn added_effects_are_kept_and_checked_like_those_of_the_fit() {
+    let with = |ids: &[&str], value: f64| {
+        let mut profile = pupil_profile();
+        let added = ids.iter().map(|id| {
+            let effect = effects::by_id(id).expect("listed");
+            let mut values = effects::neutral(effect);
+            values[0] = value;
+            CarriedEffect {
+                effect,
+                values: values.into_iter().map(VergenceSeries::constant).collect(),
+            }
+        });
+        only_channel(&mut profile).added = added.collect();
+        profile
+    };
+    let good = with(&["axial_colour", "vignetting"], 0.5);
+    assert_eq!(LensProfile::from_json(&good.to_json()), Ok(good));
+    for (ids, value, told) in [
+        (&["diffraction"][..], 65.0, "f_number"),
+        (&["diffraction"], -1.0, "f_number"),
+        (&["vignetting", "axial_colour"], 0.5, "added_effects"),
+        (&["motion", "motion"], 0.5, "added_effects"),
+        (&["aperture_polygon"], 7.0, "added_effects"),
+    ] {
+        let error = LensProfile::from_json(&with(ids, value).to_json()).expect_err(told);
+        assert!(error.to_string().contains(told), "{error}");
+    }
+    let mut bladed = with(&["aperture_polygon"], 7.0);
+    only_channel(&mut bladed).effects.clear();
+    assert_eq!(LensProfile::from_json(&bladed.to_json()), Ok(bladed));
+}
+
+#[test]
 fn the_schema_names_every_key_of_both_kinds() {
     let schema = schema();
     for key in [
