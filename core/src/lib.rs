@@ -30,5 +30,6 @@ pub mod profile;
 pub mod psf;
 pub mod render;
 pub mod tile;
+pub mod trial;
 
 pub use error::{Error, Fault, Result};

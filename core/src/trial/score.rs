@@ -1,0 +1,1 @@
+//! What a diagnosis got right over many cases.

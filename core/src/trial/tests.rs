@@ -1,0 +1,1 @@
+//! The pictures against closed forms, the cases against what they promise.
