@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::case::{Answer, Case};
 use super::expose::{Capture, Cause, Spot, gap, set, spots};
-use super::lens::Lens;
+use super::lens::{Demand, Lens};
 use super::perturb::{Change, effect};
 use super::recipe::{Kind, Recipe};
 use super::rng::Rng;
@@ -82,12 +82,17 @@ pub fn draw(recipe: &Recipe) -> Case {
 fn attempt_at(recipe: &Recipe, attempt: u64) -> (f64, Plan) {
     let size = &recipe.size;
     let mut rng = Rng::stream(recipe.seed, label::PLAN, attempt);
-    let slow = match recipe.kind {
-        Kind::Single(id) => id == "diffraction",
-        Kind::Pair(a, b) => a == "diffraction" || b == "diffraction",
+    let holds = |wanted: &str| match recipe.kind {
+        Kind::Single(id) => id == wanted,
+        Kind::Pair(a, b) => a == wanted || b == wanted,
         Kind::None | Kind::Unknown(_) => false,
     };
-    let lens = Lens::draw(&mut rng, slow, size.tile);
+    let depths_matter = holds("defocus_offset") || holds("depth_scale");
+    let demand = Demand {
+        slow: holds("diffraction"),
+        depth_ratio: if depths_matter { 1.3 } else { 1.1 },
+    };
+    let lens = Lens::draw(&mut rng, demand, size.tile);
     let changes: Vec<Change> = match recipe.kind {
         Kind::None => Vec::new(),
         Kind::Single(id) => vec![effect(id, &lens, &mut rng)],
@@ -184,9 +189,10 @@ fn strengthen(
 
 fn expose(recipe: &Recipe, plan: &Plan) -> Case {
     let mut rng = Rng::stream(recipe.seed, label::REAL, 0);
-    let toned = plan.causes.iter().any(|c| c.change.id == "tone_curve");
-    let raw = rng.chance(0.5) || toned;
-    let sigma_stated = rng.chance(0.75);
+    let holds = |id: &str| plan.causes.iter().any(|c| c.change.id == id);
+    let raw = rng.chance(0.5) || holds("tone_curve");
+    // Values below zero are sound only beside a stated noise.
+    let sigma_stated = rng.chance(0.75) || holds("sharpening");
     let snr = if sigma_stated {
         rng.between_log(100.0, 300.0)
     } else {

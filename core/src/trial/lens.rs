@@ -45,6 +45,15 @@ pub(super) struct Lens {
     channels: [Seidel; 3],
 }
 
+/// What a cause needs of the lens to be seen as itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Demand {
+    /// An aperture so small that the wave shows: q of 1.5 to 4 px.
+    pub(super) slow: bool,
+    /// Least ratio of the two object distances.
+    pub(super) depth_ratio: f64,
+}
+
 /// Which picture is asked for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
@@ -57,12 +66,12 @@ pub(super) struct Place {
 }
 
 impl Lens {
-    /// A random lens whose pencils stay well inside tiles of `tile` pixels; `slow` ones have an aperture
-    /// so small that the wave shows (q of 1.5 to 4 px).
-    pub(super) fn draw(rng: &mut Rng, slow: bool, tile: usize) -> Self {
+    /// A random lens as `demand` wants it whose pencils stay well inside tiles of `tile` pixels.
+    pub(super) fn draw(rng: &mut Rng, demand: Demand, tile: usize) -> Self {
         loop {
-            let lens = Self::draw_any(rng, slow);
+            let lens = Self::draw_any(rng, demand.slow);
             if let Some(lens) = lens
+                && lens.depths_m[0] > demand.depth_ratio * lens.depths_m[1]
                 && lens.reach_px() < tile as f64 / 2.0 - 2.0
             {
                 return lens;

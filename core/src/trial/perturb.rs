@@ -127,7 +127,7 @@ fn sensor_tilt(rng: &mut Rng) -> Change {
 fn decentre(rng: &mut Rng) -> Change {
     let n = rng.direction();
     let (astigmatism, focus) = (rng.signed(0.3, 1.2), rng.signed(0.3, 1.2));
-    let (shift, prism) = (rng.between(0.2, 0.7), rng.signed(0.05, 0.2));
+    let (shift, prism) = (rng.between(0.4, 1.2), rng.signed(0.1, 0.3));
     Change::new("decentre", [0.1, 2.0], move |t, _, place, pencil| {
         let [x, y] = pencil.field;
         let [cx, cy] = [t * n[0], t * n[1]];

@@ -160,7 +160,7 @@ pub(super) struct Sensor {
 }
 
 /// Lobes below zero go no deeper than this share of the peak, as files with a black level have it.
-const DEEPEST_LOBE: f64 = 0.005;
+const DEEPEST_LOBE: f64 = 0.004;
 
 impl Sensor {
     /// Spreads the picture over `copies` on top of those there are.
