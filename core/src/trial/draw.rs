@@ -36,13 +36,13 @@ mod label {
 }
 
 /// Everything about a case but its pictures.
-struct Plan {
-    lens: Lens,
+pub(super) struct Plan {
+    pub(super) lens: Lens,
     causes: Vec<Cause>,
     /// Gap of each cause alone at the probes.
     alone: Vec<f64>,
     /// Spots of the design, the real and the held-out set.
-    spots: [Vec<Spot>; 3],
+    pub(super) spots: [Vec<Spot>; 3],
     gap: f64,
 }
 
@@ -79,7 +79,7 @@ pub fn draw(recipe: &Recipe) -> Case {
 }
 
 /// A plan, and by how much (in the logarithm of gaps) it misses what is asked for.
-fn attempt_at(recipe: &Recipe, attempt: u64) -> (f64, Plan) {
+pub(super) fn attempt_at(recipe: &Recipe, attempt: u64) -> (f64, Plan) {
     let size = &recipe.size;
     let mut rng = Rng::stream(recipe.seed, label::PLAN, attempt);
     let holds = |wanted: &str| match recipe.kind {
