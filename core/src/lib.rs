@@ -32,5 +32,6 @@ pub mod psf;
 pub mod render;
 pub mod sensor;
 pub mod tile;
+pub mod trial;
 
 pub use error::{Error, Fault, Result};

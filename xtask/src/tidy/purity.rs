@@ -13,7 +13,38 @@ const DOORS: [&str; 7] = [
     "thread_local!",
 ];
 
+/// Rooms that the cases of `core/src/trial` are to test, and so share nothing with.
+const ON_TRIAL: [&str; 10] = [
+    "lens", "psf", "effects", "fit", "predict", "profile", "moments", "eval", "render", "diagnose",
+];
+
+/// Cases made by the model that they test would prove nothing.
+fn trial(tree: &Tree, problems: &mut Vec<String>) {
+    for (path, text) in tree.each(|p| p.starts_with("core/src/trial/") && p.ends_with(".rs")) {
+        for room in ON_TRIAL {
+            for door in ["crate::", "seidel_core::", "super::super::"] {
+                let name = [door, room].concat();
+                let goes_on = |c: char| c.is_alphanumeric() || c == '_';
+                let named = text
+                    .match_indices(name.as_str())
+                    .any(|(at, _)| !text[at + name.len()..].starts_with(goes_on));
+                if named {
+                    problems.push(format!(
+                        "{path}: what puts the model on trial must not use {name}"
+                    ));
+                }
+            }
+        }
+        if text.contains("use crate::{") {
+            problems.push(format!(
+                "{path}: name each room of core in a `use` of its own"
+            ));
+        }
+    }
+}
+
 pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
+    trial(tree, problems);
     for (path, text) in tree.each(|p| p.starts_with("core/src/") && p.ends_with(".rs")) {
         for door in DOORS {
             if text.contains(door) {

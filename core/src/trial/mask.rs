@@ -1,0 +1,72 @@
+//! Which part of the pupil lets light through, and how much of it.
+
+/// The blades of an iris.
+#[derive(Debug, Clone)]
+pub(super) struct Blades {
+    /// Directions of the blades' middles, unit vectors.
+    pub(super) normals: Vec<[f64; 2]>,
+    /// 0 for a circle, 1 for straight blades between corners on the rim.
+    pub(super) straightness: f64,
+}
+
+/// Openings and losses of the pupil; by itself the open unit disc.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Mask {
+    /// Circles that clip the pencil: centre x, y and radius, pupil radii.
+    pub(super) clips: Vec<[f64; 3]>,
+    pub(super) blades: Option<Blades>,
+    /// a of the intensity transmission exp(-a |u|²).
+    pub(super) fading: f64,
+    /// Radius of a dark disc in the middle, pupil radii.
+    pub(super) obstruction: f64,
+}
+
+impl Mask {
+    /// Share of a cell of width `cell` about `u` that is open.
+    pub(super) fn open(&self, u: [f64; 2], cell: f64) -> f64 {
+        let radius = u[0].hypot(u[1]);
+        let mut inside = 1.0 - radius;
+        if inside < -cell {
+            return 0.0;
+        }
+        for [x, y, r] in &self.clips {
+            inside = inside.min(r - (u[0] - x).hypot(u[1] - y));
+        }
+        if let Some(blades) = &self.blades {
+            let across = blades
+                .normals
+                .iter()
+                .map(|n| n[0] * u[0] + n[1] * u[1])
+                .fold(f64::MIN, f64::max)
+                .max(1e-9);
+            let half_angle = std::f64::consts::PI / blades.normals.len() as f64;
+            let polygon = libm::cos(half_angle) * radius / across;
+            let edge = 1.0 + blades.straightness * (polygon - 1.0);
+            inside = inside.min(edge - radius);
+        }
+        let mut share = (0.5 + inside / cell).clamp(0.0, 1.0);
+        if self.obstruction > 0.0 {
+            share *= (0.5 + (radius - self.obstruction) / cell).clamp(0.0, 1.0);
+        }
+        share
+    }
+
+    /// Intensity let through at `u` where open.
+    pub(super) fn transmission(&self, u: [f64; 2]) -> f64 {
+        if self.fading == 0.0 {
+            1.0
+        } else {
+            libm::exp(-self.fading * (u[0] * u[0] + u[1] * u[1]))
+        }
+    }
+
+    /// Light that a cell of width `cell` about `u` lets through, of 1 for an open one.
+    pub(super) fn light(&self, u: [f64; 2], cell: f64) -> f64 {
+        let open = self.open(u, cell);
+        if open > 0.0 {
+            open * self.transmission(u)
+        } else {
+            0.0
+        }
+    }
+}
