@@ -9,6 +9,7 @@ mod console;
 pub mod demo;
 pub mod files;
 pub mod pictures;
+pub mod report;
 
 pub use console::{Console, Progress};
 

@@ -3,6 +3,7 @@
 mod apply;
 mod choice;
 mod demo;
+mod diagnose;
 mod drawing;
 mod eval;
 mod fit;
@@ -46,6 +47,8 @@ pub enum Command {
     Lens(lens::LensCommand),
     /// Blur a plate with a lens
     Apply(apply::ApplyArgs),
+    /// Tell what a lens lacks against measured point-spread functions, and add it
+    Diagnose(Box<diagnose::DiagnoseArgs>),
 }
 
 impl Command {
@@ -61,6 +64,7 @@ impl Command {
             Self::Psf(args) => psf::run(&args, console),
             Self::Lens(command) => lens::run(&command, console),
             Self::Apply(args) => apply::run(&args, console),
+            Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }
 }

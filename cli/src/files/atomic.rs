@@ -71,14 +71,7 @@ pub fn write_whole<E: Display>(
 pub fn write_folder_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
     let target = match fs::canonicalize(path) {
-        Ok(existing) if !existing.is_dir() => {
-            return Err(FileError::new(
-                path,
-                "",
-                "is not a folder",
-                "name a new or empty folder",
-            ));
-        }
+        Ok(existing) if !existing.is_dir() => return Err(not_a_folder(path)),
         Ok(existing) => existing,
         Err(_) => path.to_path_buf(),
     };
@@ -92,6 +85,44 @@ pub fn write_folder_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) 
         }
     }
     result
+}
+
+/// Refuses what [`write_folder_whole`] would refuse of a folder whose files and folders will be `names`,
+/// so far as is known before they are made.
+///
+/// # Errors
+/// A file in the way, or a folder with other content.
+pub fn refuse_foreign(path: &Path, names: &[&str]) -> Result<()> {
+    let Ok(existing) = fs::metadata(path) else {
+        return Ok(());
+    };
+    if !existing.is_dir() {
+        return Err(not_a_folder(path));
+    }
+    let failed = |error: &std::io::Error| FileError::io(path, "be read", error);
+    for entry in fs::read_dir(path).map_err(|e| failed(&e))? {
+        let name = entry.map_err(|e| failed(&e))?.file_name();
+        if !names.iter().any(|known| name == *known) {
+            return Err(foreign_inside(path, Path::new(&name)));
+        }
+    }
+    Ok(())
+}
+
+fn not_a_folder(path: &Path) -> FileError {
+    FileError::new(path, "", "is not a folder", "name a new or empty folder")
+}
+
+fn foreign_inside(path: &Path, foreign: &Path) -> FileError {
+    FileError::new(
+        path,
+        "",
+        format!(
+            "already holds `{}`, which is no part of this output",
+            foreign.display()
+        ),
+        "name a new or empty folder",
+    )
 }
 
 fn write_beside(
@@ -113,15 +144,7 @@ fn write_beside(
         return fs::rename(&fresh, target).map_err(|e| failed(&e));
     }
     if let Some(foreign) = foreign_entry(target, &fresh).map_err(|e| failed(&e))? {
-        return Err(FileError::new(
-            path,
-            "",
-            format!(
-                "already holds `{}`, which is no part of this output",
-                foreign.display()
-            ),
-            "name a new or empty folder",
-        ));
+        return Err(foreign_inside(path, &foreign));
     }
     let old = temporary.path().join("old");
     fs::rename(target, &old).map_err(|e| failed(&e))?;
@@ -290,6 +313,11 @@ mod tests {
         fs::write(target.join("mine"), "precious").expect("writes");
         let error = write_folder_whole(&target, put("a", "3")).expect_err("foreign file");
         assert!(error.to_string().contains("`mine`"), "{error}");
+        let early = refuse_foreign(&target, &["a"]).expect_err("foreign file");
+        assert_eq!(early, error);
+        refuse_foreign(&target, &["a", "mine"]).expect("known files");
+        refuse_foreign(&root.path().join("nothing"), &["a"]).expect("nothing is in the way");
+        refuse_foreign(&target.join("mine"), &["a"]).expect_err("a file");
         assert_eq!(fs::read_to_string(target.join("a")).expect("kept"), "2");
         assert_eq!(names(&root.path().join("deep")), ["set"]);
         let empty = root.path().join("empty");

@@ -1,0 +1,165 @@
+//! `seidel diagnose`: which effect a lens lacks, and how far the gap closes once it is added.
+
+mod output;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use clap::Args;
+use seidel_core::diagnose::{Diagnosis, Progress, Settings, diagnose};
+use seidel_core::effects;
+use seidel_core::observations::ObservationSet;
+use seidel_core::profile::{LensDescription, LensProfile};
+
+use super::{CommandError, read_lens, short_name};
+use crate::Console;
+use crate::files::error::FileError;
+use crate::files::manifest::{self, ReadOptions};
+use crate::report::{self, Subject};
+use output::Output;
+
+/// Options of `seidel diagnose`.
+#[derive(Debug, Args)]
+pub struct DiagnoseArgs {
+    /// The lens profile: one known ray by ray, as fit --model reduced or extended makes it
+    #[arg(long, required_unless_present = "schema")]
+    lens: Option<PathBuf>,
+    /// The observation set to hold it against
+    #[arg(value_name = "OBS", required_unless_present = "schema")]
+    observations: Option<PathBuf>,
+    /// Folder to write report.json, report.html and corrected.json to
+    #[arg(long, value_name = "DIR", required_unless_present = "schema")]
+    out: Option<PathBuf>,
+    /// Try these effects only, by identifier; all that there are if left out
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    only: Vec<String>,
+    /// Try effects one by one, not in pairs: faster
+    #[arg(long)]
+    no_pairs: bool,
+    /// Threads to use; all cores if left out
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Print report.json instead of a summary
+    #[arg(long)]
+    json: bool,
+    /// Print the JSON schema of report.json, and do nothing else
+    #[arg(long, exclusive = true)]
+    schema: bool,
+}
+
+pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), CommandError> {
+    // The command line is refused without them.
+    let (Some(lens), Some(observations), Some(out)) = (&args.lens, &args.observations, &args.out)
+    else {
+        console.say(report::schema());
+        return Ok(());
+    };
+    for id in &args.only {
+        effects::by_id(id)?;
+    }
+    let output = Output::checked(out, lens)?;
+    let profile = read_lens(lens)?;
+    needs_rays(&profile, lens)?;
+    let set = manifest::read(observations, ReadOptions::default())?.set;
+    same_channels(&profile, &set, observations)?;
+    let subject = Subject::new(short_name(lens), short_name(observations), &set);
+    let found = args
+        .diagnose(&profile, &set, console)?
+        .map_err(|e| FileError::from_core(observations, e))?;
+    let json = report::json(&found, &subject)?;
+    output.write(&found, &json)?;
+    if args.json {
+        console.say(json.trim_end());
+    } else {
+        summary(&found, out, console);
+    }
+    for remark in &found.remarks {
+        console.remark(remark);
+    }
+    Ok(())
+}
+
+impl DiagnoseArgs {
+    /// Runs the diagnosis on as many threads as asked for.
+    fn diagnose(
+        &self,
+        lens: &LensProfile,
+        set: &ObservationSet,
+        console: &Console,
+    ) -> Result<seidel_core::Result<Diagnosis>, CommandError> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads.unwrap_or(0))
+            .build()
+            .map_err(|e| CommandError::Usage(format!("--threads: {e}")))?;
+        let settings = Settings {
+            library: self.only.clone(),
+            pairs: !self.no_pairs,
+        };
+        let bar = console.progress("diagnosing");
+        let stop = AtomicBool::new(false);
+        let progress = Progress {
+            report: &|share| bar.set(share),
+            stop: &stop,
+        };
+        Ok(pool.install(|| diagnose(lens, set, &settings, &progress)))
+    }
+}
+
+/// Refuses a lens described by moments before anything long is begun.
+fn needs_rays(lens: &LensProfile, path: &Path) -> Result<(), FileError> {
+    match lens.description {
+        LensDescription::Pupil(_) => Ok(()),
+        LensDescription::Moments(_) => Err(FileError::new(
+            path,
+            "kind",
+            "is `moments`, to which no effect can be added",
+            "fit the lens with `seidel fit --model reduced` or `extended`",
+        )),
+    }
+}
+
+/// Refuses a set that has a channel the lens has not.
+fn same_channels(lens: &LensProfile, set: &ObservationSet, path: &Path) -> Result<(), FileError> {
+    let known = lens.channel_names();
+    let strange: Vec<&str> = set
+        .channels
+        .iter()
+        .map(String::as_str)
+        .filter(|name| !known.contains(name))
+        .collect();
+    if strange.is_empty() {
+        return Ok(());
+    }
+    Err(FileError::new(
+        path,
+        format!("channel {}", strange.join(", ")),
+        format!("is not in the lens, which has {}", known.join(", ")),
+        "fit the lens to sets with the same channels",
+    ))
+}
+
+/// The answer in five lines.
+fn summary(found: &Diagnosis, out: &Path, console: &mut Console) {
+    let gap = &found.gap;
+    let added = match found.added.as_slice() {
+        [] => "nothing".to_owned(),
+        ids => ids.join(", "),
+    };
+    console.say(format!("verdict: {}", found.verdict.id()));
+    console.say(format!("added: {added}"));
+    console.say(format!(
+        "gap: {:.4} before, {:.4} after, {:.4} by noise alone; closed {:.1} % ({:.1} to {:.1} %)",
+        gap.before,
+        gap.after,
+        gap.noise_floor,
+        100.0 * gap.closed,
+        100.0 * gap.closed_ci95.0,
+        100.0 * gap.closed_ci95.1
+    ));
+    console.say(format!("next capture: {}", found.next_capture));
+    console.say(format!(
+        "wrote {} ({})",
+        out.display(),
+        output::NAMES.join(", ")
+    ));
+}
