@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use seidel_core::field::FieldPoint;
 use seidel_core::lens::{LocalPupil, ReducedNumbers, Wavefront};
-use seidel_core::psf::pupil::{Detail, Drawn, Tangent, Workspace, draw};
+use seidel_core::psf::pupil::{Detail, Drawn, Picture, Tangent, Workspace, draw};
+use seidel_core::sensor::{Halo, Sensor};
 
 const SIDE: usize = 65;
 const RAYS: usize = 60_000;
@@ -24,6 +25,14 @@ fn milliseconds(mut work: impl FnMut()) -> f64 {
         best = best.min(start.elapsed().as_secs_f64() * 1e3 / (ROUNDS / 5) as f64);
     }
     best
+}
+
+fn row(what: &str, baseline: f64, work: impl FnMut()) {
+    let time = milliseconds(work);
+    println!(
+        "{what:38} {time:6.2} ms  {:5.2} of the baseline",
+        time / baseline
+    );
 }
 
 fn count_rays(pupil: &LocalPupil, bins: &mut [f64]) {
@@ -82,7 +91,7 @@ fn main() {
         ("6 derivatives and blur, as in fits", 6, Detail::FIT),
         ("10 derivatives and blur, as in fits", 10, Detail::FIT),
     ] {
-        let time = milliseconds(|| {
+        row(what, baseline, || {
             draw(
                 black_box(&pupil),
                 (half, half),
@@ -93,9 +102,44 @@ fn main() {
                 &mut drawn,
             );
         });
-        println!(
-            "{what:38} {time:6.2} ms  {:5.2} of the baseline",
-            time / baseline
-        );
+    }
+    let numbers = ReducedNumbers {
+        alpha: 11.0,
+        ..numbers
+    };
+    let plain = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.1);
+    let mut wavy = plain;
+    wavy.wave_px = 2.0;
+    let blurring = Sensor {
+        streak_px: [1.0, 0.5],
+        box_px: [0.5, 0.5],
+        copies_px: [0.6, 0.6],
+        ..Sensor::default()
+    };
+    let scattering = Sensor {
+        halo: Halo {
+            share: 0.1,
+            ..Halo::default()
+        },
+        ..blurring
+    };
+    for (what, pupil) in [("rays", &plain), ("waves", &wavy)] {
+        let mut picture = || {
+            let (corner, size) = ((-16.5, -16.5), (33, 33));
+            Picture::draw(pupil, corner, size, &scattering, Detail::FIT, &mut space)
+        };
+        let kept = picture();
+        row(&format!("picture of {what}, 33 px"), baseline, || {
+            black_box(picture());
+        });
+        for (how, sensor) in [
+            ("ideal", Sensor::default()),
+            ("blurring", blurring),
+            ("and halo", scattering),
+        ] {
+            row(&format!("  through a sensor, {how}"), baseline, || {
+                black_box(kept.through(black_box(&sensor)));
+            });
+        }
     }
 }

@@ -95,6 +95,14 @@ impl Sensor {
         [self.streak_px, self.box_px, self.copies_px] != [[0.0; 2]; 3]
     }
 
+    /// How far streak, box and copies carry light along x and y, px.
+    pub fn reach_px(&self) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            (self.streak_px[axis].abs() + self.box_px[axis].abs() + self.copies_px[axis].abs())
+                / 2.0
+        })
+    }
+
     /// The same sensor in px of which `scale` make up one of the present ones.
     #[must_use]
     pub fn rescaled(&self, scale: f64) -> Self {

@@ -6,16 +6,27 @@
 //! No ray is a sample, so there is neither noise nor moire. Derivatives by whatever the wavefront and
 //! the stops depend on come with it, for fitting.
 
+mod extent;
+mod fourier;
 mod mesh;
+mod respond;
+#[cfg(test)]
+mod respond_tests;
 mod splat;
 mod taps;
 #[cfg(test)]
 mod tests;
+mod wave;
+#[cfg(test)]
+mod wave_tests;
 
 use crate::lens::{LocalPupil, MOST_STOPS, Stop, Transmission, Wavefront};
 use crate::psf::rows::grid_about;
 use crate::psf::{KernelRows, LocalBlur, PsfModel, Reach, Window};
+use extent::Extent;
+use fourier::Fourier;
 use mesh::{Mesh, Ring};
+pub use respond::Picture;
 use splat::{Canvas, Scratch};
 use taps::Taps;
 
@@ -69,18 +80,12 @@ impl Detail {
     pub const PICTURE: Self = Self(3.0);
 }
 
-/// Rings per root of the extent's radius (px): keeps the rim's polygon within a fiftieth of a pixel.
-const RIM_FINENESS: f64 = 2.7;
 /// Neighbours on a plate whose rays land within this many px of where those of the first land, shift
 /// and blur included, share a kernel: that in their middle, so that most rays are half as far off and
 /// errors cancel from neighbour to neighbour. What that costs: [`Detail::PICTURE`].
 const ALIKE_PX: f64 = 0.1;
 /// Rays on the pupil's rim, where they move most, that are compared for it.
 const RIM_POINTS: usize = 8;
-/// Least number of rings, and the largest that is ever needed by what can be drawn, and by what fits.
-const LEAST_RINGS: usize = 8;
-const MOST_RINGS: usize = 1000;
-const MOST_FIT_RINGS: usize = 120;
 
 /// Buffers of [`draw`], to be used again.
 #[derive(Debug, Default)]
@@ -88,6 +93,7 @@ pub struct Workspace {
     inner: Ring,
     outer: Ring,
     canvas: Canvas,
+    fourier: Fourier,
 }
 
 /// What [`draw`] drew; row-major.
@@ -112,8 +118,12 @@ impl Drawn {
 /// from the chief ray, with derivatives along `tangents` and, if there are any, by the blur's variance.
 /// The whole plane's light is one.
 ///
+/// Where light is a wave or the sensor is not ideal, both are drawn, but there are no derivatives; the
+/// sensor's tone is not applied.
+///
 /// # Panics
-/// If a tangent that moves stops comes before one that does not.
+/// If a tangent that moves stops comes before one that does not; if there are tangents and light is a
+/// wave or the sensor not ideal.
 pub fn draw(
     pupil: &LocalPupil,
     corner: (f64, f64),
@@ -148,6 +158,18 @@ fn draw_within(
     space: &mut Workspace,
     out: &mut Drawn,
 ) {
+    if pupil.wave_px > 0.0 || !pupil.sensor.is_ideal() {
+        assert!(
+            tangents.is_empty(),
+            "derivatives are those of rays on an ideal sensor"
+        );
+        let view = ([corner.0, corner.1], [width, height]);
+        let picture = Picture::within(extent, pupil, view, &pupil.sensor, detail, space);
+        out.light = picture.through(&pupil.sensor);
+        out.slopes.clear();
+        out.by_blur.clear();
+        return;
+    }
     let moving = tangents.iter().filter(|t| t.moves_stops()).count();
     assert!(
         tangents[tangents.len() - moving..]
@@ -161,17 +183,12 @@ fn draw_within(
     let margin = taps.as_ref().map_or(0, |t| t.margin);
     let cells = (width * factor + 2 * margin, height * factor + 2 * margin);
     let scale = factor as f64;
-    space.canvas.clear(cells, scale, tangents.len());
     let origin = [
         corner.0 - margin as f64 / scale,
         corner.1 - margin as f64 / scale,
     ];
-    pulp::Arch::new().dispatch(Spreading {
-        mesh: &Mesh::new(pupil, tangents, moving, extent.rings(detail)),
-        origin,
-        transmission: pupil.transmission,
-        space,
-    });
+    let rings = extent.rings(detail);
+    spread(pupil, tangents, moving, rings, origin, cells, factor, space);
     let pixels = width * height;
     out.light.resize(pixels, 0.0);
     out.slopes
@@ -198,6 +215,28 @@ fn draw_within(
     }
 }
 
+/// Spreads light and its derivatives over the canvas of `space`: `cells` (columns, rows) of which `factor`
+/// make up a pixel's side, from `origin` px from the chief ray on.
+#[allow(clippy::too_many_arguments)] // One more than `draw`.
+fn spread(
+    pupil: &LocalPupil,
+    tangents: &[Tangent],
+    moving: usize,
+    rings: usize,
+    origin: [f64; 2],
+    cells: (usize, usize),
+    factor: usize,
+    space: &mut Workspace,
+) {
+    space.canvas.clear(cells, factor as f64, tangents.len());
+    pulp::Arch::new().dispatch(Spreading {
+        mesh: &Mesh::new(pupil, tangents, moving, rings),
+        origin,
+        transmission: pupil.transmission,
+        space,
+    });
+}
+
 /// Walks through the mesh and spreads its light, compiled for the machine's vector instructions.
 struct Spreading<'a, 'b> {
     mesh: &'a Mesh<'b>,
@@ -215,6 +254,7 @@ impl pulp::WithSimd for Spreading<'_, '_> {
             inner,
             outer,
             canvas,
+            ..
         } = self.space;
         self.mesh.ring(0, inner);
         let (mut total, mut scratch) = (0.0, Scratch::default());
@@ -230,89 +270,6 @@ impl pulp::WithSimd for Spreading<'_, '_> {
         canvas.light.iter_mut().for_each(|v| *v *= share);
         let slopes = canvas.slopes.as_flattened_mut();
         slopes.iter_mut().for_each(|v| *v *= share);
-    }
-}
-
-/// The box about the chief ray in which rays land, px.
-#[derive(Debug, Clone, Copy)]
-struct Extent {
-    low: [f64; 2],
-    high: [f64; 2],
-    /// Largest second derivative of the landing point by the pupil point, px.
-    bend: f64,
-}
-
-impl Extent {
-    fn of(pupil: &LocalPupil) -> Self {
-        const ANGLES: usize = 24;
-        let (centre, depth) = pupil.inside();
-        let first = pupil.landing(centre);
-        let mut extent = Self {
-            low: first,
-            high: first,
-            bend: 0.0,
-        };
-        for k in 0..ANGLES {
-            let (sin, cos) = (std::f64::consts::TAU * k as f64 / ANGLES as f64).sin_cos();
-            let reach = if depth > crate::lens::LEAST_REACH {
-                pupil.edge(centre, cos, sin).0
-            } else {
-                crate::lens::LEAST_REACH
-            };
-            let rim = [centre[0] + reach * cos, centre[1] + reach * sin];
-            extent.bend = extent.bend.max(pupil.wavefront.bend(rim));
-            for share in [0.3, 0.55, 0.75, 0.9, 1.0] {
-                let r = reach * share;
-                let p = pupil.landing([centre[0] + r * cos, centre[1] + r * sin]);
-                extent.low = [0, 1].map(|axis| extent.low[axis].min(p[axis]));
-                extent.high = [0, 1].map(|axis| extent.high[axis].max(p[axis]));
-            }
-        }
-        extent
-    }
-
-    /// The box about `centroid` that holds all light.
-    fn reach(&self, centroid: [f64; 2], blur_variance_px2: f64) -> Reach {
-        // What the extent's few rays missed, the blur, and the pixel of the outermost ray.
-        let margin = 0.04 * self.radius() + 5.0 * blur_variance_px2.sqrt() + 0.5;
-        Reach {
-            left_px: centroid[0] - self.low[0] + margin,
-            right_px: self.high[0] - centroid[0] + margin,
-            up_px: centroid[1] - self.low[1] + margin,
-            down_px: self.high[1] - centroid[1] + margin,
-        }
-    }
-
-    /// Half the larger side, px.
-    fn radius(&self) -> f64 {
-        (self.high[0] - self.low[0]).max(self.high[1] - self.low[1]) / 2.0
-    }
-
-    /// Rings of the mesh. Within a triangle the map is taken as linear: what matters is how much it
-    /// bends, and how round the rim is.
-    fn rings(&self, detail: Detail) -> usize {
-        let inside = detail.0 * self.bend.sqrt();
-        let rim = RIM_FINENESS * self.radius().sqrt();
-        let most = if detail == Detail::FULL {
-            MOST_RINGS
-        } else {
-            MOST_FIT_RINGS
-        };
-        (inside.max(rim).ceil() as usize).clamp(LEAST_RINGS, most)
-    }
-
-    /// Cells per pixel on which light is spread before it is blurred: more where the picture has
-    /// detail within a pixel and there is a blur that would see it.
-    fn cells_per_pixel(&self, blur_variance_px2: f64) -> usize {
-        if blur_variance_px2 <= 0.0 || blur_variance_px2 > 4.0 {
-            1
-        } else if self.radius() < 3.0 {
-            4
-        } else if self.radius() < 16.0 {
-            2
-        } else {
-            1
-        }
     }
 }
 

@@ -1,0 +1,169 @@
+//! Two-dimensional Fourier transforms of real pictures, planned once and kept.
+//!
+//! A spectrum holds the half plane of frequencies 0..=columns / 2 along x, as lines of all
+//! frequencies along y; the other half is its conjugate.
+
+use std::fmt;
+use std::sync::Arc;
+
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+
+/// A value of a spectrum.
+pub(super) type C = Complex<f64>;
+
+/// Plans of transforms, made when first asked for.
+#[derive(Default)]
+pub(super) struct Fourier(Option<Box<(FftPlanner<f64>, RealFftPlanner<f64>)>>);
+
+impl fmt::Debug for Fourier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Fourier")
+    }
+}
+
+impl Fourier {
+    fn planners(&mut self) -> &mut (FftPlanner<f64>, RealFftPlanner<f64>) {
+        self.0
+            .get_or_insert_with(|| Box::new((FftPlanner::new(), RealFftPlanner::new())))
+    }
+
+    /// The transform of `length` complex values.
+    pub(super) fn line(&mut self, length: usize) -> Arc<dyn Fft<f64>> {
+        self.planners().0.plan_fft_forward(length)
+    }
+
+    /// Transforms of real pictures of `columns` x `rows`.
+    pub(super) fn grid(&mut self, [columns, rows]: [usize; 2]) -> Grid {
+        let (complex, real) = self.planners();
+        Grid {
+            columns,
+            rows,
+            across: real.plan_fft_forward(columns),
+            across_back: real.plan_fft_inverse(columns),
+            down: complex.plan_fft_forward(rows),
+            down_back: complex.plan_fft_inverse(rows),
+        }
+    }
+}
+
+/// The least even number not below `least` that has no prime factors but 2, 3 and 5.
+pub(super) fn quick_length(least: usize) -> usize {
+    let smooth = |mut n: usize| {
+        for p in [2, 3, 5] {
+            while n.is_multiple_of(p) {
+                n /= p;
+            }
+        }
+        n == 1
+    };
+    let mut n = least.max(2).next_multiple_of(2);
+    while !smooth(n) {
+        n += 2;
+    }
+    n
+}
+
+/// Transforms of real pictures of one size.
+#[derive(Clone)]
+pub(super) struct Grid {
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+    across: Arc<dyn RealToComplex<f64>>,
+    across_back: Arc<dyn ComplexToReal<f64>>,
+    down: Arc<dyn Fft<f64>>,
+    down_back: Arc<dyn Fft<f64>>,
+}
+
+impl Grid {
+    /// How many frequencies along x a spectrum has.
+    pub(super) fn half(&self) -> usize {
+        self.columns / 2 + 1
+    }
+
+    /// The unnormalised spectrum of `picture`, row-major, which serves as working space; of the
+    /// frequencies along x the first `kept`.
+    pub(super) fn forward(&self, picture: &mut [f64], kept: usize) -> Vec<C> {
+        let kept = kept.min(self.half());
+        let mut line = vec![C::default(); self.half()];
+        let mut lines = vec![C::default(); self.rows * kept];
+        let mut scratch = self.across.make_scratch_vec();
+        let rows = picture.chunks_exact_mut(self.columns);
+        for (row, to) in rows.zip(lines.chunks_exact_mut(kept)) {
+            self.across
+                .process_with_scratch(row, &mut line, &mut scratch)
+                .expect("buffers were made for this length");
+            to.copy_from_slice(&line[..kept]);
+        }
+        let mut spectrum = vec![C::default(); self.rows * kept];
+        transpose(&lines, kept, self.rows, &mut spectrum, self.rows);
+        let mut scratch = vec![C::default(); self.down.get_inplace_scratch_len()];
+        self.down.process_with_scratch(&mut spectrum, &mut scratch);
+        spectrum
+    }
+
+    /// The picture, row-major, of a whole `spectrum`, columns x rows times as bright.
+    pub(super) fn inverse(&self, spectrum: &mut [C]) -> Vec<f64> {
+        let half = self.half();
+        let mut scratch = vec![C::default(); self.down_back.get_inplace_scratch_len()];
+        self.down_back.process_with_scratch(spectrum, &mut scratch);
+        let mut lines = vec![C::default(); spectrum.len()];
+        transpose(spectrum, self.rows, half, &mut lines, half);
+        let mut picture = vec![0.0; self.columns * self.rows];
+        let mut scratch = self.across_back.make_scratch_vec();
+        let rows = picture.chunks_exact_mut(self.columns);
+        for (line, row) in lines.chunks_exact_mut(half).zip(rows) {
+            // Rounding apart these are real already.
+            line[0].im = 0.0;
+            if self.columns.is_multiple_of(2) {
+                line[half - 1].im = 0.0;
+            }
+            self.across_back
+                .process_with_scratch(line, row, &mut scratch)
+                .expect("buffers were made for this length");
+        }
+        picture
+    }
+}
+
+/// Writes the `rows` lines of `columns` values of `from` as columns of lines that are `stride` long.
+pub(super) fn transpose(from: &[C], columns: usize, rows: usize, to: &mut [C], stride: usize) {
+    const BLOCK: usize = 16;
+    for first in (0..rows).step_by(BLOCK) {
+        for start in (0..columns).step_by(BLOCK) {
+            for row in first..(first + BLOCK).min(rows) {
+                for column in start..(start + BLOCK).min(columns) {
+                    to[column * stride + row] = from[row * columns + column];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_and_back() {
+        for size in [[10, 7], [9, 12], [36, 30]] {
+            let grid = Fourier::default().grid(size);
+            let picture: Vec<f64> = (0..size[0] * size[1])
+                .map(|k| (k * k % 17) as f64)
+                .collect();
+            let mut spectrum = grid.forward(&mut picture.clone(), grid.half());
+            let sum: f64 = picture.iter().sum();
+            assert!((spectrum[0].re - sum).abs() < 1e-9 * sum);
+            let back = grid.inverse(&mut spectrum);
+            for (a, b) in back.iter().zip(&picture) {
+                assert!((a / picture.len() as f64 - b).abs() < 1e-12 * sum);
+            }
+        }
+    }
+
+    #[test]
+    fn quick_lengths_are_even_and_smooth() {
+        assert_eq!([1, 7, 90, 91, 1023].map(quick_length), [2, 8, 90, 96, 1024]);
+    }
+}

@@ -1,0 +1,262 @@
+//! Light as a wave: the picture is the squared size of the Fourier transform of what leaves the pupil.
+//!
+//! With W the wavefront (its slope is where rays land, px), T the transmission and q twice the f-number
+//! times the wavelength in px, the field at x is the integral over the pupil of
+//! `sqrt(T) exp(2 pi i (W(u) - x.u) / q)`: its phase stands still where the ray through u lands on x. The
+//! pupil is sampled so finely that the field repeats beyond all that is asked for, and the field so finely
+//! that its square is whole; the picture's spectrum then follows exactly, with pixels and blur as factors.
+
+use std::f64::consts::{PI, TAU};
+
+use super::extent::Extent;
+use super::fourier::{C, Fourier, quick_length, transpose};
+use super::respond::{Spectrum, View, signed, sinc};
+use crate::lens::{DEGREE, LocalPupil, Stop, powers};
+
+/// Least room between the rays and the tile's next repetition, in q over the pupil's narrowest half
+/// width.
+const SKIRT: f64 = 8.0;
+/// Half width, in the same unit, beyond the rays where the picture ends however large the tile is:
+/// 0.25 % of the light of a round pupil lies beyond.
+const MOST_SKIRT: f64 = 40.0;
+/// Most samples of the field along an axis. Where more were needed (rays that spread over more than some
+/// 80 q), q is taken larger, until so many do: waves so small show only as fringes that pixels and
+/// blur hide, and these become coarser.
+const MOST_SAMPLES: usize = 1024;
+
+/// One axis of the sampling.
+#[derive(Debug, Clone, Copy)]
+struct Axis {
+    /// Pixels after which the picture repeats.
+    pixels: usize,
+    /// The tile's pixel on whose middle the field is centred.
+    pixel: i64,
+    /// That middle from the chief ray, px before the squeeze.
+    centre: f64,
+    /// Samples of the pupil, their spacing and the first of them.
+    count: usize,
+    step: f64,
+    first: f64,
+    /// Samples of the field.
+    field: usize,
+}
+
+impl Axis {
+    fn new(pupil: &LocalPupil, q: f64, extent: &Extent, view: &View, axis: usize) -> Self {
+        let (low, high) = (extent.low[axis], extent.high[axis]);
+        let corner = view.corner[axis];
+        let pixel = ((low + high) / 2.0 - corner).floor();
+        let centre = corner + pixel + 0.5;
+        let half = (high - centre).max(centre - low).max(0.0);
+        let room = view.room[axis];
+        let end = corner + view.size[axis] as f64 + room;
+        let far = (end - centre).abs().max((corner - room - centre).abs());
+        let squeeze = pupil.squeeze[axis].abs();
+        let unit = q * squeeze / narrowest(pupil);
+        let alone = far.max(half) + half + SKIRT * unit;
+        let asked = alone.max(2.0 * far);
+        let most = 2.0 * (half + room + MOST_SKIRT * unit);
+        let pixels = quick_length(asked.min(most).ceil() as usize + 1);
+        let step = q * squeeze / pixels as f64;
+        let stops = pupil.stops();
+        let side = |sign: f64| {
+            let ends = stops.iter().map(|s| sign * s.centre[axis] + s.radius);
+            ends.fold(f64::INFINITY, f64::min)
+        };
+        let (left, right) = (-side(-1.0), side(1.0));
+        // And a cell on either side for what sharpens the edge.
+        let count = ((right - left) / step).ceil() as usize + 2;
+        Self {
+            pixels,
+            pixel: pixel as i64,
+            centre: centre / pupil.squeeze[axis],
+            count,
+            step,
+            first: (left + right) / 2.0 - (count - 1) as f64 / 2.0 * step,
+            field: quick_length(2 * count),
+        }
+    }
+
+    /// What integration over pixels and a blur of `variance_px2` do to frequency `k`.
+    fn passes(&self, k: i64, variance_px2: f64) -> f64 {
+        let f = k as f64 / self.pixels as f64;
+        sinc(f) * (-2.0 * PI * PI * f * f * variance_px2).exp()
+    }
+}
+
+/// Half width of the pupil where it is narrowest; a slit counts as a tenth.
+pub(super) fn narrowest(pupil: &LocalPupil) -> f64 {
+    pupil.inside().1.max(0.1)
+}
+
+/// The spectrum of the picture that waves draw, pixels and symmetric blur included.
+pub(super) fn spectrum(
+    pupil: &LocalPupil,
+    extent: &Extent,
+    view: &View,
+    fourier: &mut Fourier,
+) -> Spectrum {
+    let mut q = pupil.wave_px;
+    let lay = |q: f64| [0, 1].map(|axis| Axis::new(pupil, q, extent, view, axis));
+    let mut axes = lay(q);
+    for _ in 0..20 {
+        let most = axes[0].field.max(axes[1].field);
+        if most <= MOST_SAMPLES {
+            break;
+        }
+        q *= (most as f64 / MOST_SAMPLES as f64).max(1.02);
+        axes = lay(q);
+    }
+    let [x, y] = &axes;
+    let (wave, light) = leaving(pupil, q, x, y);
+
+    // The field, lines along y of samples along x at the end.
+    let plan = fourier.line(y.field);
+    let mut lines = vec![C::default(); x.count * y.field];
+    for (line, from) in lines
+        .chunks_exact_mut(y.field)
+        .zip(wave.chunks_exact(y.count))
+    {
+        line[..y.count].copy_from_slice(from);
+    }
+    let mut scratch = vec![C::default(); plan.get_inplace_scratch_len()];
+    plan.process_with_scratch(&mut lines, &mut scratch);
+    let plan = fourier.line(x.field);
+    let mut field = vec![C::default(); x.field * y.field];
+    transpose(&lines, y.field, x.count, &mut field, x.field);
+    scratch.resize(plan.get_inplace_scratch_len(), C::default());
+    plan.process_with_scratch(&mut field, &mut scratch);
+
+    let mut bright: Vec<f64> = field.iter().map(C::norm_sqr).collect();
+    let grid = fourier.grid([x.field, y.field]);
+    // Beyond these frequencies the spectrum is empty.
+    let lines = x.count;
+    let mut values = grid.forward(&mut bright, lines);
+    // The pupil's energy, not the window's: what goes beyond the window is lost, not spread over it.
+    let share = 1.0 / (light * (x.field * y.field) as f64);
+    let variance = pupil.blur_variance_px2.max(0.0);
+    let down: Vec<f64> = (0..y.field)
+        .map(|k| y.passes(signed(k, y.field), variance))
+        .collect();
+    for (k, line) in values.chunks_exact_mut(y.field).enumerate() {
+        let across = share * x.passes(k as i64, variance);
+        for (value, down) in line.iter_mut().zip(&down) {
+            *value *= across * down;
+        }
+    }
+    let first = axes.map(|a| a.pixel - (a.pixels / 2) as i64);
+    Spectrum {
+        values,
+        columns: x.field,
+        rows: y.field,
+        pixels: [x.pixels, y.pixels],
+        first,
+        origin: [x.pixel, y.pixel],
+    }
+}
+
+/// The wave in the pupil, samples along y for each along x, its tilt such that the field's first sample
+/// is on the axes' centres; and the light that it stands for.
+fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis) -> (Vec<C>, f64) {
+    let mut open = vec![0.0; x.count * y.count];
+    let cell = [x.step, y.step];
+    // The outermost cells are closed.
+    for column in 1..x.count - 1 {
+        let ux = x.first + column as f64 * x.step;
+        for row in 1..y.count - 1 {
+            let u = [ux, y.first + row as f64 * y.step];
+            let shares = pupil.stops().iter().map(|stop| share_within(stop, u, cell));
+            open[column * y.count + row] = shares.fold(1.0, f64::min);
+        }
+    }
+    let mut wave = vec![C::default(); x.count * y.count];
+    let mut light = 0.0;
+    let even = pupil.transmission.is_even();
+    for (column, line) in wave.chunks_exact_mut(y.count).enumerate() {
+        let ux = x.first + column as f64 * x.step;
+        // The wavefront along this line, in waves: a polynomial of u_y.
+        let mut along = [0.0; DEGREE + 1];
+        for ((i, j), c) in powers().zip(pupil.wavefront.coefficients()) {
+            along[j] += c * ux.powi(i as i32) / q;
+        }
+        along[0] -= x.centre * ux / q;
+        along[1] -= y.centre / q;
+        let at = |column: usize, row: usize| open[column * y.count + row];
+        for (row, sample) in line.iter_mut().enumerate() {
+            let here = at(column, row);
+            // Shares of cells are the pupil blurred by a cell, which dims what it sends far off: the
+            // second difference takes the blur's variance off, to fourth order in the cell.
+            let (before, above) = (column.saturating_sub(1), row.saturating_sub(1));
+            let (after, below) = ((column + 1).min(x.count - 1), (row + 1).min(y.count - 1));
+            let around = at(before, row) + at(after, row) + at(column, above) + at(column, below);
+            let size = here - (around - 4.0 * here) / 24.0;
+            if size == 0.0 {
+                continue;
+            }
+            let u = [ux, y.first + row as f64 * y.step];
+            let waves = along.iter().rev().fold(0.0, |sum, c| sum * u[1] + c);
+            let (sin, cos) = (TAU * (waves - waves.round())).sin_cos();
+            let passing = if even { 1.0 } else { pupil.transmission.at(u) };
+            light += here * passing;
+            let size = size * passing.sqrt();
+            *sample = C::new(size * cos, size * sin);
+        }
+    }
+    (wave, light)
+}
+
+/// Share of the cell of these sides about `u` that lies within `stop`, whose edge is taken as straight.
+fn share_within(stop: &Stop, u: [f64; 2], cell: [f64; 2]) -> f64 {
+    let (dx, dy) = (u[0] - stop.centre[0], u[1] - stop.centre[1]);
+    let far2 = dx * dx + dy * dy;
+    let most = cell[0] + cell[1];
+    let inner = (stop.radius - most).max(0.0);
+    if far2 < inner * inner {
+        return 1.0;
+    }
+    let far = far2.sqrt();
+    let depth = stop.radius - far;
+    if depth < -most {
+        return 0.0;
+    }
+    if far == 0.0 {
+        return 1.0;
+    }
+    // What the cell's sides measure along the edge's normal: the depths in it are a sum of two even
+    // distributions of these widths.
+    let (a, b) = ((dx / far).abs() * cell[0], (dy / far).abs() * cell[1]);
+    let (wide, narrow) = (a.max(b), a.min(b));
+    let half = (wide + narrow) / 2.0;
+    if depth.abs() >= half {
+        f64::from(u8::from(depth > 0.0))
+    } else if depth.abs() <= (wide - narrow) / 2.0 {
+        0.5 + depth / wide
+    } else {
+        let rest = (half - depth.abs()).powi(2) / (2.0 * wide * narrow);
+        if depth > 0.0 { 1.0 - rest } else { rest }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_on_the_edge_are_shared() {
+        let stop = Stop {
+            centre: [0.1, -0.2],
+            radius: 0.7,
+        };
+        let cell = [0.03, 0.02];
+        let mut sum = 0.0;
+        for i in 0..80 {
+            for j in 0..120 {
+                let u = [-1.1 + 0.03 * f64::from(i), -1.4 + 0.02 * f64::from(j)];
+                sum += share_within(&stop, u, cell) * cell[0] * cell[1];
+            }
+        }
+        // The chord of a curved edge cuts off a sagitta of cell² / (24 radius) or so.
+        let area = PI * 0.49;
+        assert!((sum / area - 1.0).abs() < 4e-4, "{}", sum / area);
+    }
+}
