@@ -163,8 +163,9 @@ mod tests {
         for blades in [3.0, 5.0, 6.0, 7.0, 8.0, 9.0, 13.0] {
             let (moments, centroid) = pupil(blades, 0.0, 1.0).moments();
             let want = 0.95 * 0.95 * (2.0 + (TAU / blades).cos()) / 12.0;
+            // Straight blades are arcs still: those of a triangle bulge by a thousandth.
             for got in [moments.mu20, moments.mu02] {
-                assert!((got / want - 1.0).abs() < 3e-3, "{blades}: {got} {want}");
+                assert!((got / want - 1.0).abs() < 2e-3, "{blades}: {got} {want}");
             }
             assert!(
                 centroid[0].hypot(centroid[1]) < 2e-4,

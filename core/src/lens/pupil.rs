@@ -289,7 +289,7 @@ pub const LEAST_REACH: f64 = 0.02;
 const ANGLES: usize = 48;
 /// The same behind more stops than this, which have many corners.
 const MORE_ANGLES: usize = 120;
-const FEW_STOPS: usize = 5;
+const FEW_STOPS: usize = 3;
 
 /// Gauss-Legendre in the squared radius, ten points: radius over reach, and weight.
 const RADII: [(f64, f64); 10] = radii();
