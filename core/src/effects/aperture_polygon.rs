@@ -159,6 +159,22 @@ mod tests {
     }
 
     #[test]
+    fn moments_are_those_of_a_polygon() {
+        for blades in [3.0, 5.0, 6.0, 7.0, 8.0, 9.0, 13.0] {
+            let (moments, centroid) = pupil(blades, 0.0, 1.0).moments();
+            let want = 0.95 * 0.95 * (2.0 + (TAU / blades).cos()) / 12.0;
+            // Straight blades are arcs still: those of a triangle bulge by a thousandth.
+            for got in [moments.mu20, moments.mu02] {
+                assert!((got / want - 1.0).abs() < 2e-3, "{blades}: {got} {want}");
+            }
+            assert!(
+                centroid[0].hypot(centroid[1]) < 2e-4,
+                "{blades}: {centroid:?}"
+            );
+        }
+    }
+
+    #[test]
     fn round_blades_make_a_disc() {
         let (moments, _) = pupil(7.0, 1.0, 4.0).moments();
         let want = (0.95_f64 * 4.0).powi(2) / 4.0;

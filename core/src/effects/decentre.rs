@@ -12,7 +12,9 @@ use crate::lens::{LocalPupil, VergenceSeries};
 /// (Proc. SPIE 251, 1980; Thompson, J. Opt. Soc. Am. A 22, 2005) to third order: a share phi, gamma,
 /// delta of the reduced numbers, centred at d instead of the axis, adds
 ///
-///     W = |u|² (c.u) + (X.u)(a.u) + (X.f) |u|²/2 + a0 (u_x² - u_y²)/2 + a45 u_x u_y
+/// ```text
+/// W = |u|² (c.u) + (X.u)(a.u) + (X.f) |u|²/2 + a0 (u_x² - u_y²)/2 + a45 u_x u_y
+/// ```
 ///
 /// with c = phi d, a = -gamma d, f = -2 delta d, in px of slope (per half frame width); a0 and a45 are
 /// astigmatism of second order in d, or of a surface that is not round.

@@ -9,8 +9,8 @@ use crate::sensor::Tone;
 /// Bright cores are compressed or stretched against faint skirts, or flat on top, all over the field and
 /// most in sharp PSFs; no shape of the light explains it. Mistaken for `veiling_glare` and for spherical
 /// aberration. White being one, l becomes l^gamma (1 + knee) / (1 + knee l^gamma), cut off at `clip`: a
-/// power law and the shoulder of Reinhard and others (ACM SIGGRAPH 2002); how such curves are met is told by
-/// Debevec and Malik (SIGGRAPH 1997).
+/// power law and the shoulder of Reinhard and others (SIGGRAPH 2002); Debevec and Malik (SIGGRAPH 1997)
+/// tell how cameras come by such curves.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ToneCurve;
 

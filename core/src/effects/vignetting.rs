@@ -10,8 +10,8 @@ use crate::lens::{LocalPupil, Stop, VergenceSeries};
 /// astigmatism and for oblique spherical aberration. A circle of radius r (pupil radii) stands at
 /// s X, X the field position in half frame widths: seen from the image a stop in front of the
 /// aperture moves one way, one behind it the other. Where the camera is known the shift says how far
-/// off the pupil the stop stands, and with it what it does at other object distances. Lengths are in pupil radii, so the numbers do
-/// not depend on channel; a neutral circle is large and stands still.
+/// off the pupil the stop stands, and with it what it does at other object distances. Lengths are in
+/// pupil radii, so the numbers do not depend on channel; a neutral circle is large and stands still.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Vignetting;
 

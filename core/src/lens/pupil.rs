@@ -236,10 +236,15 @@ impl LocalPupil {
     /// off the chief ray, px. By quadrature over the pupil; exact for an unclipped, evenly lit one. What
     /// waves and halos add has no finite moments and is left out.
     pub fn moments(&self) -> (CentralMoments, [f64; 2]) {
-        let mut landed: Vec<(f64, [f64; 2])> = Vec::with_capacity(RADII.len() * ANGLES);
+        let angles = if self.stop_count > FEW_STOPS {
+            MORE_ANGLES
+        } else {
+            ANGLES
+        };
+        let mut landed: Vec<(f64, [f64; 2])> = Vec::with_capacity(RADII.len() * angles);
         let (centre, depth) = self.inside();
-        for k in 0..ANGLES {
-            let angle = std::f64::consts::TAU * (k as f64 + 0.5) / ANGLES as f64;
+        for k in 0..angles {
+            let angle = std::f64::consts::TAU * (k as f64 + 0.5) / angles as f64;
             let (sin, cos) = angle.sin_cos();
             let reach = if depth > 0.0 {
                 self.edge(centre, cos, sin).0
@@ -282,6 +287,9 @@ pub const LEAST_REACH: f64 = 0.02;
 /// Directions of the quadrature: exact for products of three slopes (degree 15) and then some, for
 /// the sake of clipped pupils.
 const ANGLES: usize = 48;
+/// The same behind more stops than this, which have many corners.
+const MORE_ANGLES: usize = 120;
+const FEW_STOPS: usize = 3;
 
 /// Gauss-Legendre in the squared radius, ten points: radius over reach, and weight.
 const RADII: [(f64, f64); 10] = radii();
