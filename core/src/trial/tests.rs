@@ -140,8 +140,8 @@ fn mean_moments(pencil: &Pencil, centre: [f64; 2]) -> (f64, [f64; 2], [f64; 3]) 
         for i in 0..2 {
             mean.1[i] += weight * (centre[i] + at[i] - moved.chief[i]);
         }
-        for i in 0..3 {
-            mean.2[i] += weight * second[i];
+        for (sum, moment) in mean.2.iter_mut().zip(second) {
+            *sum += weight * moment;
         }
     }
     mean
@@ -246,7 +246,7 @@ fn every_cause_draws_sound_sets_with_a_gap_in_range() {
         };
         let case = draw(&recipe);
         let gap = case.answer.gap;
-        assert!(gap >= GAPS[0] && gap <= GAPS[1], "{kind:?}: {gap}");
+        assert!((GAPS[0]..=GAPS[1]).contains(&gap), "{kind:?}: {gap}");
         for set in [&case.design, &case.real, &case.holdout] {
             assert_eq!(set.faults(), [], "{kind:?}");
         }
