@@ -75,6 +75,12 @@ impl Hypothesis {
             .collect()
     }
 
+    /// Values at which nothing happens: one number a slot.
+    pub(super) fn neutral(&self) -> Vec<f64> {
+        let of = |slot: &Slot| self.parts[slot.part].0.parameters()[slot.parameter].neutral;
+        self.slots.iter().map(of).collect()
+    }
+
     /// Identifiers of the effects.
     pub(super) fn ids(&self) -> Vec<&'static str> {
         self.parts.iter().map(|(effect, _)| effect.id()).collect()

@@ -33,8 +33,11 @@ use crate::profile::{LensDescription, LensProfile, PupilChannel};
 use search::{Candidate, Ground};
 use seen::SeenSet;
 
-/// Singles of which pairs are made, and pairs that are searched in full.
+/// Singles that are searched with more tiles.
+const REFINED: usize = 5;
+/// Singles of which pairs are made, and pairs that are searched with more tiles.
 const PAIRED: usize = 5;
+const REFINED_PAIRS: usize = 3;
 
 /// Diagnoses the gap between `lens` and `set`.
 ///
@@ -58,6 +61,10 @@ pub fn diagnose(
         progress.step(done as f64 / steps)?;
         singles.push(ground.single(*effect));
     }
+    singles.sort_by(|a, b| a.after.total_cmp(&b.after));
+    let rest = singles.split_off(REFINED.min(singles.len()));
+    let refined = singles.into_iter().map(|single| ground.refined(single));
+    let mut singles: Vec<Candidate> = refined.chain(rest).collect();
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     let stage = verdict::Stage::new(lens, &ground, &singles);
     let pairs = if settings.pairs && stage.wants_pairs() {
@@ -98,6 +105,10 @@ fn pairs(
             found.push(ground.pair(one, other));
         }
     }
+    found.sort_by(|a, b| a.after.total_cmp(&b.after));
+    let rest = found.split_off(REFINED_PAIRS.min(found.len()));
+    let refined = found.into_iter().map(|pair| ground.refined(pair));
+    let mut found: Vec<Candidate> = refined.chain(rest).collect();
     found.sort_by(|a, b| a.after.total_cmp(&b.after));
     Ok(found)
 }

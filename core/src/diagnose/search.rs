@@ -46,23 +46,31 @@ pub(super) fn standard_errors(linear: &Linear) -> Vec<f64> {
 
 /// The tiles of a search, thinned out for its stages.
 pub(super) struct Ground<'a> {
-    /// For choosing among starts.
+    /// For choosing where to start.
+    scouts: Vec<&'a Seen>,
+    /// For first searches.
     few: Vec<&'a Seen>,
-    /// For the search itself.
+    /// For searches of what is promising.
     many: Vec<&'a Seen>,
     channels: usize,
     reference: usize,
 }
 
-/// Tiles looked at when starts are chosen, and when hypotheses are compared.
+/// Tiles looked at when starts are chosen, in first searches, and when hypotheses are compared.
+const SCOUTS: usize = 15;
 const FEW: usize = 36;
 const MANY: usize = 150;
 /// Partners of an effect that are searched in full.
 const PROMISING: usize = 2;
+/// Starts from which searches descend.
+const DESCENDED: usize = 2;
+/// How far along a start's direction to look, in its own length.
+const STRIDES: [f64; 7] = [1.0, 0.3, 0.1, 0.03, -0.03, -0.1, -0.3];
 
 impl<'a> Ground<'a> {
     pub(super) fn new(tiles: &'a [Seen], channels: usize, reference: usize) -> Self {
         Self {
+            scouts: thinned(tiles, SCOUTS),
             few: thinned(tiles, FEW),
             many: thinned(tiles, MANY),
             channels,
@@ -77,11 +85,7 @@ impl<'a> Ground<'a> {
 
     /// `hypothesis` against the tiles by which hypotheses are compared.
     pub(super) fn problem<'b>(&'b self, hypothesis: &'b Hypothesis, detail: Detail) -> Problem<'b> {
-        Problem {
-            hypothesis,
-            tiles: &self.many,
-            detail,
-        }
+        on(hypothesis, &self.many, detail)
     }
 
     /// Sum of those tiles' weights.
@@ -111,12 +115,12 @@ impl<'a> Ground<'a> {
             let theta = hypothesis.start();
             (hypothesis, theta)
         });
-        self.best(starts.collect())
+        self.best(starts.collect(), None)
     }
 
     /// Searches for the values of both effects together, from where each is best alone.
     pub(super) fn pair(&self, one: &Candidate, other: &Candidate) -> Candidate {
-        self.best(self.joined(one, other))
+        self.best(self.joined(one, other), Some(one.hypothesis.ids()[0]))
     }
 
     /// Both effects in one hypothesis: at their values alone, then the other where it would start afresh.
@@ -174,12 +178,9 @@ impl<'a> Ground<'a> {
             .map(|other| {
                 let costs = self.joined(one, other).into_iter().take(2);
                 let costs = costs.map(|(hypothesis, theta)| {
-                    let problem = Problem {
-                        hypothesis: &hypothesis,
-                        tiles: &self.few,
-                        detail: Detail::COARSE,
-                    };
-                    problem.descend(&theta, 1).cost
+                    on(&hypothesis, &self.few, Detail::COARSE)
+                        .descend(&theta, 1)
+                        .cost
                 });
                 (costs.fold(f64::INFINITY, f64::min), *other)
             })
@@ -189,41 +190,91 @@ impl<'a> Ground<'a> {
         chosen.map(|(_, other)| other).collect()
     }
 
-    /// Chooses among `starts` on few tiles, then descends on many.
-    fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>) -> Candidate {
-        let count = starts.len();
-        let mut tried: Vec<(Hypothesis, Fitted)> = starts
+    /// Chooses among `starts` on few tiles, and descends on those. The values of the effect `settled` are
+    /// good already.
+    fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>, settled: Option<&str>) -> Candidate {
+        let mut scouted: Vec<(Hypothesis, Fitted)> = starts
             .into_iter()
             .map(|(hypothesis, theta)| {
-                let problem = Problem {
-                    hypothesis: &hypothesis,
-                    tiles: &self.few,
-                    detail: Detail::COARSE,
-                };
-                let fitted = if count > 1 {
-                    problem.descend(&theta, 3)
-                } else {
-                    Fitted { theta, cost: 0.0 }
-                };
+                let fitted = self.scout(&hypothesis, &theta, settled);
+                (hypothesis, fitted)
+            })
+            .collect();
+        scouted.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        scouted.truncate(DESCENDED);
+        let mut tried: Vec<(Hypothesis, Fitted)> = scouted
+            .into_iter()
+            .map(|(hypothesis, start)| {
+                let problem = on(&hypothesis, &self.few, Detail::COARSE);
+                let fitted = problem.descend(&start.theta, 5);
                 (hypothesis, fitted)
             })
             .collect();
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        let (hypothesis, start) = tried.swap_remove(0);
-        let problem = self.problem(&hypothesis, Detail::COARSE);
-        let fitted = problem.descend(&start.theta, 8);
-        let linear = problem.linear(&fitted.theta);
-        let after = left_out_gap(&linear, &fitted.theta, &hypothesis, &self.many);
+        let (hypothesis, fitted) = tried.swap_remove(0);
+        self.scored(hypothesis, fitted.theta, &self.few)
+    }
+
+    /// The best of some points on the line from neutral through `theta`: how far to go is not known, and a
+    /// search must start where pictures still overlap.
+    fn scout(&self, hypothesis: &Hypothesis, theta: &[f64], settled: Option<&str>) -> Fitted {
+        let mut neutral = hypothesis.neutral();
+        for ((slot, neutral), value) in hypothesis.slots.iter().zip(&mut neutral).zip(theta) {
+            if settled == Some(hypothesis.parts[slot.part].0.id()) {
+                *neutral = *value;
+            }
+        }
+        let problem = on(hypothesis, &self.scouts, Detail::COARSE);
+        let tries = STRIDES.iter().filter_map(|stride| {
+            let there: Vec<f64> = theta
+                .iter()
+                .zip(&neutral)
+                .map(|(to, from)| from + stride * (to - from))
+                .collect();
+            let slots = hypothesis.slots.iter().zip(&there);
+            let mut within = slots.map(|(s, v)| (s.least..=s.most).contains(v));
+            within.all(|w| w).then(|| Fitted {
+                cost: problem.cost(&there),
+                theta: there,
+            })
+        });
+        tries
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+            .unwrap_or_else(|| Fitted {
+                theta: theta.to_vec(),
+                cost: problem.cost(theta),
+            })
+    }
+
+    /// Searches on with all tiles by which hypotheses are compared.
+    pub(super) fn refined(&self, candidate: Candidate) -> Candidate {
+        let problem = self.problem(&candidate.hypothesis, Detail::COARSE);
+        let theta = problem.descend(&candidate.theta, 6).theta;
+        self.scored(candidate.hypothesis, theta, &self.many)
+    }
+
+    fn scored(&self, hypothesis: Hypothesis, theta: Vec<f64>, tiles: &[&Seen]) -> Candidate {
+        let linear = on(&hypothesis, tiles, Detail::COARSE).linear(&theta);
+        let left = left_out_gap(&linear, &theta, &hypothesis, tiles);
         // What the coarse mesh misses is no gap.
-        let drawing =
-            linear.total(None).cost - self.problem(&hypothesis, Detail::FULL).cost(&fitted.theta);
-        let after = after - drawing / self.weight();
+        let fine = on(&hypothesis, tiles, Detail::FULL).cost(&theta);
+        let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
+        let after = left - (linear.total(None).cost - fine) / weights;
         Candidate {
-            theta: fitted.theta,
+            theta,
             after,
             linear,
             hypothesis,
         }
+    }
+}
+
+/// `hypothesis` against `tiles`.
+fn on<'a>(hypothesis: &'a Hypothesis, tiles: &'a [&'a Seen], detail: Detail) -> Problem<'a> {
+    Problem {
+        hypothesis,
+        tiles,
+        detail,
     }
 }
 
