@@ -11,6 +11,7 @@ mod ceiling;
 mod descent;
 mod diagnosis;
 mod hypothesis;
+mod jitter;
 mod odds;
 mod picture;
 mod places;
@@ -52,8 +53,10 @@ pub fn diagnose(
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
     let library = library(settings)?;
-    let seen = SeenSet::new(lens, channels, set)?;
-    let ground = Ground::new(&seen.tiles, channels.len(), reference(lens, channels));
+    let mut seen = SeenSet::new(lens, channels, set)?;
+    let reference = reference(lens, channels);
+    let first = seen.tiles.clone();
+    let ground = Ground::new(&first, channels.len(), reference);
     let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| ground.can_try(*e));
     let steps = tried.len() as f64 + 4.0;
     let mut singles: Vec<Candidate> = Vec::new();
@@ -62,8 +65,13 @@ pub fn diagnose(
         singles.push(ground.single(*effect));
     }
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
+    if let Some(best) = singles.first() {
+        seen.unsettle(jitter::jitter_px(best, ground.many()));
+    }
+    let ground = Ground::new(&seen.tiles, channels.len(), reference);
     let rest = singles.split_off(REFINED.min(singles.len()));
     let refined = singles.into_iter().map(|single| ground.refined(single));
+    let rest = rest.into_iter().map(|single| ground.rescored(single));
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     let stage = verdict::Stage::new(lens, &ground, &singles);

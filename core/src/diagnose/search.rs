@@ -253,6 +253,11 @@ impl<'a> Ground<'a> {
         self.scored(candidate.hypothesis, theta, &self.many)
     }
 
+    /// `candidate`, which a ground of other noise scored on few tiles.
+    pub(super) fn rescored(&self, candidate: Candidate) -> Candidate {
+        self.scored(candidate.hypothesis, candidate.theta, &self.few)
+    }
+
     fn scored(&self, hypothesis: Hypothesis, theta: Vec<f64>, tiles: &[&Seen]) -> Candidate {
         let linear = on(&hypothesis, tiles, Detail::COARSE).linear(&theta);
         let left = left_out_gap(&linear, &theta, &hypothesis, tiles);
