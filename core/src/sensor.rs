@@ -34,6 +34,17 @@ pub struct Halo {
     pub steepness: f64,
 }
 
+impl Halo {
+    /// The radius beyond which it carries no more than `share` of all light, px.
+    pub fn radius_holding(&self, share: f64) -> f64 {
+        if self.share <= share {
+            return 0.0;
+        }
+        let beyond = (self.share / share).powf(1.0 / (self.steepness - 1.0));
+        self.radius_px * (beyond - 1.0).sqrt()
+    }
+}
+
 impl Default for Halo {
     fn default() -> Self {
         Self {

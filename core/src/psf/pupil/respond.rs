@@ -10,7 +10,7 @@ use std::fmt;
 use super::extent::Extent;
 use super::fourier::{C, Grid, quick_length};
 use super::{Detail, Workspace, spread, wave};
-use crate::lens::{LEAST_REACH, LocalPupil};
+use crate::lens::LocalPupil;
 use crate::sensor::{Halo, Sensor};
 
 /// Cells per pixel for rays: odd, so that a cell is in the middle of its pixel; more where the picture
@@ -105,9 +105,7 @@ impl Picture {
             size,
             room: largest.reach_px().map(|reach| reach + blur),
         };
-        // A pupil that is all but closed is a pinhole, whose waves would go everywhere.
-        let waves = pupil.wave_px > 0.0 && pupil.inside().1 > LEAST_REACH;
-        let spectrum = if waves {
+        let spectrum = if wave::is_drawn(pupil) {
             wave::spectrum(pupil, extent, &view, &mut space.fourier)
         } else {
             let scatters = largest.halo.share != 0.0;

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use super::extent::Extent;
 use super::fourier::{C, Fourier, quick_length, transpose};
 use super::respond::{Spectrum, View, signed, sinc};
-use crate::lens::{DEGREE, LocalPupil, Stop, powers};
+use crate::lens::{DEGREE, LEAST_REACH, LocalPupil, Stop, powers};
 
 /// Least room between the rays and the tile's next repetition, in q over the pupil's narrowest half
 /// width.
@@ -82,6 +82,12 @@ impl Axis {
         let f = k as f64 / self.pixels as f64;
         sinc(f) * (-2.0 * PI * PI * f * f * variance_px2).exp()
     }
+}
+
+/// Whether the light of `pupil` is drawn as a wave. One that is all but closed is a pinhole, whose waves
+/// would go everywhere: its rays are drawn.
+pub(super) fn is_drawn(pupil: &LocalPupil) -> bool {
+    pupil.wave_px > 0.0 && pupil.inside().1 > LEAST_REACH
 }
 
 /// Half width of the pupil where it is narrowest; a slit counts as a tenth.
