@@ -63,13 +63,12 @@ impl Extent {
     pub(super) fn reach(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> Reach {
         // What the extent's few rays missed, the blur, and the pixel of the outermost ray.
         let margin = 0.04 * self.radius() + 5.0 * pupil.blur_variance_px2.sqrt() + 0.5;
+        let half_width = wave::half_width(pupil);
         let [across, down] = [0, 1].map(|axis| {
-            let waves = if wave::is_drawn(pupil) {
-                let unit = pupil.wave_px * pupil.squeeze[axis].abs() / wave::narrowest(pupil);
+            let waves = half_width.map_or(0.0, |half_width| {
+                let unit = pupil.wave_px * pupil.squeeze[axis].abs() / half_width;
                 (WAVES_BEYOND / LEFT_OUT * unit).min(FARTHEST_PX)
-            } else {
-                0.0
-            };
+            });
             let halo = pupil.sensor.halo.radius_holding(LEFT_OUT).min(FARTHEST_PX);
             margin + waves + halo + pupil.sensor.reach_px()[axis]
         });

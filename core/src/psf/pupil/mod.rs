@@ -8,6 +8,7 @@
 
 mod extent;
 mod fourier;
+mod halo;
 mod mesh;
 mod respond;
 #[cfg(test)]

@@ -72,8 +72,11 @@ fn an_ideal_sensor_shows_the_picture_as_it_is() {
         let (lens, size) = (pupil(q, blur), (SIDE, SIDE));
         let picture = Picture::draw(&lens, CORNER, size, &any, Detail::FULL, space);
         let off = energy(&picture.through(&ideal), &drawn(&lens, CORNER, SIDE));
-        println!("{q} {blur}: {off:.1e}");
-        assert!(off < 1e-5, "{q} {blur}: {off}");
+        // A discrete Gaussian of finer cells, another window for waves.
+        assert!(
+            off < if q == 0.0 { 1e-4 } else { 1e-6 },
+            "{q} {blur}: {off}"
+        );
         let behind = behind(any, q, blur);
         assert!(energy(&picture.through(&any), &behind) < 1e-9);
     }
@@ -81,30 +84,25 @@ fn an_ideal_sensor_shows_the_picture_as_it_is() {
 
 #[test]
 fn streak_box_and_copies_add_their_moments_and_keep_light() {
-    let sensor = Sensor {
+    let mut lens = pupil(0.0, 1.0);
+    lens.sensor = Sensor {
         streak_px: [1.7, -1.1],
         box_px: [0.6, 1.3],
         copies_px: [1.2, 0.7],
         ..Sensor::default()
     };
-    let of = |light: &[f64]| {
-        let tile = light.iter().map(|v| *v as f32).collect();
-        let tile = crate::tile::Tile::new(SIDE, SIDE, tile).expect("light");
-        crate::moments::pixels::TileMoments::optical(&tile, None).expect("light")
-    };
-    let (plain, seen) = (
-        behind(Sensor::default(), 0.0, 0.3),
-        behind(sensor, 0.0, 0.3),
-    );
-    let sum: f64 = seen.iter().sum();
-    assert!((sum - 1.0).abs() < 1e-6, "{sum}");
-    let (plain, seen) = (of(&plain), of(&seen));
-    let want = sensor.widened(plain.central).to_array();
-    for (got, want) in seen.central.to_array().iter().zip(want) {
-        assert!((got - want).abs() < 2e-3, "{got} {want}");
+    let light = drawn(&lens, CORNER, SIDE);
+    let sum: f64 = light.iter().sum();
+    assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    let tile = light.iter().map(|v| *v as f32).collect();
+    let tile = crate::tile::Tile::new(SIDE, SIDE, tile).expect("light");
+    let got = crate::moments::pixels::TileMoments::optical(&tile, None).expect("light");
+    let (want, centroid) = lens.moments();
+    for (got, want) in got.central.to_array().iter().zip(want.to_array()) {
+        assert!((got - want).abs() < 5e-3, "{got} {want}");
     }
-    assert!((plain.centroid_x - seen.centroid_x).abs() < 1e-4);
-    assert!((plain.centroid_y - seen.centroid_y).abs() < 1e-4);
+    assert!((got.centroid_x + CORNER.0 - centroid[0]).abs() < 1e-4);
+    assert!((got.centroid_y + CORNER.1 - centroid[1]).abs() < 1e-4);
 }
 
 #[test]
@@ -134,8 +132,10 @@ fn boxes_streaks_and_copies_are_means_of_moved_pictures() {
             let want = mean_of_moved(&places, q, blur);
             let got = behind(sensor, q, blur);
             let least = got.iter().copied().fold(0.0, f64::min);
-            println!("{q} {blur}: {:.1e}, least {least:.1e}", energy(&got, &want));
             assert!(energy(&got, &want) < 3e-4, "{q} {blur} {sensor:?}");
+            // What cells cannot resolve rings.
+            let peak = got.iter().copied().fold(0.0, f64::max);
+            assert!(least > -0.01 * peak, "{q} {blur}: {least}");
         }
     }
 }
@@ -159,7 +159,7 @@ fn a_halo_holds_its_share() {
     let mut point = LocalPupil::round(Wavefront::default(), 0.0);
     point.sensor = sensor;
     let light = drawn(&point, (-16.5, -16.5), SIDE);
-    let parts = 7;
+    let parts = 15;
     for (k, value) in light.iter().enumerate() {
         let at = |k: usize| k as f64 - 16.0;
         let part = |k: usize| (k as f64 + 0.5) / parts as f64 - 0.5;
@@ -182,7 +182,6 @@ fn a_halo_holds_its_share() {
     point.wavefront = Wavefront::tilt(0.3, 0.2);
     let sum: f64 = drawn(&point, (-100.0, -100.0), side).iter().sum();
     let lost = 0.3 * (1.0 + 1e4_f64 / 6.25).powf(-1.2);
-    println!("{:.2e} {lost:.2e}", 1.0 - sum);
     assert!(1.0 - sum < lost && 1.0 - sum > 0.7 * lost);
 }
 
@@ -203,5 +202,37 @@ fn a_halo_brings_in_light_from_outside_the_tile() {
                 "{q} {k}: {value} {want}"
             );
         }
+    }
+}
+
+#[test]
+fn kernels_hold_waves_and_halo() {
+    use crate::psf::{Kernel, LocalBlur, draw_kernel};
+    let meridian = FieldPoint::new(0.8, 0.5).meridian();
+    for (q, share, size) in [
+        (0.0, 0.0, 21),
+        (1.4, 0.0, 73),
+        (0.0, 0.1, 52),
+        (1.4, 0.1, 101),
+    ] {
+        let mut lens = pupil(q, 0.1);
+        lens.sensor.halo.share = share;
+        let blur = LocalBlur::of_pupil(lens, meridian);
+        let reach = Pupil.reach_px(&blur);
+        let window = Window {
+            first_x_px: -reach.left_px.floor(),
+            first_y_px: -reach.up_px.floor(),
+            width: (reach.left_px.floor() + reach.right_px.floor()) as usize + 1,
+            height: (reach.up_px.floor() + reach.down_px.floor()) as usize + 1,
+        };
+        let mut light = vec![0.0; window.len()];
+        Pupil.sample(&blur, &window, &mut light);
+        let sum: f64 = light.iter().sum();
+        assert!(sum > 0.9895 && sum < 1.0 + 1e-9, "{q} {share}: {sum}");
+        assert!(window.width < size, "{}", window.width);
+        let mut kernel = Kernel::default();
+        draw_kernel(&Pupil, &blur, (0.3, 0.0), &mut kernel);
+        let sum: f64 = kernel.weights.iter().map(|w| f64::from(*w)).sum();
+        assert!((sum - 1.0).abs() < 1e-5);
     }
 }
