@@ -103,6 +103,32 @@ fn main() {
             );
         });
     }
+    for (what, q, alpha, side) in [
+        ("waves, q 1 px, 33 px tile", 1.0, 11.0, 33),
+        ("waves, q 3 px, 33 px tile", 3.0, 11.0, 33),
+        ("waves, q 0.3 px, 33 px tile", 0.3, 11.0, 33),
+        ("waves, q 1 px, 65 px tile", 1.0, 22.0, 65),
+        ("waves, q 0.05 px (most samples)", 0.05, 22.0, 65),
+    ] {
+        let numbers = ReducedNumbers { alpha, ..numbers };
+        let mut pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.1);
+        pupil.wave_px = q;
+        let half = -f64::from(side) / 2.0;
+        let size = (side as usize, side as usize);
+        row(what, baseline, || {
+            let pupil = black_box(&pupil);
+            let detail = Detail::FIT;
+            draw(
+                pupil,
+                (half, half),
+                size,
+                &[],
+                detail,
+                &mut space,
+                &mut drawn,
+            );
+        });
+    }
     let numbers = ReducedNumbers {
         alpha: 11.0,
         ..numbers

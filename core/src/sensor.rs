@@ -34,6 +34,17 @@ pub struct Halo {
     pub steepness: f64,
 }
 
+impl Halo {
+    /// The radius beyond which it carries no more than `share` of all light, px.
+    pub fn radius_holding(&self, share: f64) -> f64 {
+        if self.share <= share {
+            return 0.0;
+        }
+        let beyond = (self.share / share).powf(1.0 / (self.steepness - 1.0));
+        self.radius_px * (beyond - 1.0).sqrt()
+    }
+}
+
 impl Default for Halo {
     fn default() -> Self {
         Self {
@@ -56,6 +67,9 @@ pub struct Tone {
     pub clip: f64,
 }
 
+/// Doublings of an exposure's first guess either way before the search gives up.
+const MOST_DOUBLINGS: usize = 40;
+
 impl Default for Tone {
     fn default() -> Self {
         Self {
@@ -70,6 +84,40 @@ impl Tone {
     /// Whether values are proportional to light.
     pub fn is_linear(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// The factor on `light` at which its pixel values sum to `sum`: the exposure at which a picture of that
+    /// sum was taken. By bisection, values grow with light; where clipping keeps them all below, the
+    /// largest factor tried. None where there is no light or no positive sum.
+    pub fn exposure(&self, light: &[f64], sum: f64) -> Option<f64> {
+        let total: f64 = light.iter().sum();
+        let sound = |x: f64| x > 0.0 && x.is_finite();
+        if !sound(sum) || !sound(total) {
+            return None;
+        }
+        let seen = |factor: f64| light.iter().map(|l| self.of(factor * l)).sum::<f64>();
+        let (mut low, mut high) = (sum / total, sum / total);
+        for _ in 0..MOST_DOUBLINGS {
+            if seen(low) <= sum {
+                break;
+            }
+            low /= 2.0;
+        }
+        for _ in 0..MOST_DOUBLINGS {
+            if seen(high) >= sum {
+                break;
+            }
+            high *= 2.0;
+        }
+        for _ in 0..60 {
+            let middle = (low + high) / 2.0;
+            if seen(middle) < sum {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Some((low + high) / 2.0)
     }
 
     /// The pixel value of linear light `l`. Negative light keeps its sign.
@@ -155,5 +203,34 @@ mod tests {
         };
         assert!((Tone { clip: 2.0, ..tone }.of(1.0) - 1.0).abs() < 1e-12);
         assert!(tone.of(0.2) > 0.2 && tone.of(1.0) == 0.9 && tone.of(-0.2) == -tone.of(0.2));
+    }
+    #[test]
+    fn exposures_are_found_again() {
+        let tone = Tone {
+            gamma: 0.7,
+            knee: 0.8,
+            clip: 0.95,
+        };
+        let light = [0.5, 0.3, 0.1, 0.05, 0.05];
+        for exposure in [0.01, 0.4, 1.5] {
+            let sum = light.iter().map(|l| tone.of(exposure * l)).sum();
+            let found = tone.exposure(&light, sum).expect("light");
+            assert!((found / exposure - 1.0).abs() < 1e-9, "{found} {exposure}");
+        }
+        assert!(tone.exposure(&light, 0.0).is_none());
+        assert!(tone.exposure(&light, 10.0).is_some_and(f64::is_finite));
+    }
+
+    #[test]
+    fn a_halo_reaches_where_its_share_is_left() {
+        let halo = Halo {
+            share: 0.2,
+            radius_px: 3.0,
+            steepness: 2.5,
+        };
+        let radius = halo.radius_holding(0.005);
+        let beyond = halo.share * (1.0 + radius * radius / 9.0).powf(-1.5);
+        assert!((beyond - 0.005).abs() < 1e-12);
+        assert_eq!(Halo::default().radius_holding(0.005), 0.0);
     }
 }

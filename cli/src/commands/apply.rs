@@ -186,7 +186,7 @@ impl Job<'_> {
                 Geometry::Full => Displacement::Full,
             },
         };
-        let blurred = Scatter
+        let mut blurred = Scatter
             .render(&scene, &planes.with_weights(&weights), progress)
             .map_err(|e| {
                 if e == stopped() {
@@ -195,6 +195,7 @@ impl Job<'_> {
                     FileError::from_core(input, e).into()
                 }
             })?;
+        planes.develop(self.predictor, &weights, &mut blurred);
         planes.put_back(&mut plate, blurred)?;
         said.extend(plate.write(&step.paths[1])?);
         Ok(said)

@@ -16,7 +16,9 @@ use crate::tile::Tile;
 /// names, sizes, channels, positions and distances, integrated over pixels.
 ///
 /// Where the ideal position is known the PSF lands where the lens puts that point; otherwise its
-/// centroid is that of the observed tile.
+/// centroid is that of the observed tile. Where the lens's sensor has a tone, the observed tile is also
+/// read for its exposure: tone acts on the predicted light scaled such that the values that come of it hold
+/// as much as the observed tile's.
 ///
 /// # Errors
 /// A model that cannot draw the lens, another frame size than the lens's, a channel the lens has not, an unknown distance where the
@@ -115,6 +117,15 @@ fn tile(
     let window = Window::of_tile(width, height, centre.0, centre.1);
     let mut samples = vec![0.0; window.len()];
     model.sample(&blur, &window, &mut samples);
+    let tone = lens.tone(of_lens);
+    if !tone.is_linear() {
+        let seen = observation.light(channel);
+        let seen = seen.samples().iter().map(|v| f64::from(*v)).sum();
+        if let Some(exposure) = tone.exposure(&samples, seen) {
+            let values = samples.iter_mut();
+            values.for_each(|v| *v = tone.of(exposure * *v));
+        }
+    }
     let sum: f64 = samples.iter().sum();
     if sum <= 0.0 || !sum.is_finite() {
         return Err(Error::new(

@@ -12,6 +12,7 @@ use crate::lens::{DepthLaw, MomentCoefficients, VergenceSeries};
 use crate::profile::{LensDescription, LensProfile, MomentsChannel, PupilChannel};
 use crate::psf::{self, LocalBlur, PsfModel, Pupil, SkewNormal};
 use crate::render::{BlurField, PlacedBlur};
+use crate::sensor::Tone;
 
 /// A lens profile made ready to ask.
 #[derive(Debug, Clone)]
@@ -159,6 +160,21 @@ impl BlurField for Predictor {
 
     fn channel_count(&self) -> usize {
         self.names.len()
+    }
+
+    fn tone(&self, channel: usize) -> Tone {
+        match &self.channels {
+            Channels::Moments(_) => Tone::default(),
+            Channels::Pupil(channels) => {
+                // The sensor's: the middle of the frame will do.
+                let middle = FieldPoint::new(0.0, 0.0);
+                let channel = &channels[channel];
+                channel
+                    .pupil_at(middle, channel.measured_vergence.0)
+                    .sensor
+                    .tone
+            }
+        }
     }
 
     fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {

@@ -200,3 +200,99 @@ fn drawn_tiles_of_rays_have_the_moments_foretold() {
     let refused = predict_like(&of_moments(), &like, &Pupil).expect_err("needs rays");
     assert!(refused.remedy.contains("--model reduced"), "{refused}");
 }
+
+/// A sensor with a tone and nothing else.
+struct Toned;
+
+const TONE: Tone = Tone {
+    gamma: 0.8,
+    knee: 0.6,
+    clip: 1.2,
+};
+
+impl effects::Effect for Toned {
+    fn id(&self) -> &'static str {
+        "toned"
+    }
+
+    fn summary(&self) -> &'static str {
+        "a tone"
+    }
+
+    fn parameters(&self) -> &'static [effects::Parameter] {
+        &[]
+    }
+
+    fn act(&self, _: &[f64], _: effects::ScenePoint, pupil: &mut crate::lens::LocalPupil) {
+        pupil.sensor.tone = TONE;
+    }
+
+    fn starts(&self) -> Vec<effects::Start> {
+        Vec::new()
+    }
+
+    fn reset(&self, values: &[VergenceSeries], _: effects::Resetting) -> Vec<VergenceSeries> {
+        values.to_vec()
+    }
+}
+
+#[test]
+fn tone_acts_at_the_exposure_of_the_observed_tile() {
+    use crate::field::ImagePoint;
+    use crate::observations::{Observation, ObservationSet};
+    use crate::tile::Tile;
+    let mut toned = pupil_channel();
+    toned.effects.push(CarriedEffect {
+        effect: &Toned,
+        values: Vec::new(),
+    });
+    let (plain, toned) = (of_pupil(pupil_channel()), of_pupil(toned));
+    assert!(plain.tone(0).is_linear() && toned.tone(0) == TONE);
+    let like = |tile: Tile| ObservationSet {
+        frame: plain.frame(),
+        axis_stated: true,
+        pixel_pitch_um: None,
+        channels: vec!["Y".into()],
+        camera: Camera::default(),
+        observations: vec![Observation {
+            file: "0.exr".into(),
+            centre: ImagePoint::new(310.5, 90.5),
+            distance: ObjectDistance::Infinity,
+            ideal: Some(ImagePoint::new(310.2, 90.7)),
+            tiles: vec![tile],
+            noise_sigma: vec![None],
+            background: vec![0.0],
+            saturated: false,
+        }],
+    };
+    let dark = like(Tile::new(33, 33, vec![0.0; 33 * 33]).expect("valid"));
+    let of = |lens: &Predictor, like: &ObservationSet| {
+        let drawn = predict_like(lens, like, &Pupil).expect("drawable");
+        drawn.observations[0].tiles[0].samples().to_vec()
+    };
+    let light = of(&plain, &dark);
+    // No light to read an exposure from: none is guessed.
+    assert_eq!(of(&toned, &dark), light);
+    // Such that the brightest pixels clip.
+    let peak = light.iter().copied().fold(0.0_f32, f32::max);
+    let seen: Vec<f32> = light
+        .iter()
+        .map(|v| TONE.of(f64::from(*v * 2.0 / peak)) as f32)
+        .collect();
+    let sum: f32 = seen.iter().sum();
+    let found = of(
+        &toned,
+        &like(Tile::new(33, 33, seen.clone()).expect("valid")),
+    );
+    for (found, seen) in found.iter().zip(&seen) {
+        assert!((found - seen / sum).abs() < 1e-6, "{found} {}", seen / sum);
+    }
+    // Plates are developed by the same tone; linear ones stay as they are.
+    let mut plane = vec![-0.1, 0.0, 0.2, 1.0, 7.0];
+    crate::render::develop(&plain, &[1.0], &mut plane);
+    assert_eq!(plane, [-0.1, 0.0, 0.2, 1.0, 7.0]);
+    crate::render::develop(&toned, &[1.0], &mut plane);
+    for (value, light) in plane.iter().zip([-0.1, 0.0, 0.2, 1.0, 7.0]) {
+        assert!((f64::from(*value) - TONE.of(light)).abs() < 1e-6);
+    }
+}

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
-use seidel_core::render::{BlurField, Plane, PlateMap};
+use seidel_core::render::{BlurField, Plane, PlateMap, develop};
 use seidel_core::{Error, Result};
 
 use super::super::CommandError;
@@ -130,6 +130,14 @@ impl Light {
             .zip(weights)
             .map(|(samples, weights)| Plane { samples, weights })
             .collect()
+    }
+
+    /// Turns the light of blurred colour planes into what the lens's sensor records; alpha stays.
+    pub(super) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
+        let colours = blurred.len() - usize::from(self.has_alpha);
+        for (plane, weights) in blurred[..colours].iter_mut().zip(weights) {
+            develop(lens, weights, plane);
+        }
     }
 
     /// Puts blurred planes back into the plate, in the plate's own premultiplication.

@@ -1,6 +1,6 @@
 //! Where the rays of a pupil land, and how fine a mesh and how large a kernel that asks for.
 
-use super::Detail;
+use super::{Detail, wave};
 use crate::lens::{LEAST_REACH, LocalPupil};
 use crate::psf::Reach;
 
@@ -10,6 +10,15 @@ const RIM_FINENESS: f64 = 2.7;
 const LEAST_RINGS: usize = 8;
 const MOST_RINGS: usize = 1000;
 const MOST_FIT_RINGS: usize = 120;
+/// Share of the light beyond a kernel that is let go, for waves and for a halo; a kernel's sum is one
+/// all the same.
+const LEFT_OUT: f64 = 0.005;
+/// Share of a point's light that waves carry out of a box of half width r, in q over r and the pupil's
+/// narrowest half width: a round pupil sends 1 / pi² beyond a circle, times
+/// 2 sqrt(2) / pi for the square about it; others send by their edge's length over their area.
+const WAVES_BEYOND: f64 = 0.0912;
+/// Farthest that waves and a halo are drawn beyond the rays, px.
+const FARTHEST_PX: f64 = 200.0;
 
 /// The box about the chief ray in which rays land, px.
 #[derive(Debug, Clone, Copy)]
@@ -49,15 +58,25 @@ impl Extent {
         extent
     }
 
-    /// The box about `centroid` that holds all light.
-    pub(super) fn reach(&self, centroid: [f64; 2], blur_variance_px2: f64) -> Reach {
+    /// The box about `centroid` that holds all light of `pupil`: but for at most [`LEFT_OUT`] each that
+    /// waves and a halo carry beyond, or more where they go farther than [`FARTHEST_PX`].
+    pub(super) fn reach(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> Reach {
         // What the extent's few rays missed, the blur, and the pixel of the outermost ray.
-        let margin = 0.04 * self.radius() + 5.0 * blur_variance_px2.sqrt() + 0.5;
+        let margin = 0.04 * self.radius() + 5.0 * pupil.blur_variance_px2.sqrt() + 0.5;
+        let half_width = wave::half_width(pupil);
+        let [across, down] = [0, 1].map(|axis| {
+            let waves = half_width.map_or(0.0, |half_width| {
+                let unit = pupil.wave_px * pupil.squeeze[axis].abs() / half_width;
+                (WAVES_BEYOND / LEFT_OUT * unit).min(FARTHEST_PX)
+            });
+            let halo = pupil.sensor.halo.radius_holding(LEFT_OUT).min(FARTHEST_PX);
+            margin + waves + halo + pupil.sensor.reach_px()[axis]
+        });
         Reach {
-            left_px: centroid[0] - self.low[0] + margin,
-            right_px: self.high[0] - centroid[0] + margin,
-            up_px: centroid[1] - self.low[1] + margin,
-            down_px: self.high[1] - centroid[1] + margin,
+            left_px: centroid[0] - self.low[0] + across,
+            right_px: self.high[0] - centroid[0] + across,
+            up_px: centroid[1] - self.low[1] + down,
+            down_px: self.high[1] - centroid[1] + down,
         }
     }
 

@@ -8,6 +8,7 @@
 
 mod extent;
 mod fourier;
+mod halo;
 mod mesh;
 mod respond;
 #[cfg(test)]
@@ -284,7 +285,7 @@ impl PsfModel for Pupil {
 
     fn reach_px(&self, blur: &LocalBlur) -> Reach {
         let pupil = rays(blur);
-        Extent::of(&pupil).reach(pupil.centroid(), pupil.blur_variance_px2)
+        Extent::of(&pupil).reach(&pupil, pupil.centroid())
     }
 
     fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
@@ -351,7 +352,7 @@ impl PsfModel for Pupil {
         let pupil = rays(blur);
         let centroid = pupil.centroid();
         let extent = Extent::of(&pupil);
-        let reach = extent.reach(centroid, pupil.blur_variance_px2);
+        let reach = extent.reach(&pupil, centroid);
         let (left, top, window) = grid_about(&reach, shift_px);
         let corner = (
             centroid[0] + window.first_x_px - 0.5,

@@ -8,9 +8,10 @@ use std::f64::consts::{PI, TAU};
 use std::fmt;
 
 use super::extent::Extent;
-use super::fourier::{C, Grid, quick_length};
+use super::fourier::{C, Fourier, Grid, quick_length};
+use super::halo::Moffat;
 use super::{Detail, Workspace, spread, wave};
-use crate::lens::{LEAST_REACH, LocalPupil};
+use crate::lens::LocalPupil;
 use crate::sensor::{Halo, Sensor};
 
 /// Cells per pixel for rays: odd, so that a cell is in the middle of its pixel; more where the picture
@@ -53,8 +54,8 @@ pub struct Picture {
     spectrum: Spectrum,
     size: [usize; 2],
     pixels: Grid,
-    /// Room for a picture and a halo beside each other.
-    padded: Grid,
+    /// Room for a picture and a halo beside each other, where one is expected.
+    padded: Option<Grid>,
 }
 
 impl fmt::Debug for Picture {
@@ -105,23 +106,27 @@ impl Picture {
             size,
             room: largest.reach_px().map(|reach| reach + blur),
         };
-        // A pupil that is all but closed is a pinhole, whose waves would go everywhere.
-        let waves = pupil.wave_px > 0.0 && pupil.inside().1 > LEAST_REACH;
-        let spectrum = if waves {
-            wave::spectrum(pupil, extent, &view, &mut space.fourier)
+        let spectrum = if let Some(half_width) = wave::half_width(pupil) {
+            wave::spectrum(pupil, half_width, extent, &view, &mut space.fourier)
         } else {
             let scatters = largest.halo.share != 0.0;
             of_rays(pupil, extent, &view, scatters, detail, space)
         };
-        let pixels = spectrum.pixels;
-        Self {
-            pixels: space.fourier.grid(pixels),
-            padded: space
-                .fourier
-                .grid([0, 1].map(|a| quick_length(pixels[a] + size[a]))),
+        let mut picture = Self {
+            pixels: space.fourier.grid(spectrum.pixels),
+            padded: None,
             spectrum,
             size,
+        };
+        if largest.halo.share != 0.0 {
+            picture.padded = Some(picture.plan_padded(&mut space.fourier));
         }
+        picture
+    }
+
+    fn plan_padded(&self, fourier: &mut Fourier) -> Grid {
+        let pixels = self.spectrum.pixels;
+        fourier.grid([0, 1].map(|axis| quick_length(pixels[axis] + self.size[axis])))
     }
 
     /// The tile, row-major, behind `sensor`, whose tone is not applied: each pixel's share of the light.
@@ -169,7 +174,14 @@ impl Picture {
 
     /// The tile's part of all light of `picture` scattered by `halo`.
     fn scattered(&self, picture: &[f64], halo: &Halo) -> Vec<f64> {
-        let (window, grid) = (self.spectrum.pixels, &self.padded);
+        let window = self.spectrum.pixels;
+        let unexpected;
+        let grid = if let Some(grid) = &self.padded {
+            grid
+        } else {
+            unexpected = self.plan_padded(&mut Fourier::default());
+            &unexpected
+        };
         let mut light = vec![0.0; grid.columns * grid.rows];
         for y in 0..window[1] {
             let from = self.place(y as i64, 1) * self.pixels.columns;
@@ -399,59 +411,5 @@ pub(super) fn signed(k: usize, count: usize) -> i64 {
         k as i64 - count as i64
     } else {
         k as i64
-    }
-}
-
-/// The density of a halo, which holds one over the plane.
-struct Moffat {
-    /// Radius squared, px².
-    radius2: f64,
-    steepness: f64,
-    /// Density in the middle, px^-2.
-    peak: f64,
-}
-
-impl Moffat {
-    fn new(halo: &Halo) -> Self {
-        let radius2 = halo.radius_px.powi(2).max(1e-6);
-        Self {
-            radius2,
-            steepness: halo.steepness,
-            peak: (halo.steepness - 1.0) / (PI * radius2),
-        }
-    }
-
-    /// The mean density over a square of side `side` at (x, y): that in its middle, and what the Laplacian
-    /// adds.
-    fn mean(&self, x: f64, y: f64, side: f64) -> f64 {
-        let b = self.steepness;
-        let r = (x * x + y * y) / self.radius2;
-        let density = self.peak * (-b * r.ln_1p()).exp();
-        let bend = 4.0 * b / self.radius2 * (b * r - 1.0) / (1.0 + r).powi(2);
-        density * (1.0 + side * side / 24.0 * bend)
-    }
-
-    /// Light of the pixels from 0 to `count` (x, y) px away, row-major.
-    fn table(&self, [columns, rows]: [usize; 2]) -> Vec<f64> {
-        let mut table = Vec::with_capacity(columns * rows);
-        for y in 0..rows {
-            for x in 0..columns {
-                let (x, y) = (x as f64, y as f64);
-                // Parts of a pixel so small that the density hardly bends in one.
-                let parts = (3.0 / (self.radius2 + x * x + y * y).sqrt()).ceil();
-                let parts = parts.clamp(1.0, 64.0);
-                if parts == 1.0 {
-                    table.push(self.mean(x, y, 1.0));
-                    continue;
-                }
-                let side = 1.0 / parts;
-                let at = |k: usize| (k as f64 + 0.5) * side - 0.5;
-                let parts = parts as usize;
-                let places = (0..parts * parts).map(|k| (x + at(k % parts), y + at(k / parts)));
-                let sum: f64 = places.map(|(x, y)| self.mean(x, y, side)).sum();
-                table.push(sum * side * side);
-            }
-        }
-        table
     }
 }

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use super::extent::Extent;
 use super::fourier::{C, Fourier, quick_length, transpose};
 use super::respond::{Spectrum, View, signed, sinc};
-use crate::lens::{DEGREE, LocalPupil, Stop, powers};
+use crate::lens::{DEGREE, LEAST_REACH, LocalPupil, Stop, powers};
 
 /// Least room between the rays and the tile's next repetition, in q over the pupil's narrowest half
 /// width.
@@ -19,9 +19,9 @@ const SKIRT: f64 = 8.0;
 /// Half width, in the same unit, beyond the rays where the picture ends however large the tile is:
 /// 0.25 % of the light of a round pupil lies beyond.
 const MOST_SKIRT: f64 = 40.0;
-/// Most samples of the field along an axis. Where more were needed (rays that spread over more than some
-/// 80 q), q is taken larger, until so many do: waves so small show only as fringes that pixels and
-/// blur hide, and these become coarser.
+/// Most samples of the field along an axis: enough for a window of 256 q. Where it is wider (rays
+/// over more than some 240 q, or a large tile and tiny q), q is taken larger, until so many do: waves so
+/// small show only as fringes that pixels and blur hide, and these become coarser.
 const MOST_SAMPLES: usize = 1024;
 
 /// One axis of the sampling.
@@ -42,7 +42,14 @@ struct Axis {
 }
 
 impl Axis {
-    fn new(pupil: &LocalPupil, q: f64, extent: &Extent, view: &View, axis: usize) -> Self {
+    /// Along `axis` for waves of `q` px, whose skirts are `unit` px wide before the squeeze.
+    fn new(
+        pupil: &LocalPupil,
+        (q, unit): (f64, f64),
+        extent: &Extent,
+        view: &View,
+        axis: usize,
+    ) -> Self {
         let (low, high) = (extent.low[axis], extent.high[axis]);
         let corner = view.corner[axis];
         let pixel = ((low + high) / 2.0 - corner).floor();
@@ -52,7 +59,7 @@ impl Axis {
         let end = corner + view.size[axis] as f64 + room;
         let far = (end - centre).abs().max((corner - room - centre).abs());
         let squeeze = pupil.squeeze[axis].abs();
-        let unit = q * squeeze / narrowest(pupil);
+        let unit = unit * squeeze;
         let alone = far.max(half) + half + SKIRT * unit;
         let asked = alone.max(2.0 * far);
         let most = 2.0 * (half + room + MOST_SKIRT * unit);
@@ -84,20 +91,26 @@ impl Axis {
     }
 }
 
-/// Half width of the pupil where it is narrowest; a slit counts as a tenth.
-pub(super) fn narrowest(pupil: &LocalPupil) -> f64 {
-    pupil.inside().1.max(0.1)
+/// Half width, in pupil radii, of the pupil of `pupil` where it is narrowest, a slit counting as a tenth;
+/// none where light is not drawn as a wave. A pupil that is all but closed is a pinhole, whose waves would
+/// go everywhere: its rays are drawn.
+pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
+    let wavy = pupil.wave_px > 0.0;
+    let depth = if wavy { pupil.inside().1 } else { 0.0 };
+    (depth > LEAST_REACH).then_some(depth.max(0.1))
 }
 
-/// The spectrum of the picture that waves draw, pixels and symmetric blur included.
+/// The spectrum of the picture that waves draw, pixels and symmetric blur included; `half_width` is that of
+/// [`half_width`].
 pub(super) fn spectrum(
     pupil: &LocalPupil,
+    half_width: f64,
     extent: &Extent,
     view: &View,
     fourier: &mut Fourier,
 ) -> Spectrum {
     let mut q = pupil.wave_px;
-    let lay = |q: f64| [0, 1].map(|axis| Axis::new(pupil, q, extent, view, axis));
+    let lay = |q: f64| [0, 1].map(|axis| Axis::new(pupil, (q, q / half_width), extent, view, axis));
     let mut axes = lay(q);
     for _ in 0..20 {
         let most = axes[0].field.max(axes[1].field);

@@ -112,11 +112,6 @@ fn a_point_in_focus_is_airys() {
                 over_pixel(at(k % side, corner.0), at(k / side, corner.1), &airy)
             })
             .collect();
-        println!(
-            "q {q}: {:.2e} {:.2e}",
-            off(&light, &want),
-            energy(&light, &want)
-        );
         assert!(off(&light, &want) < 2e-3, "{q}: {}", off(&light, &want));
         assert!(energy(&light, &want) < 1e-5);
     }
@@ -145,7 +140,6 @@ fn what_leaves_the_tile_is_what_the_skirts_hold() {
             .sum();
         // Beyond a box of half width r lies 0.0912 q / r of the light, dark beyond 40 q.
         let lost = 0.0912 * q / half.min(40.0 * q);
-        println!("q {q} {side}: {:.5} {lost:.5}", 1.0 - light);
         assert!((1.0 - light - lost).abs() < 0.1 * lost + 3e-4);
     }
 }
@@ -205,7 +199,6 @@ fn the_integral_summed_point_by_point_agrees() {
                 (k / side) as f64 + 0.5 + corner.1,
             );
             let want = summed(&pupil, x, y);
-            println!("q {q} pixel {k}: {:.6} {want:.6} of {peak:.6}", light[k]);
             assert!(
                 (light[k] - want).abs() < 2e-3 * peak,
                 "{k}: {} {want}",
@@ -232,7 +225,6 @@ fn large_aberrations_are_those_of_rays() {
             drawn(&waves, corner, (side, side)),
             drawn(&rays, corner, (side, side)),
         );
-        println!("q {q}: {:.2e}", energy(&a, &b));
         assert!(energy(&a, &b) < most, "{q}: {}", energy(&a, &b));
         let mut hard = difficult(q, 12.0);
         hard.blur_variance_px2 = blur;
@@ -241,7 +233,6 @@ fn large_aberrations_are_those_of_rays() {
             drawn(&hard, corner, (side, side)),
             drawn(&rays, corner, (side, side)),
         );
-        println!("hard q {q}: {:.2e}", energy(&a, &b));
         assert!(energy(&a, &b) < 2.0 * most, "{q}: {}", energy(&a, &b));
     }
 }
@@ -264,7 +255,6 @@ fn finer_pixels_add_up() {
             row(y) + row(y + 1)
         })
         .collect();
-    println!("{:.2e}", off(&sums, &coarse));
     assert!(off(&sums, &coarse) < 1e-3, "{}", off(&sums, &coarse));
     // One pixel on, the same picture one pixel back.
     let moved = drawn(&pupil, (corner.0 + 1.0, corner.1), (22, 21));
@@ -295,7 +285,6 @@ fn the_centroid_is_that_of_the_rays() {
         light.iter().enumerate().map(moment).sum::<f64>() / sum
     };
     let (x, y) = (mean(&|k| k % side), mean(&|k| k / side));
-    println!("{x} {y} of {c:?}");
     assert!(x.abs() < 0.02 && y.abs() < 0.02, "{x} {y}");
 }
 
