@@ -67,7 +67,7 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
         .diagnose(&profile, &set, console)?
         .map_err(|e| FileError::from_core(observations, e))?;
     let json = report::json(&found, &subject)?;
-    output.write(&found, &json)?;
+    output.write(&found, &subject, &json)?;
     if args.json {
         console.say(json.trim_end());
     } else {

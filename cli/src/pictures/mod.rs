@@ -10,6 +10,7 @@ mod psf_panel;
 pub mod shapes;
 pub mod sheet;
 mod sheet_labels;
+pub mod tile_panel;
 
 /// Three significant digits, no zeros at the end.
 fn short_number(value: f64) -> String {

@@ -182,12 +182,12 @@ fn draw_panel(
 }
 
 /// Grey of a share of the greatest light: its square root, as on the sheet of a lens.
-fn grey(share: f64) -> [u8; 3] {
+pub(super) fn grey(share: f64) -> [u8; 3] {
     [(share.clamp(0.0, 1.0).sqrt() * 255.0).round() as u8; 3]
 }
 
 /// Colour of a difference, in observed peaks: blue to white to red.
-fn difference(share: f64) -> [u8; 3] {
+pub(crate) fn difference(share: f64) -> [u8; 3] {
     const LESS: [[f64; 3]; 2] = [[84.0, 150.0, 232.0], [14.0, 48.0, 140.0]];
     const MORE: [[f64; 3]; 2] = [[240.0, 120.0, 92.0], [150.0, 12.0, 34.0]];
     let [half, full] = if share < 0.0 { LESS } else { MORE };

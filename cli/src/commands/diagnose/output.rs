@@ -7,12 +7,14 @@ use seidel_core::diagnose::Diagnosis;
 use super::super::CommandError;
 use crate::files::atomic::{refuse_foreign, write_folder_whole, write_whole};
 use crate::files::error::FileError;
+use crate::report::{self, Subject};
 
 const REPORT: &str = "report.json";
+const PAGE: &str = "report.html";
 const CORRECTED: &str = "corrected.json";
 
 /// The files of the folder.
-pub(super) const NAMES: [&str; 2] = [REPORT, CORRECTED];
+pub(super) const NAMES: [&str; 3] = [REPORT, PAGE, CORRECTED];
 
 /// Where results go.
 pub(super) struct Output {
@@ -41,10 +43,16 @@ impl Output {
         })
     }
 
-    /// Writes the report and the corrected lens.
-    pub(super) fn write(&self, found: &Diagnosis, json: &str) -> Result<(), CommandError> {
+    /// Writes the report, for programs and for people, and the corrected lens.
+    pub(super) fn write(
+        &self,
+        found: &Diagnosis,
+        subject: &Subject,
+        json: &str,
+    ) -> Result<(), CommandError> {
         let corrected = found.corrected.to_json();
-        let files = [(REPORT, json), (CORRECTED, &corrected)];
+        let page = report::html(found, subject);
+        let files = [(REPORT, json), (PAGE, &page), (CORRECTED, &corrected)];
         write_folder_whole(&self.folder, |at| {
             files.iter().try_for_each(|(name, text)| {
                 write_whole(&at.join(name), |out| {

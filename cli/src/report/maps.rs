@@ -1,0 +1,296 @@
+//! Maps of the gap over the frame: one pair, before and after, for each channel and distance.
+
+use std::fmt::Write as _;
+
+use seidel_core::diagnose::{Diagnosis, TileGap};
+use seidel_core::distance::ObjectDistance;
+
+use super::Subject;
+use super::markup::escape;
+use super::words::{distance, gap, round_gap};
+
+/// Width of a map in its own units; dots are drawn in them.
+const WIDTH: f64 = 300.0;
+/// Distances and channels that are drawn; of more, evenly chosen ones.
+const MOST_DISTANCES: usize = 6;
+const MOST_CHANNELS: usize = 4;
+/// From the largest gap down to this share of it colours differ.
+const SPAN: f64 = 300.0;
+/// Dots say their number under the pointer where there are no more than this.
+const MOST_TITLES: usize = 4000;
+
+/// The maps with what explains their colours.
+pub(super) fn maps(d: &Diagnosis, subject: &Subject) -> String {
+    let scale = Scale::of(&d.tiles);
+    let (channels, fewer_channels) = some_of(&subject.channels, MOST_CHANNELS);
+    let (distances, fewer_distances) = some_of(&distances(&d.tiles), MOST_DISTANCES);
+    let mut figures = String::new();
+    for &at in &distances {
+        for channel in &channels {
+            let tiles: Vec<&TileGap> = d
+                .tiles
+                .iter()
+                .filter(|t| t.channel == *channel && t.distance == at)
+                .collect();
+            if !tiles.is_empty() {
+                figures += &figure(channel, at, &tiles, subject, &scale, d.tiles.len());
+            }
+        }
+    }
+    let columns = if channels.len() > 1 {
+        channels.len()
+    } else {
+        distances.len().clamp(1, 3)
+    };
+    let left_out = if fewer_channels || fewer_distances {
+        format!(
+            "<p class=\"quiet small\">{} of {} channels and {} of {} distances are drawn; numbers are of \
+             all.</p>\n",
+            channels.len(),
+            subject.channels.len(),
+            distances.len(),
+            self::distances(&d.tiles).len()
+        )
+    } else {
+        String::new()
+    };
+    format!(
+        "<section><h2>Where the gap lies</h2>\n<p class=\"quiet\">Each dot is a PSF at its place in the \
+         frame; its colour is its gap, the same scale in every map. Numbers are means over a map. The cross \
+         marks the optical axis.</p>\n{left_out}{}\
+         <div class=\"maps\" style=\"grid-template-columns:repeat({columns},1fr)\">\n{figures}</div>\n\
+         </section>\n",
+        scale.legend()
+    )
+}
+
+/// Distances of `tiles`, nearest first, infinity then unknown last.
+fn distances(tiles: &[TileGap]) -> Vec<ObjectDistance> {
+    let mut all: Vec<ObjectDistance> = Vec::new();
+    for tile in tiles {
+        if !all.contains(&tile.distance) {
+            all.push(tile.distance);
+        }
+    }
+    let rank = |d: &ObjectDistance| match d {
+        ObjectDistance::Metres(m) => *m,
+        ObjectDistance::Infinity => f64::MAX,
+        ObjectDistance::Unknown => f64::INFINITY,
+    };
+    all.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    all
+}
+
+/// At most `most` of `all`, evenly chosen with both ends, and whether some are missing.
+fn some_of<T: Clone>(all: &[T], most: usize) -> (Vec<T>, bool) {
+    if all.len() <= most {
+        return (all.to_vec(), false);
+    }
+    let chosen = (0..most).map(|k| all[k * (all.len() - 1) / (most - 1)].clone());
+    (chosen.collect(), true)
+}
+
+fn figure(
+    channel: &str,
+    at: ObjectDistance,
+    tiles: &[&TileGap],
+    subject: &Subject,
+    scale: &Scale,
+    all: usize,
+) -> String {
+    let mean = |of: &dyn Fn(&TileGap) -> f64| {
+        tiles.iter().map(|t| of(t)).sum::<f64>() / tiles.len() as f64
+    };
+    let titled = all <= MOST_TITLES;
+    let map = |of: &dyn Fn(&TileGap) -> f64| frame_svg(tiles, subject, scale, titled, of);
+    format!(
+        "<figure><figcaption><b>{}</b> at {}</figcaption><div class=\"twins\">\
+         <div>{}<span>before: {}</span></div><div>{}<span>after: {}</span></div></div></figure>\n",
+        escape(channel),
+        distance(at),
+        map(&|t| t.before),
+        gap(mean(&|t| t.before)),
+        map(&|t| t.after),
+        gap(mean(&|t| t.after))
+    )
+}
+
+/// The frame with a dot a tile.
+fn frame_svg(
+    tiles: &[&TileGap],
+    subject: &Subject,
+    scale: &Scale,
+    titled: bool,
+    of: &dyn Fn(&TileGap) -> f64,
+) -> String {
+    let frame = &subject.frame;
+    let unit = WIDTH / f64::from(frame.width_px());
+    let height = f64::from(frame.height_px()) * unit;
+    let axis = frame.axis();
+    let (ax, ay) = (axis.x_px * unit, axis.y_px * unit);
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {height:.1}\" role=\"img\" aria-label=\"gap over the frame\">\
+         <rect x=\"1\" y=\"1\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#fbfcfd\" stroke=\"#c9d0d7\" stroke-width=\"1.5\"/>\
+         <path d=\"M{:.1} {ay:.1}h12M{ax:.1} {:.1}v12\" stroke=\"#9aa5b0\"/>",
+        WIDTH - 2.0,
+        height - 2.0,
+        ax - 6.0,
+        ay - 6.0
+    );
+    let spacing = (WIDTH * height / tiles.len() as f64).sqrt();
+    let radius = (0.3 * spacing).clamp(2.5, 13.0);
+    // The largest last, so that none of them hides.
+    let mut order: Vec<&&TileGap> = tiles.iter().collect();
+    order.sort_by(|a, b| of(a).total_cmp(&of(b)));
+    for tile in order {
+        let (x, y) = (tile.at.x_px * unit, tile.at.y_px * unit);
+        let paint = scale.paint(of(tile));
+        // Writing to a string cannot fail.
+        let _ = write!(
+            svg,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {paint}"
+        );
+        if titled {
+            let _ = write!(
+                svg,
+                "><title>({:.0}, {:.0}) px: {} before, {} after</title></circle>",
+                tile.at.x_px,
+                tile.at.y_px,
+                gap(tile.before),
+                gap(tile.after)
+            );
+        } else {
+            svg += "/>";
+        }
+    }
+    svg + "</svg>"
+}
+
+/// Colours of gaps, even on a logarithmic scale.
+struct Scale {
+    least: f64,
+    most: f64,
+}
+
+/// From pale to dark, so that large gaps stand out on white and in grey print.
+const STOPS: [[f64; 3]; 5] = [
+    [253.0, 240.0, 196.0],
+    [250.0, 190.0, 99.0],
+    [230.0, 107.0, 64.0],
+    [161.0, 36.0, 86.0],
+    [51.0, 10.0, 74.0],
+];
+
+impl Scale {
+    fn of(tiles: &[TileGap]) -> Self {
+        let most = tiles
+            .iter()
+            .flat_map(|t| [t.before, t.after])
+            .filter(|v| v.is_finite())
+            .fold(0.0, f64::max);
+        let most = if most > 0.0 { most } else { 1e-3 };
+        Self {
+            least: most / SPAN,
+            most,
+        }
+    }
+
+    /// Place of a gap on the scale, 0 to 1.
+    fn share(&self, value: f64) -> f64 {
+        let share = (value / self.least).ln() / (self.most / self.least).ln();
+        share.clamp(0.0, 1.0)
+    }
+
+    fn colour(share: f64) -> String {
+        let along = share * (STOPS.len() - 1) as f64;
+        let k = (along as usize).min(STOPS.len() - 2);
+        let mix = |c: usize| {
+            let value = STOPS[k][c] + (STOPS[k + 1][c] - STOPS[k][c]) * (along - k as f64);
+            value.round() as u8
+        };
+        format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2))
+    }
+
+    /// Attributes of a dot: empty where nothing is left above the noise.
+    fn paint(&self, value: f64) -> String {
+        if value > 0.0 {
+            let fill = Self::colour(self.share(value));
+            format!("fill=\"{fill}\" stroke=\"#00000030\"")
+        } else {
+            "fill=\"#fff\" stroke=\"#b3bcc5\"".to_owned()
+        }
+    }
+
+    /// The scale drawn, with round numbers along it.
+    fn legend(&self) -> String {
+        const LONG: f64 = 320.0;
+        const STEPS: u32 = 64;
+        let mut svg = format!(
+            "<svg width=\"{}\" height=\"34\" font-size=\"12\" fill=\"#5b6570\">",
+            LONG + 40.0
+        );
+        let step = LONG / f64::from(STEPS);
+        for k in 0..STEPS {
+            let share = (f64::from(k) + 0.5) / f64::from(STEPS);
+            let _ = write!(
+                svg,
+                "<rect x=\"{:.1}\" y=\"0\" width=\"{:.1}\" height=\"12\" fill=\"{}\"/>",
+                20.0 + f64::from(k) * step,
+                step + 0.5,
+                Self::colour(share)
+            );
+        }
+        for tick in self.ticks() {
+            let x = 20.0 + LONG * self.share(tick);
+            let _ = write!(
+                svg,
+                "<path d=\"M{x:.1} 12v4\" stroke=\"#5b6570\"/><text x=\"{x:.1}\" y=\"29\" \
+                 text-anchor=\"middle\">{}</text>",
+                round_gap(tick)
+            );
+        }
+        svg += "</svg>";
+        format!(
+            "<div class=\"legend\"><span>Gap of one PSF</span>{svg}<span><svg width=\"150\" height=\"16\" \
+             font-size=\"12\" fill=\"#5b6570\"><circle cx=\"8\" cy=\"8\" r=\"5.5\" {}/>\
+             <text x=\"20\" y=\"12\">not above the noise</text></svg></span></div>\n",
+            self.paint(0.0)
+        )
+    }
+
+    /// 1 and 3 times powers of ten within the scale.
+    fn ticks(&self) -> Vec<f64> {
+        let first = self.least.log10().floor() as i32;
+        let last = self.most.log10().ceil() as i32;
+        (first..=last)
+            .flat_map(|power| [1.0, 3.0].map(|m| m * 10_f64.powi(power)))
+            .filter(|tick| (self.least..=self.most).contains(tick))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scale_is_logarithmic_and_holds_its_ends() {
+        let scale = Scale {
+            least: 1e-3,
+            most: 0.1,
+        };
+        assert_eq!(scale.share(1e-9), 0.0);
+        assert!((scale.share(0.01) - 0.5).abs() < 1e-12);
+        assert_eq!(scale.share(7.0), 1.0);
+        assert_eq!(scale.ticks().len(), 5);
+        assert_eq!(Scale::colour(1.0), "#330a4a");
+        assert_eq!(Scale::of(&[]).most, 1e-3);
+    }
+
+    #[test]
+    fn many_are_thinned_with_both_ends() {
+        assert_eq!(some_of(&[1, 2, 3], 4), (vec![1, 2, 3], false));
+        let all: Vec<i32> = (0..31).collect();
+        assert_eq!(some_of(&all, 6), (vec![0, 6, 12, 18, 24, 30], true));
+    }
+}
