@@ -34,6 +34,8 @@ use crate::profile::{LensDescription, LensProfile, PupilChannel};
 use search::{Candidate, Ground};
 use seen::SeenSet;
 
+/// Scatter of ideal positions that is told, px.
+const TOLD_PX: f64 = 0.02;
 /// Singles that are searched with more tiles.
 const REFINED: usize = 5;
 /// Singles of which pairs are made, and pairs that are searched with more tiles.
@@ -66,7 +68,12 @@ pub fn diagnose(
     }
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     if let Some(best) = singles.first() {
-        seen.unsettle(jitter::jitter_px(best, ground.many()));
+        let jitter_px = jitter::take_off(best, &mut seen.tiles);
+        if jitter_px > TOLD_PX {
+            seen.remarks.push(format!(
+                "ideal positions scatter by {jitter_px:.2} px at random: taken off"
+            ));
+        }
     }
     let ground = Ground::new(&seen.tiles, channels.len(), reference);
     let rest = singles.split_off(REFINED.min(singles.len()));

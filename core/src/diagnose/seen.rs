@@ -121,20 +121,6 @@ impl SeenSet {
     }
 }
 
-impl SeenSet {
-    /// Takes into account that ideal positions are known to `jitter_px` only.
-    pub(super) fn unsettle(&mut self, jitter_px: f64) {
-        for tile in self.tiles.iter_mut().filter(|t| t.placed) {
-            tile.noise += super::jitter::gap_of(tile, jitter_px);
-        }
-        if jitter_px > 0.02 {
-            self.remarks.push(format!(
-                "ideal positions scatter by {jitter_px:.2} px: counted as noise"
-            ));
-        }
-    }
-}
-
 /// Fewest tiles that say anything of a cause.
 const LEAST_TILES: usize = 6;
 

@@ -96,7 +96,7 @@ pub trait PsfModel: Send + Sync {
     }
 
     /// The box about the centroid outside which the density is negligible: less than 1e-6 of the
-    /// light in all.
+    /// light in all; where waves or a halo carry light far, 0.005 for each.
     fn reach_px(&self, blur: &LocalBlur) -> Reach;
 
     /// Light per px² at the pixel centres of `window`, row-major; the whole plane holds one.

@@ -13,9 +13,15 @@ use rustfft::{Fft, FftPlanner};
 /// A value of a spectrum.
 pub(super) type C = Complex<f64>;
 
-/// Plans of transforms, made when first asked for.
+/// The two kinds of plans.
+type Planners = (FftPlanner<f64>, RealFftPlanner<f64>);
+
+/// Plans of transforms, made when first asked for, and buffers to be used again.
 #[derive(Default)]
-pub(super) struct Fourier(Option<Box<(FftPlanner<f64>, RealFftPlanner<f64>)>>);
+pub(super) struct Fourier {
+    planners: Option<Box<Planners>>,
+    spare: Vec<Vec<C>>,
+}
 
 impl fmt::Debug for Fourier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -24,9 +30,22 @@ impl fmt::Debug for Fourier {
 }
 
 impl Fourier {
-    fn planners(&mut self) -> &mut (FftPlanner<f64>, RealFftPlanner<f64>) {
-        self.0
+    fn planners(&mut self) -> &mut Planners {
+        self.planners
             .get_or_insert_with(|| Box::new((FftPlanner::new(), RealFftPlanner::new())))
+    }
+
+    /// A buffer of `length` zeros.
+    pub(super) fn buffer(&mut self, length: usize) -> Vec<C> {
+        let mut buffer = self.spare.pop().unwrap_or_default();
+        buffer.clear();
+        buffer.resize(length, C::default());
+        buffer
+    }
+
+    /// Takes back what [`Fourier::buffer`] gave.
+    pub(super) fn keep(&mut self, buffer: Vec<C>) {
+        self.spare.push(buffer);
     }
 
     /// The transform of `length` complex values.
@@ -83,11 +102,12 @@ impl Grid {
     }
 
     /// The unnormalised spectrum of `picture`, row-major, which serves as working space; of the
-    /// frequencies along x the first `kept`.
-    pub(super) fn forward(&self, picture: &mut [f64], kept: usize) -> Vec<C> {
+    /// frequencies along x the first `kept`. `lines` is working space.
+    pub(super) fn forward(&self, picture: &mut [f64], kept: usize, lines: &mut Vec<C>) -> Vec<C> {
         let kept = kept.min(self.half());
         let mut line = vec![C::default(); self.half()];
-        let mut lines = vec![C::default(); self.rows * kept];
+        lines.clear();
+        lines.resize(self.rows * kept, C::default());
         let mut scratch = self.across.make_scratch_vec();
         let rows = picture.chunks_exact_mut(self.columns);
         for (row, to) in rows.zip(lines.chunks_exact_mut(kept)) {
@@ -97,7 +117,7 @@ impl Grid {
             to.copy_from_slice(&line[..kept]);
         }
         let mut spectrum = vec![C::default(); self.rows * kept];
-        transpose(&lines, kept, self.rows, &mut spectrum, self.rows);
+        transpose(lines, kept, self.rows, &mut spectrum, self.rows);
         let mut scratch = vec![C::default(); self.down.get_inplace_scratch_len()];
         self.down.process_with_scratch(&mut spectrum, &mut scratch);
         spectrum
@@ -152,7 +172,7 @@ mod tests {
             let picture: Vec<f64> = (0..size[0] * size[1])
                 .map(|k| (k * k % 17) as f64)
                 .collect();
-            let mut spectrum = grid.forward(&mut picture.clone(), grid.half());
+            let mut spectrum = grid.forward(&mut picture.clone(), grid.half(), &mut Vec::new());
             let sum: f64 = picture.iter().sum();
             assert!((spectrum[0].re - sum).abs() < 1e-9 * sum);
             let back = grid.inverse(&mut spectrum);

@@ -206,8 +206,9 @@ impl Picture {
                 kernel[row + column] = table[from + dx.unsigned_abs() as usize];
             }
         }
-        let mut product = grid.forward(&mut light, usize::MAX);
-        let kernel = grid.forward(&mut kernel, usize::MAX);
+        let mut lines = Vec::new();
+        let mut product = grid.forward(&mut light, usize::MAX, &mut lines);
+        let kernel = grid.forward(&mut kernel, usize::MAX, &mut lines);
         let share = 1.0 / (grid.columns * grid.rows) as f64;
         for (a, b) in product.iter_mut().zip(&kernel) {
             *a *= b * share;
@@ -265,7 +266,9 @@ fn of_rays(
         cells,
         space,
     );
-    let mut values = grid.forward(&mut space.canvas.light, usize::MAX);
+    let mut lines = space.fourier.buffer(0);
+    let mut values = grid.forward(&mut space.canvas.light, usize::MAX, &mut lines);
+    space.fourier.keep(lines);
     // Gathering cells into pixels, from the middle of the first; and the discrete Gaussian.
     let passes = |axis: usize, k: i64| {
         let f = k as f64 / pixels[axis] as f64;

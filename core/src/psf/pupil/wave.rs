@@ -121,11 +121,12 @@ pub(super) fn spectrum(
         axes = lay(q);
     }
     let [x, y] = &axes;
-    let (wave, light) = leaving(pupil, q, x, y);
+    let mut wave = fourier.buffer(x.count * y.count);
+    let light = leaving(pupil, q, x, y, &mut wave);
 
     // The field, lines along y of samples along x at the end.
     let plan = fourier.line(y.field);
-    let mut lines = vec![C::default(); x.count * y.field];
+    let mut lines = fourier.buffer(x.count * y.field);
     for (line, from) in lines
         .chunks_exact_mut(y.field)
         .zip(wave.chunks_exact(y.count))
@@ -135,7 +136,7 @@ pub(super) fn spectrum(
     let mut scratch = vec![C::default(); plan.get_inplace_scratch_len()];
     plan.process_with_scratch(&mut lines, &mut scratch);
     let plan = fourier.line(x.field);
-    let mut field = vec![C::default(); x.field * y.field];
+    let mut field = fourier.buffer(x.field * y.field);
     transpose(&lines, y.field, x.count, &mut field, x.field);
     scratch.resize(plan.get_inplace_scratch_len(), C::default());
     plan.process_with_scratch(&mut field, &mut scratch);
@@ -143,8 +144,11 @@ pub(super) fn spectrum(
     let mut bright: Vec<f64> = field.iter().map(C::norm_sqr).collect();
     let grid = fourier.grid([x.field, y.field]);
     // Beyond these frequencies the spectrum is empty.
-    let lines = x.count;
-    let mut values = grid.forward(&mut bright, lines);
+    let kept = x.count;
+    let mut values = grid.forward(&mut bright, kept, &mut field);
+    for buffer in [wave, lines, field] {
+        fourier.keep(buffer);
+    }
     // The pupil's energy, not the window's: what goes beyond the window is lost, not spread over it.
     let share = 1.0 / (light * (x.field * y.field) as f64);
     let variance = pupil.blur_variance_px2.max(0.0);
@@ -168,9 +172,9 @@ pub(super) fn spectrum(
     }
 }
 
-/// The wave in the pupil, samples along y for each along x, its tilt such that the field's first sample
-/// is on the axes' centres; and the light that it stands for.
-fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis) -> (Vec<C>, f64) {
+/// Fills `wave` with the wave in the pupil, samples along y for each along x, its tilt such that the field's
+/// first sample is on the axes' centres; returns the light that it stands for.
+fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis, wave: &mut [C]) -> f64 {
     let mut open = vec![0.0; x.count * y.count];
     let cell = [x.step, y.step];
     // The outermost cells are closed.
@@ -182,7 +186,6 @@ fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis) -> (Vec<C>, f64) {
             open[column * y.count + row] = shares.fold(1.0, f64::min);
         }
     }
-    let mut wave = vec![C::default(); x.count * y.count];
     let mut light = 0.0;
     let even = pupil.transmission.is_even();
     for (column, line) in wave.chunks_exact_mut(y.count).enumerate() {
@@ -215,7 +218,7 @@ fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis) -> (Vec<C>, f64) {
             *sample = C::new(size * cos, size * sin);
         }
     }
-    (wave, light)
+    light
 }
 
 /// Share of the cell of these sides about `u` that lies within `stop`, whose edge is taken as straight.
