@@ -2,11 +2,13 @@
 //! gap shrinks once it is added.
 
 mod diagnosis;
+mod pair;
 mod settings;
 
 pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
 };
+pub use pair::{PairEstimate, PairSettings, Picture, estimate_pair};
 pub use settings::{Progress, Settings};
 
 use crate::error::{Error, Result};
