@@ -79,3 +79,56 @@ impl Output {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo::lens::lens;
+    use crate::demo::observations::measured;
+    use crate::files::manifest::{ReadOptions, read};
+    use crate::report::made::{diagnosis, subject};
+    use seidel_core::diagnose::Verdict;
+    use seidel_core::profile::LensProfile;
+    use std::path::Path;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = folder.read_dir().expect("there").flatten();
+        let mut names: Vec<String> = entries
+            .map(|e| e.file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn all_is_written_and_can_be_read_again() {
+        let root = tempfile::tempdir().expect("a folder");
+        let out = root.path().join("deep/out");
+        let found = diagnosis(Verdict::Explained);
+        let output = Output::checked(&out, Path::new("lens.json"), false).expect("free");
+        output
+            .write(&found, &subject(), "{}\n", None)
+            .expect("writable");
+        assert_eq!(
+            names(&out),
+            ["corrected.json", "report.html", "report.json"]
+        );
+        let text = crate::files::json::read_text(&out.join(CORRECTED), 1 << 20).expect("there");
+        assert_eq!(
+            LensProfile::from_json(&text).expect("a lens"),
+            found.corrected
+        );
+        // Again into the same folder, now with PSFs.
+        let set = measured(&lens(320, 180).expect("a lens")).expect("a set");
+        let output = Output::checked(&out, Path::new("lens.json"), true).expect("its own files");
+        output
+            .write(&found, &subject(), "{}\n", Some(&set))
+            .expect("writable");
+        let back = read(&out.join(ESTIMATED), ReadOptions::default()).expect("a set");
+        assert_eq!(back.set.observations.len(), set.observations.len());
+        // A later report without them would lose them.
+        assert!(Output::checked(&out, Path::new("lens.json"), false).is_err());
+        let lens = out.join(CORRECTED);
+        assert!(Output::checked(&out, &lens, true).is_err());
+    }
+}
