@@ -5,6 +5,7 @@ mod bad_input;
 mod choice;
 mod controls;
 mod demo;
+mod diagnose;
 mod eval;
 mod fit;
 mod fit_pupil;

@@ -1,11 +1,13 @@
 //! `seidel diagnose`: which effect a lens lacks, and how far the gap closes once it is added.
 
 mod output;
+mod pair;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
+use rayon::ThreadPool;
 use seidel_core::diagnose::{Diagnosis, Progress, Settings, diagnose};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
@@ -17,6 +19,7 @@ use crate::files::error::FileError;
 use crate::files::manifest::{self, ReadOptions};
 use crate::report::{self, Subject};
 use output::Output;
+use pair::PairArgs;
 
 /// Options of `seidel diagnose`.
 #[derive(Debug, Args)]
@@ -25,9 +28,12 @@ pub struct DiagnoseArgs {
     #[arg(long, required_unless_present = "schema")]
     lens: Option<PathBuf>,
     /// The observation set to hold it against
-    #[arg(value_name = "OBS", required_unless_present = "schema")]
+    #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference"], conflicts_with = "reference")]
     observations: Option<PathBuf>,
-    /// Folder to write report.json, report.html and corrected.json to
+    #[command(flatten)]
+    pair: PairArgs,
+    /// Folder to write report.json, report.html and corrected.json to; estimated PSFs go to its folder
+    /// psf
     #[arg(long, value_name = "DIR", required_unless_present = "schema")]
     out: Option<PathBuf>,
     /// Try these effects only, by identifier; all that there are if left out
@@ -49,25 +55,29 @@ pub struct DiagnoseArgs {
 
 pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), CommandError> {
     // The command line is refused without them.
-    let (Some(lens), Some(observations), Some(out)) = (&args.lens, &args.observations, &args.out)
-    else {
+    let (Some(lens), Some(out)) = (&args.lens, &args.out) else {
         console.say(report::schema());
         return Ok(());
     };
     for id in &args.only {
         effects::by_id(id)?;
     }
-    let output = Output::checked(out, lens)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads.unwrap_or(0))
+        .build()
+        .map_err(|e| CommandError::Usage(format!("--threads: {e}")))?;
+    let output = Output::checked(out, lens, args.pair.reference.is_some())?;
     let profile = read_lens(lens)?;
     needs_rays(&profile, lens)?;
-    let set = manifest::read(observations, ReadOptions::default())?.set;
-    same_channels(&profile, &set, observations)?;
-    let subject = Subject::new(short_name(lens), short_name(observations), &set);
-    let found = args
-        .diagnose(&profile, &set, console)?
-        .map_err(|e| FileError::from_core(observations, e))?;
+    let seen = args.read((&profile, lens), &pool, console)?;
+    let mut found = args
+        .diagnose(&profile, &seen.set, &pool, console)
+        .map_err(|e| FileError::from_core(&seen.path, e))?;
+    found.remarks.extend(seen.remarks);
+    let subject = Subject::new(short_name(lens), seen.name, &seen.set);
     let json = report::json(&found, &subject)?;
-    output.write(&found, &subject, &json)?;
+    let estimated = seen.estimated.then_some(&seen.set);
+    output.write(&found, &subject, &json, estimated)?;
     if args.json {
         console.say(json.trim_end());
     } else {
@@ -79,18 +89,65 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     Ok(())
 }
 
+/// What a lens is held against.
+struct Seen {
+    set: ObservationSet,
+    /// The file or folder that messages name.
+    path: PathBuf,
+    /// What the report calls it.
+    name: String,
+    /// Whether the set was estimated and stands nowhere yet.
+    estimated: bool,
+    remarks: Vec<String>,
+}
+
 impl DiagnoseArgs {
-    /// Runs the diagnosis on as many threads as asked for.
+    /// The observations: a set, or what a pair of pictures says.
+    fn read(
+        &self,
+        lens: (&LensProfile, &Path),
+        pool: &ThreadPool,
+        console: &Console,
+    ) -> Result<Seen, CommandError> {
+        if let (Some(sharp), Some(plate)) = (&self.pair.reference, &self.pair.observed) {
+            let found = self.pair.estimate((sharp, plate), lens, pool, console)?;
+            let (count, name) = (found.set.observations.len(), short_name(plate));
+            let mut remarks = vec![format!(
+                "{count} PSFs were estimated from {} and {name}; nobody measured them",
+                short_name(sharp)
+            )];
+            remarks.extend(found.remarks());
+            return Ok(Seen {
+                set: found.set,
+                path: plate.clone(),
+                name,
+                estimated: true,
+                remarks,
+            });
+        }
+        let Some(path) = &self.observations else {
+            return Err(CommandError::Usage(
+                "give OBS, or --reference and --observed".to_owned(),
+            ));
+        };
+        let set = manifest::read(path, ReadOptions::default())?.set;
+        same_channels(lens.0, &set, path)?;
+        Ok(Seen {
+            set,
+            path: path.clone(),
+            name: short_name(path),
+            estimated: false,
+            remarks: Vec::new(),
+        })
+    }
+
     fn diagnose(
         &self,
         lens: &LensProfile,
         set: &ObservationSet,
+        pool: &ThreadPool,
         console: &Console,
-    ) -> Result<seidel_core::Result<Diagnosis>, CommandError> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads.unwrap_or(0))
-            .build()
-            .map_err(|e| CommandError::Usage(format!("--threads: {e}")))?;
+    ) -> seidel_core::Result<Diagnosis> {
         let settings = Settings {
             library: self.only.clone(),
             pairs: !self.no_pairs,
@@ -101,7 +158,7 @@ impl DiagnoseArgs {
             report: &|share| bar.set(share),
             stop: &stop,
         };
-        Ok(pool.install(|| diagnose(lens, set, &settings, &progress)))
+        pool.install(|| diagnose(lens, set, &settings, &progress))
     }
 }
 

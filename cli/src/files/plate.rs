@@ -101,6 +101,14 @@ impl Plate {
         }
     }
 
+    /// Whether its samples are whole numbers in the file, which clip at full scale.
+    pub fn holds_integers(&self) -> bool {
+        match &self.file {
+            PlateFile::Exr { .. } => false,
+            PlateFile::Flat { plate, .. } => plate.depth().is_integer(),
+        }
+    }
+
     /// Width of the planes, pixels.
     pub fn width(&self) -> usize {
         self.window.width

@@ -185,6 +185,7 @@ mod tests {
         assert!(
             html(&two, &subject()).contains("lacks vignetting and decentre: adding both closes")
         );
+        assert!(html(&two, &subject()).contains("with its best partner"));
         let mut none = diagnosis(Verdict::Unexplained);
         none.added.clear();
         assert!(html(&none, &subject()).contains("a gap that no known effect closes"));

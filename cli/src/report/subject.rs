@@ -18,8 +18,6 @@ pub struct Subject {
     pub count: usize,
     /// Object distances in the set.
     pub distances: usize,
-    /// How PSFs that nobody measured were estimated, in words.
-    pub estimated: Option<String>,
 }
 
 impl Subject {
@@ -32,7 +30,6 @@ impl Subject {
             channels: set.channels.clone(),
             count: set.observations.len(),
             distances: set.distances().len(),
-            estimated: None,
         }
     }
 }

@@ -28,10 +28,15 @@ pub(super) fn causes(d: &Diagnosis) -> String {
             )
         })
         .collect();
+    let together = if d.added.len() > 1 {
+        " Two effects were added: each row tells how much a cause closes with its best partner."
+    } else {
+        ""
+    };
     format!(
         "<section><h2>Every cause that was tried</h2>\n<p class=\"quiet\">Probabilities are given that \
          something is missing, and sum to 100&nbsp;% with that of an unknown cause. Values are where each \
-         effect alone fits best, with standard errors.</p>\n{twins}\
+         effect alone fits best, with standard errors.{together}</p>\n{twins}\
          <table><thead><tr><th>Cause</th><th>Probability</th><th class=\"n\">Closes</th>\
          <th class=\"n\">95&nbsp;%</th><th>Values</th></tr></thead><tbody>\n{rows}</tbody></table>\n\
          </section>\n"

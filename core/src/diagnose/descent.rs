@@ -196,8 +196,8 @@ impl Problem<'_> {
         Linear { folds }
     }
 
-    /// Descends from `from` for at most `iterations` steps.
-    pub(super) fn descend(&self, from: &[f64], iterations: usize) -> Fitted {
+    /// Descends from `from` for at most `iterations` steps, until one gains less than the share `enough`.
+    pub(super) fn descend(&self, from: &[f64], iterations: usize, enough: f64) -> Fitted {
         let slots = &self.hypothesis.slots;
         let mut theta = from.to_vec();
         if slots.is_empty() {
@@ -212,7 +212,7 @@ impl Problem<'_> {
             let normal = self.linear(&theta).total(None);
             cost = normal.cost;
             let mut better = None;
-            for _ in 0..6 {
+            for _ in 0..4 {
                 let trial = bounded_step(&normal, &theta, slots, damping);
                 let there = self.cost(&trial);
                 if there < cost {
@@ -228,7 +228,7 @@ impl Problem<'_> {
             let gained = cost - there;
             theta = trial;
             cost = there;
-            if gained < 1e-4 * cost {
+            if gained < enough * cost {
                 break;
             }
         }

@@ -13,6 +13,7 @@ mod diagnosis;
 mod hypothesis;
 mod jitter;
 mod odds;
+mod pair;
 mod picture;
 mod places;
 mod proof;
@@ -25,6 +26,7 @@ mod verdict;
 pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
 };
+pub use pair::{PairEstimate, PairSettings, Picture, estimate_pair};
 pub use settings::{Progress, Settings, stopped};
 
 use crate::effects::{self, Effect};
@@ -37,7 +39,7 @@ use seen::SeenSet;
 /// Scatter of ideal positions that is told, px.
 const TOLD_PX: f64 = 0.02;
 /// Singles that are searched with more tiles.
-const REFINED: usize = 5;
+const REFINED: usize = 4;
 /// Singles of which pairs are made, and pairs that are searched with more tiles.
 const PAIRED: usize = 5;
 const REFINED_PAIRS: usize = 3;

@@ -125,7 +125,7 @@ fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
     };
     let hypothesis = added.hypothesis.clone();
     let whole = problem(&hypothesis, tiles, Detail::FIT);
-    let theta = whole.descend(&added.theta, 3).theta;
+    let theta = whole.descend(&added.theta, 3, 1e-3).theta;
     let sigma = standard_errors(&whole.linear(&theta));
     let mut after = before.to_vec();
     for fold in 0..FOLDS {

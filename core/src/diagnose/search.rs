@@ -64,6 +64,9 @@ const MANY: usize = 150;
 const PROMISING: usize = 2;
 /// Starts from which searches descend.
 const DESCENDED: usize = 2;
+/// Shares of what is left that a step must gain for a search to go on: a first one, and a later one.
+const FIRST_ENOUGH: f64 = 0.01;
+const ENOUGH: f64 = 1e-3;
 /// How far along a start's direction to look, in its own length.
 const STRIDES: [f64; 7] = [1.0, 0.3, 0.1, 0.03, -0.03, -0.1, -0.3];
 
@@ -206,12 +209,14 @@ impl<'a> Ground<'a> {
             .into_iter()
             .map(|(hypothesis, start)| {
                 let problem = on(&hypothesis, &self.few, Detail::COARSE);
-                let fitted = problem.descend(&start.theta, 5);
+                let fitted = problem.descend(&start.theta, 2, FIRST_ENOUGH);
                 (hypothesis, fitted)
             })
             .collect();
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let (hypothesis, fitted) = tried.swap_remove(0);
+        let problem = on(&hypothesis, &self.few, Detail::COARSE);
+        let fitted = problem.descend(&fitted.theta, 4, FIRST_ENOUGH);
         self.scored(hypothesis, fitted.theta, &self.few)
     }
 
@@ -249,7 +254,7 @@ impl<'a> Ground<'a> {
     /// Searches on with all tiles by which hypotheses are compared.
     pub(super) fn refined(&self, candidate: Candidate) -> Candidate {
         let problem = self.problem(&candidate.hypothesis, Detail::COARSE);
-        let theta = problem.descend(&candidate.theta, 6).theta;
+        let theta = problem.descend(&candidate.theta, 5, ENOUGH).theta;
         self.scored(candidate.hypothesis, theta, &self.many)
     }
 

@@ -22,7 +22,7 @@ pub(crate) mod random;
 mod remarks;
 mod shapes;
 mod sparse;
-mod spectrum;
+pub(crate) mod spectrum;
 mod spline;
 mod split_mean;
 mod test_image;

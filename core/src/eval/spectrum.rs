@@ -92,7 +92,7 @@ impl Transform {
 
 /// The least even number not below `least` whose only prime factors are 2, 3 and 5: quick to
 /// transform.
-pub(super) fn quick_length(least: usize) -> usize {
+pub(crate) fn quick_length(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for p in [2, 3, 5] {
             while n.is_multiple_of(p) {

@@ -1,0 +1,236 @@
+//! `seidel diagnose`: what it refuses, before anything long is begun and with nothing left behind.
+
+use std::fs;
+use std::path::Path;
+
+use std::sync::atomic::AtomicBool;
+
+use seidel_core::diagnose::{PairSettings, Picture, Progress, estimate_pair};
+use seidel_core::distance::ObjectDistance;
+use seidel_core::effects;
+use seidel_core::predict::{Predictor, predict_like};
+use seidel_core::profile::LensProfile;
+use seidel_core::psf::Pupil;
+
+use crate::support::{
+    listing, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_made_set,
+    write_ray_lens,
+};
+
+/// Sets up a ray lens of R, G and B and a set of its PSFs, spoils them with `spoil`, and runs `line`, which
+/// must fail with a message that holds all of `says` and leave the folder as it was.
+fn refused(spoil: impl Fn(&Path), line: &str, says: &[&str]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_ray_lens(folder.path(), &["R", "G", "B"]);
+    write_made_set(folder.path(), "set", &["R", "G", "B"]);
+    spoil(folder.path());
+    let before = listing(folder.path());
+    let outcome = seidel_in(folder.path(), line);
+    assert_eq!(outcome.status, 1, "{line}: {}", outcome.stderr);
+    for part in says {
+        assert!(
+            outcome.stderr.contains(part),
+            "{line}: `{part}` is missing in: {}",
+            outcome.stderr
+        );
+    }
+    assert!(outcome.stderr.contains(';'), "a remedy: {}", outcome.stderr);
+    assert_eq!(listing(folder.path()), before, "{line} left something");
+}
+
+const DIAGNOSE: &str = "diagnose --lens @lens.json @set --out @out";
+
+/// A frame of the lens in `channels`, each the numbers that `pixel` gives for an index.
+fn picture(folder: &Path, name: &str, channels: &[&str], pixel: impl Fn(usize) -> f32) {
+    sized(folder, name, channels, (300, 200), pixel);
+}
+
+fn sized(
+    folder: &Path,
+    name: &str,
+    channels: &[&str],
+    (width, height): (usize, usize),
+    pixel: impl Fn(usize) -> f32,
+) {
+    let plane: Vec<f32> = (0..width * height).map(pixel).collect();
+    let planes: Vec<(&str, Vec<f32>)> = channels.iter().map(|&c| (c, plane.clone())).collect();
+    write_exr(&folder.join(name), width, height, &planes);
+}
+
+fn grain(index: usize) -> f32 {
+    ((index as f32 * 12.9898).sin() * 43_758.547).fract().abs()
+}
+
+#[test]
+fn lenses_and_sets_that_do_not_go_together() {
+    refused(
+        |folder| fs::remove_file(folder.join("lens.json")).expect("there"),
+        DIAGNOSE,
+        &["lens.json", "check the path"],
+    );
+    refused(
+        |folder| fs::remove_file(folder.join("set/manifest.json")).expect("there"),
+        DIAGNOSE,
+        &["set", "manifest.json"],
+    );
+    refused(
+        |folder| write_made_lens(folder, &["R", "G", "B"]),
+        DIAGNOSE,
+        &["lens.json", "moments", "--model reduced"],
+    );
+    refused(
+        |folder| write_ray_lens(folder, &["R", "B"]),
+        DIAGNOSE,
+        &["set", "channel G", "R, B"],
+    );
+    refused(
+        |_| (),
+        "diagnose --lens @lens.json @set --out @out --only fog",
+        &["fog", effects::ALL[0].id()],
+    );
+}
+
+#[test]
+fn outputs_that_cannot_be() {
+    refused(
+        |folder| {
+            fs::create_dir(folder.join("out")).expect("writable");
+            fs::write(folder.join("out/notes.txt"), "mine").expect("writable");
+        },
+        DIAGNOSE,
+        &["out", "notes.txt"],
+    );
+    refused(
+        |folder| fs::write(folder.join("out"), "mine").expect("writable"),
+        DIAGNOSE,
+        &["out", "not a folder"],
+    );
+    refused(
+        |folder| {
+            fs::create_dir(folder.join("out")).expect("writable");
+            fs::rename(folder.join("lens.json"), folder.join("out/corrected.json")).expect("moves");
+        },
+        "diagnose --lens @out/corrected.json @set --out @out",
+        &["corrected.json", "overwritten", "--out"],
+    );
+}
+
+#[test]
+fn pairs_that_tell_nothing() {
+    const ALL: [&str; 3] = ["R", "G", "B"];
+    const PAIR: &str = "diagnose --lens @lens.json --reference @sharp.exr --observed @plate.exr \
+                        --out @out --depth-m 2";
+    let both = |folder: &Path| {
+        picture(folder, "sharp.exr", &ALL, grain);
+        picture(folder, "plate.exr", &ALL, grain);
+    };
+    refused(|_| (), PAIR, &["sharp.exr", "check the path"]);
+    refused(
+        |folder| {
+            both(folder);
+            sized(folder, "plate.exr", &ALL, (280, 200), grain);
+        },
+        PAIR,
+        &["plate.exr", "300 x 200", "280 x 200", "one size"],
+    );
+    refused(
+        |folder| {
+            sized(folder, "sharp.exr", &ALL, (280, 200), grain);
+            sized(folder, "plate.exr", &ALL, (280, 200), grain);
+        },
+        PAIR,
+        &["280 x 200", "300 x 200", "frame"],
+    );
+    refused(
+        |folder| {
+            picture(folder, "sharp.exr", &ALL, |_| 0.5);
+            picture(folder, "plate.exr", &ALL, |_| 0.5);
+        },
+        PAIR,
+        &["plate.exr", "detail", "chart"],
+    );
+    refused(
+        |folder| {
+            both(folder);
+            picture(folder, "sharp.exr", &["Y"], grain);
+        },
+        PAIR,
+        &["sharp.exr", "R, G, B", "Y"],
+    );
+    refused(
+        both,
+        &PAIR.replace("--depth-m 2", ""),
+        &["plate.exr", "--depth-m"],
+    );
+    refused(both, &format!("{PAIR} --patch 30"), &["patch", "30", "odd"]);
+    refused(both, &format!("{PAIR} --patch 65"), &["too small", "65 px"]);
+}
+
+/// What `apply` puts on a picture is what is estimated from it.
+#[test]
+fn rendered_blur_is_estimated_as_it_was_drawn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_ray_lens(folder.path(), &["Y"]);
+    picture(folder.path(), "sharp.exr", &["Y"], grain);
+    succeeds(
+        folder.path(),
+        "apply --lens @lens.json @sharp.exr -o @plate.exr --distance 2.5",
+    );
+    let text = fs::read_to_string(folder.path().join("lens.json")).expect("there");
+    let lens = LensProfile::from_json(&text).expect("a lens");
+    let planes = ["sharp.exr", "plate.exr"].map(|n| [read_channel(&folder.path().join(n), "Y")]);
+    let [sharp, plate] = [&planes[0], &planes[1]].map(|planes| Picture {
+        width: 300,
+        height: 200,
+        planes,
+    });
+    let settings = PairSettings {
+        side: 25,
+        distance: ObjectDistance::Metres(2.5),
+        ..PairSettings::default()
+    };
+    let progress = Progress {
+        report: &|_| (),
+        stop: &AtomicBool::new(false),
+    };
+    let names = ["Y".to_owned()];
+    let found = estimate_pair(&lens.frame, &names, &sharp, &plate, &settings, &progress)
+        .expect("grain has detail");
+    assert_eq!(found.left_out, 0);
+    let predictor = Predictor::new(&lens).expect("a lens");
+    let drawn = predict_like(&predictor, &found.set, &Pupil).expect("drawable");
+    for (seen, drawn) in found.set.observations.iter().zip(&drawn.observations) {
+        let (a, b) = (&seen.tiles[0], &drawn.tiles[0]);
+        let sum = a.sum();
+        let pairs = a.samples().iter().zip(b.samples());
+        let square: f64 = pairs
+            .map(|(a, b)| (f64::from(*a) / sum - f64::from(*b)).powi(2))
+            .sum();
+        let energy: f64 = b.samples().iter().map(|b| f64::from(*b).powi(2)).sum();
+        let noise = seen.noise_sigma[0].expect("told").powi(2) * 625.0 / energy;
+        let gap = square / energy;
+        assert!(gap < 0.002 && gap < 2.0 * noise, "{gap} {noise}");
+    }
+}
+
+#[test]
+fn the_command_line_and_the_schema() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for line in [
+        "diagnose",
+        "diagnose --lens @lens.json --out @out",
+        "diagnose --lens @lens.json @set",
+        "diagnose --lens @lens.json --out @out --reference @a.exr",
+        "diagnose --lens @lens.json @set --out @out --reference @a.exr --observed @b.exr",
+        "diagnose --lens @lens.json @set --out @out --depth-m 2",
+        "diagnose --lens @lens.json @set --out @out --depth-m -2",
+    ] {
+        let outcome = seidel_in(folder.path(), line);
+        assert_eq!(outcome.status, 2, "{line}: {}", outcome.stderr);
+    }
+    let said = succeeds(folder.path(), "diagnose --schema").stdout;
+    let schema: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    for key in ["verdict", "causes", "where", "next_capture"] {
+        assert!(!schema["properties"][key].is_null(), "{key}");
+    }
+}
