@@ -135,7 +135,7 @@ fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
             continue;
         }
         let there = problem(&hypothesis, &others, Detail::FIT)
-            .descend(&theta, 2)
+            .descend(&theta, 1, 1e-2)
             .theta;
         let mut gaps = problem(&hypothesis, &own, Detail::FULL)
             .gaps(&there)

@@ -182,7 +182,7 @@ impl<'a> Ground<'a> {
                 let costs = self.joined(one, other).into_iter().take(2);
                 let costs = costs.map(|(hypothesis, theta)| {
                     on(&hypothesis, &self.few, Detail::COARSE)
-                        .descend(&theta, 1)
+                        .descend(&theta, 1, ENOUGH)
                         .cost
                 });
                 (costs.fold(f64::INFINITY, f64::min), *other)
