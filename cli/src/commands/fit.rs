@@ -28,9 +28,10 @@ pub struct FitArgs {
     /// Where to write the lens profile
     #[arg(short, long, value_name = "LENS")]
     output: PathBuf,
-    /// What to describe the lens by
-    #[arg(long, value_enum, default_value_t = Model::Reduced)]
-    model: Model,
+    /// What to describe the lens by; if left out `reduced`, and `extended` where PSFs kept aside show that
+    /// third order falls short
+    #[arg(long, value_enum)]
+    model: Option<Model>,
     /// Where the optical axis is: `free` to find it, or X,Y in frame pixels; as the set says if left out
     #[arg(long, value_name = "free|X,Y", value_parser = parse_axis)]
     axis: Option<AxisChoice>,
@@ -94,7 +95,7 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
     } else {
         Support::Auto
     };
-    let remarks = if args.model == Model::Moments {
+    let remarks = if args.model == Some(Model::Moments) {
         let mut fit = moments::fit(&sets, args, support)?;
         args.write(&mut fit.lens)?;
         if args.json {
@@ -122,7 +123,7 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
 impl FitArgs {
     /// Refuses options of another model than the one asked for.
     fn check(&self) -> Result<(), CommandError> {
-        let of_moments = self.model == Model::Moments;
+        let of_moments = self.model == Some(Model::Moments);
         if self.unweighted && !of_moments {
             return Err(CommandError::Usage(
                 "--unweighted is of moments alone; add --model moments or leave it out".to_owned(),

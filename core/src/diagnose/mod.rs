@@ -41,7 +41,7 @@ const TOLD_PX: f64 = 0.02;
 /// Singles that are searched with more tiles.
 const REFINED: usize = 4;
 /// Singles of which pairs are made, and pairs that are searched with more tiles.
-const PAIRED: usize = 5;
+const PAIRED: usize = 4;
 const REFINED_PAIRS: usize = 3;
 
 /// Diagnoses the gap between `lens` and `set`.

@@ -57,11 +57,13 @@ pub(super) struct Ground<'a> {
 }
 
 /// Tiles looked at when starts are chosen, in first searches, and when hypotheses are compared.
-const SCOUTS: usize = 15;
+const SCOUTS: usize = 18;
 const FEW: usize = 36;
-const MANY: usize = 150;
+const MANY: usize = 110;
 /// Partners of an effect that are searched in full.
 const PROMISING: usize = 2;
+/// Starts of its own that the second effect of a pair is given.
+const FRESH: usize = 5;
 /// Starts from which searches descend.
 const DESCENDED: usize = 2;
 /// Shares of what is left that a step must gain for a search to go on: a first one, and a later one.
@@ -163,7 +165,7 @@ impl<'a> Ground<'a> {
             (&other.hypothesis, &other.theta[..]),
         );
         let mut starts = vec![both(a, b)];
-        for start in part(other).0.starts() {
+        for start in part(other).0.starts().into_iter().take(FRESH) {
             let (fresh, theta) = alone(other, &start);
             starts.push(both(a, (&fresh, &theta)));
         }
@@ -181,7 +183,7 @@ impl<'a> Ground<'a> {
             .map(|other| {
                 let costs = self.joined(one, other).into_iter().take(2);
                 let costs = costs.map(|(hypothesis, theta)| {
-                    on(&hypothesis, &self.few, Detail::COARSE)
+                    on(&hypothesis, &self.scouts, Detail::COARSE)
                         .descend(&theta, 1, ENOUGH)
                         .cost
                 });
@@ -230,6 +232,8 @@ impl<'a> Ground<'a> {
             }
         }
         let problem = on(hypothesis, &self.scouts, Detail::COARSE);
+        // Where nothing happens yet, such as behind a stop too large to clip, no search finds its way.
+        let still = problem.cost(&neutral);
         let tries = STRIDES.iter().filter_map(|stride| {
             let there: Vec<f64> = theta
                 .iter()
@@ -244,6 +248,7 @@ impl<'a> Ground<'a> {
             })
         });
         tries
+            .filter(|tried| (tried.cost - still).abs() > 1e-9 * still)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
             .unwrap_or_else(|| Fitted {
                 theta: theta.to_vec(),

@@ -2,15 +2,13 @@
 
 use super::descent::weight;
 use super::diagnosis::Verdict;
-use super::odds::{Contender, nothing_missing, probabilities};
+use super::odds::{Contender, Scale, nothing_missing, probabilities};
 use super::search::{Candidate, Ground};
 use crate::profile::LensProfile;
 use crate::psf::pupil::Detail;
 
 /// What the lens is taken to leave where it does not say.
 const USUAL_MISFIT: f64 = 5e-4;
-/// What models and drawing leave at best.
-const LEAST_FLOOR: f64 = 2e-4;
 /// A single effect that closes all but this share needs no second.
 const ENOUGH: f64 = 0.02;
 /// Probability below which the answer names the runner-up as well, and the runner-up's own.
@@ -73,9 +71,12 @@ impl Stage {
         }
     }
 
-    /// Gap that even the right hypothesis may leave.
-    pub(super) fn floor(&self) -> f64 {
-        LEAST_FLOOR + self.misfit + 2.0 * self.sigma
+    fn scale(&self) -> Scale {
+        Scale {
+            before: self.before,
+            misfit: self.misfit,
+            sigma: self.sigma,
+        }
     }
 
     fn none(&self) -> f64 {
@@ -97,7 +98,7 @@ impl Stage {
                 effects: c.hypothesis.parts.len(),
             })
             .collect();
-        let odds = probabilities(&contenders, self.before, self.floor());
+        let odds = probabilities(&contenders, self.scale());
         let (own, rest) = odds.split_at(singles.len());
         let (of_pairs, unknown) = rest.split_at(pairs.len());
         let unknown = unknown[0];

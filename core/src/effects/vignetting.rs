@@ -84,17 +84,12 @@ impl Effect for Vignetting {
     // One circle, before the aperture or behind it, then both.
     fn starts(&self) -> Vec<Start> {
         let one = [true, true, false, false];
-        vec![
-            Start {
-                values: vec![1.0, 0.5, WIDE, 0.0],
-                free: one.to_vec(),
-            },
-            Start {
-                values: vec![1.0, -0.5, WIDE, 0.0],
-                free: one.to_vec(),
-            },
-            Start::all_free(&[1.0, 0.5, 1.0, -0.5]),
-        ]
+        let single = [0.5, -0.5, 0.2, -0.2].map(|shift| Start {
+            values: vec![1.0, shift, WIDE, 0.0],
+            free: one.to_vec(),
+        });
+        let both = Start::all_free(&[1.0, 0.5, 1.0, -0.5]);
+        single.into_iter().chain([both]).collect()
     }
 
     // The circles stay as large as they are and move with the field angle X / Z2. One that stands still

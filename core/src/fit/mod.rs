@@ -28,7 +28,7 @@ use axis::AxisFit;
 use measure::{MeasuredTile, measure};
 use plane::{PlaneFit, fit_plane};
 
-pub use pixels::{PupilFit, PupilSettings, fit_pupil};
+pub use pixels::{Extension, PupilFit, PupilSettings, fit_pupil};
 pub use plane::Weighting;
 
 /// How to fit.

@@ -1,7 +1,7 @@
 //! `--model reduced` and `--model extended`: a lens known ray by ray, and how its fit went.
 
 use seidel_core::eval::TestImage;
-use seidel_core::fit::pixels::{Correlation, Metric};
+use seidel_core::fit::pixels::{Correlation, Extension, Metric};
 use seidel_core::fit::{PupilFit, PupilSettings, fit_pupil};
 use seidel_core::moments::support::Support;
 use seidel_core::observations::ObservationSet;
@@ -24,7 +24,11 @@ pub(super) fn fit(
 ) -> Result<PupilFit, CommandError> {
     let picture: Option<TestImage> = args.image.as_deref().map(read_image).transpose()?;
     let settings = PupilSettings {
-        extended: args.model == Model::Extended,
+        extension: match args.model {
+            None => Extension::WhereNeeded,
+            Some(Model::Extended) => Extension::Always,
+            Some(_) => Extension::Never,
+        },
         axis: args.axis.unwrap_or_default(),
         support,
         use_all: args.use_all,

@@ -36,8 +36,8 @@ use job::Job;
 /// How to fit the pixels of a lens.
 #[derive(Debug, Clone, Default)]
 pub struct PupilSettings {
-    /// Whether effects are added: fifth-order aberrations and vignetting.
-    pub extended: bool,
+    /// Whether effects are added.
+    pub extension: Extension,
     /// Where the optical axis is.
     pub axis: AxisChoice,
     /// Which pixels of a tile take part.
@@ -49,6 +49,23 @@ pub struct PupilSettings {
     /// The picture through which kept-aside PSFs are compared; one with natural statistics if none.
     pub picture: Option<TestImage>,
 }
+
+/// Whether a fit adds effects, fifth-order aberrations and vignetting, to the reduced numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Extension {
+    /// It does not.
+    #[default]
+    Never,
+    /// Where PSFs kept aside show that third order falls short, and that effects mend it.
+    WhereNeeded,
+    /// It does.
+    Always,
+}
+
+/// Mean gap of PSFs kept aside from which on third order falls short, and the forward-blur signal to
+/// noise that effects must gain to be kept, dB.
+const FALLS_SHORT: f64 = 1e-3;
+const GAINS_DB: f64 = 1.0;
 
 /// Fits a lens ray by ray to one or more observation sets of one camera.
 ///
@@ -77,20 +94,48 @@ pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<Pu
     let mut job = Job::new(sets, settings, frame, &measured, aside);
     let mut fit = job.begin()?;
     fit = law::choose(&job, fit, &law::REDUCED)?;
-    if settings.extended {
+    if settings.extension == Extension::Always {
         fit = extend::extend(&job, fit)?;
     }
     if settings.axis == AxisChoice::Free {
         fit = job.free_axis(fit);
         job.settle_axis(&mut fit)?;
     }
-    let errors = errors::Errors::of(&job, &fit);
-    let remainders = if settings.law_only {
+    let reduced = finish(&job, fit.clone(), &rejected)?;
+    let short = |f: &PupilFit| {
+        (f.lens.held_out.as_ref())
+            .filter(|h| h.pixel_gap > FALLS_SHORT)
+            .cloned()
+    };
+    let Some(before) = short(&reduced).filter(|_| settings.extension == Extension::WhereNeeded)
+    else {
+        return Ok(reduced);
+    };
+    let mut extended = finish(&job, extend::extend(&job, fit)?, &rejected)?;
+    let gained = extended
+        .lens
+        .held_out
+        .as_ref()
+        .map_or(0.0, |h| h.snr_db - before.snr_db);
+    if gained < GAINS_DB {
+        return Ok(reduced);
+    }
+    extended.remarks.push(format!(
+        "third order falls short of these PSFs (gap {:.4}): fifth order and vignetting were added, which gain {gained:.1} dB on PSFs kept aside",
+        before.pixel_gap
+    ));
+    Ok(extended)
+}
+
+/// The lens with errors, what its law leaves, and its score.
+fn finish(job: &Job, fit: job::Fitted, rejected: &[Rejection]) -> Result<PupilFit> {
+    let errors = errors::Errors::of(job, &fit);
+    let remainders = if job.settings.law_only {
         Vec::new()
     } else {
-        law::remainders(&job, &fit)
+        law::remainders(job, &fit)
     };
-    report::assemble(&job, fit, &errors, &remainders, rejected)
+    report::assemble(job, fit, &errors, &remainders, rejected.to_vec())
 }
 
 /// Which measured tiles take no part in the fit.

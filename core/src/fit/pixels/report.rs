@@ -5,7 +5,7 @@ use super::job::{Fitted, Job};
 use super::law::Remainder;
 use super::layout::Quantity;
 use super::metric::Metric;
-use super::{Rejection, displacement, score};
+use super::{Extension, Rejection, displacement, score};
 use crate::distance::ObjectDistance;
 use crate::error::Result;
 use crate::field::ImagePoint;
@@ -158,7 +158,23 @@ fn landing(job: &Job, channel: usize) -> [VergenceSeries; 2] {
             Some((v, found))
         })
         .collect();
-    displacement::lines(&points)
+    let mut lines = displacement::lines(&points);
+    if points.len() > 2 && !job.settings.law_only {
+        // What real lenses leave of a line, which is at most a pixel or two, is kept.
+        let [magnification, distortion] = &lines;
+        let left = points.iter().map(|(v, found)| {
+            let of_magnification = found.magnification - magnification.at(*v);
+            (*v, of_magnification, found.distortion - distortion.at(*v))
+        });
+        for (v, of_magnification, of_distortion) in left.collect::<Vec<_>>() {
+            lines[0].remainders.push((v, of_magnification));
+            lines[1].remainders.push((v, of_distortion));
+        }
+        for line in &mut lines {
+            line.remainders.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+    }
+    lines
 }
 
 fn reports(job: &Job, lens: &LensProfile) -> Vec<ChannelReport> {
@@ -198,7 +214,11 @@ fn reports(job: &Job, lens: &LensProfile) -> Vec<ChannelReport> {
 
 impl PupilSettings {
     fn describe(&self) -> String {
-        let model = if self.extended { "extended" } else { "reduced" };
+        let model = match self.extension {
+            Extension::Never => "reduced",
+            Extension::WhereNeeded => "extended where needed",
+            Extension::Always => "extended",
+        };
         let axis = match self.axis {
             AxisChoice::AsObserved => "axis as observed".to_owned(),
             AxisChoice::At(p) => format!("axis at ({}, {})", p.x_px, p.y_px),

@@ -159,7 +159,7 @@ fn draw_within(
     space: &mut Workspace,
     out: &mut Drawn,
 ) {
-    if pupil.wave_px > 0.0 || !pupil.sensor.is_ideal() {
+    if pupil.is_wavy() || !pupil.sensor.is_ideal() {
         assert!(
             tangents.is_empty(),
             "derivatives are those of rays on an ideal sensor"

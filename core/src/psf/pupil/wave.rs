@@ -95,7 +95,7 @@ impl Axis {
 /// none where light is not drawn as a wave. A pupil that is all but closed is a pinhole, whose waves would
 /// go everywhere: its rays are drawn.
 pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
-    let wavy = pupil.wave_px > 0.0;
+    let wavy = pupil.is_wavy();
     let depth = if wavy { pupil.inside().1 } else { 0.0 };
     (depth > LEAST_REACH).then_some(depth.max(0.1))
 }
