@@ -60,6 +60,8 @@ pub(super) struct Ground<'a> {
 const SCOUTS: usize = 18;
 const FEW: usize = 36;
 const MANY: usize = 110;
+/// Mean gap by noise up to which so few do.
+const QUIET: f64 = 3e-3;
 /// Partners of an effect that are searched in full.
 const PROMISING: usize = 2;
 /// Starts of its own that the second effect of a pair is given.
@@ -74,10 +76,14 @@ const STRIDES: [f64; 7] = [1.0, 0.3, 0.1, 0.03, -0.03, -0.1, -0.3];
 
 impl<'a> Ground<'a> {
     pub(super) fn new(tiles: &'a [Seen], channels: usize, reference: usize) -> Self {
+        // Where noise hides what effects do, more tiles make up for it.
+        let noise = tiles.iter().map(|t| t.noise).sum::<f64>() / tiles.len().max(1) as f64;
+        let times = (noise / QUIET).clamp(1.0, 4.0);
+        let count = |quiet: usize| (quiet as f64 * times) as usize;
         Self {
-            scouts: thinned(tiles, SCOUTS),
-            few: thinned(tiles, FEW),
-            many: thinned(tiles, MANY),
+            scouts: thinned(tiles, count(SCOUTS)),
+            few: thinned(tiles, count(FEW)),
+            many: thinned(tiles, count(MANY)),
             channels,
             reference,
         }
