@@ -2,6 +2,7 @@
 
 mod output;
 mod pair;
+mod self_test;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -20,21 +21,24 @@ use crate::files::manifest::{self, ReadOptions};
 use crate::report::{self, Subject};
 use output::Output;
 use pair::PairArgs;
+use self_test::SelfTestArgs;
 
 /// Options of `seidel diagnose`.
 #[derive(Debug, Args)]
 pub struct DiagnoseArgs {
     /// The lens profile: one known ray by ray, as fit --model reduced or extended makes it
-    #[arg(long, required_unless_present = "schema")]
+    #[arg(long, required_unless_present_any = ["schema", "self_test"])]
     lens: Option<PathBuf>,
     /// The observation set to hold it against
-    #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference"], conflicts_with = "reference")]
+    #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference", "self_test"], conflicts_with = "reference")]
     observations: Option<PathBuf>,
     #[command(flatten)]
     pair: PairArgs,
+    #[command(flatten)]
+    self_test: SelfTestArgs,
     /// Folder to write report.json, report.html and corrected.json to; estimated PSFs go to its folder
     /// psf
-    #[arg(long, value_name = "DIR", required_unless_present = "schema")]
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["schema", "self_test"])]
     out: Option<PathBuf>,
     /// Try these effects only, by identifier; all that there are if left out
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
@@ -45,7 +49,7 @@ pub struct DiagnoseArgs {
     /// Threads to use; all cores if left out
     #[arg(long)]
     threads: Option<usize>,
-    /// Print report.json instead of a summary
+    /// Print report.json (of a self-test self-test.json) instead of a summary
     #[arg(long)]
     json: bool,
     /// Print the JSON schema of report.json, and do nothing else
@@ -54,11 +58,10 @@ pub struct DiagnoseArgs {
 }
 
 pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), CommandError> {
-    // The command line is refused without them.
-    let (Some(lens), Some(out)) = (&args.lens, &args.out) else {
+    if args.schema {
         console.say(report::schema());
         return Ok(());
-    };
+    }
     for id in &args.only {
         effects::by_id(id)?;
     }
@@ -66,6 +69,13 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
         .num_threads(args.threads.unwrap_or(0))
         .build()
         .map_err(|e| CommandError::Usage(format!("--threads: {e}")))?;
+    if let Some(count) = args.self_test.count() {
+        let told = (args.out.as_deref(), args.json);
+        return args.self_test.run(count, told, &pool, console);
+    }
+    let (Some(lens), Some(out)) = (&args.lens, &args.out) else {
+        return Err(CommandError::Usage("give --lens and --out".to_owned()));
+    };
     let output = Output::checked(out, lens, args.pair.reference.is_some())?;
     let profile = read_lens(lens)?;
     needs_rays(&profile, lens)?;

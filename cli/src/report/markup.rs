@@ -3,6 +3,18 @@
 use image::RgbImage;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
+/// A page in one file: `body` under `title`, drawn by `styles`; no scripts and no links.
+pub(super) fn document(title: &str, styles: &[&str], body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n<main>\n{body}</main>\n\
+         </body>\n</html>\n",
+        escape(title),
+        styles.concat()
+    )
+}
+
 /// Text as it stands in HTML, in elements and in quoted attributes.
 pub(super) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());

@@ -5,22 +5,18 @@ use seidel_core::diagnose::Diagnosis;
 use super::Subject;
 use super::headline::headline;
 use super::maps::maps;
-use super::markup::escape;
+use super::markup::{document, escape};
 use super::tables::{causes, pairs, places_and_shape};
 use super::tiles::tiles;
 use super::words::percent;
 
-const STYLE: &str = include_str!("page.css");
+/// The styles of every page.
+pub(super) const STYLE: &str = include_str!("page.css");
 
 /// The report as a page: styles, drawings and pictures inside, no scripts and no links.
 pub fn html(d: &Diagnosis, subject: &Subject) -> String {
     let title = format!("Gap report: {} and {}", subject.lens, subject.observations);
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}{}{}{}{}{}{}{}</main>\n\
-         </body>\n</html>\n",
-        escape(&title),
+    let body = [
         about(subject),
         headline(d),
         maps(d, subject),
@@ -28,8 +24,9 @@ pub fn html(d: &Diagnosis, subject: &Subject) -> String {
         causes(d),
         places_and_shape(d),
         proof_and_pairs(d),
-        footer(d)
-    )
+        footer(d),
+    ];
+    document(&title, &[STYLE], &body.concat())
 }
 
 fn about(subject: &Subject) -> String {

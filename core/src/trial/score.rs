@@ -74,7 +74,8 @@ pub struct Bin {
 /// Figures over many outcomes. "Single" are cases with one effect of the library.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scores {
-    /// Counts by truth, then by what was named: effects joined by `+` in alphabetical order, `none`, `unknown`.
+    /// Counts by truth, then by what was named: effects joined by `+` in alphabetical order, `none`, `unknown`,
+    /// and the verdict itself where nothing was named.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Single: the likeliest cause is the truth, or in a class of at most two with it.
     pub single_top1: Rate,
@@ -163,9 +164,10 @@ impl Outcome {
         } else if !self.added.is_empty() {
             joined(&self.added)
         } else {
+            // Nothing was said of a case that could not be diagnosed.
             self.ranked
                 .first()
-                .map_or_else(|| UNKNOWN.to_owned(), |(id, _)| id.clone())
+                .map_or_else(|| self.verdict.clone(), |(id, _)| id.clone())
         }
     }
 
@@ -377,6 +379,23 @@ mod tests {
         assert_eq!((s.calibration[14].count, s.calibration[10].count), (1, 1));
         assert_eq!(s.confusion["unknown"]["unknown"], 1);
         assert_eq!(s.seconds_median.value, Some(2.0));
+    }
+
+    #[test]
+    fn a_case_that_failed_is_wrong_whatever_its_truth() {
+        for kind in ["single", "pair", "none", "unknown"] {
+            let truth: &[&str] = match kind {
+                "single" => &["motion"],
+                "pair" => &["motion", "decentre"],
+                _ => &[],
+            };
+            let s = scores(&[outcome(kind, truth, "failed", &[])]);
+            let held = s.single_top3.held + s.pair_both.held + s.unknown_unexplained.held;
+            let alarms = s.false_alarms;
+            assert_eq!((held, alarms.held), (0, alarms.of), "{kind}");
+            assert!(s.confusion.values().all(|named| named["failed"] == 1));
+            assert_eq!(s.closed_median.of + s.closed_error.of, 0);
+        }
     }
 
     #[test]

@@ -1,0 +1,124 @@
+//! A made-up self-test for tests: every kind of case, right and wrong, and one that failed.
+
+use std::collections::BTreeMap;
+
+use seidel_core::trial::{Answer, Outcome, Size};
+
+use super::{FAILED, SelfTest, Tested, Withheld};
+
+fn strings(ids: &[&str]) -> Vec<String> {
+    ids.iter().map(|&id| id.to_owned()).collect()
+}
+
+fn case(kind: &str, truth: &[&str], verdict: &str, said: (&[&str], &[(&str, f64)])) -> Tested {
+    let (added, ranked) = said;
+    let unknown = kind == "unknown";
+    Tested {
+        outcome: Outcome {
+            answer: Answer {
+                kind: kind.to_owned(),
+                effects: if unknown { vec![] } else { strings(truth) },
+                unknown: unknown.then(|| truth[0].to_owned()),
+                parameters: BTreeMap::new(),
+                gap: if kind == "none" { 0.0 } else { 0.12 },
+            },
+            verdict: verdict.to_owned(),
+            added: strings(added),
+            ranked: ranked.iter().map(|(c, p)| ((*c).to_owned(), *p)).collect(),
+            equivalents: Vec::new(),
+            claimed_closed: if added.is_empty() { 0.0 } else { 0.95 },
+            true_closed: if added.is_empty() { 0.0 } else { 0.91 },
+            seconds: 12.5,
+        },
+        failure: None,
+        withheld: None,
+    }
+}
+
+fn withheld(verdict: &str, added: &[&str]) -> Option<Withheld> {
+    Some(Withheld {
+        verdict: verdict.to_owned(),
+        added: strings(added),
+        failure: None,
+        seconds: 9.0,
+    })
+}
+
+/// Nine cases, the second, fourth, sixth and the last two of them wrong.
+pub(super) fn self_test() -> SelfTest {
+    let first = [
+        ("vignetting", 0.94),
+        ("higher_order", 0.03),
+        ("unknown", 0.02),
+        ("tone_curve", 0.01),
+    ];
+    let mut cases = vec![
+        case(
+            "single",
+            &["vignetting"],
+            "explained",
+            (&["vignetting"], &first),
+        ),
+        case(
+            "single",
+            &["higher_order"],
+            "explained",
+            (&["vignetting"], &first),
+        ),
+        case(
+            "pair",
+            &["motion", "decentre"],
+            "explained",
+            (
+                &["decentre", "motion"],
+                &[("motion", 0.5), ("decentre", 0.4)],
+            ),
+        ),
+        case(
+            "pair",
+            &["motion", "vignetting"],
+            "explained",
+            (&["vignetting"], &first),
+        ),
+        case(
+            "none",
+            &[],
+            "no_gap",
+            (&[], &[("unknown", 0.4), ("motion", 0.3)]),
+        ),
+        case(
+            "none",
+            &[],
+            "explained",
+            (&["apodisation"], &[("apodisation", 0.7)]),
+        ),
+        case(
+            "unknown",
+            &["ghost"],
+            "unexplained",
+            (&[], &[("unknown", 0.99)]),
+        ),
+        case(
+            "unknown",
+            &["trefoil"],
+            "explained",
+            (&["decentre"], &[("decentre", 0.8)]),
+        ),
+        case("single", &["sensor_tilt"], FAILED, (&[], &[])),
+    ];
+    cases[8].failure = Some("tile: <no light>".to_owned());
+    cases[0].withheld = withheld("unexplained", &["higher_order"]);
+    cases[1].withheld = withheld("explained", &["vignetting"]);
+    cases[8].withheld = Some(Withheld {
+        verdict: FAILED.to_owned(),
+        added: Vec::new(),
+        failure: Some("the lens could not be fitted".to_owned()),
+        seconds: 0.0,
+    });
+    SelfTest {
+        seed: 7,
+        size: Size::default(),
+        cases,
+        withhold: true,
+    }
+}
