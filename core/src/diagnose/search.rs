@@ -65,7 +65,7 @@ const QUIET: f64 = 3e-3;
 /// Partners of an effect that are searched in full.
 const PROMISING: usize = 2;
 /// Starts of its own that the second effect of a pair is given.
-const FRESH: usize = 5;
+const FRESH: usize = 10;
 /// Starts from which searches descend.
 const DESCENDED: usize = 2;
 /// Shares of what is left that a step must gain for a search to go on: a first one, and a later one.
@@ -187,13 +187,16 @@ impl<'a> Ground<'a> {
         let mut promised: Vec<(f64, &Candidate)> = others
             .iter()
             .map(|other| {
-                let costs = self.joined(one, other).into_iter().take(2);
-                let costs = costs.map(|(hypothesis, theta)| {
-                    on(&hypothesis, &self.scouts, Detail::COARSE)
-                        .descend(&theta, 1, ENOUGH)
-                        .cost
+                let settled = Some(one.hypothesis.ids()[0]);
+                let starts = self.joined(one, other).into_iter();
+                let scouted = starts.map(|(hypothesis, theta)| {
+                    let fitted = self.scout(&hypothesis, &theta, settled);
+                    (hypothesis, fitted)
                 });
-                (costs.fold(f64::INFINITY, f64::min), *other)
+                let best = scouted.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+                let (hypothesis, start) = best.expect("effects have starts");
+                let problem = on(&hypothesis, &self.scouts, Detail::COARSE);
+                (problem.descend(&start.theta, 1, ENOUGH).cost, *other)
             })
             .collect();
         promised.sort_by(|a, b| a.0.total_cmp(&b.0));
