@@ -9,6 +9,7 @@ mod diagnose;
 mod eval;
 mod fit;
 mod fit_pupil;
+mod gap;
 mod golden;
 mod lens_command;
 mod psf_command;

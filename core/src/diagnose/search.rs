@@ -62,6 +62,8 @@ const FEW: usize = 36;
 const MANY: usize = 110;
 /// Mean gap by noise up to which so few do.
 const QUIET: f64 = 3e-3;
+/// Least gap that others are measured by.
+const LEAST_EXCESS: f64 = 1e-6;
 /// Partners of an effect that are searched in full.
 const PROMISING: usize = 2;
 /// Starts of its own that the second effect of a pair is given.
@@ -97,6 +99,15 @@ impl<'a> Ground<'a> {
     /// `hypothesis` against the tiles by which hypotheses are compared.
     pub(super) fn problem<'b>(&'b self, hypothesis: &'b Hypothesis, detail: Detail) -> Problem<'b> {
         on(hypothesis, &self.many, detail)
+    }
+
+    /// Weighted mean gap of the lens as given on `tiles`, noise taken off.
+    pub(super) fn excess(&self, tiles: &[&Seen]) -> f64 {
+        let nothing = self.nothing();
+        let cost = on(&nothing, tiles, Detail::FULL).cost(&[]);
+        let noise: f64 = tiles.iter().map(|t| weight(t) * t.noise).sum();
+        let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
+        ((cost - noise) / weights).max(LEAST_EXCESS)
     }
 
     /// Sum of those tiles' weights.
@@ -284,6 +295,12 @@ impl<'a> Ground<'a> {
         let fine = on(&hypothesis, tiles, Detail::FULL).cost(&theta);
         let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
         let after = left - (linear.total(None).cost - fine) / weights;
+        // Tiles differ: what is left on some is told as it would be on those by which all are compared.
+        let after = if tiles.len() == self.many.len() {
+            after
+        } else {
+            after * self.excess(&self.many) / self.excess(tiles)
+        };
         Candidate {
             theta,
             after,

@@ -1,0 +1,160 @@
+//! The sim-to-real gap diagnosed: every effect planted alone is named, nothing is found where nothing is
+//! missing, and the open cases of other simulators are right.
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use seidel_core::diagnose::{Diagnosis, Progress, Settings, Verdict, diagnose};
+use seidel_core::effects;
+use seidel_core::fit::{PupilSettings, fit_pupil};
+use seidel_core::observations::ObservationSet;
+use seidel_core::predict::{Predictor, predict_like};
+use seidel_core::profile::LensProfile;
+use seidel_core::trial::{self, Kind, Recipe, Size};
+use serde_json::Value;
+
+use crate::support::{real_data, succeeds};
+
+/// Small enough that all effects take a minute or two.
+const SIZE: Size = Size {
+    design: 20,
+    real: 14,
+    holdout: 2,
+    tile: 33,
+};
+
+fn diagnosed(lens: &LensProfile, real: &ObservationSet) -> Diagnosis {
+    let progress = Progress {
+        report: &|_| {},
+        stop: &AtomicBool::new(false),
+    };
+    let settings = Settings {
+        pairs: false,
+        ..Settings::default()
+    };
+    diagnose(lens, real, &settings, &progress).expect("a sound set")
+}
+
+/// A case of `kind`, fitted and diagnosed without its answer.
+fn blind(kind: Kind, seed: u64) -> Diagnosis {
+    let case = trial::draw(&Recipe {
+        kind,
+        seed,
+        size: SIZE,
+    });
+    let fit = fit_pupil(&[case.design], &PupilSettings::default()).expect("a sound design");
+    diagnosed(&fit.lens, &case.real)
+}
+
+#[test]
+fn every_effect_planted_alone_is_named() {
+    let missed: Vec<String> = effects::ALL
+        .iter()
+        .enumerate()
+        .filter_map(|(index, effect)| {
+            let found = blind(Kind::Single(effect.id()), 7000 + index as u64);
+            let named = found.verdict == Verdict::Explained && found.added == [effect.id()];
+            let proved = found.gap.closed > 0.9;
+            let told = format!(
+                "{}: {} {:?}, closed {:.3}",
+                effect.id(),
+                found.verdict.id(),
+                found.added,
+                found.gap.closed
+            );
+            (!named || !proved).then_some(told)
+        })
+        .collect();
+    assert!(missed.is_empty(), "{}", missed.join("; "));
+}
+
+#[test]
+fn nothing_is_named_where_nothing_is_missing() {
+    let found = blind(Kind::None, 7100);
+    assert_eq!(found.verdict, Verdict::NoGap);
+    assert!(found.added.is_empty() && found.nothing_missing > 0.9);
+}
+
+#[test]
+fn a_cause_outside_the_library_is_called_unexplained() {
+    let found = blind(Kind::Unknown("central_obstruction"), 7200);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.added);
+    assert!(!found.residual.is_empty());
+    assert_eq!(found.causes[0].effect, "unknown");
+}
+
+/// Mean over tiles of |o - p|² / |o|², unit sums, less noise.
+fn gap(observed: &ObservationSet, lens: &LensProfile) -> f64 {
+    let lens = Predictor::new(lens).expect("a sound lens");
+    let predicted = predict_like(&lens, observed, lens.default_model()).expect("its own frame");
+    let pairs = observed.observations.iter().zip(&predicted.observations);
+    let gaps: Vec<f64> = pairs
+        .flat_map(|(o, p)| {
+            (0..o.tiles.len()).map(move |channel| {
+                let light = o.light(channel);
+                let sum = light.sum();
+                let unit = light.samples().iter().map(|v| f64::from(*v) / sum);
+                let norm: f64 = unit.clone().map(|v| v * v).sum();
+                let tile = p.tiles[channel].samples();
+                let apart: f64 = unit
+                    .zip(tile)
+                    .map(|(o, p)| (o - f64::from(*p)).powi(2))
+                    .sum();
+                let sigma = o.noise_sigma[channel].unwrap_or(0.0) / sum;
+                (apart - tile.len() as f64 * sigma * sigma) / norm
+            })
+        })
+        .collect();
+    gaps.iter().sum::<f64>() / gaps.len() as f64
+}
+
+#[test]
+fn open_cases_of_other_simulators_are_right() {
+    let Some(cases) = real_data("gap") else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut names: Vec<_> = fs::read_dir(&cases)
+        .expect("the cases' folder")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.join("truth.json").is_file())
+        .collect();
+    names.sort();
+    assert!(!names.is_empty(), "no case in {}", cases.display());
+    for case in names {
+        check(folder.path(), &case);
+    }
+}
+
+fn check(folder: &Path, case: &Path) {
+    let name = case.file_name().expect("a name").to_string_lossy();
+    let path = case.display();
+    succeeds(folder, &format!("fit {path}/design -o @{name}.json"));
+    let line = format!("diagnose --lens @{name}.json {path}/real --out @{name}");
+    succeeds(folder, &line);
+    let read = |path: &Path| fs::read_to_string(path).expect("written");
+    let report: Value = serde_json::from_str(&read(&folder.join(&*name).join("report.json")))
+        .expect("a JSON report");
+    let truth: Value = serde_json::from_str(&read(&case.join("truth.json"))).expect("an answer");
+    if truth["class"] == "none" {
+        assert_eq!(report["verdict"], "no_gap", "{name}");
+        return;
+    }
+    assert_eq!(report["verdict"], "explained", "{name}");
+    assert_eq!(report["added"], truth["effects"], "{name}");
+    // What was claimed, on points that the diagnosis never saw.
+    let lens = |path: &Path| LensProfile::from_json(&read(path)).expect("a profile");
+    let holdout = seidel::files::manifest::read(&case.join("holdout"), Default::default())
+        .expect("a sound set")
+        .set;
+    let before = gap(&holdout, &lens(&folder.join(format!("{name}.json"))));
+    let after = gap(&holdout, &lens(&folder.join(&*name).join("corrected.json")));
+    let (closed, claimed) = (1.0 - after / before, &report["gap"]["closed"]);
+    assert!(closed > 0.98, "{name}: {closed}");
+    let claimed = claimed.as_f64().expect("a number");
+    assert!(
+        (claimed - closed).abs() < 0.05,
+        "{name}: {claimed} {closed}"
+    );
+}
