@@ -78,9 +78,10 @@ pub(super) fn probabilities(contenders: &[Contender], scale: Scale) -> Vec<f64> 
 pub(super) fn nothing_missing(before: f64, sigma: f64, misfit: f64, best: f64) -> f64 {
     let expected = misfit + 2.0 * sigma + LEAST_GAP;
     let excess = (before.max(1e-12) / expected).ln() - TIMES_EXPECTED.ln();
-    // What an effect closes of a small gap speaks against nothing, however small the gap.
+    // What an effect closes of a gap that can be seen at all speaks against nothing, however small the gap.
     let closed = (1.0 - best.max(0.0) / before.max(1e-12)).clamp(0.0, 1.0);
-    let logit = (excess + CLOSING * (closed - 0.5)) / WIDTH;
+    let seen = before.max(0.0) / (before.max(0.0) + 2.5 * LEAST_GAP + 4.0 * sigma);
+    let logit = (excess + CLOSING * seen * (closed - BY_CHANCE)) / WIDTH;
     1.0 / (1.0 + logit.exp())
 }
 
@@ -88,8 +89,10 @@ pub(super) fn nothing_missing(before: f64, sigma: f64, misfit: f64, best: f64) -
 const TIMES_EXPECTED: f64 = 2.5;
 /// How wide the doubt is, in logarithms.
 const WIDTH: f64 = 0.2;
-/// Weight of the share that the best effect closes.
-const CLOSING: f64 = 1.0;
+/// Weight of the share that the best effect closes, and the share that one of them closes of what a lens
+/// leaves anyway.
+const CLOSING: f64 = 2.0;
+const BY_CHANCE: f64 = 0.15;
 
 #[cfg(test)]
 mod tests {
