@@ -14,21 +14,17 @@ use seidel_core::{Error, Result};
 
 use crate::report::self_test::{FAILED, SelfTest, Tested, Withheld};
 
-const SIZE: Size = Size {
-    design: 25,
-    real: 24,
-    holdout: 8,
-    tile: 33,
-};
-
 /// Draws, diagnoses and opens `count` cases, one after the other; `told` hears the share done.
-pub(super) fn run(
-    count: usize,
+///
+/// # Panics
+/// Sets without places, and tiles smaller than 25 pixels.
+pub fn run(
+    (count, size): (usize, Size),
     seed: u64,
     withhold: bool,
     told: &(dyn Fn(f64) + Sync),
 ) -> SelfTest {
-    let cases = recipes(count, seed, SIZE)
+    let cases = recipes(count, seed, size)
         .iter()
         .enumerate()
         .map(|(index, recipe)| {
@@ -39,7 +35,7 @@ pub(super) fn run(
         .collect();
     SelfTest {
         seed,
-        size: SIZE,
+        size,
         cases,
         withhold,
     }
