@@ -2,7 +2,7 @@
 
 mod cases;
 
-pub use cases::run;
+pub use cases::{Plan, run};
 
 use std::path::Path;
 
@@ -75,10 +75,16 @@ impl SelfTestArgs {
         if let Some(out) = out {
             refuse_foreign(out, &[REPORT, PAGE])?;
         }
-        let seed = self.seed.unwrap_or(DEFAULT_SEED);
+        let plan = Plan {
+            count,
+            seed: self.seed.unwrap_or(DEFAULT_SEED),
+            size: SIZE,
+            library: Vec::new(),
+            withhold: self.withhold,
+        };
         let test = {
             let bar = console.progress("diagnosing sealed cases");
-            pool.install(|| cases::run((count, SIZE), seed, self.withhold, &|share| bar.set(share)))
+            pool.install(|| cases::run(&plan, &|share| bar.set(share)))
         };
         if let Some(out) = out {
             write(out, &test)?;
