@@ -14,4 +14,5 @@ mod golden;
 mod lens_command;
 mod psf_command;
 mod reference_tables;
+mod self_test;
 mod support;

@@ -2,7 +2,7 @@
 
 mod output;
 mod pair;
-mod self_test;
+pub mod self_test;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

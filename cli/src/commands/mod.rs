@@ -11,6 +11,8 @@ mod lens;
 mod picture;
 mod psf;
 
+pub use diagnose::self_test;
+
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};

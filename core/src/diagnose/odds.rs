@@ -120,8 +120,7 @@ mod tests {
                 contender(0.06, 1),
                 contender(0.002, 10),
             ],
-            0.1,
-            0.001,
+            SCALE,
         );
         assert!((odds.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(

@@ -2,6 +2,8 @@
 
 mod cases;
 
+pub use cases::{Plan, run};
+
 use std::path::Path;
 
 use super::super::CommandError;
@@ -10,9 +12,17 @@ use crate::files::atomic::{refuse_foreign, write_folder_whole, write_whole};
 use crate::report::self_test::{SelfTest, html, json};
 use clap::Args;
 use rayon::ThreadPool;
+use seidel_core::trial::Size;
 
 const REPORT: &str = "self-test.json";
 const PAGE: &str = "self-test.html";
+/// How large the command's cases are.
+const SIZE: Size = Size {
+    design: 25,
+    real: 24,
+    holdout: 8,
+    tile: 33,
+};
 const DEFAULT_SEED: u64 = 1;
 /// Larger whole numbers lose digits in JSON readers that hold them as floats.
 const LARGEST_SEED: u64 = 1 << 53;
@@ -34,12 +44,17 @@ pub(super) struct SelfTestArgs {
         long,
         value_name = "S",
         value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED),
-        requires = "self_test"
+        requires = "self_test",
+        conflicts_with_all = ["lens", "observations", "reference"]
     )]
     seed: Option<u64>,
     /// Diagnose each case with one effect once more with that effect left out of the library, and tell how
     /// often it is called unexplained
-    #[arg(long, requires = "self_test")]
+    #[arg(
+        long,
+        requires = "self_test",
+        conflicts_with_all = ["lens", "observations", "reference"]
+    )]
     withhold: bool,
 }
 
@@ -60,17 +75,22 @@ impl SelfTestArgs {
         if let Some(out) = out {
             refuse_foreign(out, &[REPORT, PAGE])?;
         }
-        let seed = self.seed.unwrap_or(DEFAULT_SEED);
+        let plan = Plan {
+            count,
+            seed: self.seed.unwrap_or(DEFAULT_SEED),
+            size: SIZE,
+            library: Vec::new(),
+            withhold: self.withhold,
+        };
         let test = {
             let bar = console.progress("diagnosing sealed cases");
-            pool.install(|| cases::run(count, seed, self.withhold, &|share| bar.set(share)))
+            pool.install(|| cases::run(&plan, &|share| bar.set(share)))
         };
-        let text = json(&test);
         if let Some(out) = out {
-            write(out, &text, &html(&test))?;
+            write(out, &test)?;
         }
         if as_json {
-            console.say(text.trim_end());
+            console.say(json(&test).trim_end());
         } else {
             summary(&test, out, console);
         }
@@ -78,16 +98,18 @@ impl SelfTestArgs {
     }
 }
 
-/// Both files, whole or not at all.
-fn write(folder: &Path, text: &str, page: &str) -> Result<(), CommandError> {
+/// Writes both files to `folder`, whole or not at all.
+///
+/// # Errors
+/// A folder with other content, a file in the way, and a full disk.
+pub fn write(folder: &Path, test: &SelfTest) -> Result<(), CommandError> {
+    let files = [(REPORT, json(test)), (PAGE, html(test))];
     write_folder_whole(folder, |at: &Path| {
-        [(REPORT, text), (PAGE, page)]
-            .into_iter()
-            .try_for_each(|(name, text)| {
-                write_whole(&at.join(name), |out| {
-                    std::io::Write::write_all(out, text.as_bytes())
-                })
+        files.iter().try_for_each(|(name, text)| {
+            write_whole(&at.join(name), |out| {
+                std::io::Write::write_all(out, text.as_bytes())
             })
+        })
     })?;
     Ok(())
 }

@@ -115,7 +115,7 @@ mod tests {
             assert!(!page.contains(part), "{part}");
         }
         for part in [
-            "<h1>4 of 9 cases are answered rightly; 1 of 8 aims are met.</h1>",
+            "<h1>4 of 9 cases are answered rightly; 2 of 8 aims are met.</h1>",
             "1 of 3 (33 %)",
             "at least 90 %",
             "One case could not be diagnosed",

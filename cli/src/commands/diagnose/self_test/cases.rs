@@ -14,42 +14,49 @@ use seidel_core::{Error, Result};
 
 use crate::report::self_test::{FAILED, SelfTest, Tested, Withheld};
 
-const SIZE: Size = Size {
-    design: 25,
-    real: 24,
-    holdout: 8,
-    tile: 33,
-};
+/// What a self-test is to do.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Cases to draw.
+    pub count: usize,
+    /// All of them follow from it.
+    pub seed: u64,
+    /// How large they are.
+    pub size: Size,
+    /// Effects that the diagnosis tries, by identifier; all if empty.
+    pub library: Vec<String>,
+    /// Whether cases with one effect are diagnosed once more without that effect in the library.
+    pub withhold: bool,
+}
 
-/// Draws, diagnoses and opens `count` cases, one after the other; `told` hears the share done.
-pub(super) fn run(
-    count: usize,
-    seed: u64,
-    withhold: bool,
-    told: &(dyn Fn(f64) + Sync),
-) -> SelfTest {
-    let cases = recipes(count, seed, SIZE)
+/// Draws, diagnoses and opens the cases, one after the other; `told` hears the share done.
+///
+/// # Panics
+/// Sets without places, and tiles smaller than 25 pixels.
+pub fn run(plan: &Plan, told: &(dyn Fn(f64) + Sync)) -> SelfTest {
+    let cases = recipes(plan.count, plan.seed, plan.size)
         .iter()
         .enumerate()
         .map(|(index, recipe)| {
-            let told = |share: f64| told((index as f64 + share) / count as f64);
+            let told = |share: f64| told((index as f64 + share) / plan.count as f64);
             told(0.0);
-            tested(draw(recipe), withhold, &told)
+            tested(draw(recipe), plan, &told)
         })
         .collect();
     SelfTest {
-        seed,
-        size: SIZE,
+        seed: plan.seed,
+        size: plan.size,
         cases,
-        withhold,
+        withhold: plan.withhold,
     }
 }
 
 /// Diagnoses a case with nothing but what a user has, and opens its answer after.
-fn tested(case: Case, withhold: bool, told: &(dyn Fn(f64) + Sync)) -> Tested {
+fn tested(case: Case, plan: &Plan, told: &(dyn Fn(f64) + Sync)) -> Tested {
     let begun = Instant::now();
-    let first = |share| told(if withhold { share / 2.0 } else { share });
-    let said = blind(&case.design, &case.real, &first);
+    let passes = if plan.withhold { 2.0 } else { 1.0 };
+    let first = |share: f64| told(share / passes);
+    let said = blind(&case.design, &case.real, &plan.library, &first);
     let seconds = begun.elapsed().as_secs_f64();
     let Case {
         real,
@@ -57,9 +64,10 @@ fn tested(case: Case, withhold: bool, told: &(dyn Fn(f64) + Sync)) -> Tested {
         answer,
         ..
     } = case;
-    let withheld = (withhold && answer.kind == "single").then(|| {
-        let second = |share| told((1.0 + share) / 2.0);
-        without(&answer.effects, &real, said.as_ref(), &second)
+    let withheld = (plan.withhold && answer.kind == "single").then(|| {
+        let second = |share: f64| told((1.0 + share) / passes);
+        let library = others(&plan.library, &answer.effects);
+        without(&library, &real, said.as_ref(), &second)
     });
     let judged = said.and_then(|said| Ok((closed(&said, &holdout)?, said)));
     let (outcome, failure) = match judged {
@@ -73,6 +81,19 @@ fn tested(case: Case, withhold: bool, told: &(dyn Fn(f64) + Sync)) -> Tested {
     }
 }
 
+/// The effects of `library`, all if empty, but for those of `missing`.
+fn others(library: &[String], missing: &[String]) -> Vec<String> {
+    let known = if library.is_empty() {
+        effects::ALL.iter().map(|e| e.id().to_owned()).collect()
+    } else {
+        library.to_vec()
+    };
+    known
+        .into_iter()
+        .filter(|id| !missing.contains(id))
+        .collect()
+}
+
 /// What is said of a case by who has not seen its answer.
 struct Blind {
     /// The lens fitted to the design.
@@ -84,21 +105,22 @@ struct Blind {
 fn blind(
     design: &ObservationSet,
     real: &ObservationSet,
+    library: &[String],
     told: &(dyn Fn(f64) + Sync),
 ) -> Result<Blind> {
     let lens = fit_pupil(std::slice::from_ref(design), &PupilSettings::default())?.lens;
-    let found = diagnosed(&lens, real, Vec::new(), told)?;
+    let found = diagnosed(&lens, real, library, told)?;
     Ok(Blind { lens, found })
 }
 
 fn diagnosed(
     lens: &LensProfile,
     real: &ObservationSet,
-    library: Vec<String>,
+    library: &[String],
     told: &(dyn Fn(f64) + Sync),
 ) -> Result<Diagnosis> {
     let settings = Settings {
-        library,
+        library: library.to_vec(),
         ..Settings::default()
     };
     let progress = Progress {
@@ -115,18 +137,16 @@ fn diagnosed(
     Ok(found)
 }
 
-/// What is said when the library has all effects but `missing`.
+/// What is said with a library that lacks what is true.
 fn without(
-    missing: &[String],
+    library: &[String],
     real: &ObservationSet,
     said: std::result::Result<&Blind, &Error>,
     told: &(dyn Fn(f64) + Sync),
 ) -> Withheld {
     let begun = Instant::now();
-    let known = effects::ALL.iter().map(|effect| effect.id().to_owned());
-    let others = known.filter(|id| !missing.contains(id)).collect();
     let found = match said {
-        Ok(said) => diagnosed(&said.lens, real, others, told).map_err(|e| e.to_string()),
+        Ok(said) => diagnosed(&said.lens, real, library, told).map_err(|e| e.to_string()),
         Err(problem) => Err(problem.to_string()),
     };
     let seconds = begun.elapsed().as_secs_f64();

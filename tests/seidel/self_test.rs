@@ -1,0 +1,115 @@
+//! The self-test of the diagnosis: small cases are answered rightly, and all of them are told.
+
+use std::fs;
+
+use seidel::commands::self_test::{self, Plan};
+use seidel_core::trial::Size;
+use serde_json::Value;
+
+use crate::support::{listing, seidel_in};
+
+/// Fewer places than the command's cases have, for time.
+const SMALL: Size = Size {
+    design: 25,
+    real: 14,
+    holdout: 5,
+    tile: 25,
+};
+
+/// What the cases hold and what could be taken for it; all effects would take minutes.
+const LIBRARY: [&str; 8] = [
+    "defocus_offset",
+    "depth_scale",
+    "sensor_tilt",
+    "axial_colour",
+    "lateral_colour",
+    "anamorphic",
+    "motion",
+    "veiling_glare",
+];
+
+/// Checks that `keys` are numbers: JSON has null for those that are none.
+fn numbers(of: &Value, keys: &[&str]) {
+    for key in keys {
+        assert!(of[key].is_number(), "{key} of {of}");
+    }
+}
+
+#[test]
+fn self_test() {
+    let plan = Plan {
+        count: 6,
+        seed: 1,
+        size: SMALL,
+        library: LIBRARY.map(str::to_owned).to_vec(),
+        withhold: false,
+    };
+    let test = self_test::run(&plan, &|_| ());
+    // One effect three times, two effects, an unknown cause, nothing.
+    let told: Vec<String> = test
+        .cases
+        .iter()
+        .map(|c| format!("{}: {:?}", c.truth(), c.outcome))
+        .collect();
+    assert!(test.right() >= 5, "{}", told.join("\n"));
+    assert_eq!(test.failed(), 0, "{}", told.join("\n"));
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    self_test::write(&out, &test).expect("writable");
+    let files = ["self-test.html", "self-test.json"].map(|name| out.join(name));
+    assert_eq!(listing(folder.path()), files);
+    let page = fs::read_to_string(&files[0]).expect("there");
+    assert!(!page.contains("NaN"), "a number that is none");
+    let text = fs::read_to_string(&files[1]).expect("there");
+    assert!(!text.contains("NaN"), "a number that is none");
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(report["format"], "gap-self-test");
+    numbers(&report, &["version", "seed", "count", "right", "failed"]);
+    numbers(&report["size"], &["design", "real", "holdout", "tile"]);
+    for key in ["single_top1", "pair_both", "false_alarms"] {
+        numbers(&report["scores"][key], &["held", "of", "share"]);
+    }
+    for key in ["closed_median", "closed_error", "calibration_error"] {
+        numbers(&report["scores"][key], &["value", "of"]);
+    }
+    assert_eq!(report["aims"].as_array().map(Vec::len), Some(8));
+    let cases = report["cases"].as_array().expect("a list");
+    assert_eq!(cases.len(), 6);
+    for case in cases {
+        numbers(
+            case,
+            &["index", "gap", "claimed_closed", "true_closed", "seconds"],
+        );
+        assert!(case["recipe"].is_string() && case["verdict"].is_string());
+        assert!(case["right"].is_boolean() && case["error"].is_null());
+        let top = case["top"].as_array().expect("a list");
+        assert_eq!(top.len(), 3);
+        top.iter()
+            .for_each(|cause| numbers(cause, &["probability"]));
+    }
+}
+
+#[test]
+fn command_lines_that_cannot_be() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for line in [
+        "diagnose --self-test 0",
+        "diagnose --self-test many",
+        "diagnose --self-test 3 --lens @lens.json",
+        "diagnose --self-test 3 @set",
+        "diagnose --self-test 3 --only vignetting",
+        "diagnose --self-test 3 --no-pairs",
+        "diagnose --seed 3",
+        "diagnose --lens @lens.json @set --out @out --withhold",
+        "diagnose --schema --self-test 3",
+    ] {
+        let outcome = seidel_in(folder.path(), line);
+        assert_eq!(outcome.status, 2, "{line}: {}", outcome.stderr);
+    }
+    fs::write(folder.path().join("notes.txt"), "mine").expect("writable");
+    let outcome = seidel_in(folder.path(), "diagnose --self-test 1 --out @.");
+    assert_eq!(outcome.status, 1, "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("notes.txt"), "{}", outcome.stderr);
+    assert_eq!(listing(folder.path()).len(), 1);
+}
