@@ -10,6 +10,9 @@ use super::seen::{FOLDS, Seen};
 use crate::distance::ObjectDistance;
 use crate::psf::pupil::Detail;
 
+/// Channel, distance and size of tiles that are compared.
+type Key = (usize, ObjectDistance, (usize, usize));
+
 /// Sizes of the bases over the field that are tried: constant, linear, quadratic.
 const BASES: [usize; 3] = [1, 3, 6];
 
@@ -38,7 +41,7 @@ pub(super) fn explainable(tiles: &[&Seen], nothing: &Hypothesis) -> f64 {
             },
         )
         .collect();
-    let mut groups: Vec<((usize, ObjectDistance, (usize, usize)), Vec<usize>)> = Vec::new();
+    let mut groups: Vec<(Key, Vec<usize>)> = Vec::new();
     for (index, tile) in tiles.iter().enumerate() {
         let key = (tile.of_lens, tile.distance, tile.size);
         match groups.iter_mut().find(|g| g.0 == key) {

@@ -9,6 +9,9 @@ use crate::profile::PupilChannel;
 const RINGS: usize = 3;
 const SECTORS: usize = 4;
 
+/// Channel, ring and sector; distance; gaps of the tiles there.
+type Zone = ((usize, usize, usize), ObjectDistance, Vec<f64>);
+
 /// The parts of the field with their gaps, largest first: those whose gap stands out of its scatter and of
 /// what the lens leaves anyway.
 pub(super) fn places(
@@ -21,7 +24,7 @@ pub(super) fn places(
         .iter()
         .map(|t| t.point.at.radius())
         .fold(1e-9, f64::max);
-    let mut zones: Vec<((usize, usize, usize), ObjectDistance, Vec<f64>)> = Vec::new();
+    let mut zones: Vec<Zone> = Vec::new();
     for (tile, gap) in tiles.iter().zip(gaps) {
         let at = tile.point.at;
         let ring = ((at.radius() / farthest * RINGS as f64) as usize).min(RINGS - 1);
