@@ -170,7 +170,9 @@ fn check(folder: &Path, case: &Path) {
     let read = |path: &Path| fs::read_to_string(path).expect("written");
     let report: Value = serde_json::from_str(&read(&folder.join(&*name).join("report.json")))
         .expect("a JSON report");
-    let truth: Value = serde_json::from_str(&read(&case.join("truth.json"))).expect("an answer");
+    // What its makers could not compute they wrote as NaN, which JSON has not.
+    let answer = read(&case.join("truth.json")).replace("NaN", "null");
+    let truth: Value = serde_json::from_str(&answer).expect("an answer");
     if truth["class"] == "none" {
         assert_eq!(report["verdict"], "no_gap", "{name}");
         return;
