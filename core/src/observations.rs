@@ -134,6 +134,28 @@ impl ObservationSet {
         all
     }
 
+    /// Whether the set has the frame size of a lens, `frame`.
+    ///
+    /// # Errors
+    /// Another one.
+    pub fn check_frame(&self, frame: Frame) -> Result<()> {
+        let (ours, theirs) = (frame, self.frame);
+        if (ours.width_px(), ours.height_px()) == (theirs.width_px(), theirs.height_px()) {
+            return Ok(());
+        }
+        Err(Error::new(
+            "image_size",
+            format!(
+                "is {} x {}, the lens's is {} x {}",
+                theirs.width_px(),
+                theirs.height_px(),
+                ours.width_px(),
+                ours.height_px()
+            ),
+            "use a lens fitted at that frame size",
+        ))
+    }
+
     /// Wavelength of the channel called `name` over the pixel pitch, where both are known.
     pub fn wavelength_px(&self, name: &str) -> Option<f64> {
         let nanometres = self.camera.wavelength_nm.get(name)?;

@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::descent::Problem;
 use super::hypothesis::Hypothesis;
 use super::picture::Easel;
 use super::seen::{FOLDS, Seen};
@@ -21,13 +20,7 @@ const BASES: [usize; 3] = [1, 3, 6];
 /// effect is asked; finer detail than the tiles' pixels, and what changes faster over the field, is beyond
 /// it, so more than this can be explained by a good model.
 pub(super) fn explainable(tiles: &[&Seen], nothing: &Hypothesis) -> f64 {
-    let problem = Problem {
-        hypothesis: nothing,
-        tiles,
-        detail: Detail::COARSE,
-    };
-    let residuals: Vec<Vec<f64>> = problem
-        .tiles
+    let residuals: Vec<Vec<f64>> = tiles
         .par_iter()
         .map_init(
             || (Easel::default(), Vec::new()),

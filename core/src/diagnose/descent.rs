@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
-use super::picture::Easel;
+use super::picture::{Easel, slope};
 use super::seen::{FOLDS, Seen};
 use crate::psf::pupil::Detail;
 
@@ -18,9 +18,9 @@ pub(super) fn weight(seen: &Seen) -> f64 {
 
 /// A hypothesis, and the tiles that it is to explain.
 pub(super) struct Problem<'a> {
-    pub(super) hypothesis: &'a Hypothesis,
-    pub(super) tiles: &'a [&'a Seen],
-    pub(super) detail: Detail,
+    hypothesis: &'a Hypothesis,
+    tiles: &'a [&'a Seen],
+    detail: Detail,
 }
 
 /// Normal equations of one fold.
@@ -73,7 +73,15 @@ pub(super) struct Fitted {
     pub(super) cost: f64,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    pub(super) fn new(hypothesis: &'a Hypothesis, tiles: &'a [&'a Seen], detail: Detail) -> Self {
+        Self {
+            hypothesis,
+            tiles,
+            detail,
+        }
+    }
+
     /// The gap of every tile at `theta`.
     pub(super) fn gaps(&self, theta: &[f64]) -> Vec<f64> {
         let by_channel = self.by_channel(theta);
@@ -311,19 +319,11 @@ struct Shifts([Vec<f64>; 2]);
 
 impl Shifts {
     fn of(seen: &Seen, picture: &[f64]) -> Self {
-        let (width, height) = seen.size;
-        let at = |x: i64, y: i64| {
-            let (x, y) = (x.clamp(0, width as i64 - 1), y.clamp(0, height as i64 - 1));
-            picture[y as usize * width + x as usize]
-        };
-        let mut pair = [vec![0.0; picture.len()], vec![0.0; picture.len()]];
-        for y in 0..height as i64 {
-            for x in 0..width as i64 {
-                let index = y as usize * width + x as usize;
-                if seen.counts.get(index) != Some(&false) {
-                    pair[0][index] = (at(x + 1, y) - at(x - 1, y)) / 2.0;
-                    pair[1][index] = (at(x, y + 1) - at(x, y - 1)) / 2.0;
-                }
+        let mut pair = [(1, 0), (0, 1)].map(|step| slope(picture, seen.size, step));
+        for (index, counts) in seen.counts.iter().enumerate() {
+            if !counts {
+                pair[0][index] = 0.0;
+                pair[1][index] = 0.0;
             }
         }
         let [first, second] = &mut pair;

@@ -3,7 +3,6 @@
 use super::hypothesis::Hypothesis;
 use super::seen::Seen;
 use crate::psf::pupil::{Detail, Drawn, Workspace, draw};
-use crate::sensor::Tone;
 
 /// Buffers of predictions, one a thread.
 #[derive(Default)]
@@ -40,13 +39,16 @@ impl Easel {
         );
         out.clear();
         out.extend_from_slice(&self.drawn.light);
-        if !pupil.sensor.tone.is_linear() {
-            expose(out, seen, pupil.sensor.tone);
-        }
         for (index, value) in out.iter_mut().enumerate() {
             if seen.counts.get(index) == Some(&false) {
                 *value = 0.0;
             }
+        }
+        let tone = pupil.sensor.tone;
+        if !tone.is_linear()
+            && let Some(exposure) = tone.exposure(out, seen.exposure)
+        {
+            out.iter_mut().for_each(|v| *v = tone.of(exposure * *v));
         }
         let sum: f64 = out.iter().sum();
         if sum > 0.0 {
@@ -55,29 +57,19 @@ impl Easel {
     }
 }
 
-/// Turns the linear tile into pixel values, exposed so that they sum to what was observed.
-fn expose(tile: &mut [f64], seen: &Seen, tone: Tone) {
-    let counts = |index: usize| seen.counts.get(index) != Some(&false);
-    let total = |exposure: f64| -> f64 {
-        let toned = tile.iter().enumerate().filter(|(index, _)| counts(*index));
-        toned.map(|(_, v)| tone.of(exposure * v)).sum()
+/// Half the difference between the pixels (`dx`, `dy`) ahead and behind: the derivative of a picture of
+/// `size` along that step; at the rim the picture goes on as it ends.
+pub(super) fn slope(
+    picture: &[f64],
+    (width, height): (usize, usize),
+    (dx, dy): (i64, i64),
+) -> Vec<f64> {
+    let at = |x: i64, y: i64| {
+        let (x, y) = (x.clamp(0, width as i64 - 1), y.clamp(0, height as i64 - 1));
+        picture[y as usize * width + x as usize]
     };
-    let (mut low, mut high) = (0.0, seen.exposure);
-    for _ in 0..60 {
-        if total(high) >= seen.exposure {
-            break;
-        }
-        low = high;
-        high *= 2.0;
-    }
-    for _ in 0..40 {
-        let middle = (low + high) / 2.0;
-        if total(middle) < seen.exposure {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let exposure = (low + high) / 2.0;
-    tile.iter_mut().for_each(|v| *v = tone.of(exposure * *v));
+    let cells = (0..height as i64).flat_map(|y| (0..width as i64).map(move |x| (x, y)));
+    cells
+        .map(|(x, y)| (at(x + dx, y + dy) - at(x - dx, y - dy)) / 2.0)
+        .collect()
 }

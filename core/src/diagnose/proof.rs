@@ -45,7 +45,7 @@ struct Final {
 pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
     let tiles: Vec<&Seen> = found.seen.tiles.iter().collect();
     let nothing = found.ground.nothing();
-    let before = problem(&nothing, &tiles, Detail::FULL).gaps(&[]);
+    let before = Problem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);
     let last = finish(&found, &tiles, &before);
     let gap = summary(&found, &tiles, &before, &last.after);
     let corrected = LensProfile {
@@ -105,14 +105,6 @@ pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
     })
 }
 
-fn problem<'a>(hypothesis: &'a Hypothesis, tiles: &'a [&'a Seen], detail: Detail) -> Problem<'a> {
-    Problem {
-        hypothesis,
-        tiles,
-        detail,
-    }
-}
-
 /// Fits what is added to all tiles, then to all but each fold.
 fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
     let Some(added) = &found.decided.added else {
@@ -124,7 +116,7 @@ fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
         };
     };
     let hypothesis = added.hypothesis.clone();
-    let whole = problem(&hypothesis, tiles, Detail::FIT);
+    let whole = Problem::new(&hypothesis, tiles, Detail::FIT);
     let theta = whole.descend(&added.theta, 3, 1e-3).theta;
     let sigma = standard_errors(&whole.linear(&theta));
     let mut after = before.to_vec();
@@ -134,10 +126,10 @@ fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
         if others.is_empty() || own.is_empty() {
             continue;
         }
-        let there = problem(&hypothesis, &others, Detail::FIT)
+        let there = Problem::new(&hypothesis, &others, Detail::FIT)
             .descend(&theta, 1, 1e-2)
             .theta;
-        let mut gaps = problem(&hypothesis, &own, Detail::FULL)
+        let mut gaps = Problem::new(&hypothesis, &own, Detail::FULL)
             .gaps(&there)
             .into_iter();
         for (tile, after) in tiles.iter().zip(&mut after) {
@@ -204,7 +196,7 @@ fn causes(found: &Found, last: &Final) -> Vec<Cause> {
     let stage = found.stage;
     let many = found.ground.many();
     let base = found.ground.nothing();
-    let base = problem(&base, many, Detail::COARSE).gaps(&[]);
+    let base = Problem::new(&base, many, Detail::COARSE).gaps(&[]);
     let share = |after: f64| {
         if stage.before > 0.0 {
             (1.0 - after / stage.before).clamp(-1.0, 1.0)
@@ -238,7 +230,7 @@ fn causes(found: &Found, last: &Final) -> Vec<Cause> {
                     found.channels,
                 )
             };
-            let gaps = problem(&single.hypothesis, many, Detail::COARSE).gaps(&single.theta);
+            let gaps = Problem::new(&single.hypothesis, many, Detail::COARSE).gaps(&single.theta);
             let gap_closed = share(single.after);
             let (_, (low, high)) = closed(many, &base, &gaps);
             let half = (high - low) / 2.0;

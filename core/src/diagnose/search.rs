@@ -98,13 +98,13 @@ impl<'a> Ground<'a> {
 
     /// `hypothesis` against the tiles by which hypotheses are compared.
     pub(super) fn problem<'b>(&'b self, hypothesis: &'b Hypothesis, detail: Detail) -> Problem<'b> {
-        on(hypothesis, &self.many, detail)
+        Problem::new(hypothesis, &self.many, detail)
     }
 
     /// Weighted mean gap of the lens as given on `tiles`, noise taken off.
     pub(super) fn excess(&self, tiles: &[&Seen]) -> f64 {
         let nothing = self.nothing();
-        let cost = on(&nothing, tiles, Detail::FULL).cost(&[]);
+        let cost = Problem::new(&nothing, tiles, Detail::FULL).cost(&[]);
         let noise: f64 = tiles.iter().map(|t| weight(t) * t.noise).sum();
         let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
         ((cost - noise) / weights).max(LEAST_EXCESS)
@@ -206,7 +206,7 @@ impl<'a> Ground<'a> {
                 });
                 let best = scouted.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
                 let (hypothesis, start) = best.expect("effects have starts");
-                let problem = on(&hypothesis, &self.scouts, Detail::COARSE);
+                let problem = Problem::new(&hypothesis, &self.scouts, Detail::COARSE);
                 (problem.descend(&start.theta, 1, ENOUGH).cost, *other)
             })
             .collect();
@@ -230,14 +230,14 @@ impl<'a> Ground<'a> {
         let mut tried: Vec<(Hypothesis, Fitted)> = scouted
             .into_iter()
             .map(|(hypothesis, start)| {
-                let problem = on(&hypothesis, &self.few, Detail::COARSE);
+                let problem = Problem::new(&hypothesis, &self.few, Detail::COARSE);
                 let fitted = problem.descend(&start.theta, 2, FIRST_ENOUGH);
                 (hypothesis, fitted)
             })
             .collect();
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let (hypothesis, fitted) = tried.swap_remove(0);
-        let problem = on(&hypothesis, &self.few, Detail::COARSE);
+        let problem = Problem::new(&hypothesis, &self.few, Detail::COARSE);
         let fitted = problem.descend(&fitted.theta, 4, FIRST_ENOUGH);
         self.scored(hypothesis, fitted.theta, &self.few)
     }
@@ -251,7 +251,7 @@ impl<'a> Ground<'a> {
                 *neutral = *value;
             }
         }
-        let problem = on(hypothesis, &self.scouts, Detail::COARSE);
+        let problem = Problem::new(hypothesis, &self.scouts, Detail::COARSE);
         // Where nothing happens yet, such as behind a stop too large to clip, no search finds its way.
         let still = problem.cost(&neutral);
         let tries = STRIDES.iter().filter_map(|stride| {
@@ -289,10 +289,10 @@ impl<'a> Ground<'a> {
     }
 
     fn scored(&self, hypothesis: Hypothesis, theta: Vec<f64>, tiles: &[&Seen]) -> Candidate {
-        let linear = on(&hypothesis, tiles, Detail::COARSE).linear(&theta);
+        let linear = Problem::new(&hypothesis, tiles, Detail::COARSE).linear(&theta);
         let left = left_out_gap(&linear, &theta, &hypothesis, tiles);
         // What the coarse mesh misses is no gap.
-        let fine = on(&hypothesis, tiles, Detail::FULL).cost(&theta);
+        let fine = Problem::new(&hypothesis, tiles, Detail::FULL).cost(&theta);
         let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
         let after = left - (linear.total(None).cost - fine) / weights;
         // Tiles differ: what is left on some is told as it would be on those by which all are compared.
@@ -307,15 +307,6 @@ impl<'a> Ground<'a> {
             linear,
             hypothesis,
         }
-    }
-}
-
-/// `hypothesis` against `tiles`.
-fn on<'a>(hypothesis: &'a Hypothesis, tiles: &'a [&'a Seen], detail: Detail) -> Problem<'a> {
-    Problem {
-        hypothesis,
-        tiles,
-        detail,
     }
 }
 

@@ -7,6 +7,7 @@ use crate::field::{FieldPoint, Frame, ImagePoint};
 use crate::lens::LocalPupil;
 use crate::moments::support::{self, Support};
 use crate::observations::{Observation, ObservationSet};
+use crate::predict::Predictor;
 use crate::profile::{LensProfile, PupilChannel};
 
 /// Folds of the field: each is scored by fits to the others.
@@ -63,10 +64,12 @@ impl SeenSet {
         channels: &[PupilChannel],
         set: &ObservationSet,
     ) -> Result<Self> {
-        let of_lens = matched_channels(lens, channels, set)?;
-        check_frame(lens.frame, set)?;
-        let frame = lens.frame;
-        let knows_depth = channels.iter().any(|c| c.alpha.degree() > 0);
+        let (frame, predictor) = (lens.frame, Predictor::new(lens)?);
+        let names = set.channels.iter();
+        let of_lens: Vec<usize> = names
+            .map(|name| predictor.channel_index(name))
+            .collect::<Result<_>>()?;
+        set.check_frame(frame)?;
         let places: Vec<FieldPoint> = set
             .observations
             .iter()
@@ -76,17 +79,9 @@ impl SeenSet {
         let mut counts = Counts::default();
         let mut tiles = Vec::new();
         for (index, observation) in set.observations.iter().enumerate() {
-            let vergence = match observation.distance.vergence_per_m() {
-                Some(v) => v,
-                None if !knows_depth => 0.0,
-                None => {
-                    return Err(Error::new(
-                        format!("observation {index} ({}): depth_m", observation.file),
-                        "is unknown, but the lens's blur depends on it",
-                        "give depth_m (null for infinity)",
-                    ));
-                }
-            };
+            let vergence = predictor
+                .vergence(observation.distance)
+                .map_err(|e| e.within(&format!("observation {index} ({})", observation.file)))?;
             for (channel, &of_lens) in of_lens.iter().enumerate() {
                 let lens_channel = &channels[of_lens];
                 let tile = seen(
@@ -277,47 +272,4 @@ fn folds(places: &[FieldPoint]) -> Vec<usize> {
             (sector + 2 * ring) % FOLDS
         })
         .collect()
-}
-
-fn matched_channels(
-    lens: &LensProfile,
-    channels: &[PupilChannel],
-    set: &ObservationSet,
-) -> Result<Vec<usize>> {
-    set.channels
-        .iter()
-        .map(|name| {
-            channels
-                .iter()
-                .position(|c| c.name == *name)
-                .ok_or_else(|| {
-                    Error::new(
-                        format!("channel {name}"),
-                        "is not in the lens profile",
-                        format!(
-                            "use a lens with it; this one has {}",
-                            lens.channel_names().join(", ")
-                        ),
-                    )
-                })
-        })
-        .collect()
-}
-
-fn check_frame(ours: Frame, set: &ObservationSet) -> Result<()> {
-    let theirs = set.frame;
-    if (ours.width_px(), ours.height_px()) == (theirs.width_px(), theirs.height_px()) {
-        return Ok(());
-    }
-    Err(Error::new(
-        "image_size",
-        format!(
-            "is {} x {}, the lens's is {} x {}",
-            theirs.width_px(),
-            theirs.height_px(),
-            ours.width_px(),
-            ours.height_px()
-        ),
-        "use a lens fitted at that frame size",
-    ))
 }

@@ -2,7 +2,7 @@
 
 use super::diagnosis::{Order, Shape, TileGap};
 use super::hypothesis::Hypothesis;
-use super::picture::Easel;
+use super::picture::{Easel, slope};
 use super::seen::Seen;
 use crate::psf::pupil::Detail;
 
@@ -146,17 +146,7 @@ fn core_share(seen: &Seen, picture: &[f64]) -> f64 {
 
 /// Derivatives of a picture, by order: first, Laplacian, the other two second, the four third.
 fn derivatives(seen: &Seen, picture: &[f64]) -> Vec<Vec<f64>> {
-    let (width, height) = seen.size;
-    let by = |f: &[f64], dx: i64, dy: i64| -> Vec<f64> {
-        let at = |x: i64, y: i64| {
-            let (x, y) = (x.clamp(0, width as i64 - 1), y.clamp(0, height as i64 - 1));
-            f[y as usize * width + x as usize]
-        };
-        let cells = (0..height as i64).flat_map(|y| (0..width as i64).map(move |x| (x, y)));
-        cells
-            .map(|(x, y)| (at(x + dx, y + dy) - at(x - dx, y - dy)) / 2.0)
-            .collect()
-    };
+    let by = |f: &[f64], dx, dy| slope(f, seen.size, (dx, dy));
     let (x, y) = (by(picture, 1, 0), by(picture, 0, 1));
     let (xx, xy, yy) = (by(&x, 1, 0), by(&x, 0, 1), by(&y, 0, 1));
     let sum = |a: &[f64], b: &[f64], f: f64| -> Vec<f64> {

@@ -21,28 +21,15 @@ use crate::tile::Tile;
 /// as much as the observed tile's.
 ///
 /// # Errors
-/// A model that cannot draw the lens, another frame size than the lens's, a channel the lens has not, an unknown distance where the
-/// lens depends on it, and a tile that misses the predicted PSF altogether.
+/// A model that cannot draw the lens, another frame size than the lens's, a channel the lens has not, an
+/// unknown distance where the lens depends on it, and a tile that misses the predicted PSF altogether.
 pub fn predict_like(
     lens: &Predictor,
     like: &ObservationSet,
     model: &dyn PsfModel,
 ) -> Result<ObservationSet> {
     lens.check_model(model)?;
-    let (ours, theirs) = (lens.frame(), like.frame);
-    if (ours.width_px(), ours.height_px()) != (theirs.width_px(), theirs.height_px()) {
-        return Err(Error::new(
-            "image_size",
-            format!(
-                "is {} x {}, the lens's is {} x {}",
-                theirs.width_px(),
-                theirs.height_px(),
-                ours.width_px(),
-                ours.height_px()
-            ),
-            "use a lens fitted at that frame size",
-        ));
-    }
+    like.check_frame(lens.frame())?;
     let channels: Vec<usize> = like
         .channels
         .iter()
