@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{
-    TILE, listing, seidel_in, write_exr, write_made_lens, write_made_set, write_plate,
+    TILE, must_refuse, seidel_in, write_exr, write_made_lens, write_made_set, write_plate,
 };
 
 /// Sets up a sound lens, set and plate, spoils them with `spoil`, and runs `line`, which must fail
@@ -14,18 +14,7 @@ fn refused(spoil: impl Fn(&Path), line: &str, says: &[&str]) {
     write_made_lens(folder.path(), &["R", "G", "B"]);
     write_plate(&folder.path().join("plate.exr"), 40, 30);
     spoil(folder.path());
-    let before = listing(folder.path());
-    let outcome = seidel_in(folder.path(), line);
-    assert_eq!(outcome.status, 1, "{line}: {}", outcome.stderr);
-    for part in says {
-        assert!(
-            outcome.stderr.contains(part),
-            "{line}: `{part}` is missing in: {}",
-            outcome.stderr
-        );
-    }
-    assert!(outcome.stderr.contains(';'), "a remedy: {}", outcome.stderr);
-    assert_eq!(listing(folder.path()), before, "{line} left something");
+    must_refuse(folder.path(), line, says);
 }
 
 const FIT: &str = "fit @set -o @new.json";

@@ -13,7 +13,7 @@ use seidel_core::profile::LensProfile;
 use seidel_core::psf::Pupil;
 
 use crate::support::{
-    listing, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_made_set,
+    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_made_set,
     write_ray_lens,
 };
 
@@ -24,18 +24,7 @@ fn refused(spoil: impl Fn(&Path), line: &str, says: &[&str]) {
     write_ray_lens(folder.path(), &["R", "G", "B"]);
     write_made_set(folder.path(), "set", &["R", "G", "B"]);
     spoil(folder.path());
-    let before = listing(folder.path());
-    let outcome = seidel_in(folder.path(), line);
-    assert_eq!(outcome.status, 1, "{line}: {}", outcome.stderr);
-    for part in says {
-        assert!(
-            outcome.stderr.contains(part),
-            "{line}: `{part}` is missing in: {}",
-            outcome.stderr
-        );
-    }
-    assert!(outcome.stderr.contains(';'), "a remedy: {}", outcome.stderr);
-    assert_eq!(listing(folder.path()), before, "{line} left something");
+    must_refuse(folder.path(), line, says);
 }
 
 const DIAGNOSE: &str = "diagnose --lens @lens.json @set --out @out";

@@ -63,6 +63,23 @@ pub(crate) fn succeeds(folder: &Path, line: &str) -> Outcome {
     outcome
 }
 
+/// Runs `line` in `folder`, which must fail with exit status 1 and a message that holds all of `says` and a
+/// remedy, and leave the folder as it was.
+pub(crate) fn must_refuse(folder: &Path, line: &str, says: &[&str]) {
+    let before = listing(folder);
+    let outcome = seidel_in(folder, line);
+    assert_eq!(outcome.status, 1, "{line}: {}", outcome.stderr);
+    for part in says {
+        assert!(
+            outcome.stderr.contains(part),
+            "{line}: `{part}` is missing in: {}",
+            outcome.stderr
+        );
+    }
+    assert!(outcome.stderr.contains(';'), "a remedy: {}", outcome.stderr);
+    assert_eq!(listing(folder), before, "{line} left something");
+}
+
 /// Where real data lie: `SEIDEL_DATA`, or the folder `shared` beside the repository; `None`, with a
 /// word to the reader of the test's output, where there are none.
 pub(crate) fn real_data(part: &str) -> Option<PathBuf> {
