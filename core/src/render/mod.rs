@@ -5,6 +5,7 @@
 //! so energy is kept.
 
 mod depth_convention;
+mod layers;
 mod scatter;
 #[cfg(test)]
 mod scatter_pupil_tests;
@@ -14,6 +15,7 @@ mod scene;
 mod sheet;
 
 pub use depth_convention::{DepthConvention, DepthReading};
+pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
 

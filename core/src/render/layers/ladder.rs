@@ -1,0 +1,228 @@
+//! The vergences that slices lie at: rungs so close that the lens does nearly the same at neighbours.
+//!
+//! Rungs depend on the lens, its frame and the scale alone, never on the plate's content, so that all
+//! tiles of a frame, and all frames of a shot, are cut alike. They come from halving the octaves
+//! [0, 1], [1, 2], [2, 4], ... m^-1 (and the same below zero) until each step is small.
+
+use crate::field::{FieldPoint, ImagePoint};
+use crate::render::{Displacement, Scene};
+
+/// A step may change a kernel's size by this share of it.
+const STEP_SHARE: f64 = 0.12;
+/// Steps of small kernels, px: about focus, growing with the size until the largest is reached.
+const LEAST_STEP_PX: f64 = 0.5;
+const STEP_GROWTH: f64 = 0.35;
+const LARGEST_FIXED_STEP_PX: f64 = 1.5;
+/// A step may move a displaced kernel by this much, px.
+const STEP_SHIFT_PX: f64 = 0.5;
+/// Halvings of an octave at most: lenses whose blur jumps are not followed for ever.
+const MOST_HALVINGS: u32 = 12;
+/// Octaves beyond this vergence, 1 / mm, are not told apart.
+const NEAREST_PER_M: f64 = 1024.0;
+
+/// The rungs, from the farthest to the nearest, and how large the blur is at each.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Ladder {
+    /// Ascending vergences, 1/m.
+    rungs: Vec<f64>,
+    /// Largest kernel size anywhere in the frame at each rung, plate px.
+    sizes: Vec<f64>,
+    /// Number of the rung at vergence zero.
+    zero: usize,
+}
+
+impl Ladder {
+    /// Rungs for `scene`'s lens that enclose zero and the vergences `least..=largest`.
+    pub(super) fn new(scene: &Scene, least: f64, largest: f64) -> Self {
+        let probes = Probes::new(scene);
+        let mut ladder = Self {
+            rungs: vec![0.0],
+            sizes: vec![probes.at(0.0).largest_size()],
+            zero: 0,
+        };
+        if least < 0.0 {
+            ladder.climb(&probes, -1.0, -least);
+            ladder.rungs.reverse();
+            ladder.sizes.reverse();
+            ladder.zero = ladder.rungs.len() - 1;
+        }
+        // At least one step, so that every vergence lies between two rungs.
+        ladder.climb(&probes, 1.0, largest.max(f64::MIN_POSITIVE));
+        ladder
+    }
+
+    /// Adds rungs from zero on, towards `sign`, until `reach` lies below one.
+    fn climb(&mut self, probes: &Probes, sign: f64, reach: f64) {
+        let mut low = (0.0, probes.at(0.0));
+        let mut end = 1.0;
+        loop {
+            let high = (sign * end, probes.at(sign * end));
+            self.halve(probes, &low, &high, sign * reach, MOST_HALVINGS);
+            if self.passed(sign * reach) || end >= NEAREST_PER_M {
+                return;
+            }
+            low = high;
+            end *= 2.0;
+        }
+    }
+
+    fn passed(&self, reach: f64) -> bool {
+        let last = *self.rungs.last().expect("never empty");
+        last.abs() >= reach.abs()
+    }
+
+    /// Adds the rungs after `low`, up to `high` or the first at or beyond `reach`.
+    fn halve(&mut self, probes: &Probes, low: &Place, high: &Place, reach: f64, left: u32) {
+        if low.0.abs() >= reach.abs() && low.0 != 0.0 {
+            return;
+        }
+        let middle = (low.0 + high.0) / 2.0;
+        let middle = (middle, probes.at(middle));
+        if left > 0 && middle.1.too_far_between(&low.1, &high.1) {
+            self.halve(probes, low, &middle, reach, left - 1);
+            self.halve(probes, &middle, high, reach, left - 1);
+        } else {
+            self.rungs.push(high.0);
+            self.sizes.push(high.1.largest_size());
+        }
+    }
+
+    /// Number of rungs.
+    pub(super) fn len(&self) -> usize {
+        self.rungs.len()
+    }
+
+    /// Vergence of a rung, 1/m.
+    pub(super) fn vergence(&self, rung: usize) -> f64 {
+        self.rungs[rung]
+    }
+
+    /// Where `vergence` lies on the ladder: whole numbers are rungs, counted from vergence zero, and
+    /// between two of them it is linear in vergence.
+    pub(super) fn place(&self, vergence: f64) -> f32 {
+        let above = self.rungs.partition_point(|rung| *rung <= vergence);
+        let low = above.clamp(1, self.rungs.len() - 1) - 1;
+        let (a, b) = (self.rungs[low], self.rungs[low + 1]);
+        let share = ((vergence - a) / (b - a)).clamp(0.0, 1.0);
+        ((low as f64 - self.zero as f64) + share) as f32
+    }
+
+    /// The place of a rung.
+    pub(super) fn place_of(&self, rung: usize) -> f32 {
+        rung as f32 - self.zero as f32
+    }
+
+    /// The two rungs about `place`, the farther first.
+    pub(super) fn about(&self, place: f32) -> (usize, usize) {
+        let index = place.floor() as i64 + self.zero as i64;
+        let low = index.clamp(0, self.rungs.len() as i64 - 2) as usize;
+        (low, low + 1)
+    }
+
+    /// Largest size of kernels at `place`, plate px: the radius of a disc, two standard deviations of
+    /// others.
+    pub(super) fn size(&self, place: f32) -> f32 {
+        let (low, high) = self.about(place);
+        let share = (place - self.place_of(low)).clamp(0.0, 1.0);
+        self.sizes[low] as f32 * (1.0 - share) + self.sizes[high] as f32 * share
+    }
+}
+
+type Place = (f64, Look);
+
+/// What the lens does at all probes: sizes along x and y and displacement (x, y), plate px.
+struct Look(Vec<[f64; 4]>);
+
+impl Look {
+    fn largest_size(&self) -> f64 {
+        let sizes = self.0.iter().map(|look| look[0].max(look[1]));
+        sizes.fold(0.0, f64::max)
+    }
+
+    /// Whether kernels change too much from `low` by this one to `high` for a step.
+    fn too_far_between(&self, low: &Self, high: &Self) -> bool {
+        let triples = self.0.iter().zip(&low.0).zip(&high.0);
+        triples.into_iter().any(|((middle, low), high)| {
+            // Twice the larger half, so that a minimum in the middle is seen.
+            let step = |k: usize| {
+                2.0 * (middle[k] - low[k])
+                    .abs()
+                    .max((middle[k] - high[k]).abs())
+            };
+            let sizes = (0..2).any(|k| step(k) > largest_step(middle[k].min(low[k]).min(high[k])));
+            sizes || (2..4).any(|k| step(k) > STEP_SHIFT_PX)
+        })
+    }
+}
+
+/// By how much kernels of `size` px may differ from one rung to the next.
+fn largest_step(size: f64) -> f64 {
+    (LEAST_STEP_PX + STEP_GROWTH * size)
+        .min(LARGEST_FIXED_STEP_PX)
+        .max(STEP_SHARE * size)
+}
+
+/// Where in the frame, and in which channels, the lens is asked.
+struct Probes<'a> {
+    scene: &'a Scene<'a>,
+    fields: Vec<FieldPoint>,
+}
+
+impl<'a> Probes<'a> {
+    fn new(scene: &'a Scene<'a>) -> Self {
+        let frame = scene.lens.frame();
+        let (w, h) = (f64::from(frame.width_px()), f64::from(frame.height_px()));
+        let shares = [
+            (0.5, 0.5),
+            (0.0, 0.0),
+            (1.0, 0.0),
+            (0.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 0.5),
+            (0.5, 1.0),
+        ];
+        let fields = shares
+            .iter()
+            .map(|(x, y)| frame.field_point(ImagePoint::new(x * w, y * h)))
+            .collect();
+        Self { scene, fields }
+    }
+
+    fn at(&self, vergence: f64) -> Look {
+        let Scene {
+            lens,
+            map,
+            displacement,
+            ..
+        } = *self.scene;
+        let channels = lens.channel_count();
+        let mut looks = Vec::with_capacity(channels * self.fields.len());
+        for &field in &self.fields {
+            let placed = (0..channels).map(|channel| lens.blur_at(channel, field, vergence));
+            let from = looks.len();
+            looks.extend(placed.map(|placed| {
+                let moments = placed.blur.moments;
+                let size = |variance: f64| 2.0 * variance.max(0.0).sqrt() * map.scale;
+                let (x, y) = placed.displacement_px;
+                let shift = [x * map.scale, y * map.scale];
+                [size(moments.mu20), size(moments.mu02), shift[0], shift[1]]
+            }));
+            displaced_as(displacement, &mut looks[from..]);
+        }
+        Look(looks)
+    }
+}
+
+/// Leaves of the displacements of one field point's channels what is drawn.
+fn displaced_as(displacement: Displacement, looks: &mut [[f64; 4]]) {
+    for k in 2..4 {
+        let mean = looks.iter().map(|look| look[k]).sum::<f64>() / looks.len() as f64;
+        for look in &mut *looks {
+            match displacement {
+                Displacement::None => look[k] = 0.0,
+                Displacement::Lateral => look[k] -= mean,
+                Displacement::Full => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Occlusion against pictures through many pinholes.
+
+use crate::depth_scenes::{self, DepthScene};
+use crate::pinholes::{self, HEIGHT, ThinLens, WIDTH};
+use seidel_core::field::ImagePoint;
+use seidel_core::psf::Pupil;
+use seidel_core::render::{
+    Displacement, Edges, Layered, Occlusion, Plane, PlateMap, Renderer, Scatter, Scene,
+    VergencePass,
+};
+
+/// Pixels next to the frame's edges, where what is beyond them is seen, are not compared.
+const BORDER_PX: usize = 20;
+/// Half width of the band about depth edges that is scored on its own, px.
+const BAND_PX: usize = 16;
+
+fn scene<'a>(lens: &'a ThinLens, vergence: &'a [f32]) -> Scene<'a> {
+    Scene {
+        lens,
+        model: &Pupil,
+        width: WIDTH,
+        height: HEIGHT,
+        map: PlateMap {
+            origin: ImagePoint::new(0.0, 0.0),
+            scale: 1.0,
+        },
+        vergence: VergencePass::PerPixel(vergence),
+        edges: Edges::Mirror,
+        displacement: Displacement::None,
+    }
+}
+
+/// Light and alpha of a plate that is opaque.
+fn rendered(by: &dyn Renderer, lens: &ThinLens, light: &[f32], vergence: &[f32]) -> [Vec<f32>; 2] {
+    let opaque = vec![1.0; light.len()];
+    let planes = [light, &opaque].map(|samples| Plane {
+        samples,
+        weights: &[1.0],
+    });
+    let done = by.render(&scene(lens, vergence), &planes, &|_| true);
+    let done = done.expect("a valid scene");
+    done.try_into().expect("as many planes as given")
+}
+
+fn layered() -> Layered<'static> {
+    Layered {
+        inner: &Scatter,
+        settings: Occlusion::default(),
+    }
+}
+
+/// Pixels compared, and those of them near a depth edge.
+fn compared(vergence: &[f32]) -> (Vec<usize>, Vec<usize>) {
+    let inside: Vec<usize> = (0..WIDTH * HEIGHT)
+        .filter(|index| {
+            let (x, y) = (index % WIDTH, index / WIDTH);
+            (BORDER_PX..WIDTH - BORDER_PX).contains(&x) && (BORDER_PX..HEIGHT - BORDER_PX).contains(&y)
+        })
+        .collect();
+    let jumps: Vec<(i64, i64)> = inside
+        .iter()
+        .filter(|&&k| {
+            (vergence[k] - vergence[k + 1]).abs() > 0.05
+                || (vergence[k] - vergence[k + WIDTH]).abs() > 0.05
+        })
+        .map(|k| ((k % WIDTH) as i64, (k / WIDTH) as i64))
+        .collect();
+    let near = |index: &&usize| {
+        let (x, y) = ((**index % WIDTH) as i64, (**index / WIDTH) as i64);
+        let reach = BAND_PX as i64;
+        jumps.iter().any(|(a, b)| (a - x).abs() <= reach && (b - y).abs() <= reach)
+    };
+    let band = inside.iter().filter(near).copied().collect();
+    (inside, band)
+}
+
+/// Peak signal-to-noise ratio, dB, for a white of one.
+fn psnr(got: &[f32], want: &[f32], pixels: &[usize]) -> f64 {
+    let squares = pixels.iter().map(|&k| f64::from(got[k] - want[k]).powi(2));
+    -10.0 * (squares.sum::<f64>() / pixels.len() as f64).log10()
+}
+
+/// Everything about a scene's pictures.
+struct Pictures {
+    plate: Vec<f32>,
+    reference: Vec<f32>,
+    ours: Vec<f32>,
+    alpha: Vec<f32>,
+    plain: Vec<f32>,
+    vergence: Vec<f32>,
+}
+
+fn pictures(scene: &DepthScene) -> Pictures {
+    let (plate, vergence) = pinholes::plate(&scene.lens, &scene.cards);
+    let reference = pinholes::reference(&scene.lens, &scene.cards, scene.pinholes);
+    let [ours, alpha] = rendered(&layered(), &scene.lens, &plate, &vergence);
+    let [plain, _] = rendered(&Scatter, &scene.lens, &plate, &vergence);
+    Pictures {
+        plate,
+        reference,
+        ours,
+        alpha,
+        plain,
+        vergence,
+    }
+}
+
+/// Writes plate, reference, ours and the render without occlusion of every scene, one above the other, to the
+/// folder named by `SEIDEL_DEPTH_PICTURES`, and prints the figures of `docs/depth.md`.
+#[test]
+#[ignore = "writes pictures to look at"]
+fn pictures_to_look_at() {
+    let folder = std::env::var_os("SEIDEL_DEPTH_PICTURES").expect("SEIDEL_DEPTH_PICTURES is set");
+    for scene in depth_scenes::all() {
+        let all = pictures(&scene);
+        let (inside, band) = compared(&all.vergence);
+        let score = |got: &[f32], pixels| psnr(got, &all.reference, pixels);
+        let alpha = inside.iter().map(|&k| (all.alpha[k] - 1.0).abs());
+        println!(
+            "{}: ours {:.1} / {:.1}, plain {:.1} / {:.1} dB, alpha {:.1e}",
+            scene.name,
+            score(&all.ours, &inside),
+            score(&all.ours, &band),
+            score(&all.plain, &inside),
+            score(&all.plain, &band),
+            alpha.fold(0.0, f32::max)
+        );
+        let error: Vec<f32> = (all.ours.iter().zip(&all.reference))
+            .map(|(a, b)| (0.5 + 2.0 * (a - b)).clamp(0.0, 1.0).powf(2.2))
+            .collect();
+        let tiles = [&all.plate, &all.reference, &all.ours, &all.plain, &error];
+        let mut picture = image::GrayImage::new((3 * WIDTH) as u32, (2 * HEIGHT) as u32);
+        for (index, tile) in tiles.iter().enumerate() {
+            for (k, light) in tile.iter().enumerate() {
+                let shown = (light.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
+                let (x, y) = (index % 3 * WIDTH + k % WIDTH, index / 3 * HEIGHT + k / WIDTH);
+                picture.put_pixel(x as u32, y as u32, image::Luma([shown]));
+            }
+        }
+        let file = std::path::Path::new(&folder).join(format!("{}.png", scene.name));
+        picture.save(file).expect("the folder can be written");
+    }
+}
