@@ -54,7 +54,8 @@ fn compared(vergence: &[f32]) -> (Vec<usize>, Vec<usize>) {
     let inside: Vec<usize> = (0..WIDTH * HEIGHT)
         .filter(|index| {
             let (x, y) = (index % WIDTH, index / WIDTH);
-            (BORDER_PX..WIDTH - BORDER_PX).contains(&x) && (BORDER_PX..HEIGHT - BORDER_PX).contains(&y)
+            (BORDER_PX..WIDTH - BORDER_PX).contains(&x)
+                && (BORDER_PX..HEIGHT - BORDER_PX).contains(&y)
         })
         .collect();
     let jumps: Vec<(i64, i64)> = inside
@@ -68,7 +69,9 @@ fn compared(vergence: &[f32]) -> (Vec<usize>, Vec<usize>) {
     let near = |index: &&usize| {
         let (x, y) = ((**index % WIDTH) as i64, (**index / WIDTH) as i64);
         let reach = BAND_PX as i64;
-        jumps.iter().any(|(a, b)| (a - x).abs() <= reach && (b - y).abs() <= reach)
+        jumps
+            .iter()
+            .any(|(a, b)| (a - x).abs() <= reach && (b - y).abs() <= reach)
     };
     let band = inside.iter().filter(near).copied().collect();
     (inside, band)
@@ -133,7 +136,10 @@ fn pictures_to_look_at() {
         for (index, tile) in tiles.iter().enumerate() {
             for (k, light) in tile.iter().enumerate() {
                 let shown = (light.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
-                let (x, y) = (index % 3 * WIDTH + k % WIDTH, index / 3 * HEIGHT + k / WIDTH);
+                let (x, y) = (
+                    index % 3 * WIDTH + k % WIDTH,
+                    index / 3 * HEIGHT + k / WIDTH,
+                );
                 picture.put_pixel(x as u32, y as u32, image::Luma([shown]));
             }
         }

@@ -69,7 +69,13 @@ fn wires(x: f64, y: f64) -> bool {
 
 /// Small lights about the edge of [`left_card`].
 fn lights(x: f64, y: f64) -> f64 {
-    let lit = [(80.0, 40.0), (74.0, 64.0), (60.0, 90.0), (120.0, 52.0), (96.0, 84.0)];
+    let lit = [
+        (80.0, 40.0),
+        (74.0, 64.0),
+        (67.0, 90.0),
+        (120.0, 52.0),
+        (96.0, 84.0),
+    ];
     if lit.iter().any(|(a, b)| (x - a).hypot(y - b) < 2.0) {
         30.0
     } else {
@@ -83,60 +89,79 @@ pub(crate) fn all() -> Vec<DepthScene> {
         name,
         lens: lens(focus),
         cards: cards.to_vec(),
-        pinholes: 1024,
+        pinholes: 512,
     };
     let mut lit = vec![
-        scene("light-behind-sharp-card", 0.6, &[
-            flat(0.6, left_card, grey),
-            flat(0.15, everywhere, lights),
-        ]),
-        scene("light-behind-blurred-card", 0.35, &[
-            flat(0.7, left_card, grey),
-            flat(0.1, everywhere, lights),
-        ]),
+        scene(
+            "light-behind-sharp-card",
+            0.6,
+            &[flat(0.6, left_card, grey), flat(0.15, everywhere, lights)],
+        ),
+        scene(
+            "light-behind-blurred-card",
+            0.35,
+            &[flat(0.7, left_card, grey), flat(0.1, everywhere, lights)],
+        ),
     ];
     for scene in &mut lit {
-        scene.pinholes = 4096;
+        scene.pinholes = 3000;
     }
     let mut scenes = vec![
-        scene("near-card-blurred", 0.2, &[
-            flat(0.7, left_card, bright),
-            flat(0.2, everywhere, grey),
-        ]),
-        scene("dark-card-blurred", 0.2, &[
-            flat(0.7, left_card, dark),
-            flat(0.2, everywhere, bright),
-        ]),
-        scene("near-card-sharp", 0.7, &[
-            flat(0.7, left_card, bright),
-            flat(0.2, everywhere, dark),
-        ]),
-        scene("three-cards", 0.4, &[
-            flat(0.8, left_card, bright),
-            flat(0.4, disc, grey),
-            flat(0.05, everywhere, dark),
-        ]),
-        scene("card-on-floor", 0.5, &[
-            flat(0.6, disc, bright),
-            Card {
-                vergence: [0.05, 0.0, 0.0065],
+        scene(
+            "near-card-blurred",
+            0.2,
+            &[flat(0.7, left_card, bright), flat(0.2, everywhere, grey)],
+        ),
+        scene(
+            "dark-card-blurred",
+            0.2,
+            &[flat(0.7, left_card, dark), flat(0.2, everywhere, bright)],
+        ),
+        scene(
+            "near-card-sharp",
+            0.7,
+            &[flat(0.7, left_card, bright), flat(0.2, everywhere, dark)],
+        ),
+        scene(
+            "three-cards",
+            0.4,
+            &[
+                flat(0.8, left_card, bright),
+                flat(0.4, disc, grey),
+                flat(0.05, everywhere, dark),
+            ],
+        ),
+        scene(
+            "card-on-floor",
+            0.5,
+            &[
+                flat(0.6, disc, bright),
+                Card {
+                    vergence: [0.05, 0.0, 0.0065],
+                    covers: everywhere,
+                    light: grey,
+                },
+            ],
+        ),
+        scene(
+            "slanted-plane",
+            0.45,
+            &[Card {
+                vergence: [0.1, 0.0006, 0.005],
                 covers: everywhere,
                 light: grey,
-            },
-        ]),
-        scene("slanted-plane", 0.45, &[Card {
-            vergence: [0.1, 0.0006, 0.005],
-            covers: everywhere,
-            light: grey,
-        }]),
-        scene("wires-blurred", 0.2, &[
-            flat(0.45, wires, bright),
-            flat(0.2, everywhere, dark),
-        ]),
-        scene("wires-sharp", 0.7, &[
-            flat(0.7, wires, bright),
-            flat(0.2, everywhere, grey),
-        ]),
+            }],
+        ),
+        scene(
+            "wires-blurred",
+            0.2,
+            &[flat(0.45, wires, bright), flat(0.2, everywhere, dark)],
+        ),
+        scene(
+            "wires-sharp",
+            0.7,
+            &[flat(0.7, wires, bright), flat(0.2, everywhere, grey)],
+        ),
     ];
     scenes.append(&mut lit);
     scenes

@@ -112,7 +112,10 @@ fn seen(lens: &ThinLens, cards: &[Card], x: f64, y: f64, u: [f64; 2]) -> (f64, f
 /// The fractional parts of multiples of two numbers that fill the square evenly (Roberts' R2 sequence).
 fn spread(index: usize) -> (f64, f64) {
     let place = |step: f64| (0.5 + step * (index + 1) as f64).fract();
-    (place(0.754_877_666_246_692_7), place(0.569_840_290_998_053_2))
+    (
+        place(0.754_877_666_246_692_7),
+        place(0.569_840_290_998_053_2),
+    )
 }
 
 /// The picture through `count` pinholes, each ray meeting its pixel at another place.
@@ -128,9 +131,7 @@ pub(crate) fn reference(lens: &ThinLens, cards: &[Card], count: usize) -> Vec<f3
     rows(|column, row| {
         let sum: f64 = pinholes
             .iter()
-            .map(|(u, (dx, dy))| {
-                seen(lens, cards, column as f64 + dx, row as f64 + dy, *u).0
-            })
+            .map(|(u, (dx, dy))| seen(lens, cards, column as f64 + dx, row as f64 + dy, *u).0)
             .sum();
         (sum / count as f64) as f32
     })

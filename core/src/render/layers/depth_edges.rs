@@ -23,18 +23,20 @@ const STEPS: [(i32, i32); 3] = [(1, 1), (1, 2), (2, 1)];
 /// `places` (of pixels on the ladder, row-major) with values in the middle of edges put on a side.
 pub(super) fn snapped(places: &[f32], width: usize, height: usize) -> Vec<f32> {
     let mut out = places.to_vec();
-    out.par_chunks_mut(width).enumerate().for_each(|(row, out)| {
-        for (column, place) in out.iter_mut().enumerate() {
-            let at = |dx: i32, dy: i32| {
-                let x = (column as i32 + dx).clamp(0, width as i32 - 1) as usize;
-                let y = (row as i32 + dy).clamp(0, height as i32 - 1) as usize;
-                places[y * width + x]
-            };
-            if let Some(side) = nearer_side(*place, at) {
-                *place = side;
+    out.par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(row, out)| {
+            for (column, place) in out.iter_mut().enumerate() {
+                let at = |dx: i32, dy: i32| {
+                    let x = (column as i32 + dx).clamp(0, width as i32 - 1) as usize;
+                    let y = (row as i32 + dy).clamp(0, height as i32 - 1) as usize;
+                    places[y * width + x]
+                };
+                if let Some(side) = nearer_side(*place, at) {
+                    *place = side;
+                }
             }
-        }
-    });
+        });
     out
 }
 

@@ -8,7 +8,7 @@
 
 use super::ladder::Ladder;
 use super::pyramid::{self, JUMP, Level};
-use crate::render::Plane;
+use crate::render::{Plane, PlateMap};
 use rayon::prelude::*;
 
 /// Levels of the pyramid at most.
@@ -31,20 +31,21 @@ pub(super) struct HiddenInput<'a> {
     pub(super) planes: &'a [Plane<'a>],
 }
 
-/// Where a plate whose first pixel is `offset_px` (x, y) from the frame's corner is on the grid of cells.
-pub(super) fn grid_origin(offset_px: [f64; 2]) -> [usize; 2] {
+/// Where the first pixel of a plate is on the grid of cells.
+pub(super) fn grid_origin(map: PlateMap) -> [usize; 2] {
     let period = f64::from(1 << MOST_LEVELS);
-    offset_px.map(|offset| offset.round().rem_euclid(period) as usize)
+    [map.origin.x_px, map.origin.y_px]
+        .map(|at| (at * map.scale).round().rem_euclid(period) as usize)
 }
 
-/// The hidden samples of one row of the plate.
+/// Samples besides those of the plate, of one of its rows: hidden ones, or corrections.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct HiddenRow {
     pub(super) columns: Vec<u32>,
-    /// Coverage of each, 0 to 1.
+    /// Presence of each.
     pub(super) weights: Vec<f32>,
     pub(super) places: Vec<f32>,
-    /// Of each, one sample a plane, times its coverage.
+    /// Of each, one sample a plane, times its presence.
     pub(super) samples: Vec<f32>,
 }
 

@@ -144,11 +144,7 @@ impl Look {
         let triples = self.0.iter().zip(&low.0).zip(&high.0);
         triples.into_iter().any(|((middle, low), high)| {
             // Twice the larger half, so that a minimum in the middle is seen.
-            let step = |k: usize| {
-                2.0 * (middle[k] - low[k])
-                    .abs()
-                    .max((middle[k] - high[k]).abs())
-            };
+            let step = |k: usize| 2.0 * (middle[k] - low[k]).abs().max((middle[k] - high[k]).abs());
             let sizes = (0..2).any(|k| step(k) > largest_step(middle[k].min(low[k]).min(high[k])));
             sizes || (2..4).any(|k| step(k) > STEP_SHIFT_PX)
         })

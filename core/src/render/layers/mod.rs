@@ -3,13 +3,15 @@
 //! The plate is cut into slices of nearly equal blur (`ladder`, `slices`), each is blurred on its own
 //! by the inner renderer together with its *presence*, one for every pixel, and the slices are put
 //! behind each other from the nearest on (`resolve`). What lies behind near sides of depth edges is
-//! guessed (`hidden`, `pyramid`); anti-aliased edges of the depth pass are made sharp (`depth_edges`).
+//! guessed (`hidden`, `pyramid`); anti-aliased edges of the depth pass are made sharp (`depth_edges`), those
+//! of the plate are shared out to both sides (`mixed`).
 
 mod depth_edges;
 mod hidden;
 mod ladder;
 #[cfg(test)]
 mod layers_tests;
+mod mixed;
 mod pyramid;
 mod resolve;
 mod slices;
@@ -109,12 +111,19 @@ impl Occlusion<'_> {
                 return Err(Error::new(
                     name,
                     format!("has {} samples", pass.len()),
-                    format!("give one a pixel of the {} x {} plate", scene.width, scene.height),
+                    format!(
+                        "give one a pixel of the {} x {} plate",
+                        scene.width, scene.height
+                    ),
                 ));
             }
             if let Some(index) = pass.iter().position(|sample| !sample.is_finite()) {
                 return Err(Error::new(
-                    format!("{name}, pixel ({}, {})", index % scene.width, index / scene.width),
+                    format!(
+                        "{name}, pixel ({}, {})",
+                        index % scene.width,
+                        index / scene.width
+                    ),
                     format!("is {}", pass[index]),
                     "replace values that are not finite",
                 ));
@@ -157,16 +166,34 @@ impl Layered<'_> {
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Vec<f32>>> {
         let fold = |start: f32, pick: fn(f32, f32) -> f32| pass.iter().copied().fold(start, pick);
-        let (least, largest) = (fold(f32::INFINITY, f32::min), fold(f32::NEG_INFINITY, f32::max));
+        let (least, largest) = (
+            fold(f32::INFINITY, f32::min),
+            fold(f32::NEG_INFINITY, f32::max),
+        );
         let ladder = Ladder::new(scene, f64::from(least), f64::from(largest));
-        let places: Vec<f32> = pass.par_iter().map(|v| ladder.place(f64::from(*v))).collect();
+        let places: Vec<f32> = pass
+            .par_iter()
+            .map(|v| ladder.place(f64::from(*v)))
+            .collect();
         let places = depth_edges::snapped(&places, scene.width, scene.height);
-        let sheet = self.sheet(scene, &ladder, &places, planes);
+        let input = HiddenInput {
+            width: scene.width,
+            height: scene.height,
+            origin: hidden::grid_origin(scene.map),
+            places: &places,
+            planes,
+        };
+        let mixed = mixed::shared_out(&input);
+        let sheet = self.sheet(&input, &ladder);
         let hard = (!self.settings.blur_inside).then(|| covered(&sheet, scene.width));
         let stock = Stock {
             planes,
             places: &places,
-            hidden: if self.settings.fill_foreground { &sheet } else { &[] },
+            further: if self.settings.fill_foreground {
+                &[&mixed, &sheet]
+            } else {
+                &[&mixed]
+            },
             width: scene.width,
         };
         let sharp = Sharp {
@@ -201,26 +228,11 @@ impl Layered<'_> {
     }
 
     /// What is behind near sides of edges, if it is needed.
-    fn sheet(
-        &self,
-        scene: &Scene,
-        ladder: &Ladder,
-        places: &[f32],
-        planes: &[Plane],
-    ) -> Vec<HiddenRow> {
+    fn sheet(&self, input: &HiddenInput, ladder: &Ladder) -> Vec<HiddenRow> {
         if !self.settings.fill_foreground && self.settings.blur_inside {
             return Vec::new();
         }
-        let origin = scene.map.origin;
-        let offset = [origin.x_px, origin.y_px].map(|at| at * scene.map.scale);
-        let input = HiddenInput {
-            width: scene.width,
-            height: scene.height,
-            origin: hidden::grid_origin(offset),
-            places,
-            planes,
-        };
-        hidden::sheet(&input, ladder)
+        hidden::sheet(input, ladder)
     }
 
     /// Planes and presence planes of one slice, blurred.
@@ -249,7 +261,9 @@ impl Layered<'_> {
         // Light may leave the plate; that is no reason to make up for it. Presence stays.
         let light: Vec<_> = light.collect();
         let presences: Vec<_> = presences.collect();
-        let done = self.inner.render(scene, &light, &|done| progress(0.5 * done))?;
+        let done = self
+            .inner
+            .render(scene, &light, &|done| progress(0.5 * done))?;
         let mirrored = Scene {
             edges: Edges::Mirror,
             ..*scene

@@ -184,21 +184,23 @@ fn band(input: &HiddenInput) -> Vec<f32> {
     let (width, height, places) = (input.width, input.height, input.places);
     // The near sides of jumps.
     let mut near = vec![f32::NEG_INFINITY; places.len()];
-    near.par_chunks_mut(width).enumerate().for_each(|(row, out)| {
-        for (column, out) in out.iter_mut().enumerate() {
-            let index = row * width + column;
-            let mut least = places[index];
-            for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
-                let (x, y) = (column as i64 + dx, row as i64 + dy);
-                if (0..width as i64).contains(&x) && (0..height as i64).contains(&y) {
-                    least = least.min(places[y as usize * width + x as usize]);
+    near.par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(row, out)| {
+            for (column, out) in out.iter_mut().enumerate() {
+                let index = row * width + column;
+                let mut least = places[index];
+                for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
+                    let (x, y) = (column as i64 + dx, row as i64 + dy);
+                    if (0..width as i64).contains(&x) && (0..height as i64).contains(&y) {
+                        least = least.min(places[y as usize * width + x as usize]);
+                    }
+                }
+                if places[index] - least > JUMP {
+                    *out = places[index];
                 }
             }
-            if places[index] - least > JUMP {
-                *out = places[index];
-            }
-        }
-    });
+        });
     let close = largest_about(&near, width, 1);
     let about = largest_about(&near, width, BAND_PX);
     let weigh = |((place, close), about): ((&f32, &f32), &f32)| {

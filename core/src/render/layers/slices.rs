@@ -23,7 +23,8 @@ pub(super) struct Stock<'a> {
     pub(super) planes: &'a [Plane<'a>],
     /// Place of every pixel on the ladder.
     pub(super) places: &'a [f32],
-    pub(super) hidden: &'a [HiddenRow],
+    /// Samples besides, hidden ones and corrections of those at edges.
+    pub(super) further: &'a [&'a [HiddenRow]],
     pub(super) width: usize,
 }
 
@@ -57,8 +58,11 @@ impl Stock<'_> {
             for (column, place) in self.row(row).iter().enumerate() {
                 add(*place, column);
             }
-            if let Some(hidden) = self.hidden.get(row) {
-                for (column, place) in hidden.columns.iter().zip(&hidden.places) {
+            for further in self.further {
+                let HiddenRow {
+                    columns, places, ..
+                } = &further[row];
+                for (column, place) in columns.iter().zip(places) {
                     add(*place, *column as usize);
                 }
             }
@@ -101,31 +105,33 @@ impl Stock<'_> {
             lines.for_each(|(line, out)| {
                 let from = (crop.row + line) * self.width + crop.column;
                 let shares = &presence[line * crop.width..];
-                for ((out, sample), share) in
-                    out.iter_mut().zip(&plane.samples[from..]).zip(shares)
+                for ((out, sample), share) in out.iter_mut().zip(&plane.samples[from..]).zip(shares)
                 {
                     *out = sample * share;
                 }
             });
         }
-        self.add_hidden(place, crop, &mut planes, &mut presence);
+        for further in self.further {
+            let rows = &further[crop.row..crop.row + crop.height];
+            add(rows, place, crop, &mut planes, &mut presence);
+        }
         (planes, presence)
     }
+}
 
-    fn add_hidden(&self, place: f32, crop: Crop, planes: &mut [Vec<f32>], presence: &mut [f32]) {
-        let rows = self.hidden.iter().skip(crop.row).take(crop.height);
-        for (line, hidden) in rows.enumerate() {
-            let samples = hidden.samples.chunks_exact(planes.len().max(1));
-            let all = hidden.columns.iter().zip(&hidden.places);
-            for (((column, own), weight), samples) in all.zip(&hidden.weights).zip(samples) {
-                let share = share(*own, place);
-                // Light lies within the crop, and with it every sample that has a share.
-                if share > 0.0 {
-                    let index = line * crop.width + *column as usize - crop.column;
-                    presence[index] += share * weight;
-                    for (plane, sample) in planes.iter_mut().zip(samples) {
-                        plane[index] += share * sample;
-                    }
+/// Adds the samples of `rows` that the slice at `place` has to it.
+fn add(rows: &[HiddenRow], place: f32, crop: Crop, planes: &mut [Vec<f32>], presence: &mut [f32]) {
+    for (line, row) in rows.iter().enumerate() {
+        let samples = row.samples.chunks_exact(planes.len());
+        let all = row.columns.iter().zip(&row.places);
+        for (((column, own), weight), samples) in all.zip(&row.weights).zip(samples) {
+            let share = share(*own, place);
+            // Light lies within the crop, and with it every sample that has a share.
+            if share > 0.0 {
+                let index = line * crop.width + *column as usize - crop.column;
+                presence[index] += share * weight;
+                for (plane, sample) in planes.iter_mut().zip(samples) {
+                    plane[index] += share * sample;
                 }
             }
         }
@@ -151,8 +157,22 @@ pub(super) fn with_reach(scene: &Scene, light: Crop, vergence: f64) -> Crop {
         (low as usize, (high - low) as usize)
     };
     let (x, y) = (
-        span(light.column, light.width, reach.left_px, reach.right_px, offset[0], scene.width),
-        span(light.row, light.height, reach.up_px, reach.down_px, offset[1], scene.height),
+        span(
+            light.column,
+            light.width,
+            reach.left_px,
+            reach.right_px,
+            offset[0],
+            scene.width,
+        ),
+        span(
+            light.row,
+            light.height,
+            reach.up_px,
+            reach.down_px,
+            offset[1],
+            scene.height,
+        ),
     );
     Crop {
         column: x.0,
@@ -169,7 +189,10 @@ fn reach(scene: &Scene, light: Crop, vergence: f64) -> Reach {
     for (x, y) in (0..9).map(|k| (k % 3, k / 3)) {
         let column = light.column + (light.width - 1) * x / 2;
         let row = light.row + (light.height - 1) * y / 2;
-        let at = scene.lens.frame().field_point(scene.map.frame_point(column, row));
+        let at = scene
+            .lens
+            .frame()
+            .field_point(scene.map.frame_point(column, row));
         for channel in 0..scene.lens.channel_count() {
             let placed = scene.lens.blur_at(channel, at, vergence);
             let reach = scene.model.reach_px(&placed.blur.rescaled(scale));
