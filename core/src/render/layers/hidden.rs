@@ -17,6 +17,8 @@ const MOST_LEVELS: u32 = 8;
 /// How far a hidden sample can come from, px: larger blurs see through to repeated averages.
 pub const HIDDEN_REACH_PX: usize = 3 << (MOST_LEVELS - 1);
 
+/// One over the weight from which on a guess is taken to be all there: a quarter of what is about.
+const ENOUGH: f32 = 4.0;
 /// Samples that count less than this are left out.
 const LEAST_WEIGHT: f32 = 1e-3;
 
@@ -54,7 +56,7 @@ pub(super) fn sheet(input: &HiddenInput, ladder: &Ladder) -> Vec<HiddenRow> {
     let largest = input.places.par_iter().map(|place| ladder.size(*place));
     let reach = 2.0 * largest.reduce(|| 0.0, f32::max);
     let levels = (1..MOST_LEVELS)
-        .find(|level| (1 << level) as f32 >= 2.0 * (reach + SPARE_PX))
+        .find(|level| (1 << level) as f32 >= 6.0 * (reach + SPARE_PX))
         .unwrap_or(MOST_LEVELS);
     let pyramid = pyramid::build(input, levels);
     (0..input.height)
@@ -78,9 +80,12 @@ fn hidden_row(input: &HiddenInput, ladder: &Ladder, pyramid: &[Level], row: usiz
         guess.look(pyramid, ladder, at, place);
         if guess.weight > LEAST_WEIGHT {
             out.columns.push(column as u32);
-            out.weights.push(guess.weight);
+            let presence = (ENOUGH * guess.weight).min(1.0);
+            out.weights.push(presence);
             out.places.push(guess.place / guess.weight);
-            out.samples.extend_from_slice(&guess.samples);
+            let gain = presence / guess.weight;
+            out.samples
+                .extend(guess.samples.iter().map(|sample| gain * sample));
         }
     }
     out
@@ -123,10 +128,12 @@ impl Guess {
                 if level.weight[cell] == 0.0 || behind == 0.0 {
                     continue;
                 }
-                // Cells half as large as the blur reaches still count in full.
+                // Cells twice as large as the blur reaches still count in full.
                 let reach = size + ladder.size(level.place[cell]) + SPARE_PX;
-                let near = (2.0 * reach / side - 1.0).clamp(0.0, 1.0);
-                self.add(level, cell, left * share * behind * near);
+                let near = (3.0 * reach / side - 0.5).clamp(0.0, 1.0);
+                // A cell of mixed pixels alone says little where a larger one knows better.
+                let known = level.weight[cell].min(1.0);
+                self.add(level, cell, left * share * behind * near * known);
             }
         }
     }

@@ -3,21 +3,23 @@
 //! Plates are anti-aliased where depth passes are not, and a pixel that is three parts foreground and one
 //! part background has one depth. Given to the foreground whole it carries a sharp speck of a blurred
 //! background; given to the background its light is smeared out, and the foreground's edge is ragged.
-//! Of every pixel right at a jump in depth, with F and B the mean light of clean pixels of the near and
-//! the far side close by, the near side's coverage is guessed by least squares from all planes at once,
+//! Of every pixel right at a jump in depth, with F and B the mean light of the near and the far side close
+//! by, the near side's coverage is guessed by least squares from all planes at once,
 //!
-//!   a = ((I - B).(F - B) + v own) / (|F - B|^2 + v),   clamped to 0..1,
+//!   a = ((I - B).(F - B) + v a0) / (|F - B|^2 + v),   clamped to 0..1,
 //!
-//! where v is how much light varies within the two sides and own is 1 on the near side and 0 on the far
-//! one: where the two look alike a pixel stays what its depth says. What a F + (1 - a) B lacks to I goes
-//! to both sides, so that together they are the pixel.
+//! where v is 16 times the variance of light within the two sides and a0 is the near side's share of the 3 x 3
+//! pixels about, with weights 1 2 1 both ways: what counts where the two look alike. What a F + (1 - a) B
+//! lacks to I goes to both sides, so that together they are the pixel.
 
 use super::hidden::{HiddenInput, HiddenRow};
 use super::pyramid::JUMP;
 use rayon::prelude::*;
 
-/// Clean pixels are looked for within this many px.
+/// The two sides are looked at within this many px.
 const ABOUT_PX: i64 = 2;
+/// One over the variance of coverage about its guess from depth alone: about a quarter off.
+const DOUBT: f64 = 16.0;
 /// Shares less than this are left where they are.
 const LEAST_SHARE: f32 = 0.01;
 
@@ -45,6 +47,13 @@ struct Side {
     near: bool,
     /// Place of the surface on the other side.
     other: f32,
+    /// How much of what is about the pixel is on its own side.
+    purity: f32,
+}
+
+/// What a pixel that is at no jump, or somewhat, counts as an example of its side.
+fn example(side: Option<Side>) -> f64 {
+    side.map_or(1.0, |side| f64::from(side.purity).powi(8))
 }
 
 /// Which pixels lie at a jump; `None` are clean.
@@ -52,13 +61,26 @@ fn sides(input: &HiddenInput) -> Vec<Option<Side>> {
     let side = |index: usize| {
         let own = input.places[index];
         let (mut least, mut largest) = (own, own);
+        let (mut of_own, mut all) = (0.0, 0.0);
         for neighbour in about(input, (index % input.width, index / input.width), 1) {
-            least = least.min(input.places[neighbour]);
-            largest = largest.max(input.places[neighbour]);
+            let place = input.places[neighbour];
+            least = least.min(place);
+            largest = largest.max(place);
+            let across = neighbour % input.width != index % input.width;
+            let down = neighbour / input.width != index / input.width;
+            let weight = [4.0, 2.0, 1.0][usize::from(across) + usize::from(down)];
+            all += weight;
+            if (place - own).abs() <= JUMP {
+                of_own += weight;
+            }
         }
         let near = own - least > largest - own;
         let other = if near { least } else { largest };
-        ((own - other).abs() > JUMP).then_some(Side { near, other })
+        ((own - other).abs() > JUMP).then(|| Side {
+            near,
+            other,
+            purity: of_own / all,
+        })
     };
     (0..input.places.len()).into_par_iter().map(side).collect()
 }
@@ -82,7 +104,7 @@ fn about(
 struct Pixel {
     /// Mean light near by of the far and the near side.
     mean: [Vec<f64>; 2],
-    /// How much light varies within each, summed over planes.
+    /// Variance of light within each, summed over planes.
     spread: [f64; 2],
     /// The near side's coverage.
     coverage: f32,
@@ -108,21 +130,17 @@ impl Pixel {
         let index = at.1 * input.width + at.0;
         let middle = (input.places[index] + side.other) / 2.0;
         for near in [false, true] {
-            let of_side = |&other: &usize| other != index && (input.places[other] > middle) == near;
-            let clean = |other: &usize| of_side(other) && sides[*other].is_none();
-            let all = || about(input, at, ABOUT_PX);
-            let seen = if all().any(|other| clean(&other)) {
-                self.average(input, near, all().filter(clean))
-            } else {
-                self.average(input, near, all().filter(of_side))
-            };
-            if !seen {
+            let of_side = about(input, at, ABOUT_PX)
+                .filter(|&other| other != index && (input.places[other] > middle) == near);
+            let examples = of_side.map(|other| (other, example(sides[other])));
+            if !self.average(input, near, examples) {
                 return false;
             }
         }
-        let own = if side.near { 1.0 } else { 0.0 };
-        let spread = self.spread[0] + self.spread[1] + f64::MIN_POSITIVE;
-        let (mut dot, mut square) = (spread * own, spread);
+        let purity = f64::from(side.purity);
+        let prior = if side.near { purity } else { 1.0 - purity };
+        let spread = DOUBT * (self.spread[0] + self.spread[1]) + f64::MIN_POSITIVE;
+        let (mut dot, mut square) = (spread * prior, spread);
         for (plane, (far, near)) in self.mean[0].iter().zip(&self.mean[1]).enumerate() {
             let light = f64::from(input.planes[plane].samples[index]);
             dot += (light - far) * (near - far);
@@ -132,23 +150,27 @@ impl Pixel {
         true
     }
 
-    /// Mean and spread of the light of some pixels; false if there are none.
+    /// Mean and spread of the light of some pixels, each with its weight; false if there are none.
     fn average(
         &mut self,
         input: &HiddenInput,
         near: bool,
-        pixels: impl Iterator<Item = usize> + Clone,
+        pixels: impl Iterator<Item = (usize, f64)> + Clone,
     ) -> bool {
         let side = usize::from(near);
         self.spread[side] = 0.0;
-        let count = pixels.clone().count() as f64;
-        if count == 0.0 {
+        let total: f64 = pixels.clone().map(|(_, weight)| weight).sum();
+        if total == 0.0 {
             return false;
         }
         for (mean, plane) in self.mean[side].iter_mut().zip(input.planes) {
-            let light = || pixels.clone().map(|pixel| f64::from(plane.samples[pixel]));
-            *mean = light().sum::<f64>() / count;
-            self.spread[side] += light().map(|v| (v - *mean).powi(2)).sum::<f64>() / count;
+            let light = |pixel: usize| f64::from(plane.samples[pixel]);
+            let sum: f64 = pixels.clone().map(|(pixel, w)| w * light(pixel)).sum();
+            *mean = sum / total;
+            let squares = pixels
+                .clone()
+                .map(|(pixel, w)| w * (light(pixel) - *mean).powi(2));
+            self.spread[side] += squares.sum::<f64>() / total;
         }
         true
     }
