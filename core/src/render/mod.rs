@@ -5,6 +5,7 @@
 //! so energy is kept.
 
 mod depth_convention;
+mod gather;
 mod scatter;
 #[cfg(test)]
 mod scatter_pupil_tests;
@@ -12,8 +13,10 @@ mod scatter_pupil_tests;
 mod scatter_tests;
 mod scene;
 mod sheet;
+mod sources;
 
 pub use depth_convention::{DepthConvention, DepthReading};
+pub use gather::{Gather, Quality};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
 
