@@ -4,7 +4,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{listing, seidel_in, succeeds, write_exr, write_made_lens, write_plate};
+use crate::support::{
+    listing, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_plate,
+};
 
 const RUN: &str = "apply --lens @lens.json @plate.%04d.exr -o @out.%04d.exr --frames 1-5";
 
@@ -91,6 +93,12 @@ fn bad_frames_stop_no_others_and_are_told_at_the_end() {
     assert_eq!(outcome.status, 1);
     assert_eq!(outcome.stdout.matches("wrote").count(), 1);
     assert!(outcome.stdout.contains("out.0004.exr"));
+    // Even where nothing is blurred.
+    let line = "apply --lens @lens.json @plate.0004.exr -o @same.exr --scrub --amount 0";
+    succeeds(folder, line);
+    let mut mended = vec![0.5; 12];
+    mended[7] = 0.0;
+    assert_eq!(read_channel(&folder.join("same.exr"), "Y"), mended);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `seidel apply`: blur a plate with a lens, pixel by pixel of field, channel and depth.
 
+mod adjust;
 mod depth;
 mod frame;
 mod memory;
@@ -19,6 +20,7 @@ use crate::Console;
 use crate::files::atomic::check_target;
 use crate::files::error::FileError;
 use crate::files::sequence::{Step, expand};
+use adjust::AdjustArgs;
 use depth::DepthArgs;
 use frame::Job;
 use memory::{DEFAULT_MEMORY, parse_size};
@@ -45,6 +47,8 @@ pub struct ApplyArgs {
     plate: PlateArgs,
     #[command(flatten)]
     drawing: DrawingArgs,
+    #[command(flatten)]
+    adjust: AdjustArgs,
     /// Which displacement of light to render
     #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
     geometry: Geometry,
@@ -108,6 +112,7 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
     } = args.drawing.open(&args.lens, console)?;
     let depth = args.depth.source()?;
     depth.check_lens(&predictor, &args.lens)?;
+    args.adjust.adjusted(&predictor, 1.0)?;
     let depth_file = depth.file_pattern();
     let mut patterns = vec![args.input.as_str(), args.output.as_str()];
     patterns.extend(depth_file);

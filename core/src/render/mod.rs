@@ -4,6 +4,7 @@
 //! that of the *source* pixel (docs/model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
+mod adjusted;
 mod depth_convention;
 mod scatter;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod scatter_tests;
 mod scene;
 mod sheet;
 
+pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_convention::{DepthConvention, DepthReading};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};

@@ -73,12 +73,21 @@ impl Job<'_> {
         let (args, lens) = (self.args, self.predictor);
         let in_plate = |e| FileError::from_core(&self.steps[index].paths[0], e);
         let weights = plate_weights(&plate, lens).map_err(in_plate)?;
+        if args.adjust.is_nothing() {
+            // As it is to the bit, and not only to the rounding of a render; but for what was scrubbed.
+            if !plate.non_finite().is_empty() {
+                light.put_back(&mut plate, light.copied())?;
+            }
+            return Ok(BlurredFrame { plate, said });
+        }
+        let map = plate_map(&plate, lens, args.plate.lens_scale);
+        let adjusted = args.adjust.adjusted(lens, map.scale)?;
         let scene = Scene {
-            lens,
+            lens: &adjusted,
             model: self.model,
             width: plate.width(),
             height: plate.height(),
-            map: plate_map(&plate, lens, args.plate.lens_scale),
+            map,
             vergence: match &vergence {
                 Vergences::Constant(v) => VergencePass::Constant(*v),
                 Vergences::PerPixel(pass) => VergencePass::PerPixel(pass),

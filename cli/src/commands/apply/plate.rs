@@ -128,6 +128,11 @@ impl Light {
         self.planes.len()
     }
 
+    /// The planes as they are.
+    pub(super) fn copied(&self) -> Vec<Vec<f32>> {
+        self.planes.clone()
+    }
+
     /// The planes with the weights of [`plate_weights`].
     pub(super) fn with_weights<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
         self.planes
