@@ -4,6 +4,7 @@
 //! that of the *source* pixel (docs/model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
+mod adjusted;
 mod depth_convention;
 mod gather;
 mod scatter;
@@ -15,6 +16,7 @@ mod scene;
 mod sheet;
 mod sources;
 
+pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_convention::{DepthConvention, DepthReading};
 pub use gather::{Gather, Quality};
 pub use scatter::Scatter;
