@@ -12,7 +12,7 @@ use std::sync::Mutex;
 
 use clap::{Args, ValueEnum};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use seidel_core::render::{Displacement, Edges};
+use seidel_core::render::{Displacement, Edges, Gather, Quality, Renderer, Scatter};
 
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
@@ -55,6 +55,10 @@ pub struct ApplyArgs {
     /// What lies beyond the plate's edges
     #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
     edges: EdgeChoice,
+    /// How near to the exact renderer's result: draft, final (60 dB or better) or exact. Plates whose
+    /// depth varies are rendered exactly
+    #[arg(long, value_enum, default_value_t = QualityChoice::Exact)]
+    quality: QualityChoice,
     /// Threads to blur with; all cores if left out
     #[arg(long)]
     threads: Option<usize>,
@@ -65,6 +69,28 @@ pub struct ApplyArgs {
     /// Render frames of a sequence again whose output exists already; they are skipped otherwise
     #[arg(long)]
     overwrite: bool,
+}
+
+/// Which renderer draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum QualityChoice {
+    /// For looking: 45 dB
+    Draft,
+    /// For delivery: 60 dB
+    Final,
+    /// Every source pixel with its own kernel: slow
+    Exact,
+}
+
+impl QualityChoice {
+    fn renderer(self) -> Box<dyn Renderer> {
+        let gather = |quality| Box::new(Gather { quality });
+        match self {
+            Self::Draft => gather(Quality::Draft),
+            Self::Final => gather(Quality::Final),
+            Self::Exact => Box::new(Scatter),
+        }
+    }
 }
 
 /// Displacement of light by the lens.

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use rayon::ThreadPool;
 use seidel_core::predict::Predictor;
 use seidel_core::psf::PsfModel;
-use seidel_core::render::{Renderer, Scatter, Scene, VergencePass};
+use seidel_core::render::{Scene, VergencePass};
 
 use super::depth::DepthSource;
 use super::plate::{Light, plate_map, plate_weights};
 use super::queue::{Outcome, Stages};
-use super::{ApplyArgs, Vergences};
+use super::{ApplyArgs, QualityChoice, Vergences};
 use crate::commands::CommandError;
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
@@ -68,7 +68,7 @@ impl Job<'_> {
             mut plate,
             light,
             vergence,
-            said,
+            mut said,
         } = frame;
         let (args, lens) = (self.args, self.predictor);
         let in_plate = |e| FileError::from_core(&self.steps[index].paths[0], e);
@@ -95,11 +95,20 @@ impl Job<'_> {
             edges: args.edges.into(),
             displacement: args.geometry.into(),
         };
+        if args.quality != QualityChoice::Exact
+            && matches!(scene.vergence, VergencePass::PerPixel(_))
+        {
+            said.push(
+                "depth varies over the plate: rendered exactly, whatever --quality says".into(),
+            );
+        }
         let progress = |share| {
             (self.progress)(index, share);
             true
         };
-        let mut blurred = Scatter
+        let mut blurred = args
+            .quality
+            .renderer()
             .render(&scene, &light.with_weights(&weights), &progress)
             .map_err(in_plate)?;
         light.develop(lens, &weights, &mut blurred);
