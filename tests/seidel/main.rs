@@ -18,4 +18,5 @@ mod pinholes;
 mod psf_command;
 mod reference_tables;
 mod self_test;
+mod sequences;
 mod support;

@@ -4,7 +4,9 @@
 //! that of the *source* pixel (docs/model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
+mod adjusted;
 mod depth_convention;
+mod gather;
 mod layers;
 mod scatter;
 #[cfg(test)]
@@ -13,8 +15,11 @@ mod scatter_pupil_tests;
 mod scatter_tests;
 mod scene;
 mod sheet;
+mod sources;
 
+pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_convention::{DepthConvention, DepthReading};
+pub use gather::{Gather, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
