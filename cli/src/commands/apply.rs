@@ -4,6 +4,7 @@ mod adjust;
 mod depth;
 mod frame;
 mod memory;
+mod occlusion;
 mod plate;
 mod queue;
 
@@ -24,6 +25,7 @@ use adjust::AdjustArgs;
 use depth::DepthArgs;
 use frame::Job;
 use memory::{DEFAULT_MEMORY, parse_size};
+use occlusion::OcclusionArgs;
 use plate::PlateArgs;
 
 /// Options of `seidel apply`.
@@ -44,6 +46,8 @@ pub struct ApplyArgs {
     #[command(flatten)]
     depth: DepthArgs,
     #[command(flatten)]
+    occlusion: OcclusionArgs,
+    #[command(flatten)]
     plate: PlateArgs,
     #[command(flatten)]
     drawing: DrawingArgs,
@@ -55,8 +59,7 @@ pub struct ApplyArgs {
     /// What lies beyond the plate's edges
     #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
     edges: EdgeChoice,
-    /// How near to the exact renderer's result: draft, final (60 dB or better) or exact. Plates whose
-    /// depth varies are rendered exactly
+    /// How near to the exact renderer's result: draft, final (60 dB or better) or exact
     #[arg(long, value_enum, default_value_t = QualityChoice::Exact)]
     quality: QualityChoice,
     /// Threads to blur with; all cores if left out
@@ -139,9 +142,10 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
     let depth = args.depth.source()?;
     depth.check_lens(&predictor, &args.lens)?;
     args.adjust.adjusted(&predictor, 1.0)?;
-    let depth_file = depth.file_pattern();
+    let holdout = args.occlusion.source()?;
     let mut patterns = vec![args.input.as_str(), args.output.as_str()];
-    patterns.extend(depth_file);
+    patterns.extend(depth.file_pattern());
+    patterns.extend(holdout.file_patterns());
     let all = expand(&patterns, args.frames.as_deref())?;
     for step in &all {
         keeps_inputs(step, &args.lens)?;
@@ -173,6 +177,8 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
         predictor: &predictor,
         model,
         depth: &depth,
+        holdout: &holdout,
+        convention: args.depth.convention()?,
         steps: &steps,
         reading: &pool(args.threads)?,
         blurring: &pool(args.threads)?,

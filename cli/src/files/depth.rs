@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::{FileError, Result};
-use super::exr_choice::crop;
+use super::exr_choice::fitted;
 use super::exr_plate::{ExrPlate, Window};
 use super::flat_plate::{FlatPlate, SampleDepth};
 use super::format::{Format, detect};
@@ -143,17 +143,13 @@ impl DepthPass {
     /// # Errors
     /// A pass that does not cover the window.
     pub fn over(&self, window: Window) -> Result<Vec<f32>> {
-        if let Some(cut) = crop(&self.samples, self.window, window) {
-            return Ok(cut);
-        }
-        if (self.window.width, self.window.height) == (window.width, window.height) {
-            return Ok(self.samples.clone());
-        }
-        Err(FileError::new(
-            &self.file,
-            format!("channel {}", self.channel),
-            format!("covers {}, the plate {window}", self.window),
-            "render depth and plate at one size and data window",
-        ))
+        fitted(&self.samples, self.window, window).ok_or_else(|| {
+            FileError::new(
+                &self.file,
+                format!("channel {}", self.channel),
+                format!("covers {}, the plate {window}", self.window),
+                "render depth and plate at one size and data window",
+            )
+        })
     }
 }

@@ -190,3 +190,10 @@ pub fn crop(samples: &[f32], from: Window, to: Window) -> Option<Vec<f32>> {
     }
     Some(cut)
 }
+
+/// The samples of `from` over `to`: cut out of a larger window, or as they are where only the place differs
+/// but not the size; `None` where neither is.
+pub fn fitted(samples: &[f32], from: Window, to: Window) -> Option<Vec<f32>> {
+    let same_size = (from.width, from.height) == (to.width, to.height);
+    crop(samples, from, to).or_else(|| same_size.then(|| samples.to_vec()))
+}

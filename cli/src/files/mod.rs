@@ -13,6 +13,7 @@ mod guard;
 pub mod json;
 mod limits;
 pub mod manifest;
+pub mod matte;
 pub mod picture;
 pub mod plate;
 mod png_file;

@@ -77,10 +77,8 @@ pub(super) enum DepthSource {
 }
 
 impl DepthArgs {
-    pub(super) fn source(&self) -> Result<DepthSource, CommandError> {
-        if let Some(distance) = self.distance {
-            return Ok(DepthSource::Constant(distance));
-        }
+    /// What the numbers of depth passes are.
+    pub(super) fn convention(&self) -> Result<DepthConvention, CommandError> {
         let range = || match (self.near, self.far) {
             (Some(near_m), Some(far_m)) => Ok((near_m, far_m)),
             _ => Err(CommandError::Usage(
@@ -88,7 +86,7 @@ impl DepthArgs {
             )),
         };
         let metres_per_unit = self.depth_unit;
-        let convention = match self.depth_kind {
+        Ok(match self.depth_kind {
             DepthKind::Distance => DepthConvention::Distance { metres_per_unit },
             DepthKind::Inverse => DepthConvention::Inverse { metres_per_unit },
             DepthKind::FarOne => {
@@ -99,10 +97,16 @@ impl DepthArgs {
                 let (near_m, far_m) = range()?;
                 DepthConvention::FarZero { near_m, far_m }
             }
-        };
-        Ok(DepthSource::Pass {
-            spec: self.depth.as_deref().map(DepthSpec::parse),
-            convention,
+        })
+    }
+
+    pub(super) fn source(&self) -> Result<DepthSource, CommandError> {
+        Ok(match self.distance {
+            Some(distance) => DepthSource::Constant(distance),
+            None => DepthSource::Pass {
+                spec: self.depth.as_deref().map(DepthSpec::parse),
+                convention: self.convention()?,
+            },
         })
     }
 }

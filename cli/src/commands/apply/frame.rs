@@ -1,13 +1,14 @@
 //! One frame of a run: read, blurred, written.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use rayon::ThreadPool;
 use seidel_core::predict::Predictor;
 use seidel_core::psf::PsfModel;
-use seidel_core::render::{Scene, VergencePass};
+use seidel_core::render::{DepthConvention, Layered, Renderer, Scene, VergencePass};
 
 use super::depth::DepthSource;
+use super::occlusion::{HoldoutPixels, HoldoutSource};
 use super::plate::{Light, plate_map, plate_weights};
 use super::queue::{Outcome, Stages};
 use super::{ApplyArgs, QualityChoice, Vergences};
@@ -22,6 +23,9 @@ pub(super) struct Job<'a> {
     pub(super) predictor: &'a Predictor,
     pub(super) model: &'static dyn PsfModel,
     pub(super) depth: &'a DepthSource,
+    pub(super) holdout: &'a HoldoutSource,
+    /// What the numbers of depth passes are.
+    pub(super) convention: DepthConvention,
     /// The frames to render.
     pub(super) steps: &'a [&'a Step],
     /// Where files are unpacked: not where frames are blurred, so that both go on at once.
@@ -37,6 +41,7 @@ pub(super) struct ReadFrame {
     plate: Plate,
     light: Light,
     vergence: Vergences,
+    holdout: Option<HoldoutPixels>,
     said: Vec<String>,
 }
 
@@ -47,18 +52,36 @@ pub(super) struct BlurredFrame {
 }
 
 impl Job<'_> {
+    fn depth_file<'s>(&self, step: &'s Step) -> Option<&'s Path> {
+        let given = self.depth.file_pattern().is_some();
+        given.then(|| step.paths[2].as_path())
+    }
+
+    /// Matte and depth of the holdout.
+    fn holdout_files<'s>(&self, step: &'s Step) -> (Option<&'s Path>, Option<&'s Path>) {
+        let first = 2 + usize::from(self.depth.file_pattern().is_some());
+        let matte = self.holdout.matte.as_ref();
+        let depth = self.holdout.depth.as_ref();
+        (
+            matte.map(|_| step.paths[first].as_path()),
+            depth.map(|_| step.paths[first + 1].as_path()),
+        )
+    }
+
     fn read_frame(&self, step: &Step) -> Result<ReadFrame, CommandError> {
         let mut said = Vec::new();
         let plate = Plate::open(&step.paths[0], &self.args.plate.options())?;
         let light = self.args.plate.light(&plate, &mut said)?;
-        let depth_file = step.paths.get(2).map(PathBuf::as_path);
-        let vergence = self
-            .depth
-            .read(&plate, depth_file, self.predictor, &mut said)?;
+        let depth = self.depth_file(step);
+        let vergence = self.depth.read(&plate, depth, self.predictor, &mut said)?;
+        let holdout = self
+            .holdout
+            .read(&plate, self.holdout_files(step), self.convention)?;
         Ok(ReadFrame {
             plate,
             light,
             vergence,
+            holdout,
             said,
         })
     }
@@ -68,6 +91,7 @@ impl Job<'_> {
             mut plate,
             light,
             vergence,
+            holdout,
             mut said,
         } = frame;
         let (args, lens) = (self.args, self.predictor);
@@ -95,20 +119,29 @@ impl Job<'_> {
             edges: args.edges.into(),
             displacement: args.geometry.into(),
         };
-        if args.quality != QualityChoice::Exact
-            && matches!(scene.vergence, VergencePass::PerPixel(_))
-        {
+        let varies = matches!(scene.vergence, VergencePass::PerPixel(_));
+        if varies && !args.occlusion.is_on() && args.quality != QualityChoice::Exact {
             said.push(
-                "depth varies over the plate: rendered exactly, whatever --quality says".into(),
+                "depth varies over the plate: without occlusion it is rendered exactly, whatever --quality says"
+                    .into(),
             );
         }
         let progress = |share| {
             (self.progress)(index, share);
             true
         };
-        let mut blurred = args
-            .quality
-            .renderer()
+        let inner = args.quality.renderer();
+        let settings = args.occlusion.settings(holdout.as_ref());
+        let layered = Layered {
+            inner: &*inner,
+            settings,
+        };
+        let renderer: &dyn Renderer = if args.occlusion.is_on() {
+            &layered
+        } else {
+            &*inner
+        };
+        let mut blurred = renderer
             .render(&scene, &light.with_weights(&weights), &progress)
             .map_err(in_plate)?;
         light.develop(lens, &weights, &mut blurred);

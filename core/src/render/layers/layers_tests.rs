@@ -233,7 +233,7 @@ fn light_may_leave_at_black_edges() {
 #[test]
 fn tiles_with_margin_give_what_the_whole_gives() {
     let pass: Vec<f32> = (0..WIDTH * HEIGHT)
-        .map(|k| if (k % WIDTH) / 9 % 2 == 0 { 0.7 } else { 0.42 })
+        .map(|k| if ((k % WIDTH) / 9).is_multiple_of(2) { 0.7 } else { 0.42 })
         .collect();
     let light = textured();
     let whole = scene(&EVEN, VergencePass::PerPixel(&pass));

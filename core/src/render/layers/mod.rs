@@ -157,6 +157,8 @@ impl Holdout<'_> {
     }
 }
 
+type Planes = Vec<Vec<f32>>;
+
 impl Layered<'_> {
     fn render_layers(
         &self,
@@ -241,9 +243,9 @@ impl Layered<'_> {
         scene: &Scene,
         views: &Views,
         planes: &[Plane],
-        (samples, presence): (Vec<Vec<f32>>, Vec<f32>),
+        (samples, presence): (Planes, Vec<f32>),
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<(Vec<Vec<f32>>, Vec<Vec<f32>>)> {
+    ) -> Result<(Planes, Planes)> {
         let light = samples.iter().zip(planes).map(|(samples, plane)| Plane {
             samples,
             weights: plane.weights,
