@@ -31,7 +31,7 @@ fn light_is_kept_and_depth_comes_out_as_it_went_in() {
     write_plate(&plate, 90, 60);
     let outcome = succeeds(
         folder.path(),
-        "apply --lens @lens.json @plate.exr -o @out.exr",
+        "apply --lens @lens.json @plate.exr -o @out.exr --quality exact --occlusion off",
     );
     assert!(
         outcome.stderr.contains("spans 1.0000 m"),
@@ -51,12 +51,12 @@ fn light_is_kept_and_depth_comes_out_as_it_went_in() {
     // With black edges some light leaves.
     succeeds(
         folder.path(),
-        "apply --lens @lens.json @plate.exr -o @black.exr --edges black --geometry none",
+        "apply --lens @lens.json @plate.exr -o @black.exr --edges black --geometry none --occlusion off",
     );
     assert!(total(&folder.path().join("black.exr"), "R") < 0.999 * total(&plate, "R"));
 }
 
-/// The fast renderer draws what the exact one draws, nearly; where depth varies it says that it does not.
+/// The fast renderer draws what the exact one draws, nearly; without occlusion it says that it does not.
 #[test]
 fn qualities_differ_by_little() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -69,16 +69,18 @@ fn qualities_differ_by_little() {
         let out = folder.path().join("out.exr");
         (read_channel(&out, "G"), outcome.stderr)
     };
-    let (exact, _) = blurred("exact", " --distance 1.5");
-    for (quality, bound) in [("draft", 0.02), ("final", 0.01)] {
-        let (fast, _) = blurred(quality, " --distance 1.5");
-        assert_ne!(fast, exact);
-        let apart = difference(&fast, &exact);
-        assert!(apart < bound, "{quality}: {apart}");
-        let (same, said) = blurred(quality, "");
-        assert!(said.contains("rendered exactly"), "{said}");
-        assert_eq!(same, blurred("exact", "").0);
+    for (depth, bounds) in [(" --distance 1.5", [0.02, 0.01]), ("", [0.03, 0.02])] {
+        let (exact, _) = blurred("exact", depth);
+        for (quality, bound) in ["draft", "final"].into_iter().zip(bounds) {
+            let (fast, _) = blurred(quality, depth);
+            assert_ne!(fast, exact);
+            let apart = difference(&fast, &exact);
+            assert!(apart < bound, "{quality}{depth}: {apart}");
+        }
     }
+    let (same, said) = blurred("final", " --occlusion off");
+    assert!(said.contains("rendered exactly"), "{said}");
+    assert_eq!(same, blurred("exact", " --occlusion off").0);
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod fit_pupil;
 mod gap;
 mod golden;
 mod lens_command;
+mod occlusion;
 mod pinholes;
 mod psf_command;
 mod reference_tables;

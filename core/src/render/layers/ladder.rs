@@ -1,8 +1,8 @@
 //! The vergences that slices lie at: rungs so close that the lens does nearly the same at neighbours.
 //!
 //! Rungs depend on the lens, its frame and the scale alone, never on the plate's content, so that all
-//! tiles of a frame, and all frames of a shot, are cut alike. They come from halving the octaves
-//! [0, 1], [1, 2], [2, 4], ... m^-1 (and the same below zero) until each step is small.
+//! tiles of a frame, and all frames of a shot, are cut alike. They are found one by one from vergence zero on,
+//! nearer and (below zero) farther, each as far from the last as it may be.
 
 use crate::field::{FieldPoint, ImagePoint};
 use crate::render::{Displacement, Scene};
@@ -15,9 +15,17 @@ const STEP_GROWTH: f64 = 0.35;
 const LARGEST_FIXED_STEP_PX: f64 = 1.5;
 /// A step may move a displaced kernel by this much, px.
 const STEP_SHIFT_PX: f64 = 0.5;
-/// Halvings of an octave at most: lenses whose blur jumps are not followed for ever.
-const MOST_HALVINGS: u32 = 12;
-/// Octaves beyond this vergence, 1 / mm, are not told apart.
+/// Longest step, 1/m, below and above a vergence of one: a minimum between two rungs must be seen.
+const LONGEST_STEP_PER_M: f64 = 1.0;
+/// Shortest step, as a share of the longest: lenses whose blur jumps are not followed for ever.
+const SHORTEST: f64 = 1.0 / 4096.0;
+/// A step that is too long is tried again this much shorter; the next is tried this much longer.
+const SHORTER: f64 = 0.85;
+const LONGER: f64 = 1.6;
+/// Where fine steps are asked for, the share of its vergence that a step may have, and what counts for less, 1/m.
+const FINE_SHARE: f64 = 0.08;
+const FINE_LEAST_PER_M: f64 = 0.05;
+/// Steps beyond this vergence, 1 / mm, are not told apart.
 const NEAREST_PER_M: f64 = 1024.0;
 
 /// The rungs, from the farthest to the nearest, and how large the blur is at each.
@@ -32,8 +40,9 @@ pub(super) struct Ladder {
 }
 
 impl Ladder {
-    /// Rungs for `scene`'s lens that enclose zero and the vergences `least..=largest`.
-    pub(super) fn new(scene: &Scene, least: f64, largest: f64) -> Self {
+    /// Rungs for `scene`'s lens that enclose zero and the vergences `least..=largest`; `fine` ones tell
+    /// near from far even where the lens does not.
+    pub(super) fn new(scene: &Scene, (least, largest): (f64, f64), fine: bool) -> Self {
         let probes = Probes::new(scene);
         let mut ladder = Self {
             rungs: vec![0.0],
@@ -41,49 +50,39 @@ impl Ladder {
             zero: 0,
         };
         if least < 0.0 {
-            ladder.climb(&probes, -1.0, -least);
+            ladder.climb(&probes, -1.0, -least, fine);
             ladder.rungs.reverse();
             ladder.sizes.reverse();
             ladder.zero = ladder.rungs.len() - 1;
         }
         // At least one step, so that every vergence lies between two rungs.
-        ladder.climb(&probes, 1.0, largest.max(f64::MIN_POSITIVE));
+        ladder.climb(&probes, 1.0, largest.max(f64::MIN_POSITIVE), fine);
         ladder
     }
 
-    /// Adds rungs from zero on, towards `sign`, until `reach` lies below one.
-    fn climb(&mut self, probes: &Probes, sign: f64, reach: f64) {
-        let mut low = (0.0, probes.at(0.0));
-        let mut end = 1.0;
-        loop {
-            let high = (sign * end, probes.at(sign * end));
-            self.halve(probes, &low, &high, sign * reach, MOST_HALVINGS);
-            if self.passed(sign * reach) || end >= NEAREST_PER_M {
-                return;
-            }
-            low = high;
-            end *= 2.0;
-        }
-    }
-
-    fn passed(&self, reach: f64) -> bool {
-        let last = *self.rungs.last().expect("never empty");
-        last.abs() >= reach.abs()
-    }
-
-    /// Adds the rungs after `low`, up to `high` or the first at or beyond `reach`.
-    fn halve(&mut self, probes: &Probes, low: &Place, high: &Place, reach: f64, left: u32) {
-        if low.0.abs() >= reach.abs() && low.0 != 0.0 {
-            return;
-        }
-        let middle = (low.0 + high.0) / 2.0;
-        let middle = (middle, probes.at(middle));
-        if left > 0 && middle.1.too_far_between(&low.1, &high.1) {
-            self.halve(probes, low, &middle, reach, left - 1);
-            self.halve(probes, &middle, high, reach, left - 1);
-        } else {
-            self.rungs.push(high.0);
-            self.sizes.push(high.1.largest_size());
+    /// Adds rungs from zero on, towards `sign`, until one lies at or beyond `reach`.
+    fn climb(&mut self, probes: &Probes, sign: f64, reach: f64, fine: bool) {
+        let mut low = 0.0;
+        let mut look = probes.at(0.0);
+        let mut step = LONGEST_STEP_PER_M;
+        while low < reach && low < NEAREST_PER_M {
+            let longest = low.max(LONGEST_STEP_PER_M);
+            let longest = match fine {
+                true => longest.min(FINE_SHARE * low.max(FINE_LEAST_PER_M)),
+                false => longest,
+            };
+            step = (LONGER * step).min(longest);
+            let (high, next) = loop {
+                let high = probes.at(sign * (low + step));
+                let middle = probes.at(sign * (low + step / 2.0));
+                if step <= SHORTEST * longest || !middle.too_far_between(&look, &high) {
+                    break (low + step, high);
+                }
+                step *= SHORTER;
+            };
+            self.rungs.push(sign * high);
+            self.sizes.push(next.largest_size());
+            (low, look) = (high, next);
         }
     }
 
@@ -127,8 +126,6 @@ impl Ladder {
         self.sizes[low] as f32 * (1.0 - share) + self.sizes[high] as f32 * share
     }
 }
-
-type Place = (f64, Look);
 
 /// What the lens does at all probes: sizes along x and y and displacement (x, y), plate px.
 struct Look(Vec<[f64; 4]>);

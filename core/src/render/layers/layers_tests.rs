@@ -233,7 +233,13 @@ fn light_may_leave_at_black_edges() {
 #[test]
 fn tiles_with_margin_give_what_the_whole_gives() {
     let pass: Vec<f32> = (0..WIDTH * HEIGHT)
-        .map(|k| if ((k % WIDTH) / 9).is_multiple_of(2) { 0.7 } else { 0.42 })
+        .map(|k| {
+            if ((k % WIDTH) / 9).is_multiple_of(2) {
+                0.7
+            } else {
+                0.42
+            }
+        })
         .collect();
     let light = textured();
     let whole = scene(&EVEN, VergencePass::PerPixel(&pass));
@@ -301,7 +307,10 @@ fn stops_are_obeyed_and_bad_mattes_refused() {
 #[test]
 fn rungs_depend_on_the_lens_alone_and_are_close() {
     let flat = scene(&EVEN, VergencePass::Constant(0.0));
-    let (short, long) = (Ladder::new(&flat, 0.3, 0.6), Ladder::new(&flat, -0.4, 3.0));
+    let (short, long) = (
+        Ladder::new(&flat, (0.3, 0.6), false),
+        Ladder::new(&flat, (-0.4, 3.0), false),
+    );
     for vergence in [0.0, 0.31, 0.5, 0.577] {
         assert_eq!(short.place(vergence), long.place(vergence));
     }

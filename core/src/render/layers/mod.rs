@@ -31,7 +31,8 @@ use slices::Stock;
 pub struct Holdout<'a> {
     /// How much is kept back of each pixel, row-major, 0 to 1.
     pub matte: &'a [f32],
-    /// Where it is; only what is farther is kept back. `None`: everything is.
+    /// Where it is; only what is farther is kept back. `None`: everything is. Things within about 8 % of its
+    /// vergence are neither wholly before nor wholly behind it.
     pub vergence: Option<VergencePass<'a>>,
 }
 
@@ -172,7 +173,15 @@ impl Layered<'_> {
             fold(f32::INFINITY, f32::min),
             fold(f32::NEG_INFINITY, f32::max),
         );
-        let ladder = Ladder::new(scene, f64::from(least), f64::from(largest));
+        // What a holdout is in front of may be as blurred as what it is behind.
+        let fine = matches!(
+            self.settings.holdout,
+            Some(Holdout {
+                vergence: Some(_),
+                ..
+            })
+        );
+        let ladder = Ladder::new(scene, (f64::from(least), f64::from(largest)), fine);
         let places: Vec<f32> = pass
             .par_iter()
             .map(|v| ladder.place(f64::from(*v)))
