@@ -4,6 +4,7 @@
 //! that of the *source* pixel (docs/model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
+mod depth_check;
 mod depth_convention;
 mod scatter;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod scatter_tests;
 mod scene;
 mod sheet;
 
+pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
 pub use depth_convention::{DepthConvention, DepthReading};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
