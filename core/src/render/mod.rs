@@ -4,8 +4,10 @@
 //! that of the *source* pixel (docs/model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
+mod adjusted;
 mod depth_check;
 mod depth_convention;
+mod gather;
 mod scatter;
 #[cfg(test)]
 mod scatter_pupil_tests;
@@ -13,9 +15,12 @@ mod scatter_pupil_tests;
 mod scatter_tests;
 mod scene;
 mod sheet;
+mod sources;
 
+pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
 pub use depth_convention::{DepthConvention, DepthReading};
+pub use gather::{Gather, Quality};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
 
