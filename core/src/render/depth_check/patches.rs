@@ -63,13 +63,15 @@ pub(super) struct Sampled {
 impl Sampled {
     /// The patch where the image plane is `focal_px` away.
     pub(super) fn seen(&self, focal_px: f64) -> Option<Patch> {
-        let along = |k: usize| {
-            let ray = (1.0 + self.off_axis[k] / (focal_px * focal_px)).sqrt();
-            (self.w[k] * ray, ray / self.w[k])
-        };
-        let count = self.w.len();
-        let ray = self.basis.bend((0..count).map(|k| along(k).0).collect())?;
-        let inverted = self.basis.bend((0..count).map(|k| along(k).1).collect())?;
+        let squared = 1.0 / (focal_px * focal_px);
+        let rays: Vec<f64> = (self.off_axis.iter())
+            .map(|r2| (1.0 + r2 * squared).sqrt())
+            .collect();
+        let both = || self.w.iter().zip(&rays);
+        let along: Vec<f64> = both().map(|(w, ray)| w * ray).collect();
+        let over: Vec<f64> = both().map(|(w, ray)| ray / w).collect();
+        let ray = self.basis.bend(&along)?;
+        let inverted = self.basis.bend(&over)?;
         let all = [self.plain[0], ray, self.plain[1], inverted];
         Some(Patch {
             bend: all.map(|(bend, _)| bend),
@@ -134,10 +136,8 @@ impl Grid {
         if flat && w[0] <= 1.01 * farthest {
             return None;
         }
-        let plain = [
-            basis.bend(w.clone())?,
-            basis.bend(w.iter().map(|w| 1.0 / w).collect())?,
-        ];
+        let over: Vec<f64> = w.iter().map(|w| 1.0 / w).collect();
+        let plain = [basis.bend(&w)?, basis.bend(&over)?];
         Some(Sampled {
             basis: Rc::clone(basis),
             w,
@@ -168,53 +168,54 @@ impl Grid {
     }
 }
 
-/// 1, x, y, x² - c, xy and y² - c on a square grid about its middle, of unit norm: orthogonal.
+/// 1, x, y, x² - c, xy and y² - c at the points of a square grid about its middle, of unit norm:
+/// orthogonal.
 #[derive(Debug)]
-struct Basis([Vec<f64>; 6]);
+struct Basis(Vec<[f64; 6]>);
 
 impl Basis {
     fn new(count: usize) -> Self {
         let at = |i: usize| i as f64 - (count - 1) as f64 / 2.0;
         let square = (0..count).map(|i| at(i) * at(i)).sum::<f64>() / count as f64;
-        let functions: [&dyn Fn(f64, f64) -> f64; 6] = [
-            &|_, _| 1.0,
-            &|x, _| x,
-            &|_, y| y,
-            &|x, _| x * x - square,
-            &|x, y| x * y,
-            &|_, y| y * y - square,
-        ];
-        Self(functions.map(|function| {
-            let grid = (0..count * count).map(|k| function(at(k % count), at(k / count)));
-            let mut values: Vec<f64> = grid.collect();
-            let norm = values.iter().map(|v| v * v).sum::<f64>().sqrt();
-            values.iter_mut().for_each(|v| *v /= norm);
-            values
-        }))
+        let mut points: Vec<[f64; 6]> = (0..count * count)
+            .map(|k| {
+                let (x, y) = (at(k % count), at(k / count));
+                [1.0, x, y, x * x - square, x * y, y * y - square]
+            })
+            .collect();
+        for k in 0..6 {
+            let norm = points.iter().map(|p| p[k] * p[k]).sum::<f64>().sqrt();
+            points.iter_mut().for_each(|p| p[k] /= norm);
+        }
+        Self(points)
     }
 
     /// Root mean squares of the quadratic part of `values` and of noise in it, as shares of their mean;
     /// `None` where something stands out, as an edge does.
-    fn bend(&self, mut values: Vec<f64>) -> Option<(f64, f64)> {
+    fn bend(&self, values: &[f64]) -> Option<(f64, f64)> {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
-        values.iter_mut().for_each(|v| *v = *v / mean - 1.0);
-        let mut quadratic = 0.0;
-        for (k, function) in self.0.iter().enumerate() {
-            let part: f64 = values.iter().zip(function).map(|(v, f)| v * f).sum();
-            for (v, f) in values.iter_mut().zip(function) {
-                *v -= part * f;
-            }
-            if k >= 3 {
-                quadratic += part * part;
+        let share = |v: f64| v / mean - 1.0;
+        let mut parts = [0.0; 6];
+        for (v, point) in values.iter().zip(&self.0) {
+            let v = share(*v);
+            for (part, f) in parts.iter_mut().zip(point) {
+                *part += v * f;
             }
         }
-        let residual = (values.iter().map(|v| v * v).sum::<f64>() / (count - 6.0)).sqrt();
-        let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let (mut squares, mut largest) = (0.0, 0.0_f64);
+        for (v, point) in values.iter().zip(&self.0) {
+            let fitted: f64 = parts.iter().zip(point).map(|(part, f)| part * f).sum();
+            let rest = share(*v) - fitted;
+            squares += rest * rest;
+            largest = largest.max(rest.abs());
+        }
+        let residual = (squares / (count - 6.0)).sqrt();
         // Rounding of single precision leaves residuals of no meaning.
         if largest > LARGEST_RESIDUAL * residual.max(1e-7) {
             return None;
         }
+        let quadratic: f64 = parts[3..].iter().map(|part| part * part).sum();
         Some(((quadratic / count).sqrt(), residual * (3.0 / count).sqrt()))
     }
 }
