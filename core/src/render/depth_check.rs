@@ -67,13 +67,13 @@ impl DepthCheck<'_> {
         if let Some(finding) = values::constant(self) {
             return Ok(vec![finding]);
         }
-        let mut findings: Vec<Finding> = planes::meaning(self).into_iter().collect();
-        let normalised = values::normalised(self);
-        // Values of another meaning have no unit that could be wrong.
-        if findings.is_empty() && normalised.is_none() {
-            findings.extend(values::unit(self));
-        }
-        findings.extend(normalised);
+        let mut findings = Vec::new();
+        // Each makes the next mean nothing: stretched numbers bend planes, and values of another
+        // meaning have no unit that could be wrong.
+        let meaning = values::normalised(self)
+            .or_else(|| planes::meaning(self))
+            .or_else(|| values::unit(self));
+        findings.extend(meaning);
         findings.extend(edges::filtered(self));
         findings.extend(values::quantised(self));
         findings.sort_by_key(|f| f.severity != Severity::Warning);

@@ -139,7 +139,7 @@ impl fmt::Display for DepthProblem {
             ),
             Self::Quantised { levels } => write!(
                 f,
-                "has only {levels} levels, which surfaces climb in steps: 8 bits, too coarse for depth"
+                "has only {levels} levels, which surfaces climb in steps, as a pass of 8 bits does: blur will show them"
             ),
             Self::Constant { value } => write!(f, "is {value} in every pixel that has a depth"),
             Self::Empty { share } => write!(
@@ -155,6 +155,13 @@ impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}; {}", self.problem, self.remedy)
     }
+}
+
+/// What to do about distances along the ray.
+pub(super) fn along_ray_remedy(focal_px: f64) -> String {
+    format!(
+        "give --along-ray with the camera's focal length in pixels of the plate (some {focal_px:.0}), or render depth along its axis"
+    )
 }
 
 /// What to do about values that are one over what they are read as.

@@ -1,6 +1,6 @@
 //! What a depth pass holds, told by which guess makes its planes flat: patches vote.
 
-use super::finding::inversion_remedy;
+use super::finding::{along_ray_remedy, inversion_remedy};
 use super::patches::{GUESSES, Guess, Patch, Sampled, patches};
 use super::{DepthCheck, DepthProblem, Finding, Severity};
 
@@ -164,10 +164,7 @@ impl Verdict {
                     half_field_deg: libm::atan(tangent).to_degrees(),
                     corner_error,
                 };
-                (
-                    problem,
-                    "render depth along the camera's axis, or divide by the length of the ray",
-                )
+                (problem, along_ray_remedy(self.focal_px))
             }
             Guess::Inverted | Guess::InvertedAlongRay => (
                 DepthProblem::Inverted {
@@ -175,13 +172,18 @@ impl Verdict {
                     against,
                     along_ray,
                 },
-                inversion_remedy(check.convention),
+                if along_ray {
+                    let turn = along_ray_remedy(self.focal_px);
+                    format!("{}; then {turn}", inversion_remedy(check.convention))
+                } else {
+                    inversion_remedy(check.convention).to_owned()
+                },
             ),
         };
         Some(Finding {
             problem,
             severity: Severity::Warning,
-            remedy: remedy.to_owned(),
+            remedy,
         })
     }
 }

@@ -15,6 +15,8 @@ const BEYOND_LENS: f64 = 20.0;
 const MOST_LEVELS: usize = 256;
 /// Fewer may be as many cards.
 const LEAST_LEVELS: usize = 40;
+/// Steps of less than this share of the distance are as fine as half floats, and harmless.
+const FINE_STEP: f64 = 0.001;
 /// Steps on surfaces that must be seen.
 const LEAST_STEPS: usize = 200;
 /// Pixels with a distance below which a pass is empty, as a share.
@@ -83,7 +85,11 @@ pub(super) fn unit(check: &DepthCheck) -> Option<Finding> {
         return Some(Finding {
             problem: DepthProblem::ImplausibleRange { near_m, far_m },
             severity: Severity::Warning,
-            remedy: unit_remedy(check, near_m, far_m),
+            remedy: format!(
+                "{}{}",
+                unit_remedy(check, near_m, far_m),
+                kind_remedy(check.convention)
+            ),
         });
     }
     let measured_m = check.lens.measured_m?;
@@ -97,6 +103,17 @@ pub(super) fn unit(check: &DepthCheck) -> Option<Finding> {
         severity: Severity::Note,
         remedy: unit_remedy(check, near_m, far_m),
     })
+}
+
+/// A range that cannot be may come of one over the numbers.
+fn kind_remedy(convention: DepthConvention) -> &'static str {
+    match convention {
+        DepthConvention::Distance { .. } => {
+            "; --depth-kind inverse, if they are one over distances"
+        }
+        DepthConvention::Inverse { .. } => "; --depth-kind distance, if they are distances",
+        DepthConvention::FarOne { .. } | DepthConvention::FarZero { .. } => "",
+    }
 }
 
 /// Which unit would put the scene where the lens was measured.
@@ -158,8 +175,7 @@ pub(super) fn quantised(check: &DepthCheck) -> Option<Finding> {
     let even =
         |f: &dyn Fn(f32) -> f64| evenly_spaced(&levels.iter().map(|v| f(*v)).collect::<Vec<_>>());
     // Half floats are spaced evenly over an octave: a narrow range of them has few levels of its own.
-    let half = levels.iter().all(|v| v.to_bits() & 0x1FFF == 0);
-    if half
+    if middle_step(&levels) < FINE_STEP
         || levels.len() < LEAST_LEVELS
         || !(even(&|v| f64::from(v)) || even(&|v| 1.0 / f64::from(v)))
     {
@@ -195,6 +211,17 @@ fn levels(samples: &[f32]) -> Option<Vec<f32>> {
     }
     // One beyond, for a background fill of its own.
     Some(levels)
+}
+
+/// Middle of the steps from level to level, as shares of the levels.
+fn middle_step(levels: &[f32]) -> f64 {
+    let steps = levels.windows(2).map(|pair| {
+        let [low, high] = [pair[0], pair[1]].map(f64::from);
+        (high - low) / low.abs().max(high.abs())
+    });
+    let mut steps: Vec<f64> = steps.collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Whether nearly all gaps are whole multiples of one.
