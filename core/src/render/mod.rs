@@ -7,6 +7,9 @@
 mod adjusted;
 mod depth_check;
 mod depth_convention;
+mod focus_range;
+#[cfg(test)]
+mod focus_range_tests;
 mod gather;
 mod scatter;
 #[cfg(test)]
@@ -20,6 +23,7 @@ mod sources;
 pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
 pub use depth_convention::{DepthConvention, DepthReading};
+pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
 pub use gather::{Gather, Quality};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
