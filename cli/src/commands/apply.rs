@@ -2,6 +2,8 @@
 
 mod adjust;
 mod depth;
+mod depth_check;
+mod focus;
 mod frame;
 mod memory;
 mod plate;
@@ -22,6 +24,7 @@ use crate::files::error::FileError;
 use crate::files::sequence::{Step, expand};
 use adjust::AdjustArgs;
 use depth::DepthArgs;
+use focus::FocusArgs;
 use frame::Job;
 use memory::{DEFAULT_MEMORY, parse_size};
 use plate::PlateArgs;
@@ -49,6 +52,8 @@ pub struct ApplyArgs {
     drawing: DrawingArgs,
     #[command(flatten)]
     adjust: AdjustArgs,
+    #[command(flatten)]
+    focus: FocusArgs,
     /// Which displacement of light to render
     #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
     geometry: Geometry,
@@ -134,11 +139,14 @@ impl From<EdgeChoice> for Edges {
 
 pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), CommandError> {
     let Drawing {
-        predictor, model, ..
+        lens,
+        predictor,
+        model,
     } = args.drawing.open(&args.lens, console)?;
     let depth = args.depth.source()?;
     depth.check_lens(&predictor, &args.lens)?;
     args.adjust.adjusted(&predictor, 1.0)?;
+    args.focus.check()?;
     let depth_file = depth.file_pattern();
     let mut patterns = vec![args.input.as_str(), args.output.as_str()];
     patterns.extend(depth_file);
@@ -170,6 +178,7 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
     };
     let job = Job {
         args,
+        lens: &lens,
         predictor: &predictor,
         model,
         depth: &depth,

@@ -48,7 +48,7 @@ pub enum Command {
     #[command(subcommand)]
     Lens(lens::LensCommand),
     /// Blur a plate with a lens
-    Apply(apply::ApplyArgs),
+    Apply(Box<apply::ApplyArgs>),
     /// Tell what a lens lacks against measured point-spread functions, and add it
     Diagnose(Box<diagnose::DiagnoseArgs>),
 }

@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
+use seidel_core::Error;
 use seidel_core::distance::ObjectDistance;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{DepthConvention, DepthReading};
 
 use super::super::{CommandError, parse_distance};
 use super::Vergences;
+use super::depth_check::PlateView;
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
@@ -34,6 +36,14 @@ pub(super) struct DepthArgs {
     /// Farthest distance of a normalised depth pass, metres
     #[arg(long, value_name = "METRES")]
     far: Option<f64>,
+    /// Distances of the depth pass are along the ray from the camera, not along its axis; the camera's
+    /// focal length, in plate pixels: half the width over the tangent of half the field of view
+    #[arg(long, value_name = "FOCAL_PX", conflicts_with = "distance")]
+    along_ray: Option<f64>,
+    /// Do not look at the first depth pass for signs that its numbers are other than --depth-kind and
+    /// --depth-unit say
+    #[arg(long)]
+    no_depth_check: bool,
 }
 
 /// What the numbers of a depth pass are.
@@ -73,6 +83,9 @@ pub(super) enum DepthSource {
     Pass {
         spec: Option<DepthSpec>,
         convention: DepthConvention,
+        /// Focal length, plate px, where distances are along the ray.
+        along_ray: Option<f64>,
+        checked: bool,
     },
 }
 
@@ -103,6 +116,8 @@ impl DepthArgs {
         Ok(DepthSource::Pass {
             spec: self.depth.as_deref().map(DepthSpec::parse),
             convention,
+            along_ray: self.along_ray,
+            checked: !self.no_depth_check,
         })
     }
 }
@@ -132,19 +147,27 @@ impl DepthSource {
         .into())
     }
 
-    /// Object vergence for `plate`; remarks go to `said`.
+    /// Object vergence for `plate`, seen as `view` says; remarks go to `said`. The `first` pass of a run
+    /// is asked whether it holds what it is said to hold.
     pub(super) fn read(
         &self,
         plate: &Plate,
         file: Option<&Path>,
         lens: &Predictor,
+        view: &PlateView,
+        first: bool,
         said: &mut Vec<String>,
     ) -> Result<Vergences, CommandError> {
-        let (spec, convention) = match self {
+        let (spec, convention, along_ray, checked) = match self {
             Self::Constant(distance) => {
                 return Ok(Vergences::Constant(lens.vergence(*distance)?));
             }
-            Self::Pass { spec, convention } => (spec, convention),
+            Self::Pass {
+                spec,
+                convention,
+                along_ray,
+                checked,
+            } => (spec, convention, along_ray, *checked),
         };
         if !lens.knows_depth() {
             return Ok(Vergences::Constant(0.0));
@@ -162,10 +185,24 @@ impl DepthSource {
             })?,
         };
         let samples = pass.over(plate.data_window())?;
-        let reading = convention.read(&samples, plate.width()).map_err(|e| {
+        let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
-        })?;
+        };
+        let mut reading = convention.read(&samples, plate.width()).map_err(in_pass)?;
+        if let Some(focal_px) = along_ray {
+            reading.turn_along_axis(plate.width(), view.axis, *focal_px)?;
+        }
         describe(&pass, &reading, said);
+        if first && checked {
+            let doubts = view.doubts(plate, &samples, &reading.vergence, *convention);
+            let name = format!("depth {}:{}", pass.file.display(), pass.channel);
+            said.extend(
+                doubts
+                    .map_err(in_pass)?
+                    .iter()
+                    .map(|d| format!("{name} {d}")),
+            );
+        }
         Ok(Vergences::PerPixel(reading.vergence))
     }
 }

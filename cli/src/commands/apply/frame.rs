@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use rayon::ThreadPool;
 use seidel_core::predict::Predictor;
+use seidel_core::profile::LensProfile;
 use seidel_core::psf::PsfModel;
-use seidel_core::render::{Scene, VergencePass};
+use seidel_core::render::{PlateExtent, Scene, VergencePass};
 
 use super::depth::DepthSource;
+use super::depth_check::PlateView;
 use super::plate::{Light, plate_map, plate_weights};
 use super::queue::{Outcome, Stages};
 use super::{ApplyArgs, QualityChoice, Vergences};
@@ -19,6 +21,7 @@ use crate::files::sequence::Step;
 /// What all frames of a run share.
 pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
+    pub(super) lens: &'a LensProfile,
     pub(super) predictor: &'a Predictor,
     pub(super) model: &'static dyn PsfModel,
     pub(super) depth: &'a DepthSource,
@@ -47,14 +50,18 @@ pub(super) struct BlurredFrame {
 }
 
 impl Job<'_> {
-    fn read_frame(&self, step: &Step) -> Result<ReadFrame, CommandError> {
+    fn read_frame(&self, index: usize) -> Result<ReadFrame, CommandError> {
+        let step = self.steps[index];
         let mut said = Vec::new();
         let plate = Plate::open(&step.paths[0], &self.args.plate.options())?;
         let light = self.args.plate.light(&plate, &mut said)?;
         let depth_file = step.paths.get(2).map(PathBuf::as_path);
-        let vergence = self
-            .depth
-            .read(&plate, depth_file, self.predictor, &mut said)?;
+        let map = plate_map(&plate, self.predictor, self.args.plate.lens_scale);
+        let view = PlateView::new(self.lens, map, self.args.adjust.axis_offset_px());
+        let first = index == 0;
+        let vergence =
+            self.depth
+                .read(&plate, depth_file, self.predictor, &view, first, &mut said)?;
         Ok(ReadFrame {
             plate,
             light,
@@ -82,6 +89,13 @@ impl Job<'_> {
         }
         let map = plate_map(&plate, lens, args.plate.lens_scale);
         let adjusted = args.adjust.adjusted(lens, map.scale)?;
+        let extent = PlateExtent {
+            map,
+            width: plate.width(),
+            height: plate.height(),
+        };
+        let focus = args.drawing.focus_distance();
+        let vergence = args.focus.applied(vergence, &adjusted, extent, focus)?;
         let scene = Scene {
             lens: &adjusted,
             model: self.model,
@@ -122,7 +136,7 @@ impl Stages for Job<'_> {
     type Done = BlurredFrame;
 
     fn read(&self, index: usize) -> Result<ReadFrame, CommandError> {
-        self.reading.install(|| self.read_frame(self.steps[index]))
+        self.reading.install(|| self.read_frame(index))
     }
 
     fn bytes(&self, frame: &ReadFrame) -> u64 {
