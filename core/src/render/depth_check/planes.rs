@@ -14,6 +14,10 @@ const LEAST_BEND: f64 = 1e-6;
 const LEAST_VOTES: usize = 6;
 /// Votes for a wrong reading over votes for the right one, at least.
 const MAJORITY: usize = 4;
+/// Votes without one against them, from which on so small a share of those that could tell will do:
+/// measured scenes are mostly curved, and what is curved hardly ever votes for an inversion.
+const UNOPPOSED_VOTES: usize = 24;
+const UNOPPOSED_SHARE: f64 = 0.05;
 /// Distances along the ray that differ less than this in the corner are not worth a word.
 const LEAST_CORNER_ERROR: f64 = 0.003;
 
@@ -125,9 +129,16 @@ impl Votes {
         let wins = |k: &usize| {
             let quorum = Quorum::of(GUESSES[*k], known);
             let (patches, against) = (self.flatter[*k][0], self.flatter[0][*k]);
+            let unopposed =
+                GUESSES[*k] == Guess::Inverted && against == 0 && patches >= UNOPPOSED_VOTES;
+            let share = if unopposed {
+                UNOPPOSED_SHARE
+            } else {
+                quorum.share
+            };
             patches >= quorum.votes
                 && patches > MAJORITY * against
-                && patches as f64 >= quorum.share * self.telling[*k] as f64
+                && patches as f64 >= share * self.telling[*k] as f64
         };
         let best = (1..GUESSES.len()).filter(wins).reduce(|a, b| {
             // Steep planes look flat with the ray's length or without: where both will do, without.
