@@ -279,7 +279,7 @@ pub(crate) fn read_channel(path: &Path, name: &str) -> Vec<f32> {
     plate.samples(id)
 }
 
-/// A plate of R, G, B, A and Z with small lights, an edge and a ramp of depth from 1 m to 5 m.
+/// A plate of R, G, B, A and Z with small lights, an edge and a plane that goes from 1 m to 5 m.
 pub(crate) fn write_plate(path: &Path, width: usize, height: usize) {
     let pixel = |f: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
         (0..width * height)
@@ -306,7 +306,10 @@ pub(crate) fn write_plate(path: &Path, width: usize, height: usize) {
             ("G", colour(0.8)),
             ("B", colour(0.5)),
             ("A", pixel(&|x, _| if x > width / 4 { 1.0 } else { 0.5 })),
-            ("Z", pixel(&|_, y| 1.0 + 4.0 * y as f32 / height as f32)),
+            (
+                "Z",
+                pixel(&|_, y| 1.0 / (1.0 - 0.8 * y as f32 / height as f32)),
+            ),
         ],
     );
 }

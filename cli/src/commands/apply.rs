@@ -2,6 +2,8 @@
 
 mod adjust;
 mod depth;
+mod depth_check;
+mod focus;
 mod frame;
 mod memory;
 mod occlusion;
@@ -13,7 +15,7 @@ use std::sync::Mutex;
 
 use clap::{Args, ValueEnum};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use seidel_core::render::{Displacement, Edges, Gather, Quality, Renderer, Scatter};
+use seidel_core::render::{Displacement, Edges, Gather, Quality, Renderer, Scatter, VergencePass};
 
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
@@ -23,6 +25,7 @@ use crate::files::error::FileError;
 use crate::files::sequence::{Step, expand};
 use adjust::AdjustArgs;
 use depth::DepthArgs;
+use focus::FocusArgs;
 use frame::Job;
 use memory::{DEFAULT_MEMORY, parse_size};
 use occlusion::OcclusionArgs;
@@ -53,6 +56,8 @@ pub struct ApplyArgs {
     drawing: DrawingArgs,
     #[command(flatten)]
     adjust: AdjustArgs,
+    #[command(flatten)]
+    focus: FocusArgs,
     /// Which displacement of light to render
     #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
     geometry: Geometry,
@@ -137,11 +142,14 @@ impl From<EdgeChoice> for Edges {
 
 pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), CommandError> {
     let Drawing {
-        predictor, model, ..
+        lens,
+        predictor,
+        model,
     } = args.drawing.open(&args.lens, console)?;
     let depth = args.depth.source()?;
     depth.check_lens(&predictor, &args.lens)?;
     args.adjust.adjusted(&predictor, 1.0)?;
+    args.focus.check()?;
     let holdout = args.occlusion.source()?;
     let mut patterns = vec![args.input.as_str(), args.output.as_str()];
     patterns.extend(depth.file_pattern());
@@ -174,11 +182,12 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
     };
     let job = Job {
         args,
+        lens: &lens,
         predictor: &predictor,
         model,
         depth: &depth,
         holdout: &holdout,
-        convention: args.depth.convention()?,
+        meaning: args.depth.meaning()?,
         steps: &steps,
         reading: &pool(args.threads)?,
         blurring: &pool(args.threads)?,
@@ -264,4 +273,13 @@ fn keeps_inputs(step: &Step, lens: &Path) -> Result<(), CommandError> {
 enum Vergences {
     Constant(f64),
     PerPixel(Vec<f32>),
+}
+
+impl Vergences {
+    fn pass(&self) -> VergencePass<'_> {
+        match self {
+            Self::Constant(v) => VergencePass::Constant(*v),
+            Self::PerPixel(pass) => VergencePass::PerPixel(pass),
+        }
+    }
 }

@@ -19,7 +19,7 @@ pub(super) struct DrawingArgs {
     psf: Option<String>,
     /// Focus the lens at this distance, in metres, or `inf`; as measured if left out. Focus, f-number
     /// and sensor shift need a lens fitted with --model reduced
-    #[arg(long, value_name = "METRES", value_parser = parse_distance)]
+    #[arg(long, visible_alias = "focus-plane", value_name = "METRES", value_parser = parse_distance)]
     focus_distance: Option<ObjectDistance>,
     /// Stop the lens down to this f-number; as measured if left out
     #[arg(long, value_name = "N")]
@@ -48,6 +48,11 @@ pub(super) struct Drawing {
 }
 
 impl DrawingArgs {
+    /// The distance that is to be in focus, where one was given.
+    pub(super) fn focus_distance(&self) -> Option<ObjectDistance> {
+        self.focus_distance
+    }
+
     /// Reads the lens at `path` and settles how to draw it.
     pub(super) fn open(&self, path: &Path, console: &mut Console) -> Result<Drawing, CommandError> {
         let named = self.psf.as_deref().map(psf::by_id).transpose()?;

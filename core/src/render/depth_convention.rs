@@ -1,6 +1,7 @@
 //! What the numbers of a depth pass mean, and object vergence from them.
 
 use crate::error::{Error, Result};
+use crate::field::ImagePoint;
 
 /// What the numbers of a depth pass are. All distances are along the optical axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +53,40 @@ enum Sample {
     Infinity,
     Empty,
     Impossible,
+}
+
+impl DepthReading {
+    /// Turns distances along the ray from the camera, as this was read, into distances along its axis:
+    /// z = r / sqrt(1 + (x² + y²) / F²), x and y being pixels from `axis` and F `focal_px`. The pass is
+    /// `width` pixels wide.
+    ///
+    /// # Errors
+    /// A focal length that is not above zero, and an axis that is not finite.
+    pub fn turn_along_axis(&mut self, width: usize, axis: ImagePoint, focal_px: f64) -> Result<()> {
+        let finite = axis.x_px.is_finite() && axis.y_px.is_finite();
+        if !(finite && focal_px.is_finite() && focal_px > 0.0) {
+            return Err(Error::new(
+                "focal length for distances along the ray",
+                format!("is {focal_px} px, the axis at {axis:?}"),
+                "give half the plate's width over the tangent of half its field of view, in plate pixels",
+            ));
+        }
+        let mut range: Option<(f64, f64)> = None;
+        for (index, vergence) in self.vergence.iter_mut().enumerate() {
+            if *vergence <= 0.0 {
+                continue;
+            }
+            let x = (index % width.max(1)) as f64 + 0.5 - axis.x_px;
+            let y = (index / width.max(1)) as f64 + 0.5 - axis.y_px;
+            let ray = (1.0 + (x * x + y * y) / (focal_px * focal_px)).sqrt();
+            let turned = f64::from(*vergence) * ray;
+            *vergence = turned as f32;
+            let (near, far) = range.unwrap_or((f64::INFINITY, 0.0));
+            range = Some((near.min(1.0 / turned), far.max(1.0 / turned)));
+        }
+        self.range_m = range;
+        Ok(())
+    }
 }
 
 impl DepthConvention {
@@ -268,6 +303,35 @@ mod tests {
             },
         ] {
             assert!(bad.read(&[1.0], 1).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn distances_along_the_ray_become_those_along_the_axis() {
+        // A wall square to the axis, 2 m away, seen by a camera of 90 degrees.
+        let (width, focal_px) = (9, 4.5);
+        let axis = ImagePoint::new(4.5, 2.5);
+        let ray = |k: usize| {
+            let (x, y) = ((k % width) as f64 - 4.0, (k / width) as f64 - 2.0);
+            (x * x + y * y + focal_px * focal_px).sqrt() / focal_px
+        };
+        let mut samples: Vec<f32> = (0..45).map(|k| (2.0 * ray(k)) as f32).collect();
+        samples[3] = 0.0;
+        let metres = DepthConvention::Distance {
+            metres_per_unit: 1.0,
+        };
+        let mut reading = metres.read(&samples, width).expect("readable");
+        reading
+            .turn_along_axis(width, axis, focal_px)
+            .expect("a camera");
+        for (k, v) in reading.vergence.iter().enumerate() {
+            let want = if k == 3 { 0.0 } else { 0.5 };
+            assert!((v - want).abs() < 1e-6, "{k}: {v}");
+        }
+        let (near, far) = reading.range_m.expect("a range");
+        assert!((near - 2.0).abs() < 1e-6 && (far - 2.0).abs() < 1e-6);
+        for bad in [0.0, -3.0, f64::NAN, f64::INFINITY] {
+            assert!(reading.turn_along_axis(width, axis, bad).is_err(), "{bad}");
         }
     }
 }

@@ -5,7 +5,11 @@
 //! so energy is kept.
 
 mod adjusted;
+mod depth_check;
 mod depth_convention;
+mod focus_range;
+#[cfg(test)]
+mod focus_range_tests;
 mod gather;
 mod layers;
 mod scatter;
@@ -18,7 +22,9 @@ mod sheet;
 mod sources;
 
 pub use adjusted::{Adjusted, MOST_AMOUNT};
+pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
 pub use depth_convention::{DepthConvention, DepthReading};
+pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
 pub use gather::{Gather, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
 pub use scatter::Scatter;

@@ -41,6 +41,11 @@ impl AdjustArgs {
         self.amount == 0.0
     }
 
+    /// By how much the axis is moved, plate pixels (x, y).
+    pub(super) fn axis_offset_px(&self) -> (f64, f64) {
+        self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px))
+    }
+
     /// `lens` as asked for; `scale` is plate pixels per pixel of its frame.
     ///
     /// # Errors
@@ -58,7 +63,7 @@ impl AdjustArgs {
             })?;
             scales[index] = *by;
         }
-        let offset = self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px));
+        let offset = self.axis_offset_px();
         Adjusted::new(
             lens,
             self.amount,

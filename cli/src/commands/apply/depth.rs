@@ -3,12 +3,15 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
+use seidel_core::Error;
 use seidel_core::distance::ObjectDistance;
+use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{DepthConvention, DepthReading};
 
 use super::super::{CommandError, parse_distance};
 use super::Vergences;
+use super::depth_check::PlateView;
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
@@ -34,6 +37,14 @@ pub(super) struct DepthArgs {
     /// Farthest distance of a normalised depth pass, metres
     #[arg(long, value_name = "METRES")]
     far: Option<f64>,
+    /// Distances of the depth pass are along the ray from the camera, not along its axis; the camera's
+    /// focal length, in plate pixels: half the width over the tangent of half the field of view
+    #[arg(long, value_name = "FOCAL_PX", conflicts_with = "distance")]
+    along_ray: Option<f64>,
+    /// Do not look at the first depth pass for signs that its numbers are other than --depth-kind and
+    /// --depth-unit say
+    #[arg(long)]
+    no_depth_check: bool,
 }
 
 /// What the numbers of a depth pass are.
@@ -72,13 +83,38 @@ pub(super) enum DepthSource {
     /// A depth pass: in a file of its own, or else in the plate.
     Pass {
         spec: Option<DepthSpec>,
-        convention: DepthConvention,
+        meaning: DepthMeaning,
+        checked: bool,
     },
+}
+
+/// What the numbers of depth passes are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DepthMeaning {
+    convention: DepthConvention,
+    /// Focal length, plate px, where distances are along the ray.
+    along_ray: Option<f64>,
+}
+
+impl DepthMeaning {
+    /// Vergences of the `samples` of a pass `width` px wide whose optical axis is at `axis`.
+    pub(super) fn read(
+        &self,
+        samples: &[f32],
+        width: usize,
+        axis: ImagePoint,
+    ) -> Result<DepthReading, Error> {
+        let mut reading = self.convention.read(samples, width)?;
+        if let Some(focal_px) = self.along_ray {
+            reading.turn_along_axis(width, axis, focal_px)?;
+        }
+        Ok(reading)
+    }
 }
 
 impl DepthArgs {
     /// What the numbers of depth passes are.
-    pub(super) fn convention(&self) -> Result<DepthConvention, CommandError> {
+    pub(super) fn meaning(&self) -> Result<DepthMeaning, CommandError> {
         let range = || match (self.near, self.far) {
             (Some(near_m), Some(far_m)) => Ok((near_m, far_m)),
             _ => Err(CommandError::Usage(
@@ -86,7 +122,7 @@ impl DepthArgs {
             )),
         };
         let metres_per_unit = self.depth_unit;
-        Ok(match self.depth_kind {
+        let convention = match self.depth_kind {
             DepthKind::Distance => DepthConvention::Distance { metres_per_unit },
             DepthKind::Inverse => DepthConvention::Inverse { metres_per_unit },
             DepthKind::FarOne => {
@@ -97,6 +133,10 @@ impl DepthArgs {
                 let (near_m, far_m) = range()?;
                 DepthConvention::FarZero { near_m, far_m }
             }
+        };
+        Ok(DepthMeaning {
+            convention,
+            along_ray: self.along_ray,
         })
     }
 
@@ -105,7 +145,8 @@ impl DepthArgs {
             Some(distance) => DepthSource::Constant(distance),
             None => DepthSource::Pass {
                 spec: self.depth.as_deref().map(DepthSpec::parse),
-                convention: self.convention()?,
+                meaning: self.meaning()?,
+                checked: !self.no_depth_check,
             },
         })
     }
@@ -136,19 +177,26 @@ impl DepthSource {
         .into())
     }
 
-    /// Object vergence for `plate`; remarks go to `said`.
+    /// Object vergence for `plate`, seen as `view` says; remarks go to `said`. The `first` pass of a run
+    /// is asked whether it holds what it is said to hold.
     pub(super) fn read(
         &self,
         plate: &Plate,
         file: Option<&Path>,
         lens: &Predictor,
+        view: &PlateView,
+        first: bool,
         said: &mut Vec<String>,
     ) -> Result<Vergences, CommandError> {
-        let (spec, convention) = match self {
+        let (spec, meaning, checked) = match self {
             Self::Constant(distance) => {
                 return Ok(Vergences::Constant(lens.vergence(*distance)?));
             }
-            Self::Pass { spec, convention } => (spec, convention),
+            Self::Pass {
+                spec,
+                meaning,
+                checked,
+            } => (spec, meaning, *checked),
         };
         if !lens.knows_depth() {
             return Ok(Vergences::Constant(0.0));
@@ -166,10 +214,22 @@ impl DepthSource {
             })?,
         };
         let samples = pass.over(plate.data_window())?;
-        let reading = convention.read(&samples, plate.width()).map_err(|e| {
+        let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
-        })?;
+        };
+        let reading = meaning.read(&samples, plate.width(), view.axis);
+        let reading = reading.map_err(in_pass)?;
         describe(&pass, &reading, said);
+        if first && checked {
+            let doubts = view.doubts(plate, &samples, &reading.vergence, meaning.convention);
+            let name = format!("depth {}:{}", pass.file.display(), pass.channel);
+            said.extend(
+                doubts
+                    .map_err(in_pass)?
+                    .iter()
+                    .map(|d| format!("{name} {d}")),
+            );
+        }
         Ok(Vergences::PerPixel(reading.vergence))
     }
 }

@@ -4,10 +4,12 @@ use std::path::Path;
 
 use rayon::ThreadPool;
 use seidel_core::predict::Predictor;
+use seidel_core::profile::LensProfile;
 use seidel_core::psf::PsfModel;
-use seidel_core::render::{DepthConvention, Layered, Renderer, Scene, VergencePass};
+use seidel_core::render::{Layered, PlateExtent, Renderer, Scene, VergencePass};
 
-use super::depth::DepthSource;
+use super::depth::{DepthMeaning, DepthSource};
+use super::depth_check::PlateView;
 use super::occlusion::{HoldoutPixels, HoldoutSource};
 use super::plate::{Light, plate_map, plate_weights};
 use super::queue::{Outcome, Stages};
@@ -20,12 +22,13 @@ use crate::files::sequence::Step;
 /// What all frames of a run share.
 pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
+    pub(super) lens: &'a LensProfile,
     pub(super) predictor: &'a Predictor,
     pub(super) model: &'static dyn PsfModel,
     pub(super) depth: &'a DepthSource,
     pub(super) holdout: &'a HoldoutSource,
     /// What the numbers of depth passes are.
-    pub(super) convention: DepthConvention,
+    pub(super) meaning: DepthMeaning,
     /// The frames to render.
     pub(super) steps: &'a [&'a Step],
     /// Where files are unpacked: not where frames are blurred, so that both go on at once.
@@ -68,15 +71,20 @@ impl Job<'_> {
         )
     }
 
-    fn read_frame(&self, step: &Step) -> Result<ReadFrame, CommandError> {
+    fn read_frame(&self, index: usize) -> Result<ReadFrame, CommandError> {
+        let step = self.steps[index];
         let mut said = Vec::new();
         let plate = Plate::open(&step.paths[0], &self.args.plate.options())?;
         let light = self.args.plate.light(&plate, &mut said)?;
-        let depth = self.depth_file(step);
-        let vergence = self.depth.read(&plate, depth, self.predictor, &mut said)?;
-        let holdout = self
-            .holdout
-            .read(&plate, self.holdout_files(step), self.convention)?;
+        let depth_file = self.depth_file(step);
+        let map = plate_map(&plate, self.predictor, self.args.plate.lens_scale);
+        let view = PlateView::new(self.lens, map, self.args.adjust.axis_offset_px());
+        let first = index == 0;
+        let vergence =
+            self.depth
+                .read(&plate, depth_file, self.predictor, &view, first, &mut said)?;
+        let files = self.holdout_files(step);
+        let holdout = self.holdout.read(&plate, files, self.meaning, view.axis)?;
         Ok(ReadFrame {
             plate,
             light,
@@ -106,16 +114,22 @@ impl Job<'_> {
         }
         let map = plate_map(&plate, lens, args.plate.lens_scale);
         let adjusted = args.adjust.adjusted(lens, map.scale)?;
+        let extent = PlateExtent {
+            map,
+            width: plate.width(),
+            height: plate.height(),
+        };
+        let focus = args.drawing.focus_distance();
+        let refocused = |v| args.focus.applied(v, &adjusted, extent, focus);
+        let vergence = refocused(vergence)?;
+        let holdout = holdout.map(|h| h.changed(refocused)).transpose()?;
         let scene = Scene {
             lens: &adjusted,
             model: self.model,
             width: plate.width(),
             height: plate.height(),
             map,
-            vergence: match &vergence {
-                Vergences::Constant(v) => VergencePass::Constant(*v),
-                Vergences::PerPixel(pass) => VergencePass::PerPixel(pass),
-            },
+            vergence: vergence.pass(),
             edges: args.edges.into(),
             displacement: args.geometry.into(),
         };
@@ -155,7 +169,7 @@ impl Stages for Job<'_> {
     type Done = BlurredFrame;
 
     fn read(&self, index: usize) -> Result<ReadFrame, CommandError> {
-        self.reading.install(|| self.read_frame(self.steps[index]))
+        self.reading.install(|| self.read_frame(index))
     }
 
     fn bytes(&self, frame: &ReadFrame) -> u64 {

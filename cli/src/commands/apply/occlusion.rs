@@ -3,9 +3,13 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use seidel_core::render::{DepthConvention, Holdout, Occlusion, VergencePass};
+use seidel_core::Result;
+use seidel_core::field::ImagePoint;
+use seidel_core::render::{Holdout, Occlusion};
 
 use super::super::CommandError;
+use super::Vergences;
+use super::depth::DepthMeaning;
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::error::FileError;
 use crate::files::matte::Matte;
@@ -51,7 +55,17 @@ pub(super) struct HoldoutSource {
 /// A frame's holdout in memory.
 pub(super) struct HoldoutPixels {
     matte: Vec<f32>,
-    vergence: Option<Vec<f32>>,
+    vergence: Option<Vergences>,
+}
+
+impl HoldoutPixels {
+    /// The same with `change` made to its vergences, such as that made to those of the plate.
+    pub(super) fn changed(self, change: impl Fn(Vergences) -> Result<Vergences>) -> Result<Self> {
+        Ok(Self {
+            vergence: self.vergence.map(change).transpose()?,
+            ..self
+        })
+    }
 }
 
 impl OcclusionArgs {
@@ -60,7 +74,7 @@ impl OcclusionArgs {
         self.occlusion == Switch::On
     }
 
-    pub(super) fn source(&self) -> Result<HoldoutSource, CommandError> {
+    pub(super) fn source(&self) -> std::result::Result<HoldoutSource, CommandError> {
         let asks = [
             (self.no_fill_foreground, "--no-fill-foreground"),
             (self.no_blur_inside, "--no-blur-inside"),
@@ -85,7 +99,7 @@ impl OcclusionArgs {
             blur_inside: !self.no_blur_inside,
             holdout: holdout.map(|pixels| Holdout {
                 matte: &pixels.matte,
-                vergence: pixels.vergence.as_deref().map(VergencePass::PerPixel),
+                vergence: pixels.vergence.as_ref().map(Vergences::pass),
             }),
         }
     }
@@ -103,8 +117,9 @@ impl HoldoutSource {
         &self,
         plate: &Plate,
         (matte, depth): (Option<&Path>, Option<&Path>),
-        convention: DepthConvention,
-    ) -> Result<Option<HoldoutPixels>, CommandError> {
+        meaning: DepthMeaning,
+        axis: ImagePoint,
+    ) -> std::result::Result<Option<HoldoutPixels>, CommandError> {
         let Some(file) = matte else {
             return Ok(None);
         };
@@ -127,12 +142,12 @@ impl HoldoutSource {
             .into());
         }
         let vergence = depth
-            .map(|file| -> Result<_, CommandError> {
+            .map(|file| -> std::result::Result<_, CommandError> {
                 let pass = DepthPass::open(file, channel(&self.depth).as_deref())?;
                 let samples = pass.over(window)?;
-                let reading = convention.read(&samples, window.width);
+                let reading = meaning.read(&samples, window.width, axis);
                 let reading = reading.map_err(|e| FileError::from_core(file, e))?;
-                Ok(reading.vergence)
+                Ok(Vergences::PerPixel(reading.vergence))
             })
             .transpose()?;
         Ok(Some(HoldoutPixels {

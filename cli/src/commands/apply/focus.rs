@@ -1,0 +1,91 @@
+//! Options about focus, in the terms of depth-of-field tools.
+
+use clap::Args;
+use seidel_core::Result;
+use seidel_core::distance::ObjectDistance;
+use seidel_core::render::{BlurField, FocusControls, FocusRange, PlateExtent};
+
+use super::Vergences;
+
+/// Options about what is in focus and how fast blur grows about it.
+#[derive(Debug, Args)]
+pub(super) struct FocusArgs {
+    /// Range about the focus plane, in metres, half of it before the plane, in which everything is as sharp
+    /// as on it; beyond, depth is measured from the nearer end of the range
+    #[arg(
+        long,
+        value_name = "METRES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    depth_of_field: f64,
+    /// How many times as far from focus, in vergence, everything before the focus plane is: blur grows as
+    /// many times as fast; 0 keeps it in focus
+    #[arg(
+        long,
+        value_name = "F",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    front_multiplier: f64,
+    /// The same behind the focus plane
+    #[arg(
+        long,
+        value_name = "F",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    back_multiplier: f64,
+    /// Largest kernel in the frame: its radius in plate pixels if it is an even disc, two standard
+    /// deviations of any other; what would be larger is drawn at the distance where it has this size
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    maximum_size: Option<f64>,
+}
+
+impl FocusArgs {
+    fn controls(&self, focus: Option<ObjectDistance>) -> FocusControls {
+        FocusControls {
+            focus_per_m: focus.and_then(ObjectDistance::vergence_per_m),
+            depth_of_field_m: self.depth_of_field,
+            front: self.front_multiplier,
+            back: self.back_multiplier,
+            maximum_px: self.maximum_size,
+        }
+    }
+
+    /// Whether the values can be.
+    ///
+    /// # Errors
+    /// Those of [`FocusControls::check`].
+    pub(super) fn check(&self) -> Result<()> {
+        self.controls(None).check()
+    }
+
+    /// The vergences to draw of a plate in place of those that are; `focus` is what the lens was focused
+    /// at, where the user said so.
+    ///
+    /// # Errors
+    /// Those of [`FocusRange::new`].
+    pub(super) fn applied(
+        &self,
+        vergences: Vergences,
+        lens: &dyn BlurField,
+        plate: PlateExtent,
+        focus: Option<ObjectDistance>,
+    ) -> Result<Vergences> {
+        let controls = self.controls(focus);
+        if controls.is_neutral() {
+            return Ok(vergences);
+        }
+        let range = FocusRange::new(lens, plate, &controls)?;
+        Ok(match vergences {
+            Vergences::Constant(v) => Vergences::Constant(range.vergence(v)),
+            Vergences::PerPixel(mut pass) => {
+                for v in &mut pass {
+                    *v = range.vergence(f64::from(*v)) as f32;
+                }
+                Vergences::PerPixel(pass)
+            }
+        })
+    }
+}

@@ -1,0 +1,221 @@
+//! Patches of a depth pass, and how flat each is under every guess of what the pass holds.
+//!
+//! A perspective camera sees the plane n . X = c where 1/z = (n . d)/c, d = (x/F, y/F, 1) being the ray
+//! through image point (x, y): the inverse of distance along the axis is linear in image coordinates on
+//! every plane, wherever it is and however it lies. Read under the right guess planes are
+//! flat, under a wrong one bent; how much is known.
+
+use std::rc::Rc;
+
+use super::DepthCheck;
+
+/// What the reciprocal w of the distance as read may stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Guess {
+    /// w = 1/z: the pass is what it is said to be.
+    AsRead,
+    /// w = 1/(z s), s = |d| being the length of the ray for one unit along the axis.
+    AlongRay,
+    /// w = z, up to a factor and an offset.
+    Inverted,
+    /// w = z s.
+    InvertedAlongRay,
+}
+
+pub(super) const GUESSES: [Guess; 4] = [
+    Guess::AsRead,
+    Guess::AlongRay,
+    Guess::Inverted,
+    Guess::InvertedAlongRay,
+];
+
+/// Sides of patches as parts of the picture's width: large ones for noisy passes, small ones for busy
+/// scenes.
+const PARTS: [usize; 4] = [4, 8, 16, 32];
+/// Samples along the side of a patch, at most.
+const MOST_SAMPLES: usize = 32;
+/// Samples along the side of a patch, at least.
+const LEAST_SAMPLES: usize = 8;
+/// No residual of a smooth patch passes this many times their root mean square; edges do.
+const LARGEST_RESIDUAL: f64 = 8.0;
+
+/// The bend of one patch under every guess.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patch {
+    /// Root mean square of what is quadratic, as a share of the mean, by guess.
+    pub bend: [f64; 4],
+    /// Root mean square that noise alone would give it.
+    pub noise: [f64; 4],
+}
+
+/// A smooth patch of the pass, before the perspective is settled.
+#[derive(Debug, Clone)]
+pub(super) struct Sampled {
+    basis: Rc<Basis>,
+    /// Reciprocals of the distance as read.
+    w: Vec<f64>,
+    /// Squared distances from the axis, px².
+    off_axis: Vec<f64>,
+    /// Bend and its noise without the length of the ray.
+    plain: [(f64, f64); 2],
+}
+
+impl Sampled {
+    /// The patch where the image plane is `focal_px` away.
+    pub(super) fn seen(&self, focal_px: f64) -> Option<Patch> {
+        let squared = 1.0 / (focal_px * focal_px);
+        let rays: Vec<f64> = (self.off_axis.iter())
+            .map(|r2| (1.0 + r2 * squared).sqrt())
+            .collect();
+        let both = || self.w.iter().zip(&rays);
+        let along: Vec<f64> = both().map(|(w, ray)| w * ray).collect();
+        let over: Vec<f64> = both().map(|(w, ray)| ray / w).collect();
+        let ray = self.basis.bend(&along)?;
+        let inverted = self.basis.bend(&over)?;
+        let all = [self.plain[0], ray, self.plain[1], inverted];
+        Some(Patch {
+            bend: all.map(|(bend, _)| bend),
+            noise: all.map(|(_, noise)| noise),
+        })
+    }
+
+    /// Bend as read, and its noise.
+    pub(super) fn as_read(&self) -> (f64, f64) {
+        self.plain[0]
+    }
+}
+
+/// All smooth patches.
+pub(super) fn patches(check: &DepthCheck) -> Vec<Sampled> {
+    let farthest = f64::from(farthest_vergence(check.vergence));
+    let mut found = Vec::new();
+    for part in PARTS {
+        let side = check.width.div_ceil(part).min(check.height);
+        let stride = side.div_ceil(MOST_SAMPLES).max(1);
+        let count = side / stride;
+        if count < LEAST_SAMPLES {
+            continue;
+        }
+        let side = count * stride;
+        let basis = Rc::new(Basis::new(count));
+        for top in (0..=check.height - side).step_by(side) {
+            for left in (0..=check.width - side).step_by(side) {
+                let grid = Grid {
+                    left,
+                    top,
+                    stride,
+                    count,
+                };
+                found.extend(grid.patch(check, &basis, farthest));
+            }
+        }
+    }
+    found
+}
+
+/// The least vergence above zero.
+fn farthest_vergence(vergence: &[f32]) -> f32 {
+    let finite = vergence.iter().copied().filter(|v| *v > 0.0);
+    finite.fold(f32::INFINITY, f32::min)
+}
+
+/// Where a patch's samples lie.
+struct Grid {
+    left: usize,
+    top: usize,
+    stride: usize,
+    count: usize,
+}
+
+impl Grid {
+    /// `None` where some pixel has no distance, at edges, and in a background fill, which is flat
+    /// under any convention and says nothing.
+    fn patch(&self, check: &DepthCheck, basis: &Rc<Basis>, farthest: f64) -> Option<Sampled> {
+        let (w, off_axis) = self.read(check)?;
+        let flat = w.iter().all(|v| (v / w[0] - 1.0).abs() < 1e-6);
+        if flat && w[0] <= 1.01 * farthest {
+            return None;
+        }
+        let over: Vec<f64> = w.iter().map(|w| 1.0 / w).collect();
+        let plain = [basis.bend(&w)?, basis.bend(&over)?];
+        Some(Sampled {
+            basis: Rc::clone(basis),
+            w,
+            off_axis,
+            plain,
+        })
+    }
+
+    /// Vergences, and squared distances from the axis.
+    fn read(&self, check: &DepthCheck) -> Option<(Vec<f64>, Vec<f64>)> {
+        let mut w = Vec::with_capacity(self.count * self.count);
+        let mut off_axis = Vec::with_capacity(self.count * self.count);
+        for j in 0..self.count {
+            let row = self.top + j * self.stride;
+            let y = row as f64 + 0.5 - check.view.axis.y_px;
+            for i in 0..self.count {
+                let column = self.left + i * self.stride;
+                let x = column as f64 + 0.5 - check.view.axis.x_px;
+                let vergence = f64::from(check.vergence[row * check.width + column]);
+                if !(vergence > 0.0 && vergence.is_finite()) {
+                    return None;
+                }
+                w.push(vergence);
+                off_axis.push(x * x + y * y);
+            }
+        }
+        Some((w, off_axis))
+    }
+}
+
+/// 1, x, y, x² - c, xy and y² - c at the points of a square grid about its middle, of unit norm:
+/// orthogonal.
+#[derive(Debug)]
+struct Basis(Vec<[f64; 6]>);
+
+impl Basis {
+    fn new(count: usize) -> Self {
+        let at = |i: usize| i as f64 - (count - 1) as f64 / 2.0;
+        let square = (0..count).map(|i| at(i) * at(i)).sum::<f64>() / count as f64;
+        let mut points: Vec<[f64; 6]> = (0..count * count)
+            .map(|k| {
+                let (x, y) = (at(k % count), at(k / count));
+                [1.0, x, y, x * x - square, x * y, y * y - square]
+            })
+            .collect();
+        for k in 0..6 {
+            let norm = points.iter().map(|p| p[k] * p[k]).sum::<f64>().sqrt();
+            points.iter_mut().for_each(|p| p[k] /= norm);
+        }
+        Self(points)
+    }
+
+    /// Root mean squares of the quadratic part of `values` and of noise in it, as shares of their mean;
+    /// `None` where something stands out, as an edge does.
+    fn bend(&self, values: &[f64]) -> Option<(f64, f64)> {
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let share = |v: f64| v / mean - 1.0;
+        let mut parts = [0.0; 6];
+        for (v, point) in values.iter().zip(&self.0) {
+            let v = share(*v);
+            for (part, f) in parts.iter_mut().zip(point) {
+                *part += v * f;
+            }
+        }
+        let (mut squares, mut largest) = (0.0, 0.0_f64);
+        for (v, point) in values.iter().zip(&self.0) {
+            let fitted: f64 = parts.iter().zip(point).map(|(part, f)| part * f).sum();
+            let rest = share(*v) - fitted;
+            squares += rest * rest;
+            largest = largest.max(rest.abs());
+        }
+        let residual = (squares / (count - 6.0)).sqrt();
+        // Rounding of single precision leaves residuals of no meaning.
+        if largest > LARGEST_RESIDUAL * residual.max(1e-7) {
+            return None;
+        }
+        let quadratic: f64 = parts[3..].iter().map(|part| part * part).sum();
+        Some(((quadratic / count).sqrt(), residual * (3.0 / count).sqrt()))
+    }
+}

@@ -1,0 +1,114 @@
+//! `seidel apply` looks at the first depth pass: a wrong convention is told of, a sound one is not.
+
+use std::path::Path;
+
+use crate::support::{read_channel, seidel_in, succeeds, write_exr, write_made_lens};
+
+const SIZE: (usize, usize) = (160, 90);
+/// Half a field of view of 38.7 degrees across the width.
+const FOCAL_PX: f64 = 100.0;
+
+/// Distance along the axis, metres, and along the ray: a floor, two walls and a slanted roof, each a plane, of
+/// which one over the distance is linear in image coordinates.
+fn room() -> Vec<(f64, f64)> {
+    let (width, height) = SIZE;
+    (0..width * height)
+        .map(|k| {
+            let x = ((k % width) as f64 + 0.5 - width as f64 / 2.0) / FOCAL_PX;
+            let y = ((k / width) as f64 + 0.5 - height as f64 / 2.0) / FOCAL_PX;
+            let floor = (y + 0.02 * x) / 1.1;
+            let roof = (0.1 * x - y) / 1.6;
+            let wall = (1.0 + 0.3 * x) / 6.0;
+            let side = (-x + 0.1) / 1.9;
+            let z = 1.0 / floor.max(roof).max(wall).max(side);
+            (z, z * (1.0 + x * x + y * y).sqrt())
+        })
+        .collect()
+}
+
+fn write(path: &Path, depth: &dyn Fn(f64, f64) -> f64) {
+    let pixels = room();
+    let depth = pixels.iter().map(|(z, ray)| depth(*z, *ray) as f32);
+    let light = vec![0.5; pixels.len()];
+    write_exr(
+        path,
+        SIZE.0,
+        SIZE.1,
+        &[("Y", light), ("Z", depth.collect())],
+    );
+}
+
+#[test]
+fn wrong_conventions_are_told_of_and_sound_ones_are_not() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_lens(folder, &["Y"]);
+    let said = |options: &str| {
+        // Nothing need be blurred for a look.
+        let line = format!("apply --lens @lens.json @plate.exr -o @out.exr --amount 0 {options}");
+        succeeds(folder, &line).stderr
+    };
+    let plate = folder.join("plate.exr");
+    write(&plate, &|z, _| z);
+    for options in ["", "--lens-scale 0.5", "--axis-offset 20,-10"] {
+        assert!(!said(options).contains("doubtful"), "{}", said(options));
+    }
+    let inverse = said("--depth-kind inverse");
+    assert!(
+        inverse.contains("doubtful") && inverse.contains("give --depth-kind distance"),
+        "{inverse}"
+    );
+    let kilometres = said("--depth-unit 0.001");
+    assert!(
+        kilometres.contains("doubtful") && kilometres.contains("--depth-unit"),
+        "{kilometres}"
+    );
+    assert!(!said("--depth-kind inverse --no-depth-check").contains("doubtful"));
+    write(&plate, &|z, _| 1.0 / z);
+    let metres = said("");
+    assert!(
+        metres.contains("doubtful") && metres.contains("give --depth-kind inverse"),
+        "{metres}"
+    );
+    assert!(!said("--depth-kind inverse").contains("doubtful"));
+}
+
+#[test]
+fn distances_along_the_ray_are_told_of_and_can_be_turned() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_lens(folder, &["Y"]);
+    write(&folder.join("axis.exr"), &|z, _| z);
+    write(&folder.join("ray.exr"), &|_, ray| ray);
+    let rendered = |plate: &str, options: &str| {
+        let line = format!("apply --lens @lens.json @{plate} -o @out.exr {options}");
+        let said = succeeds(folder, &line).stderr;
+        (said, read_channel(&folder.join("out.exr"), "Y"))
+    };
+    let (said, _) = rendered("ray.exr", "--amount 0");
+    assert!(
+        said.contains("doubtful") && said.contains("--along-ray"),
+        "{said}"
+    );
+    let (said, turned) = rendered("ray.exr", "--along-ray 100");
+    assert!(!said.contains("doubtful"), "{said}");
+    let (_, want) = rendered("axis.exr", "");
+    let apart = turned.iter().zip(&want).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f32::max) < 1e-6);
+    let line = "apply --lens @lens.json @ray.exr -o @no.exr --along-ray=-4";
+    crate::support::must_refuse(folder, line, &["-4"]);
+}
+
+#[test]
+fn only_the_first_frame_of_a_run_is_looked_at() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_lens(folder, &["Y"]);
+    for frame in 3..6 {
+        write(&folder.join(format!("plate.{frame}.exr")), &|z, _| 1.0 / z);
+    }
+    let line = "apply --lens @lens.json @plate.%d.exr -o @out.%d.exr --frames 3-5 --amount 0";
+    let outcome = seidel_in(folder, line);
+    assert_eq!(outcome.stderr.matches("doubtful").count(), 1);
+    assert!(outcome.stderr.contains("note: frame 3: depth "));
+}

@@ -1,0 +1,104 @@
+//! `seidel apply` with focus controls: neutral ones change nothing, each does what it says, bad ones are
+//! refused.
+
+use std::path::Path;
+
+use crate::support::{must_refuse, read_channel, succeeds, write_exr, write_plate, write_ray_lens};
+
+fn rendered(folder: &Path, options: &str) -> Vec<f32> {
+    let line = format!("apply --lens @lens.json @plate.exr -o @out.exr {options}");
+    succeeds(folder, &line);
+    read_channel(&folder.join("out.exr"), "G")
+}
+
+#[test]
+fn neutral_controls_leave_every_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    write_plate(&folder.join("plate.exr"), 60, 40);
+    let psf = "--psf skew-normal --lens-scale 1";
+    let plain = rendered(folder, &format!("{psf} --focus-distance 2"));
+    let named = format!(
+        "{psf} --focus-plane 2 --depth-of-field 0 --front-multiplier 1 --back-multiplier 1 --maximum-size 500"
+    );
+    assert!(rendered(folder, &named) == plain);
+    for options in [
+        "--depth-of-field 1",
+        "--front-multiplier 2",
+        "--back-multiplier 0",
+        "--maximum-size 1.8",
+    ] {
+        let line = format!("{psf} --focus-plane 2 {options}");
+        assert!(rendered(folder, &line) != plain, "{options}");
+    }
+}
+
+/// Mean squared distance of a point's light from the point, px².
+fn spread(light: &[f32], width: usize) -> f64 {
+    let total: f64 = light.iter().map(|v| f64::from(*v)).sum();
+    let mean = |f: &dyn Fn(f64, f64) -> f64| {
+        let weighed = light
+            .iter()
+            .enumerate()
+            .map(|(k, v)| f64::from(*v) * f((k % width) as f64, (k / width) as f64));
+        weighed.sum::<f64>() / total
+    };
+    let (x, y) = (mean(&|x, _| x), mean(&|_, y| y));
+    mean(&|u, v| (u - x).powi(2) + (v - y).powi(2))
+}
+
+#[test]
+fn a_point_of_light_is_drawn_where_the_controls_put_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["Y"]);
+    let (width, height) = (81, 61);
+    let mut light = vec![0.0; width * height];
+    light[30 * width + 40] = 1.0;
+    write_exr(&folder.join("plate.exr"), width, height, &[("Y", light)]);
+    let size = |options: &str| {
+        let line = format!(
+            "apply --lens @lens.json @plate.exr -o @out.exr --psf gaussian --lens-scale 1 --focus-plane 2 {options}"
+        );
+        succeeds(folder, &line);
+        spread(&read_channel(&folder.join("out.exr"), "Y"), width)
+    };
+    let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-4;
+    let focus = size("--distance 2");
+    assert!(size("--distance 1") > 2.0 * focus);
+    // Within the range, and kept in focus.
+    assert!(close(size("--distance 1.6 --depth-of-field 0.9"), focus));
+    assert!(close(size("--distance 1 --front-multiplier 0"), focus));
+    // 1/1.25 - 1/2 = 0.3 1/m; twice that is 1/m less half: an object at 1 / 1.1 m.
+    let twice = size("--distance 1.25 --front-multiplier 2");
+    assert!(close(twice, size("--distance 0.9090909090909")));
+    assert!(close(
+        size("--distance 5 --front-multiplier 2"),
+        size("--distance 5")
+    ));
+    // Two standard deviations along each axis of a round kernel in the middle of the frame.
+    let held = size("--distance 0.5 --maximum-size 5");
+    assert!(held < 2.0 * 2.5 * 2.5 * 1.001, "{held}");
+    assert!(size("--distance 0.5") > 2.0 * held);
+}
+
+#[test]
+fn values_that_cannot_be_are_refused_before_anything_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["Y"]);
+    write_plate(&folder.join("plate.exr"), 30, 20);
+    let line = "apply --lens @lens.json @plate.exr -o @no.exr --focus-plane 2";
+    for (options, name) in [
+        ("--depth-of-field -1", "depth of field"),
+        ("--front-multiplier 99", "front multiplier"),
+        ("--back-multiplier NaN", "back multiplier"),
+        ("--maximum-size 0", "maximum size"),
+        ("--maximum-size 0.01", "in focus already"),
+    ] {
+        must_refuse(folder, &format!("{line} {options}"), &[name]);
+    }
+    let far = "apply --lens @lens.json @plate.exr -o @no.exr --focus-plane inf --depth-of-field 1";
+    must_refuse(folder, far, &["depth of field", "infinity"]);
+}
