@@ -12,10 +12,15 @@ mod scatter_pupil_tests;
 mod scatter_tests;
 mod scene;
 mod sheet;
+mod sources;
+mod spot;
+#[cfg(test)]
+mod spot_tests;
 
 pub use depth_convention::{DepthConvention, DepthReading};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
+pub use spot::at_pixels;
 
 use crate::field::{FieldPoint, Frame, ImagePoint};
 use crate::psf::LocalBlur;
