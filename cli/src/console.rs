@@ -54,6 +54,11 @@ impl Progress {
         self.0
             .set_position((share.clamp(0.0, 1.0) * PROGRESS_STEPS as f64) as u64);
     }
+
+    /// Does `speak` with the bar out of the way, so that words and bar do not mix.
+    pub fn hidden<T>(&self, speak: impl FnOnce() -> T) -> T {
+        self.0.suspend(speak)
+    }
 }
 
 impl Drop for Progress {

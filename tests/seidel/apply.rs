@@ -56,6 +56,31 @@ fn light_is_kept_and_depth_comes_out_as_it_went_in() {
     assert!(total(&folder.path().join("black.exr"), "R") < 0.999 * total(&plate, "R"));
 }
 
+/// The fast renderer draws what the exact one draws, nearly; where depth varies it says that it does not.
+#[test]
+fn qualities_differ_by_little() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_plate(&folder.path().join("plate.exr"), 90, 60);
+    let blurred = |quality: &str, depth: &str| {
+        let line =
+            format!("apply --lens @lens.json @plate.exr -o @out.exr --quality {quality}{depth}");
+        let outcome = succeeds(folder.path(), &line);
+        let out = folder.path().join("out.exr");
+        (read_channel(&out, "G"), outcome.stderr)
+    };
+    let (exact, _) = blurred("exact", " --distance 1.5");
+    for (quality, bound) in [("draft", 0.02), ("final", 0.01)] {
+        let (fast, _) = blurred(quality, " --distance 1.5");
+        assert_ne!(fast, exact);
+        let apart = difference(&fast, &exact);
+        assert!(apart < bound, "{quality}: {apart}");
+        let (same, said) = blurred(quality, "");
+        assert!(said.contains("rendered exactly"), "{said}");
+        assert_eq!(same, blurred("exact", "").0);
+    }
+}
+
 #[test]
 fn every_way_to_say_the_same_depth_gives_the_same_plate() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -122,3 +122,43 @@ fn rays_are_scored_where_the_lens_has_them() {
     let json = succeeds(folder, "eval --lens @lens.json @set --json").stdout;
     assert!(!json.contains("\"pupil-model\""), "{json}");
 }
+
+#[test]
+fn amount_channel_scale_and_axis_offset_act_on_plates() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    crate::support::write_made_lens(folder, &["R", "G", "B"]);
+    crate::support::write_plate(&folder.join("plate.exr"), 60, 40);
+    let red = |name: &str| crate::support::read_channel(&folder.join(name), "R");
+    let render = |name: &str, options: &str| {
+        let line = format!("apply --lens @lens.json @plate.exr -o @{name} {options}");
+        crate::support::succeeds(folder, &line);
+        red(name)
+    };
+    let plain = render("plain.exr", "");
+    assert_eq!(render("none.exr", "--amount 0"), red("plate.exr"));
+    assert_eq!(
+        render(
+            "one.exr",
+            "--amount 1 --channel-scale G=1.5 --axis-offset 0,0"
+        ),
+        plain
+    );
+    for (name, options) in [
+        ("more.exr", "--amount 2"),
+        ("red.exr", "--channel-scale R=0.5"),
+        ("axis.exr", "--axis-offset -9,4"),
+    ] {
+        assert_ne!(render(name, options), plain, "{options}");
+    }
+    crate::support::must_refuse(
+        folder,
+        "apply --lens @lens.json @plate.exr -o @no.exr --channel-scale Q=2",
+        &["--channel-scale Q", "R, G, B"],
+    );
+    crate::support::must_refuse(
+        folder,
+        "apply --lens @lens.json @plate.exr -o @no.exr --amount -1",
+        &["amount"],
+    );
+}

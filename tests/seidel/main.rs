@@ -15,4 +15,5 @@ mod lens_command;
 mod psf_command;
 mod reference_tables;
 mod self_test;
+mod sequences;
 mod support;

@@ -1,23 +1,30 @@
 //! `seidel apply`: blur a plate with a lens, pixel by pixel of field, channel and depth.
 
+mod adjust;
 mod depth;
+mod frame;
+mod memory;
 mod plate;
+mod queue;
 
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use clap::{Args, ValueEnum};
-use seidel_core::predict::Predictor;
-use seidel_core::psf::PsfModel;
-use seidel_core::render::{Displacement, Edges, Renderer, Scatter, Scene, VergencePass, stopped};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use seidel_core::render::{Displacement, Edges, Gather, Quality, Renderer, Scatter};
 
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
+use crate::files::atomic::check_target;
 use crate::files::error::FileError;
-use crate::files::plate::Plate;
 use crate::files::sequence::{Step, expand};
-use depth::{DepthArgs, DepthSource};
-use plate::{PlateArgs, plate_map, plate_weights};
+use adjust::AdjustArgs;
+use depth::DepthArgs;
+use frame::Job;
+use memory::{DEFAULT_MEMORY, parse_size};
+use plate::PlateArgs;
 
 /// Options of `seidel apply`.
 #[derive(Debug, Args)]
@@ -40,15 +47,50 @@ pub struct ApplyArgs {
     plate: PlateArgs,
     #[command(flatten)]
     drawing: DrawingArgs,
+    #[command(flatten)]
+    adjust: AdjustArgs,
     /// Which displacement of light to render
     #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
     geometry: Geometry,
     /// What lies beyond the plate's edges
     #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
     edges: EdgeChoice,
-    /// Threads to use; all cores if left out
+    /// How near to the exact renderer's result: draft, final (60 dB or better) or exact. Plates whose
+    /// depth varies are rendered exactly
+    #[arg(long, value_enum, default_value_t = QualityChoice::Exact)]
+    quality: QualityChoice,
+    /// Threads to blur with; all cores if left out
     #[arg(long)]
     threads: Option<usize>,
+    /// Memory for the frames of a sequence that are read, blurred and written at once, such as 500M
+    /// or 4G; one frame is always in flight
+    #[arg(long, value_name = "SIZE", default_value = DEFAULT_MEMORY, value_parser = parse_size)]
+    memory: u64,
+    /// Render frames of a sequence again whose output exists already; they are skipped otherwise
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Which renderer draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum QualityChoice {
+    /// For looking: 45 dB
+    Draft,
+    /// For delivery: 60 dB
+    Final,
+    /// Every source pixel with its own kernel: slow
+    Exact,
+}
+
+impl QualityChoice {
+    fn renderer(self) -> Box<dyn Renderer> {
+        let gather = |quality| Box::new(Gather { quality });
+        match self {
+            Self::Draft => gather(Quality::Draft),
+            Self::Final => gather(Quality::Final),
+            Self::Exact => Box::new(Scatter),
+        }
+    }
 }
 
 /// Displacement of light by the lens.
@@ -71,47 +113,121 @@ enum EdgeChoice {
     Black,
 }
 
+impl From<Geometry> for Displacement {
+    fn from(geometry: Geometry) -> Self {
+        match geometry {
+            Geometry::None => Self::None,
+            Geometry::Lateral => Self::Lateral,
+            Geometry::Full => Self::Full,
+        }
+    }
+}
+
+impl From<EdgeChoice> for Edges {
+    fn from(choice: EdgeChoice) -> Self {
+        match choice {
+            EdgeChoice::Mirror => Self::Mirror,
+            EdgeChoice::Black => Self::Black,
+        }
+    }
+}
+
 pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), CommandError> {
     let Drawing {
         predictor, model, ..
     } = args.drawing.open(&args.lens, console)?;
     let depth = args.depth.source()?;
     depth.check_lens(&predictor, &args.lens)?;
+    args.adjust.adjusted(&predictor, 1.0)?;
     let depth_file = depth.file_pattern();
     let mut patterns = vec![args.input.as_str(), args.output.as_str()];
     patterns.extend(depth_file);
-    let steps = expand(&patterns, args.frames.as_deref())?;
-    for step in &steps {
+    let all = expand(&patterns, args.frames.as_deref())?;
+    for step in &all {
         keeps_inputs(step, &args.lens)?;
+        check_target(&step.paths[1])?;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| CommandError::Usage(format!("--threads: {e}")))?;
-    let progress = console.progress("blurring");
-    let count = steps.len() as f64;
-    for (index, step) in steps.iter().enumerate() {
-        let job = Job {
-            args,
-            predictor: &predictor,
-            model,
-            depth: &depth,
-        };
-        let said = pool.install(|| {
-            job.frame(step, &|share| {
-                progress.set((index as f64 + share) / count);
-                true
-            })
-        })?;
-        for line in said {
-            match step.frame {
-                Some(frame) => console.remark(format!("frame {frame}: {line}")),
-                None => console.remark(line),
-            }
+    let steps: Vec<&Step> = all.iter().filter(|step| !args.is_done(step)).collect();
+    if steps.len() < all.len() {
+        console.remark(format!(
+            "{} of {} frames exist already and are skipped; give --overwrite to render them again",
+            all.len() - steps.len(),
+            all.len()
+        ));
+    }
+    let bar = console.progress("blurring");
+    let share = Mutex::new(0.0_f64);
+    let count = steps.len();
+    let progress = |index: usize, part: f64| {
+        // A late word from another thread must not turn the bar back.
+        let now = (index as f64 + part) / count as f64;
+        if let Ok(mut shown) = share.lock()
+            && now > *shown
+        {
+            *shown = now;
+            bar.set(now);
         }
-        console.say(format!("wrote {}", step.paths[1].display()));
+    };
+    let job = Job {
+        args,
+        predictor: &predictor,
+        model,
+        depth: &depth,
+        steps: &steps,
+        reading: &pool(args.threads)?,
+        blurring: &pool(args.threads)?,
+        progress: &progress,
+    };
+    let mut failed = Vec::new();
+    queue::run_all(&job, count, args.memory, |index, outcome| {
+        bar.hidden(|| tell(steps[index], outcome, console, &mut failed));
+    });
+    drop(bar);
+    match failed.len() {
+        0 => Ok(()),
+        1 if count == 1 => Err(failed.remove(0).1),
+        _ => Err(CommandError::Frames { failed, count }),
     }
-    Ok(())
+}
+
+/// Says what became of a frame, or keeps for the end why it failed.
+fn tell(
+    step: &Step,
+    outcome: queue::Outcome,
+    console: &mut Console,
+    failed: &mut Vec<(i64, CommandError)>,
+) {
+    let prefix = step
+        .frame
+        .map_or_else(String::new, |frame| format!("frame {frame}: "));
+    match outcome {
+        Ok(said) => {
+            for line in said {
+                console.remark(format!("{prefix}{line}"));
+            }
+            console.say(format!("wrote {}", step.paths[1].display()));
+        }
+        Err(error) => {
+            if step.frame.is_some() {
+                console.remark(format!("{prefix}failed; the end of this run says why"));
+            }
+            failed.push((step.frame.unwrap_or(0), error));
+        }
+    }
+}
+
+fn pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()
+        .map_err(|e| CommandError::Usage(format!("--threads: {e}")))
+}
+
+impl ApplyArgs {
+    /// Whether a frame of a sequence was rendered by an earlier run: outputs are whole or not there.
+    fn is_done(&self, step: &Step) -> bool {
+        step.frame.is_some() && !self.overwrite && step.paths[1].exists()
+    }
 }
 
 /// Refuses an output that would take the place of a file the run reads.
@@ -136,70 +252,6 @@ fn keeps_inputs(step: &Step, lens: &Path) -> Result<(), CommandError> {
         "give another name to -o",
     )
     .into())
-}
-
-/// What all frames of a run share.
-struct Job<'a> {
-    args: &'a ApplyArgs,
-    predictor: &'a Predictor,
-    model: &'static dyn PsfModel,
-    depth: &'a DepthSource,
-}
-
-impl Job<'_> {
-    /// Blurs one frame; returns what the user should know.
-    fn frame(
-        &self,
-        step: &Step,
-        progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<String>, CommandError> {
-        let args = self.args;
-        let input = &step.paths[0];
-        let mut said = Vec::new();
-        let mut plate = Plate::open(input, &args.plate.options())?;
-        let planes = args.plate.light(&plate, &mut said)?;
-        let vergence = self.depth.read(
-            &plate,
-            step.paths.get(2).map(PathBuf::as_path),
-            self.predictor,
-            &mut said,
-        )?;
-        let weights =
-            plate_weights(&plate, self.predictor).map_err(|e| FileError::from_core(input, e))?;
-        let scene = Scene {
-            lens: self.predictor,
-            model: self.model,
-            width: plate.width(),
-            height: plate.height(),
-            map: plate_map(&plate, self.predictor, args.plate.lens_scale),
-            vergence: match &vergence {
-                Vergences::Constant(v) => VergencePass::Constant(*v),
-                Vergences::PerPixel(pass) => VergencePass::PerPixel(pass),
-            },
-            edges: match args.edges {
-                EdgeChoice::Mirror => Edges::Mirror,
-                EdgeChoice::Black => Edges::Black,
-            },
-            displacement: match args.geometry {
-                Geometry::None => Displacement::None,
-                Geometry::Lateral => Displacement::Lateral,
-                Geometry::Full => Displacement::Full,
-            },
-        };
-        let mut blurred = Scatter
-            .render(&scene, &planes.with_weights(&weights), progress)
-            .map_err(|e| {
-                if e == stopped() {
-                    CommandError::Core(e)
-                } else {
-                    FileError::from_core(input, e).into()
-                }
-            })?;
-        planes.develop(self.predictor, &weights, &mut blurred);
-        planes.put_back(&mut plate, blurred)?;
-        said.extend(plate.write(&step.paths[1])?);
-        Ok(said)
-    }
 }
 
 /// Object vergence of a plate's pixels, 1/m.

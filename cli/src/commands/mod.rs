@@ -80,9 +80,24 @@ pub enum CommandError {
     /// Something about values that stand in no one file.
     #[error(transparent)]
     Core(#[from] seidel_core::Error),
+    /// Some frames of a sequence, by their numbers; the others were rendered.
+    #[error("{} of {count} frames failed:{}", failed.len(), frame_list(failed))]
+    Frames {
+        /// Each with its reason.
+        failed: Vec<(i64, CommandError)>,
+        /// Of how many.
+        count: usize,
+    },
     /// Options that do not go together: exit status 2.
     #[error("{0}")]
     Usage(String),
+}
+
+fn frame_list(failed: &[(i64, CommandError)]) -> String {
+    let lines = failed
+        .iter()
+        .map(|(frame, why)| format!("\n  frame {frame}: {why}"));
+    lines.collect()
 }
 
 /// Largest lens profile that is read: thousands of planes fit in a tenth of it.

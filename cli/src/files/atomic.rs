@@ -20,16 +20,8 @@ pub fn write_whole<E: Display>(
     path: &Path,
     write: impl FnOnce(&mut Output<'_>) -> std::result::Result<(), E>,
 ) -> Result<()> {
-    let target = regular_target(path)?;
+    let target = check_target(path)?;
     let folder = folder_of(&target);
-    if !folder.is_dir() {
-        return Err(FileError::new(
-            path,
-            "",
-            format!("its folder {} does not exist", folder.display()),
-            "create the folder first or write elsewhere",
-        ));
-    }
     let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".seidel-").suffix(".part");
@@ -58,6 +50,24 @@ pub fn write_whole<E: Display>(
     temporary.as_file().sync_all().map_err(|e| failed(&e))?;
     temporary.persist(&target).map_err(|e| failed(&e.error))?;
     Ok(())
+}
+
+/// Whether a file can be at `path`, so far as is known before it is made; links followed.
+///
+/// # Errors
+/// A missing folder, and a target that is not a regular file.
+pub fn check_target(path: &Path) -> Result<PathBuf> {
+    let target = regular_target(path)?;
+    let folder = folder_of(&target);
+    if !folder.is_dir() {
+        return Err(FileError::new(
+            path,
+            "",
+            format!("its folder {} does not exist", folder.display()),
+            "create the folder first or write elsewhere",
+        ));
+    }
+    Ok(target)
 }
 
 /// Writes a folder through `write`, which gets the path of an empty temporary folder beside it.

@@ -276,6 +276,15 @@ impl ExrPlate {
         }
     }
 
+    /// Memory that the samples of all channels take at full resolution, bytes.
+    pub fn held_bytes(&self) -> u64 {
+        let channels = self.channels().into_iter().map(|channel| {
+            let window = self.data_window(channel.id);
+            (window.width * window.height * channel.sample_type.bytes_per_sample()) as u64
+        });
+        channels.sum()
+    }
+
     /// The NaN and infinite samples of the given channels, for those that have any.
     pub fn non_finite(&self, ids: &[ChannelId]) -> Vec<NonFinite> {
         ids.iter()

@@ -193,6 +193,16 @@ impl Plate {
         }
     }
 
+    /// Memory that the file's samples take, bytes.
+    pub fn held_bytes(&self) -> u64 {
+        match &self.file {
+            PlateFile::Exr { plate, .. } => plate.held_bytes(),
+            PlateFile::Flat { plate, .. } => {
+                (plate.names().len() * plate.width() * plate.height() * size_of::<f32>()) as u64
+            }
+        }
+    }
+
     /// Puts other scene-linear colour planes in place, in the order of [`Plate::colour_names`].
     ///
     /// # Errors

@@ -4,7 +4,9 @@
 //! that of the *source* pixel (docs/model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
+mod adjusted;
 mod depth_convention;
+mod gather;
 mod scatter;
 #[cfg(test)]
 mod scatter_pupil_tests;
@@ -17,7 +19,9 @@ mod spot;
 #[cfg(test)]
 mod spot_tests;
 
+pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_convention::{DepthConvention, DepthReading};
+pub use gather::{Gather, Quality};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
 pub use spot::at_pixels;

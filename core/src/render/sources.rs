@@ -1,9 +1,9 @@
-//! What is drawn of each source pixel: the blur and the shift of its light in each channel, and which
+//! What a lens does to the light of single source points of a plate, in plate pixels, and which
 //! neighbours share a kernel.
 
 use super::{Displacement, PlacedBlur, Plane, Scene};
 use crate::error::{Error, Result};
-use crate::field::Frame;
+use crate::field::{Frame, ImagePoint};
 use crate::psf::{LocalBlur, PsfModel};
 
 /// Least variance of a displaced kernel, plate px². Undisplaced centroids lie on pixel centres;
@@ -20,14 +20,15 @@ const DISPLACED_VARIANCE_PX2: f64 = 0.1;
 const LARGEST_SIGMA_PX: f64 = 512.0;
 const LARGEST_DISPLACEMENT_PX: f64 = 4096.0;
 
-/// A source pixel's light in one channel, ready to be drawn.
-#[derive(Clone, Copy, PartialEq)]
+/// A source point's light in one channel, ready to be drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Source {
     pub(super) blur: LocalBlur,
+    /// Where the centroid lands, px from the source point.
     pub(super) shift_px: (f64, f64),
 }
 
-/// The sources of a scene, row by row.
+/// Asks a scene's lens about points of its plate.
 pub(super) struct Sources<'a> {
     scene: &'a Scene<'a>,
     frame: Frame,
@@ -43,7 +44,49 @@ impl<'a> Sources<'a> {
         }
     }
 
-    /// The light to draw of plate row `row`: for each channel, columns and kernels.
+    /// The sources of those channels that are `wanted` at plate point (`x`, `y`), px from the plate's
+    /// outer corner, into `out`.
+    ///
+    /// # Errors
+    /// A blur or displacement that is not finite or beyond what is drawn.
+    pub(super) fn at(
+        &self,
+        (x, y): (f64, f64),
+        vergence: f64,
+        wanted: impl Fn(usize) -> bool,
+        out: &mut Vec<Option<Source>>,
+    ) -> Result<()> {
+        out.clear();
+        let mean_needed = self.scene.displacement == Displacement::Lateral;
+        let mut mean = (0.0, 0.0);
+        for channel in 0..self.channel_count {
+            if !mean_needed && !wanted(channel) {
+                out.push(None);
+                continue;
+            }
+            let placed = self.placed(channel, (x, y), vergence)?;
+            mean.0 += placed.displacement_px.0 / self.channel_count as f64;
+            mean.1 += placed.displacement_px.1 / self.channel_count as f64;
+            out.push(Some(Source {
+                blur: placed.blur,
+                shift_px: placed.displacement_px,
+            }));
+        }
+        for (channel, slot) in out.iter_mut().enumerate() {
+            if !wanted(channel) {
+                *slot = None;
+            }
+            if let Some(source) = slot {
+                self.settle(source, mean);
+            }
+        }
+        Ok(())
+    }
+
+    /// The light to draw of plate row `row` of `planes`: for each channel, columns and kernels.
+    ///
+    /// # Errors
+    /// [`Sources::at`]'s.
     pub(super) fn of_row(
         &self,
         planes: &[Plane],
@@ -52,62 +95,54 @@ impl<'a> Sources<'a> {
     ) -> Result<()> {
         sources.iter_mut().for_each(Vec::clear);
         let width = self.scene.width;
-        let mut placed = vec![None; self.channel_count];
+        let mut found = Vec::new();
         for column in 0..width {
             let index = row * width + column;
             let has_light = |channel: usize| {
-                planes
-                    .iter()
-                    .any(|plane| plane.weights[channel] != 0.0 && plane.samples[index] != 0.0)
+                let mut planes = planes.iter();
+                planes.any(|plane| plane.weights[channel] != 0.0 && plane.samples[index] != 0.0)
             };
-            if !(0..self.channel_count).any(has_light) {
+            if !(0..sources.len()).any(has_light) {
                 continue;
             }
-            let mean_needed = self.scene.displacement == Displacement::Lateral;
-            for (channel, placed) in placed.iter_mut().enumerate() {
-                *placed = if mean_needed || has_light(channel) {
-                    Some(self.placed(channel, column, row)?)
-                } else {
-                    None
-                };
-            }
-            let mean = mean_needed.then(|| mean_displacement(&placed));
-            for (channel, (placed, sources)) in placed.iter().zip(&mut *sources).enumerate() {
-                if let Some(placed) = placed
-                    && has_light(channel)
-                {
-                    sources.push((column, self.source(placed, mean)));
-                }
+            let at = (column as f64 + 0.5, row as f64 + 0.5);
+            let vergence = self.scene.vergence_at(index);
+            self.at(at, vergence, has_light, &mut found)?;
+            for (found, sources) in found.iter().zip(&mut *sources) {
+                sources.extend(found.map(|source| (column, source)));
             }
         }
         Ok(())
     }
 
-    /// What is to be drawn of plate pixel (`column`, `row`) in one channel.
-    pub(super) fn at(&self, channel: usize, column: usize, row: usize) -> Result<Source> {
-        if self.scene.displacement != Displacement::Lateral {
-            return Ok(self.source(&self.placed(channel, column, row)?, None));
+    /// Takes off what the scene does not displace by, and widens what is displaced.
+    fn settle(&self, source: &mut Source, mean: (f64, f64)) {
+        let (x, y) = source.shift_px;
+        source.shift_px = match self.scene.displacement {
+            Displacement::None => (0.0, 0.0),
+            Displacement::Lateral => (x - mean.0, y - mean.1),
+            Displacement::Full => (x, y),
+        };
+        if self.scene.displacement != Displacement::None {
+            source.blur = source.blur.with_least_variance(DISPLACED_VARIANCE_PX2);
         }
-        let all = (0..self.channel_count)
-            .map(|channel| self.placed(channel, column, row).map(Some))
-            .collect::<Result<Vec<_>>>()?;
-        let own = all[channel].as_ref().expect("every channel is placed");
-        Ok(self.source(own, Some(mean_displacement(&all))))
     }
 
-    /// What the lens does to a pixel in one channel, in plate pixels.
-    fn placed(&self, channel: usize, column: usize, row: usize) -> Result<PlacedBlur> {
-        let scene = self.scene;
-        let scale = scene.map.scale;
-        let at = self.frame.field_point(scene.map.frame_point(column, row));
-        let vergence = scene.vergence_at(row * scene.width + column);
+    /// What the lens does to a point in one channel, in plate pixels.
+    fn placed(&self, channel: usize, (x, y): (f64, f64), vergence: f64) -> Result<PlacedBlur> {
+        let map = self.scene.map;
+        let scale = map.scale;
+        let at = self.frame.field_point(ImagePoint::new(
+            map.origin.x_px + x / scale,
+            map.origin.y_px + y / scale,
+        ));
         let PlacedBlur {
             blur,
-            displacement_px: (x, y),
-        } = scene.lens.blur_at(channel, at, vergence);
+            displacement_px,
+        } = self.scene.lens.blur_at(channel, at, vergence);
         let placed = PlacedBlur {
             blur: blur.rescaled(scale),
-            displacement_px: (x * scale, y * scale),
+            displacement_px: (displacement_px.0 * scale, displacement_px.1 * scale),
         };
         let moments = placed.blur.moments;
         let small = |moment: f64| moment.abs() <= LARGEST_SIGMA_PX * LARGEST_SIGMA_PX;
@@ -120,7 +155,11 @@ impl<'a> Sources<'a> {
             return Ok(placed);
         }
         Err(Error::new(
-            format!("lens channel {channel} at plate pixel ({column}, {row})"),
+            format!(
+                "lens channel {channel} at plate pixel ({}, {})",
+                x.floor(),
+                y.floor()
+            ),
             format!(
                 "blurs with central moments {:?} (px², px³) and displaces by ({}, {}) px",
                 moments.to_array(),
@@ -133,25 +172,6 @@ impl<'a> Sources<'a> {
                  {LARGEST_DISPLACEMENT_PX} px"
             ),
         ))
-    }
-
-    /// The kernel to draw, given the mean displacement of all channels where that is taken off.
-    fn source(&self, placed: &PlacedBlur, mean: Option<(f64, f64)>) -> Source {
-        let (x, y) = placed.displacement_px;
-        let (shift_px, floor) = match (self.scene.displacement, mean) {
-            (Displacement::None, _) => {
-                return Source {
-                    blur: placed.blur,
-                    shift_px: (0.0, 0.0),
-                };
-            }
-            (_, Some(mean)) => ((x - mean.0, y - mean.1), DISPLACED_VARIANCE_PX2),
-            (_, None) => ((x, y), DISPLACED_VARIANCE_PX2),
-        };
-        Source {
-            blur: placed.blur.with_least_variance(floor),
-            shift_px,
-        }
     }
 }
 
@@ -175,14 +195,4 @@ pub(super) fn runs<'a>(
         rest = others;
         Some((run, run[count / 2].1))
     })
-}
-
-fn mean_displacement(placed: &[Option<PlacedBlur>]) -> (f64, f64) {
-    let (mut x, mut y) = (0.0, 0.0);
-    for placed in placed.iter().flatten() {
-        x += placed.displacement_px.0;
-        y += placed.displacement_px.1;
-    }
-    let count = placed.len() as f64;
-    (x / count, y / count)
 }

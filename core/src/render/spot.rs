@@ -179,7 +179,7 @@ impl Job<'_> {
         let Scene { width, height, .. } = *self.scene;
         let rows = first_row..(first_row + side).min(height);
         let mut sums = vec![0.0; self.pixels.len()];
-        let mut kernel = KernelRows::default();
+        let (mut kernel, mut found) = (KernelRows::default(), Vec::new());
         for first_column in (0..width).step_by(side) {
             let columns = first_column..(first_column + side).min(width);
             let middle = (
@@ -190,7 +190,13 @@ impl Job<'_> {
                 if *weight == 0.0 {
                     continue;
                 }
-                let source = self.sources.at(channel, middle.0, middle.1)?;
+                let at = (middle.0 as f64 + 0.5, middle.1 as f64 + 0.5);
+                let vergence = self.scene.vergence_at(middle.1 * width + middle.0);
+                self.sources
+                    .at(at, vergence, |wanted| wanted == channel, &mut found)?;
+                let Some(source) = found[channel] else {
+                    continue;
+                };
                 let bounds = self.bounds(&source);
                 let first = bounds.about(columns.start, rows.start);
                 let last = bounds.about(columns.end - 1, rows.end - 1);

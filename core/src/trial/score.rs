@@ -14,7 +14,7 @@ const UNEXPLAINED: &str = "unexplained";
 const UNKNOWN: &str = "unknown";
 /// A class of causes that cannot be told apart counts as a name if it has no more members than this.
 const LARGEST_CLASS: usize = 2;
-/// Bins of the top probability.
+/// Bins of the probabilities that calibration is judged by.
 const BINS: usize = 15;
 
 /// What a diagnosis said about one case, and what was true.
@@ -58,16 +58,16 @@ pub struct Measure {
     pub of: usize,
 }
 
-/// Outcomes whose top probability lies in one of fifteen equal bins.
+/// Outcomes whose odds lie in one of fifteen equal bins.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bin {
     /// Least probability of the bin.
     pub from: f64,
     /// Outcomes in it.
     pub count: usize,
-    /// Mean of the top probability; 0 for an empty bin.
+    /// Mean of the odds; 0 for an empty bin.
     pub confidence: f64,
-    /// Share whose top cause is right; 0 for an empty bin.
+    /// Share that is right; 0 for an empty bin.
     pub right: f64,
 }
 
@@ -97,8 +97,12 @@ pub struct Scores {
     pub closed_median: Measure,
     /// Mean of |claimed - true| share closed where an effect was added.
     pub closed_error: Measure,
-    /// Expected calibration error of the top probability, cases without a gap left out.
+    /// Expected calibration error of the odds of the answer: of the effects added, together, or of `unknown`;
+    /// cases without a gap left out.
     pub calibration_error: Measure,
+    /// The same of the likeliest cause alone. Odds of causes sum to one, so either effect of a pair has a half at
+    /// most, however sure the pair is.
+    pub calibration_error_first: Measure,
     /// What the calibration error is made of.
     pub calibration: Vec<Bin>,
     /// Median of the time taken, seconds.
@@ -121,7 +125,8 @@ pub fn scores(outcomes: &[Outcome]) -> Scores {
         _ => false,
     });
     let added = outcomes.iter().filter(|o| !o.added.is_empty());
-    let (calibration, calibration_error) = calibrate(outcomes);
+    let (calibration, calibration_error) = calibrate(outcomes, Outcome::answer_odds);
+    let (_, calibration_error_first) = calibrate(outcomes, Outcome::first_odds);
     Scores {
         confusion,
         single_top1: rate(kind("single"), |o| o.within_top(1)),
@@ -135,6 +140,7 @@ pub fn scores(outcomes: &[Outcome]) -> Scores {
         closed_median: median(right.map(|o| o.true_closed)),
         closed_error: mean(added.map(|o| (o.claimed_closed - o.true_closed).abs())),
         calibration_error,
+        calibration_error_first,
         calibration,
         seconds_median: median(outcomes.iter().map(|o| o.seconds)),
         seconds_longest: Measure {
@@ -201,6 +207,34 @@ impl Outcome {
         }
     }
 
+    /// Odds of the likeliest cause, and whether it is right.
+    fn first_odds(&self) -> Option<(f64, bool)> {
+        let (_, odds) = self.ranked.first()?;
+        Some((*odds, self.top_is_right()))
+    }
+
+    /// Odds of the answer as a whole, and whether it is right: of all effects added where they are said to explain
+    /// the gap, which must be those that are there; of an unknown cause where it is called unexplained. None where
+    /// no gap was seen or nothing was said.
+    fn answer_odds(&self) -> Option<(f64, bool)> {
+        let odds_of = |id: &str| {
+            let ranked = self.ranked.iter().find(|(cause, _)| cause == id);
+            ranked.map_or(0.0, |(_, odds)| *odds)
+        };
+        if self.ranked.is_empty() || self.no_gap() {
+            None
+        } else if self.verdict == UNEXPLAINED {
+            Some((odds_of(UNKNOWN), self.answer.kind == UNKNOWN))
+        } else {
+            let added: BTreeSet<&str> = self.added.iter().map(String::as_str).collect();
+            let odds: f64 = added.iter().map(|id| odds_of(id)).sum();
+            let right = !added.is_empty()
+                && added.len() == self.answer.effects.len()
+                && self.found() == added.len();
+            Some((odds.min(1.0), right))
+        }
+    }
+
     /// How many of the true effects were added, each addition standing for one of them at most.
     fn found(&self) -> usize {
         let mut left: BTreeSet<&str> = self.added.iter().map(String::as_str).collect();
@@ -264,16 +298,18 @@ fn median(values: impl Iterator<Item = f64>) -> Measure {
     }
 }
 
-/// Bins of the top probability, and the mean over outcomes of |probability - share right| by bin.
-fn calibrate(outcomes: &[Outcome]) -> (Vec<Bin>, Measure) {
+/// Bins of odds, and the mean over outcomes of |odds - share right| by bin.
+fn calibrate(
+    outcomes: &[Outcome],
+    odds: impl Fn(&Outcome) -> Option<(f64, bool)>,
+) -> (Vec<Bin>, Measure) {
     let mut sums = [(0_usize, 0.0, 0_usize); BINS];
-    for outcome in outcomes.iter().filter(|o| o.answer.kind != "none") {
-        if let Some((_, probability)) = outcome.ranked.first() {
-            let bin = ((probability * BINS as f64).max(0.0) as usize).min(BINS - 1);
-            sums[bin].0 += 1;
-            sums[bin].1 += probability;
-            sums[bin].2 += usize::from(outcome.top_is_right());
-        }
+    let with_gap = outcomes.iter().filter(|o| o.answer.kind != "none");
+    for (probability, right) in with_gap.filter_map(odds) {
+        let bin = ((probability * BINS as f64).max(0.0) as usize).min(BINS - 1);
+        sums[bin].0 += 1;
+        sums[bin].1 += probability;
+        sums[bin].2 += usize::from(right);
     }
     let bins: Vec<Bin> = sums
         .iter()
@@ -363,11 +399,35 @@ mod tests {
     }
 
     #[test]
+    fn odds_are_those_of_the_answer() {
+        let ranked = [("motion", 0.5), ("decentre", 0.45), ("unknown", 0.05)];
+        let mut both = outcome("pair", &["motion", "decentre"], "explained", &ranked);
+        both.added = strings(&["decentre", "motion"]);
+        let mut too_many = both.clone();
+        too_many.answer = outcome("single", &["motion"], "", &[]).answer;
+        let mut given_up = both.clone();
+        given_up.verdict = UNEXPLAINED.to_owned();
+        let odds: Vec<_> = [&both, &too_many, &given_up]
+            .map(|o| o.answer_odds().expect("an answer"))
+            .into();
+        assert_eq!(odds, [(0.95, true), (0.95, false), (0.05, false)]);
+        assert_eq!(
+            outcome("pair", &["motion"], NO_GAP, &ranked).answer_odds(),
+            None
+        );
+        let s = scores(&[both]);
+        let [answer, first] = [s.calibration_error, s.calibration_error_first].map(|m| m.value);
+        assert!((answer.expect("one") - 0.05).abs() < 1e-12);
+        assert!((first.expect("one") - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
     fn alarms_and_unknowns_are_counted() {
         let quiet = outcome("none", &[], "no_gap", &[("motion", 0.99)]);
         let alarm = outcome("none", &[], "explained", &[("motion", 0.99)]);
         let honest = outcome("unknown", &[], "unexplained", &[("unknown", 1.0)]);
-        let fooled = outcome("unknown", &[], "explained", &[("motion", 0.7)]);
+        let mut fooled = outcome("unknown", &[], "explained", &[("motion", 0.7)]);
+        fooled.added = strings(&["motion"]);
         let s = scores(&[quiet, alarm, honest, fooled]);
         assert_eq!((s.false_alarms.held, s.false_alarms.of), (1, 2));
         assert_eq!((s.unknown_unexplained.held, s.unknown_first.held), (1, 1));
@@ -375,6 +435,7 @@ mod tests {
         let error = s.calibration_error.value.expect("two outcomes");
         assert!((error - 0.35).abs() < 1e-12, "{error}");
         assert_eq!(s.calibration_error.of, 2);
+        assert_eq!(s.calibration_error_first, s.calibration_error);
         assert_eq!((s.calibration[14].count, s.calibration[10].count), (1, 1));
         assert_eq!(s.confusion["unknown"]["unknown"], 1);
         assert_eq!(s.seconds_median.value, Some(2.0));

@@ -123,6 +123,16 @@ impl PlateArgs {
 }
 
 impl Light {
+    /// How many planes there are, alpha included.
+    pub(super) fn plane_count(&self) -> usize {
+        self.planes.len()
+    }
+
+    /// The planes as they are.
+    pub(super) fn copied(&self) -> Vec<Vec<f32>> {
+        self.planes.clone()
+    }
+
     /// The planes with the weights of [`plate_weights`].
     pub(super) fn with_weights<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
         self.planes

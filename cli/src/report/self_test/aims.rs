@@ -118,6 +118,7 @@ impl SelfTest {
             closed_median,
             closed_error,
             calibration_error,
+            calibration_error_first,
             ..
         } = self.scores();
         let aim = |key, name, figure, bound| Aim {
@@ -173,10 +174,16 @@ impl SelfTest {
             ),
             measure(
                 "calibration_error",
-                "expected calibration error of the first cause's odds",
+                "expected calibration error of the answer's odds",
                 calibration_error,
                 Bound::AtMost(0.05),
             ),
+            Aim {
+                key: "calibration_error_first",
+                name: "the same of the first cause alone (half a pair has a half at most)",
+                figure: Figure::Measure(calibration_error_first),
+                bound: None,
+            },
         ];
         if let Some(rate) = self.withheld_unexplained() {
             aims.push(Aim {

@@ -109,7 +109,7 @@ impl Square {
 fn reliability(bins: &[Bin]) -> String {
     let mut square = Square::new(
         0.0,
-        ("odds of the first cause", "share that was right"),
+        ("odds of the answer", "share that was right"),
         "odds against shares that were right",
     );
     let most = bins.iter().map(|b| b.count).max().unwrap_or(0).max(1) as f64;
@@ -122,8 +122,8 @@ fn reliability(bins: &[Bin]) -> String {
         square.dot((bin.confidence, bin.right), radius.max(3.0), "good", &title);
     }
     format!(
-        "<h2>Whether the odds can be believed</h2>\n<p class=\"quiet\">Cases by the odds of their first cause; a \
-         dot's area is how many. On the line odds are what they say.</p>\n{}",
+        "<h2>Whether the odds can be believed</h2>\n<p class=\"quiet\">Cases by the odds of their answer (of all \
+         effects added together, or of an unknown cause); a dot's area is how many. On the line odds are what they say.</p>\n{}",
         square.done()
     )
 }

@@ -1,0 +1,69 @@
+//! Options by which a lens is used otherwise than it was measured.
+
+use clap::Args;
+use seidel_core::field::ImagePoint;
+use seidel_core::predict::Predictor;
+use seidel_core::render::Adjusted;
+use seidel_core::{Error, Result};
+
+use crate::commands::parse_point;
+
+/// Options about how strong the lens is.
+#[derive(Debug, Args)]
+pub(super) struct AdjustArgs {
+    /// How strong the lens's blur and displacement are: 0 leaves the plate as it is, 1 is as measured
+    #[arg(
+        long,
+        value_name = "A",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    amount: f64,
+    /// Scale the blur of single channels of the lens, such as R=1.1,B=0.9
+    #[arg(long, value_name = "CHANNEL=SCALE", value_delimiter = ',', value_parser = parse_scale)]
+    channel_scale: Vec<(String, f64)>,
+    /// Where the optical axis lies, in plate pixels right of and below where it would: for plates cropped
+    /// off the middle
+    #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
+    axis_offset: Option<ImagePoint>,
+}
+
+fn parse_scale(text: &str) -> std::result::Result<(String, f64), String> {
+    let wrong = || "give a channel and its scale, such as R=1.1".to_owned();
+    let (name, scale) = text.split_once('=').ok_or_else(wrong)?;
+    let scale = scale.trim().parse().map_err(|_| wrong())?;
+    Ok((name.trim().to_owned(), scale))
+}
+
+impl AdjustArgs {
+    /// Whether the plate stays as it is.
+    pub(super) fn is_nothing(&self) -> bool {
+        self.amount == 0.0
+    }
+
+    /// `lens` as asked for; `scale` is plate pixels per pixel of its frame.
+    ///
+    /// # Errors
+    /// Values that cannot be, and channels that the lens has not.
+    pub(super) fn adjusted<'a>(&self, lens: &'a Predictor, scale: f64) -> Result<Adjusted<'a>> {
+        let names = lens.channel_names();
+        let mut scales = vec![1.0; names.len()];
+        for (name, by) in &self.channel_scale {
+            let index = names.iter().position(|n| n == name).ok_or_else(|| {
+                Error::new(
+                    format!("--channel-scale {name}"),
+                    "names no channel of the lens",
+                    format!("the lens has {}", names.join(", ")),
+                )
+            })?;
+            scales[index] = *by;
+        }
+        let offset = self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px));
+        Adjusted::new(
+            lens,
+            self.amount,
+            scales,
+            (offset.0 / scale, offset.1 / scale),
+        )
+    }
+}

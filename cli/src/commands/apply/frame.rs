@@ -1,0 +1,145 @@
+//! One frame of a run: read, blurred, written.
+
+use std::path::PathBuf;
+
+use rayon::ThreadPool;
+use seidel_core::predict::Predictor;
+use seidel_core::psf::PsfModel;
+use seidel_core::render::{Scene, VergencePass};
+
+use super::depth::DepthSource;
+use super::plate::{Light, plate_map, plate_weights};
+use super::queue::{Outcome, Stages};
+use super::{ApplyArgs, QualityChoice, Vergences};
+use crate::commands::CommandError;
+use crate::files::error::FileError;
+use crate::files::plate::Plate;
+use crate::files::sequence::Step;
+
+/// What all frames of a run share.
+pub(super) struct Job<'a> {
+    pub(super) args: &'a ApplyArgs,
+    pub(super) predictor: &'a Predictor,
+    pub(super) model: &'static dyn PsfModel,
+    pub(super) depth: &'a DepthSource,
+    /// The frames to render.
+    pub(super) steps: &'a [&'a Step],
+    /// Where files are unpacked: not where frames are blurred, so that both go on at once.
+    pub(super) reading: &'a ThreadPool,
+    /// Where frames are blurred.
+    pub(super) blurring: &'a ThreadPool,
+    /// Told which frame is being blurred and how much of it is.
+    pub(super) progress: &'a (dyn Fn(usize, f64) + Sync),
+}
+
+/// A frame in memory.
+pub(super) struct ReadFrame {
+    plate: Plate,
+    light: Light,
+    vergence: Vergences,
+    said: Vec<String>,
+}
+
+/// A frame to be written.
+pub(super) struct BlurredFrame {
+    plate: Plate,
+    said: Vec<String>,
+}
+
+impl Job<'_> {
+    fn read_frame(&self, step: &Step) -> Result<ReadFrame, CommandError> {
+        let mut said = Vec::new();
+        let plate = Plate::open(&step.paths[0], &self.args.plate.options())?;
+        let light = self.args.plate.light(&plate, &mut said)?;
+        let depth_file = step.paths.get(2).map(PathBuf::as_path);
+        let vergence = self
+            .depth
+            .read(&plate, depth_file, self.predictor, &mut said)?;
+        Ok(ReadFrame {
+            plate,
+            light,
+            vergence,
+            said,
+        })
+    }
+
+    fn blur_frame(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
+        let ReadFrame {
+            mut plate,
+            light,
+            vergence,
+            mut said,
+        } = frame;
+        let (args, lens) = (self.args, self.predictor);
+        let in_plate = |e| FileError::from_core(&self.steps[index].paths[0], e);
+        let weights = plate_weights(&plate, lens).map_err(in_plate)?;
+        if args.adjust.is_nothing() {
+            // As it is to the bit, and not only to the rounding of a render; but for what was scrubbed.
+            if !plate.non_finite().is_empty() {
+                light.put_back(&mut plate, light.copied())?;
+            }
+            return Ok(BlurredFrame { plate, said });
+        }
+        let map = plate_map(&plate, lens, args.plate.lens_scale);
+        let adjusted = args.adjust.adjusted(lens, map.scale)?;
+        let scene = Scene {
+            lens: &adjusted,
+            model: self.model,
+            width: plate.width(),
+            height: plate.height(),
+            map,
+            vergence: match &vergence {
+                Vergences::Constant(v) => VergencePass::Constant(*v),
+                Vergences::PerPixel(pass) => VergencePass::PerPixel(pass),
+            },
+            edges: args.edges.into(),
+            displacement: args.geometry.into(),
+        };
+        if args.quality != QualityChoice::Exact
+            && matches!(scene.vergence, VergencePass::PerPixel(_))
+        {
+            said.push(
+                "depth varies over the plate: rendered exactly, whatever --quality says".into(),
+            );
+        }
+        let progress = |share| {
+            (self.progress)(index, share);
+            true
+        };
+        let mut blurred = args
+            .quality
+            .renderer()
+            .render(&scene, &light.with_weights(&weights), &progress)
+            .map_err(in_plate)?;
+        light.develop(lens, &weights, &mut blurred);
+        light.put_back(&mut plate, blurred)?;
+        Ok(BlurredFrame { plate, said })
+    }
+}
+
+impl Stages for Job<'_> {
+    type Read = ReadFrame;
+    type Done = BlurredFrame;
+
+    fn read(&self, index: usize) -> Result<ReadFrame, CommandError> {
+        self.reading.install(|| self.read_frame(self.steps[index]))
+    }
+
+    fn bytes(&self, frame: &ReadFrame) -> u64 {
+        let pixels = frame.plate.width() as u64 * frame.plate.height() as u64;
+        // Of each plane: the light before, what a renderer gathers in double precision, and the light
+        // after. Of each pixel: its depth as read and as vergence.
+        let planes = frame.light.plane_count() as u64;
+        frame.plate.held_bytes() + pixels * (planes * (4 + 8 + 4) + (4 + 4))
+    }
+
+    fn blur(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
+        self.blurring.install(|| self.blur_frame(index, frame))
+    }
+
+    fn write(&self, index: usize, frame: BlurredFrame) -> Outcome {
+        let BlurredFrame { plate, mut said } = frame;
+        said.extend(plate.write(&self.steps[index].paths[1])?);
+        Ok(said)
+    }
+}

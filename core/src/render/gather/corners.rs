@@ -1,0 +1,262 @@
+//! Stencils at the corners of tiles, made of the kernels of the sources that they see.
+
+use super::Tolerance;
+use super::grid::Grid;
+use super::optics::Optics;
+use super::stencil::Stencil;
+use crate::error::Result;
+use crate::psf::KernelRows;
+use crate::render::sources::Source;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// Values at the places of a rectangle, of which some are there.
+pub(super) struct Places<T> {
+    columns: Range<i32>,
+    rows: Range<i32>,
+    values: Vec<Option<T>>,
+}
+
+impl<T> Places<T> {
+    fn about(wanted: &BTreeSet<(i32, i32)>) -> Self {
+        let range = |of: &dyn Fn(&(i32, i32)) -> i32| {
+            let low = wanted.iter().map(of).min().unwrap_or(0);
+            low..wanted.iter().map(of).max().map_or(low, |high| high + 1)
+        };
+        let (rows, columns) = (range(&|p| p.0), range(&|p| p.1));
+        let mut values = Vec::new();
+        values.resize_with(columns.len() * rows.len(), || None);
+        Self {
+            columns,
+            rows,
+            values,
+        }
+    }
+
+    fn slot(&self, (y, x): (i32, i32)) -> Option<usize> {
+        let inside = self.columns.contains(&x) && self.rows.contains(&y);
+        inside.then(|| {
+            (y - self.rows.start) as usize * self.columns.len() + (x - self.columns.start) as usize
+        })
+    }
+
+    /// What is at (row, column).
+    pub(super) fn at(&self, place: (i32, i32)) -> Option<&T> {
+        self.values[self.slot(place)?].as_ref()
+    }
+
+    fn put(&mut self, place: (i32, i32), value: T) {
+        if let Some(slot) = self.slot(place) {
+            self.values[slot] = Some(value);
+        }
+    }
+}
+
+/// One stencil per mix.
+pub(super) type Mixed = Vec<Stencil>;
+
+/// The stencils at `wanted` corners (row, column) of `grid`.
+///
+/// # Errors
+/// A lens that cannot be drawn at some node.
+pub(super) fn stencils(
+    optics: &Optics,
+    grid: &Grid,
+    wanted: &BTreeSet<(i32, i32)>,
+) -> Result<Places<Mixed>> {
+    let (nodes, far) = kernels(optics, grid, wanted)?;
+    let list: Vec<_> = wanted.iter().copied().collect();
+    let made: Vec<Mixed> = list
+        .par_iter()
+        .map(|corner| {
+            (0..optics.mixes.len())
+                .map(|mix| joined(grid, (&nodes, far), mix, *corner, optics.tolerance))
+                .collect()
+        })
+        .collect();
+    let mut places = Places::about(wanted);
+    for (corner, mixed) in list.into_iter().zip(made) {
+        places.put(corner, mixed);
+    }
+    Ok(places)
+}
+
+/// The nodes' kernels, turned round, that the corners need, and how many tiles away they can be.
+fn kernels(
+    optics: &Optics,
+    grid: &Grid,
+    wanted: &BTreeSet<(i32, i32)>,
+) -> Result<(Places<Mixed>, i32)> {
+    // How far corners see follows from the kernels themselves: first those near, then all.
+    let near = nodes_about(grid, wanted, 2);
+    let drawn = draw_all(optics, grid, &near)?;
+    let reach = drawn
+        .iter()
+        .flatten()
+        .map(|s| {
+            let ends = [
+                s.left,
+                s.left + s.width as i32,
+                s.top,
+                s.top + s.height as i32,
+            ];
+            ends.map(i32::abs).into_iter().max().unwrap_or(0)
+        })
+        .max()
+        .unwrap_or(0);
+    let far = 2 + (reach + grid.tile as i32 - 1) / grid.tile as i32;
+    let all = nodes_about(grid, wanted, far);
+    let missing: BTreeSet<_> = all.difference(&near).copied().collect();
+    let rest = draw_all(optics, grid, &missing)?;
+    let mut places = Places::about(&all);
+    let both = near.into_iter().zip(drawn);
+    for (node, mixed) in both.chain(missing.into_iter().zip(rest)) {
+        places.put(node, mixed);
+    }
+    Ok((places, far))
+}
+
+/// The grid's nodes at most `far` steps from any of `wanted`.
+fn nodes_about(grid: &Grid, wanted: &BTreeSet<(i32, i32)>, far: i32) -> BTreeSet<(i32, i32)> {
+    let near = |at: i32, axis: usize| {
+        (at - far).clamp(0, grid.last[axis])..=(at + far).clamp(0, grid.last[axis])
+    };
+    // The four nodes at an edge serve all corners beyond it.
+    let least = |range: std::ops::RangeInclusive<i32>, axis: usize| {
+        let last = grid.last[axis];
+        let end = (*range.end()).max(3.min(last));
+        (*range.start()).min((last - 3).max(0))..=end
+    };
+    let mut nodes = BTreeSet::new();
+    for &(y, x) in wanted {
+        for row in least(near(y, 1), 1) {
+            for column in least(near(x, 0), 0) {
+                nodes.insert((row, column));
+            }
+        }
+    }
+    nodes
+}
+
+fn draw_all(optics: &Optics, grid: &Grid, nodes: &BTreeSet<(i32, i32)>) -> Result<Vec<Mixed>> {
+    let list: Vec<_> = nodes.iter().copied().collect();
+    list.par_iter()
+        .map_init(
+            || (KernelRows::default(), Vec::new()),
+            |(rows, found), node| draw(optics, grid, *node, rows, found),
+        )
+        .collect()
+}
+
+/// The kernels of a source at `node` (row, column), turned round and mixed.
+fn draw(
+    optics: &Optics,
+    grid: &Grid,
+    (row, column): (i32, i32),
+    rows: &mut KernelRows,
+    found: &mut Vec<Option<Source>>,
+) -> Result<Mixed> {
+    optics.at(grid.node_at(column, row), found)?;
+    let scale = 1.0 / grid.step();
+    let channels: Vec<Option<Stencil>> = found
+        .iter()
+        .map(|source| {
+            source.as_ref().map(|source| {
+                let shift = (source.shift_px.0 * scale, source.shift_px.1 * scale);
+                optics
+                    .model
+                    .draw_rows(&source.blur.rescaled(scale), shift, rows);
+                let mut stencil = Stencil::of_kernel(rows);
+                if optics.model.needs_rays() && grid.level > 0 {
+                    // Drawn as light on whole pixels of the level, not of the plate.
+                    stencil = stencil.sharpen(1.0 - scale * scale);
+                }
+                stencil.trim(optics.tolerance.left_out / 8.0);
+                stencil
+            })
+        })
+        .collect();
+    let mixed = optics.mixes.iter().map(|mix| {
+        let parts: Vec<(&Stencil, f64)> = channels
+            .iter()
+            .zip(mix)
+            .filter(|(_, weight)| **weight != 0.0)
+            .filter_map(|(stencil, weight)| stencil.as_ref().map(|s| (s, *weight)))
+            .collect();
+        match parts[..] {
+            [(only, 1.0)] => only.clone(),
+            _ => Stencil::mean_of(&parts),
+        }
+    });
+    Ok(mixed.collect())
+}
+
+/// What an output pixel at `corner` (row, column) sees: at each offset the weight of the source there,
+/// its kernel joined from those of the nodes about it.
+fn joined(
+    grid: &Grid,
+    (nodes, far): (&Places<Mixed>, i32),
+    mix: usize,
+    (row, column): (i32, i32),
+    tolerance: &Tolerance,
+) -> Stencil {
+    let (columns, rows) = seen(grid, (nodes, far), mix, (row, column));
+    let mut out = Stencil::zeros(columns.clone(), rows.clone());
+    if columns.is_empty() || rows.is_empty() {
+        return out;
+    }
+    let across = grid.shares(0, column, columns);
+    let down = grid.shares(1, row, rows);
+    for node_row in down.nodes() {
+        for node_column in across.nodes() {
+            let Some(kernel) = nodes.at((node_row, node_column)).map(|mixed| &mixed[mix]) else {
+                continue;
+            };
+            out.add_shared(kernel, across.of(node_column), down.of(node_row));
+        }
+    }
+    out.trim(tolerance.left_out);
+    out
+}
+
+/// Offsets of the sources that a corner can see: those whose nodes' kernels reach it.
+fn seen(
+    grid: &Grid,
+    (nodes, far): (&Places<Mixed>, i32),
+    mix: usize,
+    (row, column): (i32, i32),
+) -> (Range<i32>, Range<i32>) {
+    let (mut columns, mut rows) = (0..0, 0..0);
+    let join = |a: &mut Range<i32>, b: Range<i32>| {
+        *a = if a.start >= a.end {
+            b
+        } else {
+            a.start.min(b.start)..a.end.max(b.end)
+        };
+    };
+    // A kernel counts where its own sources, and those up to two tiles about them, can be.
+    let slack = 2 * grid.tile as i32;
+    let about = row - far..=row + far;
+    let places = about.flat_map(|y| (column - far..=column + far).map(move |x| (y, x)));
+    for (node_row, node_column) in places {
+        let Some(kernel) = nodes.at((node_row, node_column)).map(|mixed| &mixed[mix]) else {
+            continue;
+        };
+        let x = (node_column - column) * grid.tile as i32;
+        let y = (node_row - row) * grid.tile as i32;
+        let near = |at: i32, offsets: Range<i32>| {
+            let (low, high) = (
+                (at - slack).max(offsets.start),
+                (at + slack).min(offsets.end),
+            );
+            low..high.max(low)
+        };
+        let (x, y) = (near(x, kernel.columns()), near(y, kernel.rows()));
+        if !x.is_empty() && !y.is_empty() {
+            join(&mut columns, x);
+            join(&mut rows, y);
+        }
+    }
+    (columns, rows)
+}

@@ -1,0 +1,183 @@
+//! The inner loop: a tile of output pixels out of the sources about it, with stencils that change
+//! bilinearly from corner to corner.
+
+use super::stencil::Stencil;
+use std::ops::Range;
+
+/// Rows of output that are summed at once.
+pub(super) const ROWS: usize = 8;
+/// Columns of output per vector, at most; tiles are whole multiples of it.
+pub(super) const LANES: usize = 16;
+
+/// The four stencils of a tile as one: for each tap the weight at the tile's top-left outer corner and
+/// its changes per pixel along x, along y and along both.
+#[derive(Default)]
+pub(super) struct Blend {
+    /// Offsets of the sources seen.
+    pub(super) columns: Range<i32>,
+    pub(super) rows: Range<i32>,
+    runs: Vec<Run>,
+    taps: Vec<[f32; 4]>,
+    /// The same, for the rows of output under way.
+    here: Vec<[f32; 4]>,
+}
+
+/// A column's taps: one after the other down the sources.
+#[derive(Clone, Copy)]
+struct Run {
+    /// Of the first source, from the first column and row seen.
+    column: usize,
+    row: usize,
+    taps: (usize, usize),
+}
+
+impl Blend {
+    /// Joins the stencils of the corners (top left, top right, bottom left, bottom right) of a tile of
+    /// `side` pixels.
+    pub(super) fn set(&mut self, corners: [&Stencil; 4], side: usize) {
+        let spread = |of: &dyn Fn(&Stencil) -> Range<i32>| {
+            let ranges = corners.iter().map(|s| of(s)).filter(|r| !r.is_empty());
+            ranges
+                .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
+                .unwrap_or(0..0)
+        };
+        (self.columns, self.rows) = (spread(&Stencil::columns), spread(&Stencil::rows));
+        self.runs.clear();
+        self.taps.clear();
+        let per = 1.0 / side as f32;
+        for x in self.columns.clone() {
+            let columns = corners.map(|s| s.lit(x));
+            let lit = columns
+                .iter()
+                .filter(|(r, _)| !r.is_empty())
+                .map(|(r, _)| r.clone());
+            let Some(rows) = lit.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)) else {
+                continue;
+            };
+            let first = self.taps.len();
+            for y in rows.clone() {
+                let [a, b, c, d] = columns.each_ref().map(|(rows, weights)| {
+                    let inside = rows.contains(&y);
+                    if inside {
+                        weights[(y - rows.start) as usize]
+                    } else {
+                        0.0
+                    }
+                });
+                self.taps
+                    .push([a, (b - a) * per, (c - a) * per, (d - c - b + a) * per * per]);
+            }
+            self.runs.push(Run {
+                column: (x - self.columns.start) as usize,
+                row: (rows.start - self.rows.start) as usize,
+                taps: (first, self.taps.len()),
+            });
+        }
+    }
+
+    /// Number of taps.
+    pub(super) fn len(&self) -> usize {
+        self.taps.len()
+    }
+
+    /// The sums of `side` x `side` output pixels into `out`, row-major. `sources` are rows of `stride`
+    /// samples, the first where the top-left output pixel has its first column and row seen; each row
+    /// goes on for [`LANES`] more samples than are seen.
+    pub(super) fn gather(&mut self, sources: &[f32], stride: usize, side: usize, out: &mut [f32]) {
+        for (block, out) in out.chunks_exact_mut(ROWS * side).enumerate() {
+            // At the centre of the block's first row.
+            let down = (block * ROWS) as f32 + 0.5;
+            self.here.clear();
+            self.here
+                .extend(self.taps.iter().map(|&[at, by_x, by_y, by_both]| {
+                    [at + down * by_y, by_x + down * by_both, by_y, by_both]
+                }));
+            pulp::Arch::new().dispatch(Block {
+                runs: &self.runs,
+                taps: &self.here,
+                sources: &sources[block * ROWS * stride..],
+                stride,
+                side,
+                out,
+            });
+        }
+    }
+}
+
+/// [`ROWS`] rows of a tile, for `dispatch`: a type and not a closure, so that its loops are compiled
+/// with the machine's vector instructions.
+struct Block<'a> {
+    runs: &'a [Run],
+    taps: &'a [[f32; 4]],
+    sources: &'a [f32],
+    stride: usize,
+    side: usize,
+    out: &'a mut [f32],
+}
+
+impl pulp::WithSimd for Block<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
+        let mut places = [0.0_f32; LANES];
+        for first in (0..self.side).step_by(S::F32_LANES) {
+            for (k, place) in places.iter_mut().enumerate() {
+                *place = (first + k) as f32 + 0.5;
+            }
+            let across = load::<S>(&places, 0);
+            let mut sums = [simd.splat_f32s(0.0); ROWS];
+            for run in self.runs {
+                let taps = &self.taps[run.taps.0..run.taps.1];
+                let mut start = run.row * self.stride + run.column + first;
+                let (fours, rest) = taps.as_chunks::<4>();
+                for taps in fours {
+                    let rows = &self.sources[start..];
+                    add::<S, 4, 11>(simd, taps, across, rows, self.stride, &mut sums);
+                    start += 4 * self.stride;
+                }
+                for tap in rest {
+                    let rows = &self.sources[start..];
+                    add::<S, 1, 8>(simd, &[*tap], across, rows, self.stride, &mut sums);
+                    start += self.stride;
+                }
+            }
+            for (row, sum) in sums.into_iter().enumerate() {
+                let at = row * self.side + first;
+                let out = &mut self.out[at..at + S::F32_LANES];
+                let (out, _) = S::as_mut_simd_f32s(out);
+                out[0] = sum;
+            }
+        }
+    }
+}
+
+/// Adds `N` taps, one below the other, to the sums of [`ROWS`] rows: `M` = `N` + [`ROWS`] - 1 rows of
+/// sources are read once each.
+#[inline(always)]
+fn add<S: pulp::Simd, const N: usize, const M: usize>(
+    simd: S,
+    taps: &[[f32; 4]; N],
+    across: S::f32s,
+    sources: &[f32],
+    stride: usize,
+    sums: &mut [S::f32s; ROWS],
+) {
+    let mut rows = [across; M];
+    for (k, row) in rows.iter_mut().enumerate() {
+        *row = load::<S>(sources, k * stride);
+    }
+    for (k, &[at, by_x, by_y, by_both]) in taps.iter().enumerate() {
+        let mut weight = simd.mul_add_f32s(simd.splat_f32s(by_x), across, simd.splat_f32s(at));
+        let change = simd.mul_add_f32s(simd.splat_f32s(by_both), across, simd.splat_f32s(by_y));
+        for (i, sum) in sums.iter_mut().enumerate() {
+            *sum = simd.mul_add_f32s(weight, rows[k + i], *sum);
+            weight = simd.add_f32s(weight, change);
+        }
+    }
+}
+
+#[inline(always)]
+fn load<S: pulp::Simd>(samples: &[f32], start: usize) -> S::f32s {
+    S::as_simd_f32s(&samples[start..start + S::F32_LANES]).0[0]
+}

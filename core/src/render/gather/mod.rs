@@ -1,0 +1,325 @@
+//! The fast renderer: every output pixel gathers the light of the sources about it.
+//!
+//! The scatter O(x) = sum over x' of I(x') P_x'(x - x') is the gather O(x) = sum over d of Q_x(d) I(x - d)
+//! with Q_x(d) = P_{x-d}(d). Q changes slowly over the plate: it is made at the corners of square tiles
+//! (`corners`, on a `grid`) and is bilinear between (`fir`). Where the blur is wide the same is done on
+//! a coarser level of a `pyramid`; a `plan` says which tile is gathered where.
+
+mod corners;
+mod fir;
+mod grid;
+mod image;
+mod optics;
+mod plan;
+mod pyramid;
+mod stencil;
+#[cfg(test)]
+mod tests;
+mod tolerance;
+
+pub use tolerance::Quality;
+
+use super::sources::Sources;
+use super::{Edges, Plane, Renderer, Scatter, Scene, VergencePass, stopped};
+use crate::error::Result;
+use corners::{Mixed, Places};
+use fir::{Blend, LANES};
+use image::{Image, View};
+use optics::Optics;
+use plan::{Brief, Level, Lit, plan};
+use pyramid::{Doubling, doubled, halved};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use tolerance::Tolerance;
+
+/// Gathers light tile by tile. The result is the same to the bit for any number of threads. How far it
+/// is from the exact renderer's is said by its [`Quality`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Gather {
+    /// How exact.
+    pub quality: Quality,
+}
+
+impl Renderer for Gather {
+    fn id(&self) -> &'static str {
+        match self.quality {
+            Quality::Draft => "draft",
+            Quality::Final => "final",
+        }
+    }
+
+    fn render(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>> {
+        scene.check(planes)?;
+        let vergence = match scene.vergence {
+            VergencePass::Constant(vergence) => vergence,
+            VergencePass::PerPixel(_) => return Scatter.render(scene, planes, progress),
+        };
+        let sources = Sources::new(scene);
+        let (mixes, mix_of) = mixes(planes);
+        let tolerance = self.quality.tolerance();
+        let optics = Optics {
+            sources: &sources,
+            model: scene.model,
+            vergence,
+            mixes: &mixes,
+            tolerance: &tolerance,
+        };
+        Job {
+            scene,
+            optics,
+            mix_of,
+            progress,
+        }
+        .render(planes)
+    }
+}
+
+/// The distinct channel weights of `planes`, and which of them each plane has.
+fn mixes(planes: &[Plane]) -> (Vec<Vec<f64>>, Vec<usize>) {
+    let mut mixes: Vec<Vec<f64>> = Vec::new();
+    let mix_of = planes
+        .iter()
+        .map(|plane| {
+            let known = mixes.iter().position(|mix| mix == plane.weights);
+            known.unwrap_or_else(|| {
+                mixes.push(plane.weights.to_vec());
+                mixes.len() - 1
+            })
+        })
+        .collect();
+    (mixes, mix_of)
+}
+
+/// A render under way.
+struct Job<'a> {
+    scene: &'a Scene<'a>,
+    optics: Optics<'a>,
+    mix_of: Vec<usize>,
+    progress: &'a (dyn Fn(f64) -> bool + Sync),
+}
+
+impl Job<'_> {
+    fn render(&self, planes: &[Plane]) -> Result<Vec<Vec<f32>>> {
+        let Scene { width, height, .. } = *self.scene;
+        let views: Vec<View> = planes
+            .iter()
+            .map(|plane| View {
+                left: 0,
+                top: 0,
+                width,
+                height,
+                samples: plane.samples,
+            })
+            .collect();
+        let reach = self.optics.reach((width, height))?;
+        let beyond = match self.scene.edges {
+            Edges::Mirror => reach,
+            Edges::Black => 0,
+        };
+        let span = |size: usize| -beyond..size as i32 + beyond;
+        let model = self.optics.model;
+        let sigma = |at: (f64, f64)| self.optics.least_sigma(at);
+        let levels = plan(&Brief {
+            size: (width, height),
+            tile: self.optics.tile((width, height))?,
+            wanted: (span(width), span(height)),
+            reach,
+            sigma: &sigma,
+            least_sigma: self.optics.tolerance.least_sigma_for(model),
+            lit: &Lit::of(&views),
+        });
+        let out = self.levels(&views, &levels)?;
+        Ok(out.into_iter().map(|image| self.cut(image)).collect())
+    }
+
+    /// All levels, coarsest first; the finest is left.
+    fn levels(&self, planes: &[View], levels: &[Level]) -> Result<Vec<Image>> {
+        let mut pyramid: Vec<Vec<Image>> = Vec::new();
+        for level in 1..levels.len() {
+            let above = match level {
+                1 => planes.iter().map(halved).collect(),
+                _ => pyramid[level - 2]
+                    .iter()
+                    .map(|image| halved(&image.view()))
+                    .collect(),
+            };
+            pyramid.push(above);
+        }
+        let total: usize = levels
+            .iter()
+            .map(|level| level.extent().0.len() * planes.len())
+            .sum();
+        let done = AtomicUsize::new(0);
+        let mut coarser: Vec<Image> = vec![Image::default(); planes.len()];
+        for level in levels.iter().rev() {
+            let views: Vec<View> = match level.grid.level {
+                0 => planes.to_vec(),
+                above => pyramid[above as usize - 1]
+                    .iter()
+                    .map(Image::view)
+                    .collect(),
+            };
+            let corners = corners_of(&level.gathered);
+            let stencils = corners::stencils(&self.optics, &level.grid, &corners)?;
+            let (rows, columns) = level.extent();
+            let side = level.grid.tile;
+            let place = (columns.start * side as i32, rows.start * side as i32);
+            let size = (columns.len() * side, rows.len() * side);
+            let mut images = vec![Image::zeros(place, size); planes.len()];
+            let mut bands = Vec::new();
+            for (plane, image) in images.iter_mut().enumerate() {
+                let width = image.width.max(1);
+                for (row, band) in rows
+                    .clone()
+                    .zip(image.samples.chunks_exact_mut(side * width))
+                {
+                    bands.push((plane, row, band));
+                }
+            }
+            bands.into_par_iter().try_for_each_init(
+                Space::default,
+                |space, (plane, row, band)| {
+                    let work = Work {
+                        level,
+                        stencils: &stencils,
+                        mix: self.mix_of[plane],
+                        sources: &views[plane],
+                        coarser: &coarser[plane].view(),
+                    };
+                    work.band(row, columns.clone(), band, space);
+                    let share = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64;
+                    if (self.progress)(share) {
+                        Ok(())
+                    } else {
+                        Err(stopped())
+                    }
+                },
+            )?;
+            coarser = images;
+        }
+        Ok(coarser)
+    }
+
+    /// The plate out of an image that may reach beyond it: what is there is folded back.
+    fn cut(&self, image: Image) -> Vec<f32> {
+        let Scene {
+            width,
+            height,
+            edges,
+            ..
+        } = *self.scene;
+        if image.left == 0 && image.width == width && image.top == 0 && edges == Edges::Black {
+            let mut samples = image.samples;
+            samples.resize(width * height, 0.0);
+            return samples;
+        }
+        let mut out = vec![0.0_f32; width * height];
+        let columns: Vec<Option<usize>> = (image.left..image.left + image.width as i32)
+            .map(|x| super::sheet::fold(x, width, edges))
+            .collect();
+        for (y, line) in image.samples.chunks_exact(image.width.max(1)).enumerate() {
+            let Some(row) = super::sheet::fold(image.top + y as i32, height, edges) else {
+                continue;
+            };
+            let out = &mut out[row * width..(row + 1) * width];
+            for (column, light) in columns.iter().zip(line) {
+                if let Some(column) = column {
+                    out[*column] += light;
+                }
+            }
+        }
+        out
+    }
+}
+
+/// The corners (row, column) of tiles.
+fn corners_of(tiles: &BTreeSet<(i32, i32)>) -> BTreeSet<(i32, i32)> {
+    let about = |&(y, x): &(i32, i32)| [(y, x), (y, x + 1), (y + 1, x), (y + 1, x + 1)];
+    tiles.iter().flat_map(about).collect()
+}
+
+/// What one plane's tiles at one level are made of.
+struct Work<'a> {
+    level: &'a Level,
+    stencils: &'a Places<Mixed>,
+    mix: usize,
+    sources: &'a View<'a>,
+    coarser: &'a View<'a>,
+}
+
+/// Buffers of one thread.
+#[derive(Default)]
+struct Space {
+    blend: Blend,
+    window: Vec<f32>,
+    tile: Vec<f32>,
+    doubling: Doubling,
+}
+
+impl Work<'_> {
+    /// The tiles of `row` into `band`, which holds the tile columns `columns`.
+    fn band(&self, row: i32, columns: std::ops::Range<i32>, band: &mut [f32], space: &mut Space) {
+        let side = self.level.grid.tile;
+        let stride = columns.len() * side;
+        for (slot, column) in columns.enumerate() {
+            let place = (row, column);
+            space.tile.resize(side * side, 0.0);
+            if self.level.gathered.contains(&place) {
+                self.gather(place, space);
+            } else if self.level.doubled.contains(&place) {
+                let corner = (column * side as i32, row * side as i32);
+                doubled(
+                    self.coarser,
+                    corner,
+                    side,
+                    &mut space.doubling,
+                    &mut space.tile,
+                );
+            } else {
+                continue;
+            }
+            for (y, line) in space.tile.chunks_exact(side).enumerate() {
+                band[y * stride + slot * side..][..side].copy_from_slice(line);
+            }
+        }
+    }
+
+    fn gather(&self, (row, column): (i32, i32), space: &mut Space) {
+        let side = self.level.grid.tile;
+        let corners = [
+            (row, column),
+            (row, column + 1),
+            (row + 1, column),
+            (row + 1, column + 1),
+        ];
+        let Some(stencils) = corners
+            .map(|corner| self.stencils.at(corner).map(|mixed| &mixed[self.mix]))
+            .into_iter()
+            .collect::<Option<Vec<_>>>()
+        else {
+            unreachable!("the corners of all tiles to gather were made");
+        };
+        let blend = &mut space.blend;
+        blend.set([stencils[0], stencils[1], stencils[2], stencils[3]], side);
+        let corner = (
+            column * side as i32 + blend.columns.start,
+            row * side as i32 + blend.rows.start,
+        );
+        let size = (
+            side + blend.columns.len().max(1) - 1,
+            side + blend.rows.len().max(1) - 1,
+        );
+        let stride = size.0 + LANES;
+        if blend.len() > 0 && self.sources.copy(corner, size, stride, &mut space.window) {
+            blend.gather(&space.window, stride, side, &mut space.tile);
+        } else {
+            space.tile.fill(0.0);
+        }
+    }
+}

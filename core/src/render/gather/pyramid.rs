@@ -1,0 +1,245 @@
+//! Between pyramid levels: halving the resolution and doubling it again.
+//!
+//! The same even low-pass of [`TAPS`] taps both ways, a sinc of half the band under a Kaiser window. A
+//! coarse pixel covers two fine ones along each axis, so that its centre is where theirs meet. Coarse
+//! samples are light per fine pixel: an even plate keeps its value.
+
+use super::image::{Image, View};
+use rayon::prelude::*;
+
+/// Taps along one axis.
+pub(super) const TAPS: usize = 20;
+/// Shape of the window: the pass band is even to 0.2 %.
+const KAISER: f64 = 5.1;
+const HALF: i32 = TAPS as i32 / 2;
+
+/// The taps; they sum to one.
+fn taps() -> [f32; TAPS] {
+    let mut taps = [0.0_f64; TAPS];
+    for (k, tap) in taps.iter_mut().enumerate() {
+        let at = k as f64 - f64::from(HALF) + 0.5;
+        let angle = std::f64::consts::PI * at / 2.0;
+        let rest = 1.0 - (at / f64::from(HALF)).powi(2);
+        *tap = angle.sin() / angle * bessel(KAISER * rest.sqrt());
+    }
+    let sum: f64 = taps.iter().sum();
+    taps.map(|tap| (tap / sum) as f32)
+}
+
+/// The modified Bessel function of the first kind and order zero, by its power series; up to a dozen.
+fn bessel(x: f64) -> f64 {
+    let quarter = x * x / 4.0;
+    let (mut term, mut sum) = (1.0, 1.0);
+    for k in 1..40 {
+        term *= quarter / f64::from(k * k);
+        sum += term;
+    }
+    sum
+}
+
+/// Pixels of the coarse level about a rectangle that doubling needs.
+pub(super) const MARGIN: i32 = HALF / 2;
+
+/// Half as many pixels along each axis, and those beyond the edges that light reaches.
+pub(super) fn halved(fine: &View) -> Image {
+    let range = |start: i32, size: usize| {
+        let end = start + size as i32;
+        // Coarse pixel i sees fine pixels 2 i - HALF + 1 to 2 i + HALF.
+        let first = (start - HALF).div_euclid(2) + (start - HALF).rem_euclid(2);
+        first..(end - 1 + HALF - 1).div_euclid(2) + 1
+    };
+    let (columns, rows) = (range(fine.left, fine.width), range(fine.top, fine.height));
+    let mut coarse = Image::zeros((columns.start, rows.start), (columns.len(), rows.len()));
+    let taps = taps();
+    let width = coarse.width;
+    coarse
+        .samples
+        .par_chunks_mut(width)
+        .zip(rows)
+        .for_each_init(Halving::default, |space, (out, row)| {
+            space.row(fine, columns.start, row, &taps, out);
+        });
+    coarse
+}
+
+/// Buffers of one row.
+#[derive(Default)]
+struct Halving {
+    line: Vec<f32>,
+    even: Vec<f32>,
+    odd: Vec<f32>,
+}
+
+impl Halving {
+    fn row(&mut self, fine: &View, first: i32, row: i32, taps: &[f32; TAPS], out: &mut [f32]) {
+        // Two fine samples a coarse one, and the taps beyond.
+        let left = 2 * first - HALF + 1;
+        self.line.clear();
+        self.line.resize(2 * (out.len() + HALF as usize), 0.0);
+        let place = (fine.left - left) as usize;
+        for (k, tap) in taps.iter().enumerate() {
+            let y = 2 * row + k as i32 - HALF + 1 - fine.top;
+            if (0..fine.height as i32).contains(&y) {
+                let start = y as usize * fine.width;
+                let source = &fine.samples[start..start + fine.width];
+                let line = &mut self.line[place..place + fine.width];
+                pulp::Arch::new().dispatch(Adding {
+                    source,
+                    gain: *tap,
+                    out: line,
+                });
+            }
+        }
+        let (pairs, _) = self.line.as_chunks::<2>();
+        self.even.clear();
+        self.even.extend(pairs.iter().map(|p| p[0]));
+        self.odd.clear();
+        self.odd.extend(pairs.iter().map(|p| p[1]));
+        out.fill(0.0);
+        let width = out.len();
+        for (k, pair) in taps.as_chunks::<2>().0.iter().enumerate() {
+            for (half, gain) in [(&self.even, pair[0]), (&self.odd, pair[1])] {
+                pulp::Arch::new().dispatch(Adding {
+                    source: &half[k..k + width],
+                    gain,
+                    out: &mut *out,
+                });
+            }
+        }
+    }
+}
+
+/// Buffers of [`doubled`].
+#[derive(Default)]
+pub(super) struct Doubling {
+    window: Vec<f32>,
+    tall: Vec<f32>,
+    even: Vec<f32>,
+    odd: Vec<f32>,
+}
+
+/// The tile of `side` (even) pixels from (`left`, `top`) (even) on, out of the level above, into `out`, row-major.
+pub(super) fn doubled(
+    coarse: &View,
+    (left, top): (i32, i32),
+    side: usize,
+    space: &mut Doubling,
+    out: &mut [f32],
+) {
+    let (width, height) = (side / 2 + HALF as usize, side / 2 + HALF as usize);
+    let corner = (left.div_euclid(2) - MARGIN, top.div_euclid(2) - MARGIN);
+    if !coarse.copy(corner, (width, height), width, &mut space.window) {
+        out.fill(0.0);
+        return;
+    }
+    let taps = taps();
+    space.tall.resize(width, 0.0);
+    for (row, line) in out.chunks_exact_mut(side).enumerate() {
+        // Fine pixel 2 m takes coarse m - 5 to m + 4 by the odd taps from the last on, 2 m + 1 takes
+        // m - 4 to m + 5 by the even ones.
+        let (m, odd) = (row / 2, row % 2);
+        space.tall.fill(0.0);
+        for k in 0..HALF as usize {
+            let source = &space.window[(m + k + odd) * width..][..width];
+            pulp::Arch::new().dispatch(Adding {
+                source,
+                gain: 2.0 * taps[TAPS - 1 - odd - 2 * k],
+                out: &mut space.tall,
+            });
+        }
+        for (half, odd) in [(&mut space.even, 0), (&mut space.odd, 1)] {
+            half.clear();
+            half.resize(side / 2, 0.0);
+            for k in 0..HALF as usize {
+                pulp::Arch::new().dispatch(Adding {
+                    source: &space.tall[k + odd..k + odd + side / 2],
+                    gain: 2.0 * taps[TAPS - 1 - odd - 2 * k],
+                    out: &mut *half,
+                });
+            }
+        }
+        let (pairs, _) = line.as_chunks_mut::<2>();
+        for ((pair, even), odd) in pairs.iter_mut().zip(&space.even).zip(&space.odd) {
+            *pair = [*even, *odd];
+        }
+    }
+}
+
+/// Adds `gain` times `source` to `out`, for `dispatch`.
+struct Adding<'a> {
+    source: &'a [f32],
+    gain: f32,
+    out: &'a mut [f32],
+}
+
+impl pulp::WithSimd for Adding<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        for (out, source) in self.out.iter_mut().zip(self.source) {
+            *out += self.gain * source;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(width: usize, height: usize, of: impl Fn(f64, f64) -> f64) -> Image {
+        let mut image = Image::zeros((0, 0), (width, height));
+        for (k, sample) in image.samples.iter_mut().enumerate() {
+            *sample = of((k % width) as f64 + 0.5, (k / width) as f64 + 0.5) as f32;
+        }
+        image
+    }
+
+    /// Down and up again leaves what is smooth as it is, in place: to the ripple of four passes.
+    #[test]
+    fn smooth_pictures_come_back() {
+        let wave = |x: f64, y: f64| 1.0 + (0.21 * x + 0.4).sin() * (0.17 * y).cos();
+        let fine = image(96, 80, wave);
+        let coarse = halved(&fine.view());
+        assert_eq!((coarse.left, coarse.top), (-5, -5));
+        let mut out = vec![0.0; 32 * 32];
+        doubled(
+            &coarse.view(),
+            (32, 24),
+            32,
+            &mut Doubling::default(),
+            &mut out,
+        );
+        for (k, found) in out.iter().enumerate() {
+            let (x, y) = (32 + k % 32, 24 + k / 32);
+            let wanted = wave(x as f64 + 0.5, y as f64 + 0.5);
+            assert!(
+                (f64::from(*found) - wanted).abs() < 7e-3,
+                "{x} {y}: {found} {wanted}"
+            );
+        }
+    }
+
+    /// All light of a point is on the coarse level, a quarter as many samples, and comes back.
+    #[test]
+    fn light_is_kept() {
+        for (x, y) in [(0, 0), (7, 3), (20, 13)] {
+            let point = image(21, 14, |u, v| {
+                f64::from(u8::from(u as usize == x && v as usize == y))
+            });
+            let coarse = halved(&point.view());
+            let sum: f32 = coarse.samples.iter().sum();
+            assert!((sum - 0.25).abs() < 2e-3, "{sum}");
+            let mut out = vec![0.0; 64 * 64];
+            doubled(
+                &coarse.view(),
+                (-20, -20),
+                64,
+                &mut Doubling::default(),
+                &mut out,
+            );
+            let sum: f32 = out.iter().sum();
+            assert!((sum - 1.0).abs() < 1e-2, "{sum}");
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! `seidel apply` on sequences: runs go on where they stopped, bad frames stop no others, and what is
+//! written depends on neither memory nor threads.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::{
+    listing, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_plate,
+};
+
+const RUN: &str = "apply --lens @lens.json @plate.%04d.exr -o @out.%04d.exr --frames 1-5";
+
+fn made(folder: &Path) {
+    write_made_lens(folder, &["Y"]);
+    for frame in 1..=5 {
+        // Later frames are smaller, so that some are done before others that came first.
+        write_plate(
+            &folder.join(format!("plate.{frame:04}.exr")),
+            60 - 6 * frame,
+            40,
+        );
+    }
+}
+
+fn out(folder: &Path, frame: usize) -> Vec<u8> {
+    fs::read(folder.join(format!("out.{frame:04}.exr"))).expect("written")
+}
+
+#[test]
+fn a_run_goes_on_where_it_stopped() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    made(folder);
+    succeeds(folder, RUN);
+    let all: Vec<_> = (1..=5).map(|frame| out(folder, frame)).collect();
+    for frame in [2, 4] {
+        fs::remove_file(folder.join(format!("out.{frame:04}.exr"))).expect("removable");
+    }
+    fs::write(folder.join("out.0003.exr"), "kept").expect("writable");
+    let outcome = succeeds(folder, RUN);
+    assert!(
+        outcome.stderr.contains("3 of 5 frames exist already"),
+        "{}",
+        outcome.stderr
+    );
+    let written: Vec<_> = outcome.stdout.lines().collect();
+    assert_eq!(written.len(), 2, "{}", outcome.stdout);
+    assert!(written[0].ends_with("out.0002.exr") && written[1].ends_with("out.0004.exr"));
+    assert_eq!(out(folder, 3), b"kept");
+    assert_eq!(out(folder, 4), all[3]);
+    let outcome = succeeds(folder, &format!("{RUN} --overwrite"));
+    assert_eq!(outcome.stdout.matches("wrote").count(), 5);
+    assert_eq!(out(folder, 3), all[2]);
+    // A single picture is written again without being asked.
+    let single = "apply --lens @lens.json @plate.0001.exr -o @out.0001.exr";
+    fs::write(folder.join("out.0001.exr"), "old").expect("writable");
+    succeeds(folder, single);
+    assert_eq!(out(folder, 1), all[0]);
+}
+
+#[test]
+fn bad_frames_stop_no_others_and_are_told_at_the_end() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    made(folder);
+    fs::write(folder.join("plate.0002.exr"), "no picture").expect("writable");
+    let mut light = vec![0.5; 12];
+    light[7] = f32::NAN;
+    write_exr(
+        &folder.join("plate.0004.exr"),
+        4,
+        3,
+        &[("Y", light), ("Z", vec![2.0; 12])],
+    );
+    let before = listing(folder).len();
+    let outcome = seidel_in(folder, RUN);
+    assert_eq!(outcome.status, 1);
+    assert_eq!(outcome.stdout.matches("wrote").count(), 3);
+    assert_eq!(listing(folder).len(), before + 3, "nothing half-written");
+    let (_, end) = outcome
+        .stderr
+        .split_once("error: 2 of 5 frames failed:")
+        .expect("a list at the end");
+    let lines: Vec<_> = end.trim().lines().map(str::trim).collect();
+    assert_eq!(lines.len(), 2, "{end}");
+    assert!(lines[0].starts_with("frame 2: ") && lines[0].contains("plate.0002.exr"));
+    assert!(lines[1].starts_with("frame 4: ") && lines[1].contains("channel Y holds 1 NaN"));
+    for frame in [1, 3, 5] {
+        assert!(!out(folder, frame).is_empty());
+    }
+    // What can be mended is done by the next run, and nothing else.
+    let outcome = seidel_in(folder, &format!("{RUN} --scrub"));
+    assert_eq!(outcome.status, 1);
+    assert_eq!(outcome.stdout.matches("wrote").count(), 1);
+    assert!(outcome.stdout.contains("out.0004.exr"));
+    // Even where nothing is blurred.
+    let line = "apply --lens @lens.json @plate.0004.exr -o @same.exr --scrub --amount 0";
+    succeeds(folder, line);
+    let mut mended = vec![0.5; 12];
+    mended[7] = 0.0;
+    assert_eq!(read_channel(&folder.join("same.exr"), "Y"), mended);
+}
+
+#[test]
+fn memory_and_threads_change_nothing_and_words_come_in_order() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    made(folder);
+    let mut first = None;
+    for options in [
+        "--memory 1 --threads 1",
+        "--memory 300K --threads 3",
+        "--memory 2G --threads 2",
+    ] {
+        let outcome = succeeds(folder, &format!("{RUN} --overwrite {options}"));
+        let frames: Vec<_> = outcome
+            .stderr
+            .lines()
+            .filter_map(|line| line.strip_prefix("note: frame ")?.split(':').next())
+            .collect();
+        assert_eq!(frames, ["1", "2", "3", "4", "5"], "{}", outcome.stderr);
+        let all: Vec<_> = (1..=5).map(|frame| out(folder, frame)).collect();
+        assert!(
+            *first.get_or_insert_with(|| all.clone()) == all,
+            "{options}"
+        );
+    }
+    let outcome = seidel_in(folder, &format!("{RUN} --memory much"));
+    assert_eq!(outcome.status, 2);
+    assert!(outcome.stderr.contains("500M"), "{}", outcome.stderr);
+}
+
+#[test]
+fn a_missing_folder_is_told_before_anything_is_rendered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    made(folder.path());
+    crate::support::must_refuse(
+        folder.path(),
+        "apply --lens @lens.json @plate.%04d.exr -o @no/out.%04d.exr --frames 1-5",
+        &["folder", "does not exist"],
+    );
+}
