@@ -2,16 +2,16 @@
 //!
 //! `cargo bench -p seidel-core --bench scatter [-- WIDTH HEIGHT CORNER_SIGMA]`; 512 x 512 at 6 px
 //! if not said. Both run at 1 and at all threads in turn, three times; the best time of each counts.
-//! The lens: a zero-mean skew-normal along the meridian of standard deviation max(0.5, c (S/6 +
-//! (S - S/6) rho²)) and shape (3, 4, 5) rho, times a Gaussian across of max(0.5, c (S/6 + (S/2 -
-//! S/6) rho²)), with c = 0.9, 1, 1.15 for R, G, B and rho = 1 in the corners; black edges.
+//! The lens is that of `render/lenses.rs`; black edges.
 
-use seidel_core::field::{FieldPoint, Frame, ImagePoint};
-use seidel_core::moments::MeridionalMoments;
-use seidel_core::psf::{LocalBlur, PHI, SkewNormal};
+#[path = "render/lenses.rs"]
+mod lenses;
+
+use lenses::SkewNormalLens;
+use seidel_core::field::{Frame, ImagePoint};
+use seidel_core::psf::SkewNormal;
 use seidel_core::render::{
-    BlurField, Displacement, Edges, PlacedBlur, Plane, PlateMap, Renderer, Scatter, Scene,
-    VergencePass,
+    Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene, VergencePass,
 };
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -19,49 +19,6 @@ use std::process::Command;
 use std::time::Instant;
 
 const RUNS: usize = 3;
-
-struct BenchLens {
-    frame: Frame,
-    corner_radius: f64,
-    corner_sigma_px: f64,
-}
-
-impl BlurField for BenchLens {
-    fn frame(&self) -> Frame {
-        self.frame
-    }
-
-    fn channel_count(&self) -> usize {
-        3
-    }
-
-    fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> PlacedBlur {
-        let strength = [0.9, 1.0, 1.15][channel];
-        let rho = at.radius() / self.corner_radius;
-        let sigma = |edge: f64| {
-            let centre = self.corner_sigma_px / 6.0;
-            (strength * (centre + (edge - centre) * rho * rho)).max(0.5)
-        };
-        let (radial, across) = (
-            sigma(self.corner_sigma_px),
-            sigma(self.corner_sigma_px / 2.0),
-        );
-        let alpha = [3.0, 4.0, 5.0][channel] * rho;
-        let delta = alpha / (1.0 + alpha * alpha).sqrt();
-        let skew = delta * radial / (1.0 - 2.0 * delta * delta / std::f64::consts::PI).sqrt();
-        let meridian = at.meridian();
-        let moments = MeridionalMoments {
-            mu20: radial * radial,
-            mu02: across * across,
-            mu30: PHI * skew * skew * skew,
-            mu12: 0.0,
-        };
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
-            displacement_px: (0.0, 0.0),
-        }
-    }
-}
 
 /// Compiles the C program into `folder`; `None` if there is no C compiler with OpenMP.
 fn compile_baseline(folder: &Path) -> Option<PathBuf> {
@@ -117,11 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (width, height) = (number(0, 512.0) as usize, number(1, 512.0) as usize);
     let corner_sigma_px = number(2, 6.0);
     let frame = Frame::new(width as u32, height as u32, None)?;
-    let lens = BenchLens {
-        frame,
-        corner_radius: frame.corner_radius(),
-        corner_sigma_px,
-    };
+    let lens = SkewNormalLens::new(frame, corner_sigma_px);
     let scene = Scene {
         lens: &lens,
         model: &SkewNormal,

@@ -117,6 +117,12 @@ pub trait PsfModel: Send + Sync {
         one == other
     }
 
+    /// Whether samples of the density on any grid of unit spacing are known to sum to one within 1e-6,
+    /// so that a kernel need not be drawn whole to scale one of its weights.
+    fn sums_to_one(&self, _blur: &LocalBlur) -> bool {
+        false
+    }
+
     /// Draws the PSF into `rows`, its centroid `shift_px` (x, y) from the source pixel's centre: the
     /// same kernel as [`draw_kernel`], in the form the exact renderer scatters fastest. A model costly
     /// to draw may draw it coarser and says by how much.
@@ -151,6 +157,10 @@ impl<M: MomentPsf> PsfModel for M {
 
     fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
         self.mixture(&drawable(blur)).sample_f32(window, out);
+    }
+
+    fn sums_to_one(&self, blur: &LocalBlur) -> bool {
+        self.mixture(&drawable(blur)).sums_to_one()
     }
 
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {

@@ -20,6 +20,9 @@ mod scatter_tests;
 mod scene;
 mod sheet;
 mod sources;
+mod spot;
+#[cfg(test)]
+mod spot_tests;
 
 pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
@@ -29,6 +32,7 @@ pub use gather::{Gather, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
+pub use spot::at_pixels;
 
 use crate::field::{FieldPoint, Frame, ImagePoint};
 use crate::psf::LocalBlur;

@@ -3,7 +3,7 @@
 //! by less than can be seen ([`PsfModel::alike`](crate::psf::PsfModel::alike)).
 
 use super::sheet::{Band, Strip};
-use super::sources::{Source, Sources};
+use super::sources::{Source, Sources, runs};
 use super::{Plane, Renderer, Scene, stopped};
 use crate::error::Result;
 use crate::psf::KernelRows;
@@ -96,23 +96,12 @@ impl<'a> Job<'a> {
         let mut sources: Vec<Vec<(usize, Source)>> =
             vec![Vec::new(); self.scene.lens.channel_count()];
         for row in first_row..(first_row + BAND_ROWS).min(height) {
-            self.row_sources(row, &mut sources)?;
+            self.sources.of_row(self.planes, row, &mut sources)?;
             for (channel, sources) in sources.iter().enumerate() {
-                let model = self.scene.model;
-                let mut rest = &sources[..];
-                while let Some(&(_, first)) = rest.first() {
-                    // Neighbours to which the lens does the same, or so nearly that the model says it
-                    // cannot be seen, have one kernel: that in their middle.
-                    let alike = |&&(_, source): &&(usize, Source)| {
-                        model.alike(
-                            (&first.blur, first.shift_px),
-                            (&source.blur, source.shift_px),
-                        )
-                    };
-                    let count = 1 + rest[1..].iter().take_while(alike).count();
-                    let (run, others) = rest.split_at(count);
-                    let middle = run[count / 2].1;
-                    model.draw_rows(&middle.blur, middle.shift_px, &mut kernel);
+                for (run, middle) in runs(self.scene.model, sources) {
+                    self.scene
+                        .model
+                        .draw_rows(&middle.blur, middle.shift_px, &mut kernel);
                     for &(column, _) in run {
                         strip.make_room(&kernel, column as i32);
                         for (index, plane) in self.planes.iter().enumerate() {
@@ -123,7 +112,6 @@ impl<'a> Job<'a> {
                             }
                         }
                     }
-                    rest = others;
                 }
             }
             strip.empty_into(&mut band, row as i32);
@@ -133,29 +121,5 @@ impl<'a> Job<'a> {
             }
         }
         Ok(band)
-    }
-
-    /// The light to draw of plate row `row`: for each channel, columns and kernels.
-    fn row_sources(&self, row: usize, sources: &mut [Vec<(usize, Source)>]) -> Result<()> {
-        sources.iter_mut().for_each(Vec::clear);
-        let width = self.scene.width;
-        let mut found = Vec::new();
-        for column in 0..width {
-            let index = row * width + column;
-            let has_light = |channel: usize| {
-                let mut planes = self.planes.iter();
-                planes.any(|plane| plane.weights[channel] != 0.0 && plane.samples[index] != 0.0)
-            };
-            if !(0..sources.len()).any(has_light) {
-                continue;
-            }
-            let at = (column as f64 + 0.5, row as f64 + 0.5);
-            let vergence = self.scene.vergence_at(index);
-            self.sources.at(at, vergence, has_light, &mut found)?;
-            for (found, sources) in found.iter().zip(&mut *sources) {
-                sources.extend(found.map(|source| (column, source)));
-            }
-        }
-        Ok(())
     }
 }

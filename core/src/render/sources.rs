@@ -1,9 +1,10 @@
-//! What a lens does to the light of single source points of a plate, in plate pixels.
+//! What a lens does to the light of single source points of a plate, in plate pixels, and which
+//! neighbours share a kernel.
 
-use super::{Displacement, PlacedBlur, Scene};
+use super::{Displacement, PlacedBlur, Plane, Scene};
 use crate::error::{Error, Result};
 use crate::field::{Frame, ImagePoint};
-use crate::psf::LocalBlur;
+use crate::psf::{LocalBlur, PsfModel};
 
 /// Least variance of a displaced kernel, plate px². Undisplaced centroids lie on pixel centres;
 /// displaced ones drift past them. A kernel much narrower than a pixel, seen only at pixel centres,
@@ -82,6 +83,38 @@ impl<'a> Sources<'a> {
         Ok(())
     }
 
+    /// The light to draw of plate row `row` of `planes`: for each channel, columns and kernels.
+    ///
+    /// # Errors
+    /// [`Sources::at`]'s.
+    pub(super) fn of_row(
+        &self,
+        planes: &[Plane],
+        row: usize,
+        sources: &mut [Vec<(usize, Source)>],
+    ) -> Result<()> {
+        sources.iter_mut().for_each(Vec::clear);
+        let width = self.scene.width;
+        let mut found = Vec::new();
+        for column in 0..width {
+            let index = row * width + column;
+            let has_light = |channel: usize| {
+                let mut planes = planes.iter();
+                planes.any(|plane| plane.weights[channel] != 0.0 && plane.samples[index] != 0.0)
+            };
+            if !(0..sources.len()).any(has_light) {
+                continue;
+            }
+            let at = (column as f64 + 0.5, row as f64 + 0.5);
+            let vergence = self.scene.vergence_at(index);
+            self.at(at, vergence, has_light, &mut found)?;
+            for (found, sources) in found.iter().zip(&mut *sources) {
+                sources.extend(found.map(|source| (column, source)));
+            }
+        }
+        Ok(())
+    }
+
     /// Takes off what the scene does not displace by, and widens what is displaced.
     fn settle(&self, source: &mut Source, mean: (f64, f64)) {
         let (x, y) = source.shift_px;
@@ -140,4 +173,26 @@ impl<'a> Sources<'a> {
             ),
         ))
     }
+}
+
+/// Cuts a row of one channel's sources into runs that share a kernel, that of the source in their
+/// middle: neighbours to which the lens does the same, or so nearly that the model says it cannot be
+/// seen.
+pub(super) fn runs<'a>(
+    model: &'a dyn PsfModel,
+    mut rest: &'a [(usize, Source)],
+) -> impl Iterator<Item = (&'a [(usize, Source)], Source)> {
+    std::iter::from_fn(move || {
+        let (_, first) = rest.first()?;
+        let alike = |&&(_, source): &&(usize, Source)| {
+            model.alike(
+                (&first.blur, first.shift_px),
+                (&source.blur, source.shift_px),
+            )
+        };
+        let count = 1 + rest[1..].iter().take_while(alike).count();
+        let (run, others) = rest.split_at(count);
+        rest = others;
+        Some((run, run[count / 2].1))
+    })
 }

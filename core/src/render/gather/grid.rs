@@ -45,13 +45,14 @@ impl Grid {
 
     /// How the nodes along `axis` share in sources at `offsets` (pixels of the level) from node
     /// `corner`: the cubic through the four nodes about a source, fewer on a grid that has fewer; the
-    /// nearest four where a source is at the plate's edge.
+    /// nearest four where a source is at the plate's edge. They go on for a tile beyond the last nodes:
+    /// there are no sources, but a corner's stencil has to hold what makes it right half way to the next.
     pub(super) fn shares(&self, axis: usize, corner: i32, offsets: Range<i32>) -> Shares {
         let last = self.last[axis];
         let count = (last + 1).min(4);
         let node_of = |offset: i32| {
             let at = f64::from(corner) + f64::from(offset) / self.tile as f64;
-            at.clamp(0.0, f64::from(last))
+            at.clamp(-1.0, f64::from(last + 1))
         };
         let base_of = |at: f64| ((at.floor() as i32) - 1).clamp(0, last + 1 - count);
         let first = base_of(node_of(offsets.start));
@@ -96,7 +97,7 @@ mod tests {
         for corner in -1..=8 {
             let shares = grid.shares(0, corner, -21..30);
             for offset in -21..30 {
-                let at = (f64::from(corner) + f64::from(offset) / 16.0).clamp(0.0, 7.0);
+                let at = (f64::from(corner) + f64::from(offset) / 16.0).clamp(-1.0, 8.0);
                 let joined: f64 = shares
                     .nodes()
                     .map(|n| f64::from(shares.of(n)[(offset + 21) as usize]) * cubic(f64::from(n)))

@@ -6,6 +6,7 @@
 //! a coarser level of a `pyramid`; a `plan` says which tile is gathered where.
 
 mod corners;
+mod edges;
 mod fir;
 mod grid;
 mod image;
@@ -23,6 +24,7 @@ use super::sources::Sources;
 use super::{Edges, Plane, Renderer, Scatter, Scene, VergencePass, stopped};
 use crate::error::Result;
 use corners::{Mixed, Places};
+use edges::{cut, fold_early, mirrored};
 use fir::{Blend, LANES};
 use image::{Image, View};
 use optics::Optics;
@@ -125,7 +127,7 @@ impl Job<'_> {
         let span = |size: usize| -beyond..size as i32 + beyond;
         let model = self.optics.model;
         let sigma = |at: (f64, f64)| self.optics.least_sigma(at);
-        let levels = plan(&Brief {
+        let mut levels = plan(&Brief {
             size: (width, height),
             tile: self.optics.tile((width, height))?,
             wanted: (span(width), span(height)),
@@ -134,12 +136,21 @@ impl Job<'_> {
             least_sigma: self.optics.tolerance.least_sigma_for(model),
             lit: &Lit::of(&views),
         });
-        let out = self.levels(&views, &levels)?;
-        Ok(out.into_iter().map(|image| self.cut(image)).collect())
+        let folded = fold_early((width, height), self.scene.edges, &mut levels);
+        let out = self.levels(&views, &levels, folded)?;
+        let edges = match folded {
+            0 => self.scene.edges,
+            _ => Edges::Black,
+        };
+        let plates = out
+            .par_iter()
+            .map(|image| cut(image, (width, height), edges));
+        Ok(plates.collect())
     }
 
-    /// All levels, coarsest first; the finest is left.
-    fn levels(&self, planes: &[View], levels: &[Level]) -> Result<Vec<Image>> {
+    /// All levels, coarsest first; the finest is left. Light beyond the plate's edges is folded back at
+    /// level `folded`, unless that is the finest.
+    fn levels(&self, planes: &[View], levels: &[Level], folded: usize) -> Result<Vec<Image>> {
         let mut pyramid: Vec<Vec<Image>> = Vec::new();
         for level in 1..levels.len() {
             let above = match level {
@@ -201,40 +212,25 @@ impl Job<'_> {
                     }
                 },
             )?;
-            coarser = images;
+            coarser = self.closed(images, level.grid.level as usize, folded);
         }
         Ok(coarser)
     }
 
-    /// The plate out of an image that may reach beyond it: what is there is folded back.
-    fn cut(&self, image: Image) -> Vec<f32> {
-        let Scene {
-            width,
-            height,
-            edges,
-            ..
-        } = *self.scene;
-        if image.left == 0 && image.width == width && image.top == 0 && edges == Edges::Black {
-            let mut samples = image.samples;
-            samples.resize(width * height, 0.0);
-            return samples;
+    /// The images of a level as the next finer one needs them: whole as they are, or where light has
+    /// been folded back, the plate and its mirror.
+    fn closed(&self, images: Vec<Image>, level: usize, folded: usize) -> Vec<Image> {
+        if level == 0 || level > folded {
+            return images;
         }
-        let mut out = vec![0.0_f32; width * height];
-        let columns: Vec<Option<usize>> = (image.left..image.left + image.width as i32)
-            .map(|x| super::sheet::fold(x, width, edges))
-            .collect();
-        for (y, line) in image.samples.chunks_exact(image.width.max(1)).enumerate() {
-            let Some(row) = super::sheet::fold(image.top + y as i32, height, edges) else {
-                continue;
-            };
-            let out = &mut out[row * width..(row + 1) * width];
-            for (column, light) in columns.iter().zip(line) {
-                if let Some(column) = column {
-                    out[*column] += light;
-                }
-            }
-        }
-        out
+        let size = (self.scene.width >> level, self.scene.height >> level);
+        let edges = if level == folded {
+            self.scene.edges
+        } else {
+            Edges::Black
+        };
+        let close = |image: &Image| mirrored(&cut(image, size, edges), size);
+        images.par_iter().map(close).collect()
     }
 }
 

@@ -112,6 +112,7 @@ impl Halving {
 /// Buffers of [`doubled`].
 #[derive(Default)]
 pub(super) struct Doubling {
+    taps: Option<[f32; TAPS]>,
     window: Vec<f32>,
     tall: Vec<f32>,
     even: Vec<f32>,
@@ -126,13 +127,13 @@ pub(super) fn doubled(
     space: &mut Doubling,
     out: &mut [f32],
 ) {
+    let taps = *space.taps.get_or_insert_with(taps);
     let (width, height) = (side / 2 + HALF as usize, side / 2 + HALF as usize);
     let corner = (left.div_euclid(2) - MARGIN, top.div_euclid(2) - MARGIN);
     if !coarse.copy(corner, (width, height), width, &mut space.window) {
         out.fill(0.0);
         return;
     }
-    let taps = taps();
     space.tall.resize(width, 0.0);
     for (row, line) in out.chunks_exact_mut(side).enumerate() {
         // Fine pixel 2 m takes coarse m - 5 to m + 4 by the odd taps from the last on, 2 m + 1 takes

@@ -104,6 +104,9 @@ impl Stencil {
     pub(super) fn add_shared(&mut self, other: &Self, across: &[f32], down: &[f32]) {
         let columns = overlap(self.columns(), other.columns());
         let rows = overlap(self.rows(), other.rows());
+        if rows.is_empty() {
+            return;
+        }
         let (top, other_top) = (
             (rows.start - self.top) as usize,
             (rows.start - other.top) as usize,
@@ -226,8 +229,32 @@ impl Stencil {
     }
 }
 
-/// What two ranges have in common; empty, but within the first, where they have nothing.
+/// What two ranges have in common.
 fn overlap(a: Range<i32>, b: Range<i32>) -> Range<i32> {
-    let start = a.start.max(b.start).min(a.end);
-    start..a.end.min(b.end).max(start)
+    a.start.max(b.start)..a.end.min(b.end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_covered_is_left_out() {
+        let mut part = Stencil::zeros(-1..2, -1..2);
+        part.weights.fill(1.0);
+        for (columns, rows, inside) in [
+            (-3..5, -3..5, 9.0),
+            (0..5, -3..1, 4.0),
+            // Beside it, on either side.
+            (-3..5, 2..9, 0.0),
+            (-3..5, -9..-4, 0.0),
+            (5..9, -3..5, 0.0),
+            (-9..-4, -3..5, 0.0),
+        ] {
+            let shares = vec![1.0; columns.len().max(rows.len())];
+            let mut sum = Stencil::zeros(columns.clone(), rows.clone());
+            sum.add_shared(&part, &shares, &shares);
+            assert_eq!(sum.sum(), inside, "{columns:?} {rows:?}");
+        }
+    }
 }

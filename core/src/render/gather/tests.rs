@@ -146,6 +146,21 @@ fn moment_models_keep_to_the_bound() {
     }
 }
 
+/// On a plate that its levels divide, light is folded back before it is doubled.
+#[test]
+fn wide_blurs_are_folded_early_and_keep_to_the_bound() {
+    let lens = lens(24.0);
+    let scene = Scene {
+        width: 152,
+        height: 104,
+        ..scene(&lens, &Gaussian)
+    };
+    let samples = plate(4)[..152 * 104].to_vec();
+    let exact = render(&Scatter, &scene, &samples);
+    let found = psnr_db(&render(&Gather::default(), &scene, &samples), &exact);
+    assert!(found > 60.0, "{found}");
+}
+
 #[test]
 fn rays_keep_to_the_bound() {
     for sigma in [3.0, 9.0] {

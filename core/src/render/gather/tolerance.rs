@@ -39,7 +39,7 @@ impl Quality {
                 left_out: 1e-4,
                 least_sigma: 1.3,
                 least_sigma_of_rays: 3.0,
-                between_corners: 4e-3,
+                between_corners: 1.6e-2,
             },
         }
     }

@@ -1,0 +1,122 @@
+//! What lies beyond the plate's edges, on any level of the pyramid.
+//!
+//! Light that leaves a mirrored plate is folded back. Doubling is even and keeps to the plate's grid, so
+//! that folding before it is as good as after, where the plate's edges lie between pixels of the level.
+
+use super::image::Image;
+use super::plan::Level;
+use super::pyramid::MARGIN;
+use crate::render::Edges;
+use crate::render::sheet::fold;
+
+/// The level at which light beyond the edges of a plate of `size` is folded back: the coarsest below
+/// which all tiles are doubled, and of whose pixels the plate is made up. Finer levels then need nothing
+/// beyond the plate, and their tiles there are taken off.
+pub(super) fn fold_early(
+    (width, height): (usize, usize),
+    edges: Edges,
+    levels: &mut [Level],
+) -> usize {
+    if edges == Edges::Black {
+        return 0;
+    }
+    let doubled = levels.iter().take_while(|l| l.gathered.is_empty()).count();
+    let coarsest = doubled.min(levels.len().saturating_sub(1));
+    let whole = |level: &usize| (width | height).trailing_zeros() as usize >= *level;
+    let folded = (0..=coarsest).rev().find(whole).unwrap_or(0);
+    for (index, level) in levels[..folded].iter_mut().enumerate() {
+        let side = level.grid.tile;
+        let within =
+            |at: i32, size: usize| usize::try_from(at).is_ok_and(|at| at * side < size >> index);
+        level
+            .doubled
+            .retain(|(row, column)| within(*row, height) && within(*column, width));
+    }
+    folded
+}
+
+/// The part of `image` on a plate of `size`; what is beyond is folded back or left out.
+pub(super) fn cut(image: &Image, (width, height): (usize, usize), edges: Edges) -> Vec<f32> {
+    let mut out = vec![0.0_f32; width * height];
+    let end = image.left + image.width as i32;
+    let inside = image.left.clamp(0, width as i32)..end.clamp(0, width as i32);
+    for (y, line) in image.samples.chunks_exact(image.width.max(1)).enumerate() {
+        let Some(row) = fold(image.top + y as i32, height, edges) else {
+            continue;
+        };
+        let out = &mut out[row * width..(row + 1) * width];
+        let mut add = |columns: std::ops::Range<i32>| {
+            for column in columns {
+                if let Some(place) = fold(column, width, edges) {
+                    out[place] += line[(column - image.left) as usize];
+                }
+            }
+        };
+        add(image.left..inside.start.min(end));
+        add(inside.end.max(image.left)..end);
+        let first = (inside.start - image.left) as usize;
+        let outs = &mut out[inside.start as usize..inside.end as usize];
+        for (out, light) in outs.iter_mut().zip(&line[first.min(line.len())..]) {
+            *out += light;
+        }
+    }
+    out
+}
+
+/// An image of `size` with what doubling sees of the mirrored ones about it.
+pub(super) fn mirrored(samples: &[f32], (width, height): (usize, usize)) -> Image {
+    let wider = |size: usize| -MARGIN..size as i32 + MARGIN;
+    let mut image = Image::zeros(
+        (-MARGIN, -MARGIN),
+        (wider(width).len(), wider(height).len()),
+    );
+    let columns: Vec<usize> = wider(width)
+        .filter_map(|x| fold(x, width, Edges::Mirror))
+        .collect();
+    let stride = image.width.max(1);
+    for (y, out) in wider(height).zip(image.samples.chunks_exact_mut(stride)) {
+        let Some(row) = fold(y, height, Edges::Mirror) else {
+            continue;
+        };
+        let line = &samples[row * width..(row + 1) * width];
+        for (out, column) in out.iter_mut().zip(&columns) {
+            *out = line[*column];
+        }
+    }
+    image
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::gather::pyramid::{Doubling, doubled};
+
+    /// The square of `side` pixels from (`left`, `left`) on, out of the level above.
+    fn double(coarse: &Image, left: i32, side: usize) -> Image {
+        let mut image = Image::zeros((left, left), (side, side));
+        let space = &mut Doubling::default();
+        doubled(
+            &coarse.view(),
+            (left, left),
+            side,
+            space,
+            &mut image.samples,
+        );
+        image
+    }
+
+    #[test]
+    fn folding_before_doubling_is_as_good_as_after() {
+        let mut coarse = Image::zeros((-14, -12), (37, 33));
+        for (k, sample) in coarse.samples.iter_mut().enumerate() {
+            *sample = ((k * 7919) % 101) as f32 / 101.0;
+        }
+        let (size, above) = ((16, 12), (8, 6));
+        let late = cut(&double(&coarse, -48, 112), size, Edges::Mirror);
+        let closed = mirrored(&cut(&coarse, above, Edges::Mirror), above);
+        let early = cut(&double(&closed, 0, 16), size, Edges::Black);
+        for (early, late) in early.iter().zip(&late) {
+            assert!((early - late).abs() < 1e-4, "{early} {late}");
+        }
+    }
+}
