@@ -131,19 +131,15 @@ fn amount_channel_scale_and_axis_offset_act_on_plates() {
     crate::support::write_plate(&folder.join("plate.exr"), 60, 40);
     let red = |name: &str| crate::support::read_channel(&folder.join(name), "R");
     let render = |name: &str, options: &str| {
-        let line = format!("apply --lens @lens.json @plate.exr -o @{name} {options}");
+        let line =
+            format!("apply --lens @lens.json @plate.exr -o @{name} --occlusion off {options}");
         crate::support::succeeds(folder, &line);
         red(name)
     };
     let plain = render("plain.exr", "");
     assert_eq!(render("none.exr", "--amount 0"), red("plate.exr"));
-    assert_eq!(
-        render(
-            "one.exr",
-            "--amount 1 --channel-scale G=1.5 --axis-offset 0,0"
-        ),
-        plain
-    );
+    let neutral = "--amount 1 --channel-scale G=1.5 --axis-offset 0,0";
+    assert!(render("one.exr", neutral) == plain, "{neutral}");
     for (name, options) in [
         ("more.exr", "--amount 2"),
         ("red.exr", "--channel-scale R=0.5"),
