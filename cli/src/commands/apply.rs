@@ -65,7 +65,7 @@ pub struct ApplyArgs {
     #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
     edges: EdgeChoice,
     /// How near to the exact renderer's result: draft, final (60 dB or better) or exact
-    #[arg(long, value_enum, default_value_t = QualityChoice::Exact)]
+    #[arg(long, value_enum, default_value_t = QualityChoice::Final)]
     quality: QualityChoice,
     /// Threads to blur with; all cores if left out
     #[arg(long)]

@@ -9,8 +9,8 @@ use seidel_core::observations::ObservationSet;
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
 use seidel_core::render::{
-    BlurField, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene as Optics,
-    VergencePass,
+    BlurField, Displacement, Edges, Gather, Layered, Occlusion, Plane, PlateMap, Quality, Renderer,
+    Scene as Optics, VergencePass,
 };
 
 use super::CommandError;
@@ -149,7 +149,14 @@ fn blur(
         .zip(&OWN_CHANNEL)
         .map(|(samples, weights)| Plane { samples, weights })
         .collect();
-    let blurred = Scatter.render(&optics, &planes, &|share| {
+    let inner = Gather {
+        quality: Quality::Final,
+    };
+    let renderer = Layered {
+        inner: &inner,
+        settings: Occlusion::default(),
+    };
+    let blurred = renderer.render(&optics, &planes, &|share| {
         progress.set(share);
         true
     })?;
