@@ -157,7 +157,15 @@ impl Scene<'_> {
                 ),
             ));
         }
-        match samples.iter().position(|sample| !sample.is_finite()) {
+        // Block by block without a branch a sample: every renderer looks at every plane.
+        let sound = |block: &[f32]| block.iter().fold(true, |all, v| all & v.is_finite());
+        let bad = samples.chunks(64).position(|block| !sound(block));
+        let bad = bad.and_then(|block| {
+            let rest = samples[64 * block..].iter();
+            let within = rest.into_iter().position(|sample| !sample.is_finite());
+            within.map(|k| 64 * block + k)
+        });
+        match bad {
             None => Ok(()),
             Some(index) => Err(Error::new(
                 format!(

@@ -52,12 +52,18 @@ pub(super) fn halved(fine: &View) -> Image {
     let mut coarse = Image::zeros((columns.start, rows.start), (columns.len(), rows.len()));
     let taps = taps();
     let width = coarse.width;
+    // Slices of a plate are dark for the most part.
+    let lit: Vec<bool> = fine
+        .samples
+        .par_chunks(fine.width.max(1))
+        .map(|row| row.iter().any(|sample| *sample != 0.0))
+        .collect();
     coarse
         .samples
         .par_chunks_mut(width)
         .zip(rows)
         .for_each_init(Halving::default, |space, (out, row)| {
-            space.row(fine, columns.start, row, &taps, out);
+            space.row((fine, &lit), (columns.start, row), &taps, out);
         });
     coarse
 }
@@ -71,41 +77,42 @@ struct Halving {
 }
 
 impl Halving {
-    fn row(&mut self, fine: &View, first: i32, row: i32, taps: &[f32; TAPS], out: &mut [f32]) {
+    fn row(
+        &mut self,
+        (fine, lit): (&View, &[bool]),
+        (first, row): (i32, i32),
+        taps: &[f32; TAPS],
+        out: &mut [f32],
+    ) {
         // Two fine samples a coarse one, and the taps beyond.
         let left = 2 * first - HALF + 1;
         self.line.clear();
         self.line.resize(2 * (out.len() + HALF as usize), 0.0);
         let place = (fine.left - left) as usize;
+        let mut sum = WeightedSum::new(&mut self.line[place..place + fine.width]);
         for (k, tap) in taps.iter().enumerate() {
             let y = 2 * row + k as i32 - HALF + 1 - fine.top;
-            if (0..fine.height as i32).contains(&y) {
+            if (0..fine.height as i32).contains(&y) && lit[y as usize] {
                 let start = y as usize * fine.width;
-                let source = &fine.samples[start..start + fine.width];
-                let line = &mut self.line[place..place + fine.width];
-                pulp::Arch::new().dispatch(Adding {
-                    source,
-                    gain: *tap,
-                    out: line,
-                });
+                sum.add(&fine.samples[start..start + fine.width], *tap);
             }
         }
+        if sum.count == 0 {
+            return;
+        }
+        sum.write();
         let (pairs, _) = self.line.as_chunks::<2>();
         self.even.clear();
         self.even.extend(pairs.iter().map(|p| p[0]));
         self.odd.clear();
         self.odd.extend(pairs.iter().map(|p| p[1]));
-        out.fill(0.0);
         let width = out.len();
+        let mut sum = WeightedSum::new(out);
         for (k, pair) in taps.as_chunks::<2>().0.iter().enumerate() {
-            for (half, gain) in [(&self.even, pair[0]), (&self.odd, pair[1])] {
-                pulp::Arch::new().dispatch(Adding {
-                    source: &half[k..k + width],
-                    gain,
-                    out: &mut *out,
-                });
-            }
+            sum.add(&self.even[k..k + width], pair[0]);
+            sum.add(&self.odd[k..k + width], pair[1]);
         }
+        sum.write();
     }
 }
 
@@ -139,25 +146,20 @@ pub(super) fn doubled(
         // Fine pixel 2 m takes coarse m - 5 to m + 4 by the odd taps from the last on, 2 m + 1 takes
         // m - 4 to m + 5 by the even ones.
         let (m, odd) = (row / 2, row % 2);
-        space.tall.fill(0.0);
+        let mut sum = WeightedSum::new(&mut space.tall);
         for k in 0..HALF as usize {
             let source = &space.window[(m + k + odd) * width..][..width];
-            pulp::Arch::new().dispatch(Adding {
-                source,
-                gain: 2.0 * taps[TAPS - 1 - odd - 2 * k],
-                out: &mut space.tall,
-            });
+            sum.add(source, 2.0 * taps[TAPS - 1 - odd - 2 * k]);
         }
+        sum.write();
         for (half, odd) in [(&mut space.even, 0), (&mut space.odd, 1)] {
-            half.clear();
             half.resize(side / 2, 0.0);
+            let mut sum = WeightedSum::new(half);
             for k in 0..HALF as usize {
-                pulp::Arch::new().dispatch(Adding {
-                    source: &space.tall[k + odd..k + odd + side / 2],
-                    gain: 2.0 * taps[TAPS - 1 - odd - 2 * k],
-                    out: &mut *half,
-                });
+                let source = &space.tall[k + odd..k + odd + side / 2];
+                sum.add(source, 2.0 * taps[TAPS - 1 - odd - 2 * k]);
             }
+            sum.write();
         }
         let (pairs, _) = line.as_chunks_mut::<2>();
         for ((pair, even), odd) in pairs.iter_mut().zip(&space.even).zip(&space.odd) {
@@ -166,20 +168,58 @@ pub(super) fn doubled(
     }
 }
 
-/// Adds `gain` times `source` to `out`, for `dispatch`.
-struct Adding<'a> {
-    source: &'a [f32],
-    gain: f32,
+/// Lanes of sums that are kept in registers.
+const LANES: usize = 16;
+
+/// A sum of lines as long as `out`, each times its gain, at most [`TAPS`] of them, in the order added.
+struct WeightedSum<'a> {
     out: &'a mut [f32],
+    lines: [(&'a [f32], f32); TAPS],
+    count: usize,
 }
 
-impl pulp::WithSimd for Adding<'_> {
+impl<'a> WeightedSum<'a> {
+    fn new(out: &'a mut [f32]) -> Self {
+        Self {
+            out,
+            lines: [(&[], 0.0); TAPS],
+            count: 0,
+        }
+    }
+
+    fn add(&mut self, line: &'a [f32], gain: f32) {
+        self.lines[self.count] = (&line[..self.out.len()], gain);
+        self.count += 1;
+    }
+
+    fn write(self) {
+        pulp::Arch::new().dispatch(self);
+    }
+}
+
+impl pulp::WithSimd for WeightedSum<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        for (out, source) in self.out.iter_mut().zip(self.source) {
-            *out += self.gain * source;
+        let lines = &self.lines[..self.count];
+        let (blocks, rest) = self.out.as_chunks_mut::<LANES>();
+        let whole = blocks.len() * LANES;
+        for (block, out) in blocks.iter_mut().enumerate() {
+            let mut sum = [0.0_f32; LANES];
+            for (line, gain) in lines {
+                let line = &line[block * LANES..][..LANES];
+                for (sum, sample) in sum.iter_mut().zip(line) {
+                    *sum += gain * sample;
+                }
+            }
+            *out = sum;
+        }
+        for (k, out) in rest.iter_mut().enumerate() {
+            *out = lines
+                .iter()
+                .map(|(line, gain)| gain * line[whole + k])
+                .sum();
         }
     }
 }

@@ -20,24 +20,61 @@ const DIRECTIONS: [(i32, i32); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
 /// Steps from a pixel to either side of an edge one or two pixels wide.
 const STEPS: [(i32, i32); 3] = [(1, 1), (1, 2), (2, 1)];
 
+/// Pixels beside each other that are looked at together first.
+const BLOCK: usize = 32;
+/// How far from a pixel the test of an edge looks.
+const REACH: usize = 3;
+
 /// `places` (of pixels on the ladder, row-major) with values in the middle of edges put on a side.
 pub(super) fn snapped(places: &[f32], width: usize, height: usize) -> Vec<f32> {
+    let spans: Vec<Vec<(f32, f32)>> = places.par_chunks(width).map(spans).collect();
     let mut out = places.to_vec();
     out.par_chunks_mut(width)
         .enumerate()
         .for_each(|(row, out)| {
-            for (column, place) in out.iter_mut().enumerate() {
-                let at = |dx: i32, dy: i32| {
-                    let x = (column as i32 + dx).clamp(0, width as i32 - 1) as usize;
-                    let y = (row as i32 + dy).clamp(0, height as i32 - 1) as usize;
-                    places[y * width + x]
-                };
-                if let Some(side) = nearer_side(*place, at) {
-                    *place = side;
+            let about = &spans[row.saturating_sub(REACH)..(row + REACH + 1).min(height)];
+            for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+                let ends = about.iter().map(|line| line[block]);
+                let (low, high) = ends.fold((f32::INFINITY, f32::NEG_INFINITY), joined);
+                if high - low > LEAST_SPAN {
+                    snap(out, (block * BLOCK, row), (places, width, height));
                 }
             }
         });
     out
+}
+
+fn joined(a: (f32, f32), b: (f32, f32)) -> (f32, f32) {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
+/// Least and largest value about each block of a row.
+fn spans(row: &[f32]) -> Vec<(f32, f32)> {
+    let about =
+        |start: usize| &row[start.saturating_sub(REACH)..(start + BLOCK + REACH).min(row.len())];
+    let span = |start: usize| {
+        let values = about(start).iter().map(|v| (*v, *v));
+        values.fold((f32::INFINITY, f32::NEG_INFINITY), joined)
+    };
+    (0..row.len()).step_by(BLOCK).map(span).collect()
+}
+
+/// Puts the pixels of a block that begins at `first` (column, row) on their sides.
+fn snap(
+    out: &mut [f32],
+    (first, row): (usize, usize),
+    (places, width, height): (&[f32], usize, usize),
+) {
+    for (k, place) in out.iter_mut().enumerate() {
+        let at = |dx: i32, dy: i32| {
+            let x = ((first + k) as i32 + dx).clamp(0, width as i32 - 1) as usize;
+            let y = (row as i32 + dy).clamp(0, height as i32 - 1) as usize;
+            places[y * width + x]
+        };
+        if let Some(side) = nearer_side(*place, at) {
+            *place = side;
+        }
+    }
 }
 
 /// The side on which a pixel with value `here` in the middle of an edge is to be put; of several edges

@@ -43,6 +43,7 @@ pub(super) fn grid_origin(map: PlateMap) -> [usize; 2] {
 /// Samples besides those of the plate, of one of its rows: hidden ones, or corrections.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct HiddenRow {
+    /// Ascending.
     pub(super) columns: Vec<u32>,
     /// Presence of each.
     pub(super) weights: Vec<f32>,
@@ -74,10 +75,14 @@ fn hidden_row(input: &HiddenInput, ladder: &Ladder, pyramid: &[Level], row: usiz
         samples: vec![0.0; input.planes.len()],
         ..Guess::default()
     };
+    let lines: Vec<Line> = pyramid
+        .iter()
+        .enumerate()
+        .map(|(index, level)| Line::new(level, (2 << index) as f32, row + input.origin[1]))
+        .collect();
     for column in 0..input.width {
         let place = input.places[row * input.width + column];
-        let at = [column + input.origin[0], row + input.origin[1]];
-        guess.look(pyramid, ladder, at, place);
+        guess.look(&lines, ladder, column + input.origin[0], place);
         if guess.weight > LEAST_WEIGHT {
             out.columns.push(column as u32);
             let presence = (ENOUGH * guess.weight).min(1.0);
@@ -91,6 +96,43 @@ fn hidden_row(input: &HiddenInput, ladder: &Ladder, pyramid: &[Level], row: usiz
     out
 }
 
+/// The cells of one level about a row of pixels.
+struct Line<'a> {
+    level: &'a Level,
+    /// Side of a cell, px.
+    side: f32,
+    /// First cell of each of the two rows of cells, and the row's share; none where the plate has no such row.
+    rows: [Option<(usize, f32)>; 2],
+    /// Columns in which either row has something, on the frame's grid; end not included.
+    lit: (i32, i32),
+}
+
+impl<'a> Line<'a> {
+    /// Those about row `y` of the frame's grid.
+    fn new(level: &'a Level, side: f32, y: usize) -> Self {
+        let at = (y as f32 + 0.5) / side - 0.5;
+        let row = at.floor();
+        let share = at - row;
+        let found = |dy: i64, share: f32| level.row(row as i64 + dy).map(|first| (first, share));
+        let rows = [found(0, 1.0 - share), found(1, share)];
+        let mut lit = (i32::MAX, i32::MIN);
+        for (first, _) in rows.iter().flatten() {
+            let weights = &level.weight[*first..first + level.columns];
+            if let Some(start) = weights.iter().position(|w| *w > 0.0) {
+                let end = weights.iter().rposition(|w| *w > 0.0).unwrap_or(start) + 1;
+                let on_grid = |column: usize| (column + level.first[0]) as i32;
+                lit = (lit.0.min(on_grid(start)), lit.1.max(on_grid(end)));
+            }
+        }
+        Self {
+            level,
+            side,
+            rows,
+            lit,
+        }
+    }
+}
+
 /// What is behind one pixel, summed up from fine cells to coarse ones.
 #[derive(Default)]
 struct Guess {
@@ -101,41 +143,54 @@ struct Guess {
 }
 
 impl Guess {
-    /// Looks behind the pixel `at` on the frame's grid, which is at `place` on the ladder.
-    fn look(&mut self, pyramid: &[Level], ladder: &Ladder, at: [usize; 2], place: f32) {
+    /// Looks behind the pixel in column `x` of the frame's grid, which is at `place` on the ladder.
+    fn look(&mut self, lines: &[Line], ladder: &Ladder, x: usize, place: f32) {
         (self.weight, self.place) = (0.0, 0.0);
         self.samples.fill(0.0);
         let size = ladder.size(place);
-        for (index, level) in pyramid.iter().enumerate() {
-            let side = (2 << index) as f32;
+        for line in lines {
             let left = 1.0 - self.weight;
             if left < LEAST_WEIGHT {
                 return;
             }
-            let [x, y] = at.map(|at| (at as f32 + 0.5) / side - 0.5);
-            let (column, row) = (x.floor(), y.floor());
-            let (fx, fy) = (x - column, y - row);
-            for (dx, dy, share) in [
-                (0, 0, (1.0 - fx) * (1.0 - fy)),
-                (1, 0, fx * (1.0 - fy)),
-                (0, 1, (1.0 - fx) * fy),
-                (1, 1, fx * fy),
-            ] {
-                let Some(cell) = level.cell(column as i64 + dx, row as i64 + dy) else {
-                    continue;
-                };
-                let behind = (place - level.place[cell] - JUMP / 2.0).clamp(0.0, 1.0);
-                if level.weight[cell] == 0.0 || behind == 0.0 {
-                    continue;
+            let at = (x as f32 + 0.5) / line.side - 0.5;
+            // Rounds down from -0.5 on.
+            let column = (at + 1.0) as i32 - 1;
+            if column + 1 < line.lit.0 || column >= line.lit.1 {
+                continue;
+            }
+            let share = at - column as f32;
+            for (first, across) in line.rows.iter().flatten() {
+                for (column, down) in [(column, 1.0 - share), (column + 1, share)] {
+                    if column < line.lit.0 || column >= line.lit.1 {
+                        continue;
+                    }
+                    let cell = first + column as usize - line.level.first[0];
+                    self.take((line, cell), left * across * down, (place, size), ladder);
                 }
-                // Cells twice as large as the blur reaches still count in full.
-                let reach = size + ladder.size(level.place[cell]) + SPARE_PX;
-                let near = (3.0 * reach / side - 0.5).clamp(0.0, 1.0);
-                // A cell of mixed pixels alone says little where a larger one knows better.
-                let known = level.weight[cell].min(1.0);
-                self.add(level, cell, left * share * behind * near * known);
             }
         }
+    }
+
+    /// Adds a cell, as far as it is behind `place` and in reach of a blur of `size`.
+    fn take(
+        &mut self,
+        (line, cell): (&Line, usize),
+        share: f32,
+        (place, size): (f32, f32),
+        ladder: &Ladder,
+    ) {
+        let level = line.level;
+        let behind = (place - level.place[cell] - JUMP / 2.0).clamp(0.0, 1.0);
+        if level.weight[cell] == 0.0 || behind == 0.0 {
+            return;
+        }
+        // Cells twice as large as the blur reaches still count in full.
+        let reach = size + ladder.size(level.place[cell]) + SPARE_PX;
+        let near = (3.0 * reach / line.side - 0.5).clamp(0.0, 1.0);
+        // A cell of mixed pixels alone says little where a larger one knows better.
+        let known = level.weight[cell].min(1.0);
+        self.add(level, cell, share * behind * near * known);
     }
 
     fn add(&mut self, level: &Level, cell: usize, weight: f32) {

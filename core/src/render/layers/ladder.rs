@@ -8,7 +8,7 @@ use crate::field::{FieldPoint, ImagePoint};
 use crate::render::{Displacement, Scene};
 
 /// A step may change a kernel's size by this share of it.
-const STEP_SHARE: f64 = 0.12;
+pub(super) const STEP_SHARE: f64 = 0.16;
 /// Steps of small kernels, px: about focus, growing with the size until the largest is reached.
 const LEAST_STEP_PX: f64 = 0.5;
 const STEP_GROWTH: f64 = 0.35;
@@ -113,8 +113,9 @@ impl Ladder {
 
     /// The two rungs about `place`, the farther first.
     pub(super) fn about(&self, place: f32) -> (usize, usize) {
-        let index = place.floor() as i64 + self.zero as i64;
-        let low = index.clamp(0, self.rungs.len() as i64 - 2) as usize;
+        // Rounds down without a call: casts cut off towards zero.
+        let index = (place + self.zero as f32) as usize;
+        let low = index.min(self.rungs.len() - 2);
         (low, low + 1)
     }
 

@@ -1,5 +1,6 @@
 //! Occlusion in scenes small enough to say what must come out.
 
+use super::ladder::STEP_SHARE;
 use super::*;
 use crate::field::{FieldPoint, Frame, ImagePoint, Meridian};
 use crate::moments::MeridionalMoments;
@@ -322,7 +323,7 @@ fn rungs_depend_on_the_lens_alone_and_are_close() {
         let size = |v: f64| 2.0 * 9.6 * (v - 0.5);
         let step = size(b) - size(a);
         let least = size(a).abs().min(size(b).abs());
-        assert!(step <= (0.12 * least).max(1.5) + 1e-9, "{a} {b}");
+        assert!(step <= (STEP_SHARE * least).max(1.5) + 1e-9, "{a} {b}");
         if a.min(b) < 0.5 && a.max(b) > 0.5 {
             assert!(step <= 1.0, "{a} {b}");
         }

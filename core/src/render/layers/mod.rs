@@ -214,13 +214,13 @@ impl Layered<'_> {
         let views = Views::new(planes);
         let size = (scene.width, scene.height);
         let mut resolve = Resolve::new(size, views.mix.clone(), views.view_of.clone());
-        let extents = stock.extents(&ladder);
-        let count = extents.iter().flatten().count() as f64;
-        let lit = extents.iter().enumerate().rev();
-        let lit = lit.filter_map(|(rung, light)| light.map(|light| (rung, light)));
-        for (done, (rung, light)) in lit.enumerate() {
+        let crops = stock.crops(scene, &ladder);
+        let count = crops.iter().flatten().count() as f64;
+        let nearest_first = crops.iter().enumerate().rev();
+        let all =
+            nearest_first.flat_map(|(rung, crops)| crops.iter().map(move |crop| (rung, *crop)));
+        for (done, (rung, crop)) in all.enumerate() {
             let vergence = ladder.vergence(rung);
-            let crop = slices::with_reach(scene, light, vergence);
             let progress = |share: f64| progress((done as f64 + share) / count);
             let slice = stock.slice(ladder.place_of(rung), crop);
             let cropped = slices::cropped(scene, crop, vergence);

@@ -20,8 +20,8 @@ const BRIGHTEST: f32 = 4.0;
 /// The cells of one size, row-major; planes beside each other.
 pub(super) struct Level {
     /// Cell of the plate's first pixel on the frame's grid.
-    first: [usize; 2],
-    columns: usize,
+    pub(super) first: [usize; 2],
+    pub(super) columns: usize,
     rows: usize,
     /// How much of the farther surface is in each cell; zero: none.
     pub(super) weight: Vec<f32>,
@@ -32,11 +32,16 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Index of the cell (`column`, `row`) on the frame's grid, if the plate has it.
-    pub(super) fn cell(&self, column: i64, row: i64) -> Option<usize> {
-        let column = usize::try_from(column - self.first[0] as i64).ok()?;
+    /// Index of the first cell of `row` on the frame's grid, if the plate has it.
+    pub(super) fn row(&self, row: i64) -> Option<usize> {
         let row = usize::try_from(row - self.first[1] as i64).ok()?;
-        (column < self.columns && row < self.rows).then(|| row * self.columns + column)
+        (row < self.rows).then(|| row * self.columns)
+    }
+
+    /// Index of the cell (`column`, `row`) on the frame's grid, if the plate has it.
+    fn cell(&self, column: i64, row: i64) -> Option<usize> {
+        let column = usize::try_from(column - self.first[0] as i64).ok()?;
+        (column < self.columns).then_some(self.row(row)? + column)
     }
 
     fn empty(first: [usize; 2], last: [usize; 2], planes: usize) -> Self {
@@ -108,13 +113,14 @@ pub(super) fn build(input: &HiddenInput, levels: u32) -> Vec<Level> {
                             continue;
                         }
                         let index = (cy - y) * input.width + cx - x;
-                        found.push(Part {
-                            weight: band[index],
-                            place: input.places[index],
-                            index,
-                        });
+                        if band[index] > 0.0 {
+                            found.push(Part {
+                                weight: band[index],
+                                place: input.places[index],
+                                index,
+                            });
+                        }
                     }
-                    found.retain(|part| part.weight > 0.0);
                 },
                 |index, plane| input.planes[plane].samples[index],
             ),
@@ -123,13 +129,14 @@ pub(super) fn build(input: &HiddenInput, levels: u32) -> Vec<Level> {
                 |column, row, found| {
                     for (dx, dy) in CHILDREN {
                         let (cx, cy) = ((2 * column + dx) as i64, (2 * row + dy) as i64);
-                        found.extend(finer.cell(cx, cy).map(|index| Part {
+                        let cell = finer.cell(cx, cy);
+                        let lit = cell.filter(|index| finer.weight[*index] > 0.0);
+                        found.extend(lit.map(|index| Part {
                             weight: finer.weight[index],
                             place: finer.place[index],
                             index,
                         }));
                     }
-                    found.retain(|part| part.weight > 0.0);
                 },
                 |index, plane| finer.samples[index * planes + plane],
             ),
@@ -222,18 +229,27 @@ fn largest_about(values: &[f32], width: usize, radius: usize) -> Vec<f32> {
     let mut across = vec![0.0; values.len()];
     let rows = across.par_chunks_mut(width).zip(values.par_chunks(width));
     rows.for_each(|(out, row)| {
-        for (x, out) in out.iter_mut().enumerate() {
-            let window = &row[x.saturating_sub(radius)..(x + radius + 1).min(width)];
-            *out = window.iter().fold(f32::NEG_INFINITY, |a, v| a.max(*v));
+        out.copy_from_slice(row);
+        if row.iter().all(|v| *v == f32::NEG_INFINITY) {
+            return;
+        }
+        for shift in 1..=radius.min(width - 1) {
+            raise(&mut out[shift..], &row[..width - shift]);
+            raise(&mut out[..width - shift], &row[shift..]);
         }
     });
     let mut both = vec![f32::NEG_INFINITY; values.len()];
     both.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
         for row in y.saturating_sub(radius)..(y + radius + 1).min(height) {
-            for (out, value) in out.iter_mut().zip(&across[row * width..]) {
-                *out = out.max(*value);
-            }
+            raise(out, &across[row * width..][..width]);
         }
     });
     both
+}
+
+/// Makes each of `out` at least the value beside it.
+fn raise(out: &mut [f32], values: &[f32]) {
+    for (out, value) in out.iter_mut().zip(values) {
+        *out = if *value > *out { *value } else { *out };
+    }
 }

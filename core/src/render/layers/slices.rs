@@ -11,9 +11,8 @@ use crate::psf::Reach;
 use crate::render::{Displacement, Plane, PlateMap, Scene};
 use rayon::prelude::*;
 
-/// Crops begin and end on multiples of this from the frame's corner, px, so that inner renderers that
-/// work tile by tile have their tiles where they would have them on the whole plate.
-const ALIGNED_PX: i64 = 128;
+/// Crops are made of blocks of this side on a grid fixed to the frame, px.
+const BLOCK_PX: usize = 32;
 /// Room about the light beyond what kernels at a few places need: kernels between may be larger.
 const SPARE_SHARE: f64 = 0.1;
 const SPARE_PX: f64 = 4.0;
@@ -28,10 +27,56 @@ pub(super) struct Stock<'a> {
     pub(super) width: usize,
 }
 
-/// Columns and rows that hold light, ends not included.
-type Box4 = [usize; 4];
+/// Blocks of the plate, on a grid fixed to the frame.
+#[derive(Clone, Copy)]
+struct Blocks {
+    /// Pixels of the first block that lie before the plate, along x and y.
+    before: [usize; 2],
+    size: [usize; 2],
+    columns: usize,
+    rows: usize,
+}
 
-const NOTHING: Box4 = [usize::MAX, usize::MAX, 0, 0];
+impl Blocks {
+    fn of(scene: &Scene) -> Self {
+        let origin = [scene.map.origin.x_px, scene.map.origin.y_px];
+        let before =
+            origin.map(|at| (at * scene.map.scale).round().rem_euclid(BLOCK_PX as f64) as usize);
+        let size = [scene.width, scene.height];
+        Self {
+            before,
+            size,
+            columns: (scene.width + before[0]).div_ceil(BLOCK_PX),
+            rows: (scene.height + before[1]).div_ceil(BLOCK_PX),
+        }
+    }
+
+    /// The block of pixel `at` along `axis`.
+    fn holding(&self, axis: usize, at: usize) -> usize {
+        (at + self.before[axis]) / BLOCK_PX
+    }
+
+    /// The first pixel on the plate of block `block` along `axis`.
+    fn first(&self, axis: usize, block: usize) -> usize {
+        (block * BLOCK_PX)
+            .saturating_sub(self.before[axis])
+            .min(self.size[axis])
+    }
+
+    /// The part of the plate under a rectangle of blocks.
+    fn crop(&self, [left, top, right, bottom]: Box4) -> Crop {
+        let (column, row) = (self.first(0, left), self.first(1, top));
+        Crop {
+            column,
+            row,
+            width: self.first(0, right) - column,
+            height: self.first(1, bottom) - row,
+        }
+    }
+}
+
+/// Columns and rows of blocks, ends not included.
+type Box4 = [usize; 4];
 
 fn joined(a: Box4, b: Box4) -> Box4 {
     [
@@ -43,45 +88,53 @@ fn joined(a: Box4, b: Box4) -> Box4 {
 }
 
 impl Stock<'_> {
-    /// The smallest part of the plate that holds all light of each rung; `None` where there is none.
-    pub(super) fn extents(&self, ladder: &Ladder) -> Vec<Option<Crop>> {
-        let row_extents = |row: usize| {
-            let mut boxes = vec![NOTHING; ladder.len()];
+    /// The parts of the plate that the light of each rung reaches; no light of one reaches another.
+    pub(super) fn crops(&self, scene: &Scene, ladder: &Ladder) -> Vec<Vec<Crop>> {
+        let blocks = Blocks::of(scene);
+        let lit = self.lit(&blocks, ladder);
+        lit.par_iter()
+            .enumerate()
+            .map(|(rung, lit)| reached(scene, &blocks, lit, ladder.vergence(rung)))
+            .collect()
+    }
+
+    /// Of each rung, which blocks have light, row-major.
+    fn lit(&self, blocks: &Blocks, ladder: &Ladder) -> Vec<Vec<bool>> {
+        let row_of_blocks = |block_row: usize| {
+            let mut lit = vec![vec![false; blocks.columns]; ladder.len()];
             let mut add = |place: f32, column: usize| {
                 let (low, high) = ladder.about(place);
                 for rung in [low, high] {
                     if share(place, ladder.place_of(rung)) > 0.0 {
-                        boxes[rung] = joined(boxes[rung], [column, row, column + 1, row + 1]);
+                        lit[rung][blocks.holding(0, column)] = true;
                     }
                 }
             };
-            for (column, place) in self.row(row).iter().enumerate() {
-                add(*place, column);
-            }
-            for further in self.further {
-                let HiddenRow {
-                    columns, places, ..
-                } = &further[row];
-                for (column, place) in columns.iter().zip(places) {
-                    add(*place, *column as usize);
+            for row in blocks.first(1, block_row)..blocks.first(1, block_row + 1) {
+                for (column, place) in self.row(row).iter().enumerate() {
+                    add(*place, column);
+                }
+                for further in self.further {
+                    let HiddenRow {
+                        columns, places, ..
+                    } = &further[row];
+                    for (column, place) in columns.iter().zip(places) {
+                        add(*place, *column as usize);
+                    }
                 }
             }
-            boxes
+            lit
         };
-        let rows = self.places.len() / self.width;
-        let all = (0..rows).into_par_iter().map(row_extents).reduce(
-            || vec![NOTHING; ladder.len()],
-            |a, b| a.into_iter().zip(b).map(|(a, b)| joined(a, b)).collect(),
-        );
-        let crop = |[left, top, right, bottom]: Box4| {
-            (left < right).then(|| Crop {
-                column: left,
-                row: top,
-                width: right - left,
-                height: bottom - top,
-            })
+        let rows: Vec<_> = (0..blocks.rows)
+            .into_par_iter()
+            .map(row_of_blocks)
+            .collect();
+        let of_rung = |rung: usize| {
+            rows.iter()
+                .flat_map(|row| row[rung].iter().copied())
+                .collect()
         };
-        all.into_iter().map(crop).collect()
+        (0..ladder.len()).map(of_rung).collect()
     }
 
     fn row(&self, row: usize) -> &[f32] {
@@ -122,11 +175,15 @@ impl Stock<'_> {
 /// Adds the samples of `rows` that the slice at `place` has to it.
 fn add(rows: &[HiddenRow], place: f32, crop: Crop, planes: &mut [Vec<f32>], presence: &mut [f32]) {
     for (line, row) in rows.iter().enumerate() {
-        let samples = row.samples.chunks_exact(planes.len());
-        let all = row.columns.iter().zip(&row.places);
-        for (((column, own), weight), samples) in all.zip(&row.weights).zip(samples) {
+        // Columns ascend.
+        let first = |column: usize| row.columns.partition_point(|c| (*c as usize) < column);
+        let range = first(crop.column)..first(crop.column + crop.width);
+        let samples = row.samples[range.start * planes.len()..].chunks_exact(planes.len());
+        let all = row.columns[range.clone()]
+            .iter()
+            .zip(&row.places[range.clone()]);
+        for (((column, own), weight), samples) in all.zip(&row.weights[range]).zip(samples) {
             let share = share(*own, place);
-            // Light lies within the crop, and with it every sample that has a share.
             if share > 0.0 {
                 let index = line * crop.width + *column as usize - crop.column;
                 presence[index] += share * weight;
@@ -143,43 +200,82 @@ fn share(own: f32, place: f32) -> f32 {
     (1.0 - (own - place).abs()).max(0.0)
 }
 
-/// `light`'s extent and as much about it as its kernels at `vergence` reach.
-pub(super) fn with_reach(scene: &Scene, light: Crop, vergence: f64) -> Crop {
-    let reach = reach(scene, light, vergence);
-    let offset = [scene.map.origin.x_px, scene.map.origin.y_px]
-        .map(|origin| (origin * scene.map.scale).round() as i64);
-    let span = |first: usize, size: usize, before: f64, after: f64, offset: i64, plate: usize| {
-        let low = (first as i64 - before.ceil() as i64 + offset).div_euclid(ALIGNED_PX);
-        let end = (first + size) as i64 + after.ceil() as i64 + offset;
-        let high = (end + ALIGNED_PX - 1).div_euclid(ALIGNED_PX);
-        let low = (low * ALIGNED_PX - offset).clamp(0, plate as i64);
-        let high = (high * ALIGNED_PX - offset).clamp(0, plate as i64);
-        (low as usize, (high - low) as usize)
+/// The parts of the plate that light from the blocks `lit`, all at `vergence`, reaches.
+fn reached(scene: &Scene, blocks: &Blocks, lit: &[bool], vergence: f64) -> Vec<Crop> {
+    let place = |index: usize| (index % blocks.columns, index / blocks.columns);
+    let one = |index: usize| {
+        let (x, y) = place(index);
+        [x, y, x + 1, y + 1]
     };
-    let (x, y) = (
-        span(
-            light.column,
-            light.width,
-            reach.left_px,
-            reach.right_px,
-            offset[0],
-            scene.width,
-        ),
-        span(
-            light.row,
-            light.height,
-            reach.up_px,
-            reach.down_px,
-            offset[1],
-            scene.height,
-        ),
-    );
-    Crop {
-        column: x.0,
-        row: y.0,
-        width: x.1,
-        height: y.1,
+    let indices = || (0..lit.len()).filter(|index| lit[*index]);
+    let Some(all) = indices().map(one).reduce(joined) else {
+        return Vec::new();
+    };
+    let far = reach(scene, blocks.crop(all), vergence);
+    let wider = |start: usize, end: usize, axis: usize, before: f64, after: f64| {
+        let first = blocks
+            .first(axis, start)
+            .saturating_sub(before.ceil() as usize);
+        let last = (blocks.first(axis, end) + after.ceil() as usize).min(blocks.size[axis]) - 1;
+        (blocks.holding(axis, first), blocks.holding(axis, last) + 1)
+    };
+    let mut covered = vec![false; lit.len()];
+    for [left, top, right, bottom] in indices().map(one) {
+        let (left, right) = wider(left, right, 0, far.left_px, far.right_px);
+        let (top, bottom) = wider(top, bottom, 1, far.up_px, far.down_px);
+        for y in top..bottom {
+            covered[y * blocks.columns + left..y * blocks.columns + right].fill(true);
+        }
     }
+    let boxes = apart(islands(&mut covered, blocks.columns));
+    boxes.into_iter().map(|found| blocks.crop(found)).collect()
+}
+
+/// Rectangles about the connected parts of `covered`, rows of `columns`, which is used up.
+fn islands(covered: &mut [bool], columns: usize) -> Vec<Box4> {
+    let mut found = Vec::new();
+    let mut open = Vec::new();
+    for start in 0..covered.len() {
+        if !covered[start] {
+            continue;
+        }
+        let mut about = [usize::MAX, usize::MAX, 0, 0];
+        covered[start] = false;
+        open.push(start);
+        while let Some(index) = open.pop() {
+            let (x, y) = (index % columns, index / columns);
+            about = joined(about, [x, y, x + 1, y + 1]);
+            let beside = [
+                (x > 0).then(|| index - 1),
+                (x + 1 < columns).then_some(index + 1),
+                index.checked_sub(columns),
+                Some(index + columns).filter(|below| *below < covered.len()),
+            ];
+            for next in beside.into_iter().flatten() {
+                if covered[next] {
+                    covered[next] = false;
+                    open.push(next);
+                }
+            }
+        }
+        found.push(about);
+    }
+    found
+}
+
+/// The same with rectangles that overlap joined, until none do.
+fn apart(mut boxes: Vec<Box4>) -> Vec<Box4> {
+    let overlap = |a: &Box4, b: &Box4| a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+    let mut done: Vec<Box4> = Vec::new();
+    while let Some(next) = boxes.pop() {
+        match done.iter().position(|other| overlap(other, &next)) {
+            // The joined one may overlap others by now.
+            Some(index) => boxes.push(joined(done.swap_remove(index), next)),
+            None => done.push(next),
+        }
+    }
+    done.sort_unstable();
+    done
 }
 
 /// How far kernels of sources within `light` reach, probed at nine places.
