@@ -31,7 +31,7 @@ pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, f
 pub use gather::{Gather, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
 pub use scatter::Scatter;
-pub use scene::{Displacement, Plane, Renderer, Scene, stopped};
+pub use scene::{Displacement, Plane, Renderer, Scene, Window, stopped};
 pub use spot::at_pixels;
 
 use crate::field::{FieldPoint, Frame, ImagePoint};

@@ -68,6 +68,76 @@ pub trait Renderer: Sync {
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Vec<f32>>>;
+
+    /// Renders the `window` of a plate alone, from all of its light: to the bit what [`Renderer::render`] gives
+    /// there, row-major and as large as the window. A renderer that has no way of its own renders the whole.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`], and a window that is empty or not wholly on the plate.
+    fn render_window(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        window: Window,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>> {
+        window.check(scene)?;
+        let whole = self.render(scene, planes, progress)?;
+        let part = |plane: Vec<f32>| {
+            let rows = plane
+                .chunks_exact(scene.width)
+                .skip(window.row)
+                .take(window.height);
+            rows.flat_map(|row| &row[window.column..window.column + window.width])
+                .copied()
+                .collect()
+        };
+        Ok(whole.into_iter().map(part).collect())
+    }
+}
+
+/// A rectangle of a plate's pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// Its first column.
+    pub column: usize,
+    /// Its first row.
+    pub row: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Window {
+    /// All of a plate.
+    pub(super) fn whole(scene: &Scene) -> Self {
+        Self {
+            column: 0,
+            row: 0,
+            width: scene.width,
+            height: scene.height,
+        }
+    }
+
+    pub(super) fn check(&self, scene: &Scene) -> Result<()> {
+        let within = |first: usize, size: usize, plate: usize| {
+            size > 0 && first.checked_add(size).is_some_and(|end| end <= plate)
+        };
+        if within(self.column, self.width, scene.width)
+            && within(self.row, self.height, scene.height)
+        {
+            return Ok(());
+        }
+        Err(Error::new(
+            "window",
+            format!(
+                "is {} x {} from ({}, {}) on a plate of {} x {}",
+                self.width, self.height, self.column, self.row, scene.width, scene.height
+            ),
+            "give a part of the plate of at least one pixel",
+        ))
+    }
 }
 
 /// The error of a render that `progress` stopped; compare with `==` to tell it from a failure.

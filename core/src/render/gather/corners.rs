@@ -56,7 +56,10 @@ impl<T> Places<T> {
 /// One stencil per mix.
 pub(super) type Mixed = Vec<Stencil>;
 
-/// The stencils at `wanted` corners (row, column) of `grid`.
+/// By how much kernels of a coarse level may be wider than those of the plate, px of the level.
+const ROOM_PX: f64 = 2.0;
+
+/// The stencils at `wanted` corners (row, column) of `grid`; no light goes farther than `reach`, px of the plate.
 ///
 /// # Errors
 /// A lens that cannot be drawn at some node.
@@ -64,8 +67,9 @@ pub(super) fn stencils(
     optics: &Optics,
     grid: &Grid,
     wanted: &BTreeSet<(i32, i32)>,
+    reach: i32,
 ) -> Result<Places<Mixed>> {
-    let (nodes, far) = kernels(optics, grid, wanted)?;
+    let (nodes, far) = kernels(optics, grid, wanted, reach)?;
     let list: Vec<_> = wanted.iter().copied().collect();
     let made: Vec<Mixed> = list
         .par_iter()
@@ -87,31 +91,15 @@ fn kernels(
     optics: &Optics,
     grid: &Grid,
     wanted: &BTreeSet<(i32, i32)>,
+    reach: i32,
 ) -> Result<(Places<Mixed>, i32)> {
-    // How far corners see follows from the kernels themselves: first those near, then all.
-    let near = nodes_about(grid, wanted, 2);
-    let drawn = draw_all(optics, grid, &near)?;
-    let reach = drawn
-        .iter()
-        .flatten()
-        .map(|s| {
-            let ends = [
-                s.left,
-                s.left + s.width as i32,
-                s.top,
-                s.top + s.height as i32,
-            ];
-            ends.map(i32::abs).into_iter().max().unwrap_or(0)
-        })
-        .max()
-        .unwrap_or(0);
-    let far = 2 + (reach + grid.tile as i32 - 1) / grid.tile as i32;
+    // How far corners see must not depend on which of them are wanted.
+    let reach = f64::from(reach) / grid.step() + ROOM_PX;
+    let far = 2 + (reach / grid.tile as f64).ceil() as i32;
     let all = nodes_about(grid, wanted, far);
-    let missing: BTreeSet<_> = all.difference(&near).copied().collect();
-    let rest = draw_all(optics, grid, &missing)?;
+    let drawn = draw_all(optics, grid, &all)?;
     let mut places = Places::about(&all);
-    let both = near.into_iter().zip(drawn);
-    for (node, mixed) in both.chain(missing.into_iter().zip(rest)) {
+    for (node, mixed) in all.into_iter().zip(drawn) {
         places.put(node, mixed);
     }
     Ok((places, far))

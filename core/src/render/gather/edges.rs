@@ -6,8 +6,8 @@
 use super::image::Image;
 use super::plan::Level;
 use super::pyramid::MARGIN;
-use crate::render::Edges;
 use crate::render::sheet::fold;
+use crate::render::{Edges, Window};
 
 /// The level at which light beyond the edges of a plate of `size` is folded back: the coarsest below
 /// which all tiles are doubled, and of whose pixels the plate is made up. Finer levels then need nothing
@@ -35,28 +35,45 @@ pub(super) fn fold_early(
     folded
 }
 
-/// The part of `image` on a plate of `size`; what is beyond is folded back or left out.
-pub(super) fn cut(image: &Image, (width, height): (usize, usize), edges: Edges) -> Vec<f32> {
-    let mut out = vec![0.0_f32; width * height];
+/// The `window` of a plate of `size` out of `image`; what is beyond the plate is folded back or left out.
+pub(super) fn cut(
+    image: &Image,
+    (width, height): (usize, usize),
+    edges: Edges,
+    window: Window,
+) -> Vec<f32> {
+    let mut out = vec![0.0_f32; window.width * window.height];
     let end = image.left + image.width as i32;
-    let inside = image.left.clamp(0, width as i32)..end.clamp(0, width as i32);
+    let (first, last) = (window.column as i32, (window.column + window.width) as i32);
+    let inside = image.left.max(first).min(last)..end.max(first).min(last);
+    let slot = |at: usize, first: usize, size: usize| at.checked_sub(first).filter(|k| *k < size);
     for (y, line) in image.samples.chunks_exact(image.width.max(1)).enumerate() {
-        let Some(row) = fold(image.top + y as i32, height, edges) else {
+        let Some(row) = fold(image.top + y as i32, height, edges)
+            .and_then(|row| slot(row, window.row, window.height))
+        else {
             continue;
         };
-        let out = &mut out[row * width..(row + 1) * width];
+        let out = &mut out[row * window.width..(row + 1) * window.width];
         let mut add = |columns: std::ops::Range<i32>| {
             for column in columns {
-                if let Some(place) = fold(column, width, edges) {
+                if let Some(place) = fold(column, width, edges)
+                    .and_then(|place| slot(place, window.column, window.width))
+                {
                     out[place] += line[(column - image.left) as usize];
                 }
             }
         };
-        add(image.left..inside.start.min(end));
-        add(inside.end.max(image.left)..end);
-        let first = (inside.start - image.left) as usize;
-        let outs = &mut out[inside.start as usize..inside.end as usize];
-        for (out, light) in outs.iter_mut().zip(&line[first.min(line.len())..]) {
+        // On the plate but outside the window nothing lands in it.
+        add(image.left..end.min(0));
+        add(image.left.max(width as i32)..end);
+        if inside.is_empty() {
+            continue;
+        }
+        let outs = &mut out[(inside.start - first) as usize..(inside.end - first) as usize];
+        for (out, light) in outs
+            .iter_mut()
+            .zip(&line[(inside.start - image.left) as usize..])
+        {
             *out += light;
         }
     }
@@ -112,9 +129,18 @@ mod tests {
             *sample = ((k * 7919) % 101) as f32 / 101.0;
         }
         let (size, above) = ((16, 12), (8, 6));
-        let late = cut(&double(&coarse, -48, 112), size, Edges::Mirror);
-        let closed = mirrored(&cut(&coarse, above, Edges::Mirror), above);
-        let early = cut(&double(&closed, 0, 16), size, Edges::Black);
+        let all = |image: &Image, (width, height): (usize, usize), edges: Edges| {
+            let window = Window {
+                column: 0,
+                row: 0,
+                width,
+                height,
+            };
+            cut(image, (width, height), edges, window)
+        };
+        let late = all(&double(&coarse, -48, 112), size, Edges::Mirror);
+        let closed = mirrored(&all(&coarse, above, Edges::Mirror), above);
+        let early = all(&double(&closed, 0, 16), size, Edges::Black);
         for (early, late) in early.iter().zip(&late) {
             assert!((early - late).abs() < 1e-4, "{early} {late}");
         }

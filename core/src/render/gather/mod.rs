@@ -10,6 +10,7 @@ mod edges;
 mod fir;
 mod grid;
 mod image;
+mod narrow;
 mod optics;
 mod plan;
 mod pyramid;
@@ -17,16 +18,19 @@ mod stencil;
 #[cfg(test)]
 mod tests;
 mod tolerance;
+#[cfg(test)]
+mod window_tests;
 
 pub use tolerance::Quality;
 
 use super::sources::Sources;
-use super::{Edges, Plane, Renderer, Scatter, Scene, VergencePass, stopped};
+use super::{Edges, Plane, Renderer, Scatter, Scene, VergencePass, Window, stopped};
 use crate::error::Result;
 use corners::{Mixed, Places};
 use edges::{cut, fold_early, mirrored};
 use fir::{Blend, LANES};
 use image::{Image, View};
+use narrow::narrow;
 use optics::Optics;
 use plan::{Brief, Level, Lit, plan};
 use pyramid::{Doubling, doubled, halved};
@@ -57,10 +61,23 @@ impl Renderer for Gather {
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Vec<f32>>> {
+        self.render_window(scene, planes, Window::whole(scene), progress)
+    }
+
+    fn render_window(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        window: Window,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>> {
         scene.check(planes)?;
+        window.check(scene)?;
         let vergence = match scene.vergence {
             VergencePass::Constant(vergence) => vergence,
-            VergencePass::PerPixel(_) => return Scatter.render(scene, planes, progress),
+            VergencePass::PerPixel(_) => {
+                return Scatter.render_window(scene, planes, window, progress);
+            }
         };
         let sources = Sources::new(scene);
         let (mixes, mix_of) = mixes(planes);
@@ -76,6 +93,7 @@ impl Renderer for Gather {
             scene,
             optics,
             mix_of,
+            window,
             progress,
         }
         .render(planes)
@@ -103,6 +121,7 @@ struct Job<'a> {
     scene: &'a Scene<'a>,
     optics: Optics<'a>,
     mix_of: Vec<usize>,
+    window: Window,
     progress: &'a (dyn Fn(f64) -> bool + Sync),
 }
 
@@ -137,20 +156,30 @@ impl Job<'_> {
             lit: &Lit::of(&views),
         });
         let folded = fold_early((width, height), self.scene.edges, &mut levels);
-        let out = self.levels(&views, &levels, folded)?;
+        if self.window != Window::whole(self.scene) {
+            let plate = ((width, height), self.scene.edges);
+            narrow(&mut levels, folded, plate, self.window);
+        }
+        let out = self.levels(&views, &levels, folded, reach)?;
         let edges = match folded {
             0 => self.scene.edges,
             _ => Edges::Black,
         };
         let plates = out
             .par_iter()
-            .map(|image| cut(image, (width, height), edges));
+            .map(|image| cut(image, (width, height), edges, self.window));
         Ok(plates.collect())
     }
 
     /// All levels, coarsest first; the finest is left. Light beyond the plate's edges is folded back at
     /// level `folded`, unless that is the finest.
-    fn levels(&self, planes: &[View], levels: &[Level], folded: usize) -> Result<Vec<Image>> {
+    fn levels(
+        &self,
+        planes: &[View],
+        levels: &[Level],
+        folded: usize,
+        reach: i32,
+    ) -> Result<Vec<Image>> {
         let mut pyramid: Vec<Vec<Image>> = Vec::new();
         for level in 1..levels.len() {
             let above = match level {
@@ -177,7 +206,7 @@ impl Job<'_> {
                     .collect(),
             };
             let corners = corners_of(&level.gathered);
-            let stencils = corners::stencils(&self.optics, &level.grid, &corners)?;
+            let stencils = corners::stencils(&self.optics, &level.grid, &corners, reach)?;
             let (rows, columns) = level.extent();
             let side = level.grid.tile;
             let place = (columns.start * side as i32, rows.start * side as i32);
@@ -229,7 +258,13 @@ impl Job<'_> {
         } else {
             Edges::Black
         };
-        let close = |image: &Image| mirrored(&cut(image, size, edges), size);
+        let all = Window {
+            column: 0,
+            row: 0,
+            width: size.0,
+            height: size.1,
+        };
+        let close = |image: &Image| mirrored(&cut(image, size, edges, all), size);
         images.par_iter().map(close).collect()
     }
 }

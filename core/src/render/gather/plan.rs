@@ -101,7 +101,10 @@ fn square(grid: &Grid, (row, column): (i32, i32)) -> (Range<i32>, Range<i32>) {
 }
 
 /// Tiles of `grid` that cover columns and rows of plate pixels.
-fn tiles_about(grid: &Grid, (columns, rows): &(Range<i32>, Range<i32>)) -> BTreeSet<(i32, i32)> {
+pub(super) fn tiles_about(
+    grid: &Grid,
+    (columns, rows): &(Range<i32>, Range<i32>),
+) -> BTreeSet<(i32, i32)> {
     let side = (grid.tile << grid.level) as i32;
     let over =
         |range: &Range<i32>| range.start.div_euclid(side)..(range.end - 1).div_euclid(side) + 1;
@@ -111,7 +114,7 @@ fn tiles_about(grid: &Grid, (columns, rows): &(Range<i32>, Range<i32>)) -> BTree
 }
 
 /// Tiles of the level above that a tile is doubled from.
-fn tiles_below(grid: &Grid, place: (i32, i32), above: &Grid) -> BTreeSet<(i32, i32)> {
+pub(super) fn tiles_below(grid: &Grid, place: (i32, i32), above: &Grid) -> BTreeSet<(i32, i32)> {
     let margin = MARGIN << above.level;
     let wider = |range: Range<i32>| range.start - margin..range.end + margin;
     let (columns, rows) = square(grid, place);

@@ -11,13 +11,13 @@ use crate::render::{
 };
 
 /// A lens whose blur grows from the centre out, is turned by the field, skewed and displaced.
-struct TestLens {
+pub(super) struct TestLens {
     frame: Frame,
-    corner_sigma_px: f64,
+    pub(super) corner_sigma_px: f64,
     /// Of the centre's standard deviation to the corner's.
-    centre: f64,
+    pub(super) centre: f64,
     skew: f64,
-    rays: bool,
+    pub(super) rays: bool,
 }
 
 impl BlurField for TestLens {
@@ -62,10 +62,10 @@ impl BlurField for TestLens {
     }
 }
 
-const WIDTH: usize = 150;
-const HEIGHT: usize = 110;
+pub(super) const WIDTH: usize = 150;
+pub(super) const HEIGHT: usize = 110;
 
-fn lens(corner_sigma_px: f64) -> TestLens {
+pub(super) fn lens(corner_sigma_px: f64) -> TestLens {
     TestLens {
         // A crop from the middle of a larger frame, off its axis.
         frame: Frame::new(1200, 800, None).expect("a frame"),
@@ -76,7 +76,7 @@ fn lens(corner_sigma_px: f64) -> TestLens {
     }
 }
 
-fn scene<'a>(lens: &'a TestLens, model: &'a dyn PsfModel) -> Scene<'a> {
+pub(super) fn scene<'a>(lens: &'a TestLens, model: &'a dyn PsfModel) -> Scene<'a> {
     Scene {
         lens,
         model,
@@ -93,7 +93,7 @@ fn scene<'a>(lens: &'a TestLens, model: &'a dyn PsfModel) -> Scene<'a> {
 }
 
 /// Edges, waves and noise, from 0 to 1.
-fn plate(seed: u32) -> Vec<f32> {
+pub(super) fn plate(seed: u32) -> Vec<f32> {
     let mut state = seed.wrapping_mul(747_796_405).wrapping_add(1);
     (0..WIDTH * HEIGHT)
         .map(|index| {

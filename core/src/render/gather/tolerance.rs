@@ -19,7 +19,7 @@ pub(super) struct Tolerance {
     /// Share of each kernel's light that may be left out at its rim; the rest is scaled up.
     pub(super) left_out: f64,
     /// Least standard deviation, in pixels of a level, that is drawn at that level: for smooth PSFs and
-    /// for those with edges.
+    /// for those with edges, which a coarse level would surround with rings where lights are bright.
     pub(super) least_sigma: f64,
     pub(super) least_sigma_of_rays: f64,
     /// Largest error of a kernel half way between corners, as a share of its light.
@@ -32,13 +32,13 @@ impl Quality {
             Self::Draft => Tolerance {
                 left_out: 2e-3,
                 least_sigma: 0.9,
-                least_sigma_of_rays: 1.5,
+                least_sigma_of_rays: 4.0,
                 between_corners: 0.02,
             },
             Self::Final => Tolerance {
                 left_out: 1e-4,
                 least_sigma: 1.3,
-                least_sigma_of_rays: 3.0,
+                least_sigma_of_rays: 12.0,
                 between_corners: 1.6e-2,
             },
         }
