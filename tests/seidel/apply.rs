@@ -56,6 +56,31 @@ fn light_is_kept_and_depth_comes_out_as_it_went_in() {
     assert!(total(&folder.path().join("black.exr"), "R") < 0.999 * total(&plate, "R"));
 }
 
+/// A pixel at the upper edge of an even plate: what each kind of edge brings back of the light that leaves.
+#[test]
+fn edges_lose_light_or_bring_it_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["R", "G", "B"]);
+    let even = |name| (name, vec![0.5; 80 * 60]);
+    let channels = ["R", "G", "B"].map(even);
+    write_exr(&folder.path().join("plate.exr"), 80, 60, &channels);
+    let upper = |edges: &str, quality: &str| {
+        let line = format!(
+            "apply --lens @lens.json @plate.exr -o @out.exr --distance 1.2 --geometry none --edges {edges} \
+             --quality {quality}"
+        );
+        succeeds(folder.path(), &line);
+        read_channel(&folder.path().join("out.exr"), "G")[40]
+    };
+    for quality in ["final", "exact"] {
+        for edges in ["mirror", "extend"] {
+            let light = upper(edges, quality);
+            assert!((light - 0.5).abs() < 0.02, "{edges} {quality}: {light}");
+        }
+        assert!(upper("black", quality) < 0.35);
+    }
+}
+
 /// The fast renderer draws what the exact one draws, nearly; without occlusion it says that it does not.
 #[test]
 fn qualities_differ_by_little() {

@@ -113,12 +113,14 @@ enum Geometry {
 }
 
 /// What lies beyond the edges.
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EdgeChoice {
     /// The mirrored plate: no light is lost
     Mirror,
     /// Nothing: light that leaves is lost
     Black,
+    /// The pixel nearest to it on the plate, with its depth and blur
+    Extend,
 }
 
 impl From<Geometry> for Displacement {
@@ -135,7 +137,8 @@ impl From<EdgeChoice> for Edges {
     fn from(choice: EdgeChoice) -> Self {
         match choice {
             EdgeChoice::Mirror => Self::Mirror,
-            EdgeChoice::Black => Self::Black,
+            // What extends a plate does without the renderer's own way.
+            EdgeChoice::Black | EdgeChoice::Extend => Self::Black,
         }
     }
 }

@@ -7,11 +7,13 @@
 mod adjusted;
 mod depth_check;
 mod depth_convention;
+mod extended;
 mod focus_range;
 #[cfg(test)]
 mod focus_range_tests;
 mod gather;
 mod layers;
+mod reach;
 mod scatter;
 #[cfg(test)]
 mod scatter_pupil_tests;
@@ -27,6 +29,7 @@ mod spot_tests;
 pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
 pub use depth_convention::{DepthConvention, DepthReading};
+pub use extended::Extended;
 pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
 pub use gather::{Gather, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};

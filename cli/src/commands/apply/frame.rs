@@ -6,14 +6,14 @@ use rayon::ThreadPool;
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
 use seidel_core::psf::PsfModel;
-use seidel_core::render::{Layered, PlateExtent, Renderer, Scene, VergencePass};
+use seidel_core::render::{Extended, Layered, PlateExtent, Renderer, Scene, VergencePass};
 
 use super::depth::{DepthMeaning, DepthSource};
 use super::depth_check::PlateView;
 use super::occlusion::{HoldoutPixels, HoldoutSource};
 use super::plate::{Light, plate_map, plate_weights};
 use super::queue::{Outcome, Stages};
-use super::{ApplyArgs, QualityChoice, Vergences};
+use super::{ApplyArgs, EdgeChoice, QualityChoice, Vergences};
 use crate::commands::CommandError;
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
@@ -154,6 +154,11 @@ impl Job<'_> {
             &layered
         } else {
             &*inner
+        };
+        let extended = Extended { inner: renderer };
+        let renderer = match args.edges {
+            EdgeChoice::Extend => &extended,
+            EdgeChoice::Mirror | EdgeChoice::Black => renderer,
         };
         let mut blurred = renderer
             .render(&scene, &light.with_weights(&weights), &progress)

@@ -17,6 +17,7 @@
 //! and a transparent one as transparent as it is.
 
 use super::Holdout;
+use crate::render::Window;
 use rayon::prelude::*;
 
 /// Presence below which a slice begins to close the surface before it.
@@ -48,22 +49,13 @@ struct ViewRow {
     used: Vec<f32>,
 }
 
-/// Part of the plate: its first column and row and its size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Crop {
-    pub(super) column: usize,
-    pub(super) row: usize,
-    pub(super) width: usize,
-    pub(super) height: usize,
-}
-
 /// A blurred slice.
 pub(super) struct Blurred<'a> {
     pub(super) rung: usize,
     /// Its place on the ladder, and its vergence.
     pub(super) place: f32,
     pub(super) vergence: f64,
-    pub(super) crop: Crop,
+    pub(super) crop: Window,
     pub(super) planes: &'a [Vec<f32>],
     pub(super) presence: &'a [Vec<f32>],
 }
@@ -105,7 +97,7 @@ impl Resolve {
 
     /// Puts a slice behind those before.
     pub(super) fn put(&mut self, slice: &Blurred, sharp: &Sharp) {
-        let Crop { row, height, .. } = slice.crop;
+        let Window { row, height, .. } = slice.crop;
         let (views, view_of) = (&self.views, &self.view_of);
         let rows = self.rows[row..row + height].par_iter_mut().enumerate();
         rows.for_each_init(Scratch::default, |scratch, (line, row)| {

@@ -5,18 +5,13 @@
 
 use super::hidden::HiddenRow;
 use super::ladder::Ladder;
-use super::resolve::Crop;
 use crate::field::ImagePoint;
-use crate::psf::Reach;
-use crate::render::{Displacement, Plane, PlateMap, Scene};
+use crate::render::reach::reach;
+use crate::render::{Plane, PlateMap, Scene, Window};
 use rayon::prelude::*;
 
-/// Crops are made of blocks of this side on a grid fixed to the frame, px.
+/// Windows are made of blocks of this side on a grid fixed to the frame, px.
 const BLOCK_PX: usize = 32;
-/// Room about the light beyond what kernels at a few places need: kernels between may be larger.
-const SPARE_SHARE: f64 = 0.1;
-const SPARE_PX: f64 = 4.0;
-
 /// What is to be cut: the visible samples and those hidden behind them.
 pub(super) struct Stock<'a> {
     pub(super) planes: &'a [Plane<'a>],
@@ -64,9 +59,9 @@ impl Blocks {
     }
 
     /// The part of the plate under a rectangle of blocks.
-    fn crop(&self, [left, top, right, bottom]: Box4) -> Crop {
+    fn crop(&self, [left, top, right, bottom]: Box4) -> Window {
         let (column, row) = (self.first(0, left), self.first(1, top));
-        Crop {
+        Window {
             column,
             row,
             width: self.first(0, right) - column,
@@ -89,7 +84,7 @@ fn joined(a: Box4, b: Box4) -> Box4 {
 
 impl Stock<'_> {
     /// The parts of the plate that the light of each rung reaches; no light of one reaches another.
-    pub(super) fn crops(&self, scene: &Scene, ladder: &Ladder) -> Vec<Vec<Crop>> {
+    pub(super) fn crops(&self, scene: &Scene, ladder: &Ladder) -> Vec<Vec<Window>> {
         let blocks = Blocks::of(scene);
         let lit = self.lit(&blocks, ladder);
         lit.par_iter()
@@ -142,7 +137,7 @@ impl Stock<'_> {
     }
 
     /// The planes and the presence of the slice at `place` on the ladder, within `crop`.
-    pub(super) fn slice(&self, place: f32, crop: Crop) -> (Vec<Vec<f32>>, Vec<f32>) {
+    pub(super) fn slice(&self, place: f32, crop: Window) -> (Vec<Vec<f32>>, Vec<f32>) {
         let size = crop.width * crop.height;
         let mut presence = vec![0.0; size];
         let lines = presence.par_chunks_mut(crop.width).enumerate();
@@ -173,7 +168,13 @@ impl Stock<'_> {
 }
 
 /// Adds the samples of `rows` that the slice at `place` has to it.
-fn add(rows: &[HiddenRow], place: f32, crop: Crop, planes: &mut [Vec<f32>], presence: &mut [f32]) {
+fn add(
+    rows: &[HiddenRow],
+    place: f32,
+    crop: Window,
+    planes: &mut [Vec<f32>],
+    presence: &mut [f32],
+) {
     for (line, row) in rows.iter().enumerate() {
         // Columns ascend.
         let first = |column: usize| row.columns.partition_point(|c| (*c as usize) < column);
@@ -201,7 +202,7 @@ fn share(own: f32, place: f32) -> f32 {
 }
 
 /// The parts of the plate that light from the blocks `lit`, all at `vergence`, reaches.
-fn reached(scene: &Scene, blocks: &Blocks, lit: &[bool], vergence: f64) -> Vec<Crop> {
+fn reached(scene: &Scene, blocks: &Blocks, lit: &[bool], vergence: f64) -> Vec<Window> {
     let place = |index: usize| (index % blocks.columns, index / blocks.columns);
     let one = |index: usize| {
         let (x, y) = place(index);
@@ -278,46 +279,8 @@ fn apart(mut boxes: Vec<Box4>) -> Vec<Box4> {
     done
 }
 
-/// How far kernels of sources within `light` reach, probed at nine places.
-fn reach(scene: &Scene, light: Crop, vergence: f64) -> Reach {
-    let mut far = [0.0_f64; 4];
-    let scale = scene.map.scale;
-    for (x, y) in (0..9).map(|k| (k % 3, k / 3)) {
-        let column = light.column + (light.width - 1) * x / 2;
-        let row = light.row + (light.height - 1) * y / 2;
-        let at = scene
-            .lens
-            .frame()
-            .field_point(scene.map.frame_point(column, row));
-        for channel in 0..scene.lens.channel_count() {
-            let placed = scene.lens.blur_at(channel, at, vergence);
-            let reach = scene.model.reach_px(&placed.blur.rescaled(scale));
-            // Towards the mean of channels or not: twice the whole displacement bounds both.
-            let shift = match scene.displacement {
-                Displacement::None => 0.0,
-                _ => 2.0 * scale * placed.displacement_px.0.hypot(placed.displacement_px.1),
-            };
-            let sides = [reach.left_px, reach.right_px, reach.up_px, reach.down_px];
-            for (far, side) in far.iter_mut().zip(sides) {
-                *far = far.max(side + shift);
-            }
-        }
-    }
-    // Not a number, or larger than any plate: the inner renderer says what is wrong.
-    let [left_px, right_px, up_px, down_px] = far.map(|far| {
-        let roomy = far * (1.0 + SPARE_SHARE) + SPARE_PX;
-        if roomy < 1e6 { roomy } else { 1e6 }
-    });
-    Reach {
-        left_px,
-        right_px,
-        up_px,
-        down_px,
-    }
-}
-
 /// The scene of a slice: `crop` of the plate, all at one vergence.
-pub(super) fn cropped<'a>(scene: &Scene<'a>, crop: Crop, vergence: f64) -> Scene<'a> {
+pub(super) fn cropped<'a>(scene: &Scene<'a>, crop: Window, vergence: f64) -> Scene<'a> {
     let PlateMap { origin, scale } = scene.map;
     let map = PlateMap {
         origin: ImagePoint::new(
