@@ -9,17 +9,19 @@ mod memory;
 mod occlusion;
 mod plate;
 mod queue;
+mod setup;
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use clap::{Args, ValueEnum};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use seidel_core::render::{Displacement, Edges, Gather, Quality, Renderer, Scatter, VergencePass};
 
-use super::CommandError;
-use super::drawing::{Drawing, DrawingArgs};
+use super::drawing::DrawingArgs;
+use super::{CommandError, read_lens};
 use crate::Console;
+use crate::files::animation::Animation;
 use crate::files::atomic::check_target;
 use crate::files::error::FileError;
 use crate::files::sequence::{Step, expand};
@@ -30,6 +32,7 @@ use frame::Job;
 use memory::{DEFAULT_MEMORY, parse_size};
 use occlusion::OcclusionArgs;
 use plate::PlateArgs;
+use setup::Settings;
 
 /// Options of `seidel apply`.
 #[derive(Debug, Args)]
@@ -58,6 +61,10 @@ pub struct ApplyArgs {
     adjust: AdjustArgs,
     #[command(flatten)]
     focus: FocusArgs,
+    /// Values by frame of --amount, --focus-distance, --f-number and others: CSV with a column `frame` and one an
+    /// option, or JSON; between frames that have a value it changes evenly
+    #[arg(long, value_name = "FILE")]
+    animate: Option<PathBuf>,
     /// Which displacement of light to render
     #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
     geometry: Geometry,
@@ -144,20 +151,28 @@ impl From<EdgeChoice> for Edges {
 }
 
 pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), CommandError> {
-    let Drawing {
-        lens,
-        predictor,
-        model,
-    } = args.drawing.open(&args.lens, console)?;
+    let measured = read_lens(&args.lens)?;
+    let mut said = Vec::new();
+    let setup = args.settings().open(&measured, &args.lens, &mut said)?;
+    for remark in said {
+        console.remark(remark);
+    }
+    let animation = args.animate.as_deref().map(Animation::open).transpose()?;
     let depth = args.depth.source()?;
-    depth.check_lens(&predictor, &args.lens)?;
-    args.adjust.adjusted(&predictor, 1.0)?;
-    args.focus.check()?;
+    depth.check_lens(&setup.drawing.predictor, &args.lens)?;
     let holdout = args.occlusion.source()?;
     let mut patterns = vec![args.input.as_str(), args.output.as_str()];
     patterns.extend(depth.file_pattern());
     patterns.extend(holdout.file_patterns());
     let all = expand(&patterns, args.frames.as_deref())?;
+    if let Some(table) = &animation {
+        setup::check_names(table)?;
+        if all.iter().any(|step| step.frame.is_none()) {
+            return Err(CommandError::Usage(
+                "--animate needs frames: give IN and OUT a frame pattern, and --frames".to_owned(),
+            ));
+        }
+    }
     for step in &all {
         keeps_inputs(step, &args.lens)?;
         check_target(&step.paths[1])?;
@@ -185,9 +200,9 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
     };
     let job = Job {
         args,
-        lens: &lens,
-        predictor: &predictor,
-        model,
+        measured: &measured,
+        setup: Arc::new(setup),
+        animation: animation.as_ref(),
         depth: &depth,
         holdout: &holdout,
         meaning: args.depth.meaning()?,
@@ -242,6 +257,15 @@ fn pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
 }
 
 impl ApplyArgs {
+    /// How the lens is to be where no table says otherwise.
+    fn settings(&self) -> Settings {
+        Settings {
+            drawing: self.drawing.clone(),
+            adjust: self.adjust.clone(),
+            focus: self.focus.clone(),
+        }
+    }
+
     /// Whether a frame of a sequence was rendered by an earlier run: outputs are whole or not there.
     fn is_done(&self, step: &Step) -> bool {
         step.frame.is_some() && !self.overwrite && step.paths[1].exists()

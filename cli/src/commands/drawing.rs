@@ -13,20 +13,20 @@ use crate::Console;
 use crate::files::error::FileError;
 
 /// Options about how a lens is drawn.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct DrawingArgs {
     #[arg(long, value_name = "MODEL", help = model_help())]
     psf: Option<String>,
     /// Focus the lens at this distance, in metres, or `inf`; as measured if left out. Focus, f-number
     /// and sensor shift need a lens fitted with --model reduced
     #[arg(long, visible_alias = "focus-plane", value_name = "METRES", value_parser = parse_distance)]
-    focus_distance: Option<ObjectDistance>,
+    pub(super) focus_distance: Option<ObjectDistance>,
     /// Stop the lens down to this f-number; as measured if left out
     #[arg(long, value_name = "N")]
-    f_number: Option<f64>,
+    pub(super) f_number: Option<f64>,
     /// Move the sensor away from the lens by this many micrometres; negative towards it
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
-    sensor_shift_um: Option<f64>,
+    pub(super) sensor_shift_um: Option<f64>,
 }
 
 fn model_help() -> String {
@@ -48,15 +48,24 @@ pub(super) struct Drawing {
 }
 
 impl DrawingArgs {
-    /// The distance that is to be in focus, where one was given.
-    pub(super) fn focus_distance(&self) -> Option<ObjectDistance> {
-        self.focus_distance
-    }
-
     /// Reads the lens at `path` and settles how to draw it.
     pub(super) fn open(&self, path: &Path, console: &mut Console) -> Result<Drawing, CommandError> {
+        let mut said = Vec::new();
+        let drawing = self.set(&read_lens(path)?, path, &mut said)?;
+        for remark in said {
+            console.remark(remark);
+        }
+        Ok(drawing)
+    }
+
+    /// Settles how to draw the lens that was `measured`, of the file `path`; remarks go to `said`.
+    pub(super) fn set(
+        &self,
+        measured: &LensProfile,
+        path: &Path,
+        said: &mut Vec<String>,
+    ) -> Result<Drawing, CommandError> {
         let named = self.psf.as_deref().map(psf::by_id).transpose()?;
-        let measured = read_lens(path)?;
         let controls = Controls {
             focus_distance: self.focus_distance,
             f_number: self.f_number,
@@ -64,9 +73,7 @@ impl DrawingArgs {
         };
         let in_file = |e| FileError::from_core(path, e);
         let lens = measured.with_controls(&controls).map_err(in_file)?;
-        for remark in measured.control_remarks(&controls) {
-            console.remark(remark);
-        }
+        said.extend(measured.control_remarks(&controls));
         let predictor = Predictor::new(&lens).map_err(in_file)?;
         let model = named.unwrap_or_else(|| predictor.default_model());
         predictor.check_model(model).map_err(in_file)?;

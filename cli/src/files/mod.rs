@@ -1,5 +1,6 @@
 //! Everything the command reads and writes: the only room where files are opened.
 
+pub mod animation;
 pub mod atomic;
 pub mod depth;
 pub mod error;

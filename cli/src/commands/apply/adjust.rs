@@ -9,7 +9,7 @@ use seidel_core::{Error, Result};
 use crate::commands::parse_point;
 
 /// Options about how strong the lens is.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct AdjustArgs {
     /// How strong the lens's blur and displacement are: 0 leaves the plate as it is, 1 is as measured
     #[arg(
@@ -18,7 +18,7 @@ pub(super) struct AdjustArgs {
         default_value_t = 1.0,
         allow_negative_numbers = true
     )]
-    amount: f64,
+    pub(super) amount: f64,
     /// Scale the blur of single channels of the lens, such as R=1.1,B=0.9
     #[arg(long, value_name = "CHANNEL=SCALE", value_delimiter = ',', value_parser = parse_scale)]
     channel_scale: Vec<(String, f64)>,
@@ -44,6 +44,18 @@ impl AdjustArgs {
     /// By how much the axis is moved, plate pixels (x, y).
     pub(super) fn axis_offset_px(&self) -> (f64, f64) {
         self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px))
+    }
+
+    /// Puts the axis elsewhere along x, y or both, plate pixels.
+    pub(super) fn move_axis(&mut self, x: Option<f64>, y: Option<f64>) {
+        let at = self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px));
+        self.axis_offset = Some(ImagePoint::new(x.unwrap_or(at.0), y.unwrap_or(at.1)));
+    }
+
+    /// Scales the blur of one channel by `scale`, and no longer by what it was scaled by.
+    pub(super) fn scale_channel(&mut self, channel: &str, scale: f64) {
+        self.channel_scale.retain(|(name, _)| name != channel);
+        self.channel_scale.push((channel.to_owned(), scale));
     }
 
     /// `lens` as asked for; `scale` is plate pixels per pixel of its frame.

@@ -1,11 +1,10 @@
 //! One frame of a run: read, blurred, written.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use rayon::ThreadPool;
-use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
-use seidel_core::psf::PsfModel;
 use seidel_core::render::{Extended, Layered, PlateExtent, Renderer, Scene, VergencePass};
 
 use super::depth::{DepthMeaning, DepthSource};
@@ -13,8 +12,11 @@ use super::depth_check::PlateView;
 use super::occlusion::{HoldoutPixels, HoldoutSource};
 use super::plate::{Light, plate_map, plate_weights};
 use super::queue::{Outcome, Stages};
+use super::setup::Setup;
 use super::{ApplyArgs, EdgeChoice, QualityChoice, Vergences};
 use crate::commands::CommandError;
+use crate::commands::drawing::Drawing;
+use crate::files::animation::Animation;
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
 use crate::files::sequence::Step;
@@ -22,9 +24,12 @@ use crate::files::sequence::Step;
 /// What all frames of a run share.
 pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
-    pub(super) lens: &'a LensProfile,
-    pub(super) predictor: &'a Predictor,
-    pub(super) model: &'static dyn PsfModel,
+    /// The lens as its file has it.
+    pub(super) measured: &'a LensProfile,
+    /// The lens of frames that no table changes.
+    pub(super) setup: Arc<Setup>,
+    /// What changes by frame.
+    pub(super) animation: Option<&'a Animation>,
     pub(super) depth: &'a DepthSource,
     pub(super) holdout: &'a HoldoutSource,
     /// What the numbers of depth passes are.
@@ -41,6 +46,7 @@ pub(super) struct Job<'a> {
 
 /// A frame in memory.
 pub(super) struct ReadFrame {
+    setup: Arc<Setup>,
     plate: Plate,
     light: Light,
     vergence: Vergences,
@@ -71,21 +77,36 @@ impl Job<'_> {
         )
     }
 
+    /// The lens of a frame; remarks go to `said`.
+    fn setup(&self, step: &Step, said: &mut Vec<String>) -> Result<Arc<Setup>, CommandError> {
+        let (Some(table), Some(frame)) = (self.animation, step.frame) else {
+            return Ok(Arc::clone(&self.setup));
+        };
+        let settings = self.args.settings().at(table, frame)?;
+        let setup = settings.open(self.measured, &self.args.lens, said)?;
+        Ok(Arc::new(setup))
+    }
+
     fn read_frame(&self, index: usize) -> Result<ReadFrame, CommandError> {
         let step = self.steps[index];
         let mut said = Vec::new();
         let plate = Plate::open(&step.paths[0], &self.args.plate.options())?;
         let light = self.args.plate.light(&plate, &mut said)?;
         let depth_file = self.depth_file(step);
-        let map = plate_map(&plate, self.predictor, self.args.plate.lens_scale);
-        let view = PlateView::new(self.lens, map, self.args.adjust.axis_offset_px());
+        let setup = self.setup(step, &mut said)?;
+        let Drawing {
+            lens, predictor, ..
+        } = &setup.drawing;
+        let map = plate_map(&plate, predictor, self.args.plate.lens_scale);
+        let view = PlateView::new(lens, map, setup.adjust.axis_offset_px());
         let first = index == 0;
-        let vergence =
-            self.depth
-                .read(&plate, depth_file, self.predictor, &view, first, &mut said)?;
+        let vergence = self
+            .depth
+            .read(&plate, depth_file, predictor, &view, first, &mut said)?;
         let files = self.holdout_files(step);
         let holdout = self.holdout.read(&plate, files, self.meaning, view.axis)?;
         Ok(ReadFrame {
+            setup,
             plate,
             light,
             vergence,
@@ -96,16 +117,22 @@ impl Job<'_> {
 
     fn blur_frame(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
         let ReadFrame {
+            setup,
             mut plate,
             light,
             vergence,
             holdout,
             mut said,
         } = frame;
-        let (args, lens) = (self.args, self.predictor);
+        let args = self.args;
+        let Drawing {
+            predictor: lens,
+            model,
+            ..
+        } = &setup.drawing;
         let in_plate = |e| FileError::from_core(&self.steps[index].paths[0], e);
         let weights = plate_weights(&plate, lens).map_err(in_plate)?;
-        if args.adjust.is_nothing() {
+        if setup.adjust.is_nothing() {
             // As it is to the bit, and not only to the rounding of a render; but for what was scrubbed.
             if !plate.non_finite().is_empty() {
                 light.put_back(&mut plate, light.copied())?;
@@ -113,19 +140,18 @@ impl Job<'_> {
             return Ok(BlurredFrame { plate, said });
         }
         let map = plate_map(&plate, lens, args.plate.lens_scale);
-        let adjusted = args.adjust.adjusted(lens, map.scale)?;
+        let adjusted = setup.adjust.adjusted(lens, map.scale)?;
         let extent = PlateExtent {
             map,
             width: plate.width(),
             height: plate.height(),
         };
-        let focus = args.drawing.focus_distance();
-        let refocused = |v| args.focus.applied(v, &adjusted, extent, focus);
+        let refocused = |v| setup.focus.applied(v, &adjusted, extent, setup.focused_at);
         let vergence = refocused(vergence)?;
         let holdout = holdout.map(|h| h.changed(refocused)).transpose()?;
         let scene = Scene {
             lens: &adjusted,
-            model: self.model,
+            model: *model,
             width: plate.width(),
             height: plate.height(),
             map,

@@ -1,0 +1,137 @@
+//! The lens of a frame: set, adjusted and focused as the options say, or as a table says for that frame.
+
+use seidel_core::distance::ObjectDistance;
+use seidel_core::profile::LensProfile;
+
+use super::adjust::AdjustArgs;
+use super::focus::FocusArgs;
+use crate::commands::CommandError;
+use crate::commands::drawing::{Drawing, DrawingArgs};
+use crate::files::animation::{Animation, Between};
+use crate::files::error::FileError;
+
+/// How a frame's lens is to be.
+#[derive(Debug, Clone)]
+pub(super) struct Settings {
+    pub(super) drawing: DrawingArgs,
+    pub(super) adjust: AdjustArgs,
+    pub(super) focus: FocusArgs,
+}
+
+/// A frame's lens.
+pub(super) struct Setup {
+    pub(super) drawing: Drawing,
+    pub(super) adjust: AdjustArgs,
+    pub(super) focus: FocusArgs,
+    /// What the lens was focused at, where that was said.
+    pub(super) focused_at: Option<ObjectDistance>,
+}
+
+/// What changes a setting to a value.
+type Change = fn(&mut Settings, f64) -> seidel_core::Result<()>;
+
+/// Columns that a table may have; besides, `channel-scale.NAME`.
+const COLUMNS: [(&str, Between, Change); 10] = [
+    ("amount", Between::Values, |s, v| {
+        s.adjust.amount = v;
+        Ok(())
+    }),
+    ("axis-offset.x", Between::Values, |s, v| {
+        s.adjust.move_axis(Some(v), None);
+        Ok(())
+    }),
+    ("axis-offset.y", Between::Values, |s, v| {
+        s.adjust.move_axis(None, Some(v));
+        Ok(())
+    }),
+    ("focus-distance", Between::Reciprocals, |s, v| {
+        s.drawing.focus_distance = Some(ObjectDistance::metres(v)?);
+        Ok(())
+    }),
+    ("f-number", Between::Values, |s, v| {
+        s.drawing.f_number = Some(v);
+        Ok(())
+    }),
+    ("sensor-shift-um", Between::Values, |s, v| {
+        s.drawing.sensor_shift_um = Some(v);
+        Ok(())
+    }),
+    ("depth-of-field", Between::Values, |s, v| {
+        s.focus.depth_of_field = v;
+        Ok(())
+    }),
+    ("front-multiplier", Between::Values, |s, v| {
+        s.focus.front_multiplier = v;
+        Ok(())
+    }),
+    ("back-multiplier", Between::Values, |s, v| {
+        s.focus.back_multiplier = v;
+        Ok(())
+    }),
+    ("maximum-size", Between::Values, |s, v| {
+        s.focus.maximum_size = Some(v);
+        Ok(())
+    }),
+];
+
+/// Columns that scale a channel begin with this.
+const CHANNEL: &str = "channel-scale.";
+
+/// Refuses a table with columns that are no options.
+pub(super) fn check_names(table: &Animation) -> Result<(), CommandError> {
+    let known = |name: &str| {
+        name.starts_with(CHANNEL) || COLUMNS.iter().any(|(column, _, _)| *column == name)
+    };
+    let Some(bad) = table.names().find(|name| !known(name)) else {
+        return Ok(());
+    };
+    let names: Vec<&str> = COLUMNS.iter().map(|(name, _, _)| *name).collect();
+    Err(FileError::new(
+        table.path(),
+        bad,
+        "is no option that can change by frame",
+        format!("there are {} and {CHANNEL}NAME", names.join(", ")),
+    )
+    .into())
+}
+
+impl Settings {
+    /// The same with what `table` says about `frame`.
+    pub(super) fn at(mut self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
+        let in_table = |name: &str, e| {
+            let e: seidel_core::Error = e;
+            FileError::from_core(table.path(), e.within(&format!("frame {frame}, {name}")))
+        };
+        for (name, between, change) in COLUMNS {
+            if let Some(value) = table.at(name, frame, between) {
+                change(&mut self, value).map_err(|e| in_table(name, e))?;
+            }
+        }
+        for name in table.names() {
+            if let Some(channel) = name.strip_prefix(CHANNEL)
+                && let Some(scale) = table.at(name, frame, Between::Values)
+            {
+                self.adjust.scale_channel(channel, scale);
+            }
+        }
+        Ok(self)
+    }
+
+    /// Sets the lens that was `measured`, of the file `path`; remarks go to `said`.
+    pub(super) fn open(
+        self,
+        measured: &LensProfile,
+        path: &std::path::Path,
+        said: &mut Vec<String>,
+    ) -> Result<Setup, CommandError> {
+        let drawing = self.drawing.set(measured, path, said)?;
+        self.adjust.adjusted(&drawing.predictor, 1.0)?;
+        self.focus.check()?;
+        Ok(Setup {
+            drawing,
+            focused_at: self.drawing.focus_distance,
+            adjust: self.adjust,
+            focus: self.focus,
+        })
+    }
+}

@@ -1,0 +1,250 @@
+//! Values by frame, from CSV or JSON.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::error::{FileError, Result};
+use super::json::read_text;
+
+/// Largest file that is read, bytes.
+const LIMIT_BYTES: u64 = 64 * 1024 * 1024;
+
+/// Named values that change from frame to frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Animation {
+    path: PathBuf,
+    /// Of each name the frames that have a value, and it.
+    curves: BTreeMap<String, BTreeMap<i64, f64>>,
+}
+
+/// How to go from one value to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Between {
+    /// Evenly.
+    Values,
+    /// Evenly in one over the value: for distances, of which infinity is one.
+    Reciprocals,
+}
+
+impl Animation {
+    /// Reads a table: CSV with a column `frame` and one for each name, where empty cells say nothing; or JSON, an
+    /// object of objects, `{"1001": {"name": 1.5}}`. Values are numbers or `inf`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, that is neither, or has a frame or value that is none.
+    pub fn open(path: &Path) -> Result<Self> {
+        let text = read_text(path, LIMIT_BYTES)?;
+        let cells = if text.trim_start().starts_with('{') {
+            json_cells(path, &text)?
+        } else {
+            csv_cells(path, &text)?
+        };
+        let mut curves: BTreeMap<String, BTreeMap<i64, f64>> = BTreeMap::new();
+        for cell in cells {
+            let curve = curves.entry(cell.name.clone()).or_default();
+            if curve.insert(cell.frame, cell.value).is_some() {
+                return Err(FileError::new(
+                    path,
+                    format!("frame {}, {}", cell.frame, cell.name),
+                    "is given twice",
+                    "leave one row a frame",
+                ));
+            }
+        }
+        if curves.is_empty() {
+            return Err(FileError::new(
+                path,
+                "",
+                "holds no values",
+                "give a CSV table with a column `frame` and one for each option",
+            ));
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            curves,
+        })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All names that have values.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.curves.keys().map(String::as_str)
+    }
+
+    /// The value of `name` at `frame`: between frames that have one it changes evenly, before the first and after
+    /// the last it stays. None where no frame has one.
+    pub fn at(&self, name: &str, frame: i64, between: Between) -> Option<f64> {
+        let curve = self.curves.get(name)?;
+        let before = curve.range(..=frame).next_back();
+        let after = curve.range(frame..).next();
+        let ((from, a), (to, b)) = match (before, after) {
+            (Some(before), Some(after)) => (before, after),
+            (Some(only), None) | (None, Some(only)) => (only, only),
+            (None, None) => return None,
+        };
+        if from == to || a == b {
+            return Some(*a);
+        }
+        let share = (frame - from) as f64 / (to - from) as f64;
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        Some(match between {
+            Between::Values => mix(*a, *b),
+            Between::Reciprocals => 1.0 / mix(1.0 / a, 1.0 / b),
+        })
+    }
+}
+
+/// One value of one frame.
+struct Cell {
+    frame: i64,
+    name: String,
+    value: f64,
+}
+
+fn number(path: &Path, frame: i64, name: &str, text: &str) -> Result<f64> {
+    let value = text.trim().parse::<f64>().ok().filter(|v| !v.is_nan());
+    value.ok_or_else(|| {
+        FileError::new(
+            path,
+            format!("frame {frame}, {name}"),
+            format!("`{text}` is no number"),
+            "give a number, or inf",
+        )
+    })
+}
+
+fn frame_number(path: &Path, place: &str, text: &str) -> Result<i64> {
+    text.trim().parse().map_err(|_| {
+        FileError::new(
+            path,
+            place,
+            format!("`{text}` is no frame"),
+            "give a whole number",
+        )
+    })
+}
+
+fn json_cells(path: &Path, text: &str) -> Result<Vec<Cell>> {
+    type Frames = BTreeMap<String, BTreeMap<String, serde_json::Value>>;
+    let frames: Frames = serde_json::from_str(text).map_err(|e| {
+        FileError::new(
+            path,
+            format!("line {}, column {}", e.line(), e.column()),
+            format!("is not such a table: {e}"),
+            "write it like {\"1001\": {\"amount\": 1.5}}",
+        )
+    })?;
+    let mut cells = Vec::new();
+    for (frame, values) in frames {
+        let frame = frame_number(path, "key", &frame)?;
+        for (name, value) in values {
+            let text = value
+                .as_str()
+                .map_or_else(|| value.to_string(), str::to_owned);
+            let value = number(path, frame, &name, &text)?;
+            cells.push(Cell { frame, name, value });
+        }
+    }
+    Ok(cells)
+}
+
+fn csv_cells(path: &Path, text: &str) -> Result<Vec<Cell>> {
+    let refuse =
+        |place: String, problem: String, remedy: &str| FileError::new(path, place, problem, remedy);
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let unreadable = |e: csv::Error| {
+        let line = e.position().map_or(1, csv::Position::line);
+        refuse(
+            format!("line {line}"),
+            format!("is not such a table: {e}"),
+            "give every row as many cells as the first",
+        )
+    };
+    let header = reader.headers().map_err(unreadable)?.clone();
+    let Some(frames) = header.iter().position(|name| name == "frame") else {
+        return Err(refuse(
+            "line 1".to_owned(),
+            "names no column `frame`".to_owned(),
+            "begin with a line such as frame,amount,focus-distance",
+        ));
+    };
+    let mut cells = Vec::new();
+    for row in reader.records() {
+        let row = row.map_err(unreadable)?;
+        let line = row.position().map_or(0, csv::Position::line);
+        let frame = frame_number(path, &format!("line {line}"), &row[frames])?;
+        for (column, (name, text)) in header.iter().zip(&row).enumerate() {
+            if column != frames && !text.is_empty() {
+                cells.push(Cell {
+                    frame,
+                    name: name.to_owned(),
+                    value: number(path, frame, name, text)?,
+                });
+            }
+        }
+    }
+    Ok(cells)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn opened(text: &str) -> Result<Animation> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("values");
+        std::fs::write(&path, text).expect("writable");
+        Animation::open(&path)
+    }
+
+    #[test]
+    fn values_change_evenly_between_frames_and_stay_beyond() {
+        let csv =
+            opened("# a rack\nframe, focus-distance, amount\n10, 2, 0.5\n14, inf,\n20, 2, 1\n");
+        let json = opened(
+            r#"{"10": {"focus-distance": 2, "amount": 0.5}, "14": {"focus-distance": "inf"},
+                "20": {"focus-distance": 2.0, "amount": 1}}"#,
+        );
+        for table in [csv.expect("sound"), json.expect("sound")] {
+            let amount = |frame| table.at("amount", frame, Between::Values);
+            assert_eq!([10, 15, 20].map(amount), [Some(0.5), Some(0.75), Some(1.0)]);
+            assert_eq!([-3, 99].map(amount), [Some(0.5), Some(1.0)]);
+            let focus = |frame| table.at("focus-distance", frame, Between::Reciprocals);
+            assert_eq!(focus(12), Some(4.0));
+            assert_eq!(focus(14), Some(f64::INFINITY));
+            assert_eq!(focus(17), Some(4.0));
+            assert_eq!(table.at("f-number", 12, Between::Values), None);
+            assert_eq!(
+                table.names().collect::<Vec<_>>(),
+                ["amount", "focus-distance"]
+            );
+        }
+    }
+
+    #[test]
+    fn tables_that_cannot_be_are_refused_by_place() {
+        for (text, says) in [
+            ("", "frame"),
+            ("amount\n1\n", "frame"),
+            ("frame,amount\n", "no values"),
+            ("frame,amount\n1,2,3\n", "line 2"),
+            ("frame,amount\nx,2\n", "`x` is no frame"),
+            ("frame,amount\n1,much\n", "frame 1, amount"),
+            ("frame,amount\n1,nan\n", "no number"),
+            ("frame,amount\n1,1\n1,2\n", "given twice"),
+            ("{\"1\": 3}", "line 1"),
+            ("{\"one\": {\"amount\": 3}}", "`one` is no frame"),
+            ("{\"1\": {\"amount\": null}}", "no number"),
+        ] {
+            let said = opened(text).expect_err(text).to_string();
+            assert!(said.contains(says), "{text}: {said}");
+        }
+    }
+}
