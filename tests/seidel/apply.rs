@@ -320,6 +320,11 @@ fn real_plates_keep_their_light_and_their_other_channels() {
             output.as_os_str(),
             "--depth-unit".as_ref(),
             unit.as_ref(),
+            // Hidden light is not kept, and the fast renderer's is to its own bound.
+            "--quality".as_ref(),
+            "exact".as_ref(),
+            "--occlusion".as_ref(),
+            "off".as_ref(),
         ]);
         assert_eq!(outcome.status, 0, "{}", outcome.stderr);
         for channel in ["R", "G", "B"] {
