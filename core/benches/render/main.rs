@@ -9,6 +9,7 @@
 
 mod accuracy;
 mod cases;
+mod depth;
 mod lenses;
 mod machine;
 mod overlap_add;
@@ -96,6 +97,10 @@ fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
         report::table(&findings),
         report::aims(&findings)
     );
+    let asked = options.only.as_ref();
+    if !options.quick && asked.is_none_or(|only| depth::NAME.contains(only)) {
+        println!("{}\n", depth::line(options.rounds)?);
+    }
     for line in machine::description(THREADS) {
         println!("- {line}");
     }
