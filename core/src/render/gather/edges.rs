@@ -38,6 +38,17 @@ pub(super) fn fold_early(
 /// The part of `image` on a plate of `size`; what is beyond is folded back or left out.
 pub(super) fn cut(image: &Image, (width, height): (usize, usize), edges: Edges) -> Vec<f32> {
     let mut out = vec![0.0_f32; width * height];
+    fold_onto(image, (width, height), edges, &mut out);
+    out
+}
+
+/// Adds to `out`, a plate of `size`, what [`cut`] gives.
+pub(super) fn fold_onto(
+    image: &Image,
+    (width, height): (usize, usize),
+    edges: Edges,
+    out: &mut [f32],
+) {
     let end = image.left + image.width as i32;
     let inside = image.left.clamp(0, width as i32)..end.clamp(0, width as i32);
     for (y, line) in image.samples.chunks_exact(image.width.max(1)).enumerate() {
@@ -60,7 +71,6 @@ pub(super) fn cut(image: &Image, (width, height): (usize, usize), edges: Edges) 
             *out += light;
         }
     }
-    out
 }
 
 /// An image of `size` with what doubling sees of the mirrored ones about it.

@@ -3,15 +3,21 @@
 //! The scatter O(x) = sum over x' of I(x') P_x'(x - x') is the gather O(x) = sum over d of Q_x(d) I(x - d)
 //! with Q_x(d) = P_{x-d}(d). Q changes slowly over the plate: it is made at the corners of square tiles
 //! (`corners`, on a `grid`) and is bilinear between (`fir`). Where the blur is wide the same is done on
-//! a coarser level of a `pyramid`; a `plan` says which tile is gathered where.
+//! a coarser level of a `pyramid`; a `plan` says which tile is gathered where. Small `lights` far brighter than
+//! what is about them are taken off first and scattered exactly.
 
 mod corners;
 mod edges;
 mod fir;
 mod grid;
 mod image;
+mod lights;
+#[cfg(test)]
+mod lights_tests;
 mod optics;
 mod plan;
+#[cfg(test)]
+mod property_tests;
 mod pyramid;
 mod stencil;
 #[cfg(test)]
@@ -27,6 +33,7 @@ use corners::{Mixed, Places};
 use edges::{cut, fold_early, mirrored};
 use fir::{Blend, LANES};
 use image::{Image, View};
+use lights::Split;
 use optics::Optics;
 use plan::{Brief, Level, Lit, plan};
 use pyramid::{Doubling, doubled, halved};
@@ -109,14 +116,16 @@ struct Job<'a> {
 impl Job<'_> {
     fn render(&self, planes: &[Plane]) -> Result<Vec<Vec<f32>>> {
         let Scene { width, height, .. } = *self.scene;
-        let views: Vec<View> = planes
+        let split = Split::of(planes, width);
+        let views: Vec<View> = split
+            .rest
             .iter()
-            .map(|plane| View {
+            .map(|samples| View {
                 left: 0,
                 top: 0,
                 width,
                 height,
-                samples: plane.samples,
+                samples,
             })
             .collect();
         let reach = self.optics.reach((width, height))?;
@@ -145,7 +154,9 @@ impl Job<'_> {
         let plates = out
             .par_iter()
             .map(|image| cut(image, (width, height), edges));
-        Ok(plates.collect())
+        let mut plates: Vec<_> = plates.collect();
+        split.scatter(self.scene, &self.optics, planes, self.progress, &mut plates)?;
+        Ok(plates)
     }
 
     /// All levels, coarsest first; the finest is left. Light beyond the plate's edges is folded back at
