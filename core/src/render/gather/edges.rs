@@ -43,6 +43,18 @@ pub(super) fn cut(
     window: Window,
 ) -> Vec<f32> {
     let mut out = vec![0.0_f32; window.width * window.height];
+    fold_onto(image, (width, height), edges, window, &mut out);
+    out
+}
+
+/// Adds to `out`, a `window` of a plate of `size`, what [`cut`] gives.
+pub(super) fn fold_onto(
+    image: &Image,
+    (width, height): (usize, usize),
+    edges: Edges,
+    window: Window,
+    out: &mut [f32],
+) {
     let end = image.left + image.width as i32;
     let (first, last) = (window.column as i32, (window.column + window.width) as i32);
     let inside = image.left.max(first).min(last)..end.max(first).min(last);
@@ -77,7 +89,6 @@ pub(super) fn cut(
             *out += light;
         }
     }
-    out
 }
 
 /// An image of `size` with what doubling sees of the mirrored ones about it.

@@ -3,16 +3,22 @@
 //! The scatter O(x) = sum over x' of I(x') P_x'(x - x') is the gather O(x) = sum over d of Q_x(d) I(x - d)
 //! with Q_x(d) = P_{x-d}(d). Q changes slowly over the plate: it is made at the corners of square tiles
 //! (`corners`, on a `grid`) and is bilinear between (`fir`). Where the blur is wide the same is done on
-//! a coarser level of a `pyramid`; a `plan` says which tile is gathered where.
+//! a coarser level of a `pyramid`; a `plan` says which tile is gathered where. Small `lights` far brighter than
+//! what is about them are taken off first and scattered exactly.
 
 mod corners;
 mod edges;
 mod fir;
 mod grid;
 mod image;
+mod lights;
+#[cfg(test)]
+mod lights_tests;
 mod narrow;
 mod optics;
 mod plan;
+#[cfg(test)]
+mod property_tests;
 mod pyramid;
 mod stencil;
 #[cfg(test)]
@@ -30,6 +36,7 @@ use corners::{Mixed, Places};
 use edges::{cut, fold_early, mirrored};
 use fir::{Blend, LANES};
 use image::{Image, View};
+use lights::Split;
 use narrow::narrow;
 use optics::Optics;
 use plan::{Brief, Level, Lit, plan};
@@ -128,14 +135,16 @@ struct Job<'a> {
 impl Job<'_> {
     fn render(&self, planes: &[Plane]) -> Result<Vec<Vec<f32>>> {
         let Scene { width, height, .. } = *self.scene;
-        let views: Vec<View> = planes
+        let split = Split::of(planes, width);
+        let views: Vec<View> = split
+            .rest
             .iter()
-            .map(|plane| View {
+            .map(|samples| View {
                 left: 0,
                 top: 0,
                 width,
                 height,
-                samples: plane.samples,
+                samples,
             })
             .collect();
         let reach = self.optics.reach((width, height))?;
@@ -168,7 +177,10 @@ impl Job<'_> {
         let plates = out
             .par_iter()
             .map(|image| cut(image, (width, height), edges, self.window));
-        Ok(plates.collect())
+        let mut plates: Vec<_> = plates.collect();
+        let place = (self.scene, self.window);
+        split.scatter(place, &self.optics, planes, self.progress, &mut plates)?;
+        Ok(plates)
     }
 
     /// All levels, coarsest first; the finest is left. Light beyond the plate's edges is folded back at
