@@ -7,7 +7,7 @@ use crate::psf::PsfModel;
 pub enum Quality {
     /// For looking: at least 45 dB.
     Draft,
-    /// For delivery: at least 60 dB, 70 dB where no blur has a standard deviation above 4 px; models
+    /// For delivery: at least 60 dB, 75 dB where no blur has a standard deviation above 4 px; models
     /// drawn ray by ray, 50 dB.
     #[default]
     Final,
