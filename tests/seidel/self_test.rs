@@ -70,10 +70,15 @@ fn self_test() {
     for key in ["single_top1", "pair_both", "false_alarms"] {
         numbers(&report["scores"][key], &["held", "of", "share"]);
     }
-    for key in ["closed_median", "closed_error", "calibration_error"] {
+    for key in [
+        "closed_median",
+        "closed_error",
+        "calibration_error",
+        "calibration_error_first",
+    ] {
         numbers(&report["scores"][key], &["value", "of"]);
     }
-    assert_eq!(report["aims"].as_array().map(Vec::len), Some(8));
+    assert_eq!(report["aims"].as_array().map(Vec::len), Some(9));
     let cases = report["cases"].as_array().expect("a list");
     assert_eq!(cases.len(), 6);
     for case in cases {
