@@ -71,7 +71,8 @@ pub struct ApplyArgs {
     /// What lies beyond the plate's edges
     #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
     edges: EdgeChoice,
-    /// How near to the exact renderer's result: draft, final (60 dB or better) or exact
+    /// How near to the exact renderer's result: draft, final (60 dB or better, less on small plates over which
+    /// blur changes fast) or exact
     #[arg(long, value_enum, default_value_t = QualityChoice::Final)]
     quality: QualityChoice,
     /// Threads to blur with; all cores if left out

@@ -8,7 +8,8 @@ pub enum Quality {
     /// For looking: at least 45 dB.
     Draft,
     /// For delivery: at least 60 dB, 75 dB where no blur has a standard deviation above 4 px; models
-    /// drawn ray by ray, 50 dB.
+    /// drawn ray by ray, 50 dB. Less where blur changes by much of itself within the narrowest tiles,
+    /// 16 px of a level: docs/rendering.md has figures.
     #[default]
     Final,
 }
