@@ -3,6 +3,7 @@
 use super::Tolerance;
 use super::grid::Grid;
 use super::optics::Optics;
+use super::passband;
 use super::stencil::Stencil;
 use crate::error::Result;
 use crate::psf::KernelRows;
@@ -57,7 +58,7 @@ impl<T> Places<T> {
 pub(super) type Mixed = Vec<Stencil>;
 
 /// By how much kernels of a coarse level may be wider than those of the plate, px of the level.
-const ROOM_PX: f64 = 2.0;
+const ROOM_PX: f64 = 2.0 + passband::SIDE as f64;
 
 /// The stencils at `wanted` corners (row, column) of `grid`; no light goes farther than `reach`, px of the plate.
 ///
@@ -129,10 +130,12 @@ fn nodes_about(grid: &Grid, wanted: &BTreeSet<(i32, i32)>, far: i32) -> BTreeSet
 
 fn draw_all(optics: &Optics, grid: &Grid, nodes: &BTreeSet<(i32, i32)>) -> Result<Vec<Mixed>> {
     let list: Vec<_> = nodes.iter().copied().collect();
+    let narrowest = optics.tolerance.least_sigma_for(optics.model);
+    let given_back = passband::filter(grid.level, narrowest);
     list.par_iter()
         .map_init(
             || (KernelRows::default(), Vec::new()),
-            |(rows, found), node| draw(optics, grid, *node, rows, found),
+            |(rows, found), node| draw(optics, (grid, &given_back), *node, rows, found),
         )
         .collect()
 }
@@ -140,7 +143,7 @@ fn draw_all(optics: &Optics, grid: &Grid, nodes: &BTreeSet<(i32, i32)>) -> Resul
 /// The kernels of a source at `node` (row, column), turned round and mixed.
 fn draw(
     optics: &Optics,
-    grid: &Grid,
+    (grid, given_back): (&Grid, &[f64]),
     (row, column): (i32, i32),
     rows: &mut KernelRows,
     found: &mut Vec<Option<Source>>,
@@ -159,6 +162,9 @@ fn draw(
                 if optics.model.needs_rays() && grid.level > 0 {
                     // Drawn as light on whole pixels of the level, not of the plate.
                     stencil = stencil.sharpen(1.0 - scale * scale);
+                }
+                if grid.level > 0 {
+                    stencil = stencil.filtered(given_back);
                 }
                 stencil.trim(optics.tolerance.left_out / 8.0);
                 stencil

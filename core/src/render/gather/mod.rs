@@ -16,10 +16,13 @@ mod lights;
 mod lights_tests;
 mod narrow;
 mod optics;
+mod passband;
 mod plan;
 #[cfg(test)]
 mod property_tests;
 mod pyramid;
+#[cfg(test)]
+mod random_lens_tests;
 mod stencil;
 #[cfg(test)]
 mod tests;
@@ -34,7 +37,7 @@ use super::{Edges, Plane, Renderer, Scatter, Scene, VergencePass, Window, stoppe
 use crate::error::Result;
 use corners::{Mixed, Places};
 use edges::{cut, fold_early, mirrored};
-use fir::{Blend, LANES};
+use fir::{Blend, LANES, ROWS};
 use image::{Image, View};
 use lights::Split;
 use narrow::narrow;
@@ -135,6 +138,13 @@ struct Job<'a> {
 impl Job<'_> {
     fn render(&self, planes: &[Plane]) -> Result<Vec<Vec<f32>>> {
         let Scene { width, height, .. } = *self.scene;
+        let model = self.optics.model;
+        let sides = self.optics.sides((width, height))?;
+        let least_tile = self.optics.tolerance.least_tile_for(model);
+        if sides.at(0) < least_tile && !model.needs_rays() {
+            // Blur changes by too much of itself from pixel to pixel, as only a small plate's can.
+            return Scatter.render_window(self.scene, planes, self.window, self.progress);
+        }
         let split = Split::of(planes, width);
         let views: Vec<View> = split
             .rest
@@ -153,11 +163,11 @@ impl Job<'_> {
             Edges::Black => 0,
         };
         let span = |size: usize| -beyond..size as i32 + beyond;
-        let model = self.optics.model;
         let sigma = |at: (f64, f64)| self.optics.least_sigma(at);
         let mut levels = plan(&Brief {
             size: (width, height),
-            tile: self.optics.tile((width, height))?,
+            sides: &sides,
+            least_tile,
             wanted: (span(width), span(height)),
             reach,
             sigma: &sigma,
@@ -281,6 +291,11 @@ impl Job<'_> {
     }
 }
 
+/// Columns and rows that are gathered for a tile of `side`: whole vectors and blocks.
+fn gathered_size(side: usize) -> (usize, usize) {
+    (side.next_multiple_of(LANES), side.next_multiple_of(ROWS))
+}
+
 /// The corners (row, column) of tiles.
 fn corners_of(tiles: &BTreeSet<(i32, i32)>) -> BTreeSet<(i32, i32)> {
     let about = |&(y, x): &(i32, i32)| [(y, x), (y, x + 1), (y + 1, x), (y + 1, x + 1)];
@@ -312,11 +327,14 @@ impl Work<'_> {
         let stride = columns.len() * side;
         for (slot, column) in columns.enumerate() {
             let place = (row, column);
-            space.tile.resize(side * side, 0.0);
+            // Gathered tiles are whole blocks and vectors.
+            let mut width = side;
             if self.level.gathered.contains(&place) {
                 self.gather(place, space);
+                width = gathered_size(side).0;
             } else if self.level.doubled.contains(&place) {
                 let corner = (column * side as i32, row * side as i32);
+                space.tile.resize(side * side, 0.0);
                 doubled(
                     self.coarser,
                     corner,
@@ -327,8 +345,8 @@ impl Work<'_> {
             } else {
                 continue;
             }
-            for (y, line) in space.tile.chunks_exact(side).enumerate() {
-                band[y * stride + slot * side..][..side].copy_from_slice(line);
+            for (y, line) in space.tile.chunks_exact(width).take(side).enumerate() {
+                band[y * stride + slot * side..][..side].copy_from_slice(&line[..side]);
             }
         }
     }
@@ -354,13 +372,15 @@ impl Work<'_> {
             column * side as i32 + blend.columns.start,
             row * side as i32 + blend.rows.start,
         );
+        let (width, height) = gathered_size(side);
         let size = (
-            side + blend.columns.len().max(1) - 1,
-            side + blend.rows.len().max(1) - 1,
+            width + blend.columns.len().max(1) - 1,
+            height + blend.rows.len().max(1) - 1,
         );
         let stride = size.0 + LANES;
+        space.tile.resize(width * height, 0.0);
         if blend.len() > 0 && self.sources.copy(corner, size, stride, &mut space.window) {
-            blend.gather(&space.window, stride, side, &mut space.tile);
+            blend.gather(&space.window, stride, width, &mut space.tile);
         } else {
             space.tile.fill(0.0);
         }

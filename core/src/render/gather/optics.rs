@@ -1,11 +1,11 @@
 //! The lens as the fast renderer asks it: how wide its blur is, how far it reaches, how fast it changes.
 
 use super::Tolerance;
-use super::plan::LEAST_TILE;
 use super::stencil::Stencil;
 use crate::error::Result;
 use crate::psf::{KernelRows, PsfModel};
 use crate::render::sources::{Source, Sources};
+use rayon::prelude::*;
 
 /// A lens at one vergence, for planes with some channel weights.
 pub(super) struct Optics<'a> {
@@ -18,19 +18,30 @@ pub(super) struct Optics<'a> {
 }
 
 /// Places of a plate where the lens is tried, as shares of its width and height.
-const PROBES: [(f64, f64); 7] = [
+const PROBES: [(f64, f64); 13] = [
     (0.5, 0.5),
     (0.0, 0.0),
     (1.0, 1.0),
+    (1.0, 0.0),
+    (0.0, 1.0),
     (0.0, 0.5),
     (0.5, 0.0),
+    (1.0, 0.5),
+    (0.5, 1.0),
     (0.25, 0.3),
     (0.8, 0.2),
+    (0.7, 0.75),
+    (0.3, 0.85),
 ];
 
-/// Side of the tile for which errors are measured, px, and the largest side.
-const TRIED_TILE: f64 = 64.0;
-const LARGEST_TILE: usize = 128;
+/// The side that is tried first, px.
+const FIRST_TILE: f64 = 64.0;
+
+/// How often another side is tried before the last error is trusted.
+const MOST_TRIES: usize = 4;
+
+/// The widest tile, px of the plate.
+const WIDEST_TILE: usize = 256;
 
 impl Optics<'_> {
     fn wanted(&self, channel: usize) -> bool {
@@ -84,60 +95,105 @@ impl Optics<'_> {
         Ok((1.05 * farthest).ceil() as i32 + 2)
     }
 
-    /// The largest side of a tile, px, in which kernels between corners are right to the tolerance.
+    /// How wide tiles may be on a plate of `size` for kernels between their corners to be right to the
+    /// tolerance.
     ///
     /// # Errors
     /// A lens that cannot be drawn at some point.
-    pub(super) fn tile(&self, (width, height): (usize, usize)) -> Result<usize> {
+    pub(super) fn sides(&self, size: (usize, usize)) -> Result<Sides> {
+        // Cubics between nodes need four of them.
+        let widest = WIDEST_TILE.min(size.0.min(size.1) / 3).max(1);
+        let widest = widest as f64;
+        let side_at = |probe: &(f64, f64), first: f64| {
+            let at = (probe.0 * size.0 as f64, probe.1 * size.1 as f64);
+            self.side_at(at, size, (first, widest))
+        };
+        let (first, rest) = (&PROBES[0], &PROBES[1..]);
+        let first = side_at(first, widest.min(FIRST_TILE))?;
+        let mut tried = rest
+            .par_iter()
+            .map(|probe| side_at(probe, (first.1 as f64).max(1.0)))
+            .collect::<Result<Vec<_>>>()?;
+        tried.push(first);
+        let coarsest = tried.iter().map(|(level, _)| *level).max().unwrap_or(0);
+        let sides = (0..=coarsest).map(|level| {
+            let there = tried.iter().filter(|(tried, _)| *tried >= level);
+            there.map(|(_, side)| *side).min().unwrap_or(WIDEST_TILE)
+        });
+        Ok(Sides(sides.collect()))
+    }
+
+    /// The coarsest level at which the blur at `at` is drawn, and the widest tile about it, px; `first` is
+    /// tried first, and none above `widest`.
+    fn side_at(
+        &self,
+        at: (f64, f64),
+        (width, height): (usize, usize),
+        (first, widest): (f64, f64),
+    ) -> Result<(usize, usize)> {
+        let least = self.least_sigma(at).max(1e-3);
+        let level = (least / self.tolerance.least_sigma_for(self.model)).log2();
+        let level = level.floor().clamp(0.0, 16.0);
+        let wanted = self.tolerance.between_corners_at(level as u32);
+        let (mut side, mut tries) = (first, 0);
+        while side > 1.0 {
+            let room = side / 2.0;
+            let inside = |at: f64, size: usize| at.clamp(room, size as f64 - room);
+            let at = (inside(at.0, width), inside(at.1, height));
+            let bend = self.bend(at, room, level.exp2())?;
+            // The error grows with the square of the side, more slowly where it is large.
+            let fitting = (side * (wanted / bend.max(1e-12)).sqrt()).min(widest);
+            let near = (0.5 * side..=2.0 * side).contains(&fitting);
+            if near || bend <= wanted || tries == MOST_TRIES {
+                side = fitting.min(2.0 * side);
+                break;
+            }
+            tries += 1;
+            side = fitting.max(side / 4.0);
+        }
+        Ok((level as usize, side.min(widest) as usize))
+    }
+
+    /// How far kernels at `at` are from the mean of those `room` px away either way, along x or y, share of
+    /// their light, drawn with `step` px to a pixel: the worst of all channels that are wanted.
+    fn bend(&self, at: (f64, f64), room: f64, step: f64) -> Result<f64> {
+        let here = self.kernels(at, step)?;
         let mut worst = 0.0_f64;
-        let size = (width as f64, height as f64);
-        for (x, y) in PROBES {
-            let room = TRIED_TILE / 2.0;
-            let inside =
-                |at: f64, size: f64| at.clamp(room.min(size / 2.0), (size - room).max(size / 2.0));
-            let at = (inside(x * size.0, size.0), inside(y * size.1, size.1));
-            for along in [(room, 0.0), (0.0, room)] {
-                worst = worst.max(self.bend(at, along)?);
+        for along in [(room, 0.0), (0.0, room)] {
+            let before = self.kernels((at.0 - along.0, at.1 - along.1), step)?;
+            let after = self.kernels((at.0 + along.0, at.1 + along.1), step)?;
+            for ((here, before), after) in here.iter().zip(&before).zip(&after) {
+                let apart = Stencil::mean_of(&[(here, 1.0), (before, -0.5), (after, -0.5)]);
+                worst = worst.max(apart.weights.iter().map(|w| f64::from(w.abs())).sum());
             }
         }
-        // The error grows with the square of the side.
-        let side = TRIED_TILE * (self.tolerance.between_corners / worst.max(1e-12)).sqrt();
-        let mut tile = LARGEST_TILE;
-        // Cubics between nodes need four of them.
-        let room = width.min(height) / 3;
-        while tile > LEAST_TILE && (tile as f64 > side || tile > room) {
-            tile /= 2;
-        }
-        Ok(tile)
+        Ok(worst)
     }
 
-    /// How far the kernel at `at` is from the mean of those `along` either way, share of its light.
-    fn bend(&self, at: (f64, f64), along: (f64, f64)) -> Result<f64> {
-        let least = self.least_sigma(at).max(1e-3);
-        // As coarse as it will be drawn.
-        let level = (least / self.tolerance.least_sigma_for(self.model))
-            .log2()
-            .floor()
-            .max(0.0);
-        let step = level.exp2();
-        let here = self.kernel(at, step)?;
-        let before = self.kernel((at.0 - along.0, at.1 - along.1), step)?;
-        let after = self.kernel((at.0 + along.0, at.1 + along.1), step)?;
-        let parts = [(&here, 1.0), (&before, -0.5), (&after, -0.5)];
-        let apart = Stencil::mean_of(&parts);
-        Ok(apart.weights.iter().map(|w| f64::from(w.abs())).sum())
-    }
-
-    /// The kernel of the first channel that is wanted.
-    fn kernel(&self, at: (f64, f64), step: f64) -> Result<Stencil> {
+    /// The kernels of the channels that are wanted.
+    fn kernels(&self, at: (f64, f64), step: f64) -> Result<Vec<Stencil>> {
         let (mut found, mut rows) = (Vec::new(), KernelRows::default());
         self.at(at, &mut found)?;
-        let Some(source) = found.iter().flatten().next() else {
-            return Ok(Stencil::default());
-        };
-        let shift = (source.shift_px.0 / step, source.shift_px.1 / step);
-        self.model
-            .draw_rows(&source.blur.rescaled(1.0 / step), shift, &mut rows);
-        Ok(Stencil::of_kernel(&rows))
+        let drawn = found.iter().flatten().map(|source| {
+            let shift = (source.shift_px.0 / step, source.shift_px.1 / step);
+            self.model
+                .draw_rows(&source.blur.rescaled(1.0 / step), shift, &mut rows);
+            Stencil::of_kernel(&rows)
+        });
+        Ok(drawn.collect())
+    }
+}
+
+/// The widest tile of each pyramid level, px of the plate, finest first.
+pub(super) struct Sides(Vec<usize>);
+
+impl Sides {
+    /// At a level, px of the plate.
+    pub(super) fn at(&self, level: u32) -> usize {
+        let last = self.0.len().saturating_sub(1);
+        self.0
+            .get(last.min(level as usize))
+            .copied()
+            .unwrap_or(WIDEST_TILE)
     }
 }

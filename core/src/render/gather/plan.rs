@@ -1,18 +1,13 @@
 //! Which tiles are gathered at which pyramid level, from the top down: what a coarse level can draw is
 //! doubled from it, the rest is gathered where it is needed.
 
+use super::fir::ROWS;
 use super::grid::Grid;
 use super::image::View;
+use super::optics::Sides;
 use super::pyramid::MARGIN;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
-
-/// Least side of a tile, pixels of its level: one vector.
-pub(super) const LEAST_TILE: usize = super::fir::LANES;
-
-/// How much wider than the finest tiles, in px of the plate, those of coarse levels may be: blur is wide
-/// there and its picture soft.
-const WIDER_ABOVE: usize = 4;
 
 /// The work at one level.
 pub(super) struct Level {
@@ -42,8 +37,10 @@ impl Level {
 /// What a plan depends on.
 pub(super) struct Brief<'a> {
     pub(super) size: (usize, usize),
-    /// Side of a tile of the plate, px.
-    pub(super) tile: usize,
+    /// How wide tiles may be.
+    pub(super) sides: &'a Sides,
+    /// Least side of a tile, pixels of its level.
+    pub(super) least_tile: usize,
     /// Plate pixels to be rendered: columns and rows, which may lie beyond the plate.
     pub(super) wanted: (Range<i32>, Range<i32>),
     /// How far light goes from its source, px.
@@ -60,25 +57,25 @@ pub(super) struct Brief<'a> {
 pub(super) fn plan(brief: &Brief) -> Vec<Level> {
     let mut sigmas = BTreeMap::new();
     let mut levels = Vec::new();
-    let first = Grid::new(0, brief.tile, brief.size);
-    let mut needed = tiles_about(&first, &brief.wanted);
-    let mut tile = brief.tile;
+    let grid_of = |level: u32| {
+        let tile = tile_within(brief.sides.at(level) >> level);
+        Grid::new(level, tile.max(brief.least_tile), brief.size)
+    };
+    let mut needed = tiles_about(&grid_of(0), &brief.wanted);
     loop {
-        let grid = Grid::new(levels.len() as u32, tile, brief.size);
+        let grid = grid_of(levels.len() as u32);
         needed.retain(|place| brief.lit.near(&square(&grid, *place), brief.reach));
         if needed.is_empty() {
             return levels;
         }
         let enough = brief.least_sigma * 2.0 * grid.step();
-        // Tiles cannot shrink with their level for ever: kernels would change too much from corner to
-        // corner.
-        let above_fits = LEAST_TILE << (grid.level + 1) <= WIDER_ABOVE * brief.tile;
+        let above = grid_of(grid.level + 1);
+        // Tiles cannot shrink with their level for ever.
+        let above_fits = above.tile << above.level <= brief.sides.at(above.level);
         let (doubled, gathered): (BTreeSet<_>, BTreeSet<_>) =
             needed.into_iter().partition(|place| {
                 above_fits && least_about(&grid, *place, brief, &mut sigmas) >= enough
             });
-        tile = (tile / 2).max(LEAST_TILE);
-        let above = Grid::new(grid.level + 1, tile, brief.size);
         needed = doubled
             .iter()
             .flat_map(|place| tiles_below(&grid, *place, &above))
@@ -89,6 +86,12 @@ pub(super) fn plan(brief: &Brief) -> Vec<Level> {
             doubled,
         });
     }
+}
+
+/// The widest tile of at most `side` pixels that is whole rows of blocks, or doubled from whole pixels.
+fn tile_within(side: usize) -> usize {
+    let unit = if side < ROWS { 2 } else { ROWS };
+    side / unit * unit
 }
 
 /// Columns and rows of plate pixels that a tile (row, column) covers.

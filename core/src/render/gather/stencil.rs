@@ -150,6 +150,32 @@ impl Stencil {
         sum
     }
 
+    /// With an even `filter`, its middle tap first, laid over it along both axes.
+    pub(super) fn filtered(&self, filter: &[f64]) -> Self {
+        let side = filter.len() as i32 - 1;
+        let tap = |k: i32| filter[k.unsigned_abs() as usize] as f32;
+        let wider = |offsets: Range<i32>| offsets.start - side..offsets.end + side;
+        let mut across = Self::zeros(wider(self.columns()), self.rows());
+        for k in -side..=side {
+            across.add(
+                (self.left + k, self.top),
+                self.height,
+                &self.weights,
+                tap(k),
+            );
+        }
+        let mut both = Self::zeros(across.columns(), wider(self.rows()));
+        for k in -side..=side {
+            both.add(
+                (across.left, across.top + k),
+                across.height,
+                &across.weights,
+                tap(k),
+            );
+        }
+        both
+    }
+
     /// Takes away one twelfth px² of variance times `share` along both axes: what integration over a
     /// pixel adds.
     pub(super) fn sharpen(&self, share: f64) -> Self {

@@ -7,9 +7,8 @@ use crate::psf::PsfModel;
 pub enum Quality {
     /// For looking: at least 45 dB.
     Draft,
-    /// For delivery: at least 60 dB, 75 dB where no blur has a standard deviation above 4 px; models
-    /// drawn ray by ray, 50 dB. Less where blur changes by much of itself within the narrowest tiles,
-    /// 16 px of a level: docs/rendering.md has figures.
+    /// For delivery: at least 60 dB, 75 dB where no blur has a standard deviation above 6 px; models
+    /// drawn ray by ray, 50 dB. A plate too small for how fast its blur changes is rendered exactly.
     #[default]
     Final,
 }
@@ -23,8 +22,9 @@ pub(super) struct Tolerance {
     /// for those with edges, which a coarse level would surround with rings where lights are bright.
     pub(super) least_sigma: f64,
     pub(super) least_sigma_of_rays: f64,
-    /// Largest error of a kernel half way between corners, as a share of its light.
-    pub(super) between_corners: f64,
+    /// Largest error of a kernel half way between corners, as a share of its light: on levels that draw
+    /// blur of less than 6 px, and on coarser ones.
+    pub(super) between_corners: [f64; 2],
 }
 
 impl Quality {
@@ -34,19 +34,33 @@ impl Quality {
                 left_out: 2e-3,
                 least_sigma: 0.9,
                 least_sigma_of_rays: 4.0,
-                between_corners: 0.02,
+                between_corners: [4e-2; 2],
             },
             Self::Final => Tolerance {
                 left_out: 1e-4,
-                least_sigma: 1.3,
+                least_sigma: 1.15,
                 least_sigma_of_rays: 12.0,
-                between_corners: 1.6e-2,
+                between_corners: [4.5e-3, 3.5e-2],
             },
         }
     }
 }
 
+/// The first level whose narrowest blur is above 6 px.
+const FIRST_WIDE_LEVEL: u32 = 3;
+
 impl Tolerance {
+    /// Largest error of a kernel half way between corners, as a share of its light, at a level.
+    pub(super) fn between_corners_at(&self, level: u32) -> f64 {
+        self.between_corners[usize::from(level >= FIRST_WIDE_LEVEL)]
+    }
+
+    /// Least side of a tile, pixels of its level, for PSFs of `model`: kernels drawn ray by ray are dear, and
+    /// their edges do not change more evenly for being closer together.
+    pub(super) fn least_tile_for(&self, model: &dyn PsfModel) -> usize {
+        if model.needs_rays() { 16 } else { 4 }
+    }
+
     /// Least standard deviation drawn at a level, in its pixels, for PSFs of `model`.
     pub(super) fn least_sigma_for(&self, model: &dyn PsfModel) -> f64 {
         if model.needs_rays() {
