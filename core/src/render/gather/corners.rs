@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::psf::KernelRows;
 use crate::render::sources::Source;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Values at the places of a rectangle, of which some are there.
@@ -97,7 +97,10 @@ fn kernels(
     // How far corners see must not depend on which of them are wanted.
     let reach = f64::from(reach) / grid.step() + ROOM_PX;
     let far = 2 + (reach / grid.tile as f64).ceil() as i32;
-    let all = nodes_about(grid, wanted, far);
+    let mut all = nodes_about(grid, wanted, far);
+    let reaches = reaches(optics, grid, &all)?;
+    let corners = Counts::of(wanted);
+    all.retain(|node| corners.within(*node, reaches[node]));
     let drawn = draw_all(optics, grid, &all)?;
     let mut places = Places::about(&all);
     for (node, mixed) in all.into_iter().zip(drawn) {
@@ -126,6 +129,68 @@ fn nodes_about(grid: &Grid, wanted: &BTreeSet<(i32, i32)>, far: i32) -> BTreeSet
         }
     }
     nodes
+}
+
+/// How many steps of the grid the kernel of a source about each node may reach.
+fn reaches(
+    optics: &Optics,
+    grid: &Grid,
+    nodes: &BTreeSet<(i32, i32)>,
+) -> Result<BTreeMap<(i32, i32), i32>> {
+    let list: Vec<_> = nodes.iter().copied().collect();
+    let reach = |node: &(i32, i32)| {
+        let px = optics.reach_at(grid.node_at(node.1, node.0), &mut Vec::new())?;
+        let steps = (px / grid.step() + ROOM_PX) / grid.tile as f64;
+        Ok((*node, 2 + steps.ceil() as i32))
+    };
+    list.par_iter().map(reach).collect()
+}
+
+/// How many places of a set lie in a rectangle.
+struct Counts {
+    first: (i32, i32),
+    columns: usize,
+    rows: usize,
+    /// Of places above and left of each one.
+    sums: Vec<u32>,
+}
+
+impl Counts {
+    fn of(places: &BTreeSet<(i32, i32)>) -> Self {
+        let about = Places::<()>::about(places);
+        let (columns, rows) = (about.columns.len(), about.rows.len());
+        let first = (about.rows.start, about.columns.start);
+        let mut sums = vec![0; (columns + 1) * (rows + 1)];
+        for row in 0..rows {
+            for column in 0..columns {
+                let place = (first.0 + row as i32, first.1 + column as i32);
+                let at = |row: usize, column: usize| row * (columns + 1) + column;
+                sums[at(row + 1, column + 1)] = u32::from(places.contains(&place))
+                    + sums[at(row, column + 1)]
+                    + sums[at(row + 1, column)]
+                    - sums[at(row, column)];
+            }
+        }
+        Self {
+            first,
+            columns,
+            rows,
+            sums,
+        }
+    }
+
+    /// Whether any lies at most `steps` from `place` along both axes.
+    fn within(&self, place: (i32, i32), steps: i32) -> bool {
+        let span = |at: i32, first: i32, count: usize| {
+            let end = |at: i32| (at - first).clamp(0, count as i32) as usize;
+            end(at - steps)..end(at + steps + 1)
+        };
+        let rows = span(place.0, self.first.0, self.rows);
+        let columns = span(place.1, self.first.1, self.columns);
+        let sum = |row: usize, column: usize| self.sums[row * (self.columns + 1) + column];
+        sum(rows.end, columns.end) + sum(rows.start, columns.start)
+            > sum(rows.start, columns.end) + sum(rows.end, columns.start)
+    }
 }
 
 fn draw_all(optics: &Optics, grid: &Grid, nodes: &BTreeSet<(i32, i32)>) -> Result<Vec<Mixed>> {

@@ -77,22 +77,33 @@ impl Optics<'_> {
         for y in 0..=STEPS {
             for x in 0..=STEPS {
                 let share = |size: usize, k: usize| size as f64 * k as f64 / STEPS as f64;
-                self.at((share(width, x), share(height, y)), &mut found)?;
-                for source in found.iter().flatten() {
-                    let reach = self.model.reach_px(&source.blur);
-                    let (x, y) = source.shift_px;
-                    farthest = [
-                        reach.left_px - x,
-                        reach.right_px + x,
-                        reach.up_px - y,
-                        reach.down_px + y,
-                    ]
-                    .into_iter()
-                    .fold(farthest, f64::max);
-                }
+                let at = (share(width, x), share(height, y));
+                farthest = farthest.max(self.reach_at(at, &mut found)?);
             }
         }
         Ok((1.05 * farthest).ceil() as i32 + 2)
+    }
+
+    /// How far light goes from a source at `at`, px.
+    ///
+    /// # Errors
+    /// A lens that cannot be drawn there.
+    pub(super) fn reach_at(&self, at: (f64, f64), found: &mut Vec<Option<Source>>) -> Result<f64> {
+        self.at(at, found)?;
+        let mut farthest = 0.0_f64;
+        for source in found.iter().flatten() {
+            let reach = self.model.reach_px(&source.blur);
+            let (x, y) = source.shift_px;
+            farthest = [
+                reach.left_px - x,
+                reach.right_px + x,
+                reach.up_px - y,
+                reach.down_px + y,
+            ]
+            .into_iter()
+            .fold(farthest, f64::max);
+        }
+        Ok(farthest)
     }
 
     /// How wide tiles may be on a plate of `size` for kernels between their corners to be right to the

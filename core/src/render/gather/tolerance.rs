@@ -37,7 +37,7 @@ impl Quality {
                 between_corners: [4e-2; 2],
             },
             Self::Final => Tolerance {
-                left_out: 1e-4,
+                left_out: 3e-4,
                 least_sigma: 1.15,
                 least_sigma_of_rays: 12.0,
                 between_corners: [4.5e-3, 3.5e-2],
