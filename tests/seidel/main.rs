@@ -1,5 +1,6 @@
 //! Seidel's tests by public doors.
 
+mod alpha_per_channel;
 mod animate;
 mod apply;
 mod bad_input;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use exr::image::{AnyImage, Blocks, FlatSamples, Levels};
+use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
 use exr::meta::attribute::{AttributeValue, KeyCode, LineOrder, SampleType, Text};
 use exr::prelude::Compression;
 use half::f16;
@@ -335,6 +335,23 @@ impl ExrPlate {
             ));
         }
         Ok(())
+    }
+
+    /// Adds copies of channel `id` to its part, called as `names` say; those that are there already stay.
+    /// Channels may lie elsewhere afterwards.
+    pub(super) fn copy_channel(&mut self, id: ChannelId, names: &[String]) {
+        let list = &mut self.image.layer_data[id.part].channel_data.list;
+        let original = list[id.channel].clone();
+        for name in names {
+            let name = Text::from(name.as_str());
+            if list.iter().all(|channel| channel.name != name) {
+                list.push(AnyChannel {
+                    name,
+                    ..original.clone()
+                });
+            }
+        }
+        list.sort_by(|a, b| a.name.cmp(&b.name));
     }
 
     /// Writes the plate whole or not at all.

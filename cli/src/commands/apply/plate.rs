@@ -24,6 +24,11 @@ pub(super) struct PlateArgs {
     /// unpremultiplied, TIFF by its tag)
     #[arg(long, value_enum)]
     alpha: Option<AlphaChoice>,
+    /// Write the blurred alpha of each colour as alpha.R, alpha.G, alpha.B beside A, so that colour fringes
+    /// survive a merge: each is blurred as its colour is. Where the plate has such channels they are taken as
+    /// the alpha of their colours. EXR only
+    #[arg(long)]
+    alpha_per_channel: bool,
     /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
     #[arg(long)]
     scrub: bool,
@@ -56,9 +61,12 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
         .ok_or_else(|| "give a number greater than zero".to_owned())
 }
 
-/// The planes of a plate as light: colour premultiplied, alpha last where there is one.
+/// The planes of a plate as light: colour premultiplied, then alpha where there is one, then the alpha of each
+/// colour alone where asked for.
 pub(super) struct Light {
     planes: Vec<Vec<f32>>,
+    colours: usize,
+    own_alphas: usize,
     has_alpha: bool,
     unpremultiplied: bool,
 }
@@ -71,6 +79,7 @@ impl PlateArgs {
                 EncodingChoice::Linear => Encoding::Linear,
                 EncodingChoice::Srgb => Encoding::Srgb,
             }),
+            alpha_per_channel: self.alpha_per_channel,
         }
     }
 
@@ -94,9 +103,13 @@ impl PlateArgs {
         }
         said.extend(bad.iter().map(|b| format!("{b}; replaced by zero")));
         let mut planes = plate.colour();
+        let colours = planes.len();
         let alpha = plate.alpha();
         let has_alpha = alpha.is_some();
         planes.extend(alpha);
+        let own_alphas = plate.own_alphas();
+        let count = own_alphas.len();
+        planes.extend(own_alphas);
         for sample in planes.iter_mut().flatten() {
             if !sample.is_finite() {
                 *sample = 0.0;
@@ -107,18 +120,19 @@ impl PlateArgs {
                 Some(choice) => choice == AlphaChoice::Unpremultiplied,
                 None => !plate.is_premultiplied(),
             };
-        if unpremultiplied && let Some((alpha, colour)) = planes.split_last_mut() {
-            for plane in colour {
-                for (sample, alpha) in plane.iter_mut().zip(alpha.iter()) {
-                    *sample *= alpha;
-                }
-            }
-        }
-        Ok(Light {
+        let mut light = Light {
             planes,
+            colours,
+            own_alphas: count,
             has_alpha,
             unpremultiplied,
-        })
+        };
+        if unpremultiplied {
+            let mut planes = std::mem::take(&mut light.planes);
+            light.by_alpha(&mut planes, |colour, alpha| colour * alpha);
+            light.planes = planes;
+        }
+        Ok(light)
     }
 }
 
@@ -144,8 +158,7 @@ impl Light {
 
     /// Turns the light of blurred colour planes into what the lens's sensor records; alpha stays.
     pub(super) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
-        let colours = blurred.len() - usize::from(self.has_alpha);
-        for (plane, weights) in blurred[..colours].iter_mut().zip(weights) {
+        for (plane, weights) in blurred[..self.colours].iter_mut().zip(weights) {
             develop(lens, weights, plane);
         }
     }
@@ -156,28 +169,39 @@ impl Light {
         plate: &mut Plate,
         mut blurred: Vec<Vec<f32>>,
     ) -> std::result::Result<(), CommandError> {
-        let alpha = self.has_alpha.then(|| blurred.pop()).flatten();
-        if self.unpremultiplied
-            && let Some(alpha) = &alpha
-        {
-            for plane in &mut blurred {
-                for (sample, &alpha) in plane.iter_mut().zip(alpha) {
-                    // Where nothing covers the pixel its colour is as good as any.
-                    *sample = if alpha > 0.0 { *sample / alpha } else { 0.0 };
-                }
-            }
+        if self.unpremultiplied {
+            self.by_alpha(&mut blurred, |colour, alpha| {
+                // Where nothing covers the pixel its colour is as good as any.
+                if alpha > 0.0 { colour / alpha } else { 0.0 }
+            });
         }
+        let mut alphas = blurred.split_off(self.colours);
         plate.set_colour(&blurred)?;
-        if let Some(alpha) = &alpha {
+        let own_alphas = alphas.split_off(usize::from(self.has_alpha));
+        if let Some(alpha) = alphas.first() {
             plate.set_alpha(alpha)?;
         }
+        plate.set_own_alphas(&own_alphas)?;
         Ok(())
+    }
+
+    /// Puts `change` of each colour sample and its alpha in place of the colour: its own alpha where it has
+    /// one.
+    fn by_alpha(&self, planes: &mut [Vec<f32>], change: impl Fn(f32, f32) -> f32) {
+        let (colours, alphas) = planes.split_at_mut(self.colours);
+        for (index, plane) in colours.iter_mut().enumerate() {
+            let own = (index < self.own_alphas).then_some(1 + index);
+            for (sample, alpha) in plane.iter_mut().zip(&alphas[own.unwrap_or(0)]) {
+                *sample = change(*sample, *alpha);
+            }
+        }
     }
 }
 
-/// How much each lens channel acts on each plane of the plate, alpha last: a colour plane takes the
-/// lens channel of its name, or the only one there is; a monochrome plate takes all alike; alpha is
-/// blurred by the mean of what blurs the colours, so that it covers the light of every channel.
+/// How much each lens channel acts on each plane of the plate, in the order of [`Light`]: a colour plane takes
+/// the lens channel of its name, or the only one there is; a monochrome plate takes all alike; alpha is
+/// blurred by the mean of what blurs the colours, so that it covers the light of every channel; the alpha of one
+/// colour is blurred as that colour.
 ///
 /// # Errors
 /// A colour plane for which the lens has no channel.
@@ -210,7 +234,13 @@ pub(super) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f
         let mean = (0..names.len())
             .map(|k| weights.iter().map(|w| w[k]).sum::<f64>() / count)
             .collect();
+        let of_colours = if plate.has_own_alphas() {
+            weights.clone()
+        } else {
+            Vec::new()
+        };
         weights.push(mean);
+        weights.extend(of_colours);
     }
     Ok(weights)
 }
