@@ -226,6 +226,11 @@ impl ExrPlate {
         }
     }
 
+    /// Width of a pixel over its height, as the file says.
+    pub fn pixel_aspect(&self) -> f64 {
+        f64::from(self.image.attributes.pixel_aspect)
+    }
+
     /// Every channel, part by part.
     pub fn channels(&self) -> Vec<ChannelInfo> {
         let mut all = Vec::new();

@@ -143,6 +143,14 @@ impl Plate {
         self.display
     }
 
+    /// Width of a pixel over its height: as the file says in EXR, one in PNG and TIFF.
+    pub fn pixel_aspect(&self) -> f64 {
+        match &self.file {
+            PlateFile::Exr { plate, .. } => plate.pixel_aspect(),
+            PlateFile::Flat { .. } => 1.0,
+        }
+    }
+
     /// Names of the colour planes: R, G, B, or Y.
     pub fn colour_names(&self) -> &[String] {
         &self.names

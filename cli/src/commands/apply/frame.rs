@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use rayon::ThreadPool;
 use seidel_core::profile::LensProfile;
-use seidel_core::render::{Extended, Layered, PlateExtent, Renderer, Scene, VergencePass};
+use seidel_core::render::{
+    BlurField, Extended, Layered, NonSquare, PlateExtent, Renderer, Scene, VergencePass,
+};
 
 use super::depth::{DepthMeaning, DepthSource};
 use super::depth_check::PlateView;
@@ -97,14 +99,15 @@ impl Job<'_> {
         let Drawing {
             lens, predictor, ..
         } = &setup.drawing;
-        let map = plate_map(&plate, predictor, self.args.plate.lens_scale);
-        let view = PlateView::new(lens, map, setup.adjust.axis_offset_px());
+        let aspect = self.args.plate.pixel_aspect(&plate)?;
+        let map = plate_map(&plate, predictor, self.args.plate.lens_scale, aspect);
+        let view = PlateView::new(lens, (map, aspect), setup.adjust.axis_offset_px());
         let first = index == 0;
         let vergence = self
             .depth
             .read(&plate, depth_file, predictor, &view, first, &mut said)?;
         let files = self.holdout_files(step);
-        let holdout = self.holdout.read(&plate, files, self.meaning, view.axis)?;
+        let holdout = self.holdout.read(&plate, files, self.meaning, &view)?;
         Ok(ReadFrame {
             setup,
             plate,
@@ -139,18 +142,27 @@ impl Job<'_> {
             }
             return Ok(BlurredFrame { plate, said });
         }
-        let map = plate_map(&plate, lens, args.plate.lens_scale);
-        let adjusted = setup.adjust.adjusted(lens, map.scale)?;
+        let aspect = args.plate.pixel_aspect(&plate)?;
+        let map = plate_map(&plate, lens, args.plate.lens_scale, aspect);
+        let adjusted = (setup.adjust).adjusted(lens, [map.scale / aspect, map.scale])?;
+        let non_square = match aspect == 1.0 {
+            true => None,
+            false => Some(NonSquare::new(&adjusted, aspect)?),
+        };
+        let seen: &dyn BlurField = match &non_square {
+            Some(lens) => lens,
+            None => &adjusted,
+        };
         let extent = PlateExtent {
             map,
             width: plate.width(),
             height: plate.height(),
         };
-        let refocused = |v| setup.focus.applied(v, &adjusted, extent, setup.focused_at);
+        let refocused = |v| setup.focus.applied(v, seen, extent, setup.focused_at);
         let vergence = refocused(vergence)?;
         let holdout = holdout.map(|h| h.changed(refocused)).transpose()?;
         let scene = Scene {
-            lens: &adjusted,
+            lens: seen,
             model: *model,
             width: plate.width(),
             height: plate.height(),

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
-use seidel_core::render::{BlurField, Plane, PlateMap, develop};
+use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT, Plane, PlateMap, develop};
 use seidel_core::{Error, Result};
 
 use super::super::CommandError;
@@ -32,10 +32,15 @@ pub(super) struct PlateArgs {
     /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
     #[arg(long)]
     scrub: bool,
-    /// Plate pixels per pixel of the lens's frame; if left out the plate's display window is the
-    /// lens's full frame
+    /// Plate pixels per pixel of the lens's frame, counted along y; if left out the plate's display window is as
+    /// wide as the lens's full frame, pixel aspect included
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     pub(super) lens_scale: Option<f64>,
+    /// Width of a plate pixel over its height, such as 2 for an anamorphic plate not yet desqueezed; if left out
+    /// as the EXR's pixelAspectRatio says, 1 for PNG and TIFF. The lens sees the plate as wide as its pixels make
+    /// it: blur and displacement along x are 1/P as many pixels
+    #[arg(long, value_name = "P", value_parser = parse_ratio)]
+    pixel_aspect: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -81,6 +86,30 @@ impl PlateArgs {
             }),
             alpha_per_channel: self.alpha_per_channel,
         }
+    }
+
+    /// Width of the plate's pixels over their height.
+    ///
+    /// # Errors
+    /// One that no renderer follows.
+    pub(super) fn pixel_aspect(&self, plate: &Plate) -> std::result::Result<f64, CommandError> {
+        let aspect = self.pixel_aspect.unwrap_or_else(|| plate.pixel_aspect());
+        if (1.0 / MOST_PIXEL_ASPECT..=MOST_PIXEL_ASPECT).contains(&aspect) {
+            return Ok(aspect);
+        }
+        let source = match self.pixel_aspect {
+            Some(_) => "--pixel-aspect",
+            None => "pixelAspectRatio",
+        };
+        Err(FileError::new(
+            plate.path(),
+            source,
+            format!("is {aspect}"),
+            format!(
+                "give --pixel-aspect from 1/{MOST_PIXEL_ASPECT} to {MOST_PIXEL_ASPECT}, 1 for square pixels"
+            ),
+        )
+        .into())
     }
 
     /// The planes to blur; remarks go to `said`.
@@ -245,21 +274,30 @@ pub(super) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f
     Ok(weights)
 }
 
-/// Where the plate lies in the lens's frame: centre on centre, the display window as wide as the
-/// frame unless `scale` says otherwise.
-pub(super) fn plate_map(plate: &Plate, lens: &Predictor, scale: Option<f64>) -> PlateMap {
+/// Where the plate lies in the lens's frame, or where pixels are not square in that of
+/// [`NonSquare`](seidel_core::render::NonSquare): centre on centre, the display window as wide as the frame unless
+/// `scale` says otherwise.
+pub(super) fn plate_map(
+    plate: &Plate,
+    lens: &Predictor,
+    scale: Option<f64>,
+    pixel_aspect: f64,
+) -> PlateMap {
     let frame = lens.frame();
     let (display, data) = (plate.display_window(), plate.data_window());
-    let scale = scale.unwrap_or(display.width as f64 / f64::from(frame.width_px()));
-    let corner = |size: u32, display_start: i32, display_size: usize, data_start: i32| {
+    let square_width = display.width as f64 * pixel_aspect;
+    let scale = scale.unwrap_or(square_width / f64::from(frame.width_px()));
+    let corner = |size: f64, display_start: i32, display_size: usize, data_start: i32| {
         let from_centre =
             f64::from(data_start) - f64::from(display_start) - display_size as f64 / 2.0;
-        f64::from(size) / 2.0 + from_centre / scale
+        size / 2.0 + from_centre / scale
     };
+    let width = f64::from(frame.width_px()) / pixel_aspect;
+    let height = f64::from(frame.height_px());
     PlateMap {
         origin: ImagePoint::new(
-            corner(frame.width_px(), display.x, display.width, data.x),
-            corner(frame.height_px(), display.y, display.height, data.y),
+            corner(width, display.x, display.width, data.x),
+            corner(height, display.y, display.height, data.y),
         ),
         scale,
     }
