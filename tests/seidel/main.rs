@@ -25,3 +25,4 @@ mod reference_tables;
 mod self_test;
 mod sequences;
 mod support;
+mod windows;
