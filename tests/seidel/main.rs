@@ -25,4 +25,5 @@ mod reference_tables;
 mod self_test;
 mod sequences;
 mod support;
+mod verbose;
 mod windows;

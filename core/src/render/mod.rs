@@ -13,6 +13,7 @@ mod focus_range;
 mod focus_range_tests;
 mod gather;
 mod layers;
+mod methods;
 mod non_square;
 #[cfg(test)]
 mod non_square_tests;
@@ -28,6 +29,9 @@ mod sources;
 mod spot;
 #[cfg(test)]
 mod spot_tests;
+mod spots;
+#[cfg(test)]
+mod spots_tests;
 
 pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
@@ -36,10 +40,12 @@ pub use extended::Extended;
 pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
 pub use gather::{Gather, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
+pub use methods::{LevelMethods, Methods, Noted};
 pub use non_square::{MOST_PIXEL_ASPECT, NonSquare};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, Window, stopped};
 pub use spot::at_pixels;
+pub use spots::{Spots, psnr_at, spread_pixels};
 
 use crate::field::{FieldPoint, Frame, ImagePoint};
 use crate::psf::LocalBlur;

@@ -171,6 +171,17 @@ impl Light {
         self.planes.len()
     }
 
+    /// How many planes are colour, the first ones.
+    pub(super) fn colour_count(&self) -> usize {
+        self.colours
+    }
+
+    /// The largest size of a colour sample.
+    pub(super) fn peak(&self) -> f64 {
+        let samples = self.planes[..self.colours].iter().flatten();
+        f64::from(samples.fold(0.0, |most: f32, v| most.max(v.abs())))
+    }
+
     /// The planes as they are.
     pub(super) fn copied(&self) -> Vec<Vec<f32>> {
         self.planes.clone()
