@@ -32,10 +32,12 @@ pub struct Halo {
     pub radius_px: f64,
     /// How fast it falls off: above one; the larger, the more like a Gaussian.
     pub steepness: f64,
+    /// How many times as far it goes along x: other than one on pixels that are not square.
+    pub stretch_x: f64,
 }
 
 impl Halo {
-    /// The radius beyond which it carries no more than `share` of all light, px.
+    /// The radius along y beyond which it carries no more than `share` of all light, px.
     pub fn radius_holding(&self, share: f64) -> f64 {
         if self.share <= share {
             return 0.0;
@@ -51,6 +53,7 @@ impl Default for Halo {
             share: 0.0,
             radius_px: 4.0,
             steepness: 2.0,
+            stretch_x: 1.0,
         }
     }
 }
@@ -167,6 +170,22 @@ impl Sensor {
         }
     }
 
+    /// The same sensor on a picture stretched along x by `factor`.
+    #[must_use]
+    pub fn stretched_x(&self, factor: f64) -> Self {
+        let by = |[x, y]: [f64; 2]| [x * factor, y];
+        Self {
+            streak_px: by(self.streak_px),
+            box_px: by(self.box_px),
+            copies_px: by(self.copies_px),
+            halo: Halo {
+                stretch_x: self.halo.stretch_x * factor,
+                ..self.halo
+            },
+            tone: self.tone,
+        }
+    }
+
     /// `moments` with what streak, box and copies add. A halo, whose variance need not exist, adds
     /// nothing.
     #[must_use]
@@ -227,6 +246,7 @@ mod tests {
             share: 0.2,
             radius_px: 3.0,
             steepness: 2.5,
+            ..Halo::default()
         };
         let radius = halo.radius_holding(0.005);
         let beyond = halo.share * (1.0 + radius * radius / 9.0).powf(-1.5);

@@ -1,5 +1,6 @@
 //! Seidel's tests by public doors.
 
+mod alpha_per_channel;
 mod animate;
 mod apply;
 mod bad_input;
@@ -24,3 +25,5 @@ mod reference_tables;
 mod self_test;
 mod sequences;
 mod support;
+mod verbose;
+mod windows;

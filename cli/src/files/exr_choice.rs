@@ -12,6 +12,8 @@ pub struct ColourGroup {
     pub colour: Vec<ChannelId>,
     /// The alpha channel of the same layer, where there is one.
     pub alpha: Option<ChannelId>,
+    /// The alpha of each colour channel alone, in the order of `names`; empty unless asked for.
+    pub own_alpha: Vec<ChannelId>,
 }
 
 /// Names under which depth is looked for, best first; case does not matter.
@@ -58,6 +60,38 @@ impl ExrPlate {
         })
     }
 
+    /// As [`ExrPlate::colour`], with an alpha channel for each colour: `alpha.R` and so on in the same part
+    /// and layer as `A`. Those that the file has not are made, as copies of `A`.
+    ///
+    /// # Errors
+    /// Those of [`ExrPlate::colour`], and colour without alpha.
+    pub fn colour_with_own_alpha(&mut self, layer: Option<&str>) -> Result<ColourGroup> {
+        let group = self.colour(layer)?;
+        let Some(alpha) = group.alpha else {
+            return Err(FileError::new(
+                self.path(),
+                "channel A",
+                "is not in the plate, so there is no alpha to give each colour",
+                "leave out --alpha-per-channel, or render the plate with alpha",
+            ));
+        };
+        let name = self.channel_name(alpha);
+        // Its last letter is the A.
+        let prefix = &name[..name.len() - 1];
+        let of_colour = |colour: &String| format!("{prefix}alpha.{colour}");
+        let names: Vec<String> = group.names.iter().map(of_colour).collect();
+        self.copy_channel(alpha, &names);
+        // New channels lie between the old ones.
+        let mut group = self.colour(layer)?;
+        let channels = self.channels();
+        let find = |name: &String| {
+            let of_part = |c: &&ChannelInfo| c.id.part() == alpha.part() && c.name == *name;
+            channels.iter().find(of_part).map(|c| c.id)
+        };
+        group.own_alpha = names.iter().filter_map(find).collect();
+        Ok(group)
+    }
+
     fn is_main(&self, part: usize) -> bool {
         self.part_name(part)
             .is_some_and(|name| MAIN_PARTS.iter().any(|m| m.eq_ignore_ascii_case(&name)))
@@ -76,6 +110,7 @@ impl ExrPlate {
                     names: vec!["Y".to_owned()],
                     colour: vec![single.id],
                     alpha: None,
+                    own_alpha: Vec::new(),
                 })
             })
     }
@@ -158,6 +193,7 @@ fn group(channels: &[ChannelInfo], part: usize, prefix: &str) -> Option<ColourGr
             names: names.iter().map(|&n| n.to_owned()).collect(),
             colour: names.iter().map(|n| find(n)).collect::<Option<_>>()?,
             alpha,
+            own_alpha: Vec::new(),
         })
     };
     named(&["R", "G", "B"])

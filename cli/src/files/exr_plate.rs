@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use exr::image::{AnyImage, Blocks, FlatSamples, Levels};
+use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
 use exr::meta::attribute::{AttributeValue, KeyCode, LineOrder, SampleType, Text};
 use exr::prelude::Compression;
 use half::f16;
@@ -226,6 +226,11 @@ impl ExrPlate {
         }
     }
 
+    /// Width of a pixel over its height, as the file says.
+    pub fn pixel_aspect(&self) -> f64 {
+        f64::from(self.image.attributes.pixel_aspect)
+    }
+
     /// Every channel, part by part.
     pub fn channels(&self) -> Vec<ChannelInfo> {
         let mut all = Vec::new();
@@ -335,6 +340,23 @@ impl ExrPlate {
             ));
         }
         Ok(())
+    }
+
+    /// Adds copies of channel `id` to its part, called as `names` say; those that are there already stay.
+    /// Channels may lie elsewhere afterwards.
+    pub(super) fn copy_channel(&mut self, id: ChannelId, names: &[String]) {
+        let list = &mut self.image.layer_data[id.part].channel_data.list;
+        let original = list[id.channel].clone();
+        for name in names {
+            let name = Text::from(name.as_str());
+            if list.iter().all(|channel| channel.name != name) {
+                list.push(AnyChannel {
+                    name,
+                    ..original.clone()
+                });
+            }
+        }
+        list.sort_by(|a, b| a.name.cmp(&b.name));
     }
 
     /// Writes the plate whole or not at all.

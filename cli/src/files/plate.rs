@@ -16,6 +16,8 @@ pub struct PlateOptions {
     pub layer: Option<String>,
     /// What integer samples of PNG and TIFF mean; sRGB if `None`. Floats are linear if `None`.
     pub encoding: Option<Encoding>,
+    /// Whether each colour is to have an alpha of its own beside the usual one; EXR only.
+    pub alpha_per_channel: bool,
 }
 
 /// A plate in memory with everything its file holds.
@@ -56,6 +58,14 @@ impl Plate {
                 "leave out --layer",
             ));
         }
+        if options.alpha_per_channel {
+            return Err(FileError::new(
+                path,
+                "",
+                "is PNG or TIFF, which hold one alpha only, but --alpha-per-channel was given",
+                "convert the plate to EXR, or leave out --alpha-per-channel",
+            ));
+        }
         let plate = FlatPlate::open(path)?;
         let encoding = options.encoding.unwrap_or(if plate.depth().is_integer() {
             Encoding::Srgb
@@ -77,8 +87,12 @@ impl Plate {
         })
     }
 
-    fn of_exr(plate: ExrPlate, options: &PlateOptions) -> Result<Self> {
-        let group = plate.colour(options.layer.as_deref())?;
+    fn of_exr(mut plate: ExrPlate, options: &PlateOptions) -> Result<Self> {
+        let layer = options.layer.as_deref();
+        let group = match options.alpha_per_channel {
+            true => plate.colour_with_own_alpha(layer)?,
+            false => plate.colour(layer)?,
+        };
         Ok(Self {
             names: group.names.clone(),
             window: plate.data_window(group.colour[0]),
@@ -127,6 +141,14 @@ impl Plate {
     /// The picture proper: the frame that a lens covers.
     pub fn display_window(&self) -> Window {
         self.display
+    }
+
+    /// Width of a pixel over its height: as the file says in EXR, one in PNG and TIFF.
+    pub fn pixel_aspect(&self) -> f64 {
+        match &self.file {
+            PlateFile::Exr { plate, .. } => plate.pixel_aspect(),
+            PlateFile::Flat { .. } => 1.0,
+        }
     }
 
     /// Names of the colour planes: R, G, B, or Y.
@@ -178,11 +200,32 @@ impl Plate {
         }
     }
 
+    /// Whether each colour has an alpha of its own.
+    pub fn has_own_alphas(&self) -> bool {
+        match &self.file {
+            PlateFile::Exr { group, .. } => !group.own_alpha.is_empty(),
+            PlateFile::Flat { .. } => false,
+        }
+    }
+
+    /// The alpha of each colour alone, in the order of [`Plate::colour_names`]; empty unless asked for by
+    /// [`PlateOptions::alpha_per_channel`].
+    pub fn own_alphas(&self) -> Vec<Vec<f32>> {
+        match &self.file {
+            PlateFile::Exr { plate, group } => {
+                let ids = group.own_alpha.iter();
+                ids.map(|&id| plate.samples(id)).collect()
+            }
+            PlateFile::Flat { .. } => Vec::new(),
+        }
+    }
+
     /// The NaN and infinite samples of colour and alpha.
     pub fn non_finite(&self) -> Vec<NonFinite> {
         match &self.file {
             PlateFile::Exr { plate, group } => {
-                let ids: Vec<_> = group.colour.iter().copied().chain(group.alpha).collect();
+                let alphas = group.alpha.iter().chain(&group.own_alpha);
+                let ids: Vec<_> = group.colour.iter().chain(alphas).copied().collect();
                 plate.non_finite(&ids)
             }
             PlateFile::Flat { plate, .. } => plate
@@ -249,6 +292,19 @@ impl Plate {
             },
             PlateFile::Flat { plate, .. } => plate.replace("A", samples.to_vec()),
         }
+    }
+
+    /// Puts other alphas of single colours in place, in the order of [`Plate::own_alphas`].
+    ///
+    /// # Errors
+    /// A plane of another size.
+    pub fn set_own_alphas(&mut self, planes: &[Vec<f32>]) -> Result<()> {
+        if let PlateFile::Exr { plate, group } = &mut self.file {
+            for (&id, plane) in group.own_alpha.iter().zip(planes) {
+                plate.replace(id, plane)?;
+            }
+        }
+        Ok(())
     }
 
     /// The depth pass inside the plate's own file.

@@ -51,6 +51,7 @@ impl Effect for VeilingGlare {
                 share,
                 radius_px,
                 steepness,
+                stretch_x: 1.0,
             };
         }
     }

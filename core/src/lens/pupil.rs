@@ -59,8 +59,11 @@ pub struct LocalPupil {
     pub wavefront: Wavefront,
     stops: [Stop; MOST_STOPS],
     stop_count: usize,
-    /// Variance along any direction of what blurs the picture besides the rays, px².
+    /// Variance along any direction of what blurs the picture besides the rays, px²; on pixels that are not
+    /// square along y alone.
     pub blur_variance_px2: f64,
+    /// That along x over that along y.
+    blur_ratio: f64,
     /// How evenly the pupil is lit.
     pub transmission: Transmission,
     /// Factors on where rays land along image x and y: other than one behind an anamorphic lens.
@@ -79,6 +82,7 @@ impl LocalPupil {
             stops: [Stop::RIM; MOST_STOPS],
             stop_count: 1,
             blur_variance_px2,
+            blur_ratio: 1.0,
             transmission: Transmission::default(),
             squeeze: [1.0; 2],
             wave_px: 0.0,
@@ -125,11 +129,35 @@ impl LocalPupil {
         }
     }
 
-    /// The same light with `variance_px2` more symmetric blur.
+    /// The same light on pixels of which `factor` lie where one did along x: as stretched along x by it.
+    #[must_use]
+    pub fn stretched_x(&self, factor: f64) -> Self {
+        Self {
+            blur_ratio: self.blur_ratio * factor * factor,
+            squeeze: [self.squeeze[0] * factor, self.squeeze[1]],
+            sensor: self.sensor.stretched_x(factor),
+            ..*self
+        }
+    }
+
+    /// Variances along x and y of what blurs the picture besides the rays, px².
+    pub fn blur_variances_px2(&self) -> [f64; 2] {
+        [
+            self.blur_variance_px2 * self.blur_ratio,
+            self.blur_variance_px2,
+        ]
+    }
+
+    /// The same light with `variance_px2` more symmetric blur along both axes of the grid.
     #[must_use]
     pub fn blurred_by(&self, variance_px2: f64) -> Self {
+        let [along_x, along_y] = self.blur_variances_px2().map(|v| v + variance_px2);
         Self {
-            blur_variance_px2: self.blur_variance_px2 + variance_px2,
+            blur_variance_px2: along_y,
+            blur_ratio: match self.blur_ratio != 1.0 && along_y > 0.0 {
+                true => along_x / along_y,
+                false => self.blur_ratio,
+            },
             ..*self
         }
     }
@@ -143,6 +171,7 @@ impl LocalPupil {
                 fourth: self.transmission.fourth * ratio.powi(4),
             },
             squeeze: self.squeeze,
+            blur_ratio: self.blur_ratio,
             wave_px: self.wave_px / ratio,
             sensor: self.sensor,
             ..Self::round(self.wavefront.with_pupil(ratio), self.blur_variance_px2)
@@ -281,7 +310,10 @@ impl LocalPupil {
                 *sum += w * term / total;
             }
         }
-        let moments = CentralMoments::from_array(sums).with_added_variance(self.blur_variance_px2);
+        let mut moments = CentralMoments::from_array(sums);
+        let [along_x, along_y] = self.blur_variances_px2();
+        moments.mu20 += along_x;
+        moments.mu02 += along_y;
         (self.sensor.widened(moments), mean)
     }
 }

@@ -149,6 +149,14 @@ impl CentralMoments {
         let [a, b, c, d, e, f, g] = self.to_array();
         Self::from_array([a * s2, b * s2, c * s2, d * s3, e * s3, f * s3, g * s3])
     }
+
+    /// The same PSF stretched along x by `factor`.
+    #[must_use]
+    pub fn stretched_x(&self, factor: f64) -> Self {
+        let (f1, f2, f3) = (factor, factor * factor, factor * factor * factor);
+        let [a, b, c, d, e, f, g] = self.to_array();
+        Self::from_array([a * f2, b * f1, c, d * f3, e * f2, f * f1, g])
+    }
 }
 
 #[cfg(test)]

@@ -194,6 +194,7 @@ impl BlurField for Predictor {
                         moments: channel.moments_at(at, vergence_per_m),
                         meridian: at.meridian(),
                         pupil: Some(channel.pupil_at(at, vergence_per_m)),
+                        pixel_aspect: 1.0,
                     },
                     displacement_px: channel.displacement_at(at, vergence_per_m, unit),
                 }

@@ -81,6 +81,19 @@ impl SkewNormalDensity {
         self.peak * (-0.5 * quadratic).exp() * cdf
     }
 
+    /// The same density stretched along x by `factor`.
+    #[must_use]
+    pub fn stretched_x(&self, factor: f64) -> Self {
+        let [xx, xy, yy] = self.inverse;
+        Self {
+            offset: [self.offset[0] * factor, self.offset[1]],
+            inverse: [xx / (factor * factor), xy / factor, yy],
+            eta: [self.eta[0] / factor, self.eta[1]],
+            spread: [self.spread[0] * factor * factor, self.spread[1]],
+            peak: self.peak / factor,
+        }
+    }
+
     /// The box about the centroid that holds all but a negligible part of the light.
     pub fn reach(&self) -> Reach {
         let (sx, sy) = (
@@ -124,6 +137,15 @@ impl Mixture {
         match self {
             Self::One(density) => std::slice::from_ref(density),
             Self::Two(pair) => pair,
+        }
+    }
+
+    /// The same density stretched along x by `factor`.
+    #[must_use]
+    pub fn stretched_x(&self, factor: f64) -> Self {
+        match self {
+            Self::One(density) => Self::One(density.stretched_x(factor)),
+            Self::Two(pair) => Self::Two(pair.map(|density| density.stretched_x(factor))),
         }
     }
 

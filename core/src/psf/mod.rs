@@ -38,6 +38,9 @@ pub struct LocalBlur {
     pub meridian: Meridian,
     /// The same blur ray by ray, where the lens is known so: what [`Pupil`] draws.
     pub pupil: Option<LocalPupil>,
+    /// Width of the grid's pixels over their height. Lengths along x are in widths, those along y in
+    /// heights; the meridian is as on square pixels.
+    pub pixel_aspect: f64,
 }
 
 impl LocalBlur {
@@ -47,6 +50,7 @@ impl LocalBlur {
             moments,
             meridian,
             pupil: None,
+            pixel_aspect: 1.0,
         }
     }
 
@@ -56,6 +60,7 @@ impl LocalBlur {
             moments: pupil.moments().0,
             meridian,
             pupil: Some(pupil),
+            pixel_aspect: 1.0,
         }
     }
 
@@ -66,6 +71,17 @@ impl LocalBlur {
             moments: self.moments.rescaled(scale),
             pupil: self.pupil.map(|pupil| pupil.rescaled(scale)),
             ..*self
+        }
+    }
+
+    /// The same blur on a grid whose pixels are `aspect` times as wide as the present ones, and as high.
+    #[must_use]
+    pub fn on_wider_pixels(&self, aspect: f64) -> Self {
+        Self {
+            moments: self.moments.stretched_x(1.0 / aspect),
+            pupil: self.pupil.map(|pupil| pupil.stretched_x(1.0 / aspect)),
+            meridian: self.meridian,
+            pixel_aspect: self.pixel_aspect * aspect,
         }
     }
 
@@ -138,7 +154,8 @@ pub trait MomentPsf: Send + Sync {
     /// See [`PsfModel::id`].
     const ID: &'static str;
 
-    /// The density for `blur`, whose covariance has no eigenvalue below [`LEAST_VARIANCE_PX2`].
+    /// The density for `blur`, whose covariance has no eigenvalue below [`LEAST_VARIANCE_PX2`]; its pixels are
+    /// square.
     fn mixture(&self, blur: &LocalBlur) -> Mixture;
 }
 
@@ -148,24 +165,36 @@ impl<M: MomentPsf> PsfModel for M {
     }
 
     fn reach_px(&self, blur: &LocalBlur) -> Reach {
-        self.mixture(&drawable(blur)).reach()
+        on_grid(self, blur).reach()
     }
 
     fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
-        self.mixture(&drawable(blur)).sample(window, out);
+        on_grid(self, blur).sample(window, out);
     }
 
     fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
-        self.mixture(&drawable(blur)).sample_f32(window, out);
+        on_grid(self, blur).sample_f32(window, out);
     }
 
     fn sums_to_one(&self, blur: &LocalBlur) -> bool {
-        self.mixture(&drawable(blur)).sums_to_one()
+        on_grid(self, blur).sums_to_one()
     }
 
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
-        rows.draw(&self.mixture(&drawable(blur)), shift_px);
+        rows.draw(&on_grid(self, blur), shift_px);
     }
+}
+
+/// The density of `model` on the grid of `blur`. Models look along the meridian, which pixels that are not
+/// square turn: there the density is that on square pixels, stretched.
+fn on_grid<M: MomentPsf>(model: &M, blur: &LocalBlur) -> Mixture {
+    let blur = drawable(blur);
+    if blur.pixel_aspect == 1.0 {
+        return model.mixture(&blur);
+    }
+    let square = drawable(&blur.on_wider_pixels(1.0 / blur.pixel_aspect));
+    let stretch = 1.0 / blur.pixel_aspect;
+    model.mixture(&square).stretched_x(stretch)
 }
 
 fn drawable(blur: &LocalBlur) -> LocalBlur {

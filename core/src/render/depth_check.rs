@@ -46,6 +46,8 @@ pub struct View {
     /// Distance of the image plane: half the picture's width over the tangent of half its field of
     /// view; `None` where it is not known.
     pub focal_px: Option<f64>,
+    /// Width of a pixel over its height; lengths along x are in widths.
+    pub pixel_aspect: f64,
 }
 
 /// What a lens tells about the distances it is used at; every part may be missing.
@@ -97,7 +99,7 @@ impl DepthCheck<'_> {
                 "give depth, vergence and alpha of one size",
             ));
         }
-        let View { axis, focal_px } = self.view;
+        let View { axis, focal_px, .. } = self.view;
         let finite = axis.x_px.is_finite() && axis.y_px.is_finite();
         if !finite || focal_px.is_some_and(|f| !(f.is_finite() && f > 0.0)) {
             return Err(Error::new(

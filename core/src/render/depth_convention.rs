@@ -57,12 +57,18 @@ enum Sample {
 
 impl DepthReading {
     /// Turns distances along the ray from the camera, as this was read, into distances along its axis:
-    /// z = r / sqrt(1 + (x² + y²) / F²), x and y being pixels from `axis` and F `focal_px`. The pass is
-    /// `width` pixels wide.
+    /// z = r / sqrt(1 + (x² + y²) / F²), x and y being lengths from `axis` and F `focal_px`, all in pixel
+    /// widths. The pass is `width` pixels wide; each is `pixel_aspect` times as wide as it is high.
     ///
     /// # Errors
     /// A focal length that is not above zero, and an axis that is not finite.
-    pub fn turn_along_axis(&mut self, width: usize, axis: ImagePoint, focal_px: f64) -> Result<()> {
+    pub fn turn_along_axis(
+        &mut self,
+        width: usize,
+        axis: ImagePoint,
+        focal_px: f64,
+        pixel_aspect: f64,
+    ) -> Result<()> {
         let finite = axis.x_px.is_finite() && axis.y_px.is_finite();
         if !(finite && focal_px.is_finite() && focal_px > 0.0) {
             return Err(Error::new(
@@ -77,7 +83,7 @@ impl DepthReading {
                 continue;
             }
             let x = (index % width.max(1)) as f64 + 0.5 - axis.x_px;
-            let y = (index / width.max(1)) as f64 + 0.5 - axis.y_px;
+            let y = ((index / width.max(1)) as f64 + 0.5 - axis.y_px) / pixel_aspect;
             let ray = (1.0 + (x * x + y * y) / (focal_px * focal_px)).sqrt();
             let turned = f64::from(*vergence) * ray;
             *vergence = turned as f32;
@@ -322,7 +328,7 @@ mod tests {
         };
         let mut reading = metres.read(&samples, width).expect("readable");
         reading
-            .turn_along_axis(width, axis, focal_px)
+            .turn_along_axis(width, axis, focal_px, 1.0)
             .expect("a camera");
         for (k, v) in reading.vergence.iter().enumerate() {
             let want = if k == 3 { 0.0 } else { 0.5 };
@@ -331,7 +337,10 @@ mod tests {
         let (near, far) = reading.range_m.expect("a range");
         assert!((near - 2.0).abs() < 1e-6 && (far - 2.0).abs() < 1e-6);
         for bad in [0.0, -3.0, f64::NAN, f64::INFINITY] {
-            assert!(reading.turn_along_axis(width, axis, bad).is_err(), "{bad}");
+            assert!(
+                reading.turn_along_axis(width, axis, bad, 1.0).is_err(),
+                "{bad}"
+            );
         }
     }
 }

@@ -13,6 +13,10 @@ mod focus_range;
 mod focus_range_tests;
 mod gather;
 mod layers;
+mod methods;
+mod non_square;
+#[cfg(test)]
+mod non_square_tests;
 mod reach;
 mod scatter;
 #[cfg(test)]
@@ -25,6 +29,9 @@ mod sources;
 mod spot;
 #[cfg(test)]
 mod spot_tests;
+mod spots;
+#[cfg(test)]
+mod spots_tests;
 
 pub use adjusted::{Adjusted, MOST_AMOUNT};
 pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
@@ -33,9 +40,12 @@ pub use extended::Extended;
 pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
 pub use gather::{Gather, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
+pub use methods::{LevelMethods, Methods, Noted};
+pub use non_square::{MOST_PIXEL_ASPECT, NonSquare};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, Window, stopped};
 pub use spot::at_pixels;
+pub use spots::{Spots, psnr_at, spread_pixels};
 
 use crate::field::{FieldPoint, Frame, ImagePoint};
 use crate::psf::LocalBlur;
@@ -87,7 +97,8 @@ pub struct PlacedBlur {
     pub displacement_px: (f64, f64),
 }
 
-/// Where the pixels of a plate lie in the lens's frame.
+/// Where the pixels of a plate lie in the lens's frame. Plates whose pixels are not square are seen through a
+/// [`NonSquare`] lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateMap {
     /// Lens-frame position of the plate's top-left outer corner.

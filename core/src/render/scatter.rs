@@ -4,7 +4,7 @@
 
 use super::sheet::{Band, Strip};
 use super::sources::{Source, Sources, runs};
-use super::{Plane, Renderer, Scene, stopped};
+use super::{Methods, Plane, Renderer, Scene, stopped};
 use crate::error::Result;
 use crate::psf::KernelRows;
 use rayon::prelude::*;
@@ -58,6 +58,11 @@ impl Renderer for Scatter {
         }
         let narrow = |plane: Vec<f64>| plane.into_iter().map(|light| light as f32).collect();
         Ok(total.into_iter().map(narrow).collect())
+    }
+
+    fn methods(&self, scene: &Scene, planes: &[Plane]) -> Result<Methods> {
+        scene.check(planes)?;
+        Ok(Methods::exact())
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a renderer is given: lens, plate geometry, depth and the planes of samples.
 
-use super::{BlurField, Edges, PlateMap, VergencePass};
+use super::{BlurField, Edges, Methods, PlateMap, VergencePass};
 use crate::error::{Error, Result};
 use crate::psf::PsfModel;
 
@@ -93,6 +93,19 @@ pub trait Renderer: Sync {
                 .collect()
         };
         Ok(whole.into_iter().map(part).collect())
+    }
+
+    /// By which ways [`Renderer::render`] would render; nothing is drawn. A renderer that chooses nothing says
+    /// that it renders once; one made of others leaves it to them: [`Noted`](super::Noted).
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`].
+    fn methods(&self, scene: &Scene, planes: &[Plane]) -> Result<Methods> {
+        scene.check(planes)?;
+        Ok(Methods {
+            renders: 1,
+            ..Methods::default()
+        })
     }
 }
 

@@ -58,11 +58,15 @@ impl AdjustArgs {
         self.channel_scale.push((channel.to_owned(), scale));
     }
 
-    /// `lens` as asked for; `scale` is plate pixels per pixel of its frame.
+    /// `lens` as asked for; `scale` is plate pixels per pixel of its frame along x and y.
     ///
     /// # Errors
     /// Values that cannot be, and channels that the lens has not.
-    pub(super) fn adjusted<'a>(&self, lens: &'a Predictor, scale: f64) -> Result<Adjusted<'a>> {
+    pub(super) fn adjusted<'a>(
+        &self,
+        lens: &'a Predictor,
+        scale: [f64; 2],
+    ) -> Result<Adjusted<'a>> {
         let names = lens.channel_names();
         let mut scales = vec![1.0; names.len()];
         for (name, by) in &self.channel_scale {
@@ -80,7 +84,7 @@ impl AdjustArgs {
             lens,
             self.amount,
             scales,
-            (offset.0 / scale, offset.1 / scale),
+            (offset.0 / scale[0], offset.1 / scale[1]),
         )
     }
 }

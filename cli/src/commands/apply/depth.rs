@@ -5,7 +5,6 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use seidel_core::Error;
 use seidel_core::distance::ObjectDistance;
-use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{DepthConvention, DepthReading};
 
@@ -38,7 +37,7 @@ pub(super) struct DepthArgs {
     #[arg(long, value_name = "METRES")]
     far: Option<f64>,
     /// Distances of the depth pass are along the ray from the camera, not along its axis; the camera's
-    /// focal length, in plate pixels: half the width over the tangent of half the field of view
+    /// focal length, in widths of a plate pixel: half the width over the tangent of half the field of view
     #[arg(long, value_name = "FOCAL_PX", conflicts_with = "distance")]
     along_ray: Option<f64>,
     /// Do not look at the first depth pass for signs that its numbers are other than --depth-kind and
@@ -92,21 +91,21 @@ pub(super) enum DepthSource {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DepthMeaning {
     convention: DepthConvention,
-    /// Focal length, plate px, where distances are along the ray.
+    /// Focal length, widths of a plate pixel, where distances are along the ray.
     along_ray: Option<f64>,
 }
 
 impl DepthMeaning {
-    /// Vergences of the `samples` of a pass `width` px wide whose optical axis is at `axis`.
+    /// Vergences of the `samples` of a pass `width` px wide, seen as `view` says.
     pub(super) fn read(
         &self,
         samples: &[f32],
         width: usize,
-        axis: ImagePoint,
+        view: &PlateView,
     ) -> Result<DepthReading, Error> {
         let mut reading = self.convention.read(samples, width)?;
         if let Some(focal_px) = self.along_ray {
-            reading.turn_along_axis(width, axis, focal_px)?;
+            reading.turn_along_axis(width, view.axis, focal_px, view.pixel_aspect)?;
         }
         Ok(reading)
     }
@@ -217,7 +216,7 @@ impl DepthSource {
         let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
         };
-        let reading = meaning.read(&samples, plate.width(), view.axis);
+        let reading = meaning.read(&samples, plate.width(), view);
         let reading = reading.map_err(in_pass)?;
         describe(&pass, &reading, said);
         if first && checked {

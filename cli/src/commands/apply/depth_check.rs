@@ -12,22 +12,30 @@ pub(super) struct PlateView<'a> {
     lens: &'a LensProfile,
     /// Where the optical axis meets the plate, plate pixels from its outer corner.
     pub(super) axis: ImagePoint,
-    /// Plate pixels per pixel of the lens's frame.
+    /// Plate pixels per pixel of the lens's frame, along y.
     scale: f64,
+    /// Width of a pixel over its height.
+    pub(super) pixel_aspect: f64,
 }
 
 impl<'a> PlateView<'a> {
-    /// A plate that lies in the frame of `lens` as `map` says, its axis moved by `offset` plate pixels.
-    pub(super) fn new(lens: &'a LensProfile, map: PlateMap, offset: (f64, f64)) -> Self {
+    /// A plate that lies in the frame of `lens` as `map` says, in pixels of this aspect, its axis moved by
+    /// `offset` plate pixels.
+    pub(super) fn new(
+        lens: &'a LensProfile,
+        (map, pixel_aspect): (PlateMap, f64),
+        offset: (f64, f64),
+    ) -> Self {
         let axis = lens.frame.image_point(FieldPoint::new(0.0, 0.0));
         let on_plate = |axis: f64, origin: f64, offset: f64| (axis - origin) * map.scale + offset;
         Self {
             lens,
             axis: ImagePoint::new(
-                on_plate(axis.x_px, map.origin.x_px, offset.0),
+                on_plate(axis.x_px / pixel_aspect, map.origin.x_px, offset.0),
                 on_plate(axis.y_px, map.origin.y_px, offset.1),
             ),
             scale: map.scale,
+            pixel_aspect,
         }
     }
 
@@ -54,6 +62,7 @@ impl<'a> PlateView<'a> {
             view: View {
                 axis: self.axis,
                 focal_px: self.focal_px(),
+                pixel_aspect: self.pixel_aspect,
             },
             lens: LensReach {
                 measured_m: self.measured_m(),
@@ -70,11 +79,11 @@ impl<'a> PlateView<'a> {
         Ok(told.collect())
     }
 
-    /// Focal length in plate pixels, where the lens knows its camera.
+    /// Focal length in widths of plate pixels, where the lens knows its camera.
     fn focal_px(&self) -> Option<f64> {
         let focal_mm = self.lens.camera.focal_length_mm?;
         let pitch_um = self.lens.pixel_pitch_um?;
-        Some(focal_mm * 1000.0 / pitch_um * self.scale)
+        Some(focal_mm * 1000.0 / pitch_um * self.scale / self.pixel_aspect)
     }
 
     /// Nearest and farthest distance at which the lens was measured.

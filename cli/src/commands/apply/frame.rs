@@ -5,15 +5,16 @@ use std::sync::Arc;
 
 use rayon::ThreadPool;
 use seidel_core::profile::LensProfile;
-use seidel_core::render::{Extended, Layered, PlateExtent, Renderer, Scene, VergencePass};
+use seidel_core::render::{BlurField, NonSquare, PlateExtent, Scene, VergencePass};
 
 use super::depth::{DepthMeaning, DepthSource};
 use super::depth_check::PlateView;
 use super::occlusion::{HoldoutPixels, HoldoutSource};
 use super::plate::{Light, plate_map, plate_weights};
 use super::queue::{Outcome, Stages};
+use super::rendering::Rendering;
 use super::setup::Setup;
-use super::{ApplyArgs, EdgeChoice, QualityChoice, Vergences};
+use super::{ApplyArgs, EdgeChoice, QualityChoice, Vergences, verbose};
 use crate::commands::CommandError;
 use crate::commands::drawing::Drawing;
 use crate::files::animation::Animation;
@@ -97,14 +98,15 @@ impl Job<'_> {
         let Drawing {
             lens, predictor, ..
         } = &setup.drawing;
-        let map = plate_map(&plate, predictor, self.args.plate.lens_scale);
-        let view = PlateView::new(lens, map, setup.adjust.axis_offset_px());
+        let aspect = self.args.plate.pixel_aspect(&plate)?;
+        let map = plate_map(&plate, predictor, self.args.plate.lens_scale, aspect);
+        let view = PlateView::new(lens, (map, aspect), setup.adjust.axis_offset_px());
         let first = index == 0;
         let vergence = self
             .depth
             .read(&plate, depth_file, predictor, &view, first, &mut said)?;
         let files = self.holdout_files(step);
-        let holdout = self.holdout.read(&plate, files, self.meaning, view.axis)?;
+        let holdout = self.holdout.read(&plate, files, self.meaning, &view)?;
         Ok(ReadFrame {
             setup,
             plate,
@@ -137,20 +139,32 @@ impl Job<'_> {
             if !plate.non_finite().is_empty() {
                 light.put_back(&mut plate, light.copied())?;
             }
+            if args.verbose {
+                said.push("not rendered: at --amount 0 the plate stays as it is".into());
+            }
             return Ok(BlurredFrame { plate, said });
         }
-        let map = plate_map(&plate, lens, args.plate.lens_scale);
-        let adjusted = setup.adjust.adjusted(lens, map.scale)?;
+        let aspect = args.plate.pixel_aspect(&plate)?;
+        let map = plate_map(&plate, lens, args.plate.lens_scale, aspect);
+        let adjusted = (setup.adjust).adjusted(lens, [map.scale / aspect, map.scale])?;
+        let non_square = match aspect == 1.0 {
+            true => None,
+            false => Some(NonSquare::new(&adjusted, aspect)?),
+        };
+        let seen: &dyn BlurField = match &non_square {
+            Some(lens) => lens,
+            None => &adjusted,
+        };
         let extent = PlateExtent {
             map,
             width: plate.width(),
             height: plate.height(),
         };
-        let refocused = |v| setup.focus.applied(v, &adjusted, extent, setup.focused_at);
+        let refocused = |v| setup.focus.applied(v, seen, extent, setup.focused_at);
         let vergence = refocused(vergence)?;
         let holdout = holdout.map(|h| h.changed(refocused)).transpose()?;
         let scene = Scene {
-            lens: &adjusted,
+            lens: seen,
             model: *model,
             width: plate.width(),
             height: plate.height(),
@@ -170,25 +184,24 @@ impl Job<'_> {
             (self.progress)(index, share);
             true
         };
-        let inner = args.quality.renderer();
+        let planes = light.with_weights(&weights);
         let settings = args.occlusion.settings(holdout.as_ref());
-        let layered = Layered {
-            inner: &*inner,
-            settings,
+        let rendering = Rendering {
+            scene: &scene,
+            planes: &planes,
+            occlusion: args.occlusion.is_on().then_some(settings),
+            extended: args.edges == EdgeChoice::Extend,
         };
-        let renderer: &dyn Renderer = if args.occlusion.is_on() {
-            &layered
+        let inner = args.quality.renderer();
+        let mut blurred = if args.verbose {
+            let about = (args, light.colour_count(), light.peak());
+            let (blurred, told) =
+                verbose::rendered(&rendering, &*inner, about, &progress).map_err(in_plate)?;
+            said.push(told);
+            blurred
         } else {
-            &*inner
+            rendering.by(&*inner, &progress).map_err(in_plate)?
         };
-        let extended = Extended { inner: renderer };
-        let renderer = match args.edges {
-            EdgeChoice::Extend => &extended,
-            EdgeChoice::Mirror | EdgeChoice::Black => renderer,
-        };
-        let mut blurred = renderer
-            .render(&scene, &light.with_weights(&weights), &progress)
-            .map_err(in_plate)?;
         light.develop(lens, &weights, &mut blurred);
         light.put_back(&mut plate, blurred)?;
         Ok(BlurredFrame { plate, said })

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use seidel_core::Result;
-use seidel_core::field::ImagePoint;
 use seidel_core::render::{Holdout, Occlusion};
 
 use super::super::CommandError;
 use super::Vergences;
 use super::depth::DepthMeaning;
+use super::depth_check::PlateView;
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::error::FileError;
 use crate::files::matte::Matte;
@@ -118,7 +118,7 @@ impl HoldoutSource {
         plate: &Plate,
         (matte, depth): (Option<&Path>, Option<&Path>),
         meaning: DepthMeaning,
-        axis: ImagePoint,
+        view: &PlateView,
     ) -> std::result::Result<Option<HoldoutPixels>, CommandError> {
         let Some(file) = matte else {
             return Ok(None);
@@ -145,7 +145,7 @@ impl HoldoutSource {
             .map(|file| -> std::result::Result<_, CommandError> {
                 let pass = DepthPass::open(file, channel(&self.depth).as_deref())?;
                 let samples = pass.over(window)?;
-                let reading = meaning.read(&samples, window.width, axis);
+                let reading = meaning.read(&samples, window.width, view);
                 let reading = reading.map_err(|e| FileError::from_core(file, e))?;
                 Ok(Vergences::PerPixel(reading.vergence))
             })

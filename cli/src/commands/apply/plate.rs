@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
-use seidel_core::render::{BlurField, Plane, PlateMap, develop};
+use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT, Plane, PlateMap, develop};
 use seidel_core::{Error, Result};
 
 use super::super::CommandError;
@@ -24,13 +24,23 @@ pub(super) struct PlateArgs {
     /// unpremultiplied, TIFF by its tag)
     #[arg(long, value_enum)]
     alpha: Option<AlphaChoice>,
+    /// Write the blurred alpha of each colour as alpha.R, alpha.G, alpha.B beside A, so that colour fringes
+    /// survive a merge: each is blurred as its colour is. Where the plate has such channels they are taken as
+    /// the alpha of their colours. EXR only
+    #[arg(long)]
+    alpha_per_channel: bool,
     /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
     #[arg(long)]
     scrub: bool,
-    /// Plate pixels per pixel of the lens's frame; if left out the plate's display window is the
-    /// lens's full frame
+    /// Plate pixels per pixel of the lens's frame, counted along y; if left out the plate's display window is as
+    /// wide as the lens's full frame, pixel aspect included
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     pub(super) lens_scale: Option<f64>,
+    /// Width of a plate pixel over its height, such as 2 for an anamorphic plate not yet desqueezed; if left out
+    /// as the EXR's pixelAspectRatio says, 1 for PNG and TIFF. The lens sees the plate as wide as its pixels make
+    /// it: blur and displacement along x are 1/P as many pixels
+    #[arg(long, value_name = "P", value_parser = parse_ratio)]
+    pixel_aspect: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -56,9 +66,12 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
         .ok_or_else(|| "give a number greater than zero".to_owned())
 }
 
-/// The planes of a plate as light: colour premultiplied, alpha last where there is one.
+/// The planes of a plate as light: colour premultiplied, then alpha where there is one, then the alpha of each
+/// colour alone where asked for.
 pub(super) struct Light {
     planes: Vec<Vec<f32>>,
+    colours: usize,
+    own_alphas: usize,
     has_alpha: bool,
     unpremultiplied: bool,
 }
@@ -71,7 +84,32 @@ impl PlateArgs {
                 EncodingChoice::Linear => Encoding::Linear,
                 EncodingChoice::Srgb => Encoding::Srgb,
             }),
+            alpha_per_channel: self.alpha_per_channel,
         }
+    }
+
+    /// Width of the plate's pixels over their height.
+    ///
+    /// # Errors
+    /// One that no renderer follows.
+    pub(super) fn pixel_aspect(&self, plate: &Plate) -> std::result::Result<f64, CommandError> {
+        let aspect = self.pixel_aspect.unwrap_or_else(|| plate.pixel_aspect());
+        if (1.0 / MOST_PIXEL_ASPECT..=MOST_PIXEL_ASPECT).contains(&aspect) {
+            return Ok(aspect);
+        }
+        let source = match self.pixel_aspect {
+            Some(_) => "--pixel-aspect",
+            None => "pixelAspectRatio",
+        };
+        Err(FileError::new(
+            plate.path(),
+            source,
+            format!("is {aspect}"),
+            format!(
+                "give --pixel-aspect from 1/{MOST_PIXEL_ASPECT} to {MOST_PIXEL_ASPECT}, 1 for square pixels"
+            ),
+        )
+        .into())
     }
 
     /// The planes to blur; remarks go to `said`.
@@ -94,9 +132,13 @@ impl PlateArgs {
         }
         said.extend(bad.iter().map(|b| format!("{b}; replaced by zero")));
         let mut planes = plate.colour();
+        let colours = planes.len();
         let alpha = plate.alpha();
         let has_alpha = alpha.is_some();
         planes.extend(alpha);
+        let own_alphas = plate.own_alphas();
+        let count = own_alphas.len();
+        planes.extend(own_alphas);
         for sample in planes.iter_mut().flatten() {
             if !sample.is_finite() {
                 *sample = 0.0;
@@ -107,18 +149,19 @@ impl PlateArgs {
                 Some(choice) => choice == AlphaChoice::Unpremultiplied,
                 None => !plate.is_premultiplied(),
             };
-        if unpremultiplied && let Some((alpha, colour)) = planes.split_last_mut() {
-            for plane in colour {
-                for (sample, alpha) in plane.iter_mut().zip(alpha.iter()) {
-                    *sample *= alpha;
-                }
-            }
-        }
-        Ok(Light {
+        let mut light = Light {
             planes,
+            colours,
+            own_alphas: count,
             has_alpha,
             unpremultiplied,
-        })
+        };
+        if unpremultiplied {
+            let mut planes = std::mem::take(&mut light.planes);
+            light.by_alpha(&mut planes, |colour, alpha| colour * alpha);
+            light.planes = planes;
+        }
+        Ok(light)
     }
 }
 
@@ -126,6 +169,17 @@ impl Light {
     /// How many planes there are, alpha included.
     pub(super) fn plane_count(&self) -> usize {
         self.planes.len()
+    }
+
+    /// How many planes are colour, the first ones.
+    pub(super) fn colour_count(&self) -> usize {
+        self.colours
+    }
+
+    /// The largest size of a colour sample.
+    pub(super) fn peak(&self) -> f64 {
+        let samples = self.planes[..self.colours].iter().flatten();
+        f64::from(samples.fold(0.0, |most: f32, v| most.max(v.abs())))
     }
 
     /// The planes as they are.
@@ -144,8 +198,7 @@ impl Light {
 
     /// Turns the light of blurred colour planes into what the lens's sensor records; alpha stays.
     pub(super) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
-        let colours = blurred.len() - usize::from(self.has_alpha);
-        for (plane, weights) in blurred[..colours].iter_mut().zip(weights) {
+        for (plane, weights) in blurred[..self.colours].iter_mut().zip(weights) {
             develop(lens, weights, plane);
         }
     }
@@ -156,28 +209,39 @@ impl Light {
         plate: &mut Plate,
         mut blurred: Vec<Vec<f32>>,
     ) -> std::result::Result<(), CommandError> {
-        let alpha = self.has_alpha.then(|| blurred.pop()).flatten();
-        if self.unpremultiplied
-            && let Some(alpha) = &alpha
-        {
-            for plane in &mut blurred {
-                for (sample, &alpha) in plane.iter_mut().zip(alpha) {
-                    // Where nothing covers the pixel its colour is as good as any.
-                    *sample = if alpha > 0.0 { *sample / alpha } else { 0.0 };
-                }
-            }
+        if self.unpremultiplied {
+            self.by_alpha(&mut blurred, |colour, alpha| {
+                // Where nothing covers the pixel its colour is as good as any.
+                if alpha > 0.0 { colour / alpha } else { 0.0 }
+            });
         }
+        let mut alphas = blurred.split_off(self.colours);
         plate.set_colour(&blurred)?;
-        if let Some(alpha) = &alpha {
+        let own_alphas = alphas.split_off(usize::from(self.has_alpha));
+        if let Some(alpha) = alphas.first() {
             plate.set_alpha(alpha)?;
         }
+        plate.set_own_alphas(&own_alphas)?;
         Ok(())
+    }
+
+    /// Puts `change` of each colour sample and its alpha in place of the colour: its own alpha where it has
+    /// one.
+    fn by_alpha(&self, planes: &mut [Vec<f32>], change: impl Fn(f32, f32) -> f32) {
+        let (colours, alphas) = planes.split_at_mut(self.colours);
+        for (index, plane) in colours.iter_mut().enumerate() {
+            let own = (index < self.own_alphas).then_some(1 + index);
+            for (sample, alpha) in plane.iter_mut().zip(&alphas[own.unwrap_or(0)]) {
+                *sample = change(*sample, *alpha);
+            }
+        }
     }
 }
 
-/// How much each lens channel acts on each plane of the plate, alpha last: a colour plane takes the
-/// lens channel of its name, or the only one there is; a monochrome plate takes all alike; alpha is
-/// blurred by the mean of what blurs the colours, so that it covers the light of every channel.
+/// How much each lens channel acts on each plane of the plate, in the order of [`Light`]: a colour plane takes
+/// the lens channel of its name, or the only one there is; a monochrome plate takes all alike; alpha is
+/// blurred by the mean of what blurs the colours, so that it covers the light of every channel; the alpha of one
+/// colour is blurred as that colour.
 ///
 /// # Errors
 /// A colour plane for which the lens has no channel.
@@ -210,26 +274,41 @@ pub(super) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f
         let mean = (0..names.len())
             .map(|k| weights.iter().map(|w| w[k]).sum::<f64>() / count)
             .collect();
+        let of_colours = if plate.has_own_alphas() {
+            weights.clone()
+        } else {
+            Vec::new()
+        };
         weights.push(mean);
+        weights.extend(of_colours);
     }
     Ok(weights)
 }
 
-/// Where the plate lies in the lens's frame: centre on centre, the display window as wide as the
-/// frame unless `scale` says otherwise.
-pub(super) fn plate_map(plate: &Plate, lens: &Predictor, scale: Option<f64>) -> PlateMap {
+/// Where the plate lies in the lens's frame, or where pixels are not square in that of
+/// [`NonSquare`](seidel_core::render::NonSquare): centre on centre, the display window as wide as the frame unless
+/// `scale` says otherwise.
+pub(super) fn plate_map(
+    plate: &Plate,
+    lens: &Predictor,
+    scale: Option<f64>,
+    pixel_aspect: f64,
+) -> PlateMap {
     let frame = lens.frame();
     let (display, data) = (plate.display_window(), plate.data_window());
-    let scale = scale.unwrap_or(display.width as f64 / f64::from(frame.width_px()));
-    let corner = |size: u32, display_start: i32, display_size: usize, data_start: i32| {
+    let square_width = display.width as f64 * pixel_aspect;
+    let scale = scale.unwrap_or(square_width / f64::from(frame.width_px()));
+    let corner = |size: f64, display_start: i32, display_size: usize, data_start: i32| {
         let from_centre =
             f64::from(data_start) - f64::from(display_start) - display_size as f64 / 2.0;
-        f64::from(size) / 2.0 + from_centre / scale
+        size / 2.0 + from_centre / scale
     };
+    let width = f64::from(frame.width_px()) / pixel_aspect;
+    let height = f64::from(frame.height_px());
     PlateMap {
         origin: ImagePoint::new(
-            corner(frame.width_px(), display.x, display.width, data.x),
-            corner(frame.height_px(), display.y, display.height, data.y),
+            corner(width, display.x, display.width, data.x),
+            corner(height, display.y, display.height, data.y),
         ),
         scale,
     }

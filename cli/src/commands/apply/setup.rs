@@ -125,7 +125,7 @@ impl Settings {
         said: &mut Vec<String>,
     ) -> Result<Setup, CommandError> {
         let drawing = self.drawing.set(measured, path, said)?;
-        self.adjust.adjusted(&drawing.predictor, 1.0)?;
+        self.adjust.adjusted(&drawing.predictor, [1.0; 2])?;
         self.focus.check()?;
         Ok(Setup {
             drawing,

@@ -158,6 +158,7 @@ impl PairArgs {
             let options = PlateOptions {
                 layer: None,
                 encoding: Some(encoding),
+                ..PlateOptions::default()
             };
             Plate::open(path, &options)
         };

@@ -62,15 +62,18 @@ impl Extent {
     /// waves and a halo carry beyond, or more where they go farther than [`FARTHEST_PX`].
     pub(super) fn reach(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> Reach {
         // What the extent's few rays missed, the blur, and the pixel of the outermost ray.
-        let margin = 0.04 * self.radius() + 5.0 * pupil.blur_variance_px2.sqrt() + 0.5;
+        let margin =
+            (pupil.blur_variances_px2()).map(|v| 0.04 * self.radius() + 5.0 * v.sqrt() + 0.5);
         let half_width = wave::half_width(pupil);
         let [across, down] = [0, 1].map(|axis| {
             let waves = half_width.map_or(0.0, |half_width| {
                 let unit = pupil.wave_px * pupil.squeeze[axis].abs() / half_width;
                 (WAVES_BEYOND / LEFT_OUT * unit).min(FARTHEST_PX)
             });
-            let halo = pupil.sensor.halo.radius_holding(LEFT_OUT).min(FARTHEST_PX);
-            margin + waves + halo + pupil.sensor.reach_px()[axis]
+            let stretch = [pupil.sensor.halo.stretch_x, 1.0][axis];
+            let halo = stretch * pupil.sensor.halo.radius_holding(LEFT_OUT);
+            let halo = halo.min(FARTHEST_PX);
+            margin[axis] + waves + halo + pupil.sensor.reach_px()[axis]
         });
         Reach {
             left_px: centroid[0] - self.low[0] + across,

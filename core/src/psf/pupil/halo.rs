@@ -11,6 +11,8 @@ pub(super) struct Moffat {
     steepness: f64,
     /// Density in the middle, px^-2.
     peak: f64,
+    /// How many times as far it goes along x.
+    stretch_x: f64,
 }
 
 impl Moffat {
@@ -19,39 +21,50 @@ impl Moffat {
         Self {
             radius2,
             steepness: halo.steepness,
-            peak: (halo.steepness - 1.0) / (PI * radius2),
+            peak: (halo.steepness - 1.0) / (PI * radius2 * halo.stretch_x),
+            stretch_x: halo.stretch_x,
         }
     }
 
-    /// The mean density over a square of side `side` at (x, y): that in its middle, and what the Laplacian
-    /// adds.
-    fn mean(&self, x: f64, y: f64, side: f64) -> f64 {
+    /// The mean density over a rectangle of `sides` about (x, y), all lengths along x over the stretch: that in
+    /// its middle, and what second derivatives add.
+    fn mean(&self, x: f64, y: f64, [across, down]: [f64; 2]) -> f64 {
         let b = self.steepness;
         let r = (x * x + y * y) / self.radius2;
         let density = self.peak * (-b * r.ln_1p()).exp();
-        let bend = 4.0 * b / self.radius2 * (b * r - 1.0) / (1.0 + r).powi(2);
-        density * (1.0 + side * side / 24.0 * bend)
+        if self.stretch_x == 1.0 {
+            let bend = 4.0 * b / self.radius2 * (b * r - 1.0) / (1.0 + r).powi(2);
+            return density * (1.0 + down * down / 24.0 * bend);
+        }
+        let bend = |at: f64| {
+            let along = 2.0 * (b + 1.0) * at * at / self.radius2;
+            2.0 * b / self.radius2 * (along - (1.0 + r)) / (1.0 + r).powi(2)
+        };
+        density * (1.0 + (across * across * bend(x) + down * down * bend(y)) / 24.0)
     }
 
     /// Light of the pixels from 0 to `count` (x, y) px away, row-major.
     pub(super) fn table(&self, [columns, rows]: [usize; 2]) -> Vec<f64> {
         let mut table = Vec::with_capacity(columns * rows);
+        // A pixel's sides, along x over the stretch.
+        let pixel = [1.0 / self.stretch_x, 1.0];
         for y in 0..rows {
             for x in 0..columns {
-                let (x, y) = (x as f64, y as f64);
+                let (x, y) = (x as f64 / self.stretch_x, y as f64);
                 // Parts of a pixel so small that the density hardly bends in one.
-                let parts = (6.0 / (self.radius2 + x * x + y * y).sqrt()).ceil();
-                let parts = parts.clamp(1.0, 64.0);
-                if parts == 1.0 {
-                    table.push(self.mean(x, y, 1.0));
+                let far = (self.radius2 + x * x + y * y).sqrt();
+                let parts = pixel.map(|side| (6.0 * side / far).ceil().clamp(1.0, 64.0));
+                if parts == [1.0; 2] {
+                    table.push(self.mean(x, y, pixel));
                     continue;
                 }
-                let side = 1.0 / parts;
-                let at = |k: usize| (k as f64 + 0.5) * side - 0.5;
-                let parts = parts as usize;
-                let places = (0..parts * parts).map(|k| (x + at(k % parts), y + at(k / parts)));
-                let sum: f64 = places.map(|(x, y)| self.mean(x, y, side)).sum();
-                table.push(sum * side * side);
+                let sides = [pixel[0] / parts[0], pixel[1] / parts[1]];
+                let at = |k: usize, axis: usize| (k as f64 + 0.5) * sides[axis] - 0.5 * pixel[axis];
+                let [across, down] = parts.map(|count| count as usize);
+                let places =
+                    (0..across * down).map(|k| (x + at(k % across, 0), y + at(k / across, 1)));
+                let sum: f64 = places.map(|(x, y)| self.mean(x, y, sides)).sum();
+                table.push(sum * sides[0] * self.stretch_x * sides[1]);
             }
         }
         table

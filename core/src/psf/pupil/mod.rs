@@ -178,9 +178,11 @@ fn draw_within(
             .all(Tangent::moves_stops),
         "tangents that move stops come last"
     );
-    let factor = extent.cells_per_pixel(pupil.blur_variance_px2);
-    let taps = (factor > 1 || pupil.blur_variance_px2 > 0.0 || !tangents.is_empty())
-        .then(|| Taps::new(pupil.blur_variance_px2, factor));
+    let variances = pupil.blur_variances_px2();
+    let least = variances[0].min(variances[1]);
+    let factor = extent.cells_per_pixel(least);
+    let taps =
+        (factor > 1 || least > 0.0 || !tangents.is_empty()).then(|| Taps::new(variances, factor));
     let margin = taps.as_ref().map_or(0, |t| t.margin);
     let cells = (width * factor + 2 * margin, height * factor + 2 * margin);
     let scale = factor as f64;
@@ -320,8 +322,9 @@ impl PsfModel for Pupil {
     /// Where no ray lands more than `ALIKE_PX` from where the other blur puts it.
     fn alike(&self, one: (&LocalBlur, (f64, f64)), other: (&LocalBlur, (f64, f64))) -> bool {
         let (a, b) = (rays(one.0), rays(other.0));
+        let grid = one.0.pixel_aspect == other.0.pixel_aspect;
         let rest = |p: &LocalPupil| (p.transmission, p.squeeze, p.wave_px, p.sensor);
-        if a.stops().len() != b.stops().len() || rest(&a) != rest(&b) {
+        if !grid || a.stops().len() != b.stops().len() || rest(&a) != rest(&b) {
             return false;
         }
         let shifted = (one.1.0 - other.1.0).hypot(one.1.1 - other.1.1);

@@ -100,11 +100,12 @@ impl Picture {
         detail: Detail,
         space: &mut Workspace,
     ) -> Self {
-        let blur = BLUR_REACH * pupil.blur_variance_px2.max(0.0).sqrt();
+        let blur = (pupil.blur_variances_px2()).map(|v| BLUR_REACH * v.max(0.0).sqrt());
+        let reach = largest.reach_px();
         let view = View {
             corner,
             size,
-            room: largest.reach_px().map(|reach| reach + blur),
+            room: [0, 1].map(|axis| reach[axis] + blur[axis]),
         };
         let spectrum = if let Some(half_width) = wave::half_width(pupil) {
             wave::spectrum(pupil, half_width, extent, &view, &mut space.fourier)
@@ -273,7 +274,7 @@ fn of_rays(
     let passes = |axis: usize, k: i64| {
         let f = k as f64 / pixels[axis] as f64;
         let gathered = sinc(f) / sinc(f / cells as f64);
-        let t = pupil.blur_variance_px2.max(0.0) * (cells * cells) as f64;
+        let t = pupil.blur_variances_px2()[axis].max(0.0) * (cells * cells) as f64;
         let blurred = (t * ((TAU * f / cells as f64).cos() - 1.0)).exp();
         let middle = TAU * f * ((cells - 1) / 2) as f64 / cells as f64;
         C::from_polar(gathered * blurred, middle)

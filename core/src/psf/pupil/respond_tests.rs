@@ -146,6 +146,7 @@ fn a_halo_holds_its_share() {
         share: 0.3,
         radius_px: 2.5,
         steepness: 2.2,
+        ..Halo::default()
     };
     let sensor = Sensor {
         halo,

@@ -14,16 +14,67 @@ pub(super) struct Taps {
     factor: usize,
     /// Fine cells that a pixel sees beyond its own on either side.
     pub(super) margin: usize,
+    down: Line,
+    /// Along x, where that is another.
+    across: Option<Line>,
+}
+
+/// Weights along one axis.
+struct Line {
     weights: Vec<f64>,
     slopes: Vec<f64>,
 }
 
 impl Taps {
-    /// For a blur of `variance_px2` and `factor` fine cells a pixel.
-    pub(super) fn new(variance_px2: f64, factor: usize) -> Self {
+    /// For a blur of these variances along x and y and `factor` fine cells a pixel.
+    pub(super) fn new([along_x, along_y]: [f64; 2], factor: usize) -> Self {
+        let cells = (factor * factor) as f64;
+        let t = along_x.max(along_y).max(0.0) * cells;
+        let margin = (REACH * t.sqrt()).ceil() as usize + 2;
+        Self {
+            factor,
+            margin,
+            down: Line::new(along_y, factor, margin),
+            across: (along_x != along_y).then(|| Line::new(along_x, factor, margin)),
+        }
+    }
+
+    /// Blurs `fine`, `depth` values a cell, `width` x `height` pixels with a margin of
+    /// [`Taps::margin`] cells on every side, into `out`. With `by_variance` the derivative by the
+    /// variance instead.
+    pub(super) fn apply(
+        &self,
+        fine: &[f64],
+        depth: usize,
+        size: (usize, usize),
+        by_variance: bool,
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        let (x, y) = (self.across.as_ref().unwrap_or(&self.down), &self.down);
+        let passes: &[(&[f64], &[f64])] = if by_variance {
+            &[(&x.slopes, &y.weights), (&x.weights, &y.slopes)]
+        } else {
+            &[(&x.weights, &y.weights)]
+        };
+        for &(across, down) in passes {
+            pulp::Arch::new().dispatch(Blurring {
+                taps: self,
+                fine,
+                depth,
+                size,
+                across,
+                down,
+                out,
+            });
+        }
+    }
+}
+
+impl Line {
+    fn new(variance_px2: f64, factor: usize, margin: usize) -> Self {
         let cells = (factor * factor) as f64;
         let t = variance_px2.max(0.0) * cells;
-        let margin = (REACH * t.sqrt()).ceil() as usize + 2;
         let kernel = discrete_gaussian(t, margin + factor + 2);
         let at = |n: isize| kernel[n.unsigned_abs()];
         let count = factor + 2 * margin;
@@ -43,40 +94,8 @@ impl Taps {
         // The discrete Gaussian obeys the discrete diffusion equation.
         let slope = |n: isize| cells / 2.0 * (at(n - 1) - 2.0 * at(n) + at(n + 1));
         Self {
-            factor,
-            margin,
             weights,
             slopes: gathered(&slope),
-        }
-    }
-
-    /// Blurs `fine`, `depth` values a cell, `width` x `height` pixels with a margin of
-    /// [`Taps::margin`] cells on every side, into `out`. With `by_variance` the derivative by the
-    /// variance instead.
-    pub(super) fn apply(
-        &self,
-        fine: &[f64],
-        depth: usize,
-        size: (usize, usize),
-        by_variance: bool,
-        out: &mut [f64],
-    ) {
-        out.fill(0.0);
-        let passes: &[(&[f64], &[f64])] = if by_variance {
-            &[(&self.slopes, &self.weights), (&self.weights, &self.slopes)]
-        } else {
-            &[(&self.weights, &self.weights)]
-        };
-        for &(across, down) in passes {
-            pulp::Arch::new().dispatch(Blurring {
-                taps: self,
-                fine,
-                depth,
-                size,
-                across,
-                down,
-                out,
-            });
         }
     }
 }
@@ -189,7 +208,7 @@ mod tests {
     #[test]
     fn a_point_becomes_a_gaussian_of_the_right_width() {
         for factor in [1, 2, 4] {
-            let taps = Taps::new(0.7, factor);
+            let taps = Taps::new([0.7; 2], factor);
             let size = 17;
             let columns = size * factor + 2 * taps.margin;
             let mut fine = vec![0.0; columns * columns];
@@ -243,7 +262,7 @@ mod tests {
     fn the_derivative_is_that_by_the_variance() {
         let step = 1e-5;
         let draw = |variance: f64, by_variance: bool| {
-            let taps = Taps::new(variance, 2);
+            let taps = Taps::new([variance; 2], 2);
             let columns = 18 + 2 * taps.margin;
             let mut fine = vec![0.0; columns * columns];
             fine[(taps.margin + 8) * columns + taps.margin + 9] = 1.0;

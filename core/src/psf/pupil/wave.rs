@@ -151,12 +151,12 @@ pub(super) fn spectrum(
     }
     // The pupil's energy, not the window's: what goes beyond the window is lost, not spread over it.
     let share = 1.0 / (light * (x.field * y.field) as f64);
-    let variance = pupil.blur_variance_px2.max(0.0);
+    let [along_x, along_y] = pupil.blur_variances_px2().map(|v| v.max(0.0));
     let down: Vec<f64> = (0..y.field)
-        .map(|k| y.passes(signed(k, y.field), variance))
+        .map(|k| y.passes(signed(k, y.field), along_y))
         .collect();
     for (k, line) in values.chunks_exact_mut(y.field).enumerate() {
-        let across = share * x.passes(k as i64, variance);
+        let across = share * x.passes(k as i64, along_x);
         for (value, down) in line.iter_mut().zip(&down) {
             *value *= across * down;
         }

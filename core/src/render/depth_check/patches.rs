@@ -54,7 +54,7 @@ pub(super) struct Sampled {
     basis: Rc<Basis>,
     /// Reciprocals of the distance as read.
     w: Vec<f64>,
-    /// Squared distances from the axis, px².
+    /// Squared distances from the axis, pixel widths squared.
     off_axis: Vec<f64>,
     /// Bend and its noise without the length of the ray.
     plain: [(f64, f64); 2],
@@ -152,7 +152,7 @@ impl Grid {
         let mut off_axis = Vec::with_capacity(self.count * self.count);
         for j in 0..self.count {
             let row = self.top + j * self.stride;
-            let y = row as f64 + 0.5 - check.view.axis.y_px;
+            let y = (row as f64 + 0.5 - check.view.axis.y_px) / check.view.pixel_aspect;
             for i in 0..self.count {
                 let column = self.left + i * self.stride;
                 let x = column as f64 + 0.5 - check.view.axis.x_px;

@@ -203,6 +203,6 @@ impl Verdict {
 fn corner_error(check: &DepthCheck, focal_px: f64) -> f64 {
     let farthest = |size: usize, axis: f64| axis.abs().max((size as f64 - axis).abs()) / focal_px;
     let x = farthest(check.width, check.view.axis.x_px);
-    let y = farthest(check.height, check.view.axis.y_px);
+    let y = farthest(check.height, check.view.axis.y_px) / check.view.pixel_aspect;
     (1.0 + x * x + y * y).sqrt() - 1.0
 }

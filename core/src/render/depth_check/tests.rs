@@ -40,6 +40,7 @@ fn findings(made: &Made, focal_px: Option<f64>) -> Vec<Finding> {
         view: View {
             axis: MadeScene::axis(),
             focal_px,
+            pixel_aspect: 1.0,
         },
         lens: LensReach {
             measured_m: Some((0.5, 20.0)),
@@ -390,6 +391,7 @@ fn empty_passes_are_named_and_other_sizes_refused() {
         view: View {
             axis: MadeScene::axis(),
             focal_px: None,
+            pixel_aspect: 1.0,
         },
         lens: LensReach::default(),
     };

@@ -77,6 +77,11 @@ impl<'a> Split<'a> {
         Self { rest, squares }
     }
 
+    /// How many pixels were taken off.
+    pub(super) fn count(&self) -> usize {
+        self.squares.iter().map(|square| square.places.len()).sum()
+    }
+
     /// Scatters what was taken off `planes` and adds it to `out`, a window of the plate.
     ///
     /// # Errors
@@ -412,10 +417,6 @@ mod tests {
         (0..WIDTH * HEIGHT).map(value).collect()
     }
 
-    fn count(split: &Split) -> usize {
-        split.squares.iter().map(|square| square.places.len()).sum()
-    }
-
     /// A plate with a rectangle of `side` at (`column`, `row`).
     fn with_window((column, row): (usize, usize), side: (usize, usize), light: f32) -> Vec<f32> {
         let mut samples = plate();
@@ -432,7 +433,7 @@ mod tests {
         samples[..WIDTH * 50].iter_mut().for_each(|v| *v *= 300.0);
         samples[WIDTH * 80 + 40] = -1e4;
         let split = split(&samples);
-        assert_eq!(count(&split), 0);
+        assert_eq!(split.count(), 0);
         assert!(matches!(split.rest[0], Cow::Borrowed(_)));
     }
 
@@ -441,7 +442,7 @@ mod tests {
         for place in [(0, 0), (31, 31), (97, 64), (WIDTH - 2, HEIGHT - 2)] {
             let samples = with_window(place, (2, 2), 1e4);
             let split = split(&samples);
-            assert_eq!(count(&split), 4);
+            assert_eq!(split.count(), 4);
             let mut sum = split.rest[0].to_vec();
             let most = sum.iter().copied().fold(0.0, f32::max);
             assert!(most <= 0.3, "{most}");
@@ -461,12 +462,12 @@ mod tests {
     fn what_is_large_is_not_scattered() {
         for place in [(32, 32), (40, 50), (10, 7), (62, 62)] {
             let samples = with_window(place, (40, 40), 1e3);
-            assert_eq!(count(&split(&samples)), 0, "{place:?}");
+            assert_eq!(split(&samples).count(), 0, "{place:?}");
         }
         // Four by four pixels are a light, five by five are not.
         for (side, expected) in [(4, 16), (5, 0)] {
             let samples = with_window((70, 38), (side, side), 1e3);
-            assert_eq!(count(&split(&samples)), expected);
+            assert_eq!(split(&samples).count(), expected);
         }
     }
 
@@ -478,7 +479,7 @@ mod tests {
             weights: &[1.0],
         });
         let split = Split::of(&planes, WIDTH);
-        assert_eq!(count(&split), 1);
+        assert_eq!(split.count(), 1);
         assert_eq!(split.squares[0].excess[0], 0.0);
         assert!(matches!(split.rest[0], Cow::Borrowed(_)));
         assert!(matches!(split.rest[1], Cow::Owned(_)));

@@ -14,6 +14,7 @@ mod image;
 mod lights;
 #[cfg(test)]
 mod lights_tests;
+mod methods;
 mod narrow;
 mod optics;
 mod passband;
@@ -33,7 +34,7 @@ mod window_tests;
 pub use tolerance::Quality;
 
 use super::sources::Sources;
-use super::{Edges, Plane, Renderer, Scatter, Scene, VergencePass, Window, stopped};
+use super::{Edges, Methods, Plane, Renderer, Scatter, Scene, VergencePass, Window, stopped};
 use crate::error::Result;
 use corners::{Mixed, Places};
 use edges::{cut, fold_early, mirrored};
@@ -89,6 +90,30 @@ impl Renderer for Gather {
                 return Scatter.render_window(scene, planes, window, progress);
             }
         };
+        let place = (window, vergence);
+        self.with_job(scene, planes, place, progress, |job| job.render(planes))
+    }
+
+    fn methods(&self, scene: &Scene, planes: &[Plane]) -> Result<Methods> {
+        scene.check(planes)?;
+        let VergencePass::Constant(vergence) = scene.vergence else {
+            return Scatter.methods(scene, planes);
+        };
+        let place = (Window::whole(scene), vergence);
+        self.with_job(scene, planes, place, &|_| true, |job| job.methods(planes))
+    }
+}
+
+impl Gather {
+    /// Does `work` with the render of `planes`, all at one vergence.
+    fn with_job<T>(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        (window, vergence): (Window, f64),
+        progress: &(dyn Fn(f64) -> bool + Sync),
+        work: impl FnOnce(&Job) -> Result<T>,
+    ) -> Result<T> {
         let sources = Sources::new(scene);
         let (mixes, mix_of) = mixes(planes);
         let tolerance = self.quality.tolerance();
@@ -99,14 +124,13 @@ impl Renderer for Gather {
             mixes: &mixes,
             tolerance: &tolerance,
         };
-        Job {
+        work(&Job {
             scene,
             optics,
             mix_of,
             window,
             progress,
-        }
-        .render(planes)
+        })
     }
 }
 
@@ -146,17 +170,38 @@ impl Job<'_> {
             return Scatter.render_window(self.scene, planes, self.window, self.progress);
         }
         let split = Split::of(planes, width);
-        let views: Vec<View> = split
-            .rest
-            .iter()
-            .map(|samples| View {
-                left: 0,
-                top: 0,
-                width,
-                height,
-                samples,
-            })
-            .collect();
+        let views = self.views(&split);
+        let (levels, folded, reach) = self.planned(&views)?;
+        let out = self.levels(&views, &levels, folded, reach)?;
+        let edges = match folded {
+            0 => self.scene.edges,
+            _ => Edges::Black,
+        };
+        let plates = out
+            .par_iter()
+            .map(|image| cut(image, (width, height), edges, self.window));
+        let mut plates: Vec<_> = plates.collect();
+        let place = (self.scene, self.window);
+        split.scatter(place, &self.optics, planes, self.progress, &mut plates)?;
+        Ok(plates)
+    }
+
+    /// What is gathered: planes with their lights taken off.
+    fn views<'s>(&self, split: &'s Split) -> Vec<View<'s>> {
+        let Scene { width, height, .. } = *self.scene;
+        let view = |samples| View {
+            left: 0,
+            top: 0,
+            width,
+            height,
+            samples,
+        };
+        split.rest.iter().map(|samples| view(&**samples)).collect()
+    }
+
+    /// The work of all levels, the level at which light beyond the edges is folded back, and how far light goes.
+    fn planned(&self, views: &[View]) -> Result<(Vec<Level>, usize, i32)> {
+        let Scene { width, height, .. } = *self.scene;
         let reach = self.optics.reach((width, height))?;
         let beyond = match self.scene.edges {
             Edges::Mirror => reach,
@@ -172,25 +217,14 @@ impl Job<'_> {
             reach,
             sigma: &sigma,
             least_sigma: self.optics.tolerance.least_sigma_for(model),
-            lit: &Lit::of(&views),
+            lit: &Lit::of(views),
         });
         let folded = fold_early((width, height), self.scene.edges, &mut levels);
         if self.window != Window::whole(self.scene) {
             let plate = ((width, height), self.scene.edges);
             narrow(&mut levels, folded, plate, self.window);
         }
-        let out = self.levels(&views, &levels, folded, reach)?;
-        let edges = match folded {
-            0 => self.scene.edges,
-            _ => Edges::Black,
-        };
-        let plates = out
-            .par_iter()
-            .map(|image| cut(image, (width, height), edges, self.window));
-        let mut plates: Vec<_> = plates.collect();
-        let place = (self.scene, self.window);
-        split.scatter(place, &self.optics, planes, self.progress, &mut plates)?;
-        Ok(plates)
+        Ok((levels, folded, reach))
     }
 
     /// All levels, coarsest first; the finest is left. Light beyond the plate's edges is folded back at

@@ -1,0 +1,116 @@
+//! `--verbose`: how a frame was rendered, and how far that is from an exact render.
+
+use std::fmt::Write as _;
+
+use clap::ValueEnum;
+use seidel_core::Result;
+use seidel_core::render::{
+    LevelMethods, Methods, Noted, Renderer, Spots, VergencePass, psnr_at, spread_pixels,
+};
+
+use super::ApplyArgs;
+use super::rendering::Rendering;
+
+/// Pixels at which the exact light is made.
+const PIXELS: usize = 64;
+
+/// From this many pixels on neighbours share kernels drawn ray by ray where the exact light is made, in cells
+/// of this side.
+const LARGE: usize = 512 * 512;
+const CELL_PX: usize = 4;
+
+/// Renders by `inner`; returns the planes and what there is to say of it. The first `colours` planes are colour,
+/// `peak` the largest value before.
+pub(super) fn rendered(
+    rendering: &Rendering,
+    inner: &dyn Renderer,
+    (args, colours, peak): (&ApplyArgs, usize, f64),
+    progress: &(dyn Fn(f64) -> bool + Sync),
+) -> Result<(Vec<Vec<f32>>, String)> {
+    let noted = Noted::new(inner);
+    let planes = rendering.by(&noted, progress)?;
+    let methods = noted.methods();
+    let mut told = heading(rendering, args, inner.id());
+    let mut line = |text: String| {
+        // A string takes all that is written to it.
+        let _ = write!(told, "\n    {text}");
+    };
+    line(depth(rendering, noted.slices(), &methods));
+    for (index, level) in methods.levels.iter().enumerate() {
+        line(of_level(index, level));
+    }
+    let is_exact = methods.scattered == methods.renders;
+    if is_exact {
+        line("every source pixel has its own kernel; nothing to estimate".into());
+        return Ok((planes, told));
+    }
+    line(format!(
+        "small lights scattered exactly: {} px",
+        methods.lights
+    ));
+    line(error(rendering, &planes[..colours], peak)?);
+    Ok((planes, told))
+}
+
+fn heading(rendering: &Rendering, args: &ApplyArgs, id: &str) -> String {
+    let name = |value: Option<clap::builder::PossibleValue>| {
+        value.map_or_else(String::new, |value| value.get_name().to_owned())
+    };
+    let way = if id == "exact" { "scatter" } else { "gather" };
+    format!(
+        "rendered by {way}, quality {id}, psf {}, edges {}, geometry {}",
+        rendering.scene.model.id(),
+        name(args.edges.to_possible_value()),
+        name(args.geometry.to_possible_value()),
+    )
+}
+
+fn depth(rendering: &Rendering, slices: usize, methods: &Methods) -> String {
+    match (rendering.scene.vergence, rendering.occlusion) {
+        (VergencePass::Constant(_), _) => "one distance".to_owned(),
+        (VergencePass::PerPixel(_), None) => "every pixel at its distance, no occlusion".to_owned(),
+        (VergencePass::PerPixel(_), Some(occlusion)) => {
+            let switch = |on: bool| if on { "on" } else { "off" };
+            format!(
+                "{slices} slices of depth with occlusion in {} renders, fill foreground {}, blur inside {}, holdout {}",
+                methods.renders,
+                switch(occlusion.fill_foreground),
+                switch(occlusion.blur_inside),
+                switch(occlusion.holdout.is_some()),
+            )
+        }
+    }
+}
+
+fn of_level(index: usize, level: &LevelMethods) -> String {
+    let sides = match level.sides_px {
+        (least, most) if least == most => format!("{least}"),
+        (least, most) => format!("{least} to {most}"),
+    };
+    format!(
+        "level {index} (1/{} resolution): {} tiles gathered, {} from the level above, side {sides} px",
+        1_u64 << index.min(63),
+        level.gathered,
+        level.doubled
+    )
+}
+
+/// The exact light at a few pixels against what was rendered there.
+fn error(rendering: &Rendering, planes: &[Vec<f32>], peak: f64) -> Result<String> {
+    let scene = rendering.scene;
+    let pixels = spread_pixels(scene.width, scene.height, PIXELS);
+    let shared = scene.pixel_count() > LARGE;
+    let spots = Spots {
+        map: scene.map,
+        pixels: &pixels,
+        cell_px: if shared { CELL_PX } else { 1 },
+    };
+    let exact = rendering.by(&spots, &|_| true)?;
+    let psnr = psnr_at((planes, &exact), scene.width, &pixels, peak);
+    Ok(match psnr {
+        Some(db) => format!(
+            "estimated error: PSNR {db:.1} dB of peak {peak:.4}, from the exact light of {PIXELS} pixels"
+        ),
+        None => "estimated error: none, the plate has no light".to_owned(),
+    })
+}

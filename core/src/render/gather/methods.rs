@@ -1,0 +1,20 @@
+//! What a render would be made of: its plan, without the work.
+
+use super::Job;
+use super::lights::Split;
+use crate::error::Result;
+use crate::render::{LevelMethods, Methods, Plane};
+
+impl Job<'_> {
+    /// The levels, tiles and lights that [`Job::render`] would draw.
+    pub(super) fn methods(&self, planes: &[Plane]) -> Result<Methods> {
+        let split = Split::of(planes, self.scene.width);
+        let (levels, _, _) = self.planned(&self.views(&split))?;
+        let of_level = levels.iter().map(|level| LevelMethods {
+            gathered: level.gathered.len(),
+            doubled: level.doubled.len(),
+            sides_px: (level.grid.tile, level.grid.tile),
+        });
+        Ok(Methods::gathered(of_level.collect(), split.count()))
+    }
+}
