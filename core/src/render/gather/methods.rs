@@ -3,13 +3,16 @@
 use super::Job;
 use super::lights::Split;
 use crate::error::Result;
-use crate::render::{LevelMethods, Methods, Plane};
+use crate::render::{LevelMethods, Methods, Plane, Renderer, Scatter};
 
 impl Job<'_> {
     /// The levels, tiles and lights that [`Job::render`] would draw.
     pub(super) fn methods(&self, planes: &[Plane]) -> Result<Methods> {
+        let Some(sides) = self.sides()? else {
+            return Scatter.methods(self.scene, planes);
+        };
         let split = Split::of(planes, self.scene.width);
-        let (levels, _, _) = self.planned(&self.views(&split))?;
+        let (levels, _, _) = self.planned(&self.views(&split), &sides)?;
         let of_level = levels.iter().map(|level| LevelMethods {
             gathered: level.gathered.len(),
             doubled: level.doubled.len(),

@@ -42,7 +42,7 @@ use fir::{Blend, LANES, ROWS};
 use image::{Image, View};
 use lights::Split;
 use narrow::narrow;
-use optics::Optics;
+use optics::{Optics, Sides};
 use plan::{Brief, Level, Lit, plan};
 use pyramid::{Doubling, doubled, halved};
 use rayon::prelude::*;
@@ -162,16 +162,12 @@ struct Job<'a> {
 impl Job<'_> {
     fn render(&self, planes: &[Plane]) -> Result<Vec<Vec<f32>>> {
         let Scene { width, height, .. } = *self.scene;
-        let model = self.optics.model;
-        let sides = self.optics.sides((width, height))?;
-        let least_tile = self.optics.tolerance.least_tile_for(model);
-        if sides.at(0) < least_tile && !model.needs_rays() {
-            // Blur changes by too much of itself from pixel to pixel, as only a small plate's can.
+        let Some(sides) = self.sides()? else {
             return Scatter.render_window(self.scene, planes, self.window, self.progress);
-        }
+        };
         let split = Split::of(planes, width);
         let views = self.views(&split);
-        let (levels, folded, reach) = self.planned(&views)?;
+        let (levels, folded, reach) = self.planned(&views, &sides)?;
         let out = self.levels(&views, &levels, folded, reach)?;
         let edges = match folded {
             0 => self.scene.edges,
@@ -184,6 +180,19 @@ impl Job<'_> {
         let place = (self.scene, self.window);
         split.scatter(place, &self.optics, planes, self.progress, &mut plates)?;
         Ok(plates)
+    }
+
+    /// How wide tiles may be; none where blur changes by too much of itself from pixel to pixel, as only a
+    /// small plate's can.
+    fn sides(&self) -> Result<Option<Sides>> {
+        let Scene { width, height, .. } = *self.scene;
+        let sides = self.optics.sides((width, height))?;
+        let fits = sides.at(0) >= self.least_tile() || self.optics.model.needs_rays();
+        Ok(fits.then_some(sides))
+    }
+
+    fn least_tile(&self) -> usize {
+        self.optics.tolerance.least_tile_for(self.optics.model)
     }
 
     /// What is gathered: planes with their lights taken off.
@@ -200,7 +209,7 @@ impl Job<'_> {
     }
 
     /// The work of all levels, the level at which light beyond the edges is folded back, and how far light goes.
-    fn planned(&self, views: &[View]) -> Result<(Vec<Level>, usize, i32)> {
+    fn planned(&self, views: &[View], sides: &Sides) -> Result<(Vec<Level>, usize, i32)> {
         let Scene { width, height, .. } = *self.scene;
         let reach = self.optics.reach((width, height))?;
         let beyond = match self.scene.edges {
@@ -211,12 +220,12 @@ impl Job<'_> {
         let sigma = |at: (f64, f64)| self.optics.least_sigma(at);
         let mut levels = plan(&Brief {
             size: (width, height),
-            sides: &sides,
-            least_tile,
+            sides,
+            least_tile: self.least_tile(),
             wanted: (span(width), span(height)),
             reach,
             sigma: &sigma,
-            least_sigma: self.optics.tolerance.least_sigma_for(model),
+            least_sigma: self.optics.tolerance.least_sigma_for(self.optics.model),
             lit: &Lit::of(views),
         });
         let folded = fold_early((width, height), self.scene.edges, &mut levels);
