@@ -96,7 +96,6 @@ fn random_lenses_keep_to_the_bound() {
         ];
         for (quality, bound) in bounds {
             let found = psnr_db(&render(&Gather { quality }, &scene, &samples), &exact);
-            println!("{seed} {size:?} {widest_px:.2} px {quality:?}: {found:.1} dB");
             assert!(
                 found >= bound,
                 "{seed}: {size:?}, blur of {widest_px:.2} px, {quality:?}: {found}"
