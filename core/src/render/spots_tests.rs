@@ -192,7 +192,7 @@ fn methods_are_those_that_were_used() {
     // Wide blur: the finest level is made of coarser ones, and the coarsest is gathered.
     let (first, last) = (methods.levels[0], methods.levels[methods.levels.len() - 1]);
     assert!(methods.levels.len() > 1 && first.doubled > 0, "{methods:?}");
-    assert!(last.gathered > 0 && last.doubled == 0 && last.sides_px.0 >= 16);
+    assert!(last.gathered > 0 && last.doubled == 0 && last.sides_px.0 >= 4);
 
     let exact = Noted::new(&Scatter);
     exact.render(&constant, &planes, &|_| true).expect("sound");

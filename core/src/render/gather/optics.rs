@@ -143,15 +143,17 @@ impl Optics<'_> {
         (first, widest): (f64, f64),
     ) -> Result<(usize, usize)> {
         let least = self.least_sigma(at).max(1e-3);
-        let level = (least / self.tolerance.least_sigma_for(self.model)).log2();
-        let level = level.floor().clamp(0.0, 16.0);
-        let wanted = self.tolerance.between_corners_at(level as u32);
+        let level_for = |narrowest: f64| (least / narrowest).log2().floor().clamp(0.0, 16.0);
+        let level = level_for(self.tolerance.least_sigma_for(self.model));
+        // Edges that move a little between kernels count little in a picture: they are looked at softly.
+        let step = level_for(self.tolerance.least_sigma).exp2();
+        let wanted = self.tolerance.between_corners_at(level as u32, self.model);
         let (mut side, mut tries) = (first, 0);
         while side > 1.0 {
             let room = side / 2.0;
             let inside = |at: f64, size: usize| at.clamp(room, size as f64 - room);
             let at = (inside(at.0, width), inside(at.1, height));
-            let bend = self.bend(at, room, level.exp2())?;
+            let bend = self.bend(at, room, step)?;
             // The error grows with the square of the side, more slowly where it is large.
             let fitting = (side * (wanted / bend.max(1e-12)).sqrt()).min(widest);
             let near = (0.5 * side..=2.0 * side).contains(&fitting);

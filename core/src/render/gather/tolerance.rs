@@ -33,13 +33,13 @@ impl Quality {
             Self::Draft => Tolerance {
                 left_out: 2e-3,
                 least_sigma: 0.9,
-                least_sigma_of_rays: 4.0,
+                least_sigma_of_rays: 2.0,
                 between_corners: [4e-2; 2],
             },
             Self::Final => Tolerance {
                 left_out: 3e-4,
                 least_sigma: 1.15,
-                least_sigma_of_rays: 12.0,
+                least_sigma_of_rays: 4.0,
                 between_corners: [4.5e-3, 3.5e-2],
             },
         }
@@ -49,10 +49,18 @@ impl Quality {
 /// The first level whose narrowest blur is above 6 px.
 const FIRST_WIDE_LEVEL: u32 = 3;
 
+/// How much more the kernels of rays may err: they have edges, whose light moves by less than a pixel.
+const MORE_FOR_RAYS: f64 = 8.0;
+
 impl Tolerance {
     /// Largest error of a kernel half way between corners, as a share of its light, at a level.
-    pub(super) fn between_corners_at(&self, level: u32) -> f64 {
-        self.between_corners[usize::from(level >= FIRST_WIDE_LEVEL)]
+    pub(super) fn between_corners_at(&self, level: u32, model: &dyn PsfModel) -> f64 {
+        let more = if model.needs_rays() {
+            MORE_FOR_RAYS
+        } else {
+            1.0
+        };
+        more * self.between_corners[usize::from(level >= FIRST_WIDE_LEVEL)]
     }
 
     /// Least side of a tile, pixels of its level, for PSFs of `model`: kernels drawn ray by ray are dear, and
