@@ -38,7 +38,7 @@ pub use depth_check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, Vi
 pub use depth_convention::{DepthConvention, DepthReading};
 pub use extended::Extended;
 pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
-pub use gather::{Gather, Quality};
+pub use gather::{Gather, Operator, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
 pub use methods::{LevelMethods, Methods, Noted};
 pub use non_square::{MOST_PIXEL_ASPECT, NonSquare};

@@ -125,11 +125,16 @@ pub struct Window {
 impl Window {
     /// All of a plate.
     pub(super) fn whole(scene: &Scene) -> Self {
+        Self::all_of((scene.width, scene.height))
+    }
+
+    /// All of a plate of some columns and rows.
+    pub(super) fn all_of((width, height): (usize, usize)) -> Self {
         Self {
             column: 0,
             row: 0,
-            width: scene.width,
-            height: scene.height,
+            width,
+            height,
         }
     }
 

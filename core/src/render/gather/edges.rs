@@ -91,6 +91,30 @@ pub(super) fn fold_onto(
     }
 }
 
+/// The other way round than [`cut`] of a whole plate of `size`: an image over columns and rows from `place` on
+/// with at each pixel the sample onto which its light is folded, zero where it is left out.
+pub(super) fn unfolded(
+    samples: &[f32],
+    (width, height): (usize, usize),
+    edges: Edges,
+    (place, size): ((i32, i32), (usize, usize)),
+) -> Image {
+    let mut image = Image::zeros(place, size);
+    let columns: Vec<Option<usize>> = (0..size.0)
+        .map(|x| fold(place.0 + x as i32, width, edges))
+        .collect();
+    for (y, out) in image.samples.chunks_exact_mut(size.0.max(1)).enumerate() {
+        let Some(row) = fold(place.1 + y as i32, height, edges) else {
+            continue;
+        };
+        let line = &samples[row * width..(row + 1) * width];
+        for (out, column) in out.iter_mut().zip(&columns) {
+            *out = column.map_or(0.0, |column| line[column]);
+        }
+    }
+    image
+}
+
 /// An image of `size` with what doubling sees of the mirrored ones about it.
 pub(super) fn mirrored(samples: &[f32], (width, height): (usize, usize)) -> Image {
     let wider = |size: usize| -MARGIN..size as i32 + MARGIN;

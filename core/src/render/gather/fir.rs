@@ -75,6 +75,37 @@ impl Blend {
         }
     }
 
+    /// The blend that takes the light of a tile's pixels back to the sources seen: its output is counted
+    /// from the first column and row seen, its own first tap sees the tile's pixels furthest left and up.
+    pub(super) fn turned(&self) -> Self {
+        let (last_column, last_row) = (self.columns.len() - 1, self.rows.len() - 1);
+        let mut turned = Self {
+            columns: 1 - self.columns.end..1 - self.columns.start,
+            rows: 1 - self.rows.end..1 - self.rows.start,
+            ..Self::default()
+        };
+        for run in self.runs.iter().rev() {
+            let first = turned.taps.len();
+            let taps = &self.taps[run.taps.0..run.taps.1];
+            for (k, &[at, by_x, by_y, by_both]) in taps.iter().enumerate().rev() {
+                // The same weights, told from where the source is.
+                let (x, y) = (run.column as f32, (run.row + k) as f32);
+                turned.taps.push([
+                    at - x * by_x - y * by_y + x * y * by_both,
+                    by_x - y * by_both,
+                    by_y - x * by_both,
+                    by_both,
+                ]);
+            }
+            turned.runs.push(Run {
+                column: last_column - run.column,
+                row: last_row - (run.row + taps.len() - 1),
+                taps: (first, turned.taps.len()),
+            });
+        }
+        turned
+    }
+
     /// Number of taps.
     pub(super) fn len(&self) -> usize {
         self.taps.len()

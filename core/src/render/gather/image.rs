@@ -43,6 +43,37 @@ impl Image {
     }
 }
 
+impl Image {
+    /// The rectangle of some columns and rows from `place` on, zero where nothing is.
+    pub(super) fn cropped(&self, (place, size): ((i32, i32), (usize, usize))) -> Self {
+        let mut part = Self::zeros(place, size);
+        part.add(self);
+        part
+    }
+
+    /// Adds the samples of `other` that lie in this image.
+    pub(super) fn add(&mut self, other: &Self) {
+        let end = |start: i32, size: usize| start + size as i32;
+        let columns =
+            self.left.max(other.left)..end(self.left, self.width).min(end(other.left, other.width));
+        let rows =
+            self.top.max(other.top)..end(self.top, self.height).min(end(other.top, other.height));
+        if columns.is_empty() {
+            return;
+        }
+        for row in rows {
+            let start = |image: &Self| {
+                (row - image.top) as usize * image.width + (columns.start - image.left) as usize
+            };
+            let (to, from) = (start(self), start(other));
+            let out = &mut self.samples[to..to + columns.len()];
+            for (out, sample) in out.iter_mut().zip(&other.samples[from..]) {
+                *out += sample;
+            }
+        }
+    }
+}
+
 impl View<'_> {
     /// Copies the rectangle of `size` (columns, rows) from (`left`, `top`) on into `out`, rows of
     /// `stride`, with zeros for what lies beyond and for the rest of each row. Whether any is not zero.

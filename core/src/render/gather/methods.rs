@@ -2,6 +2,7 @@
 
 use super::Job;
 use super::lights::Split;
+use super::plan::Lit;
 use crate::error::Result;
 use crate::render::{LevelMethods, Methods, Plane, Renderer, Scatter};
 
@@ -12,7 +13,7 @@ impl Job<'_> {
             return Scatter.methods(self.scene, planes);
         };
         let split = Split::of(planes, self.scene.width);
-        let (levels, _, _) = self.planned(&self.views(&split), &sides)?;
+        let (levels, _, _) = self.planned(&Lit::of(&self.views(&split)), &sides)?;
         let of_level = levels.iter().map(|level| LevelMethods {
             gathered: level.gathered.len(),
             doubled: level.doubled.len(),

@@ -6,6 +6,9 @@
 //! a coarser level of a `pyramid`; a `plan` says which tile is gathered where. Small `lights` far brighter than
 //! what is about them are taken off first and scattered exactly.
 
+mod adjoint;
+#[cfg(test)]
+mod adjoint_tests;
 mod corners;
 mod edges;
 mod fir;
@@ -16,7 +19,9 @@ mod lights;
 mod lights_tests;
 mod methods;
 mod narrow;
+mod operator;
 mod optics;
+mod pass;
 mod passband;
 mod plan;
 #[cfg(test)]
@@ -31,23 +36,20 @@ mod tolerance;
 #[cfg(test)]
 mod window_tests;
 
+pub use operator::Operator;
 pub use tolerance::Quality;
 
 use super::sources::Sources;
 use super::{Edges, Methods, Plane, Renderer, Scatter, Scene, VergencePass, Window, stopped};
 use crate::error::Result;
-use corners::{Mixed, Places};
-use edges::{cut, fold_early, mirrored};
-use fir::{Blend, LANES, ROWS};
-use image::{Image, View};
+use edges::fold_early;
+use image::View;
 use lights::Split;
 use narrow::narrow;
 use optics::{Optics, Sides};
+use pass::Pass;
 use plan::{Brief, Level, Lit, plan};
-use pyramid::{Doubling, doubled, halved};
-use rayon::prelude::*;
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use tolerance::Tolerance;
 
 /// Gathers light tile by tile. The result is the same to the bit for any number of threads. How far it
@@ -161,22 +163,13 @@ struct Job<'a> {
 
 impl Job<'_> {
     fn render(&self, planes: &[Plane]) -> Result<Vec<Vec<f32>>> {
-        let Scene { width, height, .. } = *self.scene;
         let Some(sides) = self.sides()? else {
             return Scatter.render_window(self.scene, planes, self.window, self.progress);
         };
-        let split = Split::of(planes, width);
+        let split = Split::of(planes, self.scene.width);
         let views = self.views(&split);
-        let (levels, folded, reach) = self.planned(&views, &sides)?;
-        let out = self.levels(&views, &levels, folded, reach)?;
-        let edges = match folded {
-            0 => self.scene.edges,
-            _ => Edges::Black,
-        };
-        let plates = out
-            .par_iter()
-            .map(|image| cut(image, (width, height), edges, self.window));
-        let mut plates: Vec<_> = plates.collect();
+        let pass = self.pass(&Lit::of(&views), &sides)?;
+        let mut plates = pass.forward(&views, self.window, self.progress)?;
         let place = (self.scene, self.window);
         split.scatter(place, &self.optics, planes, self.progress, &mut plates)?;
         Ok(plates)
@@ -208,8 +201,25 @@ impl Job<'_> {
         split.rest.iter().map(|samples| view(&**samples)).collect()
     }
 
+    /// All that the render of light in these places needs but the light.
+    fn pass(&self, lit: &Lit, sides: &Sides) -> Result<Pass> {
+        let (levels, folded, reach) = self.planned(lit, sides)?;
+        let stencils = levels.iter().map(|level| {
+            let corners = corners_of(&level.gathered);
+            corners::stencils(&self.optics, &level.grid, &corners, reach)
+        });
+        Ok(Pass {
+            stencils: stencils.collect::<Result<_>>()?,
+            levels,
+            folded,
+            mix_of: self.mix_of.clone(),
+            size: (self.scene.width, self.scene.height),
+            edges: self.scene.edges,
+        })
+    }
+
     /// The work of all levels, the level at which light beyond the edges is folded back, and how far light goes.
-    fn planned(&self, views: &[View], sides: &Sides) -> Result<(Vec<Level>, usize, i32)> {
+    fn planned(&self, lit: &Lit, sides: &Sides) -> Result<(Vec<Level>, usize, i32)> {
         let Scene { width, height, .. } = *self.scene;
         let reach = self.optics.reach((width, height))?;
         let beyond = match self.scene.edges {
@@ -226,7 +236,7 @@ impl Job<'_> {
             reach,
             sigma: &sigma,
             least_sigma: self.optics.tolerance.least_sigma_for(self.optics.model),
-            lit: &Lit::of(views),
+            lit,
         });
         let folded = fold_early((width, height), self.scene.edges, &mut levels);
         if self.window != Window::whole(self.scene) {
@@ -235,197 +245,10 @@ impl Job<'_> {
         }
         Ok((levels, folded, reach))
     }
-
-    /// All levels, coarsest first; the finest is left. Light beyond the plate's edges is folded back at
-    /// level `folded`, unless that is the finest.
-    fn levels(
-        &self,
-        planes: &[View],
-        levels: &[Level],
-        folded: usize,
-        reach: i32,
-    ) -> Result<Vec<Image>> {
-        let mut pyramid: Vec<Vec<Image>> = Vec::new();
-        for level in 1..levels.len() {
-            let above = match level {
-                1 => planes.iter().map(halved).collect(),
-                _ => pyramid[level - 2]
-                    .iter()
-                    .map(|image| halved(&image.view()))
-                    .collect(),
-            };
-            pyramid.push(above);
-        }
-        let total: usize = levels
-            .iter()
-            .map(|level| level.extent().0.len() * planes.len())
-            .sum();
-        let done = AtomicUsize::new(0);
-        let mut coarser: Vec<Image> = vec![Image::default(); planes.len()];
-        for level in levels.iter().rev() {
-            let views: Vec<View> = match level.grid.level {
-                0 => planes.to_vec(),
-                above => pyramid[above as usize - 1]
-                    .iter()
-                    .map(Image::view)
-                    .collect(),
-            };
-            let corners = corners_of(&level.gathered);
-            let stencils = corners::stencils(&self.optics, &level.grid, &corners, reach)?;
-            let (rows, columns) = level.extent();
-            let side = level.grid.tile;
-            let place = (columns.start * side as i32, rows.start * side as i32);
-            let size = (columns.len() * side, rows.len() * side);
-            let mut images = vec![Image::zeros(place, size); planes.len()];
-            let mut bands = Vec::new();
-            for (plane, image) in images.iter_mut().enumerate() {
-                let width = image.width.max(1);
-                for (row, band) in rows
-                    .clone()
-                    .zip(image.samples.chunks_exact_mut(side * width))
-                {
-                    bands.push((plane, row, band));
-                }
-            }
-            bands.into_par_iter().try_for_each_init(
-                Space::default,
-                |space, (plane, row, band)| {
-                    let work = Work {
-                        level,
-                        stencils: &stencils,
-                        mix: self.mix_of[plane],
-                        sources: &views[plane],
-                        coarser: &coarser[plane].view(),
-                    };
-                    work.band(row, columns.clone(), band, space);
-                    let share = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64;
-                    if (self.progress)(share) {
-                        Ok(())
-                    } else {
-                        Err(stopped())
-                    }
-                },
-            )?;
-            coarser = self.closed(images, level.grid.level as usize, folded);
-        }
-        Ok(coarser)
-    }
-
-    /// The images of a level as the next finer one needs them: whole as they are, or where light has
-    /// been folded back, the plate and its mirror.
-    fn closed(&self, images: Vec<Image>, level: usize, folded: usize) -> Vec<Image> {
-        if level == 0 || level > folded {
-            return images;
-        }
-        let size = (self.scene.width >> level, self.scene.height >> level);
-        let edges = if level == folded {
-            self.scene.edges
-        } else {
-            Edges::Black
-        };
-        let all = Window {
-            column: 0,
-            row: 0,
-            width: size.0,
-            height: size.1,
-        };
-        let close = |image: &Image| mirrored(&cut(image, size, edges, all), size);
-        images.par_iter().map(close).collect()
-    }
-}
-
-/// Columns and rows that are gathered for a tile of `side`: whole vectors and blocks.
-fn gathered_size(side: usize) -> (usize, usize) {
-    (side.next_multiple_of(LANES), side.next_multiple_of(ROWS))
 }
 
 /// The corners (row, column) of tiles.
 fn corners_of(tiles: &BTreeSet<(i32, i32)>) -> BTreeSet<(i32, i32)> {
     let about = |&(y, x): &(i32, i32)| [(y, x), (y, x + 1), (y + 1, x), (y + 1, x + 1)];
     tiles.iter().flat_map(about).collect()
-}
-
-/// What one plane's tiles at one level are made of.
-struct Work<'a> {
-    level: &'a Level,
-    stencils: &'a Places<Mixed>,
-    mix: usize,
-    sources: &'a View<'a>,
-    coarser: &'a View<'a>,
-}
-
-/// Buffers of one thread.
-#[derive(Default)]
-struct Space {
-    blend: Blend,
-    window: Vec<f32>,
-    tile: Vec<f32>,
-    doubling: Doubling,
-}
-
-impl Work<'_> {
-    /// The tiles of `row` into `band`, which holds the tile columns `columns`.
-    fn band(&self, row: i32, columns: std::ops::Range<i32>, band: &mut [f32], space: &mut Space) {
-        let side = self.level.grid.tile;
-        let stride = columns.len() * side;
-        for (slot, column) in columns.enumerate() {
-            let place = (row, column);
-            // Gathered tiles are whole blocks and vectors.
-            let mut width = side;
-            if self.level.gathered.contains(&place) {
-                self.gather(place, space);
-                width = gathered_size(side).0;
-            } else if self.level.doubled.contains(&place) {
-                let corner = (column * side as i32, row * side as i32);
-                space.tile.resize(side * side, 0.0);
-                doubled(
-                    self.coarser,
-                    corner,
-                    side,
-                    &mut space.doubling,
-                    &mut space.tile,
-                );
-            } else {
-                continue;
-            }
-            for (y, line) in space.tile.chunks_exact(width).take(side).enumerate() {
-                band[y * stride + slot * side..][..side].copy_from_slice(&line[..side]);
-            }
-        }
-    }
-
-    fn gather(&self, (row, column): (i32, i32), space: &mut Space) {
-        let side = self.level.grid.tile;
-        let corners = [
-            (row, column),
-            (row, column + 1),
-            (row + 1, column),
-            (row + 1, column + 1),
-        ];
-        let Some(stencils) = corners
-            .map(|corner| self.stencils.at(corner).map(|mixed| &mixed[self.mix]))
-            .into_iter()
-            .collect::<Option<Vec<_>>>()
-        else {
-            unreachable!("the corners of all tiles to gather were made");
-        };
-        let blend = &mut space.blend;
-        blend.set([stencils[0], stencils[1], stencils[2], stencils[3]], side);
-        let corner = (
-            column * side as i32 + blend.columns.start,
-            row * side as i32 + blend.rows.start,
-        );
-        let (width, height) = gathered_size(side);
-        let size = (
-            width + blend.columns.len().max(1) - 1,
-            height + blend.rows.len().max(1) - 1,
-        );
-        let stride = size.0 + LANES;
-        space.tile.resize(width * height, 0.0);
-        if blend.len() > 0 && self.sources.copy(corner, size, stride, &mut space.window) {
-            blend.gather(&space.window, stride, width, &mut space.tile);
-        } else {
-            space.tile.fill(0.0);
-        }
-    }
 }

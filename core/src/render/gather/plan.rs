@@ -159,6 +159,15 @@ pub(super) struct Lit {
 const SQUARE: usize = 32;
 
 impl Lit {
+    /// Of a plate of some columns and rows that is lit all over.
+    pub(super) fn all_of((width, height): (usize, usize)) -> Self {
+        let columns = width.div_ceil(SQUARE);
+        Self {
+            columns,
+            squares: vec![true; columns * height.div_ceil(SQUARE)],
+        }
+    }
+
     /// Of planes of one size.
     pub(super) fn of(planes: &[View]) -> Self {
         let Some(first) = planes.first() else {
