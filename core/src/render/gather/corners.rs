@@ -57,6 +57,9 @@ impl<T> Places<T> {
 /// One stencil per mix.
 pub(super) type Mixed = Vec<Stencil>;
 
+/// One stencil per lens channel; none where no plane wants it.
+type Channels = Vec<Option<Stencil>>;
+
 /// By how much kernels of a coarse level may be wider than those of the plate, px of the level.
 const ROOM_PX: f64 = 2.0 + passband::SIDE as f64;
 
@@ -72,12 +75,18 @@ pub(super) fn stencils(
 ) -> Result<Places<Mixed>> {
     let (nodes, far) = kernels(optics, grid, wanted, reach)?;
     let list: Vec<_> = wanted.iter().copied().collect();
+    // Channels are cut short before they are mixed: a mix of planes is then blurred as its planes are.
     let made: Vec<Mixed> = list
         .par_iter()
         .map(|corner| {
-            (0..optics.mixes.len())
-                .map(|mix| joined(grid, (&nodes, far), mix, *corner, optics.tolerance))
-                .collect()
+            let channels: Channels = (0..optics.channel_count())
+                .map(|channel| {
+                    let wanted = optics.wanted(channel);
+                    wanted.then(|| joined(grid, (&nodes, far), channel, *corner, optics.tolerance))
+                })
+                .collect();
+            let mixes = optics.mixes.iter();
+            mixes.map(|mix| mixed(&channels, mix)).collect()
         })
         .collect();
     let mut places = Places::about(wanted);
@@ -93,7 +102,7 @@ fn kernels(
     grid: &Grid,
     wanted: &BTreeSet<(i32, i32)>,
     reach: i32,
-) -> Result<(Places<Mixed>, i32)> {
+) -> Result<(Places<Channels>, i32)> {
     // How far corners see must not depend on which of them are wanted.
     let reach = f64::from(reach) / grid.step() + ROOM_PX;
     let far = 2 + (reach / grid.tile as f64).ceil() as i32;
@@ -193,7 +202,7 @@ impl Counts {
     }
 }
 
-fn draw_all(optics: &Optics, grid: &Grid, nodes: &BTreeSet<(i32, i32)>) -> Result<Vec<Mixed>> {
+fn draw_all(optics: &Optics, grid: &Grid, nodes: &BTreeSet<(i32, i32)>) -> Result<Vec<Channels>> {
     let list: Vec<_> = nodes.iter().copied().collect();
     let narrowest = optics.tolerance.least_sigma_for(optics.model);
     let given_back = passband::filter(grid.level, narrowest);
@@ -205,17 +214,17 @@ fn draw_all(optics: &Optics, grid: &Grid, nodes: &BTreeSet<(i32, i32)>) -> Resul
         .collect()
 }
 
-/// The kernels of a source at `node` (row, column), turned round and mixed.
+/// The kernels of a source at `node` (row, column), turned round.
 fn draw(
     optics: &Optics,
     (grid, given_back): (&Grid, &[f64]),
     (row, column): (i32, i32),
     rows: &mut KernelRows,
     found: &mut Vec<Option<Source>>,
-) -> Result<Mixed> {
+) -> Result<Channels> {
     optics.at(grid.node_at(column, row), found)?;
     let scale = 1.0 / grid.step();
-    let channels: Vec<Option<Stencil>> = found
+    let channels: Channels = found
         .iter()
         .map(|source| {
             source.as_ref().map(|source| {
@@ -236,31 +245,33 @@ fn draw(
             })
         })
         .collect();
-    let mixed = optics.mixes.iter().map(|mix| {
-        let parts: Vec<(&Stencil, f64)> = channels
-            .iter()
-            .zip(mix)
-            .filter(|(_, weight)| **weight != 0.0)
-            .filter_map(|(stencil, weight)| stencil.as_ref().map(|s| (s, *weight)))
-            .collect();
-        match parts[..] {
-            [(only, 1.0)] => only.clone(),
-            _ => Stencil::mean_of(&parts),
-        }
-    });
-    Ok(mixed.collect())
+    Ok(channels)
+}
+
+/// The mean of what is seen through channels of some weights.
+fn mixed(channels: &[Option<Stencil>], mix: &[f64]) -> Stencil {
+    let parts: Vec<(&Stencil, f64)> = channels
+        .iter()
+        .zip(mix)
+        .filter(|(_, weight)| **weight != 0.0)
+        .filter_map(|(stencil, weight)| stencil.as_ref().map(|s| (s, *weight)))
+        .collect();
+    match parts[..] {
+        [(only, 1.0)] => only.clone(),
+        _ => Stencil::mean_of(&parts),
+    }
 }
 
 /// What an output pixel at `corner` (row, column) sees: at each offset the weight of the source there,
 /// its kernel joined from those of the nodes about it.
 fn joined(
     grid: &Grid,
-    (nodes, far): (&Places<Mixed>, i32),
-    mix: usize,
+    (nodes, far): (&Places<Channels>, i32),
+    channel: usize,
     (row, column): (i32, i32),
     tolerance: &Tolerance,
 ) -> Stencil {
-    let (columns, rows) = seen(grid, (nodes, far), mix, (row, column));
+    let (columns, rows) = seen(grid, (nodes, far), channel, (row, column));
     let mut out = Stencil::zeros(columns.clone(), rows.clone());
     if columns.is_empty() || rows.is_empty() {
         return out;
@@ -269,7 +280,7 @@ fn joined(
     let down = grid.shares(1, row, rows);
     for node_row in down.nodes() {
         for node_column in across.nodes() {
-            let Some(kernel) = nodes.at((node_row, node_column)).map(|mixed| &mixed[mix]) else {
+            let Some(kernel) = kernel_of(nodes, (node_row, node_column), channel) else {
                 continue;
             };
             out.add_shared(kernel, across.of(node_column), down.of(node_row));
@@ -279,11 +290,16 @@ fn joined(
     out
 }
 
+/// The kernel of `channel` at a node, where it was drawn.
+fn kernel_of(nodes: &Places<Channels>, node: (i32, i32), channel: usize) -> Option<&Stencil> {
+    nodes.at(node)?.get(channel)?.as_ref()
+}
+
 /// Offsets of the sources that a corner can see: those whose nodes' kernels reach it.
 fn seen(
     grid: &Grid,
-    (nodes, far): (&Places<Mixed>, i32),
-    mix: usize,
+    (nodes, far): (&Places<Channels>, i32),
+    channel: usize,
     (row, column): (i32, i32),
 ) -> (Range<i32>, Range<i32>) {
     let (mut columns, mut rows) = (0..0, 0..0);
@@ -299,7 +315,7 @@ fn seen(
     let about = row - far..=row + far;
     let places = about.flat_map(|y| (column - far..=column + far).map(move |x| (y, x)));
     for (node_row, node_column) in places {
-        let Some(kernel) = nodes.at((node_row, node_column)).map(|mixed| &mixed[mix]) else {
+        let Some(kernel) = kernel_of(nodes, (node_row, node_column), channel) else {
             continue;
         };
         let x = (node_column - column) * grid.tile as i32;

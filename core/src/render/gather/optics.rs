@@ -44,7 +44,13 @@ const MOST_TRIES: usize = 4;
 const WIDEST_TILE: usize = 256;
 
 impl Optics<'_> {
-    fn wanted(&self, channel: usize) -> bool {
+    /// Channels of the lens.
+    pub(super) fn channel_count(&self) -> usize {
+        self.mixes.first().map_or(0, Vec::len)
+    }
+
+    /// Whether any plane is blurred by a channel.
+    pub(super) fn wanted(&self, channel: usize) -> bool {
         self.mixes.iter().any(|mix| mix[channel] != 0.0)
     }
 
