@@ -73,8 +73,8 @@ pub struct ApplyArgs {
     /// What lies beyond the plate's edges
     #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
     edges: EdgeChoice,
-    /// How near to the exact renderer's result: draft, final (60 dB or better, less on small plates over which
-    /// blur changes fast) or exact
+    /// How near to the exact renderer's result: draft (45 dB), final (60 dB, 75 dB where no blur is above 6 px; 50 dB
+    /// for lenses drawn ray by ray) or exact
     #[arg(long, value_enum, default_value_t = QualityChoice::Final)]
     quality: QualityChoice,
     /// Threads to blur with; all cores if left out
