@@ -106,3 +106,30 @@ fn other_planes_are_refused() {
     let one = vec![vec![0.0; operator.pixel_count()]];
     assert!(operator.apply(&one).is_err() && operator.adjoint(&one).is_err());
 }
+
+/// Plates too small for any grid have an operator and its adjoint, too.
+#[test]
+fn small_plates_have_one() {
+    let lens = lens(3.0);
+    for (width, height) in [(1, 1), (3, 2), (1, 40), (13, 7)] {
+        for edges in [Edges::Mirror, Edges::Black] {
+            let scene = Scene {
+                width,
+                height,
+                edges,
+                ..scene(&lens, &Gaussian)
+            };
+            let operator = Operator::new(&scene, &weights(), Quality::Final).expect("sound");
+            let count = width * height;
+            let x = vec![noise(1, count), noise(2, count)];
+            let y = vec![noise(3, count), noise(4, count)];
+            let (forward, back) = (operator.apply(&x), operator.adjoint(&y));
+            let (forward, back) = (forward.expect("planes"), back.expect("planes"));
+            let apart = (dot(&forward, &y) - dot(&x, &back)).abs();
+            assert!(
+                apart < 1e-6 * norm(&x) * norm(&y),
+                "{width} {height}: {apart}"
+            );
+        }
+    }
+}
