@@ -29,6 +29,7 @@ pub mod observations;
 pub mod predict;
 pub mod profile;
 pub mod psf;
+pub mod remove;
 pub mod render;
 pub mod sensor;
 pub mod tile;

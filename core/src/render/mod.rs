@@ -13,6 +13,7 @@ mod focus_range;
 mod focus_range_tests;
 mod gather;
 mod layers;
+mod local_kernel;
 mod methods;
 mod non_square;
 #[cfg(test)]
@@ -40,6 +41,7 @@ pub use extended::Extended;
 pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
 pub use gather::{Gather, Operator, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
+pub use local_kernel::{LocalKernel, kernel_at};
 pub use methods::{LevelMethods, Methods, Noted};
 pub use non_square::{MOST_PIXEL_ASPECT, NonSquare};
 pub use scatter::Scatter;
