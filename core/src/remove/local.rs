@@ -1,13 +1,14 @@
 //! Filters made of a lens's local spectra: a plate is cut into overlapping squares, each is filtered as if the
 //! lens's blur were that of its middle all over, and they are put together under smooth windows.
 
+use super::prior::response;
 use crate::error::Result;
-use crate::render::{LocalKernel, Scene, kernel_at};
+use crate::render::{Edges, LocalKernel, Scene, kernel_at};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Side of a square; neighbours lie half of it apart.
@@ -23,7 +24,7 @@ pub(super) struct Local {
     squares: Vec<(i32, i32)>,
     /// The transfer function of each square, column by column.
     spectra: Vec<Vec<Complex<f32>>>,
-    /// |D|^2 of the two differences, column by column.
+    /// |D|^2 of the differences that the prior looks at, column by column.
     pub(super) slopes: Vec<f32>,
     transform: Transform,
     /// Square root of a Hann window along one axis.
@@ -51,15 +52,12 @@ impl Local {
             back_down: complex.plan_fft_inverse(SIDE),
         };
         let size = (scene.width, scene.height);
-        let starts = |size: usize| {
-            (0..size.div_ceil(HOP) as i32 + 1).map(|k| (k - 1) * HOP as i32)
-        };
+        let starts = |size: usize| (0..size.div_ceil(HOP) as i32 + 1).map(|k| (k - 1) * HOP as i32);
         let squares: Vec<(i32, i32)> = starts(size.1)
             .flat_map(|y| starts(size.0).map(move |x| (x, y)))
             .collect();
-        let middle = |start: i32, size: usize| {
-            (f64::from(start) + HOP as f64).clamp(0.0, size as f64)
-        };
+        let middle =
+            |start: i32, size: usize| (f64::from(start) + HOP as f64).clamp(0.0, size as f64);
         let spectra = squares
             .par_iter()
             .map(|(x, y)| {
@@ -68,13 +66,13 @@ impl Local {
                 Ok(transform.of_kernel(&kernel))
             })
             .collect::<Result<_>>()?;
-        let slope = |k: usize| 2.0 - 2.0 * (TAU * k as f64 / SIDE as f64).cos();
+        let wave = |k: usize| k as f64 / SIDE as f64;
         Ok(Self {
             size,
             squares,
             spectra,
             slopes: (0..HALF)
-                .flat_map(|x| (0..SIDE).map(move |y| (slope(x) + slope(y)) as f32))
+                .flat_map(|x| (0..SIDE).map(move |y| response(wave(x), wave(y)) as f32))
                 .collect(),
             transform,
             window: (0..SIDE)
@@ -83,10 +81,12 @@ impl Local {
         })
     }
 
-    /// `plane` with every square filtered by what `filter` makes of its transfer function and of |D|^2.
+    /// `plane`, beyond its edges mirrored or black, with every square filtered by what `filter` makes of its transfer
+    /// function and of |D|^2. Where `filter` is real and black is beyond, this is symmetric.
     pub(super) fn filtered(
         &self,
         plane: &[f32],
+        beyond: Edges,
         filter: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
     ) -> Vec<f32> {
         let parts: Vec<Vec<f32>> = self
@@ -94,9 +94,10 @@ impl Local {
             .par_iter()
             .zip(&self.spectra)
             .map_init(Space::default, |space, (place, spectrum)| {
-                let mut square = self.cut(plane, *place);
+                let mut square = self.cut(plane, *place, beyond);
                 self.transform.forward(&mut square, space);
-                for ((value, h), slope) in space.spectrum.iter_mut().zip(spectrum).zip(&self.slopes) {
+                for ((value, h), slope) in space.spectrum.iter_mut().zip(spectrum).zip(&self.slopes)
+                {
                     *value *= filter(*h, *slope);
                 }
                 self.transform.back(space, &mut square);
@@ -111,18 +112,24 @@ impl Local {
         out
     }
 
-    /// The windowed square at `place`; beyond the plate it is mirrored.
-    fn cut(&self, plane: &[f32], (left, top): (i32, i32)) -> Vec<f32> {
+    /// The windowed square at `place`.
+    fn cut(&self, plane: &[f32], (left, top): (i32, i32), beyond: Edges) -> Vec<f32> {
         let (width, height) = self.size;
         let fold = |at: i32, size: usize| {
+            let inside = (0..size as i32).contains(&at);
             let at = at.rem_euclid(2 * size as i32) as usize;
-            at.min(2 * size - 1 - at)
+            (inside || beyond == Edges::Mirror).then(|| at.min(2 * size - 1 - at))
         };
-        let columns: Vec<usize> = (0..SIDE as i32).map(|x| fold(left + x, width)).collect();
+        let columns: Vec<Option<usize>> = (0..SIDE as i32).map(|x| fold(left + x, width)).collect();
         let mut square = Vec::with_capacity(SIDE * SIDE);
         for (y, wy) in (0..SIDE as i32).zip(&self.window) {
-            let row = &plane[fold(top + y, height) * width..][..width];
-            square.extend(columns.iter().zip(&self.window).map(|(x, wx)| wy * wx * row[*x]));
+            let Some(row) = fold(top + y, height) else {
+                square.extend([0.0; SIDE]);
+                continue;
+            };
+            let row = &plane[row * width..][..width];
+            let samples = columns.iter().zip(&self.window);
+            square.extend(samples.map(|(x, wx)| x.map_or(0.0, |x| wy * wx * row[x])));
         }
         square
     }
@@ -168,23 +175,35 @@ impl Transform {
     fn forward(&self, square: &mut [f32], space: &mut Space) {
         space.spectrum.resize(HALF * SIDE, Complex::default());
         space.line.resize(HALF, Complex::default());
-        let longest = self.across.get_scratch_len().max(self.down.get_inplace_scratch_len());
+        let longest = self
+            .across
+            .get_scratch_len()
+            .max(self.down.get_inplace_scratch_len());
         space.scratch.resize(longest, Complex::default());
         for (y, row) in square.chunks_exact_mut(SIDE).enumerate() {
             let scratch = &mut space.scratch[..self.across.get_scratch_len()];
             // Lengths are those that were planned for.
-            let _ = self.across.process_with_scratch(row, &mut space.line, scratch);
+            let _ = self
+                .across
+                .process_with_scratch(row, &mut space.line, scratch);
             for (x, value) in space.line.iter().enumerate() {
                 space.spectrum[x * SIDE + y] = *value;
             }
         }
-        self.down.process_with_scratch(&mut space.spectrum, &mut space.scratch);
+        self.down
+            .process_with_scratch(&mut space.spectrum, &mut space.scratch);
     }
 
     fn back(&self, space: &mut Space, square: &mut [f32]) {
-        let longest = self.back_across.get_scratch_len().max(self.back_down.get_inplace_scratch_len());
-        space.scratch.resize(longest.max(space.scratch.len()), Complex::default());
-        self.back_down.process_with_scratch(&mut space.spectrum, &mut space.scratch);
+        let longest = self
+            .back_across
+            .get_scratch_len()
+            .max(self.back_down.get_inplace_scratch_len());
+        space
+            .scratch
+            .resize(longest.max(space.scratch.len()), Complex::default());
+        self.back_down
+            .process_with_scratch(&mut space.spectrum, &mut space.scratch);
         let scale = 1.0 / (SIDE * SIDE) as f32;
         for (y, row) in square.chunks_exact_mut(SIDE).enumerate() {
             for (x, value) in space.line.iter_mut().enumerate() {
@@ -194,7 +213,9 @@ impl Transform {
             space.line[0].im = 0.0;
             space.line[HALF - 1].im = 0.0;
             let scratch = &mut space.scratch[..self.back_across.get_scratch_len()];
-            let _ = self.back_across.process_with_scratch(&mut space.line, row, scratch);
+            let _ = self
+                .back_across
+                .process_with_scratch(&mut space.line, row, scratch);
         }
     }
 }

@@ -1,84 +1,119 @@
 //! What sharp pictures look like: most slopes are none, some are steep.
 
-/// Differences of a plane to the right and downwards, none across the last column and row.
+use std::f64::consts::TAU;
+
+/// Differences that are looked at: columns and rows to the other sample, and their weight.
+const WAYS: [(i32, i32, f32); 4] = [
+    (1, 0, 1.0),
+    (0, 1, 1.0),
+    (1, 1, std::f32::consts::FRAC_1_SQRT_2),
+    (-1, 1, std::f32::consts::FRAC_1_SQRT_2),
+];
+
+/// Differences of a plane along [`WAYS`], none across its edges: D.
+#[derive(Clone)]
 pub(super) struct Slopes {
-    pub(super) right: Vec<f32>,
-    pub(super) down: Vec<f32>,
+    ways: Vec<Vec<f32>>,
+}
+
+/// What D^T D does to a wave of (x, y) cycles a pixel.
+pub(super) fn response(x: f64, y: f64) -> f64 {
+    let ways = WAYS.iter().map(|(dx, dy, weight)| {
+        let turn = TAU * (x * f64::from(*dx) + y * f64::from(*dy));
+        f64::from(*weight).powi(2) * (2.0 - 2.0 * turn.cos())
+    });
+    ways.sum()
+}
+
+/// Rows and columns of samples that have another one (`dx`, `dy`) further on.
+fn pairs(
+    dx: i32,
+    dy: i32,
+    width: usize,
+    count: usize,
+) -> impl Iterator<Item = (usize, usize, usize)> {
+    let height = count / width.max(1);
+    let first = (-dx).max(0) as usize;
+    let length = width.saturating_sub(dx.unsigned_abs() as usize);
+    (0..height.saturating_sub(dy as usize)).map(move |y| {
+        let at = y * width + first;
+        let other = ((y as i32 + dy) as usize * width) + (first as i32 + dx) as usize;
+        (at, other, length)
+    })
 }
 
 impl Slopes {
     pub(super) fn of(plane: &[f32], width: usize) -> Self {
-        let count = plane.len();
-        let right = (0..count).map(|k| match (k + 1) % width {
-            0 => 0.0,
-            _ => plane[k + 1] - plane[k],
-        });
-        let down = (0..count).map(|k| match k + width < count {
-            true => plane[k + width] - plane[k],
-            false => 0.0,
+        let ways = WAYS.iter().map(|&(dx, dy, weight)| {
+            let mut way = vec![0.0; plane.len()];
+            for (at, other, length) in pairs(dx, dy, width, plane.len()) {
+                let both = plane[at..at + length]
+                    .iter()
+                    .zip(&plane[other..other + length]);
+                for (out, (a, b)) in way[at..at + length].iter_mut().zip(both) {
+                    *out = weight * (b - a);
+                }
+            }
+            way
         });
         Self {
-            right: right.collect(),
-            down: down.collect(),
+            ways: ways.collect(),
         }
     }
 
     /// D^T: what has these inner products with the slopes of planes.
     pub(super) fn gathered(&self, width: usize) -> Vec<f32> {
-        let count = self.right.len();
-        (0..count)
-            .map(|k| {
-                let mut sum = 0.0;
-                if k % width > 0 {
-                    sum += self.right[k - 1];
+        let count = self.ways[0].len();
+        let mut sum = vec![0.0; count];
+        for (way, &(dx, dy, weight)) in self.ways.iter().zip(&WAYS) {
+            for (at, other, length) in pairs(dx, dy, width, count) {
+                for k in 0..length {
+                    let slope = weight * way[at + k];
+                    sum[at + k] -= slope;
+                    sum[other + k] += slope;
                 }
-                if (k + 1) % width > 0 {
-                    sum -= self.right[k];
-                }
-                if k >= width {
-                    sum += self.down[k - width];
-                }
-                if k + width < count {
-                    sum -= self.down[k];
-                }
-                sum
-            })
-            .collect()
+            }
+        }
+        sum
     }
 
-    /// Sum of squares.
-    pub(super) fn energy(&self) -> f64 {
-        let all = self.right.iter().chain(&self.down);
-        all.map(|v| f64::from(*v).powi(2)).sum()
+    pub(super) fn dot(&self, other: &Self) -> f64 {
+        let ways = self.ways.iter().flatten().zip(other.ways.iter().flatten());
+        ways.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
+    }
+
+    fn length(&self, k: usize) -> f32 {
+        self.ways
+            .iter()
+            .map(|way| way[k] * way[k])
+            .sum::<f32>()
+            .sqrt()
     }
 
     /// Mean length.
     pub(super) fn mean_length(&self) -> f64 {
-        let pairs = self.right.iter().zip(&self.down);
-        pairs.map(|(x, y)| f64::from(x.hypot(*y))).sum::<f64>() / self.right.len().max(1) as f64
+        let count = self.ways[0].len();
+        (0..count).map(|k| f64::from(self.length(k))).sum::<f64>() / count.max(1) as f64
     }
 
     /// Each shortened by `by`, down to none.
-    pub(super) fn shortened(&self, by: f32, unit: f32, power: f32) -> Self {
-        let mut out = Self {
-            right: self.right.clone(),
-            down: self.down.clone(),
-        };
-        for (x, y) in out.right.iter_mut().zip(&mut out.down) {
-            let length = x.hypot(*y);
-            let by = by * (length / unit).max(1e-6).powf(power - 1.0);
+    pub(super) fn shortened(&self, by: f32) -> Self {
+        let mut out = self.ways.clone();
+        for k in 0..self.ways[0].len() {
+            let length = self.length(k);
             let share = if length > by { 1.0 - by / length } else { 0.0 };
-            *x *= share;
-            *y *= share;
+            for way in &mut out {
+                way[k] *= share;
+            }
         }
-        out
+        Self { ways: out }
     }
 
     pub(super) fn plus(&self, other: &Self, gain: f32) -> Self {
-        let sum = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| a + gain * b).collect();
+        let sum =
+            |(a, b): (&Vec<f32>, &Vec<f32>)| a.iter().zip(b).map(|(a, b)| a + gain * b).collect();
         Self {
-            right: sum(&self.right, &other.right),
-            down: sum(&self.down, &other.down),
+            ways: self.ways.iter().zip(&other.ways).map(sum).collect(),
         }
     }
 }

@@ -1,59 +1,75 @@
-//! One plane without its blur.
+//! One plane without its blur: the picture that fits the plate as well as its noise allows and has few slopes.
+//!
+//! Sought is the x with the least |A x - b|^2 / (2 s^2) + l sum |D x|, b being the plate, s its noise, A the lens and D
+//! the differences of the prior. It begins with a Wiener filter by local spectra. Then the slopes z are set apart
+//! (alternating directions: z shortened by l / r, its multiplier u summed up), and x goes to the least of
+//! |A x - b|^2 / (2 s^2) + r |D x - z + u|^2 / 2 over two directions: the slope of that as the local spectra
+//! would have it, and the step before.
 
 use super::local::Local;
 use super::prior::Slopes;
 use crate::error::Result;
-use crate::render::Operator;
+use crate::render::{Edges, Operator, stopped};
 use rustfft::num_complex::Complex;
 
-fn ev(n: &str, d: f64) -> f64 { std::env::var(n).map_or(d, |v| v.parse().unwrap()) }
+/// Weight l of slopes times the mean slope of the picture so far: of a picture whose slopes are spread as a
+/// Laplacian it would be one; that pictures are smoother than their slopes tell was found on photographs.
+const WEIGHT: f64 = 0.17;
+/// By how much slopes are shortened, l / r, as a share of their mean.
+const SHORTER: f64 = 3.0;
+/// How often the strength of slopes is told from the picture found so far, before the rounds.
+const TELLINGS: usize = 2;
+/// Least mean square slope that the Wiener filter reckons with, in variances of the noise: below, it would damp what
+/// the windows of its squares alone are made of.
+const LEAST_STRENGTH: f64 = 20.0;
+/// Least noise, as a share of the largest sample: less is below what operators are right to.
+const LEAST_NOISE: f64 = 1e-4;
 
-pub(super) fn solve(
-    blurred: &[f32],
-    width: usize,
-    sigma: f64,
-    operator: &Operator,
-    local: &Local,
-) -> Result<Vec<f32>> {
-    let noise = (sigma * sigma).max(1e-12) as f32;
-    // Mean square slope of the sharp picture: of the blurred one to begin with, then of what was found.
-    let mut found = blurred.to_vec();
-    let mut square = (Slopes::of(blurred, width).energy() / blurred.len() as f64 - 4.0 * sigma * sigma).max(1e-8) * 2.0;
-    for _ in 0..ev("EM", 2.0) as usize {
-        let precision = (2.0 / square) as f32;
-        found = local.filtered(blurred, |h, slope| {
-            h.conj() / (h.norm_sqr() + noise * (precision * slope + 1e-3))
-        });
-        square = (Slopes::of(&found, width).energy() / blurred.len() as f64).max(1e-8);
-    }
-    let rounds = ev("K", 5.0) as usize;
-    let mut seen = operator.apply(&[found.clone()])?.swap_remove(0);
-    let mut dual: Option<Slopes> = None;
-    for _ in 0..rounds {
-        let slopes = Slopes::of(&found, width);
-        let scale = slopes.mean_length();
-        let sharp = (ev("LAM", 1.0) / scale) as f32; // lambda, 1/length
-        let stiff = sharp / (ev("T", 1.0) * scale) as f32; // beta
-        let with_dual = match &dual { Some(d) => slopes.plus(d, 1.0), None => slopes.plus(&slopes, 0.0) };
-        let target = with_dual.shortened(sharp / stiff, scale as f32, ev("P", 1.0) as f32);
-        let next_dual = with_dual.plus(&target, -1.0);
-        // gradient
-        let rest: Vec<f32> = blurred.iter().zip(&seen).map(|(b, s)| (b - s) / noise).collect();
-        let mut gradient = operator.adjoint(&[rest])?.swap_remove(0);
-        let pull = target.plus(&next_dual, -1.0).plus(&slopes, -1.0).gathered(width);
-        // target - dual - slopes, gathered by D^T
-        for (g, p) in gradient.iter_mut().zip(&pull) { *g += stiff * p; }
-        let step = local.filtered(&gradient, |h, slope| Complex::new(1.0 / (h.norm_sqr() / noise + stiff * slope + 1e-3), 0.0));
-        let step_seen = operator.apply(&[step.clone()])?.swap_remove(0);
-        let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>();
-        let along = dot(&gradient, &step);
-        let curved = dot(&step_seen, &step_seen) / f64::from(noise) + f64::from(stiff) * Slopes::of(&step, width).energy();
-        let gain = if curved > 0.0 { (along / curved) as f32 } else { 0.0 };
-        for (f, s) in found.iter_mut().zip(&step) { *f += gain * s; }
-        for (f, s) in seen.iter_mut().zip(&step_seen) { *f += gain * s; }
-        if ev("DUAL", 1.0) > 0.0 { dual = Some(next_dual); }
-        if std::env::var("VV").is_ok() { eprintln!("gain {gain} along {along:.3e} misfit {:.4}", (dot(&rest_of(blurred, &seen), &rest_of(blurred, &seen)) / blurred.len() as f64).sqrt() / sigma); }
-    }
-    Ok(found)
+/// What is known of a plane.
+pub(super) struct Task<'a> {
+    pub(super) blurred: &'a [f32],
+    pub(super) width: usize,
+    /// Standard deviation of its noise.
+    pub(super) noise: f64,
+    pub(super) rounds: usize,
+    pub(super) operator: &'a Operator,
+    pub(super) local: &'a Local,
 }
-fn rest_of(a: &[f32], b: &[f32]) -> Vec<f32> { a.iter().zip(b).map(|(a, b)| a - b).collect() }
+
+/// A picture, or a way to change one, and what the lens makes of it.
+struct Seen {
+    plane: Vec<f32>,
+    blurred: Vec<f32>,
+}
+
+/// The quadratic of one round.
+struct Bowl {
+    /// 1 / s^2 and r.
+    fit: f64,
+    stiff: f64,
+}
+
+/// The plane without its blur.
+///
+/// # Errors
+/// If `progress`, told the share done, says to stop.
+pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Vec<f32>> {
+    let Task { blurred, width, .. } = *task;
+    let peak = blurred.iter().fold(0.0_f32, |most, v| most.max(v.abs()));
+    if peak == 0.0 {
+        return Ok(blurred.to_vec());
+    }
+    let noise = task.noise.max(LEAST_NOISE * f64::from(peak));
+    let fit = noise.powi(-2);
+    let mut picture = task.seen(start(task, fit))?;
+    let mut multiplier: Option<Slopes> = None;
+    let mut last: Option<Seen> = None;
+    for round in 0..task.rounds {
+        if !progress(round as f64 / task.rounds as f64) {
+            return Err(stopped());
+        }
+        let slopes = Slopes::of(&picture.plane, width);
+        let scale = slopes.mean_length();
+        if scale == 0.0 {
+            break;
+        }

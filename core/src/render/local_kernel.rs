@@ -8,11 +8,15 @@ use crate::psf::KernelRows;
 /// Where the light of one source pixel lands: weights of unit sum, row-major.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocalKernel {
-    /// First column and row, from the source pixel.
+    /// First column, from the source pixel.
     pub left: i32,
+    /// First row, from the source pixel.
     pub top: i32,
+    /// Columns.
     pub width: usize,
+    /// Rows.
     pub height: usize,
+    /// Row by row.
     pub weights: Vec<f32>,
 }
 
@@ -71,4 +75,79 @@ pub fn kernel_at(
         }
     }
     Ok(kernel)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{FieldPoint, Frame, ImagePoint};
+    use crate::moments::MeridionalMoments;
+    use crate::psf::{Gaussian, LocalBlur};
+    use crate::render::{BlurField, Displacement, Edges, PlacedBlur, PlateMap, VergencePass};
+    use crate::render::{Renderer, Scatter};
+
+    /// Two channels, one blurred more and displaced.
+    struct Two(Frame);
+
+    impl BlurField for Two {
+        fn frame(&self) -> Frame {
+            self.0
+        }
+
+        fn channel_count(&self) -> usize {
+            2
+        }
+
+        fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> PlacedBlur {
+            let meridian = at.meridian();
+            let moments = MeridionalMoments {
+                mu20: 1.0 + channel as f64,
+                mu02: 2.0,
+                mu30: 0.0,
+                mu12: 0.0,
+            };
+            PlacedBlur {
+                blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+                displacement_px: (1.3 * channel as f64, -0.4),
+            }
+        }
+    }
+
+    /// The kernel is what the exact renderer makes of one lit pixel.
+    #[test]
+    fn a_lit_pixel_lands_so() {
+        let lens = Two(Frame::new(60, 50, None).expect("a frame"));
+        let scene = Scene {
+            lens: &lens,
+            model: &Gaussian,
+            width: 60,
+            height: 50,
+            map: PlateMap {
+                origin: ImagePoint::new(0.0, 0.0),
+                scale: 1.0,
+            },
+            vergence: VergencePass::Constant(0.0),
+            edges: Edges::Black,
+            displacement: Displacement::Full,
+        };
+        let (column, row, weights) = (33, 21, [0.25, 0.75]);
+        let mut lit = vec![0.0; 60 * 50];
+        lit[row * 60 + column] = 1.0;
+        let plane = Plane {
+            samples: &lit,
+            weights: &weights,
+        };
+        let picture = Scatter.render(&scene, &[plane], &|_| true);
+        let picture = picture.expect("a sound scene").swap_remove(0);
+        let at = (column as f64 + 0.5, row as f64 + 0.5);
+        let kernel = kernel_at(&scene, &weights, at, 0.0).expect("a kernel");
+        let mut drawn = vec![0.0; 60 * 50];
+        for (k, weight) in kernel.weights.iter().enumerate() {
+            let x = column as i32 + kernel.left + (k % kernel.width) as i32;
+            let y = row as i32 + kernel.top + (k / kernel.width) as i32;
+            drawn[y as usize * 60 + x as usize] = *weight;
+        }
+        let apart = picture.iter().zip(&drawn).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f32::max) < 1e-6);
+    }
 }
