@@ -168,7 +168,24 @@ fn more_comes_back_than_by_wiener_filters() {
         };
         let best = wiener(false).max(wiener(true));
         let found = psnr_db(&removed(&plate, Removal::default()), &sharp);
-        for q in [crate::render::Quality::Draft, crate::render::Quality::Final] { for rounds in [0, 2, 4, 8, 16] { eprintln!("{noise} {q:?} {rounds} {}", psnr_db(&removed(&plate, Removal{quality:q, rounds, ..Default::default()}), &sharp)-before); } }
+        for q in [crate::render::Quality::Draft, crate::render::Quality::Final] {
+            for rounds in [0, 2, 4, 8, 16] {
+                eprintln!(
+                    "{noise} {q:?} {rounds} {}",
+                    psnr_db(
+                        &removed(
+                            &plate,
+                            Removal {
+                                quality: q,
+                                rounds,
+                                ..Default::default()
+                            }
+                        ),
+                        &sharp
+                    ) - before
+                );
+            }
+        }
         assert!(
             found > before + least_gain && found > best + 0.5,
             "noise {noise}: {before} before, {best} by Wiener, {found} found"
@@ -298,12 +315,33 @@ fn dbg_adjoint() {
     for q in [Quality::Draft, Quality::Final] {
         let op = Operator::new(&scene(&a_lens), &[vec![1.0]], q).unwrap();
         let mut chance = Deviates(3);
-        let mut plane = || -> Vec<f32> { (0..WIDTH * HEIGHT).map(|_| chance.next() as f32).collect() };
+        let mut plane =
+            || -> Vec<f32> { (0..WIDTH * HEIGHT).map(|_| chance.next() as f32).collect() };
         let (x, y) = (plane(), plane());
         let ax = op.apply(&[x.clone()]).unwrap().swap_remove(0);
         let aty = op.adjoint(&[y.clone()]).unwrap().swap_remove(0);
-        let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>();
-        let exact = Scatter.render(&scene(&a_lens), &[Plane { samples: &x, weights: &WEIGHTS }], &|_| true).unwrap().swap_remove(0);
-        eprintln!("ADJ {q:?} {} {} psnr {}", dot(&ax, &y), dot(&x, &aty), psnr_db(&ax, &exact));
+        let dot = |a: &[f32], b: &[f32]| {
+            a.iter()
+                .zip(b)
+                .map(|(a, b)| f64::from(*a) * f64::from(*b))
+                .sum::<f64>()
+        };
+        let exact = Scatter
+            .render(
+                &scene(&a_lens),
+                &[Plane {
+                    samples: &x,
+                    weights: &WEIGHTS,
+                }],
+                &|_| true,
+            )
+            .unwrap()
+            .swap_remove(0);
+        eprintln!(
+            "ADJ {q:?} {} {} psnr {}",
+            dot(&ax, &y),
+            dot(&x, &aty),
+            psnr_db(&ax, &exact)
+        );
     }
 }
