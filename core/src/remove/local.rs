@@ -3,7 +3,7 @@
 
 use super::prior::response;
 use crate::error::Result;
-use crate::render::{Edges, LocalKernel, Scene, kernel_at};
+use crate::render::{LocalKernel, Scene, kernel_at};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex;
@@ -81,12 +81,13 @@ impl Local {
         })
     }
 
-    /// `plane`, beyond its edges mirrored or black, with every square filtered by what `filter` makes of its transfer
-    /// function and of |D|^2. Where `filter` is real and black is beyond, this is symmetric.
+    /// `plane`, mirrored beyond its edges, with every square filtered by what `filter` makes of its transfer
+    /// function and of |D|^2. What it gives beyond them is left out or `folded` back: then this is symmetric
+    /// where `filter` is real.
     pub(super) fn filtered(
         &self,
         plane: &[f32],
-        beyond: Edges,
+        folded: bool,
         filter: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
     ) -> Vec<f32> {
         let parts: Vec<Vec<f32>> = self
@@ -94,7 +95,7 @@ impl Local {
             .par_iter()
             .zip(&self.spectra)
             .map_init(Space::default, |space, (place, spectrum)| {
-                let mut square = self.cut(plane, *place, beyond);
+                let mut square = self.cut(plane, *place);
                 self.transform.forward(&mut square, space);
                 for ((value, h), slope) in space.spectrum.iter_mut().zip(spectrum).zip(&self.slopes)
                 {
@@ -107,43 +108,44 @@ impl Local {
         let mut out = vec![0.0; plane.len()];
         // In order, so that sums do not depend on threads.
         for (place, part) in self.squares.iter().zip(&parts) {
-            self.add(part, *place, &mut out);
+            self.add(part, *place, folded, &mut out);
         }
         out
     }
 
     /// The windowed square at `place`.
-    fn cut(&self, plane: &[f32], (left, top): (i32, i32), beyond: Edges) -> Vec<f32> {
+    fn cut(&self, plane: &[f32], (left, top): (i32, i32)) -> Vec<f32> {
         let (width, height) = self.size;
         let fold = |at: i32, size: usize| {
-            let inside = (0..size as i32).contains(&at);
             let at = at.rem_euclid(2 * size as i32) as usize;
-            (inside || beyond == Edges::Mirror).then(|| at.min(2 * size - 1 - at))
+            at.min(2 * size - 1 - at)
         };
-        let columns: Vec<Option<usize>> = (0..SIDE as i32).map(|x| fold(left + x, width)).collect();
+        let columns: Vec<usize> = (0..SIDE as i32).map(|x| fold(left + x, width)).collect();
         let mut square = Vec::with_capacity(SIDE * SIDE);
         for (y, wy) in (0..SIDE as i32).zip(&self.window) {
-            let Some(row) = fold(top + y, height) else {
-                square.extend([0.0; SIDE]);
-                continue;
-            };
-            let row = &plane[row * width..][..width];
+            let row = &plane[fold(top + y, height) * width..][..width];
             let samples = columns.iter().zip(&self.window);
-            square.extend(samples.map(|(x, wx)| x.map_or(0.0, |x| wy * wx * row[x])));
+            square.extend(samples.map(|(x, wx)| wy * wx * row[*x]));
         }
         square
     }
 
-    fn add(&self, square: &[f32], (left, top): (i32, i32), out: &mut [f32]) {
-        let (width, height) = (self.size.0 as i32, self.size.1 as i32);
+    /// Adds a windowed square; what lies beyond the plate is left out, or where it is `folded`, mirrored back: the
+    /// other way round than cutting it out.
+    fn add(&self, square: &[f32], (left, top): (i32, i32), folded: bool, out: &mut [f32]) {
+        let (width, height) = self.size;
+        let fold = |at: i32, size: usize| {
+            let inside = (0..size as i32).contains(&at);
+            let at = at.rem_euclid(2 * size as i32) as usize;
+            (inside || folded).then(|| at.min(2 * size - 1 - at))
+        };
         for (y, wy) in (0..SIDE as i32).zip(&self.window) {
-            if !(0..height).contains(&(top + y)) {
+            let Some(row) = fold(top + y, height) else {
                 continue;
-            }
+            };
             for (x, wx) in (0..SIDE as i32).zip(&self.window) {
-                if (0..width).contains(&(left + x)) {
-                    out[((top + y) * width + left + x) as usize] +=
-                        wy * wx * square[y as usize * SIDE + x as usize];
+                if let Some(column) = fold(left + x, width) {
+                    out[row * width + column] += wy * wx * square[y as usize * SIDE + x as usize];
                 }
             }
         }

@@ -9,7 +9,7 @@
 use super::local::Local;
 use super::prior::Slopes;
 use crate::error::Result;
-use crate::render::{Edges, Operator, stopped};
+use crate::render::{Operator, stopped};
 use rustfft::num_complex::Complex;
 
 /// Weight l of slopes times the mean slope of the picture so far: of a picture whose slopes are spread as a
@@ -107,7 +107,7 @@ fn start(task: &Task, fit: f64) -> Vec<f32> {
     let mut found = blurred.to_vec();
     for _ in 0..TELLINGS {
         let prior = (2.0 / (fit * strength.max(least))) as f32;
-        found = task.local.filtered(blurred, Edges::Mirror, |h, slope| {
+        found = task.local.filtered(blurred, false, |h, slope| {
             h.conj() / (h.norm_sqr() + prior * slope)
         });
         strength = square(Slopes::of(&found, width));
@@ -139,8 +139,8 @@ impl Task<'_> {
     /// The way to the bottom if the lens's blur were as local spectra have it.
     fn eased(&self, bowl: &Bowl, descent: &[f32]) -> Vec<f32> {
         let (fit, stiff) = (bowl.fit as f32, bowl.stiff as f32);
-        // Black beyond the edges: mirrored it would not be symmetric, and rounds would come to a stop.
-        self.local.filtered(descent, Edges::Black, |h, slope| {
+        // Were it not folded it would not be symmetric, and rounds would come to a stop.
+        self.local.filtered(descent, true, |h, slope| {
             Complex::new((h.norm_sqr() * fit + stiff * slope).recip(), 0.0)
         })
     }
