@@ -2,25 +2,38 @@
 //!
 //! What the lens passes less of than there is noise cannot be had back; there the picture stays as smooth as
 //! sharp pictures mostly are (`prior`). The noise is told from the plate (`noise`), and how much weight the prior
-//! has follows from the noise and from the picture's own slopes (`solve`), never from what is not known.
+//! has follows from the noise and from the picture's own slopes (`solve`), never from what is not known. The picture
+//! goes on beyond the plate's edges (`canvas`), and clipped samples say only that there was more light
+//! (`saturation`).
 
+mod canvas;
 mod local;
 mod noise;
 mod prior;
+mod saturation;
 mod solve;
+mod sums;
 #[cfg(test)]
 mod tests;
+mod transform;
+mod view;
+
+pub use canvas::Canvas;
+pub use saturation::Saturation;
 
 use crate::error::{Error, Result};
-use crate::render::{Operator, Plane, Quality, Scene, VergencePass};
-use local::Local;
-use solve::{Task, solve};
+use crate::render::{Plane, Quality, Scene};
+use rayon::prelude::*;
+use solve::{Known, Task, solve};
+use view::View;
 
 /// How blur is removed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Removal {
     /// Standard deviation of the planes' noise, in their own units; told from each plane if none is given.
     pub noise: Option<f64>,
+    /// Which samples are clipped.
+    pub saturation: Saturation,
     /// How exact the operator is.
     pub quality: Quality,
     /// How often the picture is put right.
@@ -32,28 +45,54 @@ impl Default for Removal {
     fn default() -> Self {
         Self {
             noise: None,
+            saturation: Saturation::Told,
             quality: Quality::Draft,
             rounds: 8,
         }
     }
 }
 
-/// A plane without its blur.
+/// A plane without its blur, and what was found on the way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Removed {
-    /// Light, row-major.
-    pub plane: Vec<f32>,
-    /// Standard deviation of the blurred plane's noise, as given or as told from it.
+    /// Where the plate lies on the canvas.
+    pub canvas: Canvas,
+    /// Light of the whole canvas without the blur, row-major. Beyond the plate it is what lands on the plate from there.
+    pub sharp: Vec<f32>,
+    /// The plane less what the lens makes of `sharp`, row-major: noise, and what the lens does not explain. Zero at
+    /// clipped samples.
+    pub rest: Vec<f32>,
+    /// Standard deviation of the plane's noise, as given or as told from it.
     pub noise: f64,
+    /// The level from which on samples are clipped, and how many are.
+    pub clipped: Option<(f64, usize)>,
+}
+
+impl Removed {
+    /// Root of the mean square of `rest` in standard deviations of the noise: well above one, the lens does not explain
+    /// the plate.
+    pub fn misfit(&self) -> f64 {
+        let squares = self.rest.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>();
+        (squares / self.rest.len().max(1) as f64).sqrt() / self.noise
+    }
+
+    /// The noise of the plate, on the canvas: `rest`, held within three standard deviations of the noise, mirrored
+    /// beyond the plate. Added to `sharp` it gives the picture the plate's own grain.
+    pub fn grain(&self) -> Vec<f32> {
+        let most = (3.0 * self.noise) as f32;
+        let held: Vec<f32> = self.rest.par_iter().map(|v| v.clamp(-most, most)).collect();
+        self.canvas.mirrored(&held)
+    }
 }
 
 impl Removal {
-    /// `planes` without the blur of `scene`, which is at one vergence. The same to the bit for any number of
+    /// `planes` without the blur of `scene`; a vergence that varies over the plate is that of the sharp picture.
+    /// Scenes' edges are not asked: the light about the plate is sought as well. The same to the bit for any number of
     /// threads.
     ///
     /// # Errors
-    /// A scene, planes or a noise that cannot be, a lens that cannot be drawn, a vergence that varies, and
-    /// `progress`, told the share done, saying to stop.
+    /// A scene, planes or a noise that cannot be, a lens that cannot be drawn, and `progress`, told the share done,
+    /// saying to stop.
     pub fn remove(
         &self,
         scene: &Scene,
@@ -61,6 +100,16 @@ impl Removal {
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Removed>> {
         scene.check(planes)?;
+        self.check()?;
+        let canvas = Canvas::of(scene);
+        let one = |(index, plane): (usize, &Plane)| {
+            let share = |part: f64| progress((index as f64 + part) / planes.len() as f64);
+            self.remove_one(scene, canvas, plane, &share)
+        };
+        planes.iter().enumerate().map(one).collect()
+    }
+
+    fn check(&self) -> Result<()> {
         if let Some(noise) = self.noise
             && !(noise.is_finite() && noise >= 0.0)
         {
@@ -70,31 +119,69 @@ impl Removal {
                 "give a standard deviation of zero or more",
             ));
         }
-        let VergencePass::Constant(vergence) = scene.vergence else {
+        if let Saturation::From(level) = self.saturation
+            && !level.is_finite()
+        {
             return Err(Error::new(
-                "vergence",
-                "varies over the plate",
-                "remove the blur of one distance at a time",
+                "saturation",
+                format!("is {level}"),
+                "give the level at which samples are clipped",
             ));
-        };
-        let one = |(index, plane): (usize, &Plane)| {
-            let share = |part: f64| progress((index as f64 + part) / planes.len() as f64);
-            let noise = self
-                .noise
-                .unwrap_or_else(|| noise::deviation(plane.samples, scene.width));
-            let task = Task {
-                blurred: plane.samples,
-                width: scene.width,
+        }
+        Ok(())
+    }
+
+    fn remove_one(
+        &self,
+        scene: &Scene,
+        canvas: Canvas,
+        plane: &Plane,
+        progress: &dyn Fn(f64) -> bool,
+    ) -> Result<Removed> {
+        let even = plane.samples.windows(2).all(|pair| pair[0] == pair[1]);
+        let noise = self
+            .noise
+            .unwrap_or_else(|| noise::deviation(plane.samples, scene.width));
+        if even {
+            // Light of one level has no blur: opaque alpha stays opaque.
+            return Ok(Removed {
+                canvas,
+                sharp: canvas.extended(plane.samples),
+                rest: vec![0.0; plane.samples.len()],
                 noise,
-                rounds: self.rounds,
-                operator: &Operator::new(scene, &[plane.weights.to_vec()], self.quality)?,
-                local: &Local::new(scene, plane.weights, vergence)?,
-            };
-            Ok(Removed {
-                plane: solve(&task, &share)?,
-                noise,
-            })
+                clipped: None,
+            });
+        }
+        let level = self.saturation.level(plane.samples);
+        let is_clipped = |sample: f32| level.is_some_and(|level| sample >= level);
+        let known = canvas.with_plate(Known::Not, |k| match is_clipped(plane.samples[k]) {
+            true => Known::AtLeast,
+            false => Known::Light,
+        });
+        let task = Task {
+            blurred: &canvas.mirrored(plane.samples),
+            canvas,
+            known: &known,
+            noise,
+            rounds: self.rounds,
+            view: &View::new(scene, &canvas, plane.weights, self.quality)?,
         };
-        planes.iter().enumerate().map(one).collect()
+        let found = solve(&task, progress)?;
+        let rest = canvas.cropped(&found.blurred);
+        let rest = rest.iter().zip(plane.samples).map(|(seen, sample)| {
+            let explained = is_clipped(*sample) && seen > sample;
+            if explained { 0.0 } else { sample - seen }
+        });
+        let clipped = level.map(|level| {
+            let count = plane.samples.iter().filter(|v| is_clipped(**v)).count();
+            (f64::from(level), count)
+        });
+        Ok(Removed {
+            canvas,
+            rest: rest.collect(),
+            sharp: found.plane,
+            noise,
+            clipped,
+        })
     }
 }

@@ -1,119 +1,185 @@
 //! What sharp pictures look like: most slopes are none, some are steep.
 
+use super::sums::dot;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Differences that are looked at: columns and rows to the other sample, and their weight.
-const WAYS: [(i32, i32, f32); 4] = [
+const WAYS: [(i32, usize, f32); 4] = [
     (1, 0, 1.0),
     (0, 1, 1.0),
     (1, 1, std::f32::consts::FRAC_1_SQRT_2),
     (-1, 1, std::f32::consts::FRAC_1_SQRT_2),
 ];
 
-/// Differences of a plane along [`WAYS`], none across its edges: D.
-#[derive(Clone)]
-pub(super) struct Slopes {
-    ways: Vec<Vec<f32>>,
-}
-
 /// What D^T D does to a wave of (x, y) cycles a pixel.
 pub(super) fn response(x: f64, y: f64) -> f64 {
     let ways = WAYS.iter().map(|(dx, dy, weight)| {
-        let turn = TAU * (x * f64::from(*dx) + y * f64::from(*dy));
+        let turn = TAU * (x * f64::from(*dx) + y * *dy as f64);
         f64::from(*weight).powi(2) * (2.0 - 2.0 * turn.cos())
     });
     ways.sum()
 }
 
-/// Rows and columns of samples that have another one (`dx`, `dy`) further on.
-fn pairs(
-    dx: i32,
-    dy: i32,
+/// Differences of a plane along four ways, none across its edges: D.
+#[derive(Clone)]
+pub(super) struct Slopes {
     width: usize,
-    count: usize,
-) -> impl Iterator<Item = (usize, usize, usize)> {
-    let height = count / width.max(1);
+    ways: [Vec<f32>; 4],
+}
+
+/// The samples of a row that have another one (`dx`, `dy`) further on: the first's column, and those others.
+fn pairs(plane: &[f32], width: usize, row: usize, way: usize) -> (usize, &[f32], &[f32]) {
+    let (dx, dy, _) = WAYS[way];
     let first = (-dx).max(0) as usize;
     let length = width.saturating_sub(dx.unsigned_abs() as usize);
-    (0..height.saturating_sub(dy as usize)).map(move |y| {
-        let at = y * width + first;
-        let other = ((y as i32 + dy) as usize * width) + (first as i32 + dx) as usize;
-        (at, other, length)
-    })
+    let other = (row + dy) * width + (first as i32 + dx).max(0) as usize;
+    if other + length > plane.len() {
+        return (first, &[], &[]);
+    }
+    let here = row * width + first;
+    (first, &plane[here..here + length], &plane[other..other + length])
+}
+
+/// Writes the differences of a row along `way`.
+fn row_of(plane: &[f32], width: usize, row: usize, way: usize, out: &mut [f32]) {
+    let weight = WAYS[way].2;
+    let (first, here, other) = pairs(plane, width, row, way);
+    out.fill(0.0);
+    for (out, (a, b)) in out[first.min(width)..].iter_mut().zip(here.iter().zip(other)) {
+        *out = weight * (b - a);
+    }
+}
+
+/// <D a, D b>.
+pub(super) fn common_slopes(a: &[f32], b: &[f32], width: usize) -> f64 {
+    let rows: Vec<f64> = (0..a.len() / width.max(1))
+        .into_par_iter()
+        .map_init(
+            || (vec![0.0; width], vec![0.0; width]),
+            |(of_a, of_b), row| {
+                let along = (0..WAYS.len()).map(|way| {
+                    row_of(a, width, row, way, of_a);
+                    row_of(b, width, row, way, of_b);
+                    dot(of_a, of_b)
+                });
+                along.sum()
+            },
+        )
+        .collect();
+    rows.iter().sum()
+}
+
+/// Mean length of the differences of a plane.
+pub(super) fn mean_slope(plane: &[f32], width: usize) -> f64 {
+    let rows: Vec<f64> = (0..plane.len() / width.max(1))
+        .into_par_iter()
+        .map_init(
+            || [(); 4].map(|()| vec![0.0; width]),
+            |ways, row| {
+                for (way, out) in ways.iter_mut().enumerate() {
+                    row_of(plane, width, row, way, out);
+                }
+                let lengths = (0..width).map(|k| f64::from(length(ways, k)));
+                lengths.sum()
+            },
+        )
+        .collect();
+    rows.iter().sum::<f64>() / plane.len().max(1) as f64
+}
+
+fn length(ways: &[Vec<f32>; 4], k: usize) -> f32 {
+    let [a, b, c, d] = [ways[0][k], ways[1][k], ways[2][k], ways[3][k]];
+    (a * a + b * b + c * c + d * d).sqrt()
 }
 
 impl Slopes {
-    pub(super) fn of(plane: &[f32], width: usize) -> Self {
-        let ways = WAYS.iter().map(|&(dx, dy, weight)| {
-            let mut way = vec![0.0; plane.len()];
-            for (at, other, length) in pairs(dx, dy, width, plane.len()) {
-                let both = plane[at..at + length]
-                    .iter()
-                    .zip(&plane[other..other + length]);
-                for (out, (a, b)) in way[at..at + length].iter_mut().zip(both) {
-                    *out = weight * (b - a);
-                }
-            }
-            way
-        });
+    /// No slopes.
+    pub(super) fn none(count: usize, width: usize) -> Self {
         Self {
-            ways: ways.collect(),
+            width,
+            ways: [(); 4].map(|()| vec![0.0; count]),
         }
+    }
+
+    #[cfg(test)]
+    pub(super) fn of(plane: &[f32], width: usize) -> Self {
+        let mut slopes = Self::none(plane.len(), width);
+        for (way, out) in slopes.ways.iter_mut().enumerate() {
+            for (row, out) in out.chunks_exact_mut(width).enumerate() {
+                row_of(plane, width, row, way, out);
+            }
+        }
+        slopes
+    }
+
+    #[cfg(test)]
+    pub(super) fn dot(&self, other: &Self) -> f64 {
+        let ways = self.ways.iter().zip(&other.ways);
+        ways.map(|(a, b)| dot(a, b)).sum()
+    }
+
+    /// One turn of alternating directions, these being the multipliers u of the slopes of `plane`: z is D x + u, each
+    /// shortened by `by` down to none; u becomes D x + u - z. Gives z - u - D x.
+    pub(super) fn turned(&mut self, plane: &[f32], by: f32) -> Self {
+        let width = self.width;
+        let mut pull = Self::none(plane.len(), width);
+        let [u0, u1, u2, u3] = self.ways.each_mut().map(|way| way.par_chunks_mut(width));
+        let [p0, p1, p2, p3] = pull.ways.each_mut().map(|way| way.par_chunks_mut(width));
+        let multipliers = u0.zip(u1).zip(u2).zip(u3);
+        let pulls = p0.zip(p1).zip(p2).zip(p3);
+        multipliers.zip(pulls).enumerate().for_each(
+            |(row, ((((u0, u1), u2), u3), (((p0, p1), p2), p3)))| {
+                let (u, mut p) = ([u0, u1, u2, u3], [p0, p1, p2, p3]);
+                for (way, out) in p.iter_mut().enumerate() {
+                    row_of(plane, width, row, way, out);
+                }
+                for k in 0..width {
+                    let slope = [p[0][k], p[1][k], p[2][k], p[3][k]];
+                    let from = [u[0][k], u[1][k], u[2][k], u[3][k]];
+                    let mut square = 0.0;
+                    for way in 0..4 {
+                        square += (slope[way] + from[way]) * (slope[way] + from[way]);
+                    }
+                    // Share that is cut off.
+                    let cut = by / square.sqrt().max(by);
+                    for way in 0..4 {
+                        let pulled = slope[way] + from[way];
+                        let next = cut * pulled;
+                        u[way][k] = next;
+                        p[way][k] = pulled - 2.0 * next - slope[way];
+                    }
+                }
+            },
+        );
+        pull
     }
 
     /// D^T: what has these inner products with the slopes of planes.
-    pub(super) fn gathered(&self, width: usize) -> Vec<f32> {
-        let count = self.ways[0].len();
-        let mut sum = vec![0.0; count];
-        for (way, &(dx, dy, weight)) in self.ways.iter().zip(&WAYS) {
-            for (at, other, length) in pairs(dx, dy, width, count) {
-                for k in 0..length {
-                    let slope = weight * way[at + k];
-                    sum[at + k] -= slope;
-                    sum[other + k] += slope;
+    pub(super) fn gathered(&self) -> Vec<f32> {
+        let width = self.width;
+        let mut sum = vec![0.0; self.ways[0].len()];
+        let rows = sum.par_chunks_mut(width.max(1)).enumerate();
+        rows.for_each(|(row, out)| {
+            for (way, (dx, dy, weight)) in self.ways.iter().zip(WAYS) {
+                for (out, slope) in out.iter_mut().zip(&way[row * width..]) {
+                    *out -= weight * slope;
+                }
+                if row < dy {
+                    continue;
+                }
+                // From the sample that this one is the other of.
+                let from = &way[(row - dy) * width..][..width];
+                let (to, from) = match dx {
+                    ..0 => (&mut out[..width - 1], &from[1..]),
+                    0 => (&mut *out, from),
+                    1.. => (&mut out[1..], &from[..width - 1]),
+                };
+                for (out, slope) in to.iter_mut().zip(from) {
+                    *out += weight * slope;
                 }
             }
-        }
+        });
         sum
-    }
-
-    pub(super) fn dot(&self, other: &Self) -> f64 {
-        let ways = self.ways.iter().flatten().zip(other.ways.iter().flatten());
-        ways.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
-    }
-
-    fn length(&self, k: usize) -> f32 {
-        self.ways
-            .iter()
-            .map(|way| way[k] * way[k])
-            .sum::<f32>()
-            .sqrt()
-    }
-
-    /// Mean length.
-    pub(super) fn mean_length(&self) -> f64 {
-        let count = self.ways[0].len();
-        (0..count).map(|k| f64::from(self.length(k))).sum::<f64>() / count.max(1) as f64
-    }
-
-    /// Each shortened by `by`, down to none.
-    pub(super) fn shortened(&self, by: f32) -> Self {
-        let mut out = self.ways.clone();
-        for k in 0..self.ways[0].len() {
-            let length = self.length(k);
-            let share = if length > by { 1.0 - by / length } else { 0.0 };
-            for way in &mut out {
-                way[k] *= share;
-            }
-        }
-        Self { ways: out }
-    }
-
-    pub(super) fn plus(&self, other: &Self, gain: f32) -> Self {
-        let sum =
-            |(a, b): (&Vec<f32>, &Vec<f32>)| a.iter().zip(b).map(|(a, b)| a + gain * b).collect();
-        Self {
-            ways: self.ways.iter().zip(&other.ways).map(sum).collect(),
-        }
     }
 }

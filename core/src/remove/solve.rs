@@ -6,10 +6,13 @@
 //! |A x - b|^2 / (2 s^2) + r |D x - z + u|^2 / 2 over two directions: the slope of that as the local spectra
 //! would have it, and the step before.
 
-use super::local::Local;
-use super::prior::Slopes;
+use super::canvas::Canvas;
+use super::prior::{Slopes, common_slopes, mean_slope};
+use super::sums::{add, dot};
+use super::view::View;
 use crate::error::Result;
-use crate::render::{Operator, stopped};
+use crate::render::stopped;
+use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
 /// Weight l of slopes times the mean slope of the picture so far: of a picture whose slopes are spread as a
@@ -25,21 +28,44 @@ const LEAST_STRENGTH: f64 = 20.0;
 /// Least noise, as a share of the largest sample: less is below what operators are right to.
 const LEAST_NOISE: f64 = 1e-4;
 
-/// What is known of a plane.
+/// A plane on its canvas.
 pub(super) struct Task<'a> {
     pub(super) blurred: &'a [f32],
-    pub(super) width: usize,
+    pub(super) canvas: Canvas,
+    pub(super) known: &'a [Known],
     /// Standard deviation of its noise.
     pub(super) noise: f64,
     pub(super) rounds: usize,
-    pub(super) operator: &'a Operator,
-    pub(super) local: &'a Local,
+    pub(super) view: &'a View,
+}
+
+/// What the plate tells of a pixel of the canvas.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Known {
+    /// Nothing: it lies beyond the plate.
+    Not,
+    /// Its light.
+    Light,
+    /// That there was at least as much light.
+    AtLeast,
+}
+
+impl Known {
+    /// 1 where a picture that is seen as `seen` has to go by what the plate says, `blurred`; 0 elsewhere.
+    fn weight(self, blurred: f32, seen: f32) -> f32 {
+        let counts = match self {
+            Self::Not => false,
+            Self::Light => true,
+            Self::AtLeast => seen < blurred,
+        };
+        f32::from(u8::from(counts))
+    }
 }
 
 /// A picture, or a way to change one, and what the lens makes of it.
-struct Seen {
-    plane: Vec<f32>,
-    blurred: Vec<f32>,
+pub(super) struct Seen {
+    pub(super) plane: Vec<f32>,
+    pub(super) blurred: Vec<f32>,
 }
 
 /// The quadratic of one round.
@@ -53,23 +79,23 @@ struct Bowl {
 ///
 /// # Errors
 /// If `progress`, told the share done, says to stop.
-pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Vec<f32>> {
-    let Task { blurred, width, .. } = *task;
+pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Seen> {
+    let Task { blurred, .. } = *task;
+    let width = task.canvas.size().0;
     let peak = blurred.iter().fold(0.0_f32, |most, v| most.max(v.abs()));
     if peak == 0.0 {
-        return Ok(blurred.to_vec());
+        return task.seen(blurred.to_vec());
     }
     let noise = task.noise.max(LEAST_NOISE * f64::from(peak));
     let fit = noise.powi(-2);
-    let mut picture = task.seen(start(task, fit))?;
-    let mut multiplier: Option<Slopes> = None;
+    let mut picture = task.seen(start(task, fit)?)?;
+    let mut multiplier = Slopes::none(blurred.len(), width);
     let mut last: Option<Seen> = None;
     for round in 0..task.rounds {
         if !progress(round as f64 / task.rounds as f64) {
             return Err(stopped());
         }
-        let slopes = Slopes::of(&picture.plane, width);
-        let scale = slopes.mean_length();
+        let scale = mean_slope(&picture.plane, width);
         if scale == 0.0 {
             break;
         }
@@ -77,70 +103,71 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Vec<f
             fit,
             stiff: WEIGHT / (SHORTER * scale * scale),
         };
-        let pulled = match &multiplier {
-            Some(multiplier) => slopes.plus(multiplier, 1.0),
-            None => slopes.clone(),
-        };
-        let apart = pulled.shortened((SHORTER * scale) as f32);
-        let next = pulled.plus(&apart, -1.0);
-        // z - u - D x.
-        let pull = apart.plus(&next, -1.0).plus(&slopes, -1.0);
-        let descent = task.descent(&bowl, &picture, &pull)?;
-        let mut ways = vec![task.seen(task.eased(&bowl, &descent))?];
+        let pull = multiplier.turned(&picture.plane, (SHORTER * scale) as f32);
+        let weights = task.weights(&picture);
+        let descent = task.descent(&bowl, &picture, &pull, &weights)?;
+        let mut ways = vec![task.seen(task.eased(&bowl, &descent)?)?];
         ways.extend(last.take());
-        let step = bowl.lowest(&descent, &ways, width);
-        picture.add(&step);
+        let step = bowl.lowest(&descent, ways, &weights, width);
+        picture.add(&step, 1.0);
         last = Some(step);
-        multiplier = Some(next);
     }
-    Ok(picture.plane)
+    Ok(picture)
 }
 
 /// A Wiener filter by local spectra, slopes being as strong as those of what it gives.
-fn start(task: &Task, fit: f64) -> Vec<f32> {
-    let Task { blurred, width, .. } = *task;
+fn start(task: &Task, fit: f64) -> Result<Vec<f32>> {
+    let Task { blurred, .. } = *task;
+    let width = task.canvas.size().0;
     let count = blurred.len() as f64;
-    let square = |slopes: Slopes| slopes.dot(&slopes) / count;
+    let square = |plane: &[f32]| common_slopes(plane, plane, width) / count;
     // The blurred picture's are less steep, and noise has slopes of its own.
-    let mut strength = 2.0 * square(Slopes::of(blurred, width));
+    let mut strength = 2.0 * square(blurred);
     let least = LEAST_STRENGTH / fit;
     let mut found = blurred.to_vec();
     for _ in 0..TELLINGS {
         let prior = (2.0 / (fit * strength.max(least))) as f32;
-        found = task.local.filtered(blurred, false, |h, slope| {
+        found = task.view.filtered(blurred, |h, slope| {
             h.conj() / (h.norm_sqr() + prior * slope)
-        });
-        strength = square(Slopes::of(&found, width));
+        })?;
+        strength = square(&found);
     }
-    found
+    Ok(found)
 }
 
 impl Task<'_> {
     fn seen(&self, plane: Vec<f32>) -> Result<Seen> {
-        let mut planes = vec![plane];
-        let mut blurred = self.operator.apply(&planes)?;
         Ok(Seen {
-            blurred: blurred.swap_remove(0),
-            plane: planes.swap_remove(0),
+            blurred: self.view.blurred(&plane)?,
+            plane,
         })
     }
 
-    /// Against the slope of the bowl at `picture`: A^T (b - A x) / s^2 + r D^T `pull`.
-    fn descent(&self, bowl: &Bowl, picture: &Seen, pull: &Slopes) -> Result<Vec<f32>> {
-        let rest = self.blurred.iter().zip(&picture.blurred);
-        let rest = rest.map(|(b, seen)| (f64::from(b - seen) * bowl.fit) as f32);
-        let mut descent = self.operator.adjoint(&[rest.collect()])?.swap_remove(0);
-        for (out, pull) in descent.iter_mut().zip(pull.gathered(self.width)) {
-            *out += bowl.stiff as f32 * pull;
-        }
+    /// How much each pixel counts beside `picture`.
+    fn weights(&self, picture: &Seen) -> Vec<f32> {
+        let both = self.blurred.par_iter().zip(&picture.blurred).zip(self.known);
+        both.map(|((b, seen), known)| known.weight(*b, *seen)).collect()
+    }
+
+    /// Against the slope of the bowl at `picture`: A^T W (b - A x) / s^2 + r D^T `pull`.
+    fn descent(
+        &self,
+        bowl: &Bowl,
+        picture: &Seen,
+        pull: &Slopes,
+        weights: &[f32],
+    ) -> Result<Vec<f32>> {
+        let both = self.blurred.par_iter().zip(&picture.blurred).zip(weights);
+        let rest = both.map(|((b, seen), weight)| weight * (b - seen) * bowl.fit as f32);
+        let mut descent = self.view.adjoint(rest.collect())?;
+        add(&mut descent, &pull.gathered(), bowl.stiff as f32);
         Ok(descent)
     }
 
     /// The way to the bottom if the lens's blur were as local spectra have it.
-    fn eased(&self, bowl: &Bowl, descent: &[f32]) -> Vec<f32> {
+    fn eased(&self, bowl: &Bowl, descent: &[f32]) -> Result<Vec<f32>> {
         let (fit, stiff) = (bowl.fit as f32, bowl.stiff as f32);
-        // Were it not folded it would not be symmetric, and rounds would come to a stop.
-        self.local.filtered(descent, true, |h, slope| {
+        self.view.eased(descent, |h, slope| {
             Complex::new((h.norm_sqr() * fit + stiff * slope).recip(), 0.0)
         })
     }
@@ -148,54 +175,45 @@ impl Task<'_> {
 
 impl Bowl {
     /// The step along `ways`, one or two, to the lowest point that they reach.
-    fn lowest(&self, descent: &[f32], ways: &[Seen], width: usize) -> Seen {
-        let slopes: Vec<Slopes> = ways.iter().map(|w| Slopes::of(&w.plane, width)).collect();
-        let curve = |i: usize, j: usize| {
-            self.fit * dot(&ways[i].blurred, &ways[j].blurred)
-                + self.stiff * slopes[i].dot(&slopes[j])
+    fn lowest(&self, descent: &[f32], mut ways: Vec<Seen>, weights: &[f32], width: usize) -> Seen {
+        let counted = |plane: &[f32]| -> Vec<f32> {
+            let both = plane.par_iter().zip(weights);
+            both.map(|(sample, weight)| sample * weight).collect()
         };
-        let along = |i: usize| dot(descent, &ways[i].plane);
-        let (a, p) = (curve(0, 0), along(0));
-        let alone = [if a > 0.0 { p / a } else { 0.0 }, 0.0];
-        let gains = if ways.len() == 2 {
-            let (b, c, q) = (curve(0, 1), curve(1, 1), along(1));
-            let determinant = a * c - b * b;
-            if determinant > 1e-9 * a * c {
-                [(p * c - q * b) / determinant, (q * a - p * b) / determinant]
-            } else {
-                alone
-            }
+        let curve = |a: &Seen, b: &Seen| {
+            self.fit * dot(&counted(&a.blurred), &b.blurred)
+                + self.stiff * common_slopes(&a.plane, &b.plane, width)
+        };
+        let last = ways.split_off(1).pop();
+        let mut way = ways.swap_remove(0);
+        let (a, p) = (curve(&way, &way), dot(descent, &way.plane));
+        let alone = if a > 0.0 { p / a } else { 0.0 };
+        let Some(last) = last else {
+            way.scale(alone);
+            return way;
+        };
+        let (b, c) = (curve(&way, &last), curve(&last, &last));
+        let q = dot(descent, &last.plane);
+        let determinant = a * c - b * b;
+        if determinant > 1e-9 * a * c {
+            way.scale((p * c - q * b) / determinant);
+            way.add(&last, (q * a - p * b) / determinant);
         } else {
-            alone
-        };
-        let join = |of: fn(&Seen) -> &[f32]| {
-            let mut sum = vec![0.0; descent.len()];
-            for (way, gain) in ways.iter().zip(gains) {
-                add(&mut sum, of(way), gain as f32);
-            }
-            sum
-        };
-        Seen {
-            plane: join(|way| &way.plane),
-            blurred: join(|way| &way.blurred),
+            way.scale(alone);
         }
+        way
     }
 }
 
 impl Seen {
-    fn add(&mut self, other: &Self) {
-        add(&mut self.plane, &other.plane, 1.0);
-        add(&mut self.blurred, &other.blurred, 1.0);
+    fn add(&mut self, other: &Self, gain: f64) {
+        add(&mut self.plane, &other.plane, gain as f32);
+        add(&mut self.blurred, &other.blurred, gain as f32);
     }
-}
 
-fn add(out: &mut [f32], other: &[f32], gain: f32) {
-    for (out, other) in out.iter_mut().zip(other) {
-        *out += gain * other;
+    fn scale(&mut self, gain: f64) {
+        for plane in [&mut self.plane, &mut self.blurred] {
+            plane.par_iter_mut().for_each(|sample| *sample *= gain as f32);
+        }
     }
-}
-
-fn dot(a: &[f32], b: &[f32]) -> f64 {
-    let pairs = a.iter().zip(b);
-    pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
 }

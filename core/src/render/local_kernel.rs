@@ -1,8 +1,8 @@
 //! The kernel of a lens at one point of a plate, as an array.
 
-use super::sources::Sources;
-use super::{Plane, Scene};
-use crate::error::Result;
+use super::sources::{Source, Sources};
+use super::{Plane, Scene, VergencePass};
+use crate::error::{Error, Result};
 use crate::psf::KernelRows;
 
 /// Where the light of one source pixel lands: weights of unit sum, row-major.
@@ -20,24 +20,59 @@ pub struct LocalKernel {
     pub weights: Vec<f32>,
 }
 
-/// The kernel of a source at plate point `at` (px from the outer corner) at `vergence_per_m`, of a plane with
-/// these channel `weights`, which sum to one.
-///
-/// # Errors
-/// A scene or weights that cannot be, and a lens that cannot be drawn there.
-pub fn kernel_at(
-    scene: &Scene,
-    weights: &[f64],
-    at: (f64, f64),
+/// The kernels of a lens for planes of some channel weights, at one vergence.
+pub struct LocalKernels<'a> {
+    scene: &'a Scene<'a>,
+    sources: Sources<'a>,
+    weights: &'a [f64],
     vergence_per_m: f64,
-) -> Result<LocalKernel> {
-    let dark = vec![0.0; scene.pixel_count()];
-    scene.check(&[Plane {
-        samples: &dark,
-        weights,
-    }])?;
-    let (sources, mut found) = (Sources::new(scene), Vec::new());
-    sources.at(at, vergence_per_m, |k| weights[k] != 0.0, &mut found)?;
+}
+
+impl<'a> LocalKernels<'a> {
+    /// Of a plane with these channel `weights`, which sum to one.
+    ///
+    /// # Errors
+    /// A scene or weights that cannot be, and a vergence that varies.
+    pub fn new(scene: &'a Scene<'a>, weights: &'a [f64]) -> Result<Self> {
+        let dark = vec![0.0; scene.pixel_count()];
+        scene.check(&[Plane {
+            samples: &dark,
+            weights,
+        }])?;
+        let VergencePass::Constant(vergence_per_m) = scene.vergence else {
+            return Err(Error::new(
+                "vergence",
+                "varies over the plate",
+                "ask for the kernels of one vergence at a time",
+            ));
+        };
+        Ok(Self {
+            scene,
+            sources: Sources::new(scene),
+            weights,
+            vergence_per_m,
+        })
+    }
+
+    /// Object vergence, 1/m.
+    pub fn vergence_per_m(&self) -> f64 {
+        self.vergence_per_m
+    }
+
+    /// The kernel of a source at plate point `at` (px from the outer corner).
+    ///
+    /// # Errors
+    /// A lens that cannot be drawn there.
+    pub fn at(&self, at: (f64, f64)) -> Result<LocalKernel> {
+        let (weights, mut found) = (self.weights, Vec::new());
+        let needed = |k: usize| weights[k] != 0.0;
+        self.sources.at(at, self.vergence_per_m, needed, &mut found)?;
+        Ok(joined(self.scene, &found, weights))
+    }
+}
+
+/// The weighted sum of the kernels of one source's channels.
+fn joined(scene: &Scene, found: &[Option<Source>], weights: &[f64]) -> LocalKernel {
     let drawn: Vec<(KernelRows, f64)> = found
         .iter()
         .zip(weights)
@@ -74,7 +109,7 @@ pub fn kernel_at(
             }
         }
     }
-    Ok(kernel)
+    kernel
 }
 
 #[cfg(test)]
@@ -140,7 +175,7 @@ mod tests {
         let picture = Scatter.render(&scene, &[plane], &|_| true);
         let picture = picture.expect("a sound scene").swap_remove(0);
         let at = (column as f64 + 0.5, row as f64 + 0.5);
-        let kernel = kernel_at(&scene, &weights, at, 0.0).expect("a kernel");
+        let kernel = LocalKernels::new(&scene, &weights).and_then(|kernels| kernels.at(at)).expect("a kernel");
         let mut drawn = vec![0.0; 60 * 50];
         for (k, weight) in kernel.weights.iter().enumerate() {
             let x = column as i32 + kernel.left + (k % kernel.width) as i32;

@@ -41,12 +41,14 @@ pub use extended::Extended;
 pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
 pub use gather::{Gather, Operator, Quality};
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
-pub use local_kernel::{LocalKernel, kernel_at};
+pub use local_kernel::{LocalKernel, LocalKernels};
 pub use methods::{LevelMethods, Methods, Noted};
 pub use non_square::{MOST_PIXEL_ASPECT, NonSquare};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, Window, stopped};
 pub use spot::at_pixels;
+pub(crate) use layers::Ladder;
+pub(crate) use reach::reach;
 pub use spots::{Spots, psnr_at, spread_pixels};
 
 use crate::field::{FieldPoint, Frame, ImagePoint};

@@ -9,7 +9,7 @@ const SPARE_PX: f64 = 4.0;
 
 /// How far kernels of sources within `light` on the plate reach at `vergence`, plate px, probed at nine places; a
 /// million px for what cannot be drawn.
-pub(super) fn reach(scene: &Scene, light: Window, vergence: f64) -> Reach {
+pub(crate) fn reach(scene: &Scene, light: Window, vergence: f64) -> Reach {
     let mut far = [0.0_f64; 4];
     let scale = scene.map.scale;
     for (x, y) in (0..9).map(|k| (k % 3, k / 3)) {

@@ -124,7 +124,7 @@ pub struct Window {
 
 impl Window {
     /// All of a plate.
-    pub(super) fn whole(scene: &Scene) -> Self {
+    pub(crate) fn whole(scene: &Scene) -> Self {
         Self::all_of((scene.width, scene.height))
     }
 

@@ -30,7 +30,7 @@ const NEAREST_PER_M: f64 = 1024.0;
 
 /// The rungs, from the farthest to the nearest, and how large the blur is at each.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Ladder {
+pub(crate) struct Ladder {
     /// Ascending vergences, 1/m.
     rungs: Vec<f64>,
     /// Largest kernel size anywhere in the frame at each rung, plate px.
@@ -42,7 +42,7 @@ pub(super) struct Ladder {
 impl Ladder {
     /// Rungs for `scene`'s lens that enclose zero and the vergences `least..=largest`; `fine` ones tell
     /// near from far even where the lens does not.
-    pub(super) fn new(scene: &Scene, (least, largest): (f64, f64), fine: bool) -> Self {
+    pub(crate) fn new(scene: &Scene, (least, largest): (f64, f64), fine: bool) -> Self {
         let probes = Probes::new(scene);
         let mut ladder = Self {
             rungs: vec![0.0],
@@ -87,18 +87,18 @@ impl Ladder {
     }
 
     /// Number of rungs.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.rungs.len()
     }
 
     /// Vergence of a rung, 1/m.
-    pub(super) fn vergence(&self, rung: usize) -> f64 {
+    pub(crate) fn vergence(&self, rung: usize) -> f64 {
         self.rungs[rung]
     }
 
     /// Where `vergence` lies on the ladder: whole numbers are rungs, counted from vergence zero, and
     /// between two of them it is linear in vergence.
-    pub(super) fn place(&self, vergence: f64) -> f32 {
+    pub(crate) fn place(&self, vergence: f64) -> f32 {
         let above = self.rungs.partition_point(|rung| *rung <= vergence);
         let low = above.clamp(1, self.rungs.len() - 1) - 1;
         let (a, b) = (self.rungs[low], self.rungs[low + 1]);
@@ -107,12 +107,12 @@ impl Ladder {
     }
 
     /// The place of a rung.
-    pub(super) fn place_of(&self, rung: usize) -> f32 {
+    pub(crate) fn place_of(&self, rung: usize) -> f32 {
         rung as f32 - self.zero as f32
     }
 
     /// The two rungs about `place`, the farther first.
-    pub(super) fn about(&self, place: f32) -> (usize, usize) {
+    pub(crate) fn about(&self, place: f32) -> (usize, usize) {
         // Rounds down without a call: casts cut off towards zero.
         let index = (place + self.zero as f32) as usize;
         let low = index.min(self.rungs.len() - 2);
@@ -121,7 +121,7 @@ impl Ladder {
 
     /// Largest size of kernels at `place`, plate px: the radius of a disc, two standard deviations of
     /// others.
-    pub(super) fn size(&self, place: f32) -> f32 {
+    pub(crate) fn size(&self, place: f32) -> f32 {
         let (low, high) = self.about(place);
         let share = (place - self.place_of(low)).clamp(0.0, 1.0);
         self.sizes[low] as f32 * (1.0 - share) + self.sizes[high] as f32 * share

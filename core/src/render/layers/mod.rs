@@ -21,7 +21,7 @@ pub use hidden::HIDDEN_REACH_PX;
 use super::{Edges, Plane, Renderer, Scene, VergencePass};
 use crate::error::{Error, Result};
 use hidden::{HiddenInput, HiddenRow};
-use ladder::Ladder;
+pub(crate) use ladder::Ladder;
 use rayon::prelude::*;
 use resolve::{Blurred, Resolve, Sharp};
 use slices::Stock;

@@ -1,0 +1,41 @@
+//! Sums over planes, the same for any number of threads.
+
+use rayon::prelude::*;
+
+/// Sums of single precision are kept as short as this.
+const LANES: usize = 16;
+const PIECE: usize = 4096;
+
+/// <a, b>.
+pub(super) fn dot(a: &[f32], b: &[f32]) -> f64 {
+    let pieces: Vec<f64> = a
+        .par_chunks(PIECE)
+        .zip(b.par_chunks(PIECE))
+        .map(|(a, b)| piece(a, b))
+        .collect();
+    pieces.iter().sum()
+}
+
+fn piece(a: &[f32], b: &[f32]) -> f64 {
+    let mut lanes = [0.0_f32; LANES];
+    let (a, rest_a) = a.as_chunks::<LANES>();
+    let (b, rest_b) = b.as_chunks::<LANES>();
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..LANES {
+            lanes[k] += a[k] * b[k];
+        }
+    }
+    let rest = rest_a.iter().zip(rest_b).map(|(a, b)| f64::from(a * b));
+    lanes.iter().map(|v| f64::from(*v)).sum::<f64>() + rest.sum::<f64>()
+}
+
+/// Adds `gain` times `other`.
+pub(super) fn add(out: &mut [f32], other: &[f32], gain: f32) {
+    out.par_chunks_mut(PIECE)
+        .zip(other.par_chunks(PIECE))
+        .for_each(|(out, other)| {
+            for (out, other) in out.iter_mut().zip(other) {
+                *out += gain * other;
+            }
+        });
+}

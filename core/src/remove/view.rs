@@ -1,0 +1,277 @@
+//! What a lens makes of the light on a canvas: one layer where all is at one distance, otherwise one for each rung of
+//! the depth ladder.
+
+use super::canvas::Canvas;
+use super::local::Local;
+use crate::error::Result;
+use crate::field::ImagePoint;
+use crate::render::{Ladder, Operator, PlateMap, Quality, Scene, VergencePass, Window, reach};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex;
+
+/// Least light of an even canvas that is made up for at a pixel.
+const LEAST_LIGHT: f32 = 0.05;
+
+/// The lens on a canvas, as an operator: the light of every layer is blurred on its own and all is added up. Where
+/// depth varies, even light stays even, as if what is hidden behind a blurred edge were like what is seen there.
+pub(super) struct View {
+    layers: Vec<Layer>,
+    size: (usize, usize),
+    /// By how much each pixel is multiplied for even light to stay even, where there are layers.
+    evened: Option<Vec<f32>>,
+}
+
+/// What is at nearly one distance.
+struct Layer {
+    operator: Operator,
+    local: Local,
+    /// The part of the canvas that its light reaches.
+    window: Window,
+    /// How much of each of the window's pixels is in this layer; all if there are no other layers.
+    share: Option<Vec<f32>>,
+}
+
+impl View {
+    /// Of the canvas of `scene`, for a plane of some channel weights; `pass` is the vergence of each of the
+    /// canvas's pixels if it varies.
+    ///
+    /// # Errors
+    /// A lens that cannot be drawn.
+    pub(super) fn new(
+        scene: &Scene,
+        canvas: &Canvas,
+        weights: &[f64],
+        quality: Quality,
+    ) -> Result<Self> {
+        let whole = canvas.scene(scene, None);
+        let size = canvas.size();
+        let VergencePass::PerPixel(pass) = scene.vergence else {
+            let layer = Layer::new(&whole, weights, quality, Window::whole(&whole), None)?;
+            return Ok(Self {
+                layers: vec![layer],
+                size,
+                evened: None,
+            });
+        };
+        let pass = canvas.extended(pass);
+        let layers = layers(&whole, &pass, weights, quality)?;
+        let mut view = Self {
+            layers,
+            size,
+            evened: None,
+        };
+        let even = view.blurred(&vec![1.0; size.0 * size.1])?;
+        view.evened = Some(even.iter().map(|light| light.max(LEAST_LIGHT).recip()).collect());
+        Ok(view)
+    }
+
+    /// A: the canvas blurred.
+    ///
+    /// # Errors
+    /// None where `plane` is of the canvas's size.
+    pub(super) fn blurred(&self, plane: &[f32]) -> Result<Vec<f32>> {
+        let mut out = self.over_layers(|layer| {
+            let light = layer.light(self.size.0, plane, 1.0);
+            Ok(layer.operator.apply(&[light])?.swap_remove(0))
+        })?;
+        self.even(&mut out);
+        Ok(out)
+    }
+
+    /// A^T.
+    ///
+    /// # Errors
+    /// None where `plane` is of the canvas's size.
+    pub(super) fn adjoint(&self, mut plane: Vec<f32>) -> Result<Vec<f32>> {
+        self.even(&mut plane);
+        self.over_layers(|layer| {
+            let seen = layer.window_of(self.size.0, &plane);
+            let mut back = layer.operator.adjoint(&[seen])?.swap_remove(0);
+            layer.keep(&mut back, 1.0);
+            Ok(back)
+        })
+    }
+
+    /// `plane` filtered by what `filter` makes of local spectra and |D|^2, each pixel by those of its own layer.
+    pub(super) fn filtered(
+        &self,
+        plane: &[f32],
+        filter: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
+    ) -> Result<Vec<f32>> {
+        self.over_layers(|layer| {
+            let seen = layer.window_of(self.size.0, plane);
+            let mut out = layer.local.filtered(&seen, layer.share.as_deref(), &filter);
+            layer.keep(&mut out, 1.0);
+            Ok(out)
+        })
+    }
+
+    /// The same, symmetric where `filter` is real.
+    pub(super) fn eased(
+        &self,
+        plane: &[f32],
+        filter: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
+    ) -> Result<Vec<f32>> {
+        self.over_layers(|layer| {
+            let light = layer.light(self.size.0, plane, 0.5);
+            let mut out = layer.local.filtered(&light, layer.share.as_deref(), &filter);
+            layer.keep(&mut out, 0.5);
+            Ok(out)
+        })
+    }
+
+    /// The sum of what `one` makes of each layer's window.
+    fn over_layers(&self, one: impl Fn(&Layer) -> Result<Vec<f32>> + Sync) -> Result<Vec<f32>> {
+        if let [only] = self.layers.as_slice() {
+            if only.share.is_none() {
+                return one(only);
+            }
+        }
+        let mut out = vec![0.0; self.size.0 * self.size.1];
+        // In order, so that sums do not depend on threads.
+        for layer in &self.layers {
+            layer.add(self.size.0, &one(layer)?, &mut out);
+        }
+        Ok(out)
+    }
+
+    fn even(&self, plane: &mut [f32]) {
+        if let Some(evened) = &self.evened {
+            for (sample, gain) in plane.iter_mut().zip(evened) {
+                *sample *= gain;
+            }
+        }
+    }
+}
+
+/// The layers of a canvas with these vergences.
+fn layers(scene: &Scene, pass: &[f32], weights: &[f64], quality: Quality) -> Result<Vec<Layer>> {
+    let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
+    let (least, most) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
+    let ladder = Ladder::new(scene, (f64::from(least), f64::from(most)), false);
+    let places: Vec<f32> = pass
+        .par_iter()
+        .map(|vergence| ladder.place(f64::from(*vergence)))
+        .collect();
+    let of_rung = |rung: usize| {
+        let share = |place: &f32| (1.0 - (place - ladder.place_of(rung)).abs()).max(0.0);
+        let shares: Vec<f32> = places.iter().map(share).collect();
+        let at_rung = Scene {
+            vergence: VergencePass::Constant(ladder.vergence(rung)),
+            ..*scene
+        };
+        let lit = lit(&shares, scene.width)?;
+        Some(Layer::of_rung(&at_rung, weights, quality, lit, &shares))
+    };
+    (0..ladder.len()).into_par_iter().filter_map(of_rung).collect()
+}
+
+/// The smallest window that holds all shares above zero.
+fn lit(shares: &[f32], width: usize) -> Option<Window> {
+    let (mut left, mut right, mut top, mut bottom) = (usize::MAX, 0, usize::MAX, 0);
+    for (y, row) in shares.chunks_exact(width).enumerate() {
+        let Some(first) = row.iter().position(|share| *share > 0.0) else {
+            continue;
+        };
+        let last = row.iter().rposition(|share| *share > 0.0).unwrap_or(first);
+        (left, right) = (left.min(first), right.max(last + 1));
+        (top, bottom) = (top.min(y), y + 1);
+    }
+    (left < right).then(|| Window {
+        column: left,
+        row: top,
+        width: right - left,
+        height: bottom - top,
+    })
+}
+
+impl Layer {
+    /// The layer of a canvas at one vergence whose light is within `lit`.
+    fn of_rung(
+        scene: &Scene,
+        weights: &[f64],
+        quality: Quality,
+        lit: Window,
+        shares: &[f32],
+    ) -> Result<Self> {
+        let VergencePass::Constant(vergence) = scene.vergence else {
+            unreachable!("layers are at one vergence");
+        };
+        let far = reach(scene, lit, vergence);
+        let column = lit.column.saturating_sub(far.left_px as usize);
+        let row = lit.row.saturating_sub(far.up_px as usize);
+        let right = (lit.column + lit.width + far.right_px as usize).min(scene.width);
+        let bottom = (lit.row + lit.height + far.down_px as usize).min(scene.height);
+        let window = Window {
+            column,
+            row,
+            width: right - column,
+            height: bottom - row,
+        };
+        Self::new(scene, weights, quality, window, Some(shares))
+    }
+
+    fn new(
+        scene: &Scene,
+        weights: &[f64],
+        quality: Quality,
+        window: Window,
+        shares: Option<&[f32]>,
+    ) -> Result<Self> {
+        let PlateMap { origin, scale } = scene.map;
+        let part = Scene {
+            width: window.width,
+            height: window.height,
+            map: PlateMap {
+                origin: ImagePoint::new(
+                    origin.x_px + window.column as f64 / scale,
+                    origin.y_px + window.row as f64 / scale,
+                ),
+                scale,
+            },
+            ..*scene
+        };
+        Ok(Self {
+            operator: Operator::new(&part, &[weights.to_vec()], quality)?,
+            local: Local::new(&part, weights)?,
+            window,
+            share: shares.map(|shares| cut(scene.width, shares, window)),
+        })
+    }
+
+    fn window_of(&self, width: usize, plane: &[f32]) -> Vec<f32> {
+        cut(width, plane, self.window)
+    }
+
+    /// The window's light that is in this layer, its share to the power `power`.
+    fn light(&self, width: usize, plane: &[f32], power: f32) -> Vec<f32> {
+        let mut light = self.window_of(width, plane);
+        self.keep(&mut light, power);
+        light
+    }
+
+    fn keep(&self, window: &mut [f32], power: f32) {
+        if let Some(share) = &self.share {
+            for (sample, share) in window.iter_mut().zip(share) {
+                *sample *= if power == 1.0 { *share } else { share.powf(power) };
+            }
+        }
+    }
+
+    fn add(&self, width: usize, window: &[f32], out: &mut [f32]) {
+        let rows = out.chunks_exact_mut(width).skip(self.window.row);
+        for (out, row) in rows.zip(window.chunks_exact(self.window.width)) {
+            for (out, sample) in out[self.window.column..].iter_mut().zip(row) {
+                *out += sample;
+            }
+        }
+    }
+}
+
+fn cut(width: usize, plane: &[f32], window: Window) -> Vec<f32> {
+    let rows = plane.chunks_exact(width).skip(window.row);
+    rows.take(window.height)
+        .flat_map(|row| &row[window.column..window.column + window.width])
+        .copied()
+        .collect()
+}
