@@ -118,11 +118,7 @@ impl Canvas {
     }
 
     /// A canvas of `beyond`, and on the plate what `on_plate` makes of each index.
-    pub(super) fn with_plate<T: Copy>(
-        &self,
-        beyond: T,
-        on_plate: impl Fn(usize) -> T,
-    ) -> Vec<T> {
+    pub(super) fn with_plate<T: Copy>(&self, beyond: T, on_plate: impl Fn(usize) -> T) -> Vec<T> {
         let (width, height) = self.size();
         let mut out = vec![beyond; width * height];
         let rows = out.chunks_exact_mut(width).skip(self.margin_y);

@@ -9,10 +9,12 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 
-/// Least and largest side of a square, px; neighbours lie half of it apart.
-const SIDES: [usize; 2] = [128, 1024];
-/// A square is at least this many times as wide as the kernels are from end to end, if that is not above the largest.
-const WIDTHS: f64 = 1.5;
+/// Least and largest side of a square, px.
+const SIDES: [usize; 2] = [96, 768];
+/// Share of a square that it has in common with the next.
+const COMMON: f64 = 0.5;
+/// A square is at least so many times as wide as kernels from end to end, up to the largest.
+const WIDTHS: f64 = 1.0;
 
 /// The local spectra of a lens over a plate.
 pub(super) struct Local {
@@ -24,7 +26,7 @@ pub(super) struct Local {
     /// |D|^2 of the differences that the prior looks at, column by column.
     pub(super) slopes: Vec<f32>,
     transform: Transform,
-    /// Square root of a Hann window along one axis.
+    /// Along one axis: rises and falls as a sine where neighbours share samples.
     window: Vec<f32>,
 }
 
@@ -37,20 +39,25 @@ impl Local {
         let kernels = LocalKernels::new(scene, weights)?;
         let far = reach(scene, Window::whole(scene), kernels.vergence_per_m());
         let widest = (far.left_px + far.right_px).max(far.up_px + far.down_px);
-        let most = scene.width.max(scene.height).next_power_of_two();
-        let side = ((WIDTHS * widest) as usize)
-            .next_power_of_two()
-            .min(SIDES[1].min(most))
-            .max(SIDES[0]);
+        let mut side = SIDES[0];
+        while side < SIDES[1] && (side as f64) < WIDTHS * widest {
+            side *= 2;
+        }
         let transform = Transform::new(side);
-        let (size, hop) = ((scene.width, scene.height), side / 2);
-        let starts =
-            |size: usize| (0..size.div_ceil(hop) as i32 + 1).map(move |k| (k - 1) * hop as i32);
+        let ramp = (COMMON * side as f64) as usize;
+        let (size, hop) = ((scene.width, scene.height), side - ramp);
+        let starts = |size: usize| {
+            let count = (size + ramp).div_ceil(hop);
+            // As far beyond one edge as beyond the other.
+            let before = (ramp + count * hop - size) / 2;
+            (0..count).map(move |k| (k * hop) as i32 - before as i32)
+        };
         let squares: Vec<(i32, i32)> = starts(size.1)
             .flat_map(|y| starts(size.0).map(move |x| (x, y)))
             .collect();
-        let middle =
-            |start: i32, size: usize| (f64::from(start) + hop as f64).clamp(0.0, size as f64);
+        let middle = |start: i32, size: usize| {
+            (f64::from(start) + side as f64 / 2.0).clamp(0.0, size as f64)
+        };
         let spectra = squares
             .par_iter()
             .map(|(x, y)| {
@@ -68,7 +75,10 @@ impl Local {
                 .collect(),
             transform,
             window: (0..side)
-                .map(|k| (PI * (k as f64 + 0.5) / side as f64).sin() as f32)
+                .map(|k| {
+                    let inwards = (k.min(side - 1 - k) as f64 + 0.5) / ramp as f64;
+                    (0.5 * PI * inwards.min(1.0)).sin() as f32
+                })
                 .collect(),
         })
     }
@@ -109,6 +119,58 @@ impl Local {
         out
     }
 
+    /// Median power of white noise in `plane`, as each square has it in waves of which the lens passes less than
+    /// `passed` of the power; squares wholly on the plane that have at least `count` such waves and a `share` all over.
+    pub(super) fn quiet_powers(
+        &self,
+        plane: &[f32],
+        share: Option<&[f32]>,
+        passed: f32,
+        count: usize,
+    ) -> Vec<f64> {
+        let side = self.transform.side;
+        // A window that rises slowly, that strong slow waves be not seen as fast ones.
+        let hann: Vec<f32> = (0..side)
+            .map(|k| (PI * (k as f64 + 0.5) / side as f64).sin().powi(2) as f32)
+            .collect();
+        let energy = hann.iter().map(|w| w * w).sum::<f32>().powi(2);
+        self.squares
+            .par_iter()
+            .zip(&self.spectra)
+            .map_init(Space::default, |space, (place, spectrum)| {
+                let whole = self
+                    .stretches(*place)
+                    .map(|s| s.inside.len())
+                    .sum::<usize>();
+                if whole < side * side || share.is_some_and(|share| !self.is_full(share, *place)) {
+                    return None;
+                }
+                let mut square = Vec::with_capacity(side * side);
+                for (row, wy) in self.stretches(*place).zip(&hann) {
+                    let samples = plane[row.plate..][..side].iter().zip(&hann);
+                    square.extend(samples.map(|(sample, wx)| wy * wx * sample));
+                }
+                self.transform.forward(&mut square, space);
+                let quiet = space.spectrum.iter().zip(spectrum);
+                let mut powers: Vec<f32> = quiet
+                    .filter(|(_, h)| h.norm_sqr() < passed)
+                    .map(|(value, _)| value.norm_sqr() / energy)
+                    .collect();
+                let middle = powers.len() / 2;
+                (powers.len() >= count).then(|| {
+                    let (_, median, _) = powers.select_nth_unstable_by(middle, f32::total_cmp);
+                    f64::from(*median)
+                })
+            })
+            .flatten()
+            .collect()
+    }
+
+    fn is_full(&self, share: &[f32], place: (i32, i32)) -> bool {
+        let mut stretches = self.stretches(place);
+        stretches.all(|s| share[s.plate..][..s.inside.len()].iter().all(|v| *v > 0.0))
+    }
+
     fn is_dark(&self, share: &[f32], place: (i32, i32)) -> bool {
         let mut stretches = self.stretches(place);
         stretches.all(|s| share[s.plate..][..s.inside.len()].iter().all(|v| *v == 0.0))
@@ -141,8 +203,10 @@ impl Local {
     /// The rows of the square at `place` that lie on the plane.
     fn stretches(&self, (left, top): (i32, i32)) -> impl Iterator<Item = Stretch> + '_ {
         let (width, height) = (self.size.0 as i32, self.size.1 as i32);
-        let columns = (-left).max(0) as usize..(width - left).clamp(0, self.transform.side as i32) as usize;
-        let rows = (-top).max(0) as usize..(height - top).clamp(0, self.transform.side as i32) as usize;
+        let columns =
+            (-left).max(0) as usize..(width - left).clamp(0, self.transform.side as i32) as usize;
+        let rows =
+            (-top).max(0) as usize..(height - top).clamp(0, self.transform.side as i32) as usize;
         let rows = if columns.is_empty() { 0..0 } else { rows };
         rows.map(move |y| Stretch {
             inside: y * self.transform.side + columns.start..y * self.transform.side + columns.end,

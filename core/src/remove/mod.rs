@@ -22,7 +22,7 @@ pub use canvas::Canvas;
 pub use saturation::Saturation;
 
 use crate::error::{Error, Result};
-use crate::render::{Plane, Quality, Scene};
+use crate::render::{Plane, Scene};
 use rayon::prelude::*;
 use solve::{Known, Task, solve};
 use view::View;
@@ -34,8 +34,6 @@ pub struct Removal {
     pub noise: Option<f64>,
     /// Which samples are clipped.
     pub saturation: Saturation,
-    /// How exact the operator is.
-    pub quality: Quality,
     /// How often the picture is put right.
     pub rounds: usize,
 }
@@ -46,8 +44,7 @@ impl Default for Removal {
         Self {
             noise: None,
             saturation: Saturation::Told,
-            quality: Quality::Draft,
-            rounds: 8,
+            rounds: 7,
         }
     }
 }
@@ -139,19 +136,20 @@ impl Removal {
         progress: &dyn Fn(f64) -> bool,
     ) -> Result<Removed> {
         let even = plane.samples.windows(2).all(|pair| pair[0] == pair[1]);
-        let noise = self
-            .noise
-            .unwrap_or_else(|| noise::deviation(plane.samples, scene.width));
         if even {
             // Light of one level has no blur: opaque alpha stays opaque.
             return Ok(Removed {
                 canvas,
                 sharp: canvas.extended(plane.samples),
                 rest: vec![0.0; plane.samples.len()],
-                noise,
+                noise: self.noise.unwrap_or(0.0),
                 clipped: None,
             });
         }
+        let view = View::new(scene, &canvas, plane.weights)?;
+        let noise = self
+            .noise
+            .unwrap_or_else(|| noise::deviation(plane.samples, &canvas, &view));
         let level = self.saturation.level(plane.samples);
         let is_clipped = |sample: f32| level.is_some_and(|level| sample >= level);
         let known = canvas.with_plate(Known::Not, |k| match is_clipped(plane.samples[k]) {
@@ -164,7 +162,7 @@ impl Removal {
             known: &known,
             noise,
             rounds: self.rounds,
-            view: &View::new(scene, &canvas, plane.weights, self.quality)?,
+            view: &view,
         };
         let found = solve(&task, progress)?;
         let rest = canvas.cropped(&found.blurred);

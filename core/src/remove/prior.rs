@@ -38,7 +38,11 @@ fn pairs(plane: &[f32], width: usize, row: usize, way: usize) -> (usize, &[f32],
         return (first, &[], &[]);
     }
     let here = row * width + first;
-    (first, &plane[here..here + length], &plane[other..other + length])
+    (
+        first,
+        &plane[here..here + length],
+        &plane[other..other + length],
+    )
 }
 
 /// Writes the differences of a row along `way`.
@@ -46,7 +50,10 @@ fn row_of(plane: &[f32], width: usize, row: usize, way: usize, out: &mut [f32]) 
     let weight = WAYS[way].2;
     let (first, here, other) = pairs(plane, width, row, way);
     out.fill(0.0);
-    for (out, (a, b)) in out[first.min(width)..].iter_mut().zip(here.iter().zip(other)) {
+    for (out, (a, b)) in out[first.min(width)..]
+        .iter_mut()
+        .zip(here.iter().zip(other))
+    {
         *out = weight * (b - a);
     }
 }

@@ -13,7 +13,7 @@ pub enum Saturation {
 }
 
 /// Samples within this share of the brightest could be clipped with it.
-const BAND: f64 = 0.005;
+const BAND: f64 = 0.001;
 /// As many bands below it are looked at.
 const BANDS_BELOW: usize = 20;
 /// Clipped samples are at least so many, and at least so many times what such bands below hold on average.

@@ -55,7 +55,9 @@ impl Transform {
 
     /// The spectrum of a square into `space`.
     pub(super) fn forward(&self, square: &mut [f32], space: &mut Space) {
-        space.spectrum.resize(self.half() * self.side, Complex::default());
+        space
+            .spectrum
+            .resize(self.half() * self.side, Complex::default());
         space.line.resize(self.half(), Complex::default());
         let longest = self
             .across

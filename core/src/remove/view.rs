@@ -21,9 +21,19 @@ pub(super) struct View {
     evened: Option<Vec<f32>>,
 }
 
+/// How exactly light is blurred.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Care {
+    /// As the adjoint is the adjoint of.
+    Quick,
+    /// As the renderer of the best quality does.
+    Exact,
+}
+
 /// What is at nearly one distance.
 struct Layer {
-    operator: Operator,
+    quick: Operator,
+    exact: Operator,
     local: Local,
     /// The part of the canvas that its light reaches.
     window: Window,
@@ -37,16 +47,11 @@ impl View {
     ///
     /// # Errors
     /// A lens that cannot be drawn.
-    pub(super) fn new(
-        scene: &Scene,
-        canvas: &Canvas,
-        weights: &[f64],
-        quality: Quality,
-    ) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, canvas: &Canvas, weights: &[f64]) -> Result<Self> {
         let whole = canvas.scene(scene, None);
         let size = canvas.size();
         let VergencePass::PerPixel(pass) = scene.vergence else {
-            let layer = Layer::new(&whole, weights, quality, Window::whole(&whole), None)?;
+            let layer = Layer::new(&whole, weights, Window::whole(&whole), None)?;
             return Ok(Self {
                 layers: vec![layer],
                 size,
@@ -54,14 +59,18 @@ impl View {
             });
         };
         let pass = canvas.extended(pass);
-        let layers = layers(&whole, &pass, weights, quality)?;
+        let layers = layers(&whole, &pass, weights)?;
         let mut view = Self {
             layers,
             size,
             evened: None,
         };
-        let even = view.blurred(&vec![1.0; size.0 * size.1])?;
-        view.evened = Some(even.iter().map(|light| light.max(LEAST_LIGHT).recip()).collect());
+        let even = view.blurred(&vec![1.0; size.0 * size.1], Care::Exact)?;
+        view.evened = Some(
+            even.iter()
+                .map(|light| light.max(LEAST_LIGHT).recip())
+                .collect(),
+        );
         Ok(view)
     }
 
@@ -69,10 +78,14 @@ impl View {
     ///
     /// # Errors
     /// None where `plane` is of the canvas's size.
-    pub(super) fn blurred(&self, plane: &[f32]) -> Result<Vec<f32>> {
+    pub(super) fn blurred(&self, plane: &[f32], care: Care) -> Result<Vec<f32>> {
         let mut out = self.over_layers(|layer| {
             let light = layer.light(self.size.0, plane, 1.0);
-            Ok(layer.operator.apply(&[light])?.swap_remove(0))
+            let operator = match care {
+                Care::Quick => &layer.quick,
+                Care::Exact => &layer.exact,
+            };
+            Ok(operator.apply(&[light])?.swap_remove(0))
         })?;
         self.even(&mut out);
         Ok(out)
@@ -86,7 +99,7 @@ impl View {
         self.even(&mut plane);
         self.over_layers(|layer| {
             let seen = layer.window_of(self.size.0, &plane);
-            let mut back = layer.operator.adjoint(&[seen])?.swap_remove(0);
+            let mut back = layer.quick.adjoint(&[seen])?.swap_remove(0);
             layer.keep(&mut back, 1.0);
             Ok(back)
         })
@@ -114,10 +127,23 @@ impl View {
     ) -> Result<Vec<f32>> {
         self.over_layers(|layer| {
             let light = layer.light(self.size.0, plane, 0.5);
-            let mut out = layer.local.filtered(&light, layer.share.as_deref(), &filter);
+            let mut out = layer
+                .local
+                .filtered(&light, layer.share.as_deref(), &filter);
             layer.keep(&mut out, 0.5);
             Ok(out)
         })
+    }
+
+    /// Median powers of the noise of a canvas, wherever it can be told from the picture ([`Local::quiet_powers`]).
+    pub(super) fn quiet_powers(&self, plane: &[f32], passed: f32, count: usize) -> Vec<f64> {
+        let of_layer = |layer: &Layer| {
+            let seen = layer.window_of(self.size.0, plane);
+            layer
+                .local
+                .quiet_powers(&seen, layer.share.as_deref(), passed, count)
+        };
+        self.layers.iter().flat_map(of_layer).collect()
     }
 
     /// The sum of what `one` makes of each layer's window.
@@ -145,7 +171,7 @@ impl View {
 }
 
 /// The layers of a canvas with these vergences.
-fn layers(scene: &Scene, pass: &[f32], weights: &[f64], quality: Quality) -> Result<Vec<Layer>> {
+fn layers(scene: &Scene, pass: &[f32], weights: &[f64]) -> Result<Vec<Layer>> {
     let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
     let (least, most) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
     let ladder = Ladder::new(scene, (f64::from(least), f64::from(most)), false);
@@ -161,9 +187,12 @@ fn layers(scene: &Scene, pass: &[f32], weights: &[f64], quality: Quality) -> Res
             ..*scene
         };
         let lit = lit(&shares, scene.width)?;
-        Some(Layer::of_rung(&at_rung, weights, quality, lit, &shares))
+        Some(Layer::of_rung(&at_rung, weights, lit, &shares))
     };
-    (0..ladder.len()).into_par_iter().filter_map(of_rung).collect()
+    (0..ladder.len())
+        .into_par_iter()
+        .filter_map(of_rung)
+        .collect()
 }
 
 /// The smallest window that holds all shares above zero.
@@ -187,13 +216,7 @@ fn lit(shares: &[f32], width: usize) -> Option<Window> {
 
 impl Layer {
     /// The layer of a canvas at one vergence whose light is within `lit`.
-    fn of_rung(
-        scene: &Scene,
-        weights: &[f64],
-        quality: Quality,
-        lit: Window,
-        shares: &[f32],
-    ) -> Result<Self> {
+    fn of_rung(scene: &Scene, weights: &[f64], lit: Window, shares: &[f32]) -> Result<Self> {
         let VergencePass::Constant(vergence) = scene.vergence else {
             unreachable!("layers are at one vergence");
         };
@@ -208,16 +231,10 @@ impl Layer {
             width: right - column,
             height: bottom - row,
         };
-        Self::new(scene, weights, quality, window, Some(shares))
+        Self::new(scene, weights, window, Some(shares))
     }
 
-    fn new(
-        scene: &Scene,
-        weights: &[f64],
-        quality: Quality,
-        window: Window,
-        shares: Option<&[f32]>,
-    ) -> Result<Self> {
+    fn new(scene: &Scene, weights: &[f64], window: Window, shares: Option<&[f32]>) -> Result<Self> {
         let PlateMap { origin, scale } = scene.map;
         let part = Scene {
             width: window.width,
@@ -232,7 +249,8 @@ impl Layer {
             ..*scene
         };
         Ok(Self {
-            operator: Operator::new(&part, &[weights.to_vec()], quality)?,
+            quick: Operator::new(&part, &[weights.to_vec()], Quality::Draft)?,
+            exact: Operator::new(&part, &[weights.to_vec()], Quality::Final)?,
             local: Local::new(&part, weights)?,
             window,
             share: shares.map(|shares| cut(scene.width, shares, window)),
@@ -253,7 +271,11 @@ impl Layer {
     fn keep(&self, window: &mut [f32], power: f32) {
         if let Some(share) = &self.share {
             for (sample, share) in window.iter_mut().zip(share) {
-                *sample *= if power == 1.0 { *share } else { share.powf(power) };
+                *sample *= if power == 1.0 {
+                    *share
+                } else {
+                    share.powf(power)
+                };
             }
         }
     }

@@ -66,7 +66,8 @@ impl<'a> LocalKernels<'a> {
     pub fn at(&self, at: (f64, f64)) -> Result<LocalKernel> {
         let (weights, mut found) = (self.weights, Vec::new());
         let needed = |k: usize| weights[k] != 0.0;
-        self.sources.at(at, self.vergence_per_m, needed, &mut found)?;
+        self.sources
+            .at(at, self.vergence_per_m, needed, &mut found)?;
         Ok(joined(self.scene, &found, weights))
     }
 }
@@ -175,7 +176,9 @@ mod tests {
         let picture = Scatter.render(&scene, &[plane], &|_| true);
         let picture = picture.expect("a sound scene").swap_remove(0);
         let at = (column as f64 + 0.5, row as f64 + 0.5);
-        let kernel = LocalKernels::new(&scene, &weights).and_then(|kernels| kernels.at(at)).expect("a kernel");
+        let kernel = LocalKernels::new(&scene, &weights)
+            .and_then(|kernels| kernels.at(at))
+            .expect("a kernel");
         let mut drawn = vec![0.0; 60 * 50];
         for (k, weight) in kernel.weights.iter().enumerate() {
             let x = column as i32 + kernel.left + (k % kernel.width) as i32;

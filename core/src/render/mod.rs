@@ -40,15 +40,15 @@ pub use depth_convention::{DepthConvention, DepthReading};
 pub use extended::Extended;
 pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
 pub use gather::{Gather, Operator, Quality};
+pub(crate) use layers::Ladder;
 pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
 pub use local_kernel::{LocalKernel, LocalKernels};
 pub use methods::{LevelMethods, Methods, Noted};
 pub use non_square::{MOST_PIXEL_ASPECT, NonSquare};
+pub(crate) use reach::reach;
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, Window, stopped};
 pub use spot::at_pixels;
-pub(crate) use layers::Ladder;
-pub(crate) use reach::reach;
 pub use spots::{Spots, psnr_at, spread_pixels};
 
 use crate::field::{FieldPoint, Frame, ImagePoint};
