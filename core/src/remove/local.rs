@@ -13,6 +13,8 @@ use std::f64::consts::PI;
 const SIDES: [usize; 2] = [96, 768];
 /// Share of a square that it has in common with the next.
 const COMMON: f64 = 0.5;
+/// Rows that one thread puts together.
+const BAND: usize = 32;
 /// A square is at least so many times as wide as kernels from end to end, up to the largest.
 const WIDTHS: f64 = 1.0;
 
@@ -109,13 +111,20 @@ impl Local {
                 Some(square)
             })
             .collect();
-        let mut out = vec![0.0; plane.len()];
-        // In order, so that sums do not depend on threads.
-        for (place, part) in self.squares.iter().zip(&parts) {
-            if let Some(part) = part {
-                self.add(part, *place, &mut out);
+        self.put_together(&parts, plane.len())
+    }
+
+    /// The sum of windowed squares, in order, so that it does not depend on threads.
+    fn put_together(&self, parts: &[Option<Vec<f32>>], count: usize) -> Vec<f32> {
+        let mut out = vec![0.0; count];
+        let bands = out.par_chunks_mut(BAND * self.size.0).enumerate();
+        bands.for_each(|(band, out)| {
+            for (place, part) in self.squares.iter().zip(parts) {
+                if let Some(part) = part {
+                    self.add(part, *place, band * BAND, out);
+                }
             }
-        }
+        });
         out
     }
 
@@ -189,12 +198,16 @@ impl Local {
         square
     }
 
-    /// Adds what of a windowed square lies on the plane.
-    fn add(&self, square: &[f32], place: (i32, i32), out: &mut [f32]) {
+    /// Adds what of a windowed square lies on the rows of the plane from `first` on, `out`.
+    fn add(&self, square: &[f32], place: (i32, i32), first: usize, out: &mut [f32]) {
+        let before = first * self.size.0;
         for Stretch { inside, plate, wy } in self.stretches(place) {
+            if plate < before || plate >= before + out.len() {
+                continue;
+            }
             let samples = square[inside.clone()].iter();
             let windows = &self.window[inside.start % self.transform.side..];
-            for ((out, sample), wx) in out[plate..].iter_mut().zip(samples).zip(windows) {
+            for ((out, sample), wx) in out[plate - before..].iter_mut().zip(samples).zip(windows) {
                 *out += wy * wx * sample;
             }
         }

@@ -248,10 +248,15 @@ impl Layer {
             },
             ..*scene
         };
+        let operator = |quality| Operator::new(&part, &[weights.to_vec()], quality);
+        let (quick, (exact, local)) = rayon::join(
+            || operator(Quality::Draft),
+            || rayon::join(|| operator(Quality::Final), || Local::new(&part, weights)),
+        );
         Ok(Self {
-            quick: Operator::new(&part, &[weights.to_vec()], Quality::Draft)?,
-            exact: Operator::new(&part, &[weights.to_vec()], Quality::Final)?,
-            local: Local::new(&part, weights)?,
+            quick: quick?,
+            exact: exact?,
+            local: local?,
             window,
             share: shares.map(|shares| cut(scene.width, shares, window)),
         })

@@ -76,10 +76,7 @@ impl Pass {
                 turned_tile(blend, (level.grid.tile, *tile), light, window)
             },
         );
-        // Windows overlap: they are added in order, so that sums do not depend on threads.
-        for part in spread.collect::<Vec<_>>().iter().flatten() {
-            sources.add(part);
-        }
+        sources.add_all(&spread.flatten().collect::<Vec<_>>());
     }
 }
 
@@ -144,16 +141,17 @@ fn add_doubled(finer: &mut Image, coarser: &View) {
         finer.top + finer.height as i32,
     );
     let rows: Vec<i32> = (first.1..end.1).step_by(SQUARE).collect();
-    let parts = rows.par_iter().map_init(Doubling::default, |space, top| {
-        let squares = (first.0..end.0).step_by(SQUARE).map(|left| {
-            let mut square = Image::zeros((left, *top), (SQUARE, SQUARE));
-            doubled(coarser, (left, *top), SQUARE, space, &mut square.samples);
+    let places: Vec<(i32, i32)> = rows
+        .iter()
+        .flat_map(|top| (first.0..end.0).step_by(SQUARE).map(|left| (left, *top)))
+        .collect();
+    let squares = places
+        .par_iter()
+        .map_init(Doubling::default, |space, place| {
+            let mut square = Image::zeros(*place, (SQUARE, SQUARE));
+            doubled(coarser, *place, SQUARE, space, &mut square.samples);
             square.samples.iter_mut().for_each(|v| *v *= 0.25);
             square
         });
-        squares.collect::<Vec<_>>()
-    });
-    for square in parts.collect::<Vec<_>>().iter().flatten() {
-        finer.add(square);
-    }
+    finer.add_all(&squares.collect::<Vec<_>>());
 }

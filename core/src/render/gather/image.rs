@@ -1,5 +1,7 @@
 //! Rectangles of samples at one pyramid level; beyond them there is nothing.
 
+use rayon::prelude::*;
+
 /// A rectangle of samples whose first lies at column `left` and row `top` of the level.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
@@ -53,23 +55,41 @@ impl Image {
 
     /// Adds the samples of `other` that lie in this image.
     pub(super) fn add(&mut self, other: &Self) {
-        let end = |start: i32, size: usize| start + size as i32;
-        let columns =
-            self.left.max(other.left)..end(self.left, self.width).min(end(other.left, other.width));
-        let rows =
-            self.top.max(other.top)..end(self.top, self.height).min(end(other.top, other.height));
-        if columns.is_empty() {
-            return;
-        }
-        for row in rows {
-            let start = |image: &Self| {
-                (row - image.top) as usize * image.width + (columns.start - image.left) as usize
-            };
-            let (to, from) = (start(self), start(other));
-            let out = &mut self.samples[to..to + columns.len()];
-            for (out, sample) in out.iter_mut().zip(&other.samples[from..]) {
-                *out += sample;
+        let place = (self.left, self.top);
+        add_to(place, self.width, &mut self.samples, other);
+    }
+
+    /// Adds the samples of `parts` that lie in this image, in order, so that sums do not depend on threads.
+    pub(super) fn add_all(&mut self, parts: &[Self]) {
+        let (left, top, width) = (self.left, self.top, self.width);
+        let bands = self.samples.par_chunks_mut(BAND * width.max(1));
+        bands.enumerate().for_each(|(band, samples)| {
+            let place = (left, top + (band * BAND) as i32);
+            for part in parts {
+                add_to(place, width, samples, part);
             }
+        });
+    }
+}
+
+/// Rows to which one thread adds.
+const BAND: usize = 32;
+
+/// Adds the samples of `other` that lie in an image `width` wide from `place` on.
+fn add_to((left, top): (i32, i32), width: usize, samples: &mut [f32], other: &Image) {
+    let end = |start: i32, size: usize| start + size as i32;
+    let columns = left.max(other.left)..end(left, width).min(end(other.left, other.width));
+    let height = samples.len() / width.max(1);
+    let rows = top.max(other.top)..end(top, height).min(end(other.top, other.height));
+    if columns.is_empty() {
+        return;
+    }
+    for row in rows {
+        let to = (row - top) as usize * width + (columns.start - left) as usize;
+        let from = (row - other.top) as usize * other.width + (columns.start - other.left) as usize;
+        let out = &mut samples[to..to + columns.len()];
+        for (out, sample) in out.iter_mut().zip(&other.samples[from..]) {
+            *out += sample;
         }
     }
 }
