@@ -33,6 +33,8 @@ pub(super) struct Task<'a> {
     pub(super) known: &'a [Known],
     /// Standard deviation of its noise.
     pub(super) noise: f64,
+    /// How exactly operators and lenses are known, as a share of the light.
+    pub(super) inexact: f64,
     pub(super) rounds: usize,
     pub(super) view: &'a View,
 }
@@ -111,7 +113,7 @@ fn start(task: &Task, fit: f64) -> Result<Vec<f32>> {
 
 impl Task<'_> {
     fn trust(&self) -> Trust {
-        Trust::new(self.blurred, self.noise)
+        Trust::new(self.blurred, self.noise, self.inexact)
     }
 
     /// What `picture` does not explain of the plate, none where more light than clipped samples tell of is seen, and
@@ -126,7 +128,10 @@ impl Task<'_> {
         let count: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
         let counted: Vec<f32> = rest.par_iter().zip(&weights).map(|(r, w)| r * w).collect();
         let square = dot(&rest, &counted) / count.max(1.0);
-        (self.canvas.cropped(&rest), square.sqrt() / trust.deviation())
+        (
+            self.canvas.cropped(&rest),
+            square.sqrt() / trust.deviation(),
+        )
     }
 
     /// What the lens makes of `plane`, told more exactly.
