@@ -10,7 +10,7 @@ use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 
 /// Least and largest side of a square, px.
-const SIDES: [usize; 2] = [96, 768];
+const SIDES: [usize; 2] = [48, 768];
 /// Share of a square that it has in common with the next.
 const COMMON: f64 = 0.5;
 /// Rows that one thread puts together.

@@ -7,6 +7,7 @@
 //! (`saturation`).
 
 mod canvas;
+mod filled;
 mod lens_check;
 mod local;
 mod noise;
@@ -31,13 +32,17 @@ pub use saturation::Saturation;
 
 use crate::error::{Error, Result};
 use crate::render::{Plane, Scene};
+use filled::filled;
 use rayon::prelude::*;
 use solve::{Task, solve};
-use trust::Known;
-use view::View;
+use trust::Trust;
+use view::{Care, View};
 
 /// How exactly operators and lenses are known, as a share of the light: what is less counts as noise.
 const INEXACT: f64 = 2e-3;
+
+/// Shares of light from clipped samples at which a pixel begins to keep its blur, and keeps all of it.
+const LANDED: [f32; 2] = [0.003, 0.02];
 
 /// How blur is removed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,10 +71,11 @@ impl Default for Removal {
 pub struct Removed {
     /// Where the plate lies on the canvas.
     pub canvas: Canvas,
-    /// Light of the whole canvas without the blur, row-major. Beyond the plate it is what lands on the plate from there.
+    /// Light of the whole canvas without the blur, row-major; clipped lights, those many times as
+    /// bright as most, and what they land on keep theirs. Beyond the plate it is what lands on the plate from there.
     pub sharp: Vec<f32>,
     /// The plane less what the lens makes of `sharp`, row-major: noise, and what the lens does not explain. Zero at
-    /// clipped samples.
+    /// clipped samples and what they land on.
     pub rest: Vec<f32>,
     /// Standard deviation of the plane's noise, as given or as told from it.
     pub noise: f64,
@@ -79,7 +85,7 @@ pub struct Removed {
     /// one, the lens does not explain the plate. Lights brighter than most count less.
     pub misfit: f64,
     /// How much of the detail at each pixel of the plate, of all waves up to the pixels' own, is told by the plate, from 0 to
-    /// 1; the rest is as smooth as sharp pictures mostly are. 0 at clipped samples.
+    /// 1; the rest is as smooth as sharp pictures mostly are. 0 where the blur is kept.
     pub confidence: Vec<f32>,
 }
 
@@ -174,14 +180,17 @@ impl Removal {
         let noise = self
             .noise
             .unwrap_or_else(|| noise::deviation(plane.samples, &canvas, &view));
-        let level = self.saturation.level(plane.samples);
+        let level = self.saturation.level(plane.samples, noise);
         let is_clipped = |sample: f32| level.is_some_and(|level| sample >= level);
-        let known = canvas.with_plate(Known::Not, |k| match is_clipped(plane.samples[k]) {
-            true => Known::AtLeast,
-            false => Known::Light,
-        });
+        // Nor are lights so bright that all else would drown in their rounding.
+        let brightest = Trust::brightest(plane.samples, noise);
+        let is_light = |k: &usize| is_clipped(plane.samples[*k]) || plane.samples[*k] > brightest;
+        let kept = self.kept_as_it_is(&canvas, &view, is_light)?;
+        let known = canvas.with_plate(false, |k| kept[k] == 0.0);
+        let on_plate: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
+        let held = filled(plane.samples, scene.width, &on_plate);
         let task = Task {
-            blurred: &canvas.mirrored(plane.samples),
+            blurred: &canvas.mirrored(&held),
             canvas,
             known: &known,
             noise,
@@ -189,17 +198,17 @@ impl Removal {
             rounds: self.rounds,
             view: &view,
         };
-        let (found, bowl) = solve(&task, progress)?;
+        let (mut found, bowl) = solve(&task, progress)?;
         let (rest, misfit) = task.rest(&found);
-        let told = view.mean_over_waves(|h, slope| bowl.told(h, slope))?;
-        let told = canvas.cropped(&told);
-        let confidence =
-            told.iter()
-                .zip(plane.samples)
-                .map(|(told, sample)| match is_clipped(*sample) {
-                    true => 0.0,
-                    false => told.clamp(0.0, 1.0),
-                });
+        let own = canvas.with_plate(0, |k| if kept[k] > 0.0 { k + 1 } else { 0 });
+        for (sample, own) in found.plane.iter_mut().zip(own) {
+            if own > 0 {
+                *sample += kept[own - 1] * (plane.samples[own - 1] - *sample);
+            }
+        }
+        let told = canvas.cropped(&view.mean_over_waves(|h, slope| bowl.told(h, slope))?);
+        let confidence = told.iter().zip(&kept);
+        let confidence = confidence.map(|(told, kept)| told.clamp(0.0, 1.0) * (1.0 - kept));
         let clipped = level.map(|level| {
             let count = plane.samples.iter().filter(|v| is_clipped(**v)).count();
             (f64::from(level), count)
@@ -213,5 +222,27 @@ impl Removal {
             misfit,
             confidence: confidence.collect(),
         })
+    }
+
+    /// How much of each of the plate's pixels keeps its blur, 0 to 1: clipped samples say only that there was more light,
+    /// and to sharpen what they land on makes it ring.
+    fn kept_as_it_is(
+        &self,
+        canvas: &Canvas,
+        view: &View,
+        is_light: impl Fn(&usize) -> bool,
+    ) -> Result<Vec<f32>> {
+        let count = canvas.plate.0 * canvas.plate.1;
+        if !(0..count).any(|k| is_light(&k)) {
+            return Ok(vec![0.0; count]);
+        }
+        let lights = canvas.with_plate(0.0, |k| f32::from(u8::from(is_light(&k))));
+        let landed = canvas.cropped(&view.blurred(&lights, Care::Quick)?);
+        let [least, most] = LANDED;
+        let kept = |(k, landed): (usize, &f32)| match is_light(&k) {
+            true => 1.0,
+            false => ((landed - least) / (most - least)).clamp(0.0, 1.0),
+        };
+        Ok(landed.iter().enumerate().map(kept).collect())
     }
 }

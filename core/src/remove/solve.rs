@@ -9,7 +9,7 @@
 use super::canvas::Canvas;
 use super::prior::{Slopes, common_slopes, slope_lengths};
 use super::sums::{Typical, add, dot};
-use super::trust::{Known, Trust};
+use super::trust::Trust;
 use super::view::{Care, View};
 use crate::error::Result;
 use crate::render::stopped;
@@ -26,11 +26,16 @@ const TELLINGS: usize = 2;
 /// Least mean square slope that the Wiener filter reckons with, in variances of the noise: below, it would damp what
 /// the windows of its squares alone are made of.
 const LEAST_STRENGTH: f64 = 20.0;
+/// Share of what the local spectra's picture leaves unexplained that is never gone after: where a lens changes so much within
+/// a square that they tell little, directions are poor, and a picture would ring long before it fits.
+const STEEP: f64 = 0.25;
+
 /// A plane on its canvas.
 pub(super) struct Task<'a> {
     pub(super) blurred: &'a [f32],
     pub(super) canvas: Canvas,
-    pub(super) known: &'a [Known],
+    /// Which of the canvas's samples are the plate's own.
+    pub(super) known: &'a [bool],
     /// Standard deviation of its noise.
     pub(super) noise: f64,
     /// How exactly operators and lenses are known, as a share of the light.
@@ -60,22 +65,31 @@ pub(super) struct Bowl {
 pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<(Seen, Bowl)> {
     let width = task.canvas.size().0;
     let trust = task.trust();
+    let weights = task.weights(&trust);
     let fit = trust.deviation().powi(-2);
     let mut picture = task.seen_well(start(task, fit)?)?;
     let mut multiplier = Slopes::none(task.blurred.len(), width);
     let mut last: Option<Seen> = None;
+    let (mut scale, mut first_misfit) = (f64::INFINITY, 0.0_f64);
     let mut bowl = Bowl { fit, stiff: 0.0 };
     for round in 0..task.rounds {
         if !progress(round as f64 / task.rounds as f64) {
             return Err(stopped());
         }
-        let scale = Typical::of(slope_lengths(&picture.plane, width)).mean;
+        // Ringing has slopes of its own, which must not be taken for the picture's.
+        scale = Typical::of(slope_lengths(&picture.plane, width))
+            .mean
+            .min(scale);
         if scale == 0.0 {
             break;
         }
         bowl.stiff = WEIGHT / (SHORTER * scale * scale);
         let pull = multiplier.turned(&picture.plane, (SHORTER * scale) as f32);
-        let weights = task.weights(&trust, &picture);
+        // What the picture so far leaves unexplained counts as noise: to go after it at once would make it ring.
+        let misfit = task.misfit(&picture, &weights) / trust.deviation();
+        first_misfit = first_misfit.max(misfit);
+        let least = (STEEP * first_misfit).max(1.0);
+        bowl.fit = fit / misfit.max(least).powi(2);
         let descent = task.descent(&bowl, &picture, &pull, &weights)?;
         let mut ways = vec![task.seen(task.eased(&bowl, &descent)?)?];
         ways.extend(last.take());
@@ -94,8 +108,10 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<(Seen
 fn start(task: &Task, fit: f64) -> Result<Vec<f32>> {
     let Task { blurred, .. } = *task;
     let width = task.canvas.size().0;
-    let count = blurred.len() as f64;
-    let square = |plane: &[f32]| common_slopes(plane, plane, width) / count;
+    let square = |plane: &[f32]| {
+        let slopes = Typical::of(slope_lengths(plane, width));
+        slopes.root_mean_square.powi(2)
+    };
     // The blurred picture's are less steep, and noise has slopes of its own.
     let mut strength = 2.0 * square(blurred);
     let least = LEAST_STRENGTH / fit;
@@ -115,22 +131,26 @@ impl Task<'_> {
         Trust::new(self.blurred, self.noise, self.inexact)
     }
 
-    /// What `picture` does not explain of the plate, none where more light than clipped samples tell of is seen, and
-    /// the root of its mean square in standard deviations of what is not known.
+    /// What `picture` does not explain of the plate, none where nothing is known, and the root of its mean square in standard deviations of what is not known.
     pub(super) fn rest(&self, picture: &Seen) -> (Vec<f32>, f64) {
         let trust = self.trust();
-        let weights = self.weights(&trust, picture);
+        let weights = self.weights(&trust);
         let both = self.blurred.par_iter().zip(&picture.blurred).zip(&weights);
         let rest: Vec<f32> = both
             .map(|((b, seen), weight)| if *weight > 0.0 { b - seen } else { 0.0 })
             .collect();
+        let misfit = self.misfit(picture, &weights) / trust.deviation();
+        (self.canvas.cropped(&rest), misfit)
+    }
+
+    /// Root of the weighted mean square of what `picture` does not explain.
+    fn misfit(&self, picture: &Seen, weights: &[f32]) -> f64 {
+        let both = self.blurred.par_iter().zip(&picture.blurred).zip(weights);
+        let rest: Vec<f32> = both
+            .map(|((b, seen), weight)| (b - seen) * weight.sqrt())
+            .collect();
         let count: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
-        let counted: Vec<f32> = rest.par_iter().zip(&weights).map(|(r, w)| r * w).collect();
-        let square = dot(&rest, &counted) / count.max(1.0);
-        (
-            self.canvas.cropped(&rest),
-            square.sqrt() / trust.deviation(),
-        )
+        (dot(&rest, &rest) / count.max(1.0)).sqrt()
     }
 
     /// What the lens makes of `plane`, told more exactly.
@@ -148,14 +168,10 @@ impl Task<'_> {
         })
     }
 
-    /// How much each pixel counts beside `picture`.
-    fn weights(&self, trust: &Trust, picture: &Seen) -> Vec<f32> {
-        let both = self
-            .blurred
-            .par_iter()
-            .zip(&picture.blurred)
-            .zip(self.known);
-        both.map(|((b, seen), known)| trust.weight(*known, *b, *seen))
+    /// How much each pixel counts.
+    fn weights(&self, trust: &Trust) -> Vec<f32> {
+        let both = self.blurred.par_iter().zip(self.known);
+        both.map(|(b, known)| if *known { trust.weight(*b) } else { 0.0 })
             .collect()
     }
 

@@ -32,8 +32,8 @@ impl BlurField for Growing {
     fn blur_at(&self, _channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
         let rho = at.radius() / self.frame.corner_radius();
         let strength = self.strength * (1.0 + vergence_per_m);
-        let radial = strength * (0.8 + 2.2 * rho * rho);
-        let across = strength * (0.8 + 0.8 * rho * rho);
+        let radial = strength * (0.8 + 1.4 * rho * rho);
+        let across = strength * (0.8 + 0.6 * rho * rho);
         let moments = MeridionalMoments {
             mu20: radial * radial,
             mu02: across * across,

@@ -2,16 +2,9 @@
 
 use super::sums::Typical;
 
-/// What the plate tells of a pixel of the canvas.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Known {
-    /// Nothing: it lies beyond the plate.
-    Not,
-    /// Its light.
-    Light,
-    /// That there was at least as much light.
-    AtLeast,
-}
+/// Lights are so many times as bright as most samples, and as noise, at least.
+const LIGHT: f64 = 20.0;
+const LIGHT_OF_NOISE: f64 = 1000.0;
 
 /// The noise of a plane and what else a picture cannot be told by.
 #[derive(Debug, Clone, Copy)]
@@ -44,16 +37,14 @@ impl Trust {
         self.typical.sqrt()
     }
 
-    /// How much a sample counts beside a picture that is seen as `seen`, from 0 to 1: less where it is brighter than most.
-    pub(super) fn weight(&self, known: Known, sample: f32, seen: f32) -> f32 {
-        let counts = match known {
-            Known::Not => false,
-            Known::Light => true,
-            Known::AtLeast => seen < sample,
-        };
-        if !counts {
-            return 0.0;
-        }
+    /// What is brighter than this is a light of its own, in a plane with noise of a standard deviation.
+    pub(super) fn brightest(plane: &[f32], noise: f64) -> f32 {
+        let light = Typical::of(plane.iter().map(|v| v.abs()).collect());
+        (LIGHT * light.most).max(LIGHT_OF_NOISE * noise) as f32
+    }
+
+    /// How much a sample counts, from 0 to 1: less where it is brighter than most.
+    pub(super) fn weight(&self, sample: f32) -> f32 {
         let variance = self.noise + (self.inexact * f64::from(sample)).powi(2);
         if variance <= self.most {
             return 1.0;
@@ -72,16 +63,8 @@ mod tests {
         plane[3] = 1e4;
         let trust = Trust::new(&plane, 0.001, 2e-3);
         assert!((trust.deviation() - 0.001_f64.hypot(2e-3 * 0.2)).abs() < 1e-6);
-        assert_eq!(trust.weight(Known::Light, 0.2, 0.0), 1.0);
-        assert!(trust.weight(Known::Light, 1e4, 0.0) < 1e-6);
-    }
-
-    #[test]
-    fn clipped_samples_count_while_the_picture_is_darker() {
-        let trust = Trust::new(&[0.5; 10], 0.01, 2e-3);
-        assert_eq!(trust.weight(Known::AtLeast, 0.5, 0.4), 1.0);
-        assert_eq!(trust.weight(Known::AtLeast, 0.5, 0.6), 0.0);
-        assert_eq!(trust.weight(Known::Not, 0.5, 0.4), 0.0);
+        assert_eq!(trust.weight(0.2), 1.0);
+        assert!(trust.weight(1e4) < 1e-6);
     }
 
     #[test]

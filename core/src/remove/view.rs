@@ -159,10 +159,10 @@ impl View {
 
     /// The sum of what `one` makes of each layer's window.
     fn over_layers(&self, one: impl Fn(&Layer) -> Result<Vec<f32>> + Sync) -> Result<Vec<f32>> {
-        if let [only] = self.layers.as_slice() {
-            if only.share.is_none() {
-                return one(only);
-            }
+        if let [only] = self.layers.as_slice()
+            && only.share.is_none()
+        {
+            return one(only);
         }
         let mut out = vec![0.0; self.size.0 * self.size.1];
         // In order, so that sums do not depend on threads.
