@@ -9,6 +9,7 @@ mod eval;
 mod fit;
 mod lens;
 mod picture;
+mod plates;
 mod psf;
 
 pub use diagnose::self_test;

@@ -6,10 +6,8 @@ use clap::{Args, ValueEnum};
 use seidel_core::Result;
 use seidel_core::render::{Holdout, Occlusion};
 
-use super::super::CommandError;
-use super::Vergences;
-use super::depth::DepthMeaning;
-use super::depth_check::PlateView;
+use crate::commands::CommandError;
+use crate::commands::plates::{DepthMeaning, PlateView, Vergences};
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::error::FileError;
 use crate::files::matte::Matte;

@@ -6,14 +6,14 @@ use seidel_core::predict::Predictor;
 use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT, Plane, PlateMap, develop};
 use seidel_core::{Error, Result};
 
-use super::super::CommandError;
+use crate::commands::CommandError;
 use crate::files::error::FileError;
 use crate::files::flat_plate::Encoding;
 use crate::files::plate::{Plate, PlateOptions};
 
 /// Options about the plate.
 #[derive(Debug, Args)]
-pub(super) struct PlateArgs {
+pub(crate) struct PlateArgs {
     /// EXR layer or part to blur; the root R, G, B (or Y) and A if left out
     #[arg(long)]
     layer: Option<String>,
@@ -35,7 +35,7 @@ pub(super) struct PlateArgs {
     /// Plate pixels per pixel of the lens's frame, counted along y; if left out the plate's display window is as
     /// wide as the lens's full frame, pixel aspect included
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
-    pub(super) lens_scale: Option<f64>,
+    pub(crate) lens_scale: Option<f64>,
     /// Width of a plate pixel over its height, such as 2 for an anamorphic plate not yet desqueezed; if left out
     /// as the EXR's pixelAspectRatio says, 1 for PNG and TIFF. The lens sees the plate as wide as its pixels make
     /// it: blur and displacement along x are 1/P as many pixels
@@ -68,7 +68,7 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
 
 /// The planes of a plate as light: colour premultiplied, then alpha where there is one, then the alpha of each
 /// colour alone where asked for.
-pub(super) struct Light {
+pub(crate) struct Light {
     planes: Vec<Vec<f32>>,
     colours: usize,
     own_alphas: usize,
@@ -77,7 +77,7 @@ pub(super) struct Light {
 }
 
 impl PlateArgs {
-    pub(super) fn options(&self) -> PlateOptions {
+    pub(crate) fn options(&self) -> PlateOptions {
         PlateOptions {
             layer: self.layer.clone(),
             encoding: self.encoding.map(|choice| match choice {
@@ -92,7 +92,7 @@ impl PlateArgs {
     ///
     /// # Errors
     /// One that no renderer follows.
-    pub(super) fn pixel_aspect(&self, plate: &Plate) -> std::result::Result<f64, CommandError> {
+    pub(crate) fn pixel_aspect(&self, plate: &Plate) -> std::result::Result<f64, CommandError> {
         let aspect = self.pixel_aspect.unwrap_or_else(|| plate.pixel_aspect());
         if (1.0 / MOST_PIXEL_ASPECT..=MOST_PIXEL_ASPECT).contains(&aspect) {
             return Ok(aspect);
@@ -113,7 +113,7 @@ impl PlateArgs {
     }
 
     /// The planes to blur; remarks go to `said`.
-    pub(super) fn light(
+    pub(crate) fn light(
         &self,
         plate: &Plate,
         said: &mut Vec<String>,
@@ -167,28 +167,28 @@ impl PlateArgs {
 
 impl Light {
     /// How many planes there are, alpha included.
-    pub(super) fn plane_count(&self) -> usize {
+    pub(crate) fn plane_count(&self) -> usize {
         self.planes.len()
     }
 
     /// How many planes are colour, the first ones.
-    pub(super) fn colour_count(&self) -> usize {
+    pub(crate) fn colour_count(&self) -> usize {
         self.colours
     }
 
     /// The largest size of a colour sample.
-    pub(super) fn peak(&self) -> f64 {
+    pub(crate) fn peak(&self) -> f64 {
         let samples = self.planes[..self.colours].iter().flatten();
         f64::from(samples.fold(0.0, |most: f32, v| most.max(v.abs())))
     }
 
     /// The planes as they are.
-    pub(super) fn copied(&self) -> Vec<Vec<f32>> {
+    pub(crate) fn copied(&self) -> Vec<Vec<f32>> {
         self.planes.clone()
     }
 
     /// The planes with the weights of [`plate_weights`].
-    pub(super) fn with_weights<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
+    pub(crate) fn with_weights<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
         self.planes
             .iter()
             .zip(weights)
@@ -197,14 +197,14 @@ impl Light {
     }
 
     /// Turns the light of blurred colour planes into what the lens's sensor records; alpha stays.
-    pub(super) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
+    pub(crate) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
         for (plane, weights) in blurred[..self.colours].iter_mut().zip(weights) {
             develop(lens, weights, plane);
         }
     }
 
     /// Puts blurred planes back into the plate, in the plate's own premultiplication.
-    pub(super) fn put_back(
+    pub(crate) fn put_back(
         &self,
         plate: &mut Plate,
         mut blurred: Vec<Vec<f32>>,
@@ -245,7 +245,7 @@ impl Light {
 ///
 /// # Errors
 /// A colour plane for which the lens has no channel.
-pub(super) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f64>>> {
     let names = lens.channel_names();
     let mut weights: Vec<Vec<f64>> = Vec::new();
     for name in plate.colour_names() {
@@ -288,7 +288,7 @@ pub(super) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f
 /// Where the plate lies in the lens's frame, or where pixels are not square in that of
 /// [`NonSquare`](seidel_core::render::NonSquare): centre on centre, the display window as wide as the frame unless
 /// `scale` says otherwise.
-pub(super) fn plate_map(
+pub(crate) fn plate_map(
     plate: &Plate,
     lens: &Predictor,
     scale: Option<f64>,

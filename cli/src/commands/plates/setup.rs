@@ -7,24 +7,25 @@ use super::adjust::AdjustArgs;
 use super::focus::FocusArgs;
 use crate::commands::CommandError;
 use crate::commands::drawing::{Drawing, DrawingArgs};
+
 use crate::files::animation::{Animation, Between};
 use crate::files::error::FileError;
 
 /// How a frame's lens is to be.
 #[derive(Debug, Clone)]
-pub(super) struct Settings {
-    pub(super) drawing: DrawingArgs,
-    pub(super) adjust: AdjustArgs,
-    pub(super) focus: FocusArgs,
+pub(crate) struct Settings {
+    pub(crate) drawing: DrawingArgs,
+    pub(crate) adjust: AdjustArgs,
+    pub(crate) focus: FocusArgs,
 }
 
 /// A frame's lens.
-pub(super) struct Setup {
-    pub(super) drawing: Drawing,
-    pub(super) adjust: AdjustArgs,
-    pub(super) focus: FocusArgs,
+pub(crate) struct Setup {
+    pub(crate) drawing: Drawing,
+    pub(crate) adjust: AdjustArgs,
+    pub(crate) focus: FocusArgs,
     /// What the lens was focused at, where that was said.
-    pub(super) focused_at: Option<ObjectDistance>,
+    pub(crate) focused_at: Option<ObjectDistance>,
 }
 
 /// What changes a setting to a value.
@@ -78,7 +79,7 @@ const COLUMNS: [(&str, Between, Change); 10] = [
 const CHANNEL: &str = "channel-scale.";
 
 /// Refuses a table with columns that are no options.
-pub(super) fn check_names(table: &Animation) -> Result<(), CommandError> {
+pub(crate) fn check_names(table: &Animation) -> Result<(), CommandError> {
     let known = |name: &str| {
         name.starts_with(CHANNEL) || COLUMNS.iter().any(|(column, _, _)| *column == name)
     };
@@ -97,7 +98,7 @@ pub(super) fn check_names(table: &Animation) -> Result<(), CommandError> {
 
 impl Settings {
     /// The same with what `table` says about `frame`.
-    pub(super) fn at(mut self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
+    pub(crate) fn at(mut self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
         let in_table = |name: &str, e| {
             let e: seidel_core::Error = e;
             FileError::from_core(table.path(), e.within(&format!("frame {frame}, {name}")))
@@ -118,7 +119,7 @@ impl Settings {
     }
 
     /// Sets the lens that was `measured`, of the file `path`; remarks go to `said`.
-    pub(super) fn open(
+    pub(crate) fn open(
         self,
         measured: &LensProfile,
         path: &std::path::Path,
