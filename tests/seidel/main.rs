@@ -22,6 +22,7 @@ mod occlusion;
 mod pinholes;
 mod psf_command;
 mod reference_tables;
+mod remove;
 mod self_test;
 mod sequences;
 mod support;

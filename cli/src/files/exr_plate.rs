@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
 use exr::meta::attribute::{AttributeValue, KeyCode, LineOrder, SampleType, Text};
-use exr::prelude::Compression;
+use exr::prelude::{Compression, Vec2};
 use half::f16;
 
 use super::error::{FileError, Result};
 use super::exr_file::{read_exr, write_exr};
 use super::limits::Limits;
+use super::windows::held;
 
 /// Name of the text attribute that takes the place of the film key code; see [`ExrPlate::open`].
 pub const KEY_CODE_TEXT: &str = "keyCodeText";
@@ -357,6 +358,25 @@ impl ExrPlate {
             }
         }
         list.sort_by(|a, b| a.name.cmp(&b.name));
+    }
+
+    /// Gives the part of `id` another data window: all of its channels are cut to it, and beyond what they were they
+    /// are as their nearest pixel. Smaller copies of the picture are dropped.
+    pub fn reframe(&mut self, id: ChannelId, to: Window) {
+        let from = self.data_window(id);
+        let layer = &mut self.image.layer_data[id.part];
+        for channel in &mut layer.channel_data.list {
+            keep_full_level(&mut channel.sample_data);
+            if let Levels::Singular(samples) = &mut channel.sample_data {
+                *samples = match samples {
+                    FlatSamples::F16(samples) => FlatSamples::F16(held(samples, from, to)),
+                    FlatSamples::F32(samples) => FlatSamples::F32(held(samples, from, to)),
+                    FlatSamples::U32(samples) => FlatSamples::U32(held(samples, from, to)),
+                };
+            }
+        }
+        layer.size = Vec2(to.width, to.height);
+        layer.attributes.layer_position = Vec2(to.x, to.y);
     }
 
     /// Writes the plate whole or not at all.

@@ -21,6 +21,7 @@ mod png_file;
 pub mod sequence;
 mod tiff_file;
 mod tile_image;
+pub mod windows;
 
 pub use error::{FileError, Result};
 

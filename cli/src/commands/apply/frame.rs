@@ -59,14 +59,18 @@ impl Job<'_> {
     fn read_frame(&self, index: usize) -> Result<ReadFrame, CommandError> {
         let frame = &self.frames[index];
         let [depth, matte, matte_depth] = self.files(frame);
-        let read = self
+        let mut read = self
             .shared
             .open_plate(&frame.input, frame.number, depth, index == 0)?;
         let view = self.shared.view(&read.setup, &read.plate)?;
         let files = (matte, matte_depth);
-        let holdout = self
-            .holdout
-            .read(&read.plate, files, self.shared.meaning, &view)?;
+        let holdout = self.holdout.read(
+            &read.plate,
+            files,
+            self.shared.meaning,
+            &view,
+            &mut read.said,
+        )?;
         Ok(ReadFrame { read, holdout })
     }
 
@@ -79,10 +83,7 @@ impl Job<'_> {
             mut said,
         } = frame.read;
         if setup.adjust.is_nothing() {
-            // As it is to the bit, and not only to the rounding of a render; but for what was scrubbed.
-            if !plate.non_finite().is_empty() {
-                light.put_back(&mut plate, light.copied())?;
-            }
+            light.keep(&mut plate)?;
             if self.args.verbose {
                 said.push("not rendered: at --amount 0 the plate stays as it is".into());
             }

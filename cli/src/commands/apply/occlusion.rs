@@ -117,6 +117,7 @@ impl HoldoutSource {
         (matte, depth): (Option<&Path>, Option<&Path>),
         meaning: DepthMeaning,
         view: &PlateView,
+        said: &mut Vec<String>,
     ) -> std::result::Result<Option<HoldoutPixels>, CommandError> {
         let Some(file) = matte else {
             return Ok(None);
@@ -124,7 +125,8 @@ impl HoldoutSource {
         let window = plate.data_window();
         let channel = |spec: &Option<DepthSpec>| spec.as_ref().and_then(|s| s.channel.clone());
         let matte = Matte::open(file, channel(&self.matte).as_deref())?;
-        let samples = matte.over(window)?;
+        let (samples, remark) = matte.over(plate.windows())?;
+        said.extend(remark);
         if let Some(at) = samples.iter().position(|v| !(0.0..=1.0).contains(v)) {
             return Err(FileError::new(
                 file,
@@ -142,7 +144,8 @@ impl HoldoutSource {
         let vergence = depth
             .map(|file| -> std::result::Result<_, CommandError> {
                 let pass = DepthPass::open(file, channel(&self.depth).as_deref())?;
-                let samples = pass.over(window)?;
+                let (samples, remark) = pass.over(plate.windows())?;
+                said.extend(remark);
                 let reading = meaning.read(&samples, window.width, view);
                 let reading = reading.map_err(|e| FileError::from_core(file, e))?;
                 Ok(Vergences::PerPixel(reading.vergence))

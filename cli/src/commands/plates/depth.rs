@@ -212,7 +212,8 @@ impl DepthSource {
                 )
             })?,
         };
-        let samples = pass.over(plate.data_window())?;
+        let (samples, remark) = pass.over(plate.windows())?;
+        said.extend(remark);
         let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
         };

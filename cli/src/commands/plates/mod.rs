@@ -46,6 +46,7 @@ impl From<Geometry> for Displacement {
 }
 
 /// Object vergence of a plate's pixels, 1/m.
+#[derive(Clone)]
 pub(crate) enum Vergences {
     Constant(f64),
     PerPixel(Vec<f32>),

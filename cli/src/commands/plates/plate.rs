@@ -1,6 +1,7 @@
 //! The light of a plate: its planes, premultiplied, and how lens channels act on them.
 
 use clap::{Args, ValueEnum};
+use rayon::prelude::*;
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT, Plane, PlateMap, develop};
@@ -70,6 +71,7 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
 /// colour alone where asked for.
 pub(crate) struct Light {
     planes: Vec<Vec<f32>>,
+    names: Vec<String>,
     colours: usize,
     own_alphas: usize,
     has_alpha: bool,
@@ -149,8 +151,13 @@ impl PlateArgs {
                 Some(choice) => choice == AlphaChoice::Unpremultiplied,
                 None => !plate.is_premultiplied(),
             };
+        let mut names = plate.colour_names().to_vec();
+        names.extend(has_alpha.then(|| "A".to_owned()));
+        let of_colour = |name: &String| format!("alpha.{name}");
+        names.extend(plate.colour_names().iter().take(count).map(of_colour));
         let mut light = Light {
             planes,
+            names,
             colours,
             own_alphas: count,
             has_alpha,
@@ -203,6 +210,49 @@ impl Light {
         }
     }
 
+    /// Turns what the lens's sensor recorded back into the light of the colour planes: undoes [`Light::develop`]. Of
+    /// what is clipped, the least light that is.
+    pub(crate) fn undevelop(&mut self, lens: &Predictor, weights: &[Vec<f64>]) {
+        for (plane, weights) in self.planes[..self.colours].iter_mut().zip(weights) {
+            let shares = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
+            let tones: Vec<_> = shares.map(|(k, w)| (lens.tone(k), *w)).collect();
+            if tones.iter().all(|(tone, _)| tone.is_linear()) {
+                continue;
+            }
+            let seen = |light: f64| tones.iter().map(|(tone, w)| w * tone.of(light)).sum();
+            plane.par_iter_mut().for_each(|sample| {
+                *sample = light_of(f64::from(*sample), seen) as f32;
+            });
+        }
+    }
+
+    /// Other planes in place of these, of any one size.
+    pub(crate) fn with_planes(&self, planes: Vec<Vec<f32>>) -> Self {
+        Self {
+            planes,
+            names: self.names.clone(),
+            ..*self
+        }
+    }
+
+    /// The planes.
+    pub(crate) fn planes(&self) -> &[Vec<f32>] {
+        &self.planes
+    }
+
+    /// Their names: R, G, B or Y, then A, then alpha.R and so on.
+    pub(crate) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Leaves `plate` as it is, to the bit and not only to the rounding of a render; but for what was scrubbed.
+    pub(crate) fn keep(&self, plate: &mut Plate) -> std::result::Result<(), CommandError> {
+        match plate.non_finite().is_empty() {
+            true => Ok(()),
+            false => self.put_back(plate, self.copied()),
+        }
+    }
+
     /// Puts blurred planes back into the plate, in the plate's own premultiplication.
     pub(crate) fn put_back(
         &self,
@@ -236,6 +286,24 @@ impl Light {
             }
         }
     }
+}
+
+/// Light beyond which no sensor tells more from less.
+const MOST_LIGHT: f64 = 1e6;
+
+/// The least light that is `seen`, which grows with light and is odd, as `sample`: by bisection.
+fn light_of(sample: f64, seen: impl Fn(f64) -> f64) -> f64 {
+    let size = sample.abs().min(seen(MOST_LIGHT));
+    let (mut low, mut high) = (0.0, MOST_LIGHT);
+    for _ in 0..64 {
+        let middle = (low + high) / 2.0;
+        if seen(middle) < size * (1.0 - 1e-9) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high.copysign(sample)
 }
 
 /// How much each lens channel acts on each plane of the plate, in the order of [`Light`]: a colour plane takes
@@ -311,5 +379,29 @@ pub(crate) fn plate_map(
             corner(height, display.y, display.height, data.y),
         ),
         scale,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use seidel_core::sensor::Tone;
+
+    #[test]
+    fn light_is_told_from_what_a_sensor_makes_of_it() {
+        let tone = Tone {
+            gamma: 0.8,
+            knee: 0.5,
+            clip: 1.2,
+        };
+        for light in [0.0, 0.001, 0.3, 1.0, -0.4] {
+            let found = light_of(tone.of(light), |l| tone.of(l));
+            assert!((found - light).abs() < 1e-6, "{light}: {found}");
+        }
+        let clipped = light_of(1.2, |l| tone.of(l));
+        assert!(
+            clipped < 4.0 && (tone.of(clipped) - 1.2).abs() < 1e-6,
+            "{clipped}"
+        );
     }
 }

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use clap::Args;
 use seidel_core::profile::LensProfile;
-use seidel_core::render::{BlurField, Edges, NonSquare, PlateExtent, Scene};
+use seidel_core::render::{BlurField, Edges, Gather, NonSquare, Occlusion, PlateExtent, Scene};
 
 use super::adjust::AdjustArgs;
 use super::depth::{DepthArgs, DepthMeaning, DepthSource};
 use super::depth_check::PlateView;
 use super::focus::FocusArgs;
 use super::plate::{Light, PlateArgs, plate_map, plate_weights};
+use super::rendering::Rendering;
 use super::setup::{Settings, Setup, check_names};
 use super::{Geometry, Vergences};
 use crate::commands::drawing::DrawingArgs;
@@ -195,6 +196,41 @@ impl<'a> Shared<'a> {
         );
         let offset = setup.adjust.axis_offset_px();
         Ok(PlateView::new(&setup.drawing.lens, (map, aspect), offset))
+    }
+
+    /// The planes of light that `seidel apply`, its options about quality, edges and occlusion left out, makes of a
+    /// plate; `progress` is told the share done.
+    pub(crate) fn applied(
+        &self,
+        read: &ReadPlate,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Vec<Vec<f32>>, CommandError> {
+        let ReadPlate {
+            setup,
+            plate,
+            light,
+            vergence,
+            ..
+        } = read;
+        if setup.adjust.is_nothing() {
+            return Ok(light.copied());
+        }
+        self.seen(setup, plate, vergence.clone(), |sight| {
+            let rendering = Rendering {
+                scene: &sight.scene,
+                planes: &light.with_weights(sight.weights),
+                occlusion: Some(Occlusion::default()),
+                extended: false,
+            };
+            let tell = |share| {
+                progress(share);
+                true
+            };
+            let blurred = rendering.by(&Gather::default(), &tell);
+            let mut blurred = blurred.map_err(|e| FileError::from_core(plate.path(), e))?;
+            light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
+            Ok(blurred)
+        })
     }
 
     /// Does `then` with what there is to draw of `plate` at some vergences.

@@ -1,0 +1,120 @@
+//! Data windows: samples of one over another.
+
+use super::error::{FileError, Result};
+use super::exr_plate::Window;
+use std::path::Path;
+
+/// Where planes lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Windows {
+    /// The pixels that there are.
+    pub data: Window,
+    /// The picture proper.
+    pub display: Window,
+}
+
+impl Windows {
+    /// Of a picture that is all there is, its corner at (0, 0).
+    pub fn of_size(width: usize, height: usize) -> Self {
+        let data = Window {
+            x: 0,
+            y: 0,
+            width,
+            height,
+        };
+        Self {
+            data,
+            display: data,
+        }
+    }
+}
+
+impl Window {
+    /// The same with as many columns and rows more on either side.
+    pub fn grown(self, columns: usize, rows: usize) -> Self {
+        let less = |at: i32, by: usize| at.saturating_sub(i32::try_from(by).unwrap_or(i32::MAX));
+        Self {
+            x: less(self.x, columns),
+            y: less(self.y, rows),
+            width: self.width + 2 * columns,
+            height: self.height + 2 * rows,
+        }
+    }
+
+    /// Whether any pixel is in both.
+    fn meets(self, other: Self) -> bool {
+        let overlap = |a: i32, a_size: usize, b: i32, b_size: usize| {
+            i64::from(a) < i64::from(b) + b_size as i64
+                && i64::from(b) < i64::from(a) + a_size as i64
+        };
+        overlap(self.x, self.width, other.x, other.width)
+            && overlap(self.y, self.height, other.y, other.height)
+    }
+}
+
+/// Cuts the samples of `from` down to `to`; `None` where `to` is not wholly inside `from`.
+pub fn crop<T: Copy>(samples: &[T], from: Window, to: Window) -> Option<Vec<T>> {
+    let within = |inner: i32, inner_size: usize, outer: i32, outer_size: usize| {
+        let first = i64::from(inner) - i64::from(outer);
+        first >= 0 && first as u64 + inner_size as u64 <= outer_size as u64
+    };
+    let fits = within(to.x, to.width, from.x, from.width)
+        && within(to.y, to.height, from.y, from.height)
+        && samples.len() == from.width.checked_mul(from.height)?;
+    fits.then(|| held(samples, from, to))
+}
+
+/// The samples of `from` over any other window, beyond `from` its nearest pixel; nothing where `from` is empty.
+pub fn held<T: Copy>(samples: &[T], from: Window, to: Window) -> Vec<T> {
+    if samples.is_empty() || samples.len() != from.width * from.height {
+        return Vec::new();
+    }
+    let nearest = |at: usize, to: i32, from: i32, size: usize| {
+        let at = i64::from(to) + at as i64 - i64::from(from);
+        at.clamp(0, size as i64 - 1) as usize
+    };
+    let columns: Vec<usize> = (0..to.width)
+        .map(|x| nearest(x, to.x, from.x, from.width))
+        .collect();
+    let mut out = Vec::with_capacity(to.width * to.height);
+    for y in 0..to.height {
+        let row = nearest(y, to.y, from.y, from.height);
+        let row = &samples[row * from.width..][..from.width];
+        out.extend(columns.iter().map(|&x| row[x]));
+    }
+    out
+}
+
+/// The `samples` of `what`, in `file`, over the data window of a plate: cut out of a larger window; as they are where
+/// only the place differs but not the size; beyond a smaller window of the same picture its nearest pixel, of which
+/// there is a remark.
+///
+/// # Errors
+/// Samples that do not cover the plate and are not of the same picture.
+pub fn fitted(
+    samples: &[f32],
+    from: Windows,
+    plate: Windows,
+    (file, what): (&Path, &str),
+) -> Result<(Vec<f32>, Option<String>)> {
+    let (own, wanted) = (from.data, plate.data);
+    if let Some(cut) = crop(samples, own, wanted) {
+        return Ok((cut, None));
+    }
+    if (own.width, own.height) == (wanted.width, wanted.height) {
+        return Ok((samples.to_vec(), None));
+    }
+    if from.display == plate.display && own.meets(wanted) {
+        let said = format!(
+            "{}, {what}: covers {own}, the plate {wanted}; beyond, its nearest pixel is taken",
+            file.display()
+        );
+        return Ok((held(samples, own, wanted), Some(said)));
+    }
+    Err(FileError::new(
+        file,
+        what,
+        format!("covers {own}, the plate {wanted}"),
+        "render both at one size and data window",
+    ))
+}
