@@ -16,6 +16,7 @@ mod sums;
 #[cfg(test)]
 mod tests;
 mod transform;
+mod trust;
 mod view;
 
 pub use canvas::Canvas;
@@ -24,7 +25,8 @@ pub use saturation::Saturation;
 use crate::error::{Error, Result};
 use crate::render::{Plane, Scene};
 use rayon::prelude::*;
-use solve::{Known, Task, solve};
+use solve::{Task, solve};
+use trust::Known;
 use view::View;
 
 /// How blur is removed.
@@ -63,16 +65,12 @@ pub struct Removed {
     pub noise: f64,
     /// The level from which on samples are clipped, and how many are.
     pub clipped: Option<(f64, usize)>,
+    /// Root of the mean square of `rest`, in standard deviations of what the noise and inexact lenses let expect: well above
+    /// one, the lens does not explain the plate. Lights brighter than most count less.
+    pub misfit: f64,
 }
 
 impl Removed {
-    /// Root of the mean square of `rest` in standard deviations of the noise: well above one, the lens does not explain
-    /// the plate.
-    pub fn misfit(&self) -> f64 {
-        let squares = self.rest.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>();
-        (squares / self.rest.len().max(1) as f64).sqrt() / self.noise
-    }
-
     /// The noise of the plate, on the canvas: `rest`, held within three standard deviations of the noise, mirrored
     /// beyond the plate. Added to `sharp` it gives the picture the plate's own grain.
     pub fn grain(&self) -> Vec<f32> {
@@ -144,6 +142,7 @@ impl Removal {
                 rest: vec![0.0; plane.samples.len()],
                 noise: self.noise.unwrap_or(0.0),
                 clipped: None,
+                misfit: 0.0,
             });
         }
         let view = View::new(scene, &canvas, plane.weights)?;
@@ -165,21 +164,18 @@ impl Removal {
             view: &view,
         };
         let found = solve(&task, progress)?;
-        let rest = canvas.cropped(&found.blurred);
-        let rest = rest.iter().zip(plane.samples).map(|(seen, sample)| {
-            let explained = is_clipped(*sample) && seen > sample;
-            if explained { 0.0 } else { sample - seen }
-        });
+        let (rest, misfit) = task.rest(&found);
         let clipped = level.map(|level| {
             let count = plane.samples.iter().filter(|v| is_clipped(**v)).count();
             (f64::from(level), count)
         });
         Ok(Removed {
             canvas,
-            rest: rest.collect(),
+            rest,
             sharp: found.plane,
             noise,
             clipped,
+            misfit,
         })
     }
 }

@@ -77,22 +77,24 @@ pub(super) fn common_slopes(a: &[f32], b: &[f32], width: usize) -> f64 {
     rows.iter().sum()
 }
 
-/// Mean length of the differences of a plane.
-pub(super) fn mean_slope(plane: &[f32], width: usize) -> f64 {
-    let rows: Vec<f64> = (0..plane.len() / width.max(1))
+/// Lengths of the differences of a plane, of some of its rows.
+pub(super) fn slope_lengths(plane: &[f32], width: usize) -> Vec<f32> {
+    let height = plane.len() / width.max(1);
+    let step = (height / 128).max(1);
+    let rows: Vec<Vec<f32>> = (0..height)
         .into_par_iter()
+        .step_by(step)
         .map_init(
             || [(); 4].map(|()| vec![0.0; width]),
             |ways, row| {
                 for (way, out) in ways.iter_mut().enumerate() {
                     row_of(plane, width, row, way, out);
                 }
-                let lengths = (0..width).map(|k| f64::from(length(ways, k)));
-                lengths.sum()
+                (0..width).map(|k| length(ways, k)).collect()
             },
         )
         .collect();
-    rows.iter().sum::<f64>() / plane.len().max(1) as f64
+    rows.concat()
 }
 
 fn length(ways: &[Vec<f32>; 4], k: usize) -> f32 {

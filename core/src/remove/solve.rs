@@ -7,8 +7,9 @@
 //! would have it, and the step before.
 
 use super::canvas::Canvas;
-use super::prior::{Slopes, common_slopes, mean_slope};
-use super::sums::{add, dot};
+use super::prior::{Slopes, common_slopes, slope_lengths};
+use super::sums::{Typical, add, dot};
+use super::trust::{Known, Trust};
 use super::view::{Care, View};
 use crate::error::Result;
 use crate::render::stopped;
@@ -17,17 +18,14 @@ use rustfft::num_complex::Complex;
 
 /// Weight l of slopes times the mean slope of the picture so far: of a picture whose slopes are spread as a
 /// Laplacian it would be one; that pictures are smoother than their slopes tell was found on photographs.
-const WEIGHT: f64 = 0.2;
+const WEIGHT: f64 = 0.17;
 /// By how much slopes are shortened, l / r, as a share of their mean.
-const SHORTER: f64 = 2.0;
+const SHORTER: f64 = 1.5;
 /// How often the strength of slopes is told from the picture found so far, before the rounds.
 const TELLINGS: usize = 2;
 /// Least mean square slope that the Wiener filter reckons with, in variances of the noise: below, it would damp what
 /// the windows of its squares alone are made of.
 const LEAST_STRENGTH: f64 = 20.0;
-/// How exactly operators and lenses are known, as a share of the mean size of samples: it counts as noise.
-const INEXACT: f64 = 2e-3;
-
 /// A plane on its canvas.
 pub(super) struct Task<'a> {
     pub(super) blurred: &'a [f32],
@@ -37,29 +35,6 @@ pub(super) struct Task<'a> {
     pub(super) noise: f64,
     pub(super) rounds: usize,
     pub(super) view: &'a View,
-}
-
-/// What the plate tells of a pixel of the canvas.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Known {
-    /// Nothing: it lies beyond the plate.
-    Not,
-    /// Its light.
-    Light,
-    /// That there was at least as much light.
-    AtLeast,
-}
-
-impl Known {
-    /// 1 where a picture that is seen as `seen` has to go by what the plate says, `blurred`; 0 elsewhere.
-    fn weight(self, blurred: f32, seen: f32) -> f32 {
-        let counts = match self {
-            Self::Not => false,
-            Self::Light => true,
-            Self::AtLeast => seen < blurred,
-        };
-        f32::from(u8::from(counts))
-    }
 }
 
 /// A picture, or a way to change one, and what the lens makes of it.
@@ -80,19 +55,17 @@ struct Bowl {
 /// # Errors
 /// If `progress`, told the share done, says to stop.
 pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Seen> {
-    let Task { blurred, .. } = *task;
     let width = task.canvas.size().0;
-    let size = blurred.iter().map(|v| f64::from(v.abs())).sum::<f64>() / blurred.len() as f64;
-    let inexact = INEXACT * size;
-    let fit = (task.noise * task.noise + inexact * inexact).recip();
+    let trust = task.trust();
+    let fit = trust.deviation().powi(-2);
     let mut picture = task.seen_well(start(task, fit)?)?;
-    let mut multiplier = Slopes::none(blurred.len(), width);
+    let mut multiplier = Slopes::none(task.blurred.len(), width);
     let mut last: Option<Seen> = None;
     for round in 0..task.rounds {
         if !progress(round as f64 / task.rounds as f64) {
             return Err(stopped());
         }
-        let scale = mean_slope(&picture.plane, width);
+        let scale = Typical::of(slope_lengths(&picture.plane, width)).mean;
         if scale == 0.0 {
             break;
         }
@@ -101,7 +74,7 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Seen>
             stiff: WEIGHT / (SHORTER * scale * scale),
         };
         let pull = multiplier.turned(&picture.plane, (SHORTER * scale) as f32);
-        let weights = task.weights(&picture);
+        let weights = task.weights(&trust, &picture);
         let descent = task.descent(&bowl, &picture, &pull, &weights)?;
         let mut ways = vec![task.seen(task.eased(&bowl, &descent)?)?];
         ways.extend(last.take());
@@ -137,6 +110,25 @@ fn start(task: &Task, fit: f64) -> Result<Vec<f32>> {
 }
 
 impl Task<'_> {
+    fn trust(&self) -> Trust {
+        Trust::new(self.blurred, self.noise)
+    }
+
+    /// What `picture` does not explain of the plate, none where more light than clipped samples tell of is seen, and
+    /// the root of its mean square in standard deviations of what is not known.
+    pub(super) fn rest(&self, picture: &Seen) -> (Vec<f32>, f64) {
+        let trust = self.trust();
+        let weights = self.weights(&trust, picture);
+        let both = self.blurred.par_iter().zip(&picture.blurred).zip(&weights);
+        let rest: Vec<f32> = both
+            .map(|((b, seen), weight)| if *weight > 0.0 { b - seen } else { 0.0 })
+            .collect();
+        let count: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
+        let counted: Vec<f32> = rest.par_iter().zip(&weights).map(|(r, w)| r * w).collect();
+        let square = dot(&rest, &counted) / count.max(1.0);
+        (self.canvas.cropped(&rest), square.sqrt() / trust.deviation())
+    }
+
     /// What the lens makes of `plane`, told more exactly.
     fn seen_well(&self, plane: Vec<f32>) -> Result<Seen> {
         Ok(Seen {
@@ -153,13 +145,13 @@ impl Task<'_> {
     }
 
     /// How much each pixel counts beside `picture`.
-    fn weights(&self, picture: &Seen) -> Vec<f32> {
+    fn weights(&self, trust: &Trust, picture: &Seen) -> Vec<f32> {
         let both = self
             .blurred
             .par_iter()
             .zip(&picture.blurred)
             .zip(self.known);
-        both.map(|((b, seen), known)| known.weight(*b, *seen))
+        both.map(|((b, seen), known)| trust.weight(*known, *b, *seen))
             .collect()
     }
 

@@ -39,3 +39,36 @@ pub(super) fn add(out: &mut [f32], other: &[f32], gain: f32) {
             }
         });
 }
+
+/// How large most of many sizes are: a few bright lights do not change it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Typical {
+    /// All but a hundredth are no more than this.
+    pub(super) most: f64,
+    /// Their mean, none counted as more than `most`.
+    pub(super) mean: f64,
+    /// Likewise the root of their mean square.
+    pub(super) root_mean_square: f64,
+}
+
+/// Share of sizes below [`Typical::most`].
+const MOST: f64 = 0.99;
+
+impl Typical {
+    pub(super) fn of(mut sizes: Vec<f32>) -> Self {
+        if sizes.is_empty() {
+            return Self::default();
+        }
+        let place = ((sizes.len() - 1) as f64 * MOST) as usize;
+        let (_, most, above) = sizes.select_nth_unstable_by(place, f32::total_cmp);
+        let most = f64::from(*most);
+        let (held, count) = ((1 + above.len()) as f64, sizes.len() as f64);
+        let below = || sizes[..place].iter().map(|v| f64::from(*v));
+        Self {
+            most,
+            mean: (below().sum::<f64>() + held * most) / count,
+            root_mean_square: ((below().map(|v| v * v).sum::<f64>() + held * most * most) / count)
+                .sqrt(),
+        }
+    }
+}
