@@ -17,11 +17,11 @@ const MISFIT: f64 = 1.5;
 pub(super) struct RemovalArgs {
     /// Standard deviation of the plate's noise, in its linear units: one for all colours or one for each, such as
     /// 0.004,0.003,0.006; told from the plate if left out
-    #[arg(long, value_name = "S", value_delimiter = ',', value_parser = parse_noise)]
+    #[arg(long, value_name = "S", value_delimiter = ',', value_parser = parse_noise, allow_hyphen_values = true)]
     noise: Vec<f64>,
     /// Where the plate is clipped: samples of LEVEL and more say only that there was at least as much light;
     /// auto tells the level from the plate, none takes all samples as they are
-    #[arg(long, value_name = "LEVEL|auto|none", default_value = "auto", value_parser = parse_clip)]
+    #[arg(long, value_name = "LEVEL|auto|none", default_value = "auto", value_parser = parse_clip, allow_hyphen_values = true)]
     clip: Saturation,
 }
 
@@ -159,7 +159,7 @@ impl RemovalArgs {
 
 /// How much more the lens leaves unexplained than there is noise, where there is any.
 fn misfit(removed: &Removed) -> Option<f64> {
-    (removed.noise > 0.0).then(|| removed.misfit())
+    (removed.noise > 0.0).then_some(removed.misfit)
 }
 
 impl Unblurred {

@@ -7,6 +7,7 @@
 //! (`saturation`).
 
 mod canvas;
+mod kept;
 mod local;
 mod noise;
 mod prior;
@@ -20,6 +21,7 @@ mod trust;
 mod view;
 
 pub use canvas::Canvas;
+pub use kept::changed;
 pub use saturation::Saturation;
 
 use crate::error::{Error, Result};

@@ -126,7 +126,10 @@ impl Task<'_> {
         let count: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
         let counted: Vec<f32> = rest.par_iter().zip(&weights).map(|(r, w)| r * w).collect();
         let square = dot(&rest, &counted) / count.max(1.0);
-        (self.canvas.cropped(&rest), square.sqrt() / trust.deviation())
+        (
+            self.canvas.cropped(&rest),
+            square.sqrt() / trust.deviation(),
+        )
     }
 
     /// What the lens makes of `plane`, told more exactly.

@@ -1,0 +1,91 @@
+//! How far a plate's samples are to be gone by.
+
+use super::sums::Typical;
+
+/// How exactly operators and lenses are known, as a share of the light: what is less counts as noise.
+const INEXACT: f64 = 2e-3;
+
+/// What the plate tells of a pixel of the canvas.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Known {
+    /// Nothing: it lies beyond the plate.
+    Not,
+    /// Its light.
+    Light,
+    /// That there was at least as much light.
+    AtLeast,
+}
+
+/// The noise of a plane and what else a picture cannot be told by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Trust {
+    /// Variances of the noise, and with what is inexact in typical light.
+    noise: f64,
+    typical: f64,
+    /// The same of samples that are not brighter than most.
+    most: f64,
+}
+
+impl Trust {
+    /// Of a plane with noise of a standard deviation.
+    pub(super) fn new(blurred: &[f32], noise: f64) -> Self {
+        let light = Typical::of(blurred.iter().map(|v| v.abs()).collect());
+        let with = |light: f64| noise * noise + (INEXACT * light).powi(2);
+        Self {
+            noise: noise * noise,
+            // Any number will do for what is dark all over.
+            typical: with(light.root_mean_square).max(f64::MIN_POSITIVE.sqrt()),
+            most: with(light.most),
+        }
+    }
+
+    /// Standard deviation of what is not known of a typical sample.
+    pub(super) fn deviation(&self) -> f64 {
+        self.typical.sqrt()
+    }
+
+    /// How much a sample counts beside a picture that is seen as `seen`, from 0 to 1: less where it is brighter than most.
+    pub(super) fn weight(&self, known: Known, sample: f32, seen: f32) -> f32 {
+        let counts = match known {
+            Known::Not => false,
+            Known::Light => true,
+            Known::AtLeast => seen < sample,
+        };
+        if !counts {
+            return 0.0;
+        }
+        let variance = self.noise + (INEXACT * f64::from(sample)).powi(2);
+        if variance <= self.most {
+            return 1.0;
+        }
+        (self.most / variance) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_brighter_than_most_count_less() {
+        let mut plane = vec![0.2; 1000];
+        plane[3] = 1e4;
+        let trust = Trust::new(&plane, 0.001);
+        assert!((trust.deviation() - 0.001_f64.hypot(INEXACT * 0.2)).abs() < 1e-6);
+        assert_eq!(trust.weight(Known::Light, 0.2, 0.0), 1.0);
+        assert!(trust.weight(Known::Light, 1e4, 0.0) < 1e-6);
+    }
+
+    #[test]
+    fn clipped_samples_count_while_the_picture_is_darker() {
+        let trust = Trust::new(&[0.5; 10], 0.01);
+        assert_eq!(trust.weight(Known::AtLeast, 0.5, 0.4), 1.0);
+        assert_eq!(trust.weight(Known::AtLeast, 0.5, 0.6), 0.0);
+        assert_eq!(trust.weight(Known::Not, 0.5, 0.4), 0.0);
+    }
+
+    #[test]
+    fn dark_planes_without_noise_have_a_deviation() {
+        assert!(Trust::new(&[0.0; 10], 0.0).deviation() > 0.0);
+    }
+}
