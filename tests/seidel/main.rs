@@ -23,6 +23,7 @@ mod pinholes;
 mod psf_command;
 mod reference_tables;
 mod remove;
+mod residual;
 mod self_test;
 mod sequences;
 mod support;

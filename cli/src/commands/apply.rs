@@ -2,6 +2,7 @@
 
 mod frame;
 mod occlusion;
+mod residual;
 mod verbose;
 
 use std::path::PathBuf;
@@ -42,6 +43,10 @@ pub struct ApplyArgs {
     /// for lenses drawn ray by ray) or exact
     #[arg(long, value_enum, default_value_t = QualityChoice::Final)]
     quality: QualityChoice,
+    /// What `seidel remove --residual` wrote beside the plate IN: it is added where IN is as it was, so that the plate
+    /// that it came from comes back there, and OUT has that plate's pixels only. May hold a frame pattern
+    #[arg(long, value_name = "FILE")]
+    residual: Option<String>,
     #[command(flatten)]
     run: RunArgs,
     /// Say of each frame how it was rendered, and how near that is to the exact renderer: measured at 64 pixels
@@ -83,6 +88,20 @@ enum EdgeChoice {
     Extend,
 }
 
+impl ApplyArgs {
+    /// What is used beside the lens, each setting by its name, as `Shared::defaults_told` has it.
+    fn told(&self) -> [(String, String); 3] {
+        let name = |value: Option<clap::builder::PossibleValue>| {
+            value.map_or_else(String::new, |value| value.get_name().to_owned())
+        };
+        [
+            ("quality".to_owned(), name(self.quality.to_possible_value())),
+            ("edges".to_owned(), name(self.edges.to_possible_value())),
+            ("occlusion".to_owned(), self.occlusion.told()),
+        ]
+    }
+}
+
 impl From<EdgeChoice> for Edges {
     fn from(choice: EdgeChoice) -> Self {
         match choice {
@@ -106,6 +125,7 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
         output: &args.output,
         read: (shared.depth_pattern().into_iter())
             .chain(holdout.file_patterns())
+            .chain(args.residual.as_deref())
             .collect(),
         written: Vec::new(),
     };

@@ -36,6 +36,10 @@ pub struct RemoveArgs {
     /// edges, so that `seidel apply` gives the plate back right up to them
     #[arg(long)]
     no_overscan: bool,
+    /// Write also what the plate has beside what the lens makes of OUT, and a copy of OUT: with them `seidel apply
+    /// --residual` gives back the plate where OUT was not worked on. OpenEXR; a frame pattern where OUT has one
+    #[arg(long, value_name = "FILE")]
+    residual: Option<String>,
     #[command(flatten)]
     depth: DepthArgs,
     #[command(flatten)]
@@ -73,7 +77,9 @@ pub(super) fn run(args: &RemoveArgs, console: &mut Console) -> Result<(), Comman
         input: &args.input,
         output: &args.output,
         read: shared.depth_pattern().into_iter().collect(),
-        written: Vec::new(),
+        written: (args.residual.iter())
+            .map(|file| ("--residual", file.as_str()))
+            .collect(),
     };
     let frames = args.run.frames(&files, &[&args.lens], console)?;
     shared.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;

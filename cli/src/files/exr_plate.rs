@@ -194,6 +194,12 @@ impl ExrPlate {
         &self.notes
     }
 
+    /// An attribute of the first part by its name.
+    pub(super) fn attribute(&self, name: &str) -> Option<&AttributeValue> {
+        let attributes = &self.image.layer_data.first()?.attributes.other;
+        attributes.get(&Text::new_or_none(name)?)
+    }
+
     /// Number of parts in the file, at least one.
     pub fn parts(&self) -> usize {
         self.image.layer_data.len()

@@ -41,6 +41,16 @@ impl Window {
         }
     }
 
+    /// Whether all pixels of `inner` are in it.
+    pub fn contains(self, inner: Self) -> bool {
+        let within = |inner: i32, inner_size: usize, outer: i32, outer_size: usize| {
+            let first = i64::from(inner) - i64::from(outer);
+            first >= 0 && first as u64 + inner_size as u64 <= outer_size as u64
+        };
+        within(inner.x, inner.width, self.x, self.width)
+            && within(inner.y, inner.height, self.y, self.height)
+    }
+
     /// Whether any pixel is in both.
     fn meets(self, other: Self) -> bool {
         let overlap = |a: i32, a_size: usize, b: i32, b_size: usize| {
@@ -54,13 +64,7 @@ impl Window {
 
 /// Cuts the samples of `from` down to `to`; `None` where `to` is not wholly inside `from`.
 pub fn crop<T: Copy>(samples: &[T], from: Window, to: Window) -> Option<Vec<T>> {
-    let within = |inner: i32, inner_size: usize, outer: i32, outer_size: usize| {
-        let first = i64::from(inner) - i64::from(outer);
-        first >= 0 && first as u64 + inner_size as u64 <= outer_size as u64
-    };
-    let fits = within(to.x, to.width, from.x, from.width)
-        && within(to.y, to.height, from.y, from.height)
-        && samples.len() == from.width.checked_mul(from.height)?;
+    let fits = from.contains(to) && samples.len() == from.width.checked_mul(from.height)?;
     fits.then(|| held(samples, from, to))
 }
 
@@ -81,6 +85,22 @@ pub fn held<T: Copy>(samples: &[T], from: Window, to: Window) -> Vec<T> {
         let row = nearest(y, to.y, from.y, from.height);
         let row = &samples[row * from.width..][..from.width];
         out.extend(columns.iter().map(|&x| row[x]));
+    }
+    out
+}
+
+/// The samples of `from` over a window that holds it, zero beyond `from`.
+pub fn surrounded(samples: &[f32], from: Window, to: Window) -> Vec<f32> {
+    let mut out = held(samples, from, to);
+    let offset = |inner: i32, outer: i32| (i64::from(inner) - i64::from(outer)).max(0) as usize;
+    let (left, top) = (offset(from.x, to.x), offset(from.y, to.y));
+    let (columns, rows) = (left..left + from.width, top..top + from.height);
+    for (y, row) in out.chunks_exact_mut(to.width.max(1)).enumerate() {
+        for (x, sample) in row.iter_mut().enumerate() {
+            if !(rows.contains(&y) && columns.contains(&x)) {
+                *sample = 0.0;
+            }
+        }
     }
     out
 }

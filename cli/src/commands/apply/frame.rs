@@ -3,16 +3,17 @@
 use std::path::Path;
 
 use rayon::ThreadPool;
-use seidel_core::render::{Scene, VergencePass};
+use seidel_core::render::{Plane, Scene, VergencePass};
 
 use super::occlusion::{HoldoutPixels, HoldoutSource};
-use super::{ApplyArgs, EdgeChoice, QualityChoice, verbose};
+use super::{ApplyArgs, EdgeChoice, QualityChoice, residual, verbose};
 use crate::commands::CommandError;
 use crate::commands::plates::{
     FrameFiles, Light, Outcome, ReadPlate, Rendering, Shared, Shares, Sight, Stages,
 };
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
+use crate::files::residual::Residual;
 
 /// What all frames of a run share.
 pub(super) struct Job<'a> {
@@ -33,6 +34,7 @@ pub(super) struct Job<'a> {
 pub(super) struct ReadFrame {
     read: ReadPlate,
     holdout: Option<HoldoutPixels>,
+    residual: Option<Residual>,
 }
 
 /// A frame to be written.
@@ -42,13 +44,14 @@ pub(super) struct BlurredFrame {
 }
 
 impl Job<'_> {
-    /// Depth of the plate, then matte and depth of the holdout.
-    fn files<'s>(&self, frame: &'s FrameFiles) -> [Option<&'s Path>; 3] {
+    /// Depth of the plate, then matte and depth of the holdout, then the residual.
+    fn files<'s>(&self, frame: &'s FrameFiles) -> [Option<&'s Path>; 4] {
         let mut files = frame.read.iter();
         let given = [
             self.shared.depth_pattern().is_some(),
             self.holdout.matte.is_some(),
             self.holdout.depth.is_some(),
+            self.args.residual.is_some(),
         ];
         given.map(|given| {
             let file = given.then(|| files.next());
@@ -58,7 +61,7 @@ impl Job<'_> {
 
     fn read_frame(&self, index: usize) -> Result<ReadFrame, CommandError> {
         let frame = &self.frames[index];
-        let [depth, matte, matte_depth] = self.files(frame);
+        let [depth, matte, matte_depth, residual] = self.files(frame);
         let mut read = self
             .shared
             .open_plate(&frame.input, frame.number, depth, index == 0)?;
@@ -71,7 +74,18 @@ impl Job<'_> {
             &view,
             &mut read.said,
         )?;
-        Ok(ReadFrame { read, holdout })
+        let residual = residual
+            .map(|file| {
+                let mut told = self.shared.told(&read.setup, &read.plate)?;
+                told.extend(self.args.told());
+                residual::open(file, (&read.plate, &read.light), &told, &mut read.said)
+            })
+            .transpose()?;
+        Ok(ReadFrame {
+            read,
+            holdout,
+            residual,
+        })
     }
 
     fn blur_frame(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
@@ -87,19 +101,58 @@ impl Job<'_> {
             if self.args.verbose {
                 said.push("not rendered: at --amount 0 the plate stays as it is".into());
             }
+            if let Some(residual) = &frame.residual {
+                plate.reframe(residual.plate);
+            }
             return Ok(BlurredFrame { plate, said });
         }
         let blurred = self.shared.seen(&setup, &plate, vergence, |sight| {
             let holdout = frame.holdout.map(|h| h.changed(sight.refocused));
             let holdout = holdout.transpose()?;
+            let in_plate = |e| FileError::from_core(plate.path(), e);
             let mut blurred = self
                 .rendered(index, sight, (&light, holdout.as_ref()), &mut said)
-                .map_err(|e| FileError::from_core(plate.path(), e))?;
+                .map_err(in_plate)?;
             light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
+            if let Some(kept) = &frame.residual {
+                let blur = |planes: &[Plane]| {
+                    let scene = self.scene(sight);
+                    let inner = self.args.quality.renderer();
+                    let rendering = self.rendering(&scene, planes, holdout.as_ref());
+                    rendering.by(&*inner, &|_| true)
+                };
+                residual::add(kept, (&light, sight.weights), &mut blurred, blur)
+                    .map_err(in_plate)?;
+            }
             Ok(blurred)
         })?;
         light.put_back(&mut plate, blurred)?;
+        if let Some(residual) = &frame.residual {
+            plate.reframe(residual.plate);
+        }
         Ok(BlurredFrame { plate, said })
+    }
+
+    fn scene<'s>(&self, sight: &Sight<'s>) -> Scene<'s> {
+        Scene {
+            edges: self.args.edges.into(),
+            ..sight.scene
+        }
+    }
+
+    fn rendering<'s>(
+        &self,
+        scene: &'s Scene<'s>,
+        planes: &'s [Plane<'s>],
+        holdout: Option<&'s HoldoutPixels>,
+    ) -> Rendering<'s> {
+        let args = self.args;
+        Rendering {
+            scene,
+            planes,
+            occlusion: (args.occlusion.is_on()).then(|| args.occlusion.settings(holdout)),
+            extended: args.edges == EdgeChoice::Extend,
+        }
     }
 
     fn rendered(
@@ -110,10 +163,7 @@ impl Job<'_> {
         said: &mut Vec<String>,
     ) -> seidel_core::Result<Vec<Vec<f32>>> {
         let args = self.args;
-        let scene = Scene {
-            edges: args.edges.into(),
-            ..sight.scene
-        };
+        let scene = self.scene(sight);
         let varies = matches!(scene.vergence, VergencePass::PerPixel(_));
         if varies && !args.occlusion.is_on() && args.quality != QualityChoice::Exact {
             said.push(
@@ -125,12 +175,8 @@ impl Job<'_> {
             self.shares.tell(index, share);
             true
         };
-        let rendering = Rendering {
-            scene: &scene,
-            planes: &light.with_weights(sight.weights),
-            occlusion: (args.occlusion.is_on()).then(|| args.occlusion.settings(holdout)),
-            extended: args.edges == EdgeChoice::Extend,
-        };
+        let planes = light.with_weights(sight.weights);
+        let rendering = self.rendering(&scene, &planes, holdout);
         let inner = args.quality.renderer();
         if !args.verbose {
             return rendering.by(&*inner, &progress);

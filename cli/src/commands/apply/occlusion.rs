@@ -72,6 +72,19 @@ impl OcclusionArgs {
         self.occlusion == Switch::On
     }
 
+    /// The settings in a word or two.
+    pub(super) fn told(&self) -> String {
+        let mut told = if self.is_on() { "on" } else { "off" }.to_owned();
+        for (is_so, word) in [
+            (self.no_fill_foreground, ", no-fill-foreground"),
+            (self.no_blur_inside, ", no-blur-inside"),
+            (self.holdout.is_some(), ", holdout"),
+        ] {
+            told.push_str(if is_so { word } else { "" });
+        }
+        told
+    }
+
     pub(super) fn source(&self) -> std::result::Result<HoldoutSource, CommandError> {
         let asks = [
             (self.no_fill_foreground, "--no-fill-foreground"),

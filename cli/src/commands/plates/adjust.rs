@@ -41,6 +41,20 @@ impl AdjustArgs {
         self.amount == 0.0
     }
 
+    /// The settings, by name.
+    pub(super) fn told(&self) -> Vec<(String, String)> {
+        let scales: Vec<String> = (self.channel_scale.iter())
+            .map(|(name, scale)| format!("{name}={scale}"))
+            .collect();
+        let (x, y) = self.axis_offset_px();
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        vec![
+            named("amount", self.amount.to_string()),
+            named("channel-scale", scales.join(",")),
+            named("axis-offset", format!("{x},{y}")),
+        ]
+    }
+
     /// By how much the axis is moved, plate pixels (x, y).
     pub(crate) fn axis_offset_px(&self) -> (f64, f64) {
         self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px))

@@ -162,6 +162,32 @@ impl DepthSource {
         }
     }
 
+    /// The settings, by name: a file by the last part of its name, so that it may lie elsewhere another time.
+    pub(super) fn told(&self) -> Vec<(String, String)> {
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        let (spec, meaning) = match self {
+            Self::Constant(distance) => return vec![named("distance", distance.to_string())],
+            Self::Pass { spec, meaning, .. } => (spec, meaning),
+        };
+        let depth = spec.as_ref().map_or_else(
+            || "the plate's own".to_owned(),
+            |spec| {
+                let file = Path::new(&spec.file).file_name().unwrap_or_default();
+                let channel = spec.channel.as_deref().unwrap_or_default();
+                format!("{} {channel}", file.to_string_lossy())
+            },
+        );
+        let along_ray = meaning.along_ray;
+        vec![
+            named("depth", depth),
+            named("depth-kind and unit", format!("{:?}", meaning.convention)),
+            named(
+                "along-ray",
+                along_ray.map_or_else(|| "no".to_owned(), |focal| focal.to_string()),
+            ),
+        ]
+    }
+
     /// Refuses a depth pass that the lens could not follow.
     pub(crate) fn check_lens(&self, lens: &Predictor, file: &Path) -> Result<(), CommandError> {
         if lens.knows_depth() || self.file_pattern().is_none() {

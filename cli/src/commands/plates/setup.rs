@@ -1,12 +1,14 @@
 //! The lens of a frame: set, adjusted and focused as the options say, or as a table says for that frame.
 
+use std::path::Path;
+
 use seidel_core::distance::ObjectDistance;
 use seidel_core::profile::LensProfile;
 
 use super::adjust::AdjustArgs;
 use super::focus::FocusArgs;
-use crate::commands::CommandError;
 use crate::commands::drawing::{Drawing, DrawingArgs};
+use crate::commands::{CommandError, short_name};
 
 use crate::files::animation::{Animation, Between};
 use crate::files::error::FileError;
@@ -26,6 +28,8 @@ pub(crate) struct Setup {
     pub(crate) focus: FocusArgs,
     /// What the lens was focused at, where that was said.
     pub(crate) focused_at: Option<ObjectDistance>,
+    /// How the lens is used, each setting by its name.
+    pub(crate) told: Vec<(String, String)>,
 }
 
 /// What changes a setting to a value.
@@ -96,6 +100,14 @@ pub(crate) fn check_names(table: &Animation) -> Result<(), CommandError> {
     .into())
 }
 
+fn or_as_measured(value: Option<impl ToString>) -> String {
+    value.map_or_else(|| "as measured".to_owned(), |value| value.to_string())
+}
+
+fn or_none(value: Option<f64>) -> String {
+    value.map_or_else(|| "none".to_owned(), |value| value.to_string())
+}
+
 impl Settings {
     /// The same with what `table` says about `frame`.
     pub(crate) fn at(mut self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
@@ -118,19 +130,48 @@ impl Settings {
         Ok(self)
     }
 
+    /// The settings of the lens of the file `path`, drawn by `model`.
+    fn told(&self, path: &Path, model: &str) -> Vec<(String, String)> {
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        let mut told = vec![
+            named("lens", short_name(path)),
+            named("psf", model.to_owned()),
+            named(
+                "focus-distance",
+                or_as_measured(self.drawing.focus_distance),
+            ),
+            named("f-number", or_as_measured(self.drawing.f_number)),
+            named(
+                "sensor-shift-um",
+                or_as_measured(self.drawing.sensor_shift_um),
+            ),
+        ];
+        told.extend(self.adjust.told());
+        let focus = &self.focus;
+        told.extend([
+            named("depth-of-field", focus.depth_of_field.to_string()),
+            named("front-multiplier", focus.front_multiplier.to_string()),
+            named("back-multiplier", focus.back_multiplier.to_string()),
+            named("maximum-size", or_none(focus.maximum_size)),
+        ]);
+        told
+    }
+
     /// Sets the lens that was `measured`, of the file `path`; remarks go to `said`.
     pub(crate) fn open(
         self,
         measured: &LensProfile,
-        path: &std::path::Path,
+        path: &Path,
         said: &mut Vec<String>,
     ) -> Result<Setup, CommandError> {
         let drawing = self.drawing.set(measured, path, said)?;
+        let told = self.told(path, drawing.model.id());
         self.adjust.adjusted(&drawing.predictor, [1.0; 2])?;
         self.focus.check()?;
         Ok(Setup {
             drawing,
             focused_at: self.drawing.focus_distance,
+            told,
             adjust: self.adjust,
             focus: self.focus,
         })

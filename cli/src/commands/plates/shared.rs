@@ -198,6 +198,42 @@ impl<'a> Shared<'a> {
         Ok(PlateView::new(&setup.drawing.lens, (map, aspect), offset))
     }
 
+    /// How `plate` is seen, each setting by its name.
+    pub(crate) fn told(
+        &self,
+        setup: &Setup,
+        plate: &Plate,
+    ) -> Result<Vec<(String, String)>, CommandError> {
+        let mut told = setup.told.clone();
+        told.extend(self.depth.told());
+        let scale = self.plate.lens_scale;
+        let aspect = self.plate.pixel_aspect(plate)?;
+        for (name, value) in [
+            (
+                "geometry",
+                format!("{:?}", self.args.geometry).to_lowercase(),
+            ),
+            (
+                "lens-scale",
+                scale.map_or_else(|| "from the display window".to_owned(), |s| s.to_string()),
+            ),
+            ("pixel-aspect", aspect.to_string()),
+        ] {
+            told.push((name.to_owned(), value));
+        }
+        Ok(told)
+    }
+
+    /// How [`Shared::applied`] draws, each setting by its name.
+    pub(crate) fn defaults_told() -> [(String, String); 3] {
+        [
+            ("quality", "final"),
+            ("edges", "mirror"),
+            ("occlusion", "on"),
+        ]
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+    }
+
     /// The planes of light that `seidel apply`, its options about quality, edges and occlusion left out, makes of a
     /// plate; `progress` is told the share done.
     pub(crate) fn applied(

@@ -10,7 +10,11 @@ use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, St
 use crate::commands::removal::{Unblurred, work_bytes};
 use crate::files::format::Format;
 use crate::files::plate::Plate;
-use crate::files::windows::held;
+use crate::files::residual::Residual;
+use crate::files::windows::{held, surrounded};
+
+/// Share of the work that is taking blur off.
+const REMOVAL_SHARE: f64 = 0.9;
 
 /// What all frames of a run share.
 pub(super) struct Job<'a> {
@@ -29,6 +33,7 @@ pub(super) struct Job<'a> {
 /// A frame to be written.
 pub(super) struct SharpFrame {
     plate: Plate,
+    residual: Option<Residual>,
     said: Vec<String>,
 }
 
@@ -49,17 +54,60 @@ impl Job<'_> {
 
     fn sharpen(&self, index: usize, mut read: ReadPlate) -> Result<SharpFrame, CommandError> {
         let mut plate = read.plate.clone();
+        let mut noise = vec![0.0; read.light.plane_count()];
         if read.setup.adjust.is_nothing() || self.args.strength == 0.0 {
             read.light.keep(&mut plate)?;
             (read.said).push("at --amount 0 or --strength 0 the plate stays as it is".into());
         } else {
-            let progress = |share| self.shares.tell(index, share);
+            let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
             let found = (self.args.removal).found(self.shared, &mut read, &progress)?;
             self.put_sharp(&read, &found, &mut plate)?;
+            noise = found.noise();
         }
+        plate.round();
+        let residual = (self.args.residual.as_ref())
+            .map(|_| self.residual(index, &read, (&plate, noise)))
+            .transpose()?;
         Ok(SharpFrame {
             plate,
+            residual,
             said: read.said,
+        })
+    }
+
+    /// What the plate that was `read` has beside what its lens makes of the sharp one as its file will hold it.
+    fn residual(
+        &self,
+        index: usize,
+        read: &ReadPlate,
+        (sharp, noise): (&Plate, Vec<f64>),
+    ) -> Result<Residual, CommandError> {
+        let number = self.frames[index].number;
+        let stored = self
+            .shared
+            .read(sharp.clone(), number, self.depth_file(index), false)?;
+        let progress = |share: f64| {
+            let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
+            self.shares.tell(index, done);
+        };
+        let applied = self.shared.applied(&stored, &progress)?;
+        let (whole, own) = (sharp.data_window(), read.plate.data_window());
+        let rest = |(seen, plane): (&Vec<f32>, &Vec<f32>)| {
+            let seen = held(seen, whole, own);
+            let rest: Vec<f32> = plane.iter().zip(seen).map(|(p, seen)| p - seen).collect();
+            surrounded(&rest, own, whole)
+        };
+        let mut settings = self.shared.told(&read.setup, &read.plate)?;
+        settings.extend(Shared::defaults_told());
+        Ok(Residual {
+            path: self.frames[index].written[0].clone(),
+            windows: sharp.windows(),
+            plate: own,
+            names: read.light.names().to_vec(),
+            residual: applied.iter().zip(read.light.planes()).map(rest).collect(),
+            sharp: stored.light.copied(),
+            noise,
+            settings,
         })
     }
 
@@ -114,7 +162,14 @@ impl Stages for Job<'_> {
     }
 
     fn write(&self, index: usize, frame: SharpFrame) -> Outcome {
-        let SharpFrame { plate, mut said } = frame;
+        let SharpFrame {
+            plate,
+            residual,
+            mut said,
+        } = frame;
+        if let Some(residual) = residual {
+            residual.write(&residual.path)?;
+        }
         said.extend(plate.write(&self.frames[index].output)?);
         Ok(said)
     }
