@@ -131,3 +131,20 @@ impl Canvas {
         out
     }
 }
+
+/// `scene` of a window of its plate; its vergence is still that of the whole.
+pub(super) fn part_of<'a>(scene: &Scene<'a>, window: Window) -> Scene<'a> {
+    let PlateMap { origin, scale } = scene.map;
+    Scene {
+        width: window.width,
+        height: window.height,
+        map: PlateMap {
+            origin: ImagePoint::new(
+                origin.x_px + window.column as f64 / scale,
+                origin.y_px + window.row as f64 / scale,
+            ),
+            scale,
+        },
+        ..*scene
+    }
+}

@@ -8,6 +8,7 @@
 
 mod canvas;
 mod kept;
+mod lens_check;
 mod local;
 mod noise;
 mod prior;
@@ -22,6 +23,7 @@ mod view;
 
 pub use canvas::Canvas;
 pub use kept::changed;
+pub use lens_check::LensCheck;
 pub use saturation::Saturation;
 
 use crate::error::{Error, Result};
@@ -30,6 +32,9 @@ use rayon::prelude::*;
 use solve::{Task, solve};
 use trust::Known;
 use view::View;
+
+/// How exactly operators and lenses are known, as a share of the light: what is less counts as noise.
+const INEXACT: f64 = 2e-3;
 
 /// How blur is removed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,12 +101,23 @@ impl Removal {
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Removed>> {
+        self.remove_by(scene, planes, INEXACT, progress)
+    }
+
+    /// The same; what is less than `inexact` of the light counts as noise.
+    fn remove_by(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        inexact: f64,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Removed>> {
         scene.check(planes)?;
         self.check()?;
         let canvas = Canvas::of(scene);
         let one = |(index, plane): (usize, &Plane)| {
             let share = |part: f64| progress((index as f64 + part) / planes.len() as f64);
-            self.remove_one(scene, canvas, plane, &share)
+            self.remove_one((scene, canvas), plane, inexact, &share)
         };
         planes.iter().enumerate().map(one).collect()
     }
@@ -130,9 +146,9 @@ impl Removal {
 
     fn remove_one(
         &self,
-        scene: &Scene,
-        canvas: Canvas,
+        (scene, canvas): (&Scene, Canvas),
         plane: &Plane,
+        inexact: f64,
         progress: &dyn Fn(f64) -> bool,
     ) -> Result<Removed> {
         let even = plane.samples.windows(2).all(|pair| pair[0] == pair[1]);
@@ -162,6 +178,7 @@ impl Removal {
             canvas,
             known: &known,
             noise,
+            inexact,
             rounds: self.rounds,
             view: &view,
         };

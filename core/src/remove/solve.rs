@@ -33,6 +33,8 @@ pub(super) struct Task<'a> {
     pub(super) known: &'a [Known],
     /// Standard deviation of its noise.
     pub(super) noise: f64,
+    /// How exactly operators and lenses are known, as a share of the light.
+    pub(super) inexact: f64,
     pub(super) rounds: usize,
     pub(super) view: &'a View,
 }
@@ -111,7 +113,7 @@ fn start(task: &Task, fit: f64) -> Result<Vec<f32>> {
 
 impl Task<'_> {
     fn trust(&self) -> Trust {
-        Trust::new(self.blurred, self.noise)
+        Trust::new(self.blurred, self.noise, self.inexact)
     }
 
     /// What `picture` does not explain of the plate, none where more light than clipped samples tell of is seen, and

@@ -2,9 +2,6 @@
 
 use super::sums::Typical;
 
-/// How exactly operators and lenses are known, as a share of the light: what is less counts as noise.
-const INEXACT: f64 = 2e-3;
-
 /// What the plate tells of a pixel of the canvas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Known {
@@ -24,18 +21,21 @@ pub(super) struct Trust {
     typical: f64,
     /// The same of samples that are not brighter than most.
     most: f64,
+    /// How exactly operators and lenses are known, as a share of the light: it counts as noise.
+    inexact: f64,
 }
 
 impl Trust {
     /// Of a plane with noise of a standard deviation.
-    pub(super) fn new(blurred: &[f32], noise: f64) -> Self {
+    pub(super) fn new(blurred: &[f32], noise: f64, inexact: f64) -> Self {
         let light = Typical::of(blurred.iter().map(|v| v.abs()).collect());
-        let with = |light: f64| noise * noise + (INEXACT * light).powi(2);
+        let with = |light: f64| noise * noise + (inexact * light).powi(2);
         Self {
             noise: noise * noise,
             // Any number will do for what is dark all over.
             typical: with(light.root_mean_square).max(f64::MIN_POSITIVE.sqrt()),
             most: with(light.most),
+            inexact,
         }
     }
 
@@ -54,7 +54,7 @@ impl Trust {
         if !counts {
             return 0.0;
         }
-        let variance = self.noise + (INEXACT * f64::from(sample)).powi(2);
+        let variance = self.noise + (self.inexact * f64::from(sample)).powi(2);
         if variance <= self.most {
             return 1.0;
         }
@@ -70,15 +70,15 @@ mod tests {
     fn lights_brighter_than_most_count_less() {
         let mut plane = vec![0.2; 1000];
         plane[3] = 1e4;
-        let trust = Trust::new(&plane, 0.001);
-        assert!((trust.deviation() - 0.001_f64.hypot(INEXACT * 0.2)).abs() < 1e-6);
+        let trust = Trust::new(&plane, 0.001, 2e-3);
+        assert!((trust.deviation() - 0.001_f64.hypot(2e-3 * 0.2)).abs() < 1e-6);
         assert_eq!(trust.weight(Known::Light, 0.2, 0.0), 1.0);
         assert!(trust.weight(Known::Light, 1e4, 0.0) < 1e-6);
     }
 
     #[test]
     fn clipped_samples_count_while_the_picture_is_darker() {
-        let trust = Trust::new(&[0.5; 10], 0.01);
+        let trust = Trust::new(&[0.5; 10], 0.01, 2e-3);
         assert_eq!(trust.weight(Known::AtLeast, 0.5, 0.4), 1.0);
         assert_eq!(trust.weight(Known::AtLeast, 0.5, 0.6), 0.0);
         assert_eq!(trust.weight(Known::Not, 0.5, 0.4), 0.0);
@@ -86,6 +86,6 @@ mod tests {
 
     #[test]
     fn dark_planes_without_noise_have_a_deviation() {
-        assert!(Trust::new(&[0.0; 10], 0.0).deviation() > 0.0);
+        assert!(Trust::new(&[0.0; 10], 0.0, 2e-3).deviation() > 0.0);
     }
 }

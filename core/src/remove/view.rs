@@ -1,11 +1,10 @@
 //! What a lens makes of the light on a canvas: one layer where all is at one distance, otherwise one for each rung of
 //! the depth ladder.
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, part_of};
 use super::local::Local;
 use crate::error::Result;
-use crate::field::ImagePoint;
-use crate::render::{Ladder, Operator, PlateMap, Quality, Scene, VergencePass, Window, reach};
+use crate::render::{Ladder, Operator, Quality, Scene, VergencePass, Window, reach};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -235,19 +234,7 @@ impl Layer {
     }
 
     fn new(scene: &Scene, weights: &[f64], window: Window, shares: Option<&[f32]>) -> Result<Self> {
-        let PlateMap { origin, scale } = scene.map;
-        let part = Scene {
-            width: window.width,
-            height: window.height,
-            map: PlateMap {
-                origin: ImagePoint::new(
-                    origin.x_px + window.column as f64 / scale,
-                    origin.y_px + window.row as f64 / scale,
-                ),
-                scale,
-            },
-            ..*scene
-        };
+        let part = part_of(scene, window);
         let operator = |quality| Operator::new(&part, &[weights.to_vec()], quality);
         let (quick, (exact, local)) = rayon::join(
             || operator(Quality::Draft),
@@ -258,12 +245,12 @@ impl Layer {
             exact: exact?,
             local: local?,
             window,
-            share: shares.map(|shares| cut(scene.width, shares, window)),
+            share: shares.map(|shares| window.cut(scene.width, shares)),
         })
     }
 
     fn window_of(&self, width: usize, plane: &[f32]) -> Vec<f32> {
-        cut(width, plane, self.window)
+        self.window.cut(width, plane)
     }
 
     /// The window's light that is in this layer, its share to the power `power`.
@@ -293,12 +280,4 @@ impl Layer {
             }
         }
     }
-}
-
-fn cut(width: usize, plane: &[f32], window: Window) -> Vec<f32> {
-    let rows = plane.chunks_exact(width).skip(window.row);
-    rows.take(window.height)
-        .flat_map(|row| &row[window.column..window.column + window.width])
-        .copied()
-        .collect()
 }

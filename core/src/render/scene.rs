@@ -83,16 +83,8 @@ pub trait Renderer: Sync {
     ) -> Result<Vec<Vec<f32>>> {
         window.check(scene)?;
         let whole = self.render(scene, planes, progress)?;
-        let part = |plane: Vec<f32>| {
-            let rows = plane
-                .chunks_exact(scene.width)
-                .skip(window.row)
-                .take(window.height);
-            rows.flat_map(|row| &row[window.column..window.column + window.width])
-                .copied()
-                .collect()
-        };
-        Ok(whole.into_iter().map(part).collect())
+        let part = |plane: &Vec<f32>| window.cut(scene.width, plane);
+        Ok(whole.iter().map(part).collect())
     }
 
     /// By which ways [`Renderer::render`] would render; nothing is drawn. A renderer that chooses nothing says
@@ -136,6 +128,14 @@ impl Window {
             width,
             height,
         }
+    }
+
+    /// Its part of a plate's `samples`, `width` columns wide.
+    pub(crate) fn cut(&self, width: usize, samples: &[f32]) -> Vec<f32> {
+        let rows = samples.chunks_exact(width).skip(self.row).take(self.height);
+        rows.flat_map(|row| &row[self.column..self.column + self.width])
+            .copied()
+            .collect()
     }
 
     pub(super) fn check(&self, scene: &Scene) -> Result<()> {
