@@ -197,6 +197,24 @@ fn alpha_and_clipped_light() {
     assert!(!outcome.stderr.contains("clipped"), "{}", outcome.stderr);
 }
 
+/// No picture looks as sharp as this through the lens.
+#[test]
+fn a_lens_that_does_not_explain_the_plate_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    made(folder, 0.004);
+    let told = "the lens does not explain the plate";
+    let outcome = removed(folder, "sharp.exr", "--clip none");
+    assert!(!outcome.stderr.contains(told), "{}", outcome.stderr);
+    let line = format!("remove @truth.exr -o @sharp.exr --clip none --noise 0.002 {SIGHT}");
+    let outcome = succeeds(folder, &line);
+    assert!(
+        outcome.stderr.contains(told) && outcome.stderr.contains("check the profile"),
+        "{}",
+        outcome.stderr
+    );
+}
+
 /// Whole numbers come back in kind and size.
 #[test]
 fn png_plates_are_cropped() {
@@ -285,7 +303,6 @@ fn depth_goes_on_beyond_the_plate() {
 fn sequences_go_on_where_they_stopped_and_bad_frames_stop_no_others() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
     write_made_lens(folder, &["Y"]);
     fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
     for frame in 1..=3 {

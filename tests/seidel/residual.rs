@@ -241,6 +241,8 @@ fn residuals_of_other_plates_are_refused_and_other_settings_are_told() {
     must_refuse(folder, &apply("sharp.exr", "no.exr"), &["no.exr"]);
     let same = format!("remove @plate.exr -o @same.exr --residual @same.exr --distance 1 {sight}");
     must_refuse(folder, &same, &["two outputs"]);
+    let other = format!("remove @plate.exr -o @y.exr --residual @y.png --distance 1 {sight}");
+    must_refuse(folder, &other, &["y.png", "EXR"]);
     let line = format!(
         "apply @sharp.exr -o @x.exr --residual @rest.exr --distance 2 --edges black --amount 0.9 {sight}"
     );

@@ -10,6 +10,7 @@ use super::CommandError;
 use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared, Shares};
 use super::removal::RemovalArgs;
 use crate::Console;
+use crate::files::format::{Format, check_output_name};
 use frame::Job;
 
 /// Options of `seidel remove`.
@@ -82,6 +83,9 @@ pub(super) fn run(args: &RemoveArgs, console: &mut Console) -> Result<(), Comman
             .collect(),
     };
     let frames = args.run.frames(&files, &[&args.lens], console)?;
+    for path in frames.iter().flat_map(|frame| &frame.written) {
+        check_output_name(path, Format::Exr)?;
+    }
     shared.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
     let shares = Shares::new(console, "removing blur", frames.len());
     let job = Job {

@@ -337,9 +337,7 @@ impl ExrPlate {
             _ => 0,
         };
         if dropped_levels {
-            self.notes.push(format!(
-                "the mip or rip levels beside channel {name} are left out, as they no longer fit"
-            ));
+            self.notes.push(dropped_levels_of(&name));
         }
         if saturated > 0 {
             self.notes.push(format!(
@@ -371,8 +369,9 @@ impl ExrPlate {
     pub fn reframe(&mut self, id: ChannelId, to: Window) {
         let from = self.data_window(id);
         let layer = &mut self.image.layer_data[id.part];
+        let mut dropped_levels = false;
         for channel in &mut layer.channel_data.list {
-            keep_full_level(&mut channel.sample_data);
+            dropped_levels |= keep_full_level(&mut channel.sample_data);
             if let Levels::Singular(samples) = &mut channel.sample_data {
                 *samples = match samples {
                     FlatSamples::F16(samples) => FlatSamples::F16(held(samples, from, to)),
@@ -383,6 +382,10 @@ impl ExrPlate {
         }
         layer.size = Vec2(to.width, to.height);
         layer.attributes.layer_position = Vec2(to.x, to.y);
+        if dropped_levels {
+            let name = self.channel_name(id);
+            self.notes.push(dropped_levels_of(&name));
+        }
     }
 
     /// Writes the plate whole or not at all.
@@ -392,6 +395,10 @@ impl ExrPlate {
     pub fn write(&self, path: &Path) -> Result<()> {
         write_exr(path, &self.image, true)
     }
+}
+
+fn dropped_levels_of(name: &str) -> String {
+    format!("the mip or rip levels beside channel {name} are left out, as they no longer fit")
 }
 
 fn key_code_text(code: &KeyCode) -> Text {

@@ -138,3 +138,79 @@ pub fn fitted(
         "render both at one size and data window",
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn window(x: i32, y: i32, width: usize, height: usize) -> Window {
+        Window {
+            x,
+            y,
+            width,
+            height,
+        }
+    }
+
+    #[test]
+    fn samples_are_cut_held_and_surrounded() {
+        let own = window(-1, 2, 3, 2);
+        let samples = [1, 2, 3, 4, 5, 6];
+        assert_eq!(crop(&samples, own, window(0, 3, 2, 1)), Some(vec![5, 6]));
+        assert_eq!(crop(&samples, own, window(0, 3, 3, 1)), None);
+        assert_eq!(crop(&samples, own, window(-2, 2, 1, 1)), None);
+        // A window that only meets the other.
+        let moved = window(1, 1, 2, 2);
+        assert_eq!(held(&samples, own, moved), [3, 3, 3, 3]);
+        assert_eq!(held(&samples, own, own), samples);
+        let floats = samples.map(|v| v as f32);
+        let wider = own.grown(1, 0);
+        assert_eq!(wider, window(-2, 2, 5, 2));
+        let want = [0.0, 1.0, 2.0, 3.0, 0.0, 0.0, 4.0, 5.0, 6.0, 0.0];
+        assert_eq!(surrounded(&floats, own, wider), want);
+        assert_eq!(
+            crop(&surrounded(&floats, own, wider), wider, own),
+            Some(floats.to_vec())
+        );
+    }
+
+    #[test]
+    fn windows_at_the_ends_of_numbers_are_no_trouble() {
+        let (first, last) = (window(i32::MIN, 0, 4, 4), window(i32::MAX - 3, 0, 4, 4));
+        assert!(!first.contains(last) && !first.meets(last) && first.contains(first));
+        assert_eq!(held(&[7_u32; 16], first, last), [7; 16]);
+        assert!(held::<u32>(&[], window(0, 0, 0, 4), last).is_empty());
+    }
+
+    #[test]
+    fn only_what_is_of_the_same_picture_goes_on() {
+        let display = window(0, 0, 4, 3);
+        let pass = Windows {
+            data: display,
+            display,
+        };
+        let samples = [0.5; 12];
+        let over = |data: Window, display: Window| {
+            fitted(
+                &samples,
+                pass,
+                Windows { data, display },
+                (Path::new("z.exr"), "channel Z"),
+            )
+        };
+        let (held, said) = over(display.grown(2, 1), display).expect("overscan");
+        assert_eq!((held.len(), said.is_some()), (8 * 5, true));
+        for (data, display) in [
+            (display.grown(2, 1), display.grown(2, 1)),
+            (window(9, 9, 5, 5), display),
+        ] {
+            let error = over(data, display)
+                .expect_err("another picture")
+                .to_string();
+            assert!(
+                error.contains("z.exr") && error.contains("channel Z"),
+                "{error}"
+            );
+        }
+    }
+}
