@@ -20,11 +20,11 @@ const SQUARES: usize = 3;
 /// off (found on photographs).
 const SIZE_WEIGHT: f64 = 0.1;
 /// By how much less and by how much more blur must be better than the lens as it is: taking too much off does harm.
-const LESS_BETTER: f64 = 0.02;
+const LESS_BETTER: f64 = 0.03;
 const MORE_BETTER: f64 = 0.05;
 /// What counts as noise, as a share of the light: more than for removing, that what rings at another share of the blur is
 /// not what operators get wrong.
-const INEXACT: f64 = 4e-3;
+const INEXACT: f64 = 6e-3;
 
 /// How a lens's blur compares with a plate's.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -114,6 +114,29 @@ impl Local {
         self.put_together(&parts, plane.len())
     }
 
+    /// Mean over all waves of what `share` makes of the transfer function and |D|^2, of each square, smooth between them.
+    pub(super) fn mean_over_waves(
+        &self,
+        share: impl Fn(Complex<f32>, f32) -> f32 + Sync,
+    ) -> Vec<f32> {
+        let parts: Vec<Option<Vec<f32>>> = self
+            .spectra
+            .par_iter()
+            .map(|spectrum| {
+                let waves = spectrum.iter().zip(&self.slopes);
+                let sum: f64 = waves.map(|(h, slope)| f64::from(share(*h, *slope))).sum();
+                let mean = (sum / spectrum.len() as f64) as f32;
+                // Windowed once here and once when squares are put together.
+                let rows = self.window.iter();
+                Some(
+                    rows.flat_map(|wy| self.window.iter().map(move |wx| mean * wy * wx))
+                        .collect(),
+                )
+            })
+            .collect();
+        self.put_together(&parts, self.size.0 * self.size.1)
+    }
+
     /// The sum of windowed squares, in order, so that it does not depend on threads.
     fn put_together(&self, parts: &[Option<Vec<f32>>], count: usize) -> Vec<f32> {
         let mut out = vec![0.0; count];

@@ -11,10 +11,15 @@ mod kept;
 mod lens_check;
 mod local;
 mod noise;
+mod noise_gain;
+#[cfg(test)]
+mod parts_tests;
 mod prior;
 mod saturation;
 mod solve;
 mod sums;
+#[cfg(test)]
+mod test_scenes;
 #[cfg(test)]
 mod tests;
 mod transform;
@@ -75,6 +80,9 @@ pub struct Removed {
     /// Root of the mean square of `rest`, in standard deviations of what the noise and inexact lenses let expect: well above
     /// one, the lens does not explain the plate. Lights brighter than most count less.
     pub misfit: f64,
+    /// How much of the detail at each pixel of the plate, of all waves up to the pixels' own, is told by the plate, from 0 to
+    /// 1; the rest is as smooth as sharp pictures mostly are. 0 at clipped samples.
+    pub confidence: Vec<f32>,
 }
 
 impl Removed {
@@ -161,6 +169,7 @@ impl Removal {
                 noise: self.noise.unwrap_or(0.0),
                 clipped: None,
                 misfit: 0.0,
+                confidence: vec![1.0; plane.samples.len()],
             });
         }
         let view = View::new(scene, &canvas, plane.weights)?;
@@ -182,8 +191,17 @@ impl Removal {
             rounds: self.rounds,
             view: &view,
         };
-        let found = solve(&task, progress)?;
+        let (found, bowl) = solve(&task, progress)?;
         let (rest, misfit) = task.rest(&found);
+        let told = view.mean_over_waves(|h, slope| bowl.told(h, slope))?;
+        let told = canvas.cropped(&told);
+        let confidence =
+            told.iter()
+                .zip(plane.samples)
+                .map(|(told, sample)| match is_clipped(*sample) {
+                    true => 0.0,
+                    false => told.clamp(0.0, 1.0),
+                });
         let clipped = level.map(|level| {
             let count = plane.samples.iter().filter(|v| is_clipped(**v)).count();
             (f64::from(level), count)
@@ -195,6 +213,7 @@ impl Removal {
             noise,
             clipped,
             misfit,
+            confidence: confidence.collect(),
         })
     }
 }

@@ -46,7 +46,8 @@ pub(super) struct Seen {
 }
 
 /// The quadratic of one round.
-struct Bowl {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bowl {
     /// 1 / s^2 and r.
     fit: f64,
     stiff: f64,
@@ -56,13 +57,14 @@ struct Bowl {
 ///
 /// # Errors
 /// If `progress`, told the share done, says to stop.
-pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Seen> {
+pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<(Seen, Bowl)> {
     let width = task.canvas.size().0;
     let trust = task.trust();
     let fit = trust.deviation().powi(-2);
     let mut picture = task.seen_well(start(task, fit)?)?;
     let mut multiplier = Slopes::none(task.blurred.len(), width);
     let mut last: Option<Seen> = None;
+    let mut bowl = Bowl { fit, stiff: 0.0 };
     for round in 0..task.rounds {
         if !progress(round as f64 / task.rounds as f64) {
             return Err(stopped());
@@ -71,10 +73,7 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Seen>
         if scale == 0.0 {
             break;
         }
-        let bowl = Bowl {
-            fit,
-            stiff: WEIGHT / (SHORTER * scale * scale),
-        };
+        bowl.stiff = WEIGHT / (SHORTER * scale * scale);
         let pull = multiplier.turned(&picture.plane, (SHORTER * scale) as f32);
         let weights = task.weights(&trust, &picture);
         let descent = task.descent(&bowl, &picture, &pull, &weights)?;
@@ -88,7 +87,7 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<Seen>
             picture = task.seen_well(picture.plane)?;
         }
     }
-    task.seen_well(picture.plane)
+    Ok((task.seen_well(picture.plane)?, bowl))
 }
 
 /// A Wiener filter by local spectra, slopes being as strong as those of what it gives.
@@ -185,6 +184,13 @@ impl Task<'_> {
 }
 
 impl Bowl {
+    /// The share of a wave that is told by the plate and not by the prior, from the lens's transfer function and |D|^2.
+    pub(super) fn told(&self, h: Complex<f32>, slope: f32) -> f32 {
+        let fit = h.norm_sqr() * self.fit as f32;
+        let all = fit + self.stiff as f32 * slope;
+        if all > 0.0 { fit / all } else { 1.0 }
+    }
+
     /// The step along `ways`, one or two, to the lowest point that they reach.
     fn lowest(&self, descent: &[f32], mut ways: Vec<Seen>, weights: &[f32], width: usize) -> Seen {
         let counted = |plane: &[f32]| -> Vec<f32> {

@@ -134,6 +134,18 @@ impl View {
         })
     }
 
+    /// Mean over all waves of what `share` makes of local spectra and |D|^2, each pixel by those of its own layer.
+    pub(super) fn mean_over_waves(
+        &self,
+        share: impl Fn(Complex<f32>, f32) -> f32 + Sync,
+    ) -> Result<Vec<f32>> {
+        self.over_layers(|layer| {
+            let mut out = layer.local.mean_over_waves(&share);
+            layer.keep(&mut out, 1.0);
+            Ok(out)
+        })
+    }
+
     /// Median powers of the noise of a canvas, wherever it can be told from the picture ([`Local::quiet_powers`]).
     pub(super) fn quiet_powers(&self, plane: &[f32], passed: f32, count: usize) -> Vec<f64> {
         let of_layer = |layer: &Layer| {
