@@ -197,6 +197,32 @@ fn alpha_and_clipped_light() {
     assert!(!outcome.stderr.contains("clipped"), "{}", outcome.stderr);
 }
 
+/// Maps have the plate's pixels and colours, whatever the window of the sharp plate.
+#[test]
+fn maps_tell_what_was_seen_and_what_became_of_noise() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    made(folder, 0.004);
+    let maps = "--confidence @c.exr --noise-gain @n.exr";
+    removed(folder, "sharp.exr", maps);
+    for channel in COLOURS {
+        let seen = read_channel(&folder.join("c.exr"), channel);
+        assert_eq!(seen.len(), WIDTH * HEIGHT);
+        assert!(seen.iter().all(|v| (0.0..=1.0).contains(v)));
+        let mean = seen.iter().sum::<f32>() / seen.len() as f32;
+        assert!(mean > 0.02 && mean < 0.98, "{mean}");
+        let gain = read_channel(&folder.join("n.exr"), channel);
+        assert_eq!(gain.len(), WIDTH * HEIGHT);
+        assert!(gain.iter().all(|v| v.is_finite() && *v >= 0.0));
+        assert!(gain.iter().any(|v| *v > 0.0));
+    }
+    removed(folder, "same.exr", &format!("--strength 0 {maps}"));
+    for name in ["c.exr", "n.exr"] {
+        let ones = read_channel(&folder.join(name), "G");
+        assert_eq!(ones, vec![1.0; WIDTH * HEIGHT]);
+    }
+}
+
 /// No picture looks as sharp as this through the lens.
 #[test]
 fn a_lens_that_does_not_explain_the_plate_is_told() {

@@ -45,8 +45,10 @@ fn parse_clip(text: &str) -> Result<Saturation, String> {
 
 /// The planes of a plate without its blur, colours first.
 pub(super) struct Unblurred {
-    pub(super) removed: Vec<Removed>,
+    removed: Vec<Removed>,
     colours: usize,
+    /// How many times as strong noise is in each colour, at each pixel of the plate; empty unless asked for.
+    pub(super) noise_gain: Vec<Vec<f32>>,
 }
 
 impl RemovalArgs {
@@ -65,11 +67,13 @@ impl RemovalArgs {
         .into())
     }
 
-    /// The plate without the blur of its lens, and what there is to say of it; `progress` is told the share done.
+    /// The plate without the blur of its lens, what becomes of noise if `gain` is asked for, and what there is to say
+    /// of it; `progress` is told the share done.
     pub(super) fn found(
         &self,
         shared: &Shared,
         read: &mut ReadPlate,
+        gain: bool,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Unblurred, CommandError> {
         let ReadPlate { setup, plate, .. } = &*read;
@@ -77,7 +81,7 @@ impl RemovalArgs {
         let found = shared.seen(setup, plate, vergence, |sight| {
             let mut light = read.light.with_planes(read.light.copied());
             light.undevelop(&setup.drawing.predictor, sight.weights);
-            let found = self.removed(sight, &light, progress);
+            let found = self.removed(sight, &light, gain, progress);
             found.map_err(|e| FileError::from_core(plate.path(), e).into())
         })?;
         let said = self.told(plate.colour_names(), &found);
@@ -90,21 +94,33 @@ impl RemovalArgs {
         &self,
         sight: &Sight,
         light: &Light,
+        gain: bool,
         progress: &(dyn Fn(f64) + Sync),
     ) -> seidel_core::Result<Unblurred> {
         let planes = light.with_weights(sight.weights);
-        let mut removed = Vec::with_capacity(planes.len());
+        let colours = light.colour_count();
+        let (mut removed, mut noise_gain) = (Vec::with_capacity(planes.len()), Vec::new());
+        let steps = planes.len() + if gain { colours } else { 0 };
+        let mut done = 0;
         for (index, plane) in planes.iter().enumerate() {
-            let removal = self.of_plane(index, light.colour_count());
-            let share = |part: f64| {
-                progress((index as f64 + part) / planes.len() as f64);
+            let removal = self.of_plane(index, colours);
+            let share = |done: usize, part: f64| {
+                progress((done as f64 + part) / steps as f64);
                 true
             };
-            removed.extend(removal.remove(&sight.scene, &[*plane], &share)?);
+            let found = removal.remove(&sight.scene, &[*plane], &|part| share(done, part))?;
+            done += 1;
+            if gain && index < colours {
+                let tell = |part| share(done, part);
+                noise_gain.extend(removal.noise_gain(&sight.scene, &[*plane], &found, &tell)?);
+                done += 1;
+            }
+            removed.extend(found);
         }
         Ok(Unblurred {
             removed,
-            colours: light.colour_count(),
+            colours,
+            noise_gain,
         })
     }
 
@@ -175,6 +191,12 @@ impl Unblurred {
     /// Standard deviation of the noise of each plane.
     pub(super) fn noise(&self) -> Vec<f64> {
         self.removed.iter().map(|removed| removed.noise).collect()
+    }
+
+    /// How much of each pixel of the plate was seen and not guessed, for each colour.
+    pub(super) fn confidence(&self) -> Vec<Vec<f32>> {
+        let colours = self.colours().iter();
+        colours.map(|removed| removed.confidence.clone()).collect()
     }
 
     /// The planes on their canvas, coverage within 0..1.

@@ -1,5 +1,6 @@
 //! `seidel remove`: a plate without the blur of the lens that it was taken with.
 
+mod extras;
 mod frame;
 
 use std::path::PathBuf;
@@ -41,6 +42,14 @@ pub struct RemoveArgs {
     /// --residual` gives back the plate where OUT was not worked on. OpenEXR; a frame pattern where OUT has one
     #[arg(long, value_name = "FILE")]
     residual: Option<String>,
+    /// Write how much of each pixel was seen and not guessed, 0 to 1, a channel a colour. OpenEXR; a frame pattern where
+    /// OUT has one
+    #[arg(long, value_name = "FILE")]
+    confidence: Option<String>,
+    /// Write how many times its size in the plate noise has in the sharp picture, a channel a colour. OpenEXR; a frame
+    /// pattern where OUT has one
+    #[arg(long, value_name = "FILE")]
+    noise_gain: Option<String>,
     #[command(flatten)]
     depth: DepthArgs,
     #[command(flatten)]
@@ -67,6 +76,19 @@ fn parse_share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number from 0 to 1".to_owned())
 }
 
+impl RemoveArgs {
+    /// What is written beside the plate, each with its option.
+    fn written(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        let options = [
+            ("--residual", &self.residual),
+            ("--confidence", &self.confidence),
+            ("--noise-gain", &self.noise_gain),
+        ];
+        let given = options.into_iter();
+        given.filter_map(|(option, file)| Some((option, file.as_deref()?)))
+    }
+}
+
 pub(super) fn run(args: &RemoveArgs, console: &mut Console) -> Result<(), CommandError> {
     let mut said = Vec::new();
     let options = (&args.sight, &args.depth, &args.plate);
@@ -78,9 +100,7 @@ pub(super) fn run(args: &RemoveArgs, console: &mut Console) -> Result<(), Comman
         input: &args.input,
         output: &args.output,
         read: shared.depth_pattern().into_iter().collect(),
-        written: (args.residual.iter())
-            .map(|file| ("--residual", file.as_str()))
-            .collect(),
+        written: args.written().collect(),
     };
     let frames = args.run.frames(&files, &[&args.lens], console)?;
     for path in frames.iter().flat_map(|frame| &frame.written) {

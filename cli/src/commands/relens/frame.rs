@@ -63,7 +63,7 @@ impl Job<'_> {
         } else {
             let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
             let removal = &self.args.removal;
-            let found = removal.found(self.from, &mut read, &progress)?;
+            let found = removal.found(self.from, &mut read, false, &progress)?;
             let planes = self.seen_anew(index, &read, &found)?;
             read.light.put_back(&mut plate, planes)?;
         }

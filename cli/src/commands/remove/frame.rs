@@ -4,6 +4,7 @@ use std::path::Path;
 
 use rayon::ThreadPool;
 
+use super::extras::{Extra, Map};
 use super::{Grain, RemoveArgs};
 use crate::commands::CommandError;
 use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
@@ -33,7 +34,7 @@ pub(super) struct Job<'a> {
 /// A frame to be written.
 pub(super) struct SharpFrame {
     plate: Plate,
-    residual: Option<Residual>,
+    extras: Vec<Extra>,
     said: Vec<String>,
 }
 
@@ -54,23 +55,34 @@ impl Job<'_> {
 
     fn sharpen(&self, index: usize, mut read: ReadPlate) -> Result<SharpFrame, CommandError> {
         let mut plate = read.plate.clone();
-        let mut noise = vec![0.0; read.light.plane_count()];
+        let mut found = None;
         if read.setup.adjust.is_nothing() || self.args.strength == 0.0 {
             read.light.keep(&mut plate)?;
             (read.said).push("at --amount 0 or --strength 0 the plate stays as it is".into());
         } else {
             let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
-            let found = (self.args.removal).found(self.shared, &mut read, &progress)?;
-            self.put_sharp(&read, &found, &mut plate)?;
-            noise = found.noise();
+            let gain = self.args.noise_gain.is_some();
+            let removal = &self.args.removal;
+            let unblurred = removal.found(self.shared, &mut read, gain, &progress)?;
+            self.put_sharp(&read, &unblurred, &mut plate)?;
+            found = Some(unblurred);
         }
         plate.round();
-        let residual = (self.args.residual.as_ref())
-            .map(|_| self.residual(index, &read, (&plate, noise)))
-            .transpose()?;
+        let mut extras = Vec::new();
+        for ((option, _), path) in self.args.written().zip(&self.frames[index].written) {
+            extras.push(match option {
+                "--residual" => Extra::Residual(Box::new(self.residual(
+                    index,
+                    &read,
+                    (&plate, found.as_ref()),
+                    path,
+                )?)),
+                _ => Extra::Map(map(option, &read, found.as_ref(), path)),
+            });
+        }
         Ok(SharpFrame {
             plate,
-            residual,
+            extras,
             said: read.said,
         })
     }
@@ -80,7 +92,8 @@ impl Job<'_> {
         &self,
         index: usize,
         read: &ReadPlate,
-        (sharp, noise): (&Plate, Vec<f64>),
+        (sharp, found): (&Plate, Option<&Unblurred>),
+        path: &Path,
     ) -> Result<Residual, CommandError> {
         let number = self.frames[index].number;
         let stored = self
@@ -91,6 +104,10 @@ impl Job<'_> {
             self.shares.tell(index, done);
         };
         let applied = self.shared.applied(&stored, &progress)?;
+        let noise = match found {
+            Some(found) => found.noise(),
+            None => vec![0.0; read.light.plane_count()],
+        };
         let (whole, own) = (sharp.data_window(), read.plate.data_window());
         let rest = |(seen, plane): (&Vec<f32>, &Vec<f32>)| {
             let seen = held(seen, whole, own);
@@ -100,7 +117,7 @@ impl Job<'_> {
         let mut settings = self.shared.told(&read.setup, &read.plate)?;
         settings.extend(Shared::defaults_told());
         Ok(Residual {
-            path: self.frames[index].written[0].clone(),
+            path: path.to_owned(),
             windows: sharp.windows(),
             plate: own,
             names: read.light.names().to_vec(),
@@ -145,6 +162,24 @@ impl Job<'_> {
     }
 }
 
+/// The map that `option` asks for; of a plate that stays as it is nothing is guessed, and its noise is its own.
+fn map(option: &str, read: &ReadPlate, found: Option<&Unblurred>, path: &Path) -> Map {
+    let planes = match (found, option) {
+        (Some(found), "--confidence") => found.confidence(),
+        (Some(found), _) => found.noise_gain.clone(),
+        (None, _) => {
+            let pixels = read.plate.width() * read.plate.height();
+            vec![vec![1.0; pixels]; read.light.colour_count()]
+        }
+    };
+    Map {
+        path: path.to_owned(),
+        windows: read.plate.windows(),
+        names: read.plate.colour_names().to_vec(),
+        planes,
+    }
+}
+
 impl Stages for Job<'_> {
     type Read = ReadPlate;
     type Done = SharpFrame;
@@ -164,11 +199,11 @@ impl Stages for Job<'_> {
     fn write(&self, index: usize, frame: SharpFrame) -> Outcome {
         let SharpFrame {
             plate,
-            residual,
+            extras,
             mut said,
         } = frame;
-        if let Some(residual) = residual {
-            residual.write(&residual.path)?;
+        for extra in extras {
+            extra.write()?;
         }
         said.extend(plate.write(&self.frames[index].output)?);
         Ok(said)
