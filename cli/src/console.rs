@@ -55,6 +55,11 @@ impl Progress {
             .set_position((share.clamp(0.0, 1.0) * PROGRESS_STEPS as f64) as u64);
     }
 
+    /// Takes the bar away.
+    pub fn clear(&self) {
+        self.0.finish_and_clear();
+    }
+
     /// Does `speak` with the bar out of the way, so that words and bar do not mix.
     pub fn hidden<T>(&self, speak: impl FnOnce() -> T) -> T {
         self.0.suspend(speak)
@@ -63,6 +68,6 @@ impl Progress {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.clear();
     }
 }

@@ -22,6 +22,8 @@ mod occlusion;
 mod pinholes;
 mod psf_command;
 mod reference_tables;
+mod remove;
+mod residual;
 mod self_test;
 mod sequences;
 mod support;

@@ -9,7 +9,11 @@ mod eval;
 mod fit;
 mod lens;
 mod picture;
+mod plates;
 mod psf;
+mod relens;
+mod removal;
+mod remove;
 
 pub use diagnose::self_test;
 
@@ -49,6 +53,10 @@ pub enum Command {
     Lens(lens::LensCommand),
     /// Blur a plate with a lens
     Apply(Box<apply::ApplyArgs>),
+    /// Take a lens's blur off a plate
+    Remove(Box<remove::RemoveArgs>),
+    /// Give a plate the blur of another lens than the one it was taken with
+    Relens(Box<relens::RelensArgs>),
     /// Tell what a lens lacks against measured point-spread functions, and add it
     Diagnose(Box<diagnose::DiagnoseArgs>),
 }
@@ -66,6 +74,8 @@ impl Command {
             Self::Psf(args) => psf::run(&args, console),
             Self::Lens(command) => lens::run(&command, console),
             Self::Apply(args) => apply::run(&args, console),
+            Self::Remove(args) => remove::run(&args, console),
+            Self::Relens(args) => relens::run(&args, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }

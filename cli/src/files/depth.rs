@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::error::{FileError, Result};
-use super::exr_choice::fitted;
-use super::exr_plate::{ExrPlate, Window};
+use super::exr_plate::ExrPlate;
 use super::flat_plate::{FlatPlate, SampleDepth};
 use super::format::{Format, detect};
+use super::windows::{Windows, fitted};
 
 /// A depth pass as named on the command line: `FILE` or `FILE:CHANNEL`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub struct DepthPass {
     /// Name of the channel it is from.
     pub channel: String,
     /// Where the pixels lie; at (0, 0) for PNG and TIFF.
-    pub window: Window,
+    pub windows: Windows,
     /// One number a pixel, row-major. Integers are scaled to 0..1.
     pub samples: Vec<f32>,
 }
@@ -90,7 +90,10 @@ impl DepthPass {
         Ok(Self {
             file: plate.path().to_path_buf(),
             channel: plate.channel_name(id),
-            window: plate.data_window(id),
+            windows: Windows {
+                data: plate.data_window(id),
+                display: plate.display_window(),
+            },
             samples: plate.samples(id),
         })
     }
@@ -127,29 +130,17 @@ impl DepthPass {
         Ok(Self {
             file: plate.path().to_path_buf(),
             channel: name.to_owned(),
-            window: Window {
-                x: 0,
-                y: 0,
-                width: plate.width(),
-                height: plate.height(),
-            },
+            windows: Windows::of_size(plate.width(), plate.height()),
             samples: samples.to_vec(),
         })
     }
 
-    /// The samples over another window, that of the plate: cut out of a larger pass, or as they are
-    /// where only the place differs but not the size.
+    /// The samples over those of a plate, as [`fitted`] has them; with a remark where there is something to say.
     ///
     /// # Errors
-    /// A pass that does not cover the window.
-    pub fn over(&self, window: Window) -> Result<Vec<f32>> {
-        fitted(&self.samples, self.window, window).ok_or_else(|| {
-            FileError::new(
-                &self.file,
-                format!("channel {}", self.channel),
-                format!("covers {}, the plate {window}", self.window),
-                "render depth and plate at one size and data window",
-            )
-        })
+    /// A pass that neither covers the plate nor is of the same picture.
+    pub fn over(&self, plate: Windows) -> Result<(Vec<f32>, Option<String>)> {
+        let what = format!("channel {}", self.channel);
+        fitted(&self.samples, self.windows, plate, (&self.file, &what))
     }
 }

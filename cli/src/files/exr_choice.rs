@@ -1,7 +1,7 @@
 //! Which channels of an EXR plate are its colour and which its depth.
 
 use super::error::{FileError, Result};
-use super::exr_plate::{ChannelId, ChannelInfo, ExrPlate, Window};
+use super::exr_plate::{ChannelId, ChannelInfo, ExrPlate};
 
 /// The channels that are blurred together, all of one part.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -207,29 +207,4 @@ fn group(channels: &[ChannelInfo], part: usize, prefix: &str) -> Option<ColourGr
             Some(_) => None,
             None => named(&["Y"]),
         })
-}
-
-/// Cuts the samples of `from` down to `to`; `None` where `to` is not wholly inside `from`.
-pub fn crop(samples: &[f32], from: Window, to: Window) -> Option<Vec<f32>> {
-    let offset = |inner: i32, outer: i32| usize::try_from(i64::from(inner) - i64::from(outer)).ok();
-    let (left, top) = (offset(to.x, from.x)?, offset(to.y, from.y)?);
-    let fits = left.checked_add(to.width)? <= from.width
-        && top.checked_add(to.height)? <= from.height
-        && samples.len() == from.width.checked_mul(from.height)?;
-    if !fits {
-        return None;
-    }
-    let mut cut = Vec::with_capacity(to.width * to.height);
-    for row in top..top + to.height {
-        let start = row * from.width + left;
-        cut.extend_from_slice(&samples[start..start + to.width]);
-    }
-    Some(cut)
-}
-
-/// The samples of `from` over `to`: cut out of a larger window, or as they are where only the place differs
-/// but not the size; `None` where neither is.
-pub fn fitted(samples: &[f32], from: Window, to: Window) -> Option<Vec<f32>> {
-    let same_size = (from.width, from.height) == (to.width, to.height);
-    crop(samples, from, to).or_else(|| same_size.then(|| samples.to_vec()))
 }

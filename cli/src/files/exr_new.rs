@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
+use exr::meta::attribute::IntegerBounds;
 use exr::prelude::*;
 use half::f16;
 
 use super::error::Result;
 use super::exr_file::write_exr;
+use super::windows::Windows;
 
 /// A channel to write.
 pub struct NewChannel<'a> {
@@ -18,6 +20,23 @@ pub struct NewChannel<'a> {
     pub half: bool,
 }
 
+/// Writes an EXR as [`write_new`] does whose channels lie as `windows` say.
+///
+/// # Errors
+/// A target that cannot be written.
+///
+/// # Panics
+/// If a channel has not one sample a pixel.
+pub fn write_placed(path: &Path, windows: Windows, channels: &[NewChannel]) -> Result<()> {
+    let Windows { data, display } = windows;
+    let mut layer = new_layer(data.width, data.height, channels);
+    layer.attributes.layer_position = Vec2(data.x, data.y);
+    let mut image = Image::from_layer(layer);
+    image.attributes.display_window =
+        IntegerBounds::new((display.x, display.y), (display.width, display.height));
+    write_exr(path, &image, true)
+}
+
 /// Writes a scene-linear EXR of `width` x `height` pixels, ZIP compressed, whole or not at all.
 ///
 /// # Errors
@@ -26,6 +45,15 @@ pub struct NewChannel<'a> {
 /// # Panics
 /// If a channel has not one sample a pixel.
 pub fn write_new(path: &Path, width: usize, height: usize, channels: &[NewChannel]) -> Result<()> {
+    let layer = new_layer(width, height, channels);
+    write_exr(path, &Image::from_layer(layer), true)
+}
+
+fn new_layer(
+    width: usize,
+    height: usize,
+    channels: &[NewChannel],
+) -> Layer<AnyChannels<FlatSamples>> {
     let list = channels
         .iter()
         .map(|channel| {
@@ -39,7 +67,7 @@ pub fn write_new(path: &Path, width: usize, height: usize, channels: &[NewChanne
             AnyChannel::new(channel.name, samples)
         })
         .collect();
-    let layer = Layer::new(
+    Layer::new(
         (width, height),
         LayerAttributes::default(),
         Encoding {
@@ -47,6 +75,5 @@ pub fn write_new(path: &Path, width: usize, height: usize, channels: &[NewChanne
             ..Encoding::FAST_LOSSLESS
         },
         AnyChannels::sort(list),
-    );
-    write_exr(path, &Image::from_layer(layer), true)
+    )
 }

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
 use exr::meta::attribute::{AttributeValue, KeyCode, LineOrder, SampleType, Text};
-use exr::prelude::Compression;
+use exr::prelude::{Compression, Vec2};
 use half::f16;
 
 use super::error::{FileError, Result};
 use super::exr_file::{read_exr, write_exr};
 use super::limits::Limits;
+use super::windows::held;
 
 /// Name of the text attribute that takes the place of the film key code; see [`ExrPlate::open`].
 pub const KEY_CODE_TEXT: &str = "keyCodeText";
@@ -193,6 +194,12 @@ impl ExrPlate {
         &self.notes
     }
 
+    /// An attribute of the first part by its name.
+    pub(super) fn attribute(&self, name: &str) -> Option<&AttributeValue> {
+        let attributes = &self.image.layer_data.first()?.attributes.other;
+        attributes.get(&Text::new_or_none(name)?)
+    }
+
     /// Number of parts in the file, at least one.
     pub fn parts(&self) -> usize {
         self.image.layer_data.len()
@@ -330,9 +337,7 @@ impl ExrPlate {
             _ => 0,
         };
         if dropped_levels {
-            self.notes.push(format!(
-                "the mip or rip levels beside channel {name} are left out, as they no longer fit"
-            ));
+            self.notes.push(dropped_levels_of(&name));
         }
         if saturated > 0 {
             self.notes.push(format!(
@@ -359,6 +364,30 @@ impl ExrPlate {
         list.sort_by(|a, b| a.name.cmp(&b.name));
     }
 
+    /// Gives the part of `id` another data window: all of its channels are cut to it, and beyond what they were they
+    /// are as their nearest pixel. Smaller copies of the picture are dropped.
+    pub fn reframe(&mut self, id: ChannelId, to: Window) {
+        let from = self.data_window(id);
+        let layer = &mut self.image.layer_data[id.part];
+        let mut dropped_levels = false;
+        for channel in &mut layer.channel_data.list {
+            dropped_levels |= keep_full_level(&mut channel.sample_data);
+            if let Levels::Singular(samples) = &mut channel.sample_data {
+                *samples = match samples {
+                    FlatSamples::F16(samples) => FlatSamples::F16(held(samples, from, to)),
+                    FlatSamples::F32(samples) => FlatSamples::F32(held(samples, from, to)),
+                    FlatSamples::U32(samples) => FlatSamples::U32(held(samples, from, to)),
+                };
+            }
+        }
+        layer.size = Vec2(to.width, to.height);
+        layer.attributes.layer_position = Vec2(to.x, to.y);
+        if dropped_levels {
+            let name = self.channel_name(id);
+            self.notes.push(dropped_levels_of(&name));
+        }
+    }
+
     /// Writes the plate whole or not at all.
     ///
     /// # Errors
@@ -366,6 +395,10 @@ impl ExrPlate {
     pub fn write(&self, path: &Path) -> Result<()> {
         write_exr(path, &self.image, true)
     }
+}
+
+fn dropped_levels_of(name: &str) -> String {
+    format!("the mip or rip levels beside channel {name} are left out, as they no longer fit")
 }
 
 fn key_code_text(code: &KeyCode) -> Text {

@@ -164,6 +164,18 @@ impl FlatPlate {
         Ok(())
     }
 
+    /// Rounds the code values to what the file will hold.
+    pub(super) fn round(&mut self) {
+        let stored: fn(f32) -> f32 = match self.depth {
+            SampleDepth::U8 => |code| f32::from(to_u8(code)) / 255.0,
+            SampleDepth::U16 => |code| f32::from(to_u16(code)) / 65535.0,
+            SampleDepth::F16 | SampleDepth::F32 => return,
+        };
+        for code in self.planes.iter_mut().flatten() {
+            *code = stored(*code);
+        }
+    }
+
     /// Writes the picture whole or not at all, in the format and sample type it was read in (half
     /// float as float). Returns a sentence for each thing that the format could not hold.
     ///

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::error::{FileError, Result};
-use super::exr_choice::fitted;
-use super::exr_plate::{ExrPlate, Window};
+use super::exr_plate::ExrPlate;
 use super::flat_plate::FlatPlate;
 use super::format::{Format, detect};
+use super::windows::{Windows, fitted};
 
 /// A matte as it stands in its file.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +16,7 @@ pub struct Matte {
     /// Name of the channel it is from.
     pub channel: String,
     /// Where the pixels lie; at (0, 0) for PNG and TIFF.
-    window: Window,
+    windows: Windows,
     samples: Vec<f32>,
 }
 
@@ -27,49 +27,42 @@ impl Matte {
     /// A file that cannot be read, and no such channel.
     pub fn open(file: &Path, channel: Option<&str>) -> Result<Self> {
         let refused = |names: &[String]| none_such(file, names, channel);
-        let (name, window, samples) = match detect(file)? {
+        let (name, windows, samples) = match detect(file)? {
             Format::Exr => {
                 let plate = ExrPlate::open(file)?;
                 let names: Vec<String> = plate.channels().into_iter().map(|c| c.name).collect();
                 let at = chosen(&names, channel).ok_or_else(|| refused(&names))?;
                 let id = plate.channels()[at].id;
-                (names[at].clone(), plate.data_window(id), plate.samples(id))
+                let windows = Windows {
+                    data: plate.data_window(id),
+                    display: plate.display_window(),
+                };
+                (names[at].clone(), windows, plate.samples(id))
             }
             Format::Png | Format::Tiff => {
                 let plate = FlatPlate::open(file)?;
                 let at = chosen(plate.names(), channel).ok_or_else(|| refused(plate.names()))?;
-                let window = Window {
-                    x: 0,
-                    y: 0,
-                    width: plate.width(),
-                    height: plate.height(),
-                };
+                let windows = Windows::of_size(plate.width(), plate.height());
                 let name = plate.names()[at].clone();
                 let samples = plate.plane(&name).unwrap_or_default().to_vec();
-                (name, window, samples)
+                (name, windows, samples)
             }
         };
         Ok(Self {
             file: file.to_owned(),
             channel: name,
-            window,
+            windows,
             samples,
         })
     }
 
-    /// The samples over another window, that of the plate.
+    /// The samples over those of a plate, as [`fitted`] has them; with a remark where there is something to say.
     ///
     /// # Errors
-    /// A matte that does not cover the window.
-    pub fn over(&self, window: Window) -> Result<Vec<f32>> {
-        fitted(&self.samples, self.window, window).ok_or_else(|| {
-            FileError::new(
-                &self.file,
-                format!("channel {}", self.channel),
-                format!("covers {}, the plate {window}", self.window),
-                "render matte and plate at one size and data window",
-            )
-        })
+    /// A matte that neither covers the plate nor is of the same picture.
+    pub fn over(&self, plate: Windows) -> Result<(Vec<f32>, Option<String>)> {
+        let what = format!("channel {}", self.channel);
+        fitted(&self.samples, self.windows, plate, (&self.file, &what))
     }
 }
 

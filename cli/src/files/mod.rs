@@ -18,9 +18,11 @@ pub mod matte;
 pub mod picture;
 pub mod plate;
 mod png_file;
+pub mod residual;
 pub mod sequence;
 mod tiff_file;
 mod tile_image;
+pub mod windows;
 
 pub use error::{FileError, Result};
 

@@ -8,6 +8,7 @@ use super::exr_choice::ColourGroup;
 use super::exr_plate::{ExrPlate, NonFinite, Window, non_finite};
 use super::flat_plate::{Container, Encoding, FlatPlate};
 use super::format::{Format, check_output_name, detect};
+use super::windows::Windows;
 
 /// What a user may say about a plate.
 #[derive(Debug, Clone, Default)]
@@ -141,6 +142,30 @@ impl Plate {
     /// The picture proper: the frame that a lens covers.
     pub fn display_window(&self) -> Window {
         self.display
+    }
+
+    /// Both.
+    pub fn windows(&self) -> Windows {
+        Windows {
+            data: self.window,
+            display: self.display,
+        }
+    }
+
+    /// Gives the planes, and all else in the same part of the file, another data window; beyond what there was
+    /// everything is as its nearest pixel. EXR only: others stay as they are.
+    pub fn reframe(&mut self, window: Window) {
+        if let PlateFile::Exr { plate, group } = &mut self.file {
+            plate.reframe(group.colour[0], window);
+            self.window = window;
+        }
+    }
+
+    /// Rounds the samples to what the file will hold. EXR planes are rounded when they are put in place.
+    pub fn round(&mut self) {
+        if let PlateFile::Flat { plate, .. } = &mut self.file {
+            plate.round();
+        }
     }
 
     /// Width of a pixel over its height: as the file says in EXR, one in PNG and TIFF.

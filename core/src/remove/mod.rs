@@ -8,6 +8,7 @@
 
 mod canvas;
 mod filled;
+mod kept;
 mod lens_check;
 mod local;
 mod noise;
@@ -27,6 +28,7 @@ mod trust;
 mod view;
 
 pub use canvas::Canvas;
+pub use kept::changed;
 pub use lens_check::LensCheck;
 pub use saturation::Saturation;
 

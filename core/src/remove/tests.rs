@@ -127,9 +127,86 @@ fn clipped_lights_do_not_ring() {
     let dark = discs(WIDTH, HEIGHT);
     let unlit = sharpened(
         &scene,
-        &crate::remove::test_scenes::plate(0.002),
+        &super::test_scenes::plate(0.002),
         Removal::default(),
     );
+    let (ours, theirs) = (
+        about(&found, &sharp, 10.0, 18.0),
+        about(&rung, &sharp, 10.0, 18.0),
+    );
+    assert!(ours < 2.0 * about(&unlit, &dark, 10.0, 18.0), "{ours}");
+    assert!(ours < 0.5 * theirs, "{ours} {theirs}");
+    assert!((0..plate.len()).all(|k| plate[k] < 1.0 || told.confidence[k] == 0.0));
+}
+
+/// What blur was taken off can be put back: by the exact renderer, over all of the plate, without noise.
+#[test]
+fn the_plate_comes_back() {
+    let lens = lens(1.0);
+    let scene = scene(&lens);
+    let plate = plate(0.0);
+    let removed = removed(&scene, &plate, Removal::default());
+    let again = seen(
+        &removed.canvas.scene(&scene, None),
+        &Scatter,
+        &removed.sharp,
+        0.0,
+    );
+    let psnr = psnr_db(&removed.canvas.cropped(&again), &plate);
+    assert!(psnr > 55.0, "{psnr}");
+}
+
+/// Near and far, each with its own blur: away from the edge between them nearly as good as alone.
+#[test]
+fn depths_have_their_own_blur() {
+    let lens = lens(0.8);
+    let edge = 85;
+    let pass: Vec<f32> = (0..WIDTH * HEIGHT)
+        .map(|k| if k % WIDTH < edge { 0.8 } else { 0.0 })
+        .collect();
+    let at = |vergence| Scene {
+        vergence,
+        ..scene(&lens)
+    };
+    let sharp = discs(WIDTH, HEIGHT);
+    let deep = at(VergencePass::PerPixel(&pass));
+    let plate = seen(&deep, &Scatter, &sharp, 0.002);
+    let found = sharpened(&deep, &plate, Removal::default());
+    let (near, far) = (
+        sharpened(&at(VergencePass::Constant(0.8)), &plate, Removal::default()),
+        sharpened(&at(VergencePass::Constant(0.0)), &plate, Removal::default()),
+    );
+    let error = |found: &[f32], columns: std::ops::Range<usize>| {
+        let of_row = |row: usize| columns.clone().map(move |x| row * WIDTH + x);
+        let squares = (0..HEIGHT)
+            .flat_map(of_row)
+            .map(|k| f64::from(found[k] - sharp[k]).powi(2));
+        (squares.sum::<f64>() / (columns.len() * HEIGHT) as f64).sqrt()
+    };
+    // The kernels of neither side reach farther.
+    let (left, right) = (0..edge - 14, edge + 14..WIDTH);
+    assert!(error(&found, left.clone()) < 1.35 * error(&near, left.clone()));
+    assert!(error(&found, right.clone()) < 1.35 * error(&far, right.clone()));
+    // Each side with the other's blur is worse, and the edge itself does not ring.
+    assert!(error(&found, left.clone()) < 0.9 * error(&far, left));
+    assert!(error(&found, right.clone()) < 0.9 * error(&near, right));
+    assert!(error(&found, edge - 14..edge + 14) < 1.2 * error(&plate, edge - 14..edge + 14));
+}
+
+/// Too much and too little blur are seen in what is left, the right one is left alone.
+#[test]
+fn a_wrong_lens_is_told() {
+    let plate = plate(0.003);
+    for (strength, least, most) in [(1.0, 1.0, 1.0), (1.35, 0.6, 0.9), (0.75, 1.1, 1.6)] {
+        let lens = lens(strength);
+        let planes = [Plane {
+            samples: &plate,
+            weights: &WEIGHTS,
+        }];
+        let check = Removal::default().check_lens(&scene(&lens), &planes, &|_| true);
+        let share = check.expect("a sound scene").blur_share;
+        assert!((least..=most).contains(&share), "{strength}: {share}");
+    }
 }
 
 /// The gain told is that of noise which it has not seen.

@@ -1,58 +1,40 @@
 //! One frame of a run: read, blurred, written.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use rayon::ThreadPool;
-use seidel_core::profile::LensProfile;
-use seidel_core::render::{BlurField, NonSquare, PlateExtent, Scene, VergencePass};
+use seidel_core::render::{Plane, Scene, VergencePass};
 
-use super::depth::{DepthMeaning, DepthSource};
-use super::depth_check::PlateView;
 use super::occlusion::{HoldoutPixels, HoldoutSource};
-use super::plate::{Light, plate_map, plate_weights};
-use super::queue::{Outcome, Stages};
-use super::rendering::Rendering;
-use super::setup::Setup;
-use super::{ApplyArgs, EdgeChoice, QualityChoice, Vergences, verbose};
+use super::{ApplyArgs, EdgeChoice, QualityChoice, residual, verbose};
 use crate::commands::CommandError;
-use crate::commands::drawing::Drawing;
-use crate::files::animation::Animation;
+use crate::commands::plates::{
+    FrameFiles, Light, Outcome, ReadPlate, Rendering, Shared, Shares, Sight, Stages,
+};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
-use crate::files::sequence::Step;
+use crate::files::residual::Residual;
 
 /// What all frames of a run share.
 pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
-    /// The lens as its file has it.
-    pub(super) measured: &'a LensProfile,
-    /// The lens of frames that no table changes.
-    pub(super) setup: Arc<Setup>,
-    /// What changes by frame.
-    pub(super) animation: Option<&'a Animation>,
-    pub(super) depth: &'a DepthSource,
+    pub(super) shared: &'a Shared<'a>,
     pub(super) holdout: &'a HoldoutSource,
-    /// What the numbers of depth passes are.
-    pub(super) meaning: DepthMeaning,
     /// The frames to render.
-    pub(super) steps: &'a [&'a Step],
+    pub(super) frames: &'a [FrameFiles],
     /// Where files are unpacked: not where frames are blurred, so that both go on at once.
     pub(super) reading: &'a ThreadPool,
     /// Where frames are blurred.
     pub(super) blurring: &'a ThreadPool,
     /// Told which frame is being blurred and how much of it is.
-    pub(super) progress: &'a (dyn Fn(usize, f64) + Sync),
+    pub(super) shares: &'a Shares,
 }
 
 /// A frame in memory.
 pub(super) struct ReadFrame {
-    setup: Arc<Setup>,
-    plate: Plate,
-    light: Light,
-    vergence: Vergences,
+    read: ReadPlate,
     holdout: Option<HoldoutPixels>,
-    said: Vec<String>,
+    residual: Option<Residual>,
 }
 
 /// A frame to be written.
@@ -62,117 +44,126 @@ pub(super) struct BlurredFrame {
 }
 
 impl Job<'_> {
-    fn depth_file<'s>(&self, step: &'s Step) -> Option<&'s Path> {
-        let given = self.depth.file_pattern().is_some();
-        given.then(|| step.paths[2].as_path())
-    }
-
-    /// Matte and depth of the holdout.
-    fn holdout_files<'s>(&self, step: &'s Step) -> (Option<&'s Path>, Option<&'s Path>) {
-        let first = 2 + usize::from(self.depth.file_pattern().is_some());
-        let matte = self.holdout.matte.as_ref();
-        let depth = self.holdout.depth.as_ref();
-        (
-            matte.map(|_| step.paths[first].as_path()),
-            depth.map(|_| step.paths[first + 1].as_path()),
-        )
-    }
-
-    /// The lens of a frame; remarks go to `said`.
-    fn setup(&self, step: &Step, said: &mut Vec<String>) -> Result<Arc<Setup>, CommandError> {
-        let (Some(table), Some(frame)) = (self.animation, step.frame) else {
-            return Ok(Arc::clone(&self.setup));
-        };
-        let settings = self.args.settings().at(table, frame)?;
-        let setup = settings.open(self.measured, &self.args.lens, said)?;
-        Ok(Arc::new(setup))
+    /// Depth of the plate, then matte and depth of the holdout, then the residual.
+    fn files<'s>(&self, frame: &'s FrameFiles) -> [Option<&'s Path>; 4] {
+        let mut files = frame.read.iter();
+        let given = [
+            self.shared.depth_pattern().is_some(),
+            self.holdout.matte.is_some(),
+            self.holdout.depth.is_some(),
+            self.args.residual.is_some(),
+        ];
+        given.map(|given| {
+            let file = given.then(|| files.next());
+            file.flatten().map(|path| path.as_path())
+        })
     }
 
     fn read_frame(&self, index: usize) -> Result<ReadFrame, CommandError> {
-        let step = self.steps[index];
-        let mut said = Vec::new();
-        let plate = Plate::open(&step.paths[0], &self.args.plate.options())?;
-        let light = self.args.plate.light(&plate, &mut said)?;
-        let depth_file = self.depth_file(step);
-        let setup = self.setup(step, &mut said)?;
-        let Drawing {
-            lens, predictor, ..
-        } = &setup.drawing;
-        let aspect = self.args.plate.pixel_aspect(&plate)?;
-        let map = plate_map(&plate, predictor, self.args.plate.lens_scale, aspect);
-        let view = PlateView::new(lens, (map, aspect), setup.adjust.axis_offset_px());
-        let first = index == 0;
-        let vergence = self
-            .depth
-            .read(&plate, depth_file, predictor, &view, first, &mut said)?;
-        let files = self.holdout_files(step);
-        let holdout = self.holdout.read(&plate, files, self.meaning, &view)?;
+        let frame = &self.frames[index];
+        let [depth, matte, matte_depth, residual] = self.files(frame);
+        let mut read = self
+            .shared
+            .open_plate(&frame.input, frame.number, depth, index == 0)?;
+        let view = self.shared.view(&read.setup, &read.plate)?;
+        let files = (matte, matte_depth);
+        let holdout = self.holdout.read(
+            &read.plate,
+            files,
+            self.shared.meaning,
+            &view,
+            &mut read.said,
+        )?;
+        let residual = residual
+            .map(|file| {
+                let mut told = self.shared.told(&read.setup, &read.plate)?;
+                told.extend(self.args.told());
+                residual::open(file, (&read.plate, &read.light), &told, &mut read.said)
+            })
+            .transpose()?;
         Ok(ReadFrame {
-            setup,
-            plate,
-            light,
-            vergence,
+            read,
             holdout,
-            said,
+            residual,
         })
     }
 
     fn blur_frame(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
-        let ReadFrame {
+        let ReadPlate {
             setup,
             mut plate,
             light,
             vergence,
-            holdout,
             mut said,
-        } = frame;
-        let args = self.args;
-        let Drawing {
-            predictor: lens,
-            model,
-            ..
-        } = &setup.drawing;
-        let in_plate = |e| FileError::from_core(&self.steps[index].paths[0], e);
-        let weights = plate_weights(&plate, lens).map_err(in_plate)?;
+        } = frame.read;
         if setup.adjust.is_nothing() {
-            // As it is to the bit, and not only to the rounding of a render; but for what was scrubbed.
-            if !plate.non_finite().is_empty() {
-                light.put_back(&mut plate, light.copied())?;
-            }
-            if args.verbose {
+            light.keep(&mut plate)?;
+            if self.args.verbose {
                 said.push("not rendered: at --amount 0 the plate stays as it is".into());
+            }
+            if let Some(residual) = &frame.residual {
+                plate.reframe(residual.plate);
             }
             return Ok(BlurredFrame { plate, said });
         }
-        let aspect = args.plate.pixel_aspect(&plate)?;
-        let map = plate_map(&plate, lens, args.plate.lens_scale, aspect);
-        let adjusted = (setup.adjust).adjusted(lens, [map.scale / aspect, map.scale])?;
-        let non_square = match aspect == 1.0 {
-            true => None,
-            false => Some(NonSquare::new(&adjusted, aspect)?),
-        };
-        let seen: &dyn BlurField = match &non_square {
-            Some(lens) => lens,
-            None => &adjusted,
-        };
-        let extent = PlateExtent {
-            map,
-            width: plate.width(),
-            height: plate.height(),
-        };
-        let refocused = |v| setup.focus.applied(v, seen, extent, setup.focused_at);
-        let vergence = refocused(vergence)?;
-        let holdout = holdout.map(|h| h.changed(refocused)).transpose()?;
-        let scene = Scene {
-            lens: seen,
-            model: *model,
-            width: plate.width(),
-            height: plate.height(),
-            map,
-            vergence: vergence.pass(),
-            edges: args.edges.into(),
-            displacement: args.geometry.into(),
-        };
+        let blurred = self.shared.seen(&setup, &plate, vergence, |sight| {
+            let holdout = frame.holdout.map(|h| h.changed(sight.refocused));
+            let holdout = holdout.transpose()?;
+            let in_plate = |e| FileError::from_core(plate.path(), e);
+            let mut blurred = self
+                .rendered(index, sight, (&light, holdout.as_ref()), &mut said)
+                .map_err(in_plate)?;
+            light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
+            if let Some(kept) = &frame.residual {
+                let blur = |planes: &[Plane]| {
+                    let scene = self.scene(sight);
+                    let inner = self.args.quality.renderer();
+                    let rendering = self.rendering(&scene, planes, holdout.as_ref());
+                    rendering.by(&*inner, &|_| true)
+                };
+                residual::add(kept, (&light, sight.weights), &mut blurred, blur)
+                    .map_err(in_plate)?;
+            }
+            Ok(blurred)
+        })?;
+        light.put_back(&mut plate, blurred)?;
+        if let Some(residual) = &frame.residual {
+            plate.reframe(residual.plate);
+        }
+        Ok(BlurredFrame { plate, said })
+    }
+
+    fn scene<'s>(&self, sight: &Sight<'s>) -> Scene<'s> {
+        Scene {
+            edges: self.args.edges.into(),
+            ..sight.scene
+        }
+    }
+
+    fn rendering<'s>(
+        &self,
+        scene: &'s Scene<'s>,
+        planes: &'s [Plane<'s>],
+        holdout: Option<&'s HoldoutPixels>,
+    ) -> Rendering<'s> {
+        let args = self.args;
+        Rendering {
+            scene,
+            planes,
+            occlusion: (args.occlusion.is_on()).then(|| args.occlusion.settings(holdout)),
+            extended: args.edges == EdgeChoice::Extend,
+        }
+    }
+
+    fn rendered(
+        &self,
+        index: usize,
+        sight: &Sight,
+        (light, holdout): (&Light, Option<&HoldoutPixels>),
+        said: &mut Vec<String>,
+    ) -> seidel_core::Result<Vec<Vec<f32>>> {
+        let args = self.args;
+        let scene = self.scene(sight);
         let varies = matches!(scene.vergence, VergencePass::PerPixel(_));
         if varies && !args.occlusion.is_on() && args.quality != QualityChoice::Exact {
             said.push(
@@ -181,30 +172,19 @@ impl Job<'_> {
             );
         }
         let progress = |share| {
-            (self.progress)(index, share);
+            self.shares.tell(index, share);
             true
         };
-        let planes = light.with_weights(&weights);
-        let settings = args.occlusion.settings(holdout.as_ref());
-        let rendering = Rendering {
-            scene: &scene,
-            planes: &planes,
-            occlusion: args.occlusion.is_on().then_some(settings),
-            extended: args.edges == EdgeChoice::Extend,
-        };
+        let planes = light.with_weights(sight.weights);
+        let rendering = self.rendering(&scene, &planes, holdout);
         let inner = args.quality.renderer();
-        let mut blurred = if args.verbose {
-            let about = (args, light.colour_count(), light.peak());
-            let (blurred, told) =
-                verbose::rendered(&rendering, &*inner, about, &progress).map_err(in_plate)?;
-            said.push(told);
-            blurred
-        } else {
-            rendering.by(&*inner, &progress).map_err(in_plate)?
-        };
-        light.develop(lens, &weights, &mut blurred);
-        light.put_back(&mut plate, blurred)?;
-        Ok(BlurredFrame { plate, said })
+        if !args.verbose {
+            return rendering.by(&*inner, &progress);
+        }
+        let about = (args, light.colour_count(), light.peak());
+        let (blurred, told) = verbose::rendered(&rendering, &*inner, about, &progress)?;
+        said.push(told);
+        Ok(blurred)
     }
 }
 
@@ -217,11 +197,12 @@ impl Stages for Job<'_> {
     }
 
     fn bytes(&self, frame: &ReadFrame) -> u64 {
-        let pixels = frame.plate.width() as u64 * frame.plate.height() as u64;
+        let read = &frame.read;
+        let pixels = read.plate.width() as u64 * read.plate.height() as u64;
         // Of each plane: the light before, what a renderer gathers in double precision, and the light
         // after. Of each pixel: its depth as read and as vergence.
-        let planes = frame.light.plane_count() as u64;
-        frame.plate.held_bytes() + pixels * (planes * (4 + 8 + 4) + (4 + 4))
+        let planes = read.light.plane_count() as u64;
+        read.plate.held_bytes() + pixels * (planes * (4 + 8 + 4) + (4 + 4))
     }
 
     fn blur(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
@@ -230,7 +211,7 @@ impl Stages for Job<'_> {
 
     fn write(&self, index: usize, frame: BlurredFrame) -> Outcome {
         let BlurredFrame { plate, mut said } = frame;
-        said.extend(plate.write(&self.steps[index].paths[1])?);
+        said.extend(plate.write(&self.frames[index].output)?);
         Ok(said)
     }
 }

@@ -6,10 +6,8 @@ use clap::{Args, ValueEnum};
 use seidel_core::Result;
 use seidel_core::render::{Holdout, Occlusion};
 
-use super::super::CommandError;
-use super::Vergences;
-use super::depth::DepthMeaning;
-use super::depth_check::PlateView;
+use crate::commands::CommandError;
+use crate::commands::plates::{DepthMeaning, PlateView, Vergences};
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::error::FileError;
 use crate::files::matte::Matte;
@@ -74,6 +72,19 @@ impl OcclusionArgs {
         self.occlusion == Switch::On
     }
 
+    /// The settings in a word or two.
+    pub(super) fn told(&self) -> String {
+        let mut told = if self.is_on() { "on" } else { "off" }.to_owned();
+        for (is_so, word) in [
+            (self.no_fill_foreground, ", no-fill-foreground"),
+            (self.no_blur_inside, ", no-blur-inside"),
+            (self.holdout.is_some(), ", holdout"),
+        ] {
+            told.push_str(if is_so { word } else { "" });
+        }
+        told
+    }
+
     pub(super) fn source(&self) -> std::result::Result<HoldoutSource, CommandError> {
         let asks = [
             (self.no_fill_foreground, "--no-fill-foreground"),
@@ -119,6 +130,7 @@ impl HoldoutSource {
         (matte, depth): (Option<&Path>, Option<&Path>),
         meaning: DepthMeaning,
         view: &PlateView,
+        said: &mut Vec<String>,
     ) -> std::result::Result<Option<HoldoutPixels>, CommandError> {
         let Some(file) = matte else {
             return Ok(None);
@@ -126,7 +138,8 @@ impl HoldoutSource {
         let window = plate.data_window();
         let channel = |spec: &Option<DepthSpec>| spec.as_ref().and_then(|s| s.channel.clone());
         let matte = Matte::open(file, channel(&self.matte).as_deref())?;
-        let samples = matte.over(window)?;
+        let (samples, remark) = matte.over(plate.windows())?;
+        said.extend(remark);
         if let Some(at) = samples.iter().position(|v| !(0.0..=1.0).contains(v)) {
             return Err(FileError::new(
                 file,
@@ -144,7 +157,8 @@ impl HoldoutSource {
         let vergence = depth
             .map(|file| -> std::result::Result<_, CommandError> {
                 let pass = DepthPass::open(file, channel(&self.depth).as_deref())?;
-                let samples = pass.over(window)?;
+                let (samples, remark) = pass.over(plate.windows())?;
+                said.extend(remark);
                 let reading = meaning.read(&samples, window.width, view);
                 let reading = reading.map_err(|e| FileError::from_core(file, e))?;
                 Ok(Vergences::PerPixel(reading.vergence))

@@ -9,7 +9,7 @@ use seidel_core::render::{
 };
 
 use super::ApplyArgs;
-use super::rendering::Rendering;
+use crate::commands::plates::Rendering;
 
 /// Pixels at which the exact light is made.
 const PIXELS: usize = 64;
@@ -61,7 +61,7 @@ fn heading(rendering: &Rendering, args: &ApplyArgs, id: &str) -> String {
         "rendered by {way}, quality {id}, psf {}, edges {}, geometry {}",
         rendering.scene.model.id(),
         name(args.edges.to_possible_value()),
-        name(args.geometry.to_possible_value()),
+        name(args.sight.geometry.to_possible_value()),
     )
 }
 

@@ -10,6 +10,7 @@ use super::{floats, halves, image, part, patch, save};
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::exr_plate::{ExrPlate, KEY_CODE_TEXT, Window};
 use crate::files::plate::{Plate, PlateOptions};
+use crate::files::windows::Windows;
 
 /// Every sample as bits, so that NaN payloads count.
 fn bits(image: &AnyImage, part: usize, channel: &str) -> Vec<u32> {
@@ -326,18 +327,32 @@ fn depth_passes_are_cut_to_the_plate() {
         width: 2,
         height: 2,
     };
-    assert_eq!(pass.over(inner).expect("inside"), [7.0, 8.0, 13.0, 14.0]);
+    let over = |data: Window, display: Window| pass.over(Windows { data, display });
+    let picture = pass.windows.display;
+    let (cut, remark) = over(inner, picture).expect("inside");
+    assert_eq!((cut, remark), (vec![7.0, 8.0, 13.0, 14.0], None));
     let moved = Window {
         x: 0,
         y: 0,
         width: 6,
         height: 4,
     };
-    assert_eq!(pass.over(moved).expect("same size").len(), 24);
-    let error = pass
-        .over(Window { width: 7, ..moved })
-        .expect_err("not covered");
+    assert_eq!(over(moved, moved).expect("same size").0.len(), 24);
+    let wider = Window { width: 7, ..moved };
+    let error = over(wider, wider).expect_err("not covered");
     assert!(error.to_string().contains("7x4"), "{error}");
+    // Overscan of the same picture.
+    let grown = pass.windows.data.grown(2, 1);
+    let (held, remark) = over(grown, picture).expect("the same picture");
+    assert!(remark.is_some_and(|said| said.contains("nearest")));
+    let rows: Vec<&[f32]> = held.chunks_exact(10).collect();
+    assert_eq!(rows.len(), 6);
+    assert_eq!(rows[0][..5], rows[1][..5]);
+    assert_eq!(
+        rows[2],
+        [6.0, 6.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 11.0, 11.0]
+    );
+    assert_eq!(rows[5][9], 23.0);
     for (text, file, channel) in [
         ("z.exr", "z.exr", None),
         ("z.exr:depth.Z", "z.exr", Some("depth.Z")),

@@ -3,10 +3,10 @@
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 /// What `--memory` is if left out.
-pub(super) const DEFAULT_MEMORY: &str = "4G";
+pub(crate) const DEFAULT_MEMORY: &str = "4G";
 
 /// Reads a size: bytes, or a number followed by K, M, G or T (powers of 1024).
-pub(super) fn parse_size(text: &str) -> Result<u64, String> {
+pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
     let wrong = || "give a size such as 500M, 4G or 1.5G".to_owned();
     let plain = text.trim().to_ascii_uppercase();
     let plain = plain.strip_suffix('B').unwrap_or(&plain);
@@ -28,7 +28,7 @@ pub(super) fn parse_size(text: &str) -> Result<u64, String> {
 }
 
 /// Memory shared by the frames of a run.
-pub(super) struct Budget {
+pub(crate) struct Budget {
     limit: u64,
     state: Mutex<State>,
     freed: Condvar,
@@ -42,7 +42,7 @@ struct State {
 }
 
 impl Budget {
-    pub(super) fn new(limit: u64) -> Self {
+    pub(crate) fn new(limit: u64) -> Self {
         Self {
             limit,
             state: Mutex::default(),
@@ -56,7 +56,7 @@ impl Budget {
     }
 
     /// Waits until another frame, as large as the largest so far, fits. One always may go on.
-    pub(super) fn claim(&self) -> Claim<'_> {
+    pub(crate) fn claim(&self) -> Claim<'_> {
         let mut state = self
             .freed
             .wait_while(self.state(), |state| {
@@ -74,14 +74,14 @@ impl Budget {
 }
 
 /// The memory of one frame; given back when dropped.
-pub(super) struct Claim<'a> {
+pub(crate) struct Claim<'a> {
     budget: &'a Budget,
     bytes: u64,
 }
 
 impl Claim<'_> {
     /// Says what the frame takes indeed.
-    pub(super) fn settle(&mut self, bytes: u64) {
+    pub(crate) fn settle(&mut self, bytes: u64) {
         let mut state = self.budget.state();
         state.used = state.used - self.bytes + bytes;
         state.largest = state.largest.max(bytes);

@@ -9,7 +9,7 @@ use super::Vergences;
 
 /// Options about what is in focus and how fast blur grows about it.
 #[derive(Debug, Clone, Args)]
-pub(super) struct FocusArgs {
+pub(crate) struct FocusArgs {
     /// Range about the focus plane, in metres, half of it before the plane, in which everything is as sharp
     /// as on it; beyond, depth is measured from the nearer end of the range
     #[arg(
@@ -18,7 +18,7 @@ pub(super) struct FocusArgs {
         default_value_t = 0.0,
         allow_negative_numbers = true
     )]
-    pub(super) depth_of_field: f64,
+    pub(crate) depth_of_field: f64,
     /// How many times as far from focus, in vergence, everything before the focus plane is: blur grows as
     /// many times as fast; 0 keeps it in focus
     #[arg(
@@ -27,7 +27,7 @@ pub(super) struct FocusArgs {
         default_value_t = 1.0,
         allow_negative_numbers = true
     )]
-    pub(super) front_multiplier: f64,
+    pub(crate) front_multiplier: f64,
     /// The same behind the focus plane
     #[arg(
         long,
@@ -35,11 +35,11 @@ pub(super) struct FocusArgs {
         default_value_t = 1.0,
         allow_negative_numbers = true
     )]
-    pub(super) back_multiplier: f64,
+    pub(crate) back_multiplier: f64,
     /// Largest kernel in the frame: its radius in plate pixels if it is an even disc, two standard
     /// deviations of any other; what would be larger is drawn at the distance where it has this size
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
-    pub(super) maximum_size: Option<f64>,
+    pub(crate) maximum_size: Option<f64>,
 }
 
 impl FocusArgs {
@@ -57,7 +57,7 @@ impl FocusArgs {
     ///
     /// # Errors
     /// Those of [`FocusControls::check`].
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         self.controls(None).check()
     }
 
@@ -66,7 +66,7 @@ impl FocusArgs {
     ///
     /// # Errors
     /// Those of [`FocusRange::new`].
-    pub(super) fn applied(
+    pub(crate) fn applied(
         &self,
         vergences: Vergences,
         lens: &dyn BlurField,

@@ -17,7 +17,7 @@ const WAITING: usize = 1;
 const WRITERS: usize = 2;
 
 /// What is done to each frame, known by its place in the run.
-pub(super) trait Stages: Sync {
+pub(crate) trait Stages: Sync {
     /// A frame that was read.
     type Read: Send;
     /// A frame to be written.
@@ -37,11 +37,11 @@ pub(super) trait Stages: Sync {
 }
 
 /// What became of a frame: what the user should know of it, or why it failed.
-pub(super) type Outcome = Result<Vec<String>, CommandError>;
+pub(crate) type Outcome = Result<Vec<String>, CommandError>;
 
 /// Takes `count` frames through `stages`, as many at once as fit into `limit` bytes, at least one.
 /// `report` is told of each frame in their order, as soon as those before are done.
-pub(super) fn run_all<S: Stages>(
+pub(crate) fn run_all<S: Stages>(
     stages: &S,
     count: usize,
     limit: u64,

@@ -10,7 +10,7 @@ use crate::commands::parse_point;
 
 /// Options about how strong the lens is.
 #[derive(Debug, Clone, Args)]
-pub(super) struct AdjustArgs {
+pub(crate) struct AdjustArgs {
     /// How strong the lens's blur and displacement are: 0 leaves the plate as it is, 1 is as measured
     #[arg(
         long,
@@ -18,7 +18,7 @@ pub(super) struct AdjustArgs {
         default_value_t = 1.0,
         allow_negative_numbers = true
     )]
-    pub(super) amount: f64,
+    pub(crate) amount: f64,
     /// Scale the blur of single channels of the lens, such as R=1.1,B=0.9
     #[arg(long, value_name = "CHANNEL=SCALE", value_delimiter = ',', value_parser = parse_scale)]
     channel_scale: Vec<(String, f64)>,
@@ -37,23 +37,37 @@ fn parse_scale(text: &str) -> std::result::Result<(String, f64), String> {
 
 impl AdjustArgs {
     /// Whether the plate stays as it is.
-    pub(super) fn is_nothing(&self) -> bool {
+    pub(crate) fn is_nothing(&self) -> bool {
         self.amount == 0.0
     }
 
+    /// The settings, by name.
+    pub(super) fn told(&self) -> Vec<(String, String)> {
+        let scales: Vec<String> = (self.channel_scale.iter())
+            .map(|(name, scale)| format!("{name}={scale}"))
+            .collect();
+        let (x, y) = self.axis_offset_px();
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        vec![
+            named("amount", self.amount.to_string()),
+            named("channel-scale", scales.join(",")),
+            named("axis-offset", format!("{x},{y}")),
+        ]
+    }
+
     /// By how much the axis is moved, plate pixels (x, y).
-    pub(super) fn axis_offset_px(&self) -> (f64, f64) {
+    pub(crate) fn axis_offset_px(&self) -> (f64, f64) {
         self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px))
     }
 
     /// Puts the axis elsewhere along x, y or both, plate pixels.
-    pub(super) fn move_axis(&mut self, x: Option<f64>, y: Option<f64>) {
+    pub(crate) fn move_axis(&mut self, x: Option<f64>, y: Option<f64>) {
         let at = self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px));
         self.axis_offset = Some(ImagePoint::new(x.unwrap_or(at.0), y.unwrap_or(at.1)));
     }
 
     /// Scales the blur of one channel by `scale`, and no longer by what it was scaled by.
-    pub(super) fn scale_channel(&mut self, channel: &str, scale: f64) {
+    pub(crate) fn scale_channel(&mut self, channel: &str, scale: f64) {
         self.channel_scale.retain(|(name, _)| name != channel);
         self.channel_scale.push((channel.to_owned(), scale));
     }
@@ -62,7 +76,7 @@ impl AdjustArgs {
     ///
     /// # Errors
     /// Values that cannot be, and channels that the lens has not.
-    pub(super) fn adjusted<'a>(
+    pub(crate) fn adjusted<'a>(
         &self,
         lens: &'a Predictor,
         scale: [f64; 2],

@@ -4,18 +4,18 @@ use seidel_core::Result;
 use seidel_core::render::{Extended, Layered, Occlusion, Plane, Renderer, Scene};
 
 /// A frame to be rendered, by whatever is given for the innermost renderer.
-pub(super) struct Rendering<'a> {
-    pub(super) scene: &'a Scene<'a>,
-    pub(super) planes: &'a [Plane<'a>],
+pub(crate) struct Rendering<'a> {
+    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) planes: &'a [Plane<'a>],
     /// How near things hide far ones, where they do.
-    pub(super) occlusion: Option<Occlusion<'a>>,
+    pub(crate) occlusion: Option<Occlusion<'a>>,
     /// Whether the plate goes on beyond its edges.
-    pub(super) extended: bool,
+    pub(crate) extended: bool,
 }
 
 impl Rendering<'_> {
     /// The planes as `inner` renders what it is asked for.
-    pub(super) fn by(
+    pub(crate) fn by(
         &self,
         inner: &dyn Renderer,
         progress: &(dyn Fn(f64) -> bool + Sync),

@@ -1,30 +1,35 @@
 //! The lens of a frame: set, adjusted and focused as the options say, or as a table says for that frame.
 
+use std::path::Path;
+
 use seidel_core::distance::ObjectDistance;
 use seidel_core::profile::LensProfile;
 
 use super::adjust::AdjustArgs;
 use super::focus::FocusArgs;
-use crate::commands::CommandError;
 use crate::commands::drawing::{Drawing, DrawingArgs};
+use crate::commands::{CommandError, short_name};
+
 use crate::files::animation::{Animation, Between};
 use crate::files::error::FileError;
 
 /// How a frame's lens is to be.
 #[derive(Debug, Clone)]
-pub(super) struct Settings {
-    pub(super) drawing: DrawingArgs,
-    pub(super) adjust: AdjustArgs,
-    pub(super) focus: FocusArgs,
+pub(crate) struct Settings {
+    pub(crate) drawing: DrawingArgs,
+    pub(crate) adjust: AdjustArgs,
+    pub(crate) focus: FocusArgs,
 }
 
 /// A frame's lens.
-pub(super) struct Setup {
-    pub(super) drawing: Drawing,
-    pub(super) adjust: AdjustArgs,
-    pub(super) focus: FocusArgs,
+pub(crate) struct Setup {
+    pub(crate) drawing: Drawing,
+    pub(crate) adjust: AdjustArgs,
+    pub(crate) focus: FocusArgs,
     /// What the lens was focused at, where that was said.
-    pub(super) focused_at: Option<ObjectDistance>,
+    pub(crate) focused_at: Option<ObjectDistance>,
+    /// How the lens is used, each setting by its name.
+    pub(crate) told: Vec<(String, String)>,
 }
 
 /// What changes a setting to a value.
@@ -78,7 +83,7 @@ const COLUMNS: [(&str, Between, Change); 10] = [
 const CHANNEL: &str = "channel-scale.";
 
 /// Refuses a table with columns that are no options.
-pub(super) fn check_names(table: &Animation) -> Result<(), CommandError> {
+pub(crate) fn check_names(table: &Animation) -> Result<(), CommandError> {
     let known = |name: &str| {
         name.starts_with(CHANNEL) || COLUMNS.iter().any(|(column, _, _)| *column == name)
     };
@@ -95,9 +100,17 @@ pub(super) fn check_names(table: &Animation) -> Result<(), CommandError> {
     .into())
 }
 
+fn or_as_measured(value: Option<impl ToString>) -> String {
+    value.map_or_else(|| "as measured".to_owned(), |value| value.to_string())
+}
+
+fn or_none(value: Option<f64>) -> String {
+    value.map_or_else(|| "none".to_owned(), |value| value.to_string())
+}
+
 impl Settings {
     /// The same with what `table` says about `frame`.
-    pub(super) fn at(mut self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
+    pub(crate) fn at(mut self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
         let in_table = |name: &str, e| {
             let e: seidel_core::Error = e;
             FileError::from_core(table.path(), e.within(&format!("frame {frame}, {name}")))
@@ -117,19 +130,48 @@ impl Settings {
         Ok(self)
     }
 
+    /// The settings of the lens of the file `path`, drawn by `model`.
+    fn told(&self, path: &Path, model: &str) -> Vec<(String, String)> {
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        let mut told = vec![
+            named("lens", short_name(path)),
+            named("psf", model.to_owned()),
+            named(
+                "focus-distance",
+                or_as_measured(self.drawing.focus_distance),
+            ),
+            named("f-number", or_as_measured(self.drawing.f_number)),
+            named(
+                "sensor-shift-um",
+                or_as_measured(self.drawing.sensor_shift_um),
+            ),
+        ];
+        told.extend(self.adjust.told());
+        let focus = &self.focus;
+        told.extend([
+            named("depth-of-field", focus.depth_of_field.to_string()),
+            named("front-multiplier", focus.front_multiplier.to_string()),
+            named("back-multiplier", focus.back_multiplier.to_string()),
+            named("maximum-size", or_none(focus.maximum_size)),
+        ]);
+        told
+    }
+
     /// Sets the lens that was `measured`, of the file `path`; remarks go to `said`.
-    pub(super) fn open(
+    pub(crate) fn open(
         self,
         measured: &LensProfile,
-        path: &std::path::Path,
+        path: &Path,
         said: &mut Vec<String>,
     ) -> Result<Setup, CommandError> {
         let drawing = self.drawing.set(measured, path, said)?;
+        let told = self.told(path, drawing.model.id());
         self.adjust.adjusted(&drawing.predictor, [1.0; 2])?;
         self.focus.check()?;
         Ok(Setup {
             drawing,
             focused_at: self.drawing.focus_distance,
+            told,
             adjust: self.adjust,
             focus: self.focus,
         })

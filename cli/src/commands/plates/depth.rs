@@ -8,16 +8,16 @@ use seidel_core::distance::ObjectDistance;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{DepthConvention, DepthReading};
 
-use super::super::{CommandError, parse_distance};
 use super::Vergences;
 use super::depth_check::PlateView;
+use crate::commands::{CommandError, parse_distance};
 use crate::files::depth::{DepthPass, DepthSpec};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
 
 /// Options about depth.
 #[derive(Debug, Args)]
-pub(super) struct DepthArgs {
+pub(crate) struct DepthArgs {
     /// The depth pass; the plate's own Z channel if left out. May hold a frame pattern
     #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance")]
     depth: Option<String>,
@@ -76,7 +76,7 @@ fn parse_unit(text: &str) -> Result<f64, String> {
 }
 
 /// Where depth comes from, the options settled.
-pub(super) enum DepthSource {
+pub(crate) enum DepthSource {
     /// One distance everywhere.
     Constant(ObjectDistance),
     /// A depth pass: in a file of its own, or else in the plate.
@@ -89,7 +89,7 @@ pub(super) enum DepthSource {
 
 /// What the numbers of depth passes are.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct DepthMeaning {
+pub(crate) struct DepthMeaning {
     convention: DepthConvention,
     /// Focal length, widths of a plate pixel, where distances are along the ray.
     along_ray: Option<f64>,
@@ -97,7 +97,7 @@ pub(super) struct DepthMeaning {
 
 impl DepthMeaning {
     /// Vergences of the `samples` of a pass `width` px wide, seen as `view` says.
-    pub(super) fn read(
+    pub(crate) fn read(
         &self,
         samples: &[f32],
         width: usize,
@@ -113,7 +113,7 @@ impl DepthMeaning {
 
 impl DepthArgs {
     /// What the numbers of depth passes are.
-    pub(super) fn meaning(&self) -> Result<DepthMeaning, CommandError> {
+    pub(crate) fn meaning(&self) -> Result<DepthMeaning, CommandError> {
         let range = || match (self.near, self.far) {
             (Some(near_m), Some(far_m)) => Ok((near_m, far_m)),
             _ => Err(CommandError::Usage(
@@ -139,7 +139,7 @@ impl DepthArgs {
         })
     }
 
-    pub(super) fn source(&self) -> Result<DepthSource, CommandError> {
+    pub(crate) fn source(&self) -> Result<DepthSource, CommandError> {
         Ok(match self.distance {
             Some(distance) => DepthSource::Constant(distance),
             None => DepthSource::Pass {
@@ -153,7 +153,7 @@ impl DepthArgs {
 
 impl DepthSource {
     /// The file of the depth pass as given, which may hold a frame pattern.
-    pub(super) fn file_pattern(&self) -> Option<&str> {
+    pub(crate) fn file_pattern(&self) -> Option<&str> {
         match self {
             Self::Pass {
                 spec: Some(spec), ..
@@ -162,8 +162,34 @@ impl DepthSource {
         }
     }
 
+    /// The settings, by name: a file by the last part of its name, so that it may lie elsewhere another time.
+    pub(super) fn told(&self) -> Vec<(String, String)> {
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        let (spec, meaning) = match self {
+            Self::Constant(distance) => return vec![named("distance", distance.to_string())],
+            Self::Pass { spec, meaning, .. } => (spec, meaning),
+        };
+        let depth = spec.as_ref().map_or_else(
+            || "the plate's own".to_owned(),
+            |spec| {
+                let file = Path::new(&spec.file).file_name().unwrap_or_default();
+                let channel = spec.channel.as_deref().unwrap_or_default();
+                format!("{} {channel}", file.to_string_lossy())
+            },
+        );
+        let along_ray = meaning.along_ray;
+        vec![
+            named("depth", depth),
+            named("depth-kind and unit", format!("{:?}", meaning.convention)),
+            named(
+                "along-ray",
+                along_ray.map_or_else(|| "no".to_owned(), |focal| focal.to_string()),
+            ),
+        ]
+    }
+
     /// Refuses a depth pass that the lens could not follow.
-    pub(super) fn check_lens(&self, lens: &Predictor, file: &Path) -> Result<(), CommandError> {
+    pub(crate) fn check_lens(&self, lens: &Predictor, file: &Path) -> Result<(), CommandError> {
         if lens.knows_depth() || self.file_pattern().is_none() {
             return Ok(());
         }
@@ -178,7 +204,7 @@ impl DepthSource {
 
     /// Object vergence for `plate`, seen as `view` says; remarks go to `said`. The `first` pass of a run
     /// is asked whether it holds what it is said to hold.
-    pub(super) fn read(
+    pub(crate) fn read(
         &self,
         plate: &Plate,
         file: Option<&Path>,
@@ -212,7 +238,8 @@ impl DepthSource {
                 )
             })?,
         };
-        let samples = pass.over(plate.data_window())?;
+        let (samples, remark) = pass.over(plate.windows())?;
+        said.extend(remark);
         let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
         };

@@ -1,19 +1,20 @@
 //! The light of a plate: its planes, premultiplied, and how lens channels act on them.
 
 use clap::{Args, ValueEnum};
+use rayon::prelude::*;
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT, Plane, PlateMap, develop};
 use seidel_core::{Error, Result};
 
-use super::super::CommandError;
+use crate::commands::CommandError;
 use crate::files::error::FileError;
 use crate::files::flat_plate::Encoding;
 use crate::files::plate::{Plate, PlateOptions};
 
 /// Options about the plate.
 #[derive(Debug, Args)]
-pub(super) struct PlateArgs {
+pub(crate) struct PlateArgs {
     /// EXR layer or part to blur; the root R, G, B (or Y) and A if left out
     #[arg(long)]
     layer: Option<String>,
@@ -35,7 +36,7 @@ pub(super) struct PlateArgs {
     /// Plate pixels per pixel of the lens's frame, counted along y; if left out the plate's display window is as
     /// wide as the lens's full frame, pixel aspect included
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
-    pub(super) lens_scale: Option<f64>,
+    pub(crate) lens_scale: Option<f64>,
     /// Width of a plate pixel over its height, such as 2 for an anamorphic plate not yet desqueezed; if left out
     /// as the EXR's pixelAspectRatio says, 1 for PNG and TIFF. The lens sees the plate as wide as its pixels make
     /// it: blur and displacement along x are 1/P as many pixels
@@ -68,8 +69,9 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
 
 /// The planes of a plate as light: colour premultiplied, then alpha where there is one, then the alpha of each
 /// colour alone where asked for.
-pub(super) struct Light {
+pub(crate) struct Light {
     planes: Vec<Vec<f32>>,
+    names: Vec<String>,
     colours: usize,
     own_alphas: usize,
     has_alpha: bool,
@@ -77,7 +79,7 @@ pub(super) struct Light {
 }
 
 impl PlateArgs {
-    pub(super) fn options(&self) -> PlateOptions {
+    pub(crate) fn options(&self) -> PlateOptions {
         PlateOptions {
             layer: self.layer.clone(),
             encoding: self.encoding.map(|choice| match choice {
@@ -92,7 +94,7 @@ impl PlateArgs {
     ///
     /// # Errors
     /// One that no renderer follows.
-    pub(super) fn pixel_aspect(&self, plate: &Plate) -> std::result::Result<f64, CommandError> {
+    pub(crate) fn pixel_aspect(&self, plate: &Plate) -> std::result::Result<f64, CommandError> {
         let aspect = self.pixel_aspect.unwrap_or_else(|| plate.pixel_aspect());
         if (1.0 / MOST_PIXEL_ASPECT..=MOST_PIXEL_ASPECT).contains(&aspect) {
             return Ok(aspect);
@@ -113,7 +115,7 @@ impl PlateArgs {
     }
 
     /// The planes to blur; remarks go to `said`.
-    pub(super) fn light(
+    pub(crate) fn light(
         &self,
         plate: &Plate,
         said: &mut Vec<String>,
@@ -149,8 +151,13 @@ impl PlateArgs {
                 Some(choice) => choice == AlphaChoice::Unpremultiplied,
                 None => !plate.is_premultiplied(),
             };
+        let mut names = plate.colour_names().to_vec();
+        names.extend(has_alpha.then(|| "A".to_owned()));
+        let of_colour = |name: &String| format!("alpha.{name}");
+        names.extend(plate.colour_names().iter().take(count).map(of_colour));
         let mut light = Light {
             planes,
+            names,
             colours,
             own_alphas: count,
             has_alpha,
@@ -167,28 +174,28 @@ impl PlateArgs {
 
 impl Light {
     /// How many planes there are, alpha included.
-    pub(super) fn plane_count(&self) -> usize {
+    pub(crate) fn plane_count(&self) -> usize {
         self.planes.len()
     }
 
     /// How many planes are colour, the first ones.
-    pub(super) fn colour_count(&self) -> usize {
+    pub(crate) fn colour_count(&self) -> usize {
         self.colours
     }
 
     /// The largest size of a colour sample.
-    pub(super) fn peak(&self) -> f64 {
+    pub(crate) fn peak(&self) -> f64 {
         let samples = self.planes[..self.colours].iter().flatten();
         f64::from(samples.fold(0.0, |most: f32, v| most.max(v.abs())))
     }
 
     /// The planes as they are.
-    pub(super) fn copied(&self) -> Vec<Vec<f32>> {
+    pub(crate) fn copied(&self) -> Vec<Vec<f32>> {
         self.planes.clone()
     }
 
     /// The planes with the weights of [`plate_weights`].
-    pub(super) fn with_weights<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
+    pub(crate) fn with_weights<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
         self.planes
             .iter()
             .zip(weights)
@@ -197,14 +204,57 @@ impl Light {
     }
 
     /// Turns the light of blurred colour planes into what the lens's sensor records; alpha stays.
-    pub(super) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
+    pub(crate) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
         for (plane, weights) in blurred[..self.colours].iter_mut().zip(weights) {
             develop(lens, weights, plane);
         }
     }
 
+    /// Turns what the lens's sensor recorded back into the light of the colour planes: undoes [`Light::develop`]. Of
+    /// what is clipped, the least light that is.
+    pub(crate) fn undevelop(&mut self, lens: &Predictor, weights: &[Vec<f64>]) {
+        for (plane, weights) in self.planes[..self.colours].iter_mut().zip(weights) {
+            let shares = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
+            let tones: Vec<_> = shares.map(|(k, w)| (lens.tone(k), *w)).collect();
+            if tones.iter().all(|(tone, _)| tone.is_linear()) {
+                continue;
+            }
+            let seen = |light: f64| tones.iter().map(|(tone, w)| w * tone.of(light)).sum();
+            plane.par_iter_mut().for_each(|sample| {
+                *sample = light_of(f64::from(*sample), seen) as f32;
+            });
+        }
+    }
+
+    /// Other planes in place of these, of any one size.
+    pub(crate) fn with_planes(&self, planes: Vec<Vec<f32>>) -> Self {
+        Self {
+            planes,
+            names: self.names.clone(),
+            ..*self
+        }
+    }
+
+    /// The planes.
+    pub(crate) fn planes(&self) -> &[Vec<f32>] {
+        &self.planes
+    }
+
+    /// Their names: R, G, B or Y, then A, then alpha.R and so on.
+    pub(crate) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Leaves `plate` as it is, to the bit and not only to the rounding of a render; but for what was scrubbed.
+    pub(crate) fn keep(&self, plate: &mut Plate) -> std::result::Result<(), CommandError> {
+        match plate.non_finite().is_empty() {
+            true => Ok(()),
+            false => self.put_back(plate, self.copied()),
+        }
+    }
+
     /// Puts blurred planes back into the plate, in the plate's own premultiplication.
-    pub(super) fn put_back(
+    pub(crate) fn put_back(
         &self,
         plate: &mut Plate,
         mut blurred: Vec<Vec<f32>>,
@@ -238,6 +288,24 @@ impl Light {
     }
 }
 
+/// Light beyond which no sensor tells more from less.
+const MOST_LIGHT: f64 = 1e6;
+
+/// The least light that is `seen`, which grows with light and is odd, as `sample`: by bisection.
+fn light_of(sample: f64, seen: impl Fn(f64) -> f64) -> f64 {
+    let size = sample.abs().min(seen(MOST_LIGHT));
+    let (mut low, mut high) = (0.0, MOST_LIGHT);
+    for _ in 0..64 {
+        let middle = (low + high) / 2.0;
+        if seen(middle) < size * (1.0 - 1e-9) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high.copysign(sample)
+}
+
 /// How much each lens channel acts on each plane of the plate, in the order of [`Light`]: a colour plane takes
 /// the lens channel of its name, or the only one there is; a monochrome plate takes all alike; alpha is
 /// blurred by the mean of what blurs the colours, so that it covers the light of every channel; the alpha of one
@@ -245,7 +313,7 @@ impl Light {
 ///
 /// # Errors
 /// A colour plane for which the lens has no channel.
-pub(super) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f64>>> {
     let names = lens.channel_names();
     let mut weights: Vec<Vec<f64>> = Vec::new();
     for name in plate.colour_names() {
@@ -288,7 +356,7 @@ pub(super) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f
 /// Where the plate lies in the lens's frame, or where pixels are not square in that of
 /// [`NonSquare`](seidel_core::render::NonSquare): centre on centre, the display window as wide as the frame unless
 /// `scale` says otherwise.
-pub(super) fn plate_map(
+pub(crate) fn plate_map(
     plate: &Plate,
     lens: &Predictor,
     scale: Option<f64>,
@@ -311,5 +379,29 @@ pub(super) fn plate_map(
             corner(height, display.y, display.height, data.y),
         ),
         scale,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use seidel_core::sensor::Tone;
+
+    #[test]
+    fn light_is_told_from_what_a_sensor_makes_of_it() {
+        let tone = Tone {
+            gamma: 0.8,
+            knee: 0.5,
+            clip: 1.2,
+        };
+        for light in [0.0, 0.001, 0.3, 1.0, -0.4] {
+            let found = light_of(tone.of(light), |l| tone.of(l));
+            assert!((found - light).abs() < 1e-6, "{light}: {found}");
+        }
+        let clipped = light_of(1.2, |l| tone.of(l));
+        assert!(
+            clipped < 4.0 && (tone.of(clipped) - 1.2).abs() < 1e-6,
+            "{clipped}"
+        );
     }
 }

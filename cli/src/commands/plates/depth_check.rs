@@ -8,20 +8,20 @@ use seidel_core::render::{DepthCheck, DepthConvention, LensReach, PlateMap, Seve
 use crate::files::plate::Plate;
 
 /// How a plate is seen through a lens.
-pub(super) struct PlateView<'a> {
+pub(crate) struct PlateView<'a> {
     lens: &'a LensProfile,
     /// Where the optical axis meets the plate, plate pixels from its outer corner.
-    pub(super) axis: ImagePoint,
+    pub(crate) axis: ImagePoint,
     /// Plate pixels per pixel of the lens's frame, along y.
     scale: f64,
     /// Width of a pixel over its height.
-    pub(super) pixel_aspect: f64,
+    pub(crate) pixel_aspect: f64,
 }
 
 impl<'a> PlateView<'a> {
     /// A plate that lies in the frame of `lens` as `map` says, in pixels of this aspect, its axis moved by
     /// `offset` plate pixels.
-    pub(super) fn new(
+    pub(crate) fn new(
         lens: &'a LensProfile,
         (map, pixel_aspect): (PlateMap, f64),
         offset: (f64, f64),
@@ -44,7 +44,7 @@ impl<'a> PlateView<'a> {
     ///
     /// # Errors
     /// Those of [`DepthCheck::findings`].
-    pub(super) fn doubts(
+    pub(crate) fn doubts(
         &self,
         plate: &Plate,
         samples: &[f32],

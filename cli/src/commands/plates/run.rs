@@ -1,0 +1,248 @@
+//! A run over one picture or the frames of a sequence: which files, what of them exists already, what is said.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use clap::Args;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::memory::{DEFAULT_MEMORY, parse_size};
+use super::queue::{Outcome, Stages, run_all};
+use crate::Console;
+use crate::commands::CommandError;
+use crate::console::Progress;
+use crate::files::atomic::check_target;
+use crate::files::error::FileError;
+use crate::files::sequence::{FramePattern, Step, expand};
+
+/// Options about which frames are rendered, and with what means.
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    /// Frames to render where IN and OUT hold a frame pattern, such as 1001-1100 or 1-9x2
+    #[arg(long)]
+    frames: Option<String>,
+    /// Threads to work with; all cores if left out
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Memory for the frames of a sequence that are read, worked on and written at once, such as 500M
+    /// or 4G; one frame is always in flight
+    #[arg(long, value_name = "SIZE", default_value = DEFAULT_MEMORY, value_parser = parse_size)]
+    memory: u64,
+    /// Render frames of a sequence again whose output exists already; they are skipped otherwise
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// The files of a run: paths or frame patterns.
+pub(crate) struct Files<'a> {
+    /// The plate.
+    pub(crate) input: &'a str,
+    /// What is made of it.
+    pub(crate) output: &'a str,
+    /// What else is read, which may be one file for all frames.
+    pub(crate) read: Vec<&'a str>,
+    /// What else is written, each with its option.
+    pub(crate) written: Vec<(&'static str, &'a str)>,
+}
+
+/// The files of a frame.
+#[derive(Debug)]
+pub(crate) struct FrameFiles {
+    /// Its number; `None` for a single picture.
+    pub(crate) number: Option<i64>,
+    pub(crate) input: PathBuf,
+    pub(crate) output: PathBuf,
+    /// As in [`Files::read`].
+    pub(crate) read: Vec<PathBuf>,
+    /// As in [`Files::written`].
+    pub(crate) written: Vec<PathBuf>,
+}
+
+impl FrameFiles {
+    fn new(step: Step, read: usize) -> Self {
+        let mut paths = step.paths.into_iter();
+        let (input, output) = (paths.next(), paths.next());
+        Self {
+            number: step.frame,
+            input: input.unwrap_or_default(),
+            output: output.unwrap_or_default(),
+            read: paths.by_ref().take(read).collect(),
+            written: paths.collect(),
+        }
+    }
+
+    fn outputs(&self) -> impl Iterator<Item = &Path> {
+        [&self.output]
+            .into_iter()
+            .chain(&self.written)
+            .map(PathBuf::as_path)
+    }
+
+    /// Refuses an output that would take the place of another or of a file the run reads.
+    fn check(&self, lenses: &[&Path]) -> Result<(), CommandError> {
+        for (index, output) in self.outputs().enumerate() {
+            check_target(output)?;
+            if self.outputs().take(index).any(|other| other == output) {
+                return Err(FileError::new(
+                    output,
+                    "",
+                    "is named for two outputs",
+                    "give each a name of its own",
+                )
+                .into());
+            }
+            // An output that does not exist yet replaces nothing.
+            let Ok(target) = output.canonicalize() else {
+                continue;
+            };
+            let inputs = [&self.input].into_iter().chain(&self.read);
+            let lost = inputs
+                .map(PathBuf::as_path)
+                .chain(lenses.iter().copied())
+                .any(|path| path.canonicalize().is_ok_and(|p| p == target));
+            if lost {
+                return Err(FileError::new(
+                    output,
+                    "",
+                    "is read by this command and would be overwritten",
+                    "give another name to -o",
+                )
+                .into());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is done of a run, as a bar shows it.
+pub(crate) struct Shares {
+    bar: Progress,
+    shown: Mutex<f64>,
+    count: usize,
+}
+
+impl Shares {
+    /// Of a run that does `what` to `count` frames.
+    pub(crate) fn new(console: &Console, what: &str, count: usize) -> Self {
+        Self {
+            bar: console.progress(what),
+            shown: Mutex::new(0.0),
+            count,
+        }
+    }
+
+    /// Tells that `part` of the frame at `index` is done.
+    pub(crate) fn tell(&self, index: usize, part: f64) {
+        // A late word from another thread must not turn the bar back.
+        let now = (index as f64 + part) / self.count as f64;
+        if let Ok(mut shown) = self.shown.lock()
+            && now > *shown
+        {
+            *shown = now;
+            self.bar.set(now);
+        }
+    }
+}
+
+impl RunArgs {
+    /// The frames that there are to render; `lenses` are read as well. Says how many exist already.
+    pub(crate) fn frames(
+        &self,
+        files: &Files,
+        lenses: &[&Path],
+        console: &mut Console,
+    ) -> Result<Vec<FrameFiles>, CommandError> {
+        let mut patterns = vec![files.input, files.output];
+        patterns.extend(&files.read);
+        patterns.extend(files.written.iter().map(|(_, pattern)| pattern));
+        let all = expand(&patterns, self.frames.as_deref())?;
+        if all.len() > 1 {
+            for (option, pattern) in &files.written {
+                if !FramePattern::parse(pattern).has_frame() {
+                    return Err(CommandError::Usage(format!(
+                        "{option} needs a frame pattern as -o has one, such as name.%04d.exr"
+                    )));
+                }
+            }
+        }
+        let all: Vec<FrameFiles> = all
+            .into_iter()
+            .map(|step| FrameFiles::new(step, files.read.len()))
+            .collect();
+        for frame in &all {
+            frame.check(lenses)?;
+        }
+        let count = all.len();
+        let todo: Vec<FrameFiles> = all.into_iter().filter(|f| !self.is_done(f)).collect();
+        if todo.len() < count {
+            console.remark(format!(
+                "{} of {count} frames exist already and are skipped; give --overwrite to render them again",
+                count - todo.len(),
+            ));
+        }
+        Ok(todo)
+    }
+
+    /// Whether a frame of a sequence was rendered by an earlier run: outputs are whole or not there.
+    fn is_done(&self, frame: &FrameFiles) -> bool {
+        frame.number.is_some() && !self.overwrite && frame.outputs().all(Path::exists)
+    }
+
+    /// Threads for a stage of the run.
+    pub(crate) fn pool(&self) -> Result<ThreadPool, CommandError> {
+        ThreadPoolBuilder::new()
+            .num_threads(self.threads.unwrap_or(0))
+            .build()
+            .map_err(|e| CommandError::Usage(format!("--threads: {e}")))
+    }
+
+    /// Takes all `frames` through `stages` and says what became of them.
+    pub(crate) fn run<S: Stages>(
+        &self,
+        stages: &S,
+        frames: &[FrameFiles],
+        shares: &Shares,
+        console: &mut Console,
+    ) -> Result<(), CommandError> {
+        let count = frames.len();
+        let mut failed = Vec::new();
+        run_all(stages, count, self.memory, |index, outcome| {
+            let speak = || tell(&frames[index], outcome, console, &mut failed);
+            shares.bar.hidden(speak);
+        });
+        shares.bar.clear();
+        match failed.len() {
+            0 => Ok(()),
+            1 if count == 1 => Err(failed.remove(0).1),
+            _ => Err(CommandError::Frames { failed, count }),
+        }
+    }
+}
+
+/// Says what became of a frame, or keeps for the end why it failed.
+fn tell(
+    frame: &FrameFiles,
+    outcome: Outcome,
+    console: &mut Console,
+    failed: &mut Vec<(i64, CommandError)>,
+) {
+    let prefix = frame
+        .number
+        .map_or_else(String::new, |number| format!("frame {number}: "));
+    match outcome {
+        Ok(said) => {
+            for line in said {
+                console.remark(format!("{prefix}{line}"));
+            }
+            for path in frame.outputs() {
+                console.say(format!("wrote {}", path.display()));
+            }
+        }
+        Err(error) => {
+            if frame.number.is_some() {
+                console.remark(format!("{prefix}failed; the end of this run says why"));
+            }
+            failed.push((frame.number.unwrap_or(0), error));
+        }
+    }
+}

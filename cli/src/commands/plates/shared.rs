@@ -1,0 +1,316 @@
+//! What the frames of a run share: the lens, where depth comes from, and how plates are read and seen.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use seidel_core::profile::LensProfile;
+use seidel_core::render::{BlurField, Edges, Gather, NonSquare, Occlusion, PlateExtent, Scene};
+
+use super::adjust::AdjustArgs;
+use super::depth::{DepthArgs, DepthMeaning, DepthSource};
+use super::depth_check::PlateView;
+use super::focus::FocusArgs;
+use super::plate::{Light, PlateArgs, plate_map, plate_weights};
+use super::rendering::Rendering;
+use super::setup::{Settings, Setup, check_names};
+use super::{Geometry, Vergences};
+use crate::commands::drawing::DrawingArgs;
+use crate::commands::{CommandError, read_lens};
+use crate::files::animation::Animation;
+use crate::files::error::FileError;
+use crate::files::plate::Plate;
+
+/// Options about how a lens is used.
+#[derive(Debug, Args)]
+pub(crate) struct LensArgs {
+    #[command(flatten)]
+    drawing: DrawingArgs,
+    #[command(flatten)]
+    adjust: AdjustArgs,
+    #[command(flatten)]
+    focus: FocusArgs,
+    /// Values by frame of --amount, --focus-distance, --f-number and others: CSV with a column `frame` and one an
+    /// option, or JSON; between frames that have a value it changes evenly
+    #[arg(long, value_name = "FILE")]
+    animate: Option<PathBuf>,
+    /// Which displacement of light to render
+    #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
+    pub(crate) geometry: Geometry,
+}
+
+impl LensArgs {
+    /// How the lens is to be where no table says otherwise.
+    fn settings(&self) -> Settings {
+        Settings {
+            drawing: self.drawing.clone(),
+            adjust: self.adjust.clone(),
+            focus: self.focus.clone(),
+        }
+    }
+}
+
+/// What the frames of a run share.
+pub(crate) struct Shared<'a> {
+    args: &'a LensArgs,
+    plate: &'a PlateArgs,
+    /// The lens as its file has it.
+    measured: LensProfile,
+    /// That file.
+    lens: &'a Path,
+    /// The lens of frames that no table changes.
+    setup: Arc<Setup>,
+    /// What changes by frame.
+    animation: Option<Animation>,
+    depth: DepthSource,
+    /// What the numbers of depth passes are.
+    pub(crate) meaning: DepthMeaning,
+}
+
+/// A frame in memory.
+pub(crate) struct ReadPlate {
+    pub(crate) setup: Arc<Setup>,
+    pub(crate) plate: Plate,
+    pub(crate) light: Light,
+    pub(crate) vergence: Vergences,
+    /// What the user should know of it.
+    pub(crate) said: Vec<String>,
+}
+
+/// A plate through its lens.
+pub(crate) struct Sight<'a> {
+    /// With mirrored edges.
+    pub(crate) scene: Scene<'a>,
+    /// How much each lens channel acts on each plane of light.
+    pub(crate) weights: &'a [Vec<f64>],
+    /// What the options about focus make of vergences.
+    pub(crate) refocused: &'a dyn Fn(Vergences) -> seidel_core::Result<Vergences>,
+}
+
+impl<'a> Shared<'a> {
+    /// Reads the `lens`, and settles what the options leave open; remarks go to `said`.
+    pub(crate) fn open(
+        lens: &'a Path,
+        (args, depth, plate): (&'a LensArgs, &DepthArgs, &'a PlateArgs),
+        said: &mut Vec<String>,
+    ) -> Result<Self, CommandError> {
+        let measured = read_lens(lens)?;
+        let setup = args.settings().open(&measured, lens, said)?;
+        let animation = args.animate.as_deref().map(Animation::open).transpose()?;
+        if let Some(table) = &animation {
+            check_names(table)?;
+        }
+        let meaning = depth.meaning()?;
+        let depth = depth.source()?;
+        depth.check_lens(&setup.drawing.predictor, lens)?;
+        Ok(Self {
+            args,
+            plate,
+            measured,
+            lens,
+            setup: Arc::new(setup),
+            animation,
+            depth,
+            meaning,
+        })
+    }
+
+    /// The file of the depth pass as given, which may hold a frame pattern.
+    pub(crate) fn depth_pattern(&self) -> Option<&str> {
+        self.depth.file_pattern()
+    }
+
+    /// Refuses values by frame where there are no frames.
+    pub(crate) fn check_animation(&self, has_frames: bool) -> Result<(), CommandError> {
+        if self.animation.is_none() || has_frames {
+            return Ok(());
+        }
+        Err(CommandError::Usage(
+            "--animate needs frames: give IN and OUT a frame pattern, and --frames".to_owned(),
+        ))
+    }
+
+    /// The lens of the frame `number`; remarks go to `said`.
+    fn setup(
+        &self,
+        number: Option<i64>,
+        said: &mut Vec<String>,
+    ) -> Result<Arc<Setup>, CommandError> {
+        let (Some(table), Some(number)) = (&self.animation, number) else {
+            return Ok(Arc::clone(&self.setup));
+        };
+        let settings = self.args.settings().at(table, number)?;
+        Ok(Arc::new(settings.open(&self.measured, self.lens, said)?))
+    }
+
+    /// Opens the plate at `path`, frame `number` of a run, with its lens and depth, which is in `depth_file` where
+    /// [`Shared::depth_pattern`] says so. Depth of the `first` frame is looked at for doubts.
+    pub(crate) fn open_plate(
+        &self,
+        path: &Path,
+        number: Option<i64>,
+        depth_file: Option<&Path>,
+        first: bool,
+    ) -> Result<ReadPlate, CommandError> {
+        let plate = Plate::open(path, &self.plate.options())?;
+        self.read(plate, number, depth_file, first)
+    }
+
+    /// As [`Shared::open_plate`], of a plate in memory.
+    pub(crate) fn read(
+        &self,
+        plate: Plate,
+        number: Option<i64>,
+        depth_file: Option<&Path>,
+        first: bool,
+    ) -> Result<ReadPlate, CommandError> {
+        let mut said = Vec::new();
+        let light = self.plate.light(&plate, &mut said)?;
+        let setup = self.setup(number, &mut said)?;
+        let view = self.view(&setup, &plate)?;
+        let lens = &setup.drawing.predictor;
+        let vergence = self
+            .depth
+            .read(&plate, depth_file, lens, &view, first, &mut said)?;
+        Ok(ReadPlate {
+            setup,
+            plate,
+            light,
+            vergence,
+            said,
+        })
+    }
+
+    /// How `plate` lies in the lens's frame.
+    pub(crate) fn view<'s>(
+        &self,
+        setup: &'s Setup,
+        plate: &Plate,
+    ) -> Result<PlateView<'s>, CommandError> {
+        let aspect = self.plate.pixel_aspect(plate)?;
+        let map = plate_map(
+            plate,
+            &setup.drawing.predictor,
+            self.plate.lens_scale,
+            aspect,
+        );
+        let offset = setup.adjust.axis_offset_px();
+        Ok(PlateView::new(&setup.drawing.lens, (map, aspect), offset))
+    }
+
+    /// How `plate` is seen, each setting by its name.
+    pub(crate) fn told(
+        &self,
+        setup: &Setup,
+        plate: &Plate,
+    ) -> Result<Vec<(String, String)>, CommandError> {
+        let mut told = setup.told.clone();
+        told.extend(self.depth.told());
+        let scale = self.plate.lens_scale;
+        let aspect = self.plate.pixel_aspect(plate)?;
+        for (name, value) in [
+            (
+                "geometry",
+                format!("{:?}", self.args.geometry).to_lowercase(),
+            ),
+            (
+                "lens-scale",
+                scale.map_or_else(|| "from the display window".to_owned(), |s| s.to_string()),
+            ),
+            ("pixel-aspect", aspect.to_string()),
+        ] {
+            told.push((name.to_owned(), value));
+        }
+        Ok(told)
+    }
+
+    /// How [`Shared::applied`] draws, each setting by its name.
+    pub(crate) fn defaults_told() -> [(String, String); 3] {
+        [
+            ("quality", "final"),
+            ("edges", "mirror"),
+            ("occlusion", "on"),
+        ]
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+    }
+
+    /// The planes of light that `seidel apply`, its options about quality, edges and occlusion left out, makes of a
+    /// plate; `progress` is told the share done.
+    pub(crate) fn applied(
+        &self,
+        read: &ReadPlate,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Vec<Vec<f32>>, CommandError> {
+        let ReadPlate {
+            setup,
+            plate,
+            light,
+            vergence,
+            ..
+        } = read;
+        if setup.adjust.is_nothing() {
+            return Ok(light.copied());
+        }
+        self.seen(setup, plate, vergence.clone(), |sight| {
+            let rendering = Rendering {
+                scene: &sight.scene,
+                planes: &light.with_weights(sight.weights),
+                occlusion: Some(Occlusion::default()),
+                extended: false,
+            };
+            let tell = |share| {
+                progress(share);
+                true
+            };
+            let blurred = rendering.by(&Gather::default(), &tell);
+            let mut blurred = blurred.map_err(|e| FileError::from_core(plate.path(), e))?;
+            light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
+            Ok(blurred)
+        })
+    }
+
+    /// Does `then` with what there is to draw of `plate` at some vergences.
+    pub(crate) fn seen<T>(
+        &self,
+        setup: &Setup,
+        plate: &Plate,
+        vergence: Vergences,
+        then: impl FnOnce(&Sight) -> Result<T, CommandError>,
+    ) -> Result<T, CommandError> {
+        let lens = &setup.drawing.predictor;
+        let weights =
+            plate_weights(plate, lens).map_err(|e| FileError::from_core(plate.path(), e))?;
+        let aspect = self.plate.pixel_aspect(plate)?;
+        let map = plate_map(plate, lens, self.plate.lens_scale, aspect);
+        let adjusted = (setup.adjust).adjusted(lens, [map.scale / aspect, map.scale])?;
+        let non_square = match aspect == 1.0 {
+            true => None,
+            false => Some(NonSquare::new(&adjusted, aspect)?),
+        };
+        let seen: &dyn BlurField = match &non_square {
+            Some(lens) => lens,
+            None => &adjusted,
+        };
+        let extent = PlateExtent {
+            map,
+            width: plate.width(),
+            height: plate.height(),
+        };
+        let refocused = |v| setup.focus.applied(v, seen, extent, setup.focused_at);
+        let vergence = refocused(vergence)?;
+        then(&Sight {
+            scene: Scene {
+                lens: seen,
+                model: setup.drawing.model,
+                width: plate.width(),
+                height: plate.height(),
+                map,
+                vergence: vergence.pass(),
+                edges: Edges::Mirror,
+                displacement: self.args.geometry.into(),
+            },
+            weights: &weights,
+            refocused: &refocused,
+        })
+    }
+}

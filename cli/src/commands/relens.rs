@@ -1,0 +1,69 @@
+//! `seidel relens`: a plate taken with one lens as another would have drawn it.
+
+mod frame;
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CommandError;
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared, Shares};
+use super::removal::RemovalArgs;
+use crate::Console;
+use frame::Job;
+
+/// Options of `seidel relens`.
+#[derive(Debug, Args)]
+pub struct RelensArgs {
+    /// The plate: OpenEXR, PNG or TIFF; may hold a frame pattern such as plate.%04d.exr
+    #[arg(value_name = "IN")]
+    input: String,
+    /// Where to write the plate as the other lens draws it, in the same format
+    #[arg(short, long, value_name = "OUT")]
+    output: String,
+    /// The profile of the lens that the plate was taken with. Options about the lens go for both
+    #[arg(long, value_name = "LENS")]
+    from: PathBuf,
+    /// The profile of the lens that the plate is to look like
+    #[arg(long, value_name = "LENS")]
+    to: PathBuf,
+    #[command(flatten)]
+    removal: RemovalArgs,
+    #[command(flatten)]
+    depth: DepthArgs,
+    #[command(flatten)]
+    plate: PlateArgs,
+    #[command(flatten)]
+    sight: LensArgs,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+pub(super) fn run(args: &RelensArgs, console: &mut Console) -> Result<(), CommandError> {
+    let mut said = Vec::new();
+    let options = (&args.sight, &args.depth, &args.plate);
+    let from = Shared::open(&args.from, options, &mut said)?;
+    let to = Shared::open(&args.to, options, &mut said)?;
+    for remark in said {
+        console.remark(remark);
+    }
+    let files = Files {
+        input: &args.input,
+        output: &args.output,
+        read: from.depth_pattern().into_iter().collect(),
+        written: Vec::new(),
+    };
+    let frames = args.run.frames(&files, &[&args.from, &args.to], console)?;
+    from.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
+    let shares = Shares::new(console, "changing lenses", frames.len());
+    let job = Job {
+        args,
+        from: &from,
+        to: &to,
+        frames: &frames,
+        reading: &args.run.pool()?,
+        working: &args.run.pool()?,
+        shares: &shares,
+    };
+    args.run.run(&job, &frames, &shares, console)
+}

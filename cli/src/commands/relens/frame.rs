@@ -1,0 +1,166 @@
+//! One frame of a run: read, one lens's blur taken off and another's put on, written.
+
+use std::path::Path;
+
+use rayon::ThreadPool;
+use seidel_core::field::ImagePoint;
+use seidel_core::remove::Canvas;
+use seidel_core::render::{Gather, Occlusion, PlateMap, Scene, VergencePass};
+
+use super::RelensArgs;
+use crate::commands::CommandError;
+use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Rendering, Shared, Shares, Stages};
+use crate::commands::removal::{Unblurred, work_bytes};
+use crate::files::error::FileError;
+use crate::files::plate::Plate;
+use crate::files::windows::{Windows, held};
+
+/// Share of the work that is taking blur off.
+const REMOVAL_SHARE: f64 = 0.9;
+
+/// What all frames of a run share.
+pub(super) struct Job<'a> {
+    pub(super) args: &'a RelensArgs,
+    /// The lens that the plate was taken with, and the other.
+    pub(super) from: &'a Shared<'a>,
+    pub(super) to: &'a Shared<'a>,
+    /// The frames to render.
+    pub(super) frames: &'a [FrameFiles],
+    /// Where files are unpacked: not where frames are worked on, so that both go on at once.
+    pub(super) reading: &'a ThreadPool,
+    /// Where frames are worked on.
+    pub(super) working: &'a ThreadPool,
+    /// Told which frame is being worked on and how much of it is done.
+    pub(super) shares: &'a Shares,
+}
+
+/// A frame to be written.
+pub(super) struct NewFrame {
+    plate: Plate,
+    said: Vec<String>,
+}
+
+impl Job<'_> {
+    fn depth_file(&self, index: usize) -> Option<&Path> {
+        self.frames[index].read.first().map(|path| path.as_path())
+    }
+
+    fn read_plate(&self, index: usize) -> Result<ReadPlate, CommandError> {
+        let frame = &self.frames[index];
+        let depth = self.depth_file(index);
+        let read = self
+            .from
+            .open_plate(&frame.input, frame.number, depth, index == 0)?;
+        self.args.removal.check(&read.plate)?;
+        Ok(read)
+    }
+
+    fn relens(&self, index: usize, mut read: ReadPlate) -> Result<NewFrame, CommandError> {
+        let mut plate = read.plate.clone();
+        if read.setup.adjust.is_nothing() {
+            read.light.keep(&mut plate)?;
+            (read.said).push("at --amount 0 the plate stays as it is".into());
+        } else {
+            let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
+            let removal = &self.args.removal;
+            let found = removal.found(self.from, &mut read, false, &progress)?;
+            let planes = self.seen_anew(index, &read, &found)?;
+            read.light.put_back(&mut plate, planes)?;
+        }
+        Ok(NewFrame {
+            plate,
+            said: read.said,
+        })
+    }
+
+    /// The plate's light as the other lens draws what was found, with the plate's own grain.
+    fn seen_anew(
+        &self,
+        index: usize,
+        read: &ReadPlate,
+        found: &Unblurred,
+    ) -> Result<Vec<Vec<f32>>, CommandError> {
+        let Some(canvas) = found.canvas() else {
+            return Ok(read.light.copied());
+        };
+        let number = self.frames[index].number;
+        let other = self
+            .to
+            .read(read.plate.clone(), number, self.depth_file(index), false)?;
+        let (setup, plate) = (&other.setup, &other.plate);
+        let light = read.light.with_planes(found.sharp());
+        self.to.seen(setup, plate, other.vergence.clone(), |sight| {
+            let pass = extended(&sight.scene, canvas);
+            let scene = on_canvas(&sight.scene, canvas, pass.as_deref());
+            let rendering = Rendering {
+                scene: &scene,
+                planes: &light.with_weights(sight.weights),
+                occlusion: Some(Occlusion::default()),
+                extended: false,
+            };
+            let progress = |share: f64| {
+                let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
+                self.shares.tell(index, done);
+                true
+            };
+            let blurred = rendering.by(&Gather::default(), &progress);
+            let blurred = blurred.map_err(|e| FileError::from_core(plate.path(), e))?;
+            let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.cropped(plane)).collect();
+            found.hold_coverage(&mut planes);
+            found.add_grain(&mut planes, true);
+            light.develop(&setup.drawing.predictor, sight.weights, &mut planes);
+            Ok(planes)
+        })
+    }
+}
+
+/// Vergences of the whole canvas, where they vary: beyond the plate as at its nearest pixel.
+fn extended(scene: &Scene, canvas: Canvas) -> Option<Vec<f32>> {
+    let VergencePass::PerPixel(pass) = scene.vergence else {
+        return None;
+    };
+    let own = Windows::of_size(scene.width, scene.height).data;
+    Some(held(pass, own, own.grown(canvas.margin_x, canvas.margin_y)))
+}
+
+/// `scene` of the whole canvas; `pass` as of [`extended`].
+fn on_canvas<'a>(scene: &Scene<'a>, canvas: Canvas, pass: Option<&'a [f32]>) -> Scene<'a> {
+    let PlateMap { origin, scale } = scene.map;
+    let (width, height) = canvas.size();
+    Scene {
+        width,
+        height,
+        map: PlateMap {
+            origin: ImagePoint::new(
+                origin.x_px - canvas.margin_x as f64 / scale,
+                origin.y_px - canvas.margin_y as f64 / scale,
+            ),
+            scale,
+        },
+        vergence: pass.map_or(scene.vergence, VergencePass::PerPixel),
+        ..*scene
+    }
+}
+
+impl Stages for Job<'_> {
+    type Read = ReadPlate;
+    type Done = NewFrame;
+
+    fn read(&self, index: usize) -> Result<ReadPlate, CommandError> {
+        self.reading.install(|| self.read_plate(index))
+    }
+
+    fn bytes(&self, read: &ReadPlate) -> u64 {
+        work_bytes(read)
+    }
+
+    fn blur(&self, index: usize, read: ReadPlate) -> Result<NewFrame, CommandError> {
+        self.working.install(|| self.relens(index, read))
+    }
+
+    fn write(&self, index: usize, frame: NewFrame) -> Outcome {
+        let NewFrame { plate, mut said } = frame;
+        said.extend(plate.write(&self.frames[index].output)?);
+        Ok(said)
+    }
+}

@@ -1,0 +1,241 @@
+//! Taking blur off plates: options that `remove` and `relens` share, the removal plane by plane, and what is said of it.
+
+use clap::Args;
+use rayon::prelude::*;
+use seidel_core::remove::{Canvas, Removal, Removed, Saturation};
+
+use super::CommandError;
+use super::plates::{Light, ReadPlate, Shared, Sight};
+use crate::files::error::FileError;
+use crate::files::plate::Plate;
+
+/// From this many standard deviations of its noise on, a plate is not what its lens makes of any picture.
+const MISFIT: f64 = 1.5;
+
+/// Options about what the plate is known to be.
+#[derive(Debug, Args)]
+pub(super) struct RemovalArgs {
+    /// Standard deviation of the plate's noise, in its linear units: one for all colours or one for each, such as
+    /// 0.004,0.003,0.006; told from the plate if left out
+    #[arg(long, value_name = "S", value_delimiter = ',', value_parser = parse_noise, allow_hyphen_values = true)]
+    noise: Vec<f64>,
+    /// Where the plate is clipped: samples of LEVEL and more say only that there was at least as much light;
+    /// auto tells the level from the plate, none takes all samples as they are
+    #[arg(long, value_name = "LEVEL|auto|none", default_value = "auto", value_parser = parse_clip, allow_hyphen_values = true)]
+    clip: Saturation,
+}
+
+fn parse_noise(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok();
+    number
+        .filter(|v| v.is_finite() && *v >= 0.0)
+        .ok_or_else(|| "give a standard deviation of zero or more, such as 0.004".to_owned())
+}
+
+fn parse_clip(text: &str) -> Result<Saturation, String> {
+    match text {
+        "auto" => Ok(Saturation::Told),
+        "none" => Ok(Saturation::Never),
+        level => (level.parse::<f64>().ok())
+            .filter(|v| v.is_finite())
+            .map(Saturation::From)
+            .ok_or_else(|| "give the level at which samples are clipped, auto, or none".to_owned()),
+    }
+}
+
+/// The planes of a plate without its blur, colours first.
+pub(super) struct Unblurred {
+    removed: Vec<Removed>,
+    colours: usize,
+    /// How many times as strong noise is in each colour, at each pixel of the plate; empty unless asked for.
+    pub(super) noise_gain: Vec<Vec<f32>>,
+}
+
+impl RemovalArgs {
+    /// Refuses a number of noises that is not that of the plate's colours.
+    pub(super) fn check(&self, plate: &Plate) -> Result<(), CommandError> {
+        let names = plate.colour_names();
+        if self.noise.len() <= 1 || self.noise.len() == names.len() {
+            return Ok(());
+        }
+        Err(FileError::new(
+            plate.path(),
+            "--noise",
+            format!("has {} values", self.noise.len()),
+            format!("give one for all, or one each for {}", names.join(", ")),
+        )
+        .into())
+    }
+
+    /// The plate without the blur of its lens, what becomes of noise if `gain` is asked for, and what there is to say
+    /// of it; `progress` is told the share done.
+    pub(super) fn found(
+        &self,
+        shared: &Shared,
+        read: &mut ReadPlate,
+        gain: bool,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Unblurred, CommandError> {
+        let ReadPlate { setup, plate, .. } = &*read;
+        let vergence = read.vergence.clone();
+        let found = shared.seen(setup, plate, vergence, |sight| {
+            let mut light = read.light.with_planes(read.light.copied());
+            light.undevelop(&setup.drawing.predictor, sight.weights);
+            let found = self.removed(sight, &light, gain, progress);
+            found.map_err(|e| FileError::from_core(plate.path(), e).into())
+        })?;
+        let said = self.told(plate.colour_names(), &found);
+        read.said.extend(said);
+        Ok(found)
+    }
+
+    /// `light` without the blur of `sight`; `progress` is told the share done.
+    fn removed(
+        &self,
+        sight: &Sight,
+        light: &Light,
+        gain: bool,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> seidel_core::Result<Unblurred> {
+        let planes = light.with_weights(sight.weights);
+        let colours = light.colour_count();
+        let (mut removed, mut noise_gain) = (Vec::with_capacity(planes.len()), Vec::new());
+        let steps = planes.len() + if gain { colours } else { 0 };
+        let mut done = 0;
+        for (index, plane) in planes.iter().enumerate() {
+            let removal = self.of_plane(index, colours);
+            let share = |done: usize, part: f64| {
+                progress((done as f64 + part) / steps as f64);
+                true
+            };
+            let found = removal.remove(&sight.scene, &[*plane], &|part| share(done, part))?;
+            done += 1;
+            if gain && index < colours {
+                let tell = |part| share(done, part);
+                noise_gain.extend(removal.noise_gain(&sight.scene, &[*plane], &found, &tell)?);
+                done += 1;
+            }
+            removed.extend(found);
+        }
+        Ok(Unblurred {
+            removed,
+            colours,
+            noise_gain,
+        })
+    }
+
+    /// Coverage is never clipped light, and its noise is its own.
+    fn of_plane(&self, index: usize, colours: usize) -> Removal {
+        let default = Removal::default();
+        if index >= colours {
+            return Removal {
+                saturation: Saturation::Never,
+                ..default
+            };
+        }
+        Removal {
+            noise: self.noise.get(index).or(self.noise.first()).copied(),
+            saturation: self.clip,
+            ..default
+        }
+    }
+
+    /// What there is to say of the colours, called `names`.
+    fn told(&self, names: &[String], found: &Unblurred) -> Vec<String> {
+        let each = |of: &dyn Fn(&Removed) -> Option<String>| {
+            let told = names.iter().zip(found.colours());
+            let told = told.filter_map(|(name, removed)| Some(format!("{name} {}", of(removed)?)));
+            told.collect::<Vec<_>>().join(", ")
+        };
+        let source = match self.noise.is_empty() {
+            true => "told from the plate",
+            false => "as given",
+        };
+        let noise = each(&|removed| Some(format!("{:.3e}", removed.noise)));
+        let mut said = vec![format!("noise, {source}: {noise}")];
+        let clipped = each(&|removed| {
+            let (level, count) = removed.clipped.filter(|(_, count)| *count > 0)?;
+            Some(format!("{count} samples from {level:.4} up"))
+        });
+        if !clipped.is_empty() {
+            said.push(format!("clipped: {clipped}"));
+        }
+        let misfit = each(&|removed| {
+            let misfit = misfit(removed).filter(|misfit| *misfit > MISFIT)?;
+            Some(format!("{misfit:.1}"))
+        });
+        if !misfit.is_empty() {
+            said.push(format!(
+                "the lens does not explain the plate: misfit, in times its noise, is {misfit}; check the profile, --amount, or the depth"
+            ));
+        }
+        said
+    }
+}
+
+/// How much more the lens leaves unexplained than there is noise, where there is any.
+fn misfit(removed: &Removed) -> Option<f64> {
+    (removed.noise > 0.0).then_some(removed.misfit)
+}
+
+impl Unblurred {
+    fn colours(&self) -> &[Removed] {
+        &self.removed[..self.colours]
+    }
+
+    /// Where the plate lies on the planes: the same for all, as it follows from the lens.
+    pub(super) fn canvas(&self) -> Option<Canvas> {
+        self.removed.first().map(|removed| removed.canvas)
+    }
+
+    /// Standard deviation of the noise of each plane.
+    pub(super) fn noise(&self) -> Vec<f64> {
+        self.removed.iter().map(|removed| removed.noise).collect()
+    }
+
+    /// How much of each pixel of the plate was seen and not guessed, for each colour.
+    pub(super) fn confidence(&self) -> Vec<Vec<f32>> {
+        let colours = self.colours().iter();
+        colours.map(|removed| removed.confidence.clone()).collect()
+    }
+
+    /// The planes on their canvas, coverage within 0..1.
+    pub(super) fn sharp(&self) -> Vec<Vec<f32>> {
+        let mut planes: Vec<Vec<f32>> = (self.removed.iter())
+            .map(|removed| removed.sharp.clone())
+            .collect();
+        self.hold_coverage(&mut planes);
+        planes
+    }
+
+    /// Brings the planes of coverage back into 0..1.
+    pub(super) fn hold_coverage(&self, planes: &mut [Vec<f32>]) {
+        let coverage = planes.iter_mut().skip(self.colours);
+        for sample in coverage.flatten() {
+            *sample = sample.clamp(0.0, 1.0);
+        }
+    }
+
+    /// Adds the plate's own grain to the colours of `planes`, which lie on the canvas, or are `cropped` to the plate.
+    pub(super) fn add_grain(&self, planes: &mut [Vec<f32>], cropped: bool) {
+        for (plane, removed) in planes.iter_mut().zip(self.colours()) {
+            let grain = match cropped {
+                true => removed.canvas.cropped(&removed.grain()),
+                false => removed.grain(),
+            };
+            plane
+                .par_iter_mut()
+                .zip(&grain)
+                .for_each(|(sample, grain)| *sample += grain);
+        }
+    }
+}
+
+/// Memory that a frame takes at most, bytes.
+pub(super) fn work_bytes(read: &ReadPlate) -> u64 {
+    let pixels = read.plate.width() as u64 * read.plate.height() as u64;
+    let planes = read.light.plane_count() as u64;
+    // The file before and after; of each plane the light before, on its canvas and without blur; what the removal of
+    // one plane holds, which is a few dozen planes more.
+    2 * read.plate.held_bytes() + pixels * (planes * 6 * 4 + 40 * 4)
+}

@@ -1,0 +1,120 @@
+//! `seidel remove`: a plate without the blur of the lens that it was taken with.
+
+mod extras;
+mod frame;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::CommandError;
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared, Shares};
+use super::removal::RemovalArgs;
+use crate::Console;
+use crate::files::format::{Format, check_output_name};
+use frame::Job;
+
+/// Options of `seidel remove`.
+#[derive(Debug, Args)]
+pub struct RemoveArgs {
+    /// The plate: OpenEXR, PNG or TIFF; may hold a frame pattern such as plate.%04d.exr
+    #[arg(value_name = "IN")]
+    input: String,
+    /// Where to write the sharp plate, in the same format
+    #[arg(short, long, value_name = "OUT")]
+    output: String,
+    /// The profile of the lens that the plate was taken with
+    #[arg(long)]
+    lens: PathBuf,
+    #[command(flatten)]
+    removal: RemovalArgs,
+    /// How much of the way from the plate to the sharp picture to go: 0 leaves the plate as it is
+    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = parse_share)]
+    strength: f64,
+    /// What becomes of the plate's grain
+    #[arg(long, value_enum, default_value_t = Grain::Keep)]
+    grain: Grain,
+    /// Write the plate's own pixels only. Otherwise an EXR's data window grows by what was found beyond the plate's
+    /// edges, so that `seidel apply` gives the plate back right up to them
+    #[arg(long)]
+    no_overscan: bool,
+    /// Write also what the plate has beside what the lens makes of OUT, and a copy of OUT: with them `seidel apply
+    /// --residual` gives back the plate where OUT was not worked on. OpenEXR; a frame pattern where OUT has one
+    #[arg(long, value_name = "FILE")]
+    residual: Option<String>,
+    /// Write how much of each pixel was seen and not guessed, 0 to 1, a channel a colour. OpenEXR; a frame pattern where
+    /// OUT has one
+    #[arg(long, value_name = "FILE")]
+    confidence: Option<String>,
+    /// Write how many times its size in the plate noise has in the sharp picture, a channel a colour. OpenEXR; a frame
+    /// pattern where OUT has one
+    #[arg(long, value_name = "FILE")]
+    noise_gain: Option<String>,
+    #[command(flatten)]
+    depth: DepthArgs,
+    #[command(flatten)]
+    plate: PlateArgs,
+    #[command(flatten)]
+    sight: LensArgs,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// What becomes of grain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Grain {
+    /// The sharp picture gets the plate's own
+    Keep,
+    /// The sharp picture as it was solved for, nearly without
+    Solved,
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok();
+    number
+        .filter(|v| (0.0..=1.0).contains(v))
+        .ok_or_else(|| "give a number from 0 to 1".to_owned())
+}
+
+impl RemoveArgs {
+    /// What is written beside the plate, each with its option.
+    fn written(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        let options = [
+            ("--residual", &self.residual),
+            ("--confidence", &self.confidence),
+            ("--noise-gain", &self.noise_gain),
+        ];
+        let given = options.into_iter();
+        given.filter_map(|(option, file)| Some((option, file.as_deref()?)))
+    }
+}
+
+pub(super) fn run(args: &RemoveArgs, console: &mut Console) -> Result<(), CommandError> {
+    let mut said = Vec::new();
+    let options = (&args.sight, &args.depth, &args.plate);
+    let shared = Shared::open(&args.lens, options, &mut said)?;
+    for remark in said {
+        console.remark(remark);
+    }
+    let files = Files {
+        input: &args.input,
+        output: &args.output,
+        read: shared.depth_pattern().into_iter().collect(),
+        written: args.written().collect(),
+    };
+    let frames = args.run.frames(&files, &[&args.lens], console)?;
+    for path in frames.iter().flat_map(|frame| &frame.written) {
+        check_output_name(path, Format::Exr)?;
+    }
+    shared.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
+    let shares = Shares::new(console, "removing blur", frames.len());
+    let job = Job {
+        args,
+        shared: &shared,
+        frames: &frames,
+        reading: &args.run.pool()?,
+        working: &args.run.pool()?,
+        shares: &shares,
+    };
+    args.run.run(&job, &frames, &shares, console)
+}

@@ -1,0 +1,44 @@
+//! What is written beside the sharp plate: residual and maps.
+
+use std::path::PathBuf;
+
+use crate::files::error::Result;
+use crate::files::exr_new::{NewChannel, write_placed};
+use crate::files::residual::Residual;
+use crate::files::windows::Windows;
+
+/// One number a pixel of the plate, for each colour.
+pub(super) struct Map {
+    pub(super) path: PathBuf,
+    /// Where the plate lies.
+    pub(super) windows: Windows,
+    /// Names of the colours.
+    pub(super) names: Vec<String>,
+    pub(super) planes: Vec<Vec<f32>>,
+}
+
+/// A file to be written.
+pub(super) enum Extra {
+    Residual(Box<Residual>),
+    Map(Map),
+}
+
+impl Extra {
+    /// Writes it whole or not at all.
+    pub(super) fn write(&self) -> Result<()> {
+        match self {
+            Self::Residual(residual) => residual.write(&residual.path),
+            Self::Map(map) => {
+                let pairs = map.names.iter().zip(&map.planes);
+                let channels: Vec<NewChannel> = pairs
+                    .map(|(name, samples)| NewChannel {
+                        name,
+                        samples,
+                        half: false,
+                    })
+                    .collect();
+                write_placed(&map.path, map.windows, &channels)
+            }
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! One frame of a run: read, its blur taken off, written.
+
+use std::path::Path;
+
+use rayon::ThreadPool;
+
+use super::extras::{Extra, Map};
+use super::{Grain, RemoveArgs};
+use crate::commands::CommandError;
+use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
+use crate::commands::removal::{Unblurred, work_bytes};
+use crate::files::format::Format;
+use crate::files::plate::Plate;
+use crate::files::residual::Residual;
+use crate::files::windows::{held, surrounded};
+
+/// Share of the work that is taking blur off.
+const REMOVAL_SHARE: f64 = 0.9;
+
+/// What all frames of a run share.
+pub(super) struct Job<'a> {
+    pub(super) args: &'a RemoveArgs,
+    pub(super) shared: &'a Shared<'a>,
+    /// The frames to render.
+    pub(super) frames: &'a [FrameFiles],
+    /// Where files are unpacked: not where frames are worked on, so that both go on at once.
+    pub(super) reading: &'a ThreadPool,
+    /// Where frames are worked on.
+    pub(super) working: &'a ThreadPool,
+    /// Told which frame is being worked on and how much of it is done.
+    pub(super) shares: &'a Shares,
+}
+
+/// A frame to be written.
+pub(super) struct SharpFrame {
+    plate: Plate,
+    extras: Vec<Extra>,
+    said: Vec<String>,
+}
+
+impl Job<'_> {
+    fn depth_file(&self, index: usize) -> Option<&Path> {
+        self.frames[index].read.first().map(|path| path.as_path())
+    }
+
+    fn read_plate(&self, index: usize) -> Result<ReadPlate, CommandError> {
+        let frame = &self.frames[index];
+        let depth = self.depth_file(index);
+        let read = self
+            .shared
+            .open_plate(&frame.input, frame.number, depth, index == 0)?;
+        self.args.removal.check(&read.plate)?;
+        Ok(read)
+    }
+
+    fn sharpen(&self, index: usize, mut read: ReadPlate) -> Result<SharpFrame, CommandError> {
+        let mut plate = read.plate.clone();
+        let mut found = None;
+        if read.setup.adjust.is_nothing() || self.args.strength == 0.0 {
+            read.light.keep(&mut plate)?;
+            (read.said).push("at --amount 0 or --strength 0 the plate stays as it is".into());
+        } else {
+            let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
+            let gain = self.args.noise_gain.is_some();
+            let removal = &self.args.removal;
+            let unblurred = removal.found(self.shared, &mut read, gain, &progress)?;
+            self.put_sharp(&read, &unblurred, &mut plate)?;
+            found = Some(unblurred);
+        }
+        plate.round();
+        let mut extras = Vec::new();
+        for ((option, _), path) in self.args.written().zip(&self.frames[index].written) {
+            extras.push(match option {
+                "--residual" => Extra::Residual(Box::new(self.residual(
+                    index,
+                    &read,
+                    (&plate, found.as_ref()),
+                    path,
+                )?)),
+                _ => Extra::Map(map(option, &read, found.as_ref(), path)),
+            });
+        }
+        Ok(SharpFrame {
+            plate,
+            extras,
+            said: read.said,
+        })
+    }
+
+    /// What the plate that was `read` has beside what its lens makes of the sharp one as its file will hold it.
+    fn residual(
+        &self,
+        index: usize,
+        read: &ReadPlate,
+        (sharp, found): (&Plate, Option<&Unblurred>),
+        path: &Path,
+    ) -> Result<Residual, CommandError> {
+        let number = self.frames[index].number;
+        let stored = self
+            .shared
+            .read(sharp.clone(), number, self.depth_file(index), false)?;
+        let progress = |share: f64| {
+            let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
+            self.shares.tell(index, done);
+        };
+        let applied = self.shared.applied(&stored, &progress)?;
+        let noise = match found {
+            Some(found) => found.noise(),
+            None => vec![0.0; read.light.plane_count()],
+        };
+        let (whole, own) = (sharp.data_window(), read.plate.data_window());
+        let rest = |(seen, plane): (&Vec<f32>, &Vec<f32>)| {
+            let seen = held(seen, whole, own);
+            let rest: Vec<f32> = plane.iter().zip(seen).map(|(p, seen)| p - seen).collect();
+            surrounded(&rest, own, whole)
+        };
+        let mut settings = self.shared.told(&read.setup, &read.plate)?;
+        settings.extend(Shared::defaults_told());
+        Ok(Residual {
+            path: path.to_owned(),
+            windows: sharp.windows(),
+            plate: own,
+            names: read.light.names().to_vec(),
+            residual: applied.iter().zip(read.light.planes()).map(rest).collect(),
+            sharp: stored.light.copied(),
+            noise,
+            settings,
+        })
+    }
+
+    /// Puts the sharp planes into `plate`, with overscan where the file has room for it.
+    fn put_sharp(
+        &self,
+        read: &ReadPlate,
+        found: &Unblurred,
+        plate: &mut Plate,
+    ) -> Result<(), CommandError> {
+        let Some(canvas) = found.canvas() else {
+            return Ok(());
+        };
+        let mut planes = found.sharp();
+        if self.args.grain == Grain::Keep {
+            found.add_grain(&mut planes, false);
+        }
+        let own = plate.data_window();
+        let grows = plate.format() == Format::Exr && !self.args.no_overscan;
+        if grows {
+            plate.reframe(own.grown(canvas.margin_x, canvas.margin_y));
+        } else {
+            planes = planes.iter().map(|plane| canvas.cropped(plane)).collect();
+        }
+        let strength = self.args.strength as f32;
+        if strength < 1.0 {
+            for (plane, before) in planes.iter_mut().zip(read.light.planes()) {
+                let before = held(before, own, plate.data_window());
+                for (sample, before) in plane.iter_mut().zip(before) {
+                    *sample = before + strength * (*sample - before);
+                }
+            }
+        }
+        read.light.put_back(plate, planes)
+    }
+}
+
+/// The map that `option` asks for; of a plate that stays as it is nothing is guessed, and its noise is its own.
+fn map(option: &str, read: &ReadPlate, found: Option<&Unblurred>, path: &Path) -> Map {
+    let planes = match (found, option) {
+        (Some(found), "--confidence") => found.confidence(),
+        (Some(found), _) => found.noise_gain.clone(),
+        (None, _) => {
+            let pixels = read.plate.width() * read.plate.height();
+            vec![vec![1.0; pixels]; read.light.colour_count()]
+        }
+    };
+    Map {
+        path: path.to_owned(),
+        windows: read.plate.windows(),
+        names: read.plate.colour_names().to_vec(),
+        planes,
+    }
+}
+
+impl Stages for Job<'_> {
+    type Read = ReadPlate;
+    type Done = SharpFrame;
+
+    fn read(&self, index: usize) -> Result<ReadPlate, CommandError> {
+        self.reading.install(|| self.read_plate(index))
+    }
+
+    fn bytes(&self, read: &ReadPlate) -> u64 {
+        work_bytes(read)
+    }
+
+    fn blur(&self, index: usize, read: ReadPlate) -> Result<SharpFrame, CommandError> {
+        self.working.install(|| self.sharpen(index, read))
+    }
+
+    fn write(&self, index: usize, frame: SharpFrame) -> Outcome {
+        let SharpFrame {
+            plate,
+            extras,
+            mut said,
+        } = frame;
+        for extra in extras {
+            extra.write()?;
+        }
+        said.extend(plate.write(&self.frames[index].output)?);
+        Ok(said)
+    }
+}
