@@ -19,8 +19,8 @@ pub(super) struct RemovalArgs {
     /// 0.004,0.003,0.006; told from the plate if left out
     #[arg(long, value_name = "S", value_delimiter = ',', value_parser = parse_noise, allow_hyphen_values = true)]
     noise: Vec<f64>,
-    /// Where the plate is clipped: samples of LEVEL and more say only that there was at least as much light;
-    /// auto tells the level from the plate, none takes all samples as they are
+    /// Where the plate is clipped: samples of LEVEL and more, and what they land on, keep their blur; auto tells the
+    /// level from the plate, none takes all samples as they are
     #[arg(long, value_name = "LEVEL|auto|none", default_value = "auto", value_parser = parse_clip, allow_hyphen_values = true)]
     clip: Saturation,
 }

@@ -1,13 +1,10 @@
 //! The plate and what is about it: light from beyond its edges is sought as well, for it lands on the plate.
 
-use crate::field::ImagePoint;
-use crate::render::{Edges, PlateMap, Scene, VergencePass, Window, reach};
+use crate::render::{Scene, VergencePass, Window, reach_of_pass};
 use rayon::prelude::*;
 
 /// Share of how far kernels reach that is added about a plate: what comes from farther is next to nothing.
 const REACH_SHARE: f64 = 0.6;
-/// Vergences at which a depth pass is tried, from its least to its largest.
-const TRIED: usize = 9;
 
 /// A plate within a larger one, px.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,21 +20,7 @@ pub struct Canvas {
 impl Canvas {
     /// As much about the plate as its lens brings light from, but no more than half the plate.
     pub(super) fn of(scene: &Scene) -> Self {
-        let (least, largest) = match scene.vergence {
-            VergencePass::Constant(vergence) => (vergence, vergence),
-            VergencePass::PerPixel(pass) => {
-                let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
-                let ends = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
-                (f64::from(ends.0), f64::from(ends.1))
-            }
-        };
-        let (mut x, mut y) = (0.0_f64, 0.0_f64);
-        for step in 0..TRIED {
-            let vergence = least + (largest - least) * step as f64 / (TRIED - 1) as f64;
-            let far = reach(scene, Window::whole(scene), vergence);
-            x = x.max(far.left_px).max(far.right_px);
-            y = y.max(far.up_px).max(far.down_px);
-        }
+        let (x, y) = reach_of_pass(scene);
         let most = scene.width.max(scene.height) / 2;
         Self {
             margin_x: ((REACH_SHARE * x).ceil() as usize).min(most),
@@ -54,21 +37,13 @@ impl Canvas {
         )
     }
 
-    /// `scene` of the whole canvas, at the vergences of `pass`, one a pixel of it, if that is given. Light that leaves
-    /// it is lost.
-    pub(super) fn scene<'a>(&self, scene: &Scene<'a>, pass: Option<&'a [f32]>) -> Scene<'a> {
-        let PlateMap { origin, scale } = scene.map;
+    /// `scene` of the whole canvas, at the vergences of `pass`, one a pixel of it, if that is given.
+    pub fn scene<'a>(&self, scene: &Scene<'a>, pass: Option<&'a [f32]>) -> Scene<'a> {
+        let (width, height) = self.size();
         Scene {
-            width: self.size().0,
-            height: self.size().1,
-            map: PlateMap {
-                origin: ImagePoint::new(
-                    origin.x_px - self.margin_x as f64 / scale,
-                    origin.y_px - self.margin_y as f64 / scale,
-                ),
-                scale,
-            },
-            edges: Edges::Black,
+            width,
+            height,
+            map: (scene.map).moved(-(self.margin_x as f64), -(self.margin_y as f64)),
             vergence: pass.map_or(scene.vergence, VergencePass::PerPixel),
             ..*scene
         }
@@ -83,7 +58,7 @@ impl Canvas {
     }
 
     /// The plate with its nearest pixels about it.
-    pub(super) fn extended(&self, plate: &[f32]) -> Vec<f32> {
+    pub fn extended(&self, plate: &[f32]) -> Vec<f32> {
         self.about(plate, |at, size| at.clamp(0, size as i32 - 1) as usize)
     }
 
@@ -134,17 +109,10 @@ impl Canvas {
 
 /// `scene` of a window of its plate; its vergence is still that of the whole.
 pub(super) fn part_of<'a>(scene: &Scene<'a>, window: Window) -> Scene<'a> {
-    let PlateMap { origin, scale } = scene.map;
     Scene {
         width: window.width,
         height: window.height,
-        map: PlateMap {
-            origin: ImagePoint::new(
-                origin.x_px + window.column as f64 / scale,
-                origin.y_px + window.row as f64 / scale,
-            ),
-            scale,
-        },
+        map: scene.map.moved(window.column as f64, window.row as f64),
         ..*scene
     }
 }

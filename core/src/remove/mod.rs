@@ -3,8 +3,8 @@
 //! What the lens passes less of than there is noise cannot be had back; there the picture stays as smooth as
 //! sharp pictures mostly are (`prior`). The noise is told from the plate (`noise`), and how much weight the prior
 //! has follows from the noise and from the picture's own slopes (`solve`), never from what is not known. The picture
-//! goes on beyond the plate's edges (`canvas`), and clipped samples say only that there was more light
-//! (`saturation`).
+//! goes on beyond the plate's edges (`canvas`), and clipped samples, which say only that there was more
+//! light (`saturation`), keep their blur with what they land on.
 
 mod canvas;
 mod filled;
@@ -58,7 +58,7 @@ pub struct Removal {
 }
 
 impl Default for Removal {
-    /// What gains most within ten times the time of one blur.
+    /// About ten times the time of one blur (docs/remove.md).
     fn default() -> Self {
         Self {
             noise: None,

@@ -6,7 +6,7 @@ use super::test_scenes::{
 };
 use super::view::View;
 use super::{Removal, Saturation};
-use crate::render::{Plane, Scatter, Scene, VergencePass, Window, stopped};
+use crate::render::{Edges, Plane, Scatter, Scene, VergencePass, Window, stopped};
 use rustfft::num_complex::Complex;
 
 /// Above the best that Wiener filters by local spectra reach, their one number chosen by the truth.
@@ -147,7 +147,10 @@ fn the_plate_comes_back() {
     let plate = plate(0.0);
     let removed = removed(&scene, &plate, Removal::default());
     let again = seen(
-        &removed.canvas.scene(&scene, None),
+        &Scene {
+            edges: Edges::Black,
+            ..removed.canvas.scene(&scene, None)
+        },
         &Scatter,
         &removed.sharp,
         0.0,

@@ -4,7 +4,7 @@
 use super::canvas::{Canvas, part_of};
 use super::local::Local;
 use crate::error::Result;
-use crate::render::{Ladder, Operator, Quality, Scene, VergencePass, Window, reach};
+use crate::render::{Edges, Ladder, Operator, Quality, Scene, VergencePass, Window, reach};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -47,7 +47,11 @@ impl View {
     /// # Errors
     /// A lens that cannot be drawn.
     pub(super) fn new(scene: &Scene, canvas: &Canvas, weights: &[f64]) -> Result<Self> {
-        let whole = canvas.scene(scene, None);
+        // Light that leaves the canvas is lost.
+        let whole = Scene {
+            edges: Edges::Black,
+            ..canvas.scene(scene, None)
+        };
         let size = canvas.size();
         let VergencePass::PerPixel(pass) = scene.vergence else {
             let layer = Layer::new(&whole, weights, Window::whole(&whole), None)?;

@@ -1,6 +1,6 @@
 //! Plates that go on beyond their edges as they are at them.
 
-use super::reach::reach;
+use super::reach::reach_of_pass;
 use super::{BlurField, Edges, PlacedBlur, Plane, PlateMap, Renderer, Scene, VergencePass, Window};
 use crate::error::Result;
 use crate::field::{FieldPoint, Frame, ImagePoint};
@@ -57,18 +57,11 @@ impl Renderer for Extended<'_> {
             VergencePass::PerPixel(pass) => margin.padded(pass),
         };
         let lens = Held::new(scene);
-        let PlateMap { origin, scale } = scene.map;
         let wider = Scene {
             lens: &lens,
             width: scene.width + 2 * margin.x,
             height: scene.height + 2 * margin.y,
-            map: PlateMap {
-                origin: ImagePoint::new(
-                    origin.x_px - margin.x as f64 / scale,
-                    origin.y_px - margin.y as f64 / scale,
-                ),
-                scale,
-            },
+            map: scene.map.moved(-(margin.x as f64), -(margin.y as f64)),
             vergence: match scene.vergence {
                 VergencePass::Constant(vergence) => VergencePass::Constant(vergence),
                 VergencePass::PerPixel(_) => VergencePass::PerPixel(&pass),
@@ -85,9 +78,6 @@ impl Renderer for Extended<'_> {
     }
 }
 
-/// Vergences at which a depth pass is tried, from its least to its largest.
-const TRIED: usize = 9;
-
 /// What is added about a plate, px.
 struct Margin {
     x: usize,
@@ -99,21 +89,7 @@ struct Margin {
 impl Margin {
     /// As far as kernels reach, but no more than the plate is wide.
     fn of(scene: &Scene) -> Self {
-        let (least, largest) = match scene.vergence {
-            VergencePass::Constant(vergence) => (vergence, vergence),
-            VergencePass::PerPixel(pass) => {
-                let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
-                let ends = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
-                (f64::from(ends.0), f64::from(ends.1))
-            }
-        };
-        let (mut x, mut y) = (0.0_f64, 0.0_f64);
-        for step in 0..TRIED {
-            let vergence = least + (largest - least) * step as f64 / (TRIED - 1) as f64;
-            let far = reach(scene, Window::whole(scene), vergence);
-            x = x.max(far.left_px).max(far.right_px);
-            y = y.max(far.up_px).max(far.down_px);
-        }
+        let (x, y) = reach_of_pass(scene);
         let most = scene.width.max(scene.height);
         Self {
             x: (x.ceil() as usize).min(most),

@@ -45,7 +45,7 @@ pub use layers::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
 pub use local_kernel::{LocalKernel, LocalKernels};
 pub use methods::{LevelMethods, Methods, Noted};
 pub use non_square::{MOST_PIXEL_ASPECT, NonSquare};
-pub(crate) use reach::reach;
+pub(crate) use reach::{reach, reach_of_pass};
 pub use scatter::Scatter;
 pub use scene::{Displacement, Plane, Renderer, Scene, Window, stopped};
 pub use spot::at_pixels;
@@ -112,6 +112,17 @@ pub struct PlateMap {
 }
 
 impl PlateMap {
+    /// The map of a plate that begins (`columns`, `rows`) pixels further on, or before where these are negative.
+    pub fn moved(&self, columns: f64, rows: f64) -> Self {
+        Self {
+            origin: ImagePoint::new(
+                self.origin.x_px + columns / self.scale,
+                self.origin.y_px + rows / self.scale,
+            ),
+            scale: self.scale,
+        }
+    }
+
     /// Lens-frame position of the centre of plate pixel (`column`, `row`).
     pub fn frame_point(&self, column: usize, row: usize) -> ImagePoint {
         ImagePoint::new(

@@ -1,11 +1,34 @@
 //! How far light goes from its source.
 
-use super::{Displacement, Scene, Window};
+use super::{Displacement, Scene, VergencePass, Window};
 use crate::psf::Reach;
 
 /// Room about the light beyond what kernels at a few places need: kernels between may be larger.
 const SPARE_SHARE: f64 = 0.1;
 const SPARE_PX: f64 = 4.0;
+
+/// Vergences at which a depth pass is tried, from its least to its largest.
+const TRIED: usize = 9;
+
+/// How far kernels reach along x and along y from anywhere on the plate at any of its vergences, plate px.
+pub(crate) fn reach_of_pass(scene: &Scene) -> (f64, f64) {
+    let (least, largest) = match scene.vergence {
+        VergencePass::Constant(vergence) => (vergence, vergence),
+        VergencePass::PerPixel(pass) => {
+            let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
+            let ends = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
+            (f64::from(ends.0), f64::from(ends.1))
+        }
+    };
+    let (mut x, mut y) = (0.0_f64, 0.0_f64);
+    for step in 0..TRIED {
+        let vergence = least + (largest - least) * step as f64 / (TRIED - 1) as f64;
+        let far = reach(scene, Window::whole(scene), vergence);
+        x = x.max(far.left_px).max(far.right_px);
+        y = y.max(far.up_px).max(far.down_px);
+    }
+    (x, y)
+}
 
 /// How far kernels of sources within `light` on the plate reach at `vergence`, plate px, probed at nine places; a
 /// million px for what cannot be drawn.

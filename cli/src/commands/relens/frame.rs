@@ -3,9 +3,7 @@
 use std::path::Path;
 
 use rayon::ThreadPool;
-use seidel_core::field::ImagePoint;
-use seidel_core::remove::Canvas;
-use seidel_core::render::{Gather, Occlusion, PlateMap, Scene, VergencePass};
+use seidel_core::render::{Gather, Occlusion, VergencePass};
 
 use super::RelensArgs;
 use crate::commands::CommandError;
@@ -13,7 +11,6 @@ use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Rendering, Shared,
 use crate::commands::removal::{Unblurred, work_bytes};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
-use crate::files::windows::{Windows, held};
 
 /// Share of the work that is taking blur off.
 const REMOVAL_SHARE: f64 = 0.9;
@@ -90,8 +87,11 @@ impl Job<'_> {
         let (setup, plate) = (&other.setup, &other.plate);
         let light = read.light.with_planes(found.sharp());
         self.to.seen(setup, plate, other.vergence.clone(), |sight| {
-            let pass = extended(&sight.scene, canvas);
-            let scene = on_canvas(&sight.scene, canvas, pass.as_deref());
+            let pass = match sight.scene.vergence {
+                VergencePass::PerPixel(pass) => Some(canvas.extended(pass)),
+                VergencePass::Constant(_) => None,
+            };
+            let scene = canvas.scene(&sight.scene, pass.as_deref());
             let rendering = Rendering {
                 scene: &scene,
                 planes: &light.with_weights(sight.weights),
@@ -111,34 +111,6 @@ impl Job<'_> {
             light.develop(&setup.drawing.predictor, sight.weights, &mut planes);
             Ok(planes)
         })
-    }
-}
-
-/// Vergences of the whole canvas, where they vary: beyond the plate as at its nearest pixel.
-fn extended(scene: &Scene, canvas: Canvas) -> Option<Vec<f32>> {
-    let VergencePass::PerPixel(pass) = scene.vergence else {
-        return None;
-    };
-    let own = Windows::of_size(scene.width, scene.height).data;
-    Some(held(pass, own, own.grown(canvas.margin_x, canvas.margin_y)))
-}
-
-/// `scene` of the whole canvas; `pass` as of [`extended`].
-fn on_canvas<'a>(scene: &Scene<'a>, canvas: Canvas, pass: Option<&'a [f32]>) -> Scene<'a> {
-    let PlateMap { origin, scale } = scene.map;
-    let (width, height) = canvas.size();
-    Scene {
-        width,
-        height,
-        map: PlateMap {
-            origin: ImagePoint::new(
-                origin.x_px - canvas.margin_x as f64 / scale,
-                origin.y_px - canvas.margin_y as f64 / scale,
-            ),
-            scale,
-        },
-        vergence: pass.map_or(scene.vergence, VergencePass::PerPixel),
-        ..*scene
     }
 }
 

@@ -5,9 +5,8 @@
 
 use super::hidden::HiddenRow;
 use super::ladder::Ladder;
-use crate::field::ImagePoint;
 use crate::render::reach::reach;
-use crate::render::{Plane, PlateMap, Scene, Window};
+use crate::render::{Plane, Scene, Window};
 use rayon::prelude::*;
 
 /// Windows are made of blocks of this side on a grid fixed to the frame, px.
@@ -281,18 +280,10 @@ fn apart(mut boxes: Vec<Box4>) -> Vec<Box4> {
 
 /// The scene of a slice: `crop` of the plate, all at one vergence.
 pub(super) fn cropped<'a>(scene: &Scene<'a>, crop: Window, vergence: f64) -> Scene<'a> {
-    let PlateMap { origin, scale } = scene.map;
-    let map = PlateMap {
-        origin: ImagePoint::new(
-            origin.x_px + crop.column as f64 / scale,
-            origin.y_px + crop.row as f64 / scale,
-        ),
-        scale,
-    };
     Scene {
         width: crop.width,
         height: crop.height,
-        map,
+        map: scene.map.moved(crop.column as f64, crop.row as f64),
         vergence: crate::render::VergencePass::Constant(vergence),
         ..*scene
     }
