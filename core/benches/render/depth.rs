@@ -1,6 +1,6 @@
 //! Depth with occlusion against the same plate all at the distance of the largest blur.
 
-use crate::{FAST, machine, median, planes_of, plate, timed};
+use crate::{FAST, median, memory, planes_of, plate, timed};
 use seidel_core::error::Result;
 use seidel_core::field::{FieldPoint, Frame, ImagePoint};
 use seidel_core::moments::MeridionalMoments;
@@ -118,7 +118,7 @@ pub(crate) fn line(rounds: usize) -> Result<String> {
         }
     }
     let (deep, flat) = (median(&deep), median(&flat));
-    let memory = machine::peak_bytes().map_or_else(String::new, |bytes| {
+    let memory = memory::peak_bytes().map_or_else(String::new, |bytes| {
         format!(
             "; the process held {:.2} GiB at most",
             bytes as f64 / f64::from(1 << 30)

@@ -12,6 +12,7 @@ mod cases;
 mod depth;
 mod lenses;
 mod machine;
+mod memory;
 mod overlap_add;
 mod plate;
 mod pupil_lens;
@@ -124,7 +125,7 @@ fn memory_of(case: &Case, lights: bool) -> Result<Option<u64>> {
         &|_| true,
     )?;
     let images = samples.iter().chain(&out).map(Vec::len).sum::<usize>() * size_of::<f32>();
-    Ok(machine::peak_bytes().map(|peak| peak.saturating_sub(images as u64)))
+    Ok(memory::peak_bytes().map(|peak| peak.saturating_sub(images as u64)))
 }
 
 fn measure(case: &Case, options: &Options) -> Result<Finding> {
@@ -173,7 +174,7 @@ fn measure(case: &Case, options: &Options) -> Result<Finding> {
     let lights = if options.lights { "--lights" } else { "" };
     let peak_bytes = case
         .memory
-        .then(|| machine::ask_child(&["--memory", &case.name(), lights]))
+        .then(|| memory::ask_child(&["--memory", &case.name(), lights]))
         .flatten();
     Ok(Finding {
         case: *case,

@@ -104,7 +104,7 @@ impl Removal {
         let cut: Vec<Plane> = (planes.iter().zip(&samples))
             .map(|(plane, samples)| Plane { samples, ..*plane })
             .collect();
-        let removed = self.remove_by(&part, &cut, INEXACT, progress)?;
+        let removed = self.remove_by(&part, &cut, (INEXACT, false), progress)?;
         let uneven = removed.iter().map(|removed| {
             let sharp = removed.canvas.cropped(&removed.sharp);
             let slopes = slope_lengths(&sharp, window.width);

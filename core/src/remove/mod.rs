@@ -7,6 +7,7 @@
 //! light (`saturation`), keep their blur with what they land on.
 
 mod canvas;
+mod detail;
 mod filled;
 mod kept;
 mod lens_check;
@@ -18,6 +19,7 @@ mod parts_tests;
 mod prior;
 mod saturation;
 mod solve;
+mod squares;
 mod sums;
 #[cfg(test)]
 mod test_scenes;
@@ -115,15 +117,15 @@ impl Removal {
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Removed>> {
-        self.remove_by(scene, planes, INEXACT, progress)
+        self.remove_by(scene, planes, (INEXACT, true), progress)
     }
 
-    /// The same; what is less than `inexact` of the light counts as noise.
+    /// The same; what is less than a share of the light counts as noise, and detail is told from it in the end or not.
     fn remove_by(
         &self,
         scene: &Scene,
         planes: &[Plane],
-        inexact: f64,
+        by: (f64, bool),
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Removed>> {
         scene.check(planes)?;
@@ -131,7 +133,7 @@ impl Removal {
         let canvas = Canvas::of(scene);
         let one = |(index, plane): (usize, &Plane)| {
             let share = |part: f64| progress((index as f64 + part) / planes.len() as f64);
-            self.remove_one((scene, canvas), plane, inexact, &share)
+            self.remove_one((scene, canvas), plane, by, &share)
         };
         planes.iter().enumerate().map(one).collect()
     }
@@ -162,7 +164,7 @@ impl Removal {
         &self,
         (scene, canvas): (&Scene, Canvas),
         plane: &Plane,
-        inexact: f64,
+        (inexact, detailed): (f64, bool),
         progress: &dyn Fn(f64) -> bool,
     ) -> Result<Removed> {
         let even = plane.samples.windows(2).all(|pair| pair[0] == pair[1]);
@@ -198,6 +200,7 @@ impl Removal {
             noise,
             inexact,
             rounds: self.rounds,
+            detailed,
             view: &view,
         };
         let (mut found, bowl) = solve(&task, progress)?;

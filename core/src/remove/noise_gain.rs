@@ -8,14 +8,16 @@ use std::f64::consts::TAU;
 
 /// Noise that is added to a plane without any, as a share of its largest sample.
 const LEAST_NOISE: f64 = 1e-3;
+/// Share of the plane's own noise that is kept: what is changed for other noise is as strong as the noise.
+const KEPT: f64 = 0.5;
 /// How often sums of running squares are taken along each axis, and their half width, px.
 const PASSES: usize = 3;
 const HALF_WIDTH: usize = 8;
 
 impl Removal {
-    /// How many times as strong a plane's noise is in the picture found, at each pixel of the plate: noise as strong as the
-    /// plate's own is added, blur is removed again, and what has changed in `removed`, which came of these planes, is
-    /// compared with what was added. A root mean square over about 30 pixels across. Zero where nothing came of it.
+    /// How many times as strong a plane's noise is in the picture found, at each pixel of the plate: half of the
+    /// plate's own is changed for other noise, blur is removed again, and what has changed in `removed`, which came of
+    /// these planes, is compared with that. A root mean square over about 30 pixels across. Zero where nothing came of it.
     ///
     /// # Errors
     /// Those of [`Removal::remove`].
@@ -32,12 +34,22 @@ impl Removal {
                 .samples
                 .iter()
                 .fold(0.0_f32, |most, v| most.max(v.abs()));
-            let added = removed.noise.max(LEAST_NOISE * f64::from(peak));
+            let least = LEAST_NOISE * f64::from(peak);
+            let added = removed.noise.max(least);
             if added == 0.0 {
                 return Ok(vec![0.0; plane.samples.len()]);
             }
-            let noisy: Vec<f32> = (plane.samples.par_iter().enumerate())
-                .map(|(k, sample)| sample + (added * deviate(k as u64)) as f32)
+            // All in all there must not be more noise than before: how it is dealt with depends on that.
+            let (kept, other) = if removed.noise < least {
+                (1.0, 1.0)
+            } else {
+                (KEPT, (1.0 - KEPT * KEPT).sqrt())
+            };
+            let noisy: Vec<f32> = (plane.samples.par_iter().zip(&removed.rest).enumerate())
+                .map(|(k, (sample, rest))| {
+                    let deviate = other * added * deviate(k as u64);
+                    sample - (1.0 - kept) as f32 * rest + deviate as f32
+                })
                 .collect();
             let again = Self {
                 // The regularisation follows from it: it must not change.

@@ -21,6 +21,13 @@ pub(super) fn response(x: f64, y: f64) -> f64 {
     ways.sum()
 }
 
+/// Mean square slope of noise of unit variance.
+pub(super) fn slope_of_noise() -> f64 {
+    let ways = WAYS.iter();
+    ways.map(|(_, _, weight)| 2.0 * f64::from(weight * weight))
+        .sum()
+}
+
 /// Differences of a plane along four ways, none across its edges: D.
 #[derive(Clone)]
 pub(super) struct Slopes {
@@ -80,7 +87,17 @@ pub(super) fn common_slopes(a: &[f32], b: &[f32], width: usize) -> f64 {
 /// Lengths of the differences of a plane, of some of its rows.
 pub(super) fn slope_lengths(plane: &[f32], width: usize) -> Vec<f32> {
     let height = plane.len() / width.max(1);
-    let step = (height / 128).max(1);
+    lengths_of_rows(plane, width, (height / 128).max(1))
+}
+
+/// Lengths of the differences of a plane, row-major.
+pub(super) fn all_slope_lengths(plane: &[f32], width: usize) -> Vec<f32> {
+    lengths_of_rows(plane, width, 1)
+}
+
+/// Of one row of every `step`.
+fn lengths_of_rows(plane: &[f32], width: usize, step: usize) -> Vec<f32> {
+    let height = plane.len() / width.max(1);
     let rows: Vec<Vec<f32>> = (0..height)
         .into_par_iter()
         .step_by(step)

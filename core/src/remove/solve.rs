@@ -7,7 +7,7 @@
 //! would have it, and the step before.
 
 use super::canvas::Canvas;
-use super::prior::{Slopes, common_slopes, slope_lengths};
+use super::prior::{Slopes, common_slopes, slope_lengths, slope_of_noise};
 use super::sums::{Typical, add, dot};
 use super::trust::Trust;
 use super::view::{Care, View};
@@ -18,7 +18,14 @@ use rustfft::num_complex::Complex;
 
 /// Weight l of slopes times the mean slope of the picture so far: of a picture whose slopes are spread as a
 /// Laplacian it would be one; that pictures are smoother than their slopes tell was found on photographs.
-const WEIGHT: f64 = 0.17;
+const WEIGHT: f64 = 0.15;
+/// Most that the mean slope can be, in root mean square slopes of the plate, its noise apart: what is steeper at first is noise that
+/// was made louder.
+const STEEPEST: f64 = 2.0;
+/// A picture that leaves less than this share of the noise unexplained follows noise: slopes then weigh more, up to so
+/// many times more in a round, and so much in all.
+const FOLLOWED: f64 = 0.94;
+const HEAVIER: [f64; 2] = [4.0, 8.0];
 /// By how much slopes are shortened, l / r, as a share of their mean.
 const SHORTER: f64 = 1.5;
 /// How often the strength of slopes is told from the picture found so far, before the rounds.
@@ -41,6 +48,8 @@ pub(super) struct Task<'a> {
     /// How exactly operators and lenses are known, as a share of the light.
     pub(super) inexact: f64,
     pub(super) rounds: usize,
+    /// Whether detail is told from noise by the picture's own spectra in the end.
+    pub(super) detailed: bool,
     pub(super) view: &'a View,
 }
 
@@ -70,7 +79,8 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<(Seen
     let mut picture = task.seen_well(start(task, fit)?)?;
     let mut multiplier = Slopes::none(task.blurred.len(), width);
     let mut last: Option<Seen> = None;
-    let (mut scale, mut first_misfit) = (f64::INFINITY, 0.0_f64);
+    let mut scale = STEEPEST * task.plate_slopes();
+    let (mut weight, mut first_misfit) = (WEIGHT, 0.0_f64);
     let mut bowl = Bowl { fit, stiff: 0.0 };
     for round in 0..task.rounds {
         if !progress(round as f64 / task.rounds as f64) {
@@ -83,10 +93,14 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<(Seen
         if scale == 0.0 {
             break;
         }
-        bowl.stiff = WEIGHT / (SHORTER * scale * scale);
+        let misfit = task.misfit(&picture, &weights) / trust.deviation();
+        if round > 0 {
+            let followed = misfit * trust.deviation() / (FOLLOWED * task.noise);
+            weight = (weight * followed.powi(-4).clamp(1.0, HEAVIER[0])).min(HEAVIER[1]);
+        }
+        bowl.stiff = weight / (SHORTER * scale * scale);
         let pull = multiplier.turned(&picture.plane, (SHORTER * scale) as f32);
         // What the picture so far leaves unexplained counts as noise: to go after it at once would make it ring.
-        let misfit = task.misfit(&picture, &weights) / trust.deviation();
         first_misfit = first_misfit.max(misfit);
         let least = (STEEP * first_misfit).max(1.0);
         bowl.fit = fit / misfit.max(least).powi(2);
@@ -101,7 +115,13 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<(Seen
             picture = task.seen_well(picture.plane)?;
         }
     }
-    Ok((task.seen_well(picture.plane)?, bowl))
+    picture = task.seen_well(picture.plane)?;
+    if task.detailed {
+        let change = task.detail(&picture, &weights, trust.deviation())?;
+        add(&mut picture.plane, &change, 1.0);
+        picture = task.seen_well(picture.plane)?;
+    }
+    Ok((picture, bowl))
 }
 
 /// A Wiener filter by local spectra, slopes being as strong as those of what it gives.
@@ -131,6 +151,15 @@ impl Task<'_> {
         Trust::new(self.blurred, self.noise, self.inexact)
     }
 
+    /// Root mean square slope of the plate, its noise apart.
+    fn plate_slopes(&self) -> f64 {
+        let width = self.canvas.size().0;
+        let typical = Typical::of(slope_lengths(self.blurred, width)).root_mean_square;
+        let noise = self.noise * self.noise * slope_of_noise();
+        // Slopes of noise are not told exactly.
+        (typical * typical - noise).max(0.1 * noise).sqrt()
+    }
+
     /// What `picture` does not explain of the plate, none where nothing is known, and the root of its mean square in standard deviations of what is not known.
     pub(super) fn rest(&self, picture: &Seen) -> (Vec<f32>, f64) {
         let trust = self.trust();
@@ -151,6 +180,15 @@ impl Task<'_> {
             .collect();
         let count: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
         (dot(&rest, &rest) / count.max(1.0)).sqrt()
+    }
+
+    /// By how much `picture` changes where its own spectra tell detail from noise.
+    fn detail(&self, picture: &Seen, weights: &[f32], deviation: f64) -> Result<Vec<f32>> {
+        let both = self.blurred.par_iter().zip(&picture.blurred).zip(weights);
+        let rest: Vec<f32> = both
+            .map(|((b, seen), weight)| weight * (b - seen))
+            .collect();
+        self.view.change(&picture.plane, &rest, deviation)
     }
 
     /// What the lens makes of `plane`, told more exactly.

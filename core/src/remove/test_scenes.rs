@@ -118,6 +118,27 @@ pub(super) fn discs(width: usize, height: usize) -> Vec<f32> {
         .collect()
 }
 
+/// Waves of all directions and lengths from 4 px up, long ones strongest, from 0 to 1: no edges.
+pub(super) fn texture(width: usize, height: usize) -> Vec<f32> {
+    let mut chance = Deviates(7);
+    let waves: Vec<[f64; 4]> = (0..120)
+        .map(|_| {
+            let length = 4.0 * 8.0_f64.powf(chance.share());
+            let turn = std::f64::consts::PI * chance.share();
+            let (x, y) = (turn.cos() / length, turn.sin() / length);
+            [x, y, chance.share(), 0.002 * length]
+        })
+        .collect();
+    let at = |k: usize| {
+        let (x, y) = ((k % width) as f64, (k / width) as f64);
+        let wave = |[by_x, by_y, phase, height]: &[f64; 4]| {
+            height * (std::f64::consts::TAU * (by_x * x + by_y * y + phase)).sin()
+        };
+        (0.5 + waves.iter().map(wave).sum::<f64>()).clamp(0.0, 1.0) as f32
+    };
+    (0..width * height).map(at).collect()
+}
+
 /// What `renderer` and noise make of a picture.
 pub(super) fn seen(
     scene: &Scene,

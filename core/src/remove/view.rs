@@ -2,7 +2,9 @@
 //! the depth ladder.
 
 use super::canvas::{Canvas, part_of};
+use super::detail::{Found, change};
 use super::local::Local;
+use super::prior::all_slope_lengths;
 use crate::error::Result;
 use crate::render::{Edges, Ladder, Operator, Quality, Scene, VergencePass, Window, reach};
 use rayon::prelude::*;
@@ -134,6 +136,25 @@ impl View {
                 .local
                 .filtered(&light, layer.share.as_deref(), &filter);
             layer.keep(&mut out, 0.5);
+            Ok(out)
+        })
+    }
+
+    /// How a picture should change whose `rest` the lens does not explain, within `deviation` of noise ([`change`]).
+    pub(super) fn change(&self, picture: &[f32], rest: &[f32], deviation: f64) -> Result<Vec<f32>> {
+        let slopes = all_slope_lengths(picture, self.size.0);
+        self.over_layers(|layer| {
+            let [picture, rest, slopes] =
+                [picture, rest, &slopes].map(|plane| layer.window_of(self.size.0, plane));
+            let found = Found {
+                picture: &picture,
+                rest: &rest,
+                slopes: &slopes,
+                deviation: deviation as f32,
+            };
+            let size = (layer.window.width, layer.window.height);
+            let mut out = change(&layer.local, size, &found, layer.share.as_deref());
+            layer.keep(&mut out, 1.0);
             Ok(out)
         })
     }

@@ -1,0 +1,86 @@
+//! Blur taken off pictures of which the truth is known: by how much they gain, what comes back, and the time
+//! against one blur by the fast renderer.
+//!
+//! `cargo bench -p seidel-core --bench remove [-- --images DIR] [--noise S,S,..] [--rounds N] [--out DIR]`: pictures
+//! are NAME.f32 files in DIR (512 x 512 samples, 0 to 1, linear, little-endian, row by row), or a drawn one;
+//! standard deviations of the noise, 0, 0.001 and 0.01 if not said; how often each is timed, 3 times if not said; with
+//! `--out`, plates, results and the lens's kernels for rivals (`peers.py` runs all of this on photographs). Two
+//! threads, one plane. Times are medians of rounds in which blurring and removing take turns, and hold everything from
+//! plane to plane. What is printed to the standard output is Markdown: see `docs/remove.md`.
+
+mod case;
+mod kernels;
+#[path = "../render/lenses.rs"]
+mod lenses;
+#[path = "../render/machine.rs"]
+mod machine;
+mod pictures;
+#[path = "../render/plate.rs"]
+mod plate;
+
+use case::{Finding, measure};
+use std::path::PathBuf;
+
+/// Columns and rows of pictures.
+const SIDE: usize = 512;
+const THREADS: usize = 2;
+
+/// What the command line says.
+struct Options {
+    images: Option<PathBuf>,
+    out: Option<PathBuf>,
+    rounds: usize,
+    noises: Vec<f64>,
+}
+
+impl Options {
+    fn read() -> Result<Self, Box<dyn std::error::Error>> {
+        let arguments: Vec<String> = std::env::args().skip(1).collect();
+        let after = |name: &str| {
+            let place = arguments.iter().position(|a| a == name)?;
+            arguments.get(place + 1).cloned()
+        };
+        let noises = after("--noise").unwrap_or_else(|| "0,0.001,0.01".to_owned());
+        Ok(Self {
+            images: after("--images").map(PathBuf::from),
+            out: after("--out").map(PathBuf::from),
+            rounds: after("--rounds").map_or(Ok(3), |n| n.parse())?,
+            noises: noises
+                .split(',')
+                .map(str::parse)
+                .collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let options = Options::read()?;
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(THREADS)
+        .build_global()?;
+    let lens = case::lens()?;
+    let scene = case::scene(&lens);
+    if let Some(folder) = &options.out {
+        kernels::write(&scene, &folder.join("kernels.f32"))?;
+    }
+    println!("{}", Finding::head());
+    for (name, truth) in pictures::all(options.images.as_deref())? {
+        let blurred = case::blurred(&scene, &truth)?;
+        for noise in &options.noises {
+            let found = measure(&scene, (&name, &truth), &blurred, *noise, options.rounds)?;
+            println!("{}", found.line());
+            if let Some(folder) = &options.out {
+                for (kind, samples) in [("plate", &found.plate), ("seidel", &found.sharp)] {
+                    let file = folder.join(format!("{name}-{noise}-{kind}.f32"));
+                    pictures::write(&file, samples)?;
+                }
+            }
+        }
+    }
+    println!();
+    for line in machine::description(THREADS) {
+        println!("- {line}");
+    }
+    println!("- Rounds: {}", options.rounds);
+    Ok(())
+}
