@@ -288,7 +288,11 @@ fn another_lens_is_put_on_as_it_is() {
         said.contains("of the lens's blur: removed that much; use --lens-check off"),
         "{said}"
     );
+    let said = relens("all.exr", "--lens-check warn");
+    assert!(said.contains("which may ring; check its profile"), "{said}");
+    let all = read_channel(&folder.join("all.exr"), "Y");
     let said = relens("all.exr", "--lens-check off");
+    assert!(all == read_channel(&folder.join("all.exr"), "Y"));
     assert!(!said.contains(SHOWS), "{said}");
     let of = |file: &str| root_mean_square(folder, file, "Y");
     let (less, all) = (of("less.exr"), of("all.exr"));

@@ -103,20 +103,20 @@ impl LensCheck {
             true => " from all frames",
             false => "",
         };
+        // With another lens put on, --amount would go for that as well.
+        let remedy = match self.is_put_back {
+            true => format!("{amount} removes what is there, if the profile is not right"),
+            false => "check its profile".to_owned(),
+        };
+        let keep = "use --lens-check off if the profile is right";
         let done = if is_removed && self.is_put_back {
-            format!(
-                "removed that much{all}; put it back with {amount}, or use --lens-check off if the profile is right"
-            )
+            format!("removed that much{all}; put it back with {amount}, or {keep}")
         } else if is_removed {
-            format!("removed that much{all}; use --lens-check off if the profile is right")
+            format!("removed that much{all}; {keep}")
         } else if share < 1.0 {
-            format!(
-                "removed all of the lens's{all}, which may ring; {amount} removes what is there, if the profile is not right"
-            )
+            format!("removed all of the lens's{all}, which may ring; {remedy}")
         } else {
-            format!(
-                "removed no more than the lens's{all}; {amount} removes what is there, if the profile is not right"
-            )
+            format!("removed no more than the lens's{all}; {remedy}")
         };
         format!("the plate shows about {shown} of the lens's blur{of}: {done}")
     }
