@@ -23,6 +23,7 @@ mod pinholes;
 mod psf_command;
 mod reference_tables;
 mod remove;
+mod remove_lens_check;
 mod residual;
 mod self_test;
 mod sequences;

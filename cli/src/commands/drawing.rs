@@ -38,6 +38,7 @@ fn model_help() -> String {
 }
 
 /// A lens as it is to be drawn.
+#[derive(Clone)]
 pub(super) struct Drawing {
     /// The lens, its controls set.
     pub(super) lens: LensProfile,

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::CommandError;
 use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared, Shares};
-use super::removal::RemovalArgs;
+use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
 use frame::Job;
 
@@ -60,6 +60,7 @@ pub(super) fn run(args: &RelensArgs, console: &mut Console) -> Result<(), Comman
         args,
         from: &from,
         to: &to,
+        check: LensCheck::new(frames.len(), false),
         frames: &frames,
         reading: &args.run.pool()?,
         working: &args.run.pool()?,

@@ -1,5 +1,7 @@
 //! Taking blur off plates: options that `remove` and `relens` share, the removal plane by plane, and what is said of it.
 
+mod lens_check;
+
 use clap::Args;
 use rayon::prelude::*;
 use seidel_core::remove::{Canvas, Removal, Removed, Saturation};
@@ -8,9 +10,15 @@ use super::CommandError;
 use super::plates::{Light, ReadPlate, Shared, Sight};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
+use lens_check::OnDoubt;
+
+pub(super) use lens_check::LensCheck;
 
 /// From this many standard deviations of its noise on, a plate is not what its lens makes of any picture.
 const MISFIT: f64 = 1.5;
+
+/// Share of the first frame's work that is the check of the lens.
+const CHECK_SHARE: f64 = 0.3;
 
 /// Options about what the plate is known to be.
 #[derive(Debug, Args)]
@@ -23,6 +31,9 @@ pub(super) struct RemovalArgs {
     /// level from the plate, none takes all samples as they are
     #[arg(long, value_name = "LEVEL|auto|none", default_value = "auto", value_parser = parse_clip, allow_hyphen_values = true)]
     clip: Saturation,
+    /// The plate's first frame is asked whether it shows as much blur as the lens has; where it does not:
+    #[arg(long, value_enum, value_name = "DO", default_value_t = OnDoubt::Adjust)]
+    lens_check: OnDoubt,
 }
 
 fn parse_noise(text: &str) -> Result<f64, String> {
@@ -67,26 +78,40 @@ impl RemovalArgs {
         .into())
     }
 
-    /// The plate without the blur of its lens, what becomes of noise if `gain` is asked for, and what there is to say
-    /// of it; `progress` is told the share done.
+    /// The plate of frame `number` without the blur of its lens, what becomes of noise if `gain` is asked for, and what
+    /// there is to say of it; the lens is set as `check` asks for. `progress` is told the share done.
     pub(super) fn found(
         &self,
-        shared: &Shared,
-        read: &mut ReadPlate,
+        (shared, check): (&Shared, &LensCheck),
+        (number, read): (Option<i64>, &mut ReadPlate),
         gain: bool,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Unblurred, CommandError> {
-        let ReadPlate { setup, plate, .. } = &*read;
-        let vergence = read.vergence.clone();
-        let found = shared.seen(setup, plate, vergence, |sight| {
-            let mut light = read.light.with_planes(read.light.copied());
-            light.undevelop(&setup.drawing.predictor, sight.weights);
-            let found = self.removed(sight, &light, gain, progress);
-            found.map_err(|e| FileError::from_core(plate.path(), e).into())
+        let checking = |share| progress(CHECK_SHARE * share);
+        let is_first = check.settle(self, shared, (number, read), &checking)?;
+        let done = if is_first { CHECK_SHARE } else { 0.0 };
+        let removing = |share| progress(done + (1.0 - done) * share);
+        let found = Self::with_light(shared, read, |sight, light| {
+            self.removed(sight, light, gain, &removing)
         })?;
-        let said = self.told(plate.colour_names(), &found);
+        let said = self.told(read.plate.colour_names(), &found);
         read.said.extend(said);
         Ok(found)
+    }
+
+    /// Does `then` with the plate through its lens and the light that fell on the sensor.
+    fn with_light<T>(
+        shared: &Shared,
+        read: &ReadPlate,
+        then: impl FnOnce(&Sight, &Light) -> seidel_core::Result<T>,
+    ) -> Result<T, CommandError> {
+        let ReadPlate { setup, plate, .. } = read;
+        let vergence = read.vergence.clone();
+        shared.seen(setup, plate, vergence, |sight| {
+            let mut light = read.light.with_planes(read.light.copied());
+            light.undevelop(&setup.drawing.predictor, sight.weights);
+            then(sight, &light).map_err(|e| FileError::from_core(plate.path(), e).into())
+        })
     }
 
     /// `light` without the blur of `sight`; `progress` is told the share done.

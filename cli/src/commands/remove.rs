@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 
 use super::CommandError;
 use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared, Shares};
-use super::removal::RemovalArgs;
+use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
 use crate::files::format::{Format, check_output_name};
 use frame::Job;
@@ -111,6 +111,7 @@ pub(super) fn run(args: &RemoveArgs, console: &mut Console) -> Result<(), Comman
     let job = Job {
         args,
         shared: &shared,
+        check: LensCheck::new(frames.len(), true),
         frames: &frames,
         reading: &args.run.pool()?,
         working: &args.run.pool()?,

@@ -1,10 +1,10 @@
 //! Whether a lens blurs as a plate shows it: pictures without their blur have few, steep slopes; too little taken off
 //! leaves them spread out, and too much rings.
 
-use super::Removal;
 use super::canvas::part_of;
-use super::prior::slope_lengths;
+use super::prior::{slope_lengths, slope_of_noise};
 use super::sums::Typical;
+use super::{Removal, Removed};
 use crate::error::Result;
 use crate::render::{Adjusted, Plane, Scene, VergencePass, Window, reach};
 use rayon::prelude::*;
@@ -22,6 +22,10 @@ const SIZE_WEIGHT: f64 = 0.1;
 /// By how much less and by how much more blur must be better than the lens as it is: taking too much off does harm.
 const LESS_BETTER: f64 = 0.03;
 const MORE_BETTER: f64 = 0.05;
+/// Planes less wide or high than this tell too little, px.
+const LEAST_SIDE: usize = SIDE / 2;
+/// How much larger slopes must be than those of noise alone, root mean square.
+const DETAIL: f64 = 1.25;
 /// What counts as noise, as a share of the light: more than for removing, that what rings at another share of the blur is
 /// not what operators get wrong.
 const INEXACT: f64 = 6e-3;
@@ -34,62 +38,111 @@ pub struct LensCheck {
 }
 
 impl Removal {
-    /// Tells from `planes`, of a few squares with much detail and blur, whether the lens of `scene` blurs as they show
-    /// it: the share of its blur that leaves the sparsest slopes when removed (Krishnan, Tay and Fergus 2011: mean
-    /// size over root mean square), in steps of about 15 %, from 0.5 to 1.5. Where lens and noise leave little to
-    /// tell by it is one.
+    /// [`LensCheck::of`] planes from which blur is all removed alike.
     ///
     /// # Errors
-    /// Those of [`Removal::remove`].
+    /// Those of [`LensCheck::of`].
     pub fn check_lens(
         &self,
         scene: &Scene,
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<LensCheck> {
-        scene.check(planes)?;
-        let mut sums = [0.0; TRIED.len()];
-        let squares = squares(scene, planes);
-        let total = squares.len() * TRIED.len();
-        let mut done = 0;
-        for window in squares {
-            for (sum, share) in sums.iter_mut().zip(TRIED) {
-                *sum += self.unevenness(scene, planes, window, share, &|part| {
-                    progress((f64::from(done) + part) / total as f64)
-                })?;
-                done += 1;
+        let alike: Vec<_> = planes.iter().map(|plane| (*self, *plane)).collect();
+        LensCheck::of(scene, &alike, progress)
+    }
+}
+
+impl LensCheck {
+    /// Tells from `planes`, of a few squares with much detail and blur, whether the lens of `scene` blurs as they show
+    /// it: the share of its blur that leaves the sparsest slopes when removed (Krishnan, Tay and Fergus 2011: mean
+    /// size over root mean square), tried in steps of about 15 %, from 0.5 to 1.5. Where size, lens and noise leave
+    /// little to tell by it is one. Each plane comes with how its blur is removed.
+    ///
+    /// # Errors
+    /// Those of [`Removal::remove`].
+    pub fn of(
+        scene: &Scene,
+        planes: &[(Removal, Plane)],
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Self> {
+        let all: Vec<Plane> = planes.iter().map(|(_, plane)| *plane).collect();
+        scene.check(&all)?;
+        let uneven = planes.iter().filter(|(_, plane)| !is_even(plane.samples));
+        let planes: Vec<_> = uneven.copied().collect();
+        let squares = match scene.width.min(scene.height) < LEAST_SIDE {
+            true => Vec::new(),
+            false => squares(scene, &planes),
+        };
+        let (mut sums, mut count) = ([0.0; TRIED.len()], 0.0);
+        let total = (squares.len() * planes.len()) as f64;
+        let each = (squares.iter()).flat_map(|window| planes.iter().map(move |p| (window, p)));
+        for (done, (window, plane)) in each.enumerate() {
+            let tell = |part| progress((done as f64 + part) / total);
+            if let Some(uneven) = unevenness(scene, *plane, *window, &tell)? {
+                count += 1.0;
+                for (sum, uneven) in sums.iter_mut().zip(uneven) {
+                    *sum += uneven;
+                }
             }
         }
-        let count = (total / TRIED.len() * planes.len()) as f64;
-        let best = (0..TRIED.len()).min_by(|a, b| sums[*a].total_cmp(&sums[*b]));
-        let better = best.filter(|best| {
-            let least = if *best < AS_IT_IS {
-                LESS_BETTER
-            } else {
-                MORE_BETTER
-            };
-            sums[*best] < sums[AS_IT_IS] - least * count
-        });
-        Ok(LensCheck {
-            blur_share: TRIED[better.unwrap_or(AS_IT_IS)],
-        })
+        let blur_share = best(&sums, count).map_or(1.0, between);
+        Ok(Self { blur_share })
     }
+}
 
-    /// How unlike a sharp picture a window of the planes is without `share` of its blur, summed over planes.
-    fn unevenness(
-        &self,
-        scene: &Scene,
-        planes: &[Plane],
-        window: Window,
-        share: f64,
-        progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<f64> {
+/// The place of the least of `sums` over `count` squares and planes, where it is lower enough than that of the lens as
+/// it is; with the sums about it.
+fn best(sums: &[f64; TRIED.len()], count: f64) -> Option<(usize, [f64; 3])> {
+    let best = (0..TRIED.len()).min_by(|a, b| sums[*a].total_cmp(&sums[*b]))?;
+    let least = match best < AS_IT_IS {
+        true => LESS_BETTER,
+        false => MORE_BETTER,
+    };
+    let about = |place: usize| sums[place.min(TRIED.len() - 1)];
+    (sums[best] < sums[AS_IT_IS] - least * count).then(|| {
+        (
+            best,
+            [about(best.saturating_sub(1)), sums[best], about(best + 1)],
+        )
+    })
+}
+
+/// The share at the lowest point of the parabola through the sums at `place`, the least, and beside it, to a hundredth.
+fn between((place, [before, here, after]): (usize, [f64; 3])) -> f64 {
+    let bend = before + after - 2.0 * here;
+    if place == 0 || place == TRIED.len() - 1 || bend <= 0.0 {
+        return TRIED[place];
+    }
+    // Shares are as good as evenly apart in their logarithms.
+    let along = 0.5 * (before - after) / bend;
+    let step = match along < 0.0 {
+        true => TRIED[place] / TRIED[place - 1],
+        false => TRIED[place + 1] / TRIED[place],
+    };
+    (100.0 * TRIED[place] * step.powf(along)).round() / 100.0
+}
+
+fn is_even(samples: &[f32]) -> bool {
+    samples.windows(2).all(|pair| pair[0] == pair[1])
+}
+
+/// How unlike a sharp picture a window of a plane is without each of the shares of its blur; none where there is
+/// little but noise.
+fn unevenness(
+    scene: &Scene,
+    (removal, plane): (Removal, Plane),
+    window: Window,
+    progress: &(dyn Fn(f64) -> bool + Sync),
+) -> Result<Option<[f64; TRIED.len()]>> {
+    let samples = window.cut(scene.width, plane.samples);
+    let pass = match scene.vergence {
+        VergencePass::Constant(_) => Vec::new(),
+        VergencePass::PerPixel(pass) => window.cut(scene.width, pass),
+    };
+    let removed = |share: f64, done: usize| -> Result<Vec<Removed>> {
         let scales = vec![share; scene.lens.channel_count()];
         let lens = Adjusted::new(scene.lens, 1.0, scales, (0.0, 0.0))?;
-        let pass = match scene.vergence {
-            VergencePass::Constant(_) => Vec::new(),
-            VergencePass::PerPixel(pass) => window.cut(scene.width, pass),
-        };
         let part = Scene {
             lens: &lens,
             vergence: match scene.vergence {
@@ -98,32 +151,52 @@ impl Removal {
             },
             ..part_of(scene, window)
         };
-        let samples: Vec<Vec<f32>> = (planes.iter())
-            .map(|plane| window.cut(scene.width, plane.samples))
-            .collect();
-        let cut: Vec<Plane> = (planes.iter().zip(&samples))
-            .map(|(plane, samples)| Plane { samples, ..*plane })
-            .collect();
-        let removed = self.remove_by(&part, &cut, (INEXACT, false), progress)?;
-        let uneven = removed.iter().map(|removed| {
-            let sharp = removed.canvas.cropped(&removed.sharp);
-            let slopes = slope_lengths(&sharp, window.width);
-            let mean = |of: &dyn Fn(f64) -> f64| {
-                slopes.iter().map(|v| of(f64::from(*v))).sum::<f64>() / slopes.len().max(1) as f64
-            };
-            let (size, square) = (mean(&|v| v), mean(&|v| v * v));
-            if size > 0.0 {
-                (size / square.sqrt()).ln() + SIZE_WEIGHT * size.ln()
-            } else {
-                0.0
+        let cut = Plane {
+            samples: &samples,
+            ..plane
+        };
+        let tell = |part: f64| progress((done as f64 + part) / TRIED.len() as f64);
+        removal.remove_by(&part, &[cut], (INEXACT, false), &tell)
+    };
+    let of = |removed: &Removed| spread(&removed.canvas.cropped(&removed.sharp), window.width);
+    let mut uneven = [0.0; TRIED.len()];
+    // The lens as it is first: it tells the noise.
+    let order = std::iter::once(AS_IT_IS).chain((0..TRIED.len()).filter(|k| *k != AS_IT_IS));
+    for (done, place) in order.enumerate() {
+        for removed in removed(TRIED[place], done)? {
+            if place == AS_IT_IS && !has_detail(&samples, window.width, removed.noise) {
+                return Ok(None);
             }
-        });
-        Ok(uneven.sum())
+            uneven[place] = of(&removed);
+        }
+    }
+    Ok(Some(uneven))
+}
+
+/// Whether a picture's slopes are more than those of its noise.
+fn has_detail(samples: &[f32], width: usize, noise: f64) -> bool {
+    let slopes = slope_lengths(samples, width);
+    let squares = slopes.iter().map(|v| f64::from(*v).powi(2));
+    let mean = squares.sum::<f64>() / slopes.len().max(1) as f64;
+    mean > (DETAIL * noise).powi(2) * slope_of_noise()
+}
+
+/// How evenly slopes are spread over a picture, the larger they are the more so.
+fn spread(sharp: &[f32], width: usize) -> f64 {
+    let slopes = slope_lengths(sharp, width);
+    let mean = |of: &dyn Fn(f64) -> f64| {
+        slopes.iter().map(|v| of(f64::from(*v))).sum::<f64>() / slopes.len().max(1) as f64
+    };
+    let (size, square) = (mean(&|v| v), mean(&|v| v * v));
+    if size > 0.0 {
+        (size / square.sqrt()).ln() + SIZE_WEIGHT * size.ln()
+    } else {
+        0.0
     }
 }
 
 /// The squares of a plate in which blur shows most: much detail, large kernels.
-fn squares(scene: &Scene, planes: &[Plane]) -> Vec<Window> {
+fn squares(scene: &Scene, planes: &[(Removal, Plane)]) -> Vec<Window> {
     let starts = |size: usize| {
         let count = size.div_ceil(SIDE).max(1);
         let last = size.saturating_sub(SIDE);
@@ -142,7 +215,7 @@ fn squares(scene: &Scene, planes: &[Plane]) -> Vec<Window> {
         })
         .collect();
     found.par_iter_mut().for_each(|(score, window)| {
-        let detail = planes.iter().map(|plane| {
+        let detail = planes.iter().map(|(_, plane)| {
             let samples = window.cut(scene.width, plane.samples);
             Typical::of(slope_lengths(&samples, window.width)).root_mean_square
         });
@@ -157,4 +230,64 @@ fn squares(scene: &Scene, planes: &[Plane]) -> Vec<Window> {
         .take(SQUARES)
         .map(|(_, window)| window)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_scenes::{Deviates, WEIGHTS, discs, lens};
+    use super::*;
+    use crate::field::ImagePoint;
+    use crate::psf::SkewNormal;
+    use crate::render::{Displacement, Edges, PlateMap};
+
+    fn share_of(width: usize, height: usize, samples: &[f32]) -> f64 {
+        let lens = lens(1.0);
+        let scene = Scene {
+            lens: &lens,
+            model: &SkewNormal,
+            width,
+            height,
+            map: PlateMap {
+                origin: ImagePoint::new(0.0, 0.0),
+                scale: 1.0,
+            },
+            vergence: VergencePass::Constant(0.0),
+            edges: Edges::Mirror,
+            displacement: Displacement::None,
+        };
+        let planes = [Plane {
+            samples,
+            weights: &WEIGHTS,
+        }];
+        let check = Removal::default().check_lens(&scene, &planes, &|_| true);
+        check.expect("a sound scene").blur_share
+    }
+
+    /// Without any blur they would all speak against the lens.
+    #[test]
+    fn small_and_empty_planes_tell_nothing() {
+        for (width, height) in [(1, 1), (2, 1), (1, 3), (5, 4), (120, 60), (60, 120)] {
+            assert_eq!(share_of(width, height, &discs(width, height)), 1.0);
+        }
+        assert!(share_of(120, 120, &discs(120, 120)) < 1.0);
+        let mut chance = Deviates(9);
+        let noise = (0..120 * 120).map(|_| 0.4 + 0.01 * chance.next() as f32);
+        assert_eq!(share_of(120, 120, &noise.collect::<Vec<f32>>()), 1.0);
+        assert_eq!(share_of(120, 120, &[0.4; 120 * 120]), 1.0);
+    }
+
+    /// A parabola in the logarithm of the share has its lowest point where it has it.
+    #[test]
+    fn shares_between_those_tried_are_found() {
+        for share in [0.55, 0.62, 0.71, 0.8, 1.24, 1.4] {
+            let sums = TRIED.map(|tried| (tried / share).ln().powi(2));
+            let found = best(&sums, 0.1).map_or(1.0, between);
+            assert!((found - share).abs() < 0.012, "{share}: {found}");
+        }
+        let nearly = TRIED.map(|tried| (tried / 0.97).ln().powi(2));
+        assert_eq!(best(&nearly, 1.0), None);
+        let (falling, rising) = (TRIED.map(|t| -t), TRIED);
+        assert_eq!(best(&falling, 1.0).map(between), Some(1.52));
+        assert_eq!(best(&rising, 1.0).map(between), Some(0.5));
+    }
 }

@@ -41,6 +41,14 @@ impl AdjustArgs {
         self.amount == 0.0
     }
 
+    /// The same with `share` of the amount.
+    pub(super) fn weakened(&self, share: f64) -> Self {
+        Self {
+            amount: share_of(self.amount, share),
+            ..self.clone()
+        }
+    }
+
     /// The settings, by name.
     pub(super) fn told(&self) -> Vec<(String, String)> {
         let scales: Vec<String> = (self.channel_scale.iter())
@@ -100,5 +108,31 @@ impl AdjustArgs {
             scales,
             (offset.0 / scale[0], offset.1 / scale[1]),
         )
+    }
+}
+
+/// `share` of an amount as one would write it: the number that its first twelve digits are read as, so that the amount
+/// told is to the bit the one that was used.
+pub(crate) fn share_of(amount: f64, share: f64) -> f64 {
+    let product = amount * share;
+    format!("{product:.11e}").parse().unwrap_or(product)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::share_of;
+
+    #[test]
+    fn shares_of_amounts_read_back_as_they_are_told() {
+        let made = [
+            (0.1, 0.57, "0.057"),
+            (0.7, 0.76, "0.532"),
+            (1.0, 0.76, "0.76"),
+        ];
+        for (amount, share, told) in made {
+            assert_eq!(share_of(amount, share).to_string(), told);
+        }
+        // Plain products do not all.
+        assert_ne!((0.7_f64 * 0.76).to_string(), "0.532");
     }
 }

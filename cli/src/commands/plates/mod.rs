@@ -13,6 +13,7 @@ mod run;
 mod setup;
 mod shared;
 
+pub(crate) use adjust::share_of;
 pub(crate) use depth::{DepthArgs, DepthMeaning};
 pub(crate) use depth_check::PlateView;
 pub(crate) use plate::{Light, PlateArgs};

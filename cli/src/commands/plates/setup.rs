@@ -22,6 +22,7 @@ pub(crate) struct Settings {
 }
 
 /// A frame's lens.
+#[derive(Clone)]
 pub(crate) struct Setup {
     pub(crate) drawing: Drawing,
     pub(crate) adjust: AdjustArgs,
@@ -175,5 +176,22 @@ impl Settings {
             adjust: self.adjust,
             focus: self.focus,
         })
+    }
+}
+
+impl Setup {
+    /// The same as if --amount were `share` of what it is.
+    pub(crate) fn weakened(&self, share: f64) -> Self {
+        let adjust = self.adjust.weakened(share);
+        let changed = adjust.told();
+        let told = self.told.iter().map(|(name, value)| {
+            let new = changed.iter().find(|(changed, _)| changed == name);
+            (name.clone(), new.map_or(value, |(_, new)| new).clone())
+        });
+        Self {
+            told: told.collect(),
+            adjust,
+            ..self.clone()
+        }
     }
 }

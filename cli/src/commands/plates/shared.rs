@@ -120,6 +120,12 @@ impl<'a> Shared<'a> {
         self.depth.file_pattern()
     }
 
+    /// Whether the option called `name` has values by frame.
+    pub(crate) fn is_animated(&self, name: &str) -> bool {
+        let table = self.animation.iter();
+        table.flat_map(Animation::names).any(|own| own == name)
+    }
+
     /// Refuses values by frame where there are no frames.
     pub(crate) fn check_animation(&self, has_frames: bool) -> Result<(), CommandError> {
         if self.animation.is_none() || has_frames {

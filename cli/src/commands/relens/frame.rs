@@ -8,7 +8,7 @@ use seidel_core::render::{Gather, Occlusion, VergencePass};
 use super::RelensArgs;
 use crate::commands::CommandError;
 use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Rendering, Shared, Shares, Stages};
-use crate::commands::removal::{Unblurred, work_bytes};
+use crate::commands::removal::{LensCheck, Unblurred, work_bytes};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
 
@@ -21,6 +21,8 @@ pub(super) struct Job<'a> {
     /// The lens that the plate was taken with, and the other.
     pub(super) from: &'a Shared<'a>,
     pub(super) to: &'a Shared<'a>,
+    /// Whether the first lens's blur is that of the plate.
+    pub(super) check: LensCheck,
     /// The frames to render.
     pub(super) frames: &'a [FrameFiles],
     /// Where files are unpacked: not where frames are worked on, so that both go on at once.
@@ -60,7 +62,9 @@ impl Job<'_> {
         } else {
             let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
             let removal = &self.args.removal;
-            let found = removal.found(self.from, &mut read, false, &progress)?;
+            let lens = (self.from, &self.check);
+            let frame = (self.frames[index].number, &mut read);
+            let found = removal.found(lens, frame, false, &progress)?;
             let planes = self.seen_anew(index, &read, &found)?;
             read.light.put_back(&mut plate, planes)?;
         }

@@ -1,6 +1,7 @@
 //! One frame of a run: read, its blur taken off, written.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use rayon::ThreadPool;
 
@@ -8,7 +9,7 @@ use super::extras::{Extra, Map};
 use super::{Grain, RemoveArgs};
 use crate::commands::CommandError;
 use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
-use crate::commands::removal::{Unblurred, work_bytes};
+use crate::commands::removal::{LensCheck, Unblurred, work_bytes};
 use crate::files::format::Format;
 use crate::files::plate::Plate;
 use crate::files::residual::Residual;
@@ -21,6 +22,8 @@ const REMOVAL_SHARE: f64 = 0.9;
 pub(super) struct Job<'a> {
     pub(super) args: &'a RemoveArgs,
     pub(super) shared: &'a Shared<'a>,
+    /// Whether its blur is that of the plate.
+    pub(super) check: LensCheck,
     /// The frames to render.
     pub(super) frames: &'a [FrameFiles],
     /// Where files are unpacked: not where frames are worked on, so that both go on at once.
@@ -63,7 +66,9 @@ impl Job<'_> {
             let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
             let gain = self.args.noise_gain.is_some();
             let removal = &self.args.removal;
-            let unblurred = removal.found(self.shared, &mut read, gain, &progress)?;
+            let lens = (self.shared, &self.check);
+            let frame = (self.frames[index].number, &mut read);
+            let unblurred = removal.found(lens, frame, gain, &progress)?;
             self.put_sharp(&read, &unblurred, &mut plate)?;
             found = Some(unblurred);
         }
@@ -96,9 +101,13 @@ impl Job<'_> {
         path: &Path,
     ) -> Result<Residual, CommandError> {
         let number = self.frames[index].number;
-        let stored = self
-            .shared
-            .read(sharp.clone(), number, self.depth_file(index), false)?;
+        let stored = ReadPlate {
+            // As far as the lens was taken off.
+            setup: Arc::clone(&read.setup),
+            ..self
+                .shared
+                .read(sharp.clone(), number, self.depth_file(index), false)?
+        };
         let progress = |share: f64| {
             let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
             self.shares.tell(index, done);

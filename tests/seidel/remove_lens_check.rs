@@ -1,0 +1,300 @@
+//! `--lens-check`: a plate that shows less blur than its lens has loses no more than it shows, and it is said.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::{Outcome, read_channel, seidel_in, succeeds, write_exr, write_made_lens};
+
+const WIDTH: usize = 200;
+const HEIGHT: usize = 170;
+/// Blur of two to four px.
+const SIGHT: &str = "--lens @lens.json --lens-scale 1 --distance 1.6 --no-overscan";
+
+/// Numbers from 0 to 1 that look like chance.
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self) -> f32 {
+        self.0 = (self.0)
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (self.0 >> 40) as f32 / (1_u64 << 24) as f32
+    }
+}
+
+/// Discs and bars over one another on a soft ground, some of them with fine texture.
+fn picture(seed: u64) -> Vec<f32> {
+    let mut chance = Chance(seed);
+    let things: Vec<[f32; 6]> = (0..90)
+        .map(|_| {
+            let size = 2.0 + 20.0 * chance.next().powi(3);
+            let slim = if chance.next() < 0.5 { 1.0 } else { 0.25 };
+            [
+                WIDTH as f32 * chance.next(),
+                HEIGHT as f32 * chance.next(),
+                size,
+                size * slim,
+                0.05 + 0.85 * chance.next(),
+                0.1 * (chance.next() - 0.5).max(0.0),
+            ]
+        })
+        .collect();
+    let pixel = |k: usize| {
+        let (x, y) = ((k % WIDTH) as f32, (k / WIDTH) as f32);
+        let texture = chance.next() - 0.5;
+        let inside = |t: &&[f32; 6]| ((x - t[0]) / t[2]).hypot((y - t[1]) / t[3]) < 1.0;
+        let thing = things.iter().find(inside);
+        thing.map_or(0.4 + 0.1 * (0.05 * x).sin(), |t| t[4] + t[5] * texture)
+    };
+    (0..WIDTH * HEIGHT).map(pixel).collect()
+}
+
+/// Writes `truth.exr` and, seen through the lens at `amount` and with noise, `plate`.
+fn write_plate(folder: &Path, plate: &str, channels: &[&str], amount: f64) {
+    let (truth, plate) = (folder.join("truth.exr"), folder.join(plate));
+    let planes = |of: &dyn Fn(u64, &str) -> Vec<f32>| {
+        let named = channels.iter().zip(1..);
+        named
+            .map(|(name, seed)| (*name, of(seed, name)))
+            .collect::<Vec<_>>()
+    };
+    write_exr(&truth, WIDTH, HEIGHT, &planes(&|seed, _| picture(seed)));
+    let line = format!(
+        "apply @truth.exr -o @seen.exr --quality exact --lens @lens.json --lens-scale 1 --distance 1.6 --amount {amount}"
+    );
+    succeeds(folder, &line);
+    let noisy = planes(&|seed, name| {
+        let mut chance = Chance(1000 + seed);
+        let mut seen = read_channel(&folder.join("seen.exr"), name);
+        for sample in &mut seen {
+            let sum: f32 = (0..4).map(|_| chance.next() - 0.5).sum();
+            *sample += 0.004 * sum;
+        }
+        seen
+    });
+    write_exr(&plate, WIDTH, HEIGHT, &noisy);
+}
+
+fn removed(folder: &Path, output: &str, options: &str) -> Outcome {
+    let line = format!("remove @plate.exr -o @{output} {SIGHT} {options}");
+    succeeds(folder, &line)
+}
+
+fn root_mean_square(folder: &Path, file: &str, channel: &str) -> f64 {
+    let of = |name: &str| read_channel(&folder.join(name), channel);
+    let (is, ought) = (of(file), of("truth.exr"));
+    assert_eq!(is.len(), ought.len());
+    let squares = is.iter().zip(&ought).map(|(a, b)| f64::from(a - b).powi(2));
+    (squares.sum::<f64>() / is.len() as f64).sqrt()
+}
+
+/// The amount that the words tell.
+fn amount_in(words: &str) -> f64 {
+    let (_, after) = words.split_once("--amount ").expect("an amount");
+    let number = after.split([',', ' ', ';']).next().expect("a number");
+    number.parse().expect("a number")
+}
+
+/// Words that only the check says.
+const SHOWS: &str = "of the lens's blur";
+
+#[test]
+fn a_plate_with_less_blur_than_the_lens_does_not_ring() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    for (channels, noise) in [
+        (["Y"].as_slice(), ""),
+        (&["R", "G", "B"], "--noise 0.002,0.003,0.002"),
+    ] {
+        write_made_lens(folder, channels);
+        write_plate(folder, "plate.exr", channels, 0.7);
+        let said = removed(folder, "less.exr", &format!("--grain solved {noise}")).stderr;
+        let off = format!("--grain solved {noise} --lens-check off");
+        assert!(!removed(folder, "all.exr", &off).stderr.contains(SHOWS));
+        assert!(
+            said.contains("of the lens's blur: removed that much; put it back with --amount 0."),
+            "{said}"
+        );
+        let amount = amount_in(&said);
+        assert!((0.63..0.77).contains(&amount), "{said}");
+        for channel in channels {
+            let of = |file: &str| root_mean_square(folder, file, channel);
+            let (plate, less, all) = (of("plate.exr"), of("less.exr"), of("all.exr"));
+            assert!(
+                less < 0.5 * all && less < 0.8 * plate,
+                "{channel}: {plate} {less} {all}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_right_lens_is_left_alone_and_so_is_what_is_not_to_be_removed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_lens(folder, &["Y"]);
+    write_plate(folder, "plate.exr", &["Y"], 1.0);
+    let said = removed(folder, "checked.exr", "").stderr;
+    assert!(!said.contains(SHOWS), "{said}");
+    removed(folder, "off.exr", "--lens-check off");
+    let of = |name: &str| read_channel(&folder.join(name), "Y");
+    assert!(of("checked.exr") == of("off.exr"));
+    write_plate(folder, "plate.exr", &["Y"], 0.7);
+    for options in ["--amount 0", "--strength 0"] {
+        let said = removed(folder, "same.exr", options).stderr;
+        assert!(!said.contains(SHOWS), "{said}");
+        assert!(of("same.exr") == of("plate.exr"));
+    }
+    let outcome = seidel_in(
+        folder,
+        &format!("remove @plate.exr -o @x.exr {SIGHT} --lens-check maybe"),
+    );
+    assert_eq!(outcome.status, 2);
+    assert!(
+        outcome.stderr.contains("adjust, warn, off"),
+        "{}",
+        outcome.stderr
+    );
+}
+
+/// Too little removed does no harm: more than the lens's blur never is.
+#[test]
+fn warnings_change_nothing_and_no_more_is_removed_than_the_lens_has() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_lens(folder, &["Y"]);
+    let of = |name: &str| read_channel(&folder.join(name), "Y");
+    let adjust: (&str, &str) = ("", "removed no more than the lens's");
+    let warn = ("--lens-check warn", "removed no more than the lens's");
+    let rings = ("--lens-check warn", "which may ring");
+    for (blur, least, cases) in [(1.4, 1.2, [adjust, warn].as_slice()), (0.7, 0.6, &[rings])] {
+        write_plate(folder, "plate.exr", &["Y"], blur);
+        removed(folder, "off.exr", "--lens-check off");
+        for (options, words) in cases {
+            let said = removed(folder, "told.exr", options).stderr;
+            assert!(said.contains(SHOWS) && said.contains(words), "{said}");
+            let amount = amount_in(&said);
+            assert!((least..least + 0.35).contains(&amount), "{said}");
+            assert!(of("told.exr") == of("off.exr"), "{options}");
+        }
+    }
+}
+
+/// Whatever the others show, and times what a table says.
+#[test]
+fn frames_are_all_held_to_what_the_first_shows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_lens(folder, &["Y"]);
+    for (frame, amount) in [(7, 0.7), (8, 1.0), (9, 0.7)] {
+        write_plate(folder, &format!("plate.{frame}.exr"), &["Y"], amount);
+    }
+    fs::write(folder.join("table.csv"), "frame,amount\n7,1\n8,0.9\n9,1\n").expect("writable");
+    let of = |name: &str| read_channel(&folder.join(name), "Y");
+    let alone = |frame: u32, amount: f64| {
+        let line = format!(
+            "remove @plate.{frame}.exr -o @alone.exr {SIGHT} --lens-check off --amount {amount}"
+        );
+        succeeds(folder, &line);
+        of("alone.exr")
+    };
+    let run = |options: &str| {
+        let line = format!("remove @plate.%d.exr -o @out.%d.exr {SIGHT} --overwrite {options}");
+        succeeds(folder, &line).stderr
+    };
+    let said = run("--frames 7-8 --animate @table.csv");
+    let first = "frame 7: the plate shows about ";
+    assert!(
+        said.contains(first) && said.contains("removed that much from all frames"),
+        "{said}"
+    );
+    let (_, times) = said
+        .split_once("with the amounts of --animate times ")
+        .expect("a factor");
+    let share: f64 = (times.split(',').next().expect("a number"))
+        .parse()
+        .expect("a number");
+    assert!((0.63..0.77).contains(&share), "{said}");
+    let second = format!(
+        "frame 8: removed {:.0} % of the lens's blur, as frame 7 shows it",
+        100.0 * share
+    );
+    assert!(said.contains(&second), "{said}");
+    let tenths = (1e4 * 0.9 * share).round() / 1e4;
+    assert!(of("out.7.exr") == alone(7, share));
+    assert!(of("out.8.exr") == alone(8, tenths));
+    let said = run("--frames 8-9 --memory 1 --threads 1");
+    assert!(!said.contains(SHOWS), "{said}");
+    assert!(of("out.9.exr") == alone(9, 1.0));
+}
+
+#[test]
+fn what_was_removed_is_put_back_with_the_amount_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_lens(folder, &["Y"]);
+    write_plate(folder, "plate.exr", &["Y"], 0.6);
+    let sight = "--lens @lens.json --lens-scale 1 --distance 1.6";
+    let line = format!("remove @plate.exr -o @sharp.exr --residual @rest.exr {sight} --amount 0.9");
+    let said = succeeds(folder, &line).stderr;
+    assert!(
+        said.contains("of the lens's blur at --amount 0.9: "),
+        "{said}"
+    );
+    let (_, told) = said.split_once("put it back with ").expect("how");
+    let amount = amount_in(told);
+    assert!((0.52..0.68).contains(&amount), "{said}");
+    let back = |amount: f64| {
+        let line =
+            format!("apply @sharp.exr -o @back.exr --residual @rest.exr {sight} --amount {amount}");
+        let said = succeeds(folder, &line).stderr;
+        let of = |name: &str| read_channel(&folder.join(name), "Y");
+        let apart = of("back.exr").into_iter().zip(of("plate.exr"));
+        let farthest = apart.fold(0.0, |most: f32, (a, b)| most.max((a - b).abs()));
+        (farthest, said)
+    };
+    let (farthest, said) = back(amount);
+    assert!(
+        farthest < 1e-6 && !said.contains("other settings"),
+        "{farthest} {said}"
+    );
+    let (farthest, said) = back(0.9);
+    assert!(
+        farthest > 1e-3 && said.contains(&format!("amount was {amount}, is 0.9")),
+        "{farthest} {said}"
+    );
+}
+
+#[test]
+fn another_lens_is_put_on_as_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_made_lens(folder, &["Y"]);
+    write_plate(folder, "plate.exr", &["Y"], 0.7);
+    // Another of the same make: only what was removed too much or too little tells them apart.
+    fs::copy(folder.join("lens.json"), folder.join("from.json")).expect("writable");
+    let sight = "--lens-scale 1 --distance 1.6";
+    let line = format!("apply @truth.exr -o @want.exr --lens @lens.json {sight} --edges extend");
+    succeeds(folder, &line);
+    fs::rename(folder.join("want.exr"), folder.join("truth.exr")).expect("movable");
+    let relens = |output: &str, options: &str| {
+        let line = format!(
+            "relens @plate.exr -o @{output} --from @from.json --to @lens.json {sight} {options}"
+        );
+        succeeds(folder, &line).stderr
+    };
+    let said = relens("less.exr", "");
+    assert!(
+        said.contains("of the lens's blur: removed that much; use --lens-check off"),
+        "{said}"
+    );
+    let said = relens("all.exr", "--lens-check warn");
+    assert!(said.contains("which may ring; check its profile"), "{said}");
+    let all = read_channel(&folder.join("all.exr"), "Y");
+    let said = relens("all.exr", "--lens-check off");
+    assert!(all == read_channel(&folder.join("all.exr"), "Y"));
+    assert!(!said.contains(SHOWS), "{said}");
+    let of = |file: &str| root_mean_square(folder, file, "Y");
+    let (less, all) = (of("less.exr"), of("all.exr"));
+    assert!(less < 0.5 * all, "{less} {all}");
+}
