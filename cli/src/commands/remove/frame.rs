@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use rayon::ThreadPool;
+use seidel_core::plate::Unblurred;
 
 use super::extras::{Extra, Map};
 use super::{Grain, RemoveArgs};
 use crate::commands::CommandError;
 use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
-use crate::commands::removal::{Unblurred, work_bytes};
+use crate::commands::removal::work_bytes;
 use crate::files::format::Format;
 use crate::files::plate::Plate;
 use crate::files::residual::Residual;
