@@ -198,7 +198,7 @@ fn remove_and_relens_give_the_same_samples() {
     let wave = |k: usize, period: f32| (std::f32::consts::TAU * k as f32 / period).sin();
     let plane = |shade: f32| -> Vec<f32> {
         let pixel = |k: usize| {
-            let edge = if (k % WIDTH / 20 + k / WIDTH / 15) % 2 == 0 {
+            let edge = if (k % WIDTH / 20 + k / WIDTH / 15).is_multiple_of(2) {
                 0.3
             } else {
                 0.0
