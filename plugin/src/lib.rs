@@ -2,7 +2,7 @@
 //! so that any host that can call C can load a lens, ask for its PSFs, put its blur on plates and take it off.
 //!
 //! `plugin/include/seidel.h` is made from what is public here (`cargo xtask header`), and says all that a caller has to
-//! know. Every export goes through [`guard`], which turns errors and panics into a status and a text.
+//! know. Every export goes through `guard`, which turns errors and panics into a status and a text.
 
 mod apply;
 mod callbacks;
