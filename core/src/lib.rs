@@ -26,6 +26,7 @@ pub mod fit;
 pub mod lens;
 pub mod moments;
 pub mod observations;
+pub mod plate;
 pub mod predict;
 pub mod profile;
 pub mod psf;

@@ -1,5 +1,7 @@
-//! Chores of the project: `cargo xtask tidy` checks the rules of the house.
+//! Chores of the project: `cargo xtask tidy` checks the rules of the house, `cargo xtask header` writes the header of
+//! the C ABI.
 
+mod header;
 mod tidy;
 
 use std::process::ExitCode;
@@ -18,8 +20,15 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         }
+        Some("header") => match header::write(&tidy::root()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(why) => {
+                eprintln!("header: {why}");
+                ExitCode::FAILURE
+            }
+        },
         _ => {
-            eprintln!("usage: cargo xtask tidy");
+            eprintln!("usage: cargo xtask tidy|header");
             ExitCode::from(2)
         }
     }

@@ -3,8 +3,8 @@
 mod lens_check;
 
 use clap::Args;
-use rayon::prelude::*;
-use seidel_core::remove::{Canvas, Removal, Removed, Saturation};
+use seidel_core::plate::{Unblur, Unblurred, remove_bytes};
+use seidel_core::remove::{Removed, Saturation};
 
 use super::CommandError;
 use super::plates::{Light, ReadPlate, Shared, Sight};
@@ -52,14 +52,6 @@ fn parse_clip(text: &str) -> Result<Saturation, String> {
             .map(Saturation::From)
             .ok_or_else(|| "give the level at which samples are clipped, auto, or none".to_owned()),
     }
-}
-
-/// The planes of a plate without its blur, colours first.
-pub(super) struct Unblurred {
-    removed: Vec<Removed>,
-    colours: usize,
-    /// How many times as strong noise is in each colour, at each pixel of the plate; empty unless asked for.
-    pub(super) noise_gain: Vec<Vec<f32>>,
 }
 
 impl RemovalArgs {
@@ -114,6 +106,13 @@ impl RemovalArgs {
         })
     }
 
+    fn unblur(&self) -> Unblur {
+        Unblur {
+            noise: self.noise.clone(),
+            saturation: self.clip,
+        }
+    }
+
     /// `light` without the blur of `sight`; `progress` is told the share done.
     fn removed(
         &self,
@@ -122,47 +121,11 @@ impl RemovalArgs {
         gain: bool,
         progress: &(dyn Fn(f64) + Sync),
     ) -> seidel_core::Result<Unblurred> {
-        let planes = light.with_weights(sight.weights);
-        let colours = light.colour_count();
-        let (mut removed, mut noise_gain) = (Vec::with_capacity(planes.len()), Vec::new());
-        let steps = planes.len() + if gain { colours } else { 0 };
-        let mut done = 0;
-        for (index, plane) in planes.iter().enumerate() {
-            let removal = self.of_plane(index, colours);
-            let share = |done: usize, part: f64| {
-                progress((done as f64 + part) / steps as f64);
-                true
-            };
-            let found = removal.remove(&sight.scene, &[*plane], &|part| share(done, part))?;
-            done += 1;
-            if gain && index < colours {
-                let tell = |part| share(done, part);
-                noise_gain.extend(removal.noise_gain(&sight.scene, &[*plane], &found, &tell)?);
-                done += 1;
-            }
-            removed.extend(found);
-        }
-        Ok(Unblurred {
-            removed,
-            colours,
-            noise_gain,
+        let unblur = self.unblur();
+        unblur.removed(&sight.scene, (light, sight.weights), gain, &|share| {
+            progress(share);
+            true
         })
-    }
-
-    /// Coverage is never clipped light, and its noise is its own.
-    fn of_plane(&self, index: usize, colours: usize) -> Removal {
-        let default = Removal::default();
-        if index >= colours {
-            return Removal {
-                saturation: Saturation::Never,
-                ..default
-            };
-        }
-        Removal {
-            noise: self.noise.get(index).or(self.noise.first()).copied(),
-            saturation: self.clip,
-            ..default
-        }
     }
 
     /// What there is to say of the colours, called `names`.
@@ -203,64 +166,9 @@ fn misfit(removed: &Removed) -> Option<f64> {
     (removed.noise > 0.0).then_some(removed.misfit)
 }
 
-impl Unblurred {
-    fn colours(&self) -> &[Removed] {
-        &self.removed[..self.colours]
-    }
-
-    /// Where the plate lies on the planes: the same for all, as it follows from the lens.
-    pub(super) fn canvas(&self) -> Option<Canvas> {
-        self.removed.first().map(|removed| removed.canvas)
-    }
-
-    /// Standard deviation of the noise of each plane.
-    pub(super) fn noise(&self) -> Vec<f64> {
-        self.removed.iter().map(|removed| removed.noise).collect()
-    }
-
-    /// How much of each pixel of the plate was seen and not guessed, for each colour.
-    pub(super) fn confidence(&self) -> Vec<Vec<f32>> {
-        let colours = self.colours().iter();
-        colours.map(|removed| removed.confidence.clone()).collect()
-    }
-
-    /// The planes on their canvas, coverage within 0..1.
-    pub(super) fn sharp(&self) -> Vec<Vec<f32>> {
-        let mut planes: Vec<Vec<f32>> = (self.removed.iter())
-            .map(|removed| removed.sharp.clone())
-            .collect();
-        self.hold_coverage(&mut planes);
-        planes
-    }
-
-    /// Brings the planes of coverage back into 0..1.
-    pub(super) fn hold_coverage(&self, planes: &mut [Vec<f32>]) {
-        let coverage = planes.iter_mut().skip(self.colours);
-        for sample in coverage.flatten() {
-            *sample = sample.clamp(0.0, 1.0);
-        }
-    }
-
-    /// Adds the plate's own grain to the colours of `planes`, which lie on the canvas, or are `cropped` to the plate.
-    pub(super) fn add_grain(&self, planes: &mut [Vec<f32>], cropped: bool) {
-        for (plane, removed) in planes.iter_mut().zip(self.colours()) {
-            let grain = match cropped {
-                true => removed.canvas.cropped(&removed.grain()),
-                false => removed.grain(),
-            };
-            plane
-                .par_iter_mut()
-                .zip(&grain)
-                .for_each(|(sample, grain)| *sample += grain);
-        }
-    }
-}
-
 /// Memory that a frame takes at most, bytes.
 pub(super) fn work_bytes(read: &ReadPlate) -> u64 {
     let pixels = read.plate.width() as u64 * read.plate.height() as u64;
-    let planes = read.light.plane_count() as u64;
-    // The file before and after; of each plane the light before, on its canvas and without blur; what the removal of
-    // one plane holds, which is a few dozen planes more.
-    2 * read.plate.held_bytes() + pixels * (planes * 6 * 4 + 40 * 4)
+    // The file before and after.
+    2 * read.plate.held_bytes() + remove_bytes(pixels, read.light.plane_count() as u64)
 }

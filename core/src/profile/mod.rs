@@ -125,6 +125,23 @@ impl LensProfile {
         }
     }
 
+    /// Nearest and farthest distance at which the lens was measured, metres; the farthest may be infinite. `None` where
+    /// it was measured at no finite distance.
+    pub fn measured_m(&self) -> Option<(f64, f64)> {
+        let vergences: Vec<f64> = match &self.description {
+            LensDescription::Moments(channels) => (channels.iter())
+                .flat_map(|channel| &channel.planes)
+                .filter_map(|plane| plane.distance.vergence_per_m())
+                .collect(),
+            LensDescription::Pupil(channels) => (channels.iter())
+                .flat_map(|channel| [channel.measured_vergence.0, channel.measured_vergence.1])
+                .collect(),
+        };
+        let near = vergences.iter().copied().fold(0.0, f64::max);
+        let far = vergences.iter().copied().fold(f64::INFINITY, f64::min);
+        (near > 0.0).then(|| (1.0 / near, 1.0 / far.max(0.0)))
+    }
+
     /// The depth law of every channel described by S1..S10; `None` for one whose only plane is at an
     /// unknown distance.
     ///

@@ -23,6 +23,9 @@ const BAND_ROWS: usize = 16;
 /// Bands are rendered in waves of at most this much memory where kernels are large.
 const WAVE_BYTES: usize = 1 << 30;
 
+/// After so many kernels it is asked whether to go on: those drawn ray by ray take a millisecond each.
+const ASKED_AFTER: usize = 32;
+
 impl Renderer for Scatter {
     fn id(&self) -> &'static str {
         "exact"
@@ -90,6 +93,15 @@ impl<'a> Job<'a> {
         }
     }
 
+    /// Tells how much is done; stops where that is asked for.
+    fn go_on(&self) -> Result<()> {
+        let done = self.rows_done.load(Ordering::Relaxed);
+        match (self.progress)(done as f64 / self.scene.height as f64) {
+            true => Ok(()),
+            false => Err(stopped()),
+        }
+    }
+
     /// The light of the band of source rows that starts at `first_row`.
     fn band(&self, first_row: usize) -> Result<Band> {
         let Scene { width, height, .. } = *self.scene;
@@ -103,7 +115,10 @@ impl<'a> Job<'a> {
         for row in first_row..(first_row + BAND_ROWS).min(height) {
             self.sources.of_row(self.planes, row, &mut sources)?;
             for (channel, sources) in sources.iter().enumerate() {
-                for (run, middle) in runs(self.scene.model, sources) {
+                for (count, (run, middle)) in runs(self.scene.model, sources).enumerate() {
+                    if count % ASKED_AFTER == ASKED_AFTER - 1 {
+                        self.go_on()?;
+                    }
                     self.scene
                         .model
                         .draw_rows(&middle.blur, middle.shift_px, &mut kernel);
@@ -120,10 +135,8 @@ impl<'a> Job<'a> {
                 }
             }
             strip.empty_into(&mut band, row as i32);
-            let done = self.rows_done.fetch_add(1, Ordering::Relaxed) + 1;
-            if !(self.progress)(done as f64 / height as f64) {
-                return Err(stopped());
-            }
+            self.rows_done.fetch_add(1, Ordering::Relaxed);
+            self.go_on()?;
         }
         Ok(band)
     }

@@ -1,5 +1,6 @@
 //! The rules of the house, each with the message a breach of it gets.
 
+mod doors;
 mod edges;
 mod files;
 mod purity;
@@ -26,6 +27,8 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
     files::check(&tree, &mut problems);
     purity::check(&tree, &mut problems);
     registries::check(&tree, &mut problems);
+    doors::check(&tree, &mut problems);
+    doors::header(root, &tree, &mut problems);
     problems
 }
 
@@ -102,6 +105,11 @@ mod tests {
                 ("cli/src/commands/mod.rs", "mod fit;"),
                 ("cli/src/commands/lost.rs", "//! Lost."),
                 ("core/src/psf/lost.rs", "impl MomentPsf for Lost {"),
+                (
+                    "plugin/src/open.rs",
+                    "#[unsafe(no_mangle)]\npub extern \"C\" fn ajar() {\n    guard(|| 1)\n}\n\
+                     #[unsafe(no_mangle)]\npub extern \"C\" fn gaping() {\n    work();\n    guard(|| 1)\n}\n",
+                ),
             ]
             .map(|(path, text)| (path.to_owned(), text.to_owned()))
             .to_vec(),
@@ -110,7 +118,9 @@ mod tests {
         super::edges::check(&tree, &mut problems);
         super::purity::check(&tree, &mut problems);
         super::registries::check(&tree, &mut problems);
-        for part in ["seidel", "std::fs", "commands/lost.rs", "Lost"] {
+        super::doors::check(&tree, &mut problems);
+        assert!(!problems.iter().any(|p| p.contains("ajar")), "{problems:?}");
+        for part in ["seidel", "std::fs", "commands/lost.rs", "Lost", "gaping"] {
             assert!(
                 problems.iter().any(|p| p.contains(part)),
                 "{part} in {problems:?}"

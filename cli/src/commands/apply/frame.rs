@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rayon::ThreadPool;
+use seidel_core::plate::apply_bytes;
 use seidel_core::render::{Plane, Scene, VergencePass};
 
 use super::occlusion::{HoldoutPixels, HoldoutSource};
@@ -199,10 +200,7 @@ impl Stages for Job<'_> {
     fn bytes(&self, frame: &ReadFrame) -> u64 {
         let read = &frame.read;
         let pixels = read.plate.width() as u64 * read.plate.height() as u64;
-        // Of each plane: the light before, what a renderer gathers in double precision, and the light
-        // after. Of each pixel: its depth as read and as vergence.
-        let planes = read.light.plane_count() as u64;
-        read.plate.held_bytes() + pixels * (planes * (4 + 8 + 4) + (4 + 4))
+        read.plate.held_bytes() + apply_bytes(pixels, read.light.plane_count() as u64)
     }
 
     fn blur(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {

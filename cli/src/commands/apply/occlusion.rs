@@ -159,7 +159,7 @@ impl HoldoutSource {
                 let pass = DepthPass::open(file, channel(&self.depth).as_deref())?;
                 let (samples, remark) = pass.over(plate.windows())?;
                 said.extend(remark);
-                let reading = meaning.read(&samples, window.width, view);
+                let reading = meaning.read(&samples, window.width, view.axis_and_aspect());
                 let reading = reading.map_err(|e| FileError::from_core(file, e))?;
                 Ok(Vergences::PerPixel(reading.vergence))
             })

@@ -80,15 +80,11 @@ impl AdjustArgs {
         self.channel_scale.push((channel.to_owned(), scale));
     }
 
-    /// `lens` as asked for; `scale` is plate pixels per pixel of its frame along x and y.
+    /// By how much the blur of each channel of `lens` is scaled.
     ///
     /// # Errors
-    /// Values that cannot be, and channels that the lens has not.
-    pub(crate) fn adjusted<'a>(
-        &self,
-        lens: &'a Predictor,
-        scale: [f64; 2],
-    ) -> Result<Adjusted<'a>> {
+    /// Channels that the lens has not.
+    pub(crate) fn channel_scales(&self, lens: &Predictor) -> Result<Vec<f64>> {
         let names = lens.channel_names();
         let mut scales = vec![1.0; names.len()];
         for (name, by) in &self.channel_scale {
@@ -101,13 +97,16 @@ impl AdjustArgs {
             })?;
             scales[index] = *by;
         }
-        let offset = self.axis_offset_px();
-        Adjusted::new(
-            lens,
-            self.amount,
-            scales,
-            (offset.0 / scale[0], offset.1 / scale[1]),
-        )
+        Ok(scales)
+    }
+
+    /// Whether `lens` can be used so.
+    ///
+    /// # Errors
+    /// Values that cannot be, and channels that the lens has not.
+    pub(crate) fn check(&self, lens: &Predictor) -> Result<()> {
+        let scales = self.channel_scales(lens)?;
+        Adjusted::new(lens, self.amount, scales, self.axis_offset_px()).map(|_| ())
     }
 }
 

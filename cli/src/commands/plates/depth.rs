@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use seidel_core::Error;
 use seidel_core::distance::ObjectDistance;
+use seidel_core::plate::DepthMeaning;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{DepthConvention, DepthReading};
 
@@ -85,30 +86,6 @@ pub(crate) enum DepthSource {
         meaning: DepthMeaning,
         checked: bool,
     },
-}
-
-/// What the numbers of depth passes are.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct DepthMeaning {
-    convention: DepthConvention,
-    /// Focal length, widths of a plate pixel, where distances are along the ray.
-    along_ray: Option<f64>,
-}
-
-impl DepthMeaning {
-    /// Vergences of the `samples` of a pass `width` px wide, seen as `view` says.
-    pub(crate) fn read(
-        &self,
-        samples: &[f32],
-        width: usize,
-        view: &PlateView,
-    ) -> Result<DepthReading, Error> {
-        let mut reading = self.convention.read(samples, width)?;
-        if let Some(focal_px) = self.along_ray {
-            reading.turn_along_axis(width, view.axis, focal_px, view.pixel_aspect)?;
-        }
-        Ok(reading)
-    }
 }
 
 impl DepthArgs {
@@ -243,7 +220,7 @@ impl DepthSource {
         let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
         };
-        let reading = meaning.read(&samples, plate.width(), view);
+        let reading = meaning.read(&samples, plate.width(), view.axis_and_aspect());
         let reading = reading.map_err(in_pass)?;
         describe(&pass, &reading, said);
         if first && checked {

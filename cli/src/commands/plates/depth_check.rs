@@ -1,9 +1,10 @@
 //! A look at the first depth pass of a run: what a wrong convention would do is seen by nobody.
 
 use seidel_core::Result;
-use seidel_core::field::{FieldPoint, ImagePoint};
-use seidel_core::profile::{LensDescription, LensProfile};
-use seidel_core::render::{DepthCheck, DepthConvention, LensReach, PlateMap, Severity, View};
+use seidel_core::field::ImagePoint;
+use seidel_core::plate::Placed;
+use seidel_core::profile::LensProfile;
+use seidel_core::render::{DepthCheck, DepthConvention, LensReach, Severity, View};
 
 use crate::files::plate::Plate;
 
@@ -11,32 +12,27 @@ use crate::files::plate::Plate;
 pub(crate) struct PlateView<'a> {
     lens: &'a LensProfile,
     /// Where the optical axis meets the plate, plate pixels from its outer corner.
-    pub(crate) axis: ImagePoint,
+    axis: ImagePoint,
     /// Plate pixels per pixel of the lens's frame, along y.
     scale: f64,
     /// Width of a pixel over its height.
-    pub(crate) pixel_aspect: f64,
+    pixel_aspect: f64,
 }
 
 impl<'a> PlateView<'a> {
-    /// A plate that lies in the frame of `lens` as `map` says, in pixels of this aspect, its axis moved by
-    /// `offset` plate pixels.
-    pub(crate) fn new(
-        lens: &'a LensProfile,
-        (map, pixel_aspect): (PlateMap, f64),
-        offset: (f64, f64),
-    ) -> Self {
-        let axis = lens.frame.image_point(FieldPoint::new(0.0, 0.0));
-        let on_plate = |axis: f64, origin: f64, offset: f64| (axis - origin) * map.scale + offset;
+    /// A plate that lies in the frame of `lens` as `placed` says, its axis moved by `offset` plate pixels.
+    pub(crate) fn new(lens: &'a LensProfile, placed: &Placed, offset: (f64, f64)) -> Self {
         Self {
             lens,
-            axis: ImagePoint::new(
-                on_plate(axis.x_px / pixel_aspect, map.origin.x_px, offset.0),
-                on_plate(axis.y_px, map.origin.y_px, offset.1),
-            ),
-            scale: map.scale,
-            pixel_aspect,
+            axis: placed.axis(lens.frame, offset),
+            scale: placed.map.scale,
+            pixel_aspect: placed.pixel_aspect,
         }
+    }
+
+    /// Where the axis meets the plate, and the width of a pixel over its height.
+    pub(crate) fn axis_and_aspect(&self) -> (ImagePoint, f64) {
+        (self.axis, self.pixel_aspect)
     }
 
     /// What speaks against `samples`, the depth of `plate`, being what `convention` says; `vergence` is
@@ -65,7 +61,7 @@ impl<'a> PlateView<'a> {
                 pixel_aspect: self.pixel_aspect,
             },
             lens: LensReach {
-                measured_m: self.measured_m(),
+                measured_m: self.lens.measured_m(),
                 focal_length_m: self.lens.camera.focal_length_mm.map(|f| 1e-3 * f),
             },
         };
@@ -84,21 +80,5 @@ impl<'a> PlateView<'a> {
         let focal_mm = self.lens.camera.focal_length_mm?;
         let pitch_um = self.lens.pixel_pitch_um?;
         Some(focal_mm * 1000.0 / pitch_um * self.scale / self.pixel_aspect)
-    }
-
-    /// Nearest and farthest distance at which the lens was measured.
-    fn measured_m(&self) -> Option<(f64, f64)> {
-        let vergences: Vec<f64> = match &self.lens.description {
-            LensDescription::Moments(channels) => (channels.iter())
-                .flat_map(|channel| &channel.planes)
-                .filter_map(|plane| plane.distance.vergence_per_m())
-                .collect(),
-            LensDescription::Pupil(channels) => (channels.iter())
-                .flat_map(|channel| [channel.measured_vergence.0, channel.measured_vergence.1])
-                .collect(),
-        };
-        let near = vergences.iter().copied().fold(0.0, f64::max);
-        let far = vergences.iter().copied().fold(f64::INFINITY, f64::min);
-        (near > 0.0).then(|| (1.0 / near, 1.0 / far.max(0.0)))
     }
 }

@@ -3,9 +3,7 @@
 use clap::Args;
 use seidel_core::Result;
 use seidel_core::distance::ObjectDistance;
-use seidel_core::render::{BlurField, FocusControls, FocusRange, PlateExtent};
-
-use super::Vergences;
+use seidel_core::render::FocusControls;
 
 /// Options about what is in focus and how fast blur grows about it.
 #[derive(Debug, Clone, Args)]
@@ -43,7 +41,8 @@ pub(crate) struct FocusArgs {
 }
 
 impl FocusArgs {
-    fn controls(&self, focus: Option<ObjectDistance>) -> FocusControls {
+    /// What is set; `focus` is what the lens was focused at, where the user said so.
+    pub(crate) fn controls(&self, focus: Option<ObjectDistance>) -> FocusControls {
         FocusControls {
             focus_per_m: focus.and_then(ObjectDistance::vergence_per_m),
             depth_of_field_m: self.depth_of_field,
@@ -59,33 +58,5 @@ impl FocusArgs {
     /// Those of [`FocusControls::check`].
     pub(crate) fn check(&self) -> Result<()> {
         self.controls(None).check()
-    }
-
-    /// The vergences to draw of a plate in place of those that are; `focus` is what the lens was focused
-    /// at, where the user said so.
-    ///
-    /// # Errors
-    /// Those of [`FocusRange::new`].
-    pub(crate) fn applied(
-        &self,
-        vergences: Vergences,
-        lens: &dyn BlurField,
-        plate: PlateExtent,
-        focus: Option<ObjectDistance>,
-    ) -> Result<Vergences> {
-        let controls = self.controls(focus);
-        if controls.is_neutral() {
-            return Ok(vergences);
-        }
-        let range = FocusRange::new(lens, plate, &controls)?;
-        Ok(match vergences {
-            Vergences::Constant(v) => Vergences::Constant(range.vergence(v)),
-            Vergences::PerPixel(mut pass) => {
-                for v in &mut pass {
-                    *v = range.vergence(f64::from(*v)) as f32;
-                }
-                Vergences::PerPixel(pass)
-            }
-        })
     }
 }

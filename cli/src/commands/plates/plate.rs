@@ -1,14 +1,16 @@
-//! The light of a plate: its planes, premultiplied, and how lens channels act on them.
+//! Plates as files have them, and their light.
+
+use std::ops::{Deref, DerefMut};
 
 use clap::{Args, ValueEnum};
-use rayon::prelude::*;
-use seidel_core::field::ImagePoint;
+use seidel_core::Result;
+use seidel_core::plate::{self, LightParts, Placed, Rectangle};
 use seidel_core::predict::Predictor;
-use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT, Plane, PlateMap, develop};
-use seidel_core::{Error, Result};
+use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT};
 
 use crate::commands::CommandError;
 use crate::files::error::FileError;
+use crate::files::exr_plate::Window;
 use crate::files::flat_plate::Encoding;
 use crate::files::plate::{Plate, PlateOptions};
 
@@ -67,16 +69,8 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
         .ok_or_else(|| "give a number greater than zero".to_owned())
 }
 
-/// The planes of a plate as light: colour premultiplied, then alpha where there is one, then the alpha of each
-/// colour alone where asked for.
-pub(crate) struct Light {
-    planes: Vec<Vec<f32>>,
-    names: Vec<String>,
-    colours: usize,
-    own_alphas: usize,
-    has_alpha: bool,
-    unpremultiplied: bool,
-}
+/// The light of a plate, which knows its way back into the plate's file.
+pub(crate) struct Light(plate::Light);
 
 impl PlateArgs {
     pub(crate) fn options(&self) -> PlateOptions {
@@ -133,116 +127,40 @@ impl PlateArgs {
             .into());
         }
         said.extend(bad.iter().map(|b| format!("{b}; replaced by zero")));
-        let mut planes = plate.colour();
-        let colours = planes.len();
         let alpha = plate.alpha();
-        let has_alpha = alpha.is_some();
-        planes.extend(alpha);
-        let own_alphas = plate.own_alphas();
-        let count = own_alphas.len();
-        planes.extend(own_alphas);
-        for sample in planes.iter_mut().flatten() {
-            if !sample.is_finite() {
-                *sample = 0.0;
-            }
-        }
-        let unpremultiplied = has_alpha
+        let unpremultiplied = alpha.is_some()
             && match self.alpha {
                 Some(choice) => choice == AlphaChoice::Unpremultiplied,
                 None => !plate.is_premultiplied(),
             };
-        let mut names = plate.colour_names().to_vec();
-        names.extend(has_alpha.then(|| "A".to_owned()));
-        let of_colour = |name: &String| format!("alpha.{name}");
-        names.extend(plate.colour_names().iter().take(count).map(of_colour));
-        let mut light = Light {
-            planes,
-            names,
-            colours,
-            own_alphas: count,
-            has_alpha,
+        Ok(Light(plate::Light::new(LightParts {
+            names: plate.colour_names().to_vec(),
+            colours: plate.colour(),
+            alpha,
+            own_alphas: plate.own_alphas(),
             unpremultiplied,
-        };
-        if unpremultiplied {
-            let mut planes = std::mem::take(&mut light.planes);
-            light.by_alpha(&mut planes, |colour, alpha| colour * alpha);
-            light.planes = planes;
-        }
-        Ok(light)
+        })))
+    }
+}
+
+impl Deref for Light {
+    type Target = plate::Light;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl DerefMut for Light {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
     }
 }
 
 impl Light {
-    /// How many planes there are, alpha included.
-    pub(crate) fn plane_count(&self) -> usize {
-        self.planes.len()
-    }
-
-    /// How many planes are colour, the first ones.
-    pub(crate) fn colour_count(&self) -> usize {
-        self.colours
-    }
-
-    /// The largest size of a colour sample.
-    pub(crate) fn peak(&self) -> f64 {
-        let samples = self.planes[..self.colours].iter().flatten();
-        f64::from(samples.fold(0.0, |most: f32, v| most.max(v.abs())))
-    }
-
-    /// The planes as they are.
-    pub(crate) fn copied(&self) -> Vec<Vec<f32>> {
-        self.planes.clone()
-    }
-
-    /// The planes with the weights of [`plate_weights`].
-    pub(crate) fn with_weights<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
-        self.planes
-            .iter()
-            .zip(weights)
-            .map(|(samples, weights)| Plane { samples, weights })
-            .collect()
-    }
-
-    /// Turns the light of blurred colour planes into what the lens's sensor records; alpha stays.
-    pub(crate) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
-        for (plane, weights) in blurred[..self.colours].iter_mut().zip(weights) {
-            develop(lens, weights, plane);
-        }
-    }
-
-    /// Turns what the lens's sensor recorded back into the light of the colour planes: undoes [`Light::develop`]. Of
-    /// what is clipped, the least light that is.
-    pub(crate) fn undevelop(&mut self, lens: &Predictor, weights: &[Vec<f64>]) {
-        for (plane, weights) in self.planes[..self.colours].iter_mut().zip(weights) {
-            let shares = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
-            let tones: Vec<_> = shares.map(|(k, w)| (lens.tone(k), *w)).collect();
-            if tones.iter().all(|(tone, _)| tone.is_linear()) {
-                continue;
-            }
-            let seen = |light: f64| tones.iter().map(|(tone, w)| w * tone.of(light)).sum();
-            plane.par_iter_mut().for_each(|sample| {
-                *sample = light_of(f64::from(*sample), seen) as f32;
-            });
-        }
-    }
-
     /// Other planes in place of these, of any one size.
     pub(crate) fn with_planes(&self, planes: Vec<Vec<f32>>) -> Self {
-        Self {
-            planes,
-            names: self.names.clone(),
-            ..*self
-        }
-    }
-
-    /// The planes.
-    pub(crate) fn planes(&self) -> &[Vec<f32>] {
-        &self.planes
-    }
-
-    /// Their names: R, G, B or Y, then A, then alpha.R and so on.
-    pub(crate) fn names(&self) -> &[String] {
-        &self.names
+        Self(self.0.with_planes(planes))
     }
 
     /// Leaves `plate` as it is, to the bit and not only to the rounding of a render; but for what was scrubbed.
@@ -257,151 +175,41 @@ impl Light {
     pub(crate) fn put_back(
         &self,
         plate: &mut Plate,
-        mut blurred: Vec<Vec<f32>>,
+        blurred: Vec<Vec<f32>>,
     ) -> std::result::Result<(), CommandError> {
-        if self.unpremultiplied {
-            self.by_alpha(&mut blurred, |colour, alpha| {
-                // Where nothing covers the pixel its colour is as good as any.
-                if alpha > 0.0 { colour / alpha } else { 0.0 }
-            });
-        }
-        let mut alphas = blurred.split_off(self.colours);
-        plate.set_colour(&blurred)?;
-        let own_alphas = alphas.split_off(usize::from(self.has_alpha));
-        if let Some(alpha) = alphas.first() {
+        let back = self.returned(blurred);
+        plate.set_colour(&back.colours)?;
+        if let Some(alpha) = &back.alpha {
             plate.set_alpha(alpha)?;
         }
-        plate.set_own_alphas(&own_alphas)?;
+        plate.set_own_alphas(&back.own_alphas)?;
         Ok(())
     }
-
-    /// Puts `change` of each colour sample and its alpha in place of the colour: its own alpha where it has
-    /// one.
-    fn by_alpha(&self, planes: &mut [Vec<f32>], change: impl Fn(f32, f32) -> f32) {
-        let (colours, alphas) = planes.split_at_mut(self.colours);
-        for (index, plane) in colours.iter_mut().enumerate() {
-            let own = (index < self.own_alphas).then_some(1 + index);
-            for (sample, alpha) in plane.iter_mut().zip(&alphas[own.unwrap_or(0)]) {
-                *sample = change(*sample, *alpha);
-            }
-        }
-    }
 }
 
-/// Light beyond which no sensor tells more from less.
-const MOST_LIGHT: f64 = 1e6;
-
-/// The least light that is `seen`, which grows with light and is odd, as `sample`: by bisection.
-fn light_of(sample: f64, seen: impl Fn(f64) -> f64) -> f64 {
-    let size = sample.abs().min(seen(MOST_LIGHT));
-    let (mut low, mut high) = (0.0, MOST_LIGHT);
-    for _ in 0..64 {
-        let middle = (low + high) / 2.0;
-        if seen(middle) < size * (1.0 - 1e-9) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    high.copysign(sample)
-}
-
-/// How much each lens channel acts on each plane of the plate, in the order of [`Light`]: a colour plane takes
-/// the lens channel of its name, or the only one there is; a monochrome plate takes all alike; alpha is
-/// blurred by the mean of what blurs the colours, so that it covers the light of every channel; the alpha of one
-/// colour is blurred as that colour.
+/// How much each lens channel acts on each plane of the light of `plate`.
 ///
 /// # Errors
-/// A colour plane for which the lens has no channel.
+/// Those of [`plate::plate_weights`].
 pub(crate) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f64>>> {
-    let names = lens.channel_names();
-    let mut weights: Vec<Vec<f64>> = Vec::new();
-    for name in plate.colour_names() {
-        let own = names.iter().position(|n| n == name);
-        let chosen = match own {
-            Some(index) => (0..names.len())
-                .map(|k| f64::from(u8::from(k == index)))
-                .collect(),
-            None if names.len() == 1 => vec![1.0],
-            None if name == "Y" => vec![1.0 / names.len() as f64; names.len()],
-            None => {
-                return Err(Error::new(
-                    format!("channel {name}"),
-                    format!(
-                        "has no counterpart in the lens, which has {}",
-                        names.join(", ")
-                    ),
-                    "use a lens with this channel, or one with a single channel",
-                ));
-            }
-        };
-        weights.push(chosen);
-    }
-    if plate.has_alpha() {
-        let count = weights.len() as f64;
-        let mean = (0..names.len())
-            .map(|k| weights.iter().map(|w| w[k]).sum::<f64>() / count)
-            .collect();
-        let of_colours = if plate.has_own_alphas() {
-            weights.clone()
-        } else {
-            Vec::new()
-        };
-        weights.push(mean);
-        weights.extend(of_colours);
-    }
-    Ok(weights)
+    let alphas = (plate.has_alpha(), plate.has_own_alphas());
+    plate::plate_weights(plate.colour_names(), alphas, lens)
 }
 
-/// Where the plate lies in the lens's frame, or where pixels are not square in that of
-/// [`NonSquare`](seidel_core::render::NonSquare): centre on centre, the display window as wide as the frame unless
-/// `scale` says otherwise.
-pub(crate) fn plate_map(
+/// Where the plate lies in the frame of `lens`: as [`Placed::new`] has it.
+pub(crate) fn placed(
     plate: &Plate,
     lens: &Predictor,
     scale: Option<f64>,
     pixel_aspect: f64,
-) -> PlateMap {
-    let frame = lens.frame();
-    let (display, data) = (plate.display_window(), plate.data_window());
-    let square_width = display.width as f64 * pixel_aspect;
-    let scale = scale.unwrap_or(square_width / f64::from(frame.width_px()));
-    let corner = |size: f64, display_start: i32, display_size: usize, data_start: i32| {
-        let from_centre =
-            f64::from(data_start) - f64::from(display_start) - display_size as f64 / 2.0;
-        size / 2.0 + from_centre / scale
+) -> Placed {
+    let rectangle = |window: Window| Rectangle {
+        x: window.x,
+        y: window.y,
+        width: window.width,
+        height: window.height,
     };
-    let width = f64::from(frame.width_px()) / pixel_aspect;
-    let height = f64::from(frame.height_px());
-    PlateMap {
-        origin: ImagePoint::new(
-            corner(width, display.x, display.width, data.x),
-            corner(height, display.y, display.height, data.y),
-        ),
-        scale,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use seidel_core::sensor::Tone;
-
-    #[test]
-    fn light_is_told_from_what_a_sensor_makes_of_it() {
-        let tone = Tone {
-            gamma: 0.8,
-            knee: 0.5,
-            clip: 1.2,
-        };
-        for light in [0.0, 0.001, 0.3, 1.0, -0.4] {
-            let found = light_of(tone.of(light), |l| tone.of(l));
-            assert!((found - light).abs() < 1e-6, "{light}: {found}");
-        }
-        let clipped = light_of(1.2, |l| tone.of(l));
-        assert!(
-            clipped < 4.0 && (tone.of(clipped) - 1.2).abs() < 1e-6,
-            "{clipped}"
-        );
-    }
+    let windows = (plate.display_window(), plate.data_window());
+    let windows = (rectangle(windows.0), rectangle(windows.1));
+    Placed::new(lens.frame(), windows, scale, pixel_aspect)
 }

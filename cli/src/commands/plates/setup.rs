@@ -167,7 +167,7 @@ impl Settings {
     ) -> Result<Setup, CommandError> {
         let drawing = self.drawing.set(measured, path, said)?;
         let told = self.told(path, drawing.model.id());
-        self.adjust.adjusted(&drawing.predictor, [1.0; 2])?;
+        self.adjust.check(&drawing.predictor)?;
         self.focus.check()?;
         Ok(Setup {
             drawing,

@@ -4,17 +4,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use seidel_core::plate::{LensUse, Placed};
 use seidel_core::profile::LensProfile;
-use seidel_core::render::{BlurField, Edges, Gather, NonSquare, Occlusion, PlateExtent, Scene};
+use seidel_core::render::{Gather, Occlusion, Scene};
 
 use super::adjust::AdjustArgs;
-use super::depth::{DepthArgs, DepthMeaning, DepthSource};
+use super::depth::{DepthArgs, DepthSource};
 use super::depth_check::PlateView;
 use super::focus::FocusArgs;
-use super::plate::{Light, PlateArgs, plate_map, plate_weights};
-use super::rendering::Rendering;
+use super::plate::{Light, PlateArgs, placed, plate_weights};
 use super::setup::{Settings, Setup, check_names};
-use super::{Geometry, Vergences};
+use super::{DepthMeaning, Geometry, Rendering, Vergences};
 use crate::commands::drawing::DrawingArgs;
 use crate::commands::{CommandError, read_lens};
 use crate::files::animation::Animation;
@@ -193,15 +193,15 @@ impl<'a> Shared<'a> {
         setup: &'s Setup,
         plate: &Plate,
     ) -> Result<PlateView<'s>, CommandError> {
-        let aspect = self.plate.pixel_aspect(plate)?;
-        let map = plate_map(
-            plate,
-            &setup.drawing.predictor,
-            self.plate.lens_scale,
-            aspect,
-        );
+        let placed = self.placed(setup, plate)?;
         let offset = setup.adjust.axis_offset_px();
-        Ok(PlateView::new(&setup.drawing.lens, (map, aspect), offset))
+        Ok(PlateView::new(&setup.drawing.lens, &placed, offset))
+    }
+
+    fn placed(&self, setup: &Setup, plate: &Plate) -> Result<Placed, CommandError> {
+        let aspect = self.plate.pixel_aspect(plate)?;
+        let lens = &setup.drawing.predictor;
+        Ok(placed(plate, lens, self.plate.lens_scale, aspect))
     }
 
     /// How `plate` is seen, each setting by its name.
@@ -286,37 +286,22 @@ impl<'a> Shared<'a> {
         let lens = &setup.drawing.predictor;
         let weights =
             plate_weights(plate, lens).map_err(|e| FileError::from_core(plate.path(), e))?;
-        let aspect = self.plate.pixel_aspect(plate)?;
-        let map = plate_map(plate, lens, self.plate.lens_scale, aspect);
-        let adjusted = (setup.adjust).adjusted(lens, [map.scale / aspect, map.scale])?;
-        let non_square = match aspect == 1.0 {
-            true => None,
-            false => Some(NonSquare::new(&adjusted, aspect)?),
+        let placed = self.placed(setup, plate)?;
+        let used = LensUse {
+            lens,
+            model: setup.drawing.model,
+            amount: setup.adjust.amount,
+            channel_scales: setup.adjust.channel_scales(lens)?,
+            axis_offset_px: setup.adjust.axis_offset_px(),
+            focus: setup.focus.controls(setup.focused_at),
+            displacement: self.args.geometry.into(),
         };
-        let seen: &dyn BlurField = match &non_square {
-            Some(lens) => lens,
-            None => &adjusted,
-        };
-        let extent = PlateExtent {
-            map,
-            width: plate.width(),
-            height: plate.height(),
-        };
-        let refocused = |v| setup.focus.applied(v, seen, extent, setup.focused_at);
-        let vergence = refocused(vergence)?;
-        then(&Sight {
-            scene: Scene {
-                lens: seen,
-                model: setup.drawing.model,
-                width: plate.width(),
-                height: plate.height(),
-                map,
-                vergence: vergence.pass(),
-                edges: Edges::Mirror,
-                displacement: self.args.geometry.into(),
-            },
-            weights: &weights,
-            refocused: &refocused,
+        used.seen(&placed, vergence, |seen| {
+            then(&Sight {
+                scene: Scene { ..seen.scene },
+                weights: &weights,
+                refocused: seen.refocused,
+            })
         })
     }
 }

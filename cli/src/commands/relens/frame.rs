@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use rayon::ThreadPool;
-use seidel_core::render::{Gather, Occlusion, VergencePass};
+use seidel_core::plate::Unblurred;
 
 use super::RelensArgs;
 use crate::commands::CommandError;
-use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Rendering, Shared, Shares, Stages};
-use crate::commands::removal::{LensCheck, Unblurred, work_bytes};
+use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
+use crate::commands::removal::{LensCheck, work_bytes};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
 
@@ -81,39 +81,24 @@ impl Job<'_> {
         read: &ReadPlate,
         found: &Unblurred,
     ) -> Result<Vec<Vec<f32>>, CommandError> {
-        let Some(canvas) = found.canvas() else {
-            return Ok(read.light.copied());
-        };
         let number = self.frames[index].number;
         let other = self
             .to
             .read(read.plate.clone(), number, self.depth_file(index), false)?;
         let (setup, plate) = (&other.setup, &other.plate);
-        let light = read.light.with_planes(found.sharp());
         self.to.seen(setup, plate, other.vergence.clone(), |sight| {
-            let pass = match sight.scene.vergence {
-                VergencePass::PerPixel(pass) => Some(canvas.extended(pass)),
-                VergencePass::Constant(_) => None,
-            };
-            let scene = canvas.scene(&sight.scene, pass.as_deref());
-            let rendering = Rendering {
-                scene: &scene,
-                planes: &light.with_weights(sight.weights),
-                occlusion: Some(Occlusion::default()),
-                extended: false,
-            };
             let progress = |share: f64| {
                 let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
                 self.shares.tell(index, done);
                 true
             };
-            let blurred = rendering.by(&Gather::default(), &progress);
-            let blurred = blurred.map_err(|e| FileError::from_core(plate.path(), e))?;
-            let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.cropped(plane)).collect();
-            found.hold_coverage(&mut planes);
-            found.add_grain(&mut planes, true);
-            light.develop(&setup.drawing.predictor, sight.weights, &mut planes);
-            Ok(planes)
+            let lens = &setup.drawing.predictor;
+            let planes = found.seen_by(
+                (&sight.scene, lens),
+                (&read.light, sight.weights),
+                &progress,
+            );
+            Ok(planes.map_err(|e| FileError::from_core(plate.path(), e))?)
         })
     }
 }

@@ -3,7 +3,6 @@
 use std::sync::{Arc, OnceLock};
 
 use clap::ValueEnum;
-use seidel_core::remove;
 
 use super::RemovalArgs;
 use crate::commands::CommandError;
@@ -134,15 +133,12 @@ fn blur_share(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<f64, CommandError> {
     RemovalArgs::with_light(shared, read, |sight, light| {
-        let colours = light.colour_count();
-        let planes = light.with_weights(sight.weights).into_iter();
-        let planes: Vec<_> = (planes.take(colours).enumerate())
-            .map(|(index, plane)| (args.of_plane(index, colours), plane))
-            .collect();
         let tell = |share| {
             progress(share);
             true
         };
-        Ok(remove::LensCheck::of(&sight.scene, &planes, &tell)?.blur_share)
+        let check = args.unblur();
+        let found = check.lens_check(&sight.scene, (light, sight.weights), &tell)?;
+        Ok(found.blur_share)
     })
 }

@@ -4,12 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rayon::ThreadPool;
+use seidel_core::plate::Unblurred;
 
 use super::extras::{Extra, Map};
 use super::{Grain, RemoveArgs};
 use crate::commands::CommandError;
 use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
-use crate::commands::removal::{LensCheck, Unblurred, work_bytes};
+use crate::commands::removal::{LensCheck, work_bytes};
 use crate::files::format::Format;
 use crate::files::plate::Plate;
 use crate::files::residual::Residual;

@@ -222,6 +222,7 @@ fn draw(
     rows: &mut KernelRows,
     found: &mut Vec<Option<Source>>,
 ) -> Result<Channels> {
+    optics.go_on()?;
     optics.at(grid.node_at(column, row), found)?;
     let scale = 1.0 / grid.step();
     let channels: Channels = found

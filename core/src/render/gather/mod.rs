@@ -125,6 +125,7 @@ impl Gather {
             vergence,
             mixes: &mixes,
             tolerance: &tolerance,
+            progress,
         };
         work(&Job {
             scene,

@@ -50,6 +50,7 @@ impl Operator {
                 vergence,
                 mixes: &mixes,
                 tolerance: &tolerance,
+                progress: &|_| true,
             },
             mix_of,
             window: Window::whole(scene),

@@ -5,6 +5,7 @@ use super::stencil::Stencil;
 use crate::error::Result;
 use crate::psf::{KernelRows, PsfModel};
 use crate::render::sources::{Source, Sources};
+use crate::render::stopped;
 use rayon::prelude::*;
 
 /// A lens at one vergence, for planes with some channel weights.
@@ -15,6 +16,8 @@ pub(super) struct Optics<'a> {
     /// Distinct weights of lens channels; one stencil each.
     pub(super) mixes: &'a [Vec<f64>],
     pub(super) tolerance: &'a Tolerance,
+    /// Asked whether to go on.
+    pub(super) progress: &'a (dyn Fn(f64) -> bool + Sync),
 }
 
 /// Places of a plate where the lens is tried, as shares of its width and height.
@@ -47,6 +50,14 @@ impl Optics<'_> {
     /// Channels of the lens.
     pub(super) fn channel_count(&self) -> usize {
         self.mixes.first().map_or(0, Vec::len)
+    }
+
+    /// Stops where `progress` says so: what is dear to draw asks before.
+    pub(super) fn go_on(&self) -> Result<()> {
+        match (self.progress)(0.0) {
+            true => Ok(()),
+            false => Err(stopped()),
+        }
     }
 
     /// Whether any plane is blurred by a channel.

@@ -52,8 +52,12 @@ pub(super) struct HiddenRow {
     pub(super) samples: Vec<f32>,
 }
 
-/// The hidden samples of all rows.
-pub(super) fn sheet(input: &HiddenInput, ladder: &Ladder) -> Vec<HiddenRow> {
+/// The hidden samples of all rows; nothing where `goes_on` once said no.
+pub(super) fn sheet(
+    input: &HiddenInput,
+    ladder: &Ladder,
+    goes_on: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<HiddenRow>> {
     let largest = input.places.par_iter().map(|place| ladder.size(*place));
     let reach = 2.0 * largest.reduce(|| 0.0, f32::max);
     let levels = (1..MOST_LEVELS)
@@ -62,7 +66,7 @@ pub(super) fn sheet(input: &HiddenInput, ladder: &Ladder) -> Vec<HiddenRow> {
     let pyramid = pyramid::build(input, levels);
     (0..input.height)
         .into_par_iter()
-        .map(|row| hidden_row(input, ladder, &pyramid, row))
+        .map(|row| goes_on().then(|| hidden_row(input, ladder, &pyramid, row)))
         .collect()
 }
 

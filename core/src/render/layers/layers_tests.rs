@@ -280,6 +280,41 @@ fn threads_change_nothing() {
     assert_eq!(with(1), with(3));
 }
 
+/// To be stopped before.
+struct Never;
+
+impl Renderer for Never {
+    fn id(&self) -> &'static str {
+        "never"
+    }
+
+    fn render(
+        &self,
+        _: &Scene,
+        _: &[Plane],
+        _: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>> {
+        panic!("nothing was to be blurred")
+    }
+}
+
+#[test]
+fn one_who_says_stop_need_not_wait_for_the_first_blur() {
+    let (samples, depth) = (textured(), halves(0.9, 0.3));
+    let layered = Layered {
+        inner: &Never,
+        settings: Occlusion::default(),
+    };
+    let asked = std::sync::atomic::AtomicUsize::new(0);
+    for stop_at in [0, 1, 2, 20] {
+        asked.store(0, std::sync::atomic::Ordering::Relaxed);
+        let goes_on = |_| asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) != stop_at;
+        let scene = scene(&EVEN, VergencePass::PerPixel(&depth));
+        let stopped_render = layered.render(&scene, &[plane(&samples, RED)], &goes_on);
+        assert_eq!(stopped_render, Err(stopped()), "{stop_at}");
+    }
+}
+
 #[test]
 fn stops_are_obeyed_and_bad_mattes_refused() {
     let (pass, light) = (halves(0.9, 0.2), textured());

@@ -18,7 +18,7 @@ mod slices;
 
 pub use hidden::HIDDEN_REACH_PX;
 
-use super::{Edges, Plane, Renderer, Scene, VergencePass};
+use super::{Edges, Plane, Renderer, Scene, VergencePass, stopped};
 use crate::error::{Error, Result};
 use hidden::{HiddenInput, HiddenRow};
 pub(crate) use ladder::Ladder;
@@ -194,8 +194,15 @@ impl Layered<'_> {
             places: &places,
             planes,
         };
+        let go_on = || match progress(0.0) {
+            true => Ok(()),
+            false => Err(stopped()),
+        };
+        go_on()?;
         let mixed = mixed::shared_out(&input);
-        let sheet = self.sheet(&input, &ladder);
+        go_on()?;
+        let sheet = self.sheet(&input, &ladder, &|| progress(0.0));
+        let sheet = sheet.ok_or_else(stopped)?;
         let hard = (!self.settings.blur_inside).then(|| covered(&sheet, scene.width));
         let stock = Stock {
             planes,
@@ -239,11 +246,16 @@ impl Layered<'_> {
     }
 
     /// What is behind near sides of edges, if it is needed.
-    fn sheet(&self, input: &HiddenInput, ladder: &Ladder) -> Vec<HiddenRow> {
+    fn sheet(
+        &self,
+        input: &HiddenInput,
+        ladder: &Ladder,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Vec<HiddenRow>> {
         if !self.settings.fill_foreground && self.settings.blur_inside {
-            return Vec::new();
+            return Some(Vec::new());
         }
-        hidden::sheet(input, ladder)
+        hidden::sheet(input, ladder, goes_on)
     }
 
     /// Planes and presence planes of one slice, blurred.
