@@ -363,7 +363,8 @@ fn sequences_go_on_where_they_stopped_and_bad_frames_stop_no_others() {
             "{end}"
         );
         assert_eq!(listing(folder).len(), before + 2, "nothing half-written");
-        let first = fs::read(folder.join("out.0001.exr")).expect("written");
+        // The chunks of a file lie in the order in which they were packed: files may differ, samples may not.
+        let first = read_channel(&folder.join("out.0001.exr"), "Y");
         let again = seidel_in(folder, &line);
         assert!(
             again.stderr.contains("2 of 3 frames exist already"),
@@ -374,9 +375,10 @@ fn sequences_go_on_where_they_stopped_and_bad_frames_stop_no_others() {
             folder,
             &format!("{line} --overwrite --memory 1 --threads 1"),
         );
-        assert_eq!(
-            fs::read(folder.join("out.0001.exr")).expect("written"),
-            first
+        let anew = read_channel(&folder.join("out.0001.exr"), "Y");
+        assert!(
+            anew == first,
+            "the same to the bit for any number of threads"
         );
         for frame in [1, 3] {
             fs::remove_file(folder.join(format!("out.{frame:04}.exr"))).expect("removable");
