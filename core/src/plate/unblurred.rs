@@ -3,7 +3,7 @@
 use super::{Light, Rendering};
 use crate::error::Result;
 use crate::predict::Predictor;
-use crate::remove::{Canvas, LensCheck, Removal, Removed, Saturation};
+use crate::remove::{Canvas, LensCheck, Lights, Removal, Removed, Saturation};
 use crate::render::{Gather, Occlusion, Scene, VergencePass};
 use rayon::prelude::*;
 
@@ -43,14 +43,18 @@ impl Unblur {
         let (mut removed, mut noise_gain) = (Vec::with_capacity(planes.len()), Vec::new());
         let steps = planes.len() + if gain { colours } else { 0 };
         let mut done = 0;
+        let lights = Lights::of(&planes[..colours], scene.width);
         for (index, plane) in planes.iter().enumerate() {
             let removal = self.of_plane(index, colours);
             let share = |done: usize, part: f64| progress((done as f64 + part) / steps as f64);
-            let found = removal.remove(scene, &[*plane], &|part| share(done, part))?;
+            let found = match index < colours {
+                true => removal.remove_about(&lights, scene, &[*plane], &|part| share(done, part)),
+                false => removal.remove(scene, &[*plane], &|part| share(done, part)),
+            }?;
             done += 1;
             if gain && index < colours {
                 let tell = |part| share(done, part);
-                noise_gain.extend(removal.noise_gain(scene, &[*plane], &found, &tell)?);
+                noise_gain.extend(removal.noise_gain(&lights, scene, &[*plane], &found, &tell)?);
                 done += 1;
             }
             removed.extend(found);

@@ -4,7 +4,7 @@
 use super::canvas::part_of;
 use super::prior::{slope_lengths, slope_of_noise};
 use super::sums::Typical;
-use super::{Removal, Removed};
+use super::{Lights, Removal, Removed};
 use crate::error::Result;
 use crate::render::{Adjusted, Plane, Scene, VergencePass, Window, reach};
 use rayon::prelude::*;
@@ -26,6 +26,8 @@ const MORE_BETTER: f64 = 0.05;
 const LEAST_SIDE: usize = SIDE / 2;
 /// How much larger slopes must be than those of noise alone, root mean square.
 const DETAIL: f64 = 1.25;
+/// Share of a square that may keep its blur: lights and depth edges do, and slopes about them are not the picture's.
+const KEPT: f64 = 0.02;
 /// What counts as noise, as a share of the light: more than for removing, that what rings at another share of the blur is
 /// not what operators get wrong.
 const INEXACT: f64 = 6e-3;
@@ -128,7 +130,7 @@ fn is_even(samples: &[f32]) -> bool {
 }
 
 /// How unlike a sharp picture a window of a plane is without each of the shares of its blur; none where there is
-/// little but noise.
+/// little but noise, or much that keeps its blur.
 fn unevenness(
     scene: &Scene,
     (removal, plane): (Removal, Plane),
@@ -156,7 +158,8 @@ fn unevenness(
             ..plane
         };
         let tell = |part: f64| progress((done as f64 + part) / TRIED.len() as f64);
-        removal.remove_by(&part, &[cut], (INEXACT, false), &tell)
+        let lights = Lights::of(&[cut], window.width);
+        removal.remove_by(&lights, &part, &[cut], (INEXACT, false), &tell)
     };
     let of = |removed: &Removed| spread(&removed.canvas.cropped(&removed.sharp), window.width);
     let mut uneven = [0.0; TRIED.len()];
@@ -164,7 +167,15 @@ fn unevenness(
     let order = std::iter::once(AS_IT_IS).chain((0..TRIED.len()).filter(|k| *k != AS_IT_IS));
     for (done, place) in order.enumerate() {
         for removed in removed(TRIED[place], done)? {
-            if place == AS_IT_IS && !has_detail(&samples, window.width, removed.noise) {
+            let keeps = removed
+                .confidence
+                .iter()
+                .filter(|told| **told == 0.0)
+                .count();
+            if place == AS_IT_IS
+                && (keeps as f64 > KEPT * removed.confidence.len() as f64
+                    || !has_detail(&samples, window.width, removed.noise))
+            {
                 return Ok(None);
             }
             uneven[place] = of(&removed);

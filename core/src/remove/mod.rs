@@ -11,6 +11,7 @@ mod detail;
 mod filled;
 mod kept;
 mod lens_check;
+mod lights;
 mod local;
 mod noise;
 mod noise_gain;
@@ -32,6 +33,7 @@ mod view;
 pub use canvas::Canvas;
 pub use kept::changed;
 pub use lens_check::LensCheck;
+pub use lights::Lights;
 pub use saturation::Saturation;
 
 use crate::error::{Error, Result};
@@ -39,14 +41,17 @@ use crate::render::{Plane, Scene};
 use filled::filled;
 use rayon::prelude::*;
 use solve::{Task, solve};
-use trust::Trust;
 use view::{Care, View};
 
 /// How exactly operators and lenses are known, as a share of the light: what is less counts as noise.
 const INEXACT: f64 = 2e-3;
 
-/// Shares of light from clipped samples at which a pixel begins to keep its blur, and keeps all of it.
+/// Shares of light from clipped samples, or of what a light at least is, at which a pixel begins to keep its blur, and keeps
+/// all of it.
 const LANDED: [f32; 2] = [0.003, 0.02];
+
+/// Shares by which even light would not stay even (depth edges) from which on the same is done.
+const UNEVEN: [f32; 2] = [0.05, 0.15];
 
 /// How blur is removed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,8 +110,8 @@ impl Removed {
 
 impl Removal {
     /// `planes` without the blur of `scene`; a vergence that varies over the plate is that of the sharp picture.
-    /// Scenes' edges are not asked: the light about the plate is sought as well. The same to the bit for any number of
-    /// threads.
+    /// Scenes' edges are not asked: the light about the plate is sought as well. The [`Lights`] of any of the planes keep
+    /// their blur. The same to the bit for any number of threads.
     ///
     /// # Errors
     /// A scene, planes or a noise that cannot be, a lens that cannot be drawn, and `progress`, told the share done,
@@ -117,12 +122,27 @@ impl Removal {
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Removed>> {
-        self.remove_by(scene, planes, (INEXACT, true), progress)
+        self.remove_about(&Lights::of(planes, scene.width), scene, planes, progress)
+    }
+
+    /// The same, these `lights` keeping their blur: for planes of one plate that are given one by one.
+    ///
+    /// # Errors
+    /// Those of [`Removal::remove`].
+    pub fn remove_about(
+        &self,
+        lights: &Lights,
+        scene: &Scene,
+        planes: &[Plane],
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Removed>> {
+        self.remove_by(lights, scene, planes, (INEXACT, true), progress)
     }
 
     /// The same; what is less than a share of the light counts as noise, and detail is told from it in the end or not.
     fn remove_by(
         &self,
+        lights: &Lights,
         scene: &Scene,
         planes: &[Plane],
         by: (f64, bool),
@@ -133,7 +153,7 @@ impl Removal {
         let canvas = Canvas::of(scene);
         let one = |(index, plane): (usize, &Plane)| {
             let share = |part: f64| progress((index as f64 + part) / planes.len() as f64);
-            self.remove_one((scene, canvas), plane, by, &share)
+            self.remove_one((scene, canvas, lights), plane, by, &share)
         };
         planes.iter().enumerate().map(one).collect()
     }
@@ -162,7 +182,7 @@ impl Removal {
 
     fn remove_one(
         &self,
-        (scene, canvas): (&Scene, Canvas),
+        (scene, canvas, lights): (&Scene, Canvas, &Lights),
         plane: &Plane,
         (inexact, detailed): (f64, bool),
         progress: &dyn Fn(f64) -> bool,
@@ -186,10 +206,12 @@ impl Removal {
             .unwrap_or_else(|| noise::deviation(plane.samples, &canvas, &view));
         let level = self.saturation.level(plane.samples, noise);
         let is_clipped = |sample: f32| level.is_some_and(|level| sample >= level);
-        // Nor are lights so bright that all else would drown in their rounding.
-        let brightest = Trust::brightest(plane.samples, noise);
-        let is_light = |k: &usize| is_clipped(plane.samples[*k]) || plane.samples[*k] > brightest;
-        let kept = self.kept_as_it_is(&canvas, &view, is_light)?;
+        let light = |k: usize| {
+            lights
+                .at(k)
+                .max(f32::from(u8::from(is_clipped(plane.samples[k]))))
+        };
+        let kept = self.kept_as_it_is(&canvas, &view, light)?;
         let known = canvas.with_plate(false, |k| kept[k] == 0.0);
         let on_plate: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
         let held = filled(plane.samples, scene.width, &on_plate);
@@ -230,24 +252,33 @@ impl Removal {
     }
 
     /// How much of each of the plate's pixels keeps its blur, 0 to 1: clipped samples say only that there was more light,
-    /// and to sharpen what they land on makes it ring.
+    /// and to sharpen what they land on makes it ring; and what lies about depth edges is hidden in part. `light` is 0 for pixels
+    /// that are no lights.
     fn kept_as_it_is(
         &self,
         canvas: &Canvas,
         view: &View,
-        is_light: impl Fn(&usize) -> bool,
+        light: impl Fn(usize) -> f32,
     ) -> Result<Vec<f32>> {
         let count = canvas.plate.0 * canvas.plate.1;
-        if !(0..count).any(|k| is_light(&k)) {
-            return Ok(vec![0.0; count]);
+        let ramp =
+            |value: f32, [from, to]: [f32; 2]| ((value - from) / (to - from)).clamp(0.0, 1.0);
+        let mut kept = vec![0.0; count];
+        if let Some(uneven) = view.uneven() {
+            let uneven = canvas.cropped(&uneven);
+            kept = uneven.iter().map(|share| ramp(*share, UNEVEN)).collect();
         }
-        let lights = canvas.with_plate(0.0, |k| f32::from(u8::from(is_light(&k))));
-        let landed = canvas.cropped(&view.blurred(&lights, Care::Quick)?);
-        let [least, most] = LANDED;
-        let kept = |(k, landed): (usize, &f32)| match is_light(&k) {
-            true => 1.0,
-            false => ((landed - least) / (most - least)).clamp(0.0, 1.0),
-        };
-        Ok(landed.iter().enumerate().map(kept).collect())
+        if (0..count).any(|k| light(k) > 0.0) {
+            let landed = view.blurred(&canvas.with_plate(0.0, &light), Care::Quick)?;
+            for (k, landed) in canvas.cropped(&landed).iter().enumerate() {
+                let of_lights = if light(k) > 0.0 {
+                    1.0
+                } else {
+                    ramp(*landed, LANDED)
+                };
+                kept[k] = of_lights.max(kept[k]);
+            }
+        }
+        Ok(kept)
     }
 }

@@ -49,7 +49,7 @@ fn of_waves(plane: &[f32], canvas: &Canvas, view: &View) -> f64 {
 
 /// Standard deviation of white noise in a plane `width` samples wide: by the median size of the finest diagonal
 /// Haar details (Donoho and Johnstone 1994). What the picture itself has there counts as noise.
-fn by_detail(plane: &[f32], width: usize) -> f64 {
+pub(super) fn by_detail(plane: &[f32], width: usize) -> f64 {
     let mut details = Vec::with_capacity(plane.len() / 4);
     for rows in plane.chunks_exact(2 * width.max(1)) {
         let (upper, lower) = rows.split_at(width);

@@ -1,12 +1,13 @@
 //! How much of a plate's noise is in the picture without its blur, and where.
 
-use super::{Removal, Removed};
+use super::sums::Typical;
+use super::{Lights, Removal, Removed};
 use crate::error::Result;
 use crate::render::{Plane, Scene};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Noise that is added to a plane without any, as a share of its largest sample.
+/// Noise that is added to a plane without any, as a share of what most samples are at most.
 const LEAST_NOISE: f64 = 1e-3;
 /// Share of the plane's own noise that is kept: what is changed for other noise is as strong as the noise.
 const KEPT: f64 = 0.5;
@@ -17,12 +18,13 @@ const HALF_WIDTH: usize = 8;
 impl Removal {
     /// How many times as strong a plane's noise is in the picture found, at each pixel of the plate: half of the
     /// plate's own is changed for other noise, blur is removed again, and what has changed in `removed`, which came of
-    /// these planes, is compared with that. A root mean square over about 30 pixels across. Zero where nothing came of it.
+    /// these planes and `lights`, is compared with that. A root mean square over about 30 pixels across. Zero where nothing came of it.
     ///
     /// # Errors
     /// Those of [`Removal::remove`].
     pub fn noise_gain(
         &self,
+        lights: &Lights,
         scene: &Scene,
         planes: &[Plane],
         removed: &[Removed],
@@ -30,11 +32,8 @@ impl Removal {
     ) -> Result<Vec<Vec<f32>>> {
         scene.check(planes)?;
         let one = |(index, (plane, removed)): (usize, (&Plane, &Removed))| {
-            let peak = plane
-                .samples
-                .iter()
-                .fold(0.0_f32, |most, v| most.max(v.abs()));
-            let least = LEAST_NOISE * f64::from(peak);
+            let most = Typical::of(plane.samples.iter().map(|v| v.abs()).collect()).most;
+            let least = LEAST_NOISE * most;
             let added = removed.noise.max(least);
             if added == 0.0 {
                 return Ok(vec![0.0; plane.samples.len()]);
@@ -61,7 +60,7 @@ impl Removal {
                 ..*plane
             };
             let share = |part: f64| progress((index as f64 + part) / planes.len() as f64);
-            let other = again.remove(scene, &[noisy], &share)?.swap_remove(0);
+            let other = (again.remove_about(lights, scene, &[noisy], &share)?).swap_remove(0);
             let (a, b) = (&removed.sharp, &other.sharp);
             let squares: Vec<f32> = a.par_iter().zip(b).map(|(a, b)| (a - b).powi(2)).collect();
             let mut squares = removed.canvas.cropped(&squares);

@@ -6,7 +6,7 @@ use super::test_scenes::{
     texture,
 };
 use super::view::View;
-use super::{Removal, Saturation};
+use super::{Lights, Removal, Saturation};
 use crate::render::{Edges, Plane, Scatter, Scene, VergencePass, Window, stopped};
 use rustfft::num_complex::Complex;
 
@@ -245,7 +245,13 @@ fn noise_is_amplified_as_told() {
         samples: &plate,
         weights: &WEIGHTS,
     }];
-    let told = removal.noise_gain(&scene, &planes, &[first], &|_| true);
+    let told = removal.noise_gain(
+        &Lights::of(&planes, WIDTH),
+        &scene,
+        &planes,
+        &[first],
+        &|_| true,
+    );
     let told = told.expect("a sound scene").swap_remove(0);
     let found = others.map(|plate| sharpened(&scene, &plate, removal));
     for (x, y) in [(30, 30), (85, 75), (140, 40), (40, 120), (120, 110)] {

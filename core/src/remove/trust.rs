@@ -2,10 +2,6 @@
 
 use super::sums::Typical;
 
-/// Lights are so many times as bright as most samples, and as noise, at least.
-const LIGHT: f64 = 20.0;
-const LIGHT_OF_NOISE: f64 = 1000.0;
-
 /// The noise of a plane and what else a picture cannot be told by.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Trust {
@@ -35,12 +31,6 @@ impl Trust {
     /// Standard deviation of what is not known of a typical sample.
     pub(super) fn deviation(&self) -> f64 {
         self.typical.sqrt()
-    }
-
-    /// What is brighter than this is a light of its own, in a plane with noise of a standard deviation.
-    pub(super) fn brightest(plane: &[f32], noise: f64) -> f32 {
-        let light = Typical::of(plane.iter().map(|v| v.abs()).collect());
-        (LIGHT * light.most).max(LIGHT_OF_NOISE * noise) as f32
     }
 
     /// How much a sample counts, from 0 to 1: less where it is brighter than most.

@@ -110,6 +110,17 @@ impl View {
         })
     }
 
+    /// By what share even light would not stay even by itself at each sample: most at depth edges, where what is hidden and
+    /// what is not are mixed up. None where all is at one depth.
+    pub(super) fn uneven(&self) -> Option<Vec<f32>> {
+        let evened = self.evened.as_ref()?;
+        Some(
+            (evened.iter())
+                .map(|gain| (gain.recip() - 1.0).abs())
+                .collect(),
+        )
+    }
+
     /// `plane` filtered by what `filter` makes of local spectra and |D|^2, each pixel by those of its own layer.
     pub(super) fn filtered(
         &self,
