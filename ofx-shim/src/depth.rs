@@ -105,7 +105,7 @@ impl Reading {
 
     /// What is handed over in place of a sample; nothing where samples are as they are. `focus` is the vergence of the
     /// focus plane, 1/m.
-    fn converted(&self, focus: f64) -> Option<impl Fn(f32) -> f32> {
+    fn converted(&self, focus: f64) -> Option<impl Fn(f32) -> f32 + use<>> {
         let Self {
             math, sign, plane, ..
         } = *self;
