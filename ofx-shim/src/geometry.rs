@@ -49,11 +49,6 @@ impl Scale {
         }
     }
 
-    /// Width of a pixel over its height.
-    pub(crate) fn pixel_aspect(&self) -> f64 {
-        self.y / self.x
-    }
-
     /// The pixels that a canonical rectangle touches.
     pub(crate) fn pixels_of(&self, rect: OfxRectD) -> OfxRectI {
         // Hosts have endless regions: no number beyond what a plate can have.
@@ -63,16 +58,6 @@ impl Scale {
             y1: bound((rect.y1 * self.y + SLACK).floor()) as i32,
             x2: bound((rect.x2 * self.x - SLACK).ceil()) as i32,
             y2: bound((rect.y2 * self.y - SLACK).ceil()) as i32,
-        }
-    }
-
-    /// The canonical rectangle of pixels.
-    pub(crate) fn canonical(&self, rect: OfxRectI) -> OfxRectD {
-        OfxRectD {
-            x1: f64::from(rect.x1) / self.x,
-            y1: f64::from(rect.y1) / self.y,
-            x2: f64::from(rect.x2) / self.x,
-            y2: f64::from(rect.y2) / self.y,
         }
     }
 }
@@ -203,7 +188,7 @@ mod tests {
     #[test]
     fn proxies_and_wide_pixels_go_by_scale_and_aspect() {
         let scale = Scale::new([0.5, 0.5], 2.0);
-        assert_eq!((scale.x, scale.y, scale.pixel_aspect()), (0.25, 0.5, 2.0));
+        assert_eq!((scale.x, scale.y), (0.25, 0.5));
         let all = OfxRectD {
             x1: 0.0,
             y1: -10.0,
@@ -211,7 +196,6 @@ mod tests {
             y2: 540.0,
         };
         assert_eq!(scale.pixels_of(all), rect(0, -5, 251, 270));
-        assert_eq!(scale.canonical(rect(0, -5, 250, 270)).x2, 1000.0);
         // Bad scales count as none; endless regions have an end.
         assert_eq!(Scale::new([0.0, f64::NAN], 1.0).x, 1.0);
         let endless = OfxRectD {

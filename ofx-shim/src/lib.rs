@@ -13,6 +13,7 @@ mod geometry;
 mod host;
 mod knobs;
 mod lens;
+mod overlay;
 mod pixels;
 mod rendering;
 mod setup;

@@ -18,10 +18,6 @@ impl Pixels {
         Self { image }
     }
 
-    pub(crate) fn rect(&self) -> SeidelRect {
-        self.image.rect
-    }
-
     pub(crate) fn channels(&self) -> u32 {
         self.image.channels
     }

@@ -12,7 +12,7 @@ use crate::lens::Info;
 /// Settings with what they point to.
 pub(crate) struct Setup {
     settings: SeidelSettings,
-    _channel_scales: Vec<f64>,
+    channel_scales: Vec<f64>,
 }
 
 /// What of a render settings depend on beside knobs.
@@ -81,8 +81,13 @@ impl Setup {
         lengths(&mut settings, knobs, about);
         Ok(Self {
             settings,
-            _channel_scales: scales,
+            channel_scales: scales,
         })
+    }
+
+    /// What its pointer to scales points to.
+    pub(crate) fn scales(&self) -> &[f64] {
+        &self.channel_scales
     }
 
     /// Good as long as this is.

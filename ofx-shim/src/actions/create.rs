@@ -14,5 +14,6 @@ pub(super) fn create(call: &Call) -> Result<Answer> {
 /// Nothing is told of one that is gone.
 pub(super) fn destroy(call: &Call) -> Result<Answer> {
     untell(call.host, call.effect.handle);
+    crate::overlay::grid::forget(call.effect.handle.addr());
     Ok(Answer::Done)
 }

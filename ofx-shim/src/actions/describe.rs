@@ -46,8 +46,6 @@ pub(super) fn describe(call: &Call) -> Result<Answer> {
     props.set_string(e::OPENGL_RENDER, 0, c"false");
     props.set_string(e::COLOUR_STYLE, 0, e::COLOUR_BASIC);
     props.set_string(e::COLOUR_CONFIGS, 0, c"ofx-native-v1.5_aces-v1.3_ocio-v2.3");
-    for (index, knob) in [&crate::knobs::depth::USE_DEPTH].iter().enumerate() {
-        props.set_string(e::CLIP_PREFERENCES_PARAM, index as i32, knob.name);
-    }
+    crate::overlay::offer(call.host, &props);
     Ok(Answer::Done)
 }

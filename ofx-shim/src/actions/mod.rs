@@ -21,6 +21,8 @@ use crate::sys::actions as names;
 use crate::sys::plugin::{STATUS_ERR_BAD_HANDLE, STATUS_FAILED, STATUS_OK, STATUS_REPLY_DEFAULT};
 use crate::sys::{Handle, OfxStatus};
 
+pub(crate) use focal_point::focus as focus_there;
+pub(crate) use render::chosen_lens;
 pub(crate) use told::{tell, untell};
 
 /// What an action is called with.

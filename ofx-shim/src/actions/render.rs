@@ -81,6 +81,24 @@ fn blank(call: &Call, target: &Image) -> Result<()> {
     Ok(())
 }
 
+/// The lens that two knobs choose.
+///
+/// # Errors
+/// A file that is not chosen, or cannot be read.
+pub(crate) fn chosen_lens(knobs: &Knobs, (choice, file): (&Knob, &Knob)) -> Result<Arc<Lens>> {
+    let chosen = match knobs.choice(choice) {
+        built_in::FILE => Choice::File(knobs.text(file).trim().to_owned()),
+        index => Choice::BuiltIn(index),
+    };
+    if chosen == Choice::File(String::new()) {
+        let label = file.label.to_string_lossy();
+        return Err(Failure::failed(format!(
+            "{label}: none is chosen; choose one, or a lens that comes with Seidel."
+        )));
+    }
+    crate::lens::lens(&chosen, knobs.hidden(&lens::RELOADS))
+}
+
 /// A render under way.
 struct Render<'a, 'h> {
     call: &'a Call<'h>,
@@ -154,27 +172,13 @@ impl Render<'_, '_> {
     }
 
     fn lenses(&self) -> Result<Lenses> {
-        let lens = self.lens((&lens::LENS, &lens::PROFILE))?;
+        let lens = chosen_lens(self.knobs, (&lens::LENS, &lens::PROFILE))?;
         let relens = self.knobs.choice(&lens::MODE) == lens::RELENS;
-        let to = relens.then(|| self.lens((&lens::TO_LENS, &lens::TO_PROFILE)));
+        let to = relens.then(|| chosen_lens(self.knobs, (&lens::TO_LENS, &lens::TO_PROFILE)));
         Ok(Lenses {
             lens,
             to: to.transpose()?,
         })
-    }
-
-    fn lens(&self, (choice, file): (&Knob, &Knob)) -> Result<Arc<Lens>> {
-        let chosen = match self.knobs.choice(choice) {
-            built_in::FILE => Choice::File(self.knobs.text(file).trim().to_owned()),
-            index => Choice::BuiltIn(index),
-        };
-        if chosen == Choice::File(String::new()) {
-            let label = file.label.to_string_lossy();
-            return Err(Failure::failed(format!(
-                "{label}: none is chosen; choose one, or a lens that comes with Seidel."
-            )));
-        }
-        crate::lens::lens(&chosen, self.knobs.hidden(&lens::RELOADS))
     }
 
     fn focus(

@@ -19,18 +19,6 @@ impl<'h> Params<'h> {
         Self { host, handle }
     }
 
-    /// Properties of all together.
-    pub(crate) fn props(&self) -> Props<'h> {
-        let mut props = null_mut();
-        if let Some(get) = self.host.suites.param.set_property_set {
-            // SAFETY: the host vouches for its function and its handle.
-            if unsafe { get(self.handle, &raw mut props) } != STATUS_OK {
-                props = null_mut();
-            }
-        }
-        Props::of(&self.host.suites.property, props)
-    }
-
     /// Declares one and gives its properties; nothing where the host has no such type.
     pub(crate) fn define(&self, kind: &CStr, name: &CStr) -> Option<Props<'h>> {
         let define = self.host.suites.param.define?;
@@ -120,11 +108,12 @@ impl<'h> Params<'h> {
         }
         for (name, value) in changes {
             if let (Some((param, _)), Some(set)) = (self.find(name), suite.set_value) {
-                // SAFETY: callers give a number to parameters of one number, and a whole number to others.
+                // SAFETY: callers give parameters what they hold: one number, two, or a whole one.
                 unsafe {
                     match value {
                         Value::Number(value) => set(param, *value),
                         Value::Whole(value) => set(param, *value),
+                        Value::Pair(x, y) => set(param, *x, *y),
                     }
                 };
             }
@@ -141,4 +130,5 @@ impl<'h> Params<'h> {
 pub(crate) enum Value {
     Number(f64),
     Whole(i32),
+    Pair(f64, f64),
 }

@@ -4,18 +4,15 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{Props, Suites};
-use crate::sys::property::{API_VERSION, NAME};
-use crate::sys::{Handle, OfxHost};
+use crate::sys::OfxHost;
+use crate::sys::property::NAME;
 
 /// A host: its suites, and what it says of itself.
 #[derive(Debug)]
 pub(crate) struct Host {
     pub(crate) suites: Suites,
-    properties: Handle,
     /// Its name, reverse-DNS or not.
     pub(crate) name: String,
-    /// Version of the API that it speaks.
-    pub(crate) api: (i32, i32),
 }
 
 // SAFETY: pointers to functions and properties that the host lets any thread use.
@@ -63,19 +60,7 @@ impl Host {
             suites.map_err(|name| format!("the host has no {}", name.to_string_lossy()))?;
         let properties = Props::of(&suites.property, host.host);
         let name = properties.string(NAME, 0).unwrap_or_default();
-        let number = |index| properties.int(API_VERSION, index);
-        let api = (number(0).unwrap_or(1), number(1).unwrap_or(0));
-        Ok(Self {
-            suites,
-            properties: host.host,
-            name,
-            api,
-        })
-    }
-
-    /// Its properties.
-    pub(crate) fn props(&self) -> Props<'_> {
-        Props::of(&self.suites.property, self.properties)
+        Ok(Self { suites, name })
     }
 
     /// Whether it is DaVinci Resolve: it says of every clip that it is connected, and its messages cannot be taken back.

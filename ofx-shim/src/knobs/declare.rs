@@ -130,6 +130,10 @@ fn fill(props: &Props, knob: &Knob, resolve: bool) {
         Kind::Switch(on) => {
             let off = resolve && OFF_IN_RESOLVE.iter().any(|other| other.name == knob.name);
             props.set_int(p::DEFAULT, 0, i32::from(on && !off));
+            if knob.name == super::output::SHOW_LENS.name {
+                // The picture stays as it is.
+                props.set_int(p::EVALUATE_ON_CHANGE, 0, 0);
+            }
             props.set_int(p::ANIMATES, 0, 0);
         }
         Kind::Choice { default, options } => {

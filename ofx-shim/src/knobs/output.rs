@@ -52,9 +52,16 @@ pub(crate) static MIX: Knob = Knob {
     },
 };
 
+pub(crate) static SHOW_LENS: Knob = Knob {
+    name: c"showLens",
+    label: c"Show Lens",
+    hint: c"Draws over the viewer how the lens draws points at Distance, and where its axis is. In hosts with overlays that need no OpenGL.",
+    kind: Kind::Switch(true),
+};
+
 pub(crate) static GROUP: Group = Group {
     name: c"outputGroup",
     label: c"Output",
     open: true,
-    knobs: &[&OUTPUT, &USE_MASK, &MASK_INVERT, &MIX],
+    knobs: &[&OUTPUT, &USE_MASK, &MASK_INVERT, &MIX, &SHOW_LENS],
 };

@@ -12,6 +12,10 @@ pub(crate) struct Info {
     pub(crate) channels: Vec<String>,
     /// Whether its blur depends on distance.
     pub(crate) knows_depth: bool,
+    /// Columns and rows of its frame.
+    pub(crate) frame: (f64, f64),
+    /// Where its axis meets the frame, from the top left.
+    pub(crate) axis: (f64, f64),
     /// Metres, infinity, or NaN where it is not known.
     pub(crate) focus_distance: f64,
 }
@@ -30,11 +34,17 @@ impl Info {
         let SeidelLensInfo {
             knows_depth,
             focus_distance,
+            frame_width,
+            frame_height,
+            axis_x,
+            axis_y,
             ..
         } = info;
         Ok(Self {
             channels: channels.collect::<Result<_>>()?,
             knows_depth: knows_depth == 1,
+            frame: (f64::from(frame_width), f64::from(frame_height)),
+            axis: (axis_x, axis_y),
             focus_distance,
         })
     }

@@ -111,7 +111,7 @@ fn joined(a: OfxRectI, b: OfxRectI) -> OfxRectI {
 }
 
 /// The project's picture proper, canonical.
-fn project_of(call: &Call) -> Option<OfxRectD> {
+pub(crate) fn project_of(call: &Call) -> Option<OfxRectD> {
     let props = call.effect.props();
     let [width, height] = props.doubles::<2>(PROJECT_SIZE)?;
     let [x1, y1] = props.doubles::<2>(PROJECT_OFFSET).unwrap_or([0.0; 2]);

@@ -57,6 +57,13 @@ mod tests {
     use super::*;
     use seidel_c::{SEIDEL_FLOAT, SeidelImage};
 
+    const ROW: SeidelRect = SeidelRect {
+        left: 0,
+        top: 0,
+        width: 4,
+        height: 1,
+    };
+
     fn pixels(samples: &mut [f32]) -> Pixels {
         let image = SeidelImage {
             size: size_of::<SeidelImage>() as u64,
@@ -67,10 +74,8 @@ mod tests {
             sample: SEIDEL_FLOAT,
             reserved: 0,
             rect: SeidelRect {
-                left: 0,
-                top: 0,
                 width: samples.len() as i32,
-                height: 1,
+                ..ROW
             },
         };
         // SAFETY: the samples outlive what is made of them in each test.
@@ -85,7 +90,7 @@ mod tests {
             let mut out = [3.0_f32, 3.0, 3.0, 3.0];
             let result = pixels(&mut out);
             let mixing = Mixing { mix, mask, invert };
-            super::mix(&result, &source, result.rect(), &mixing);
+            super::mix(&result, &source, ROW, &mixing);
             out
         };
         assert_eq!(mixed(1.0, None, false), [3.0; 4]);

@@ -6,7 +6,7 @@ mod mixing;
 mod outcome;
 mod preview;
 
-pub(crate) use frame::{Frame, field_of, window_of};
+pub(crate) use frame::{Frame, field_of, project_of, window_of};
 pub(crate) use inputs::{Inputs, is_unpremultiplied, picture};
 pub(crate) use mixing::{Mixing, mix};
 pub(crate) use outcome::{Lenses, Outcome, Task, perform};
