@@ -48,10 +48,10 @@ const ALL: [Declared; 5] = [
         optional: true,
         mask: false,
     },
-    // Not in the colour channels: hosts such as Natron give masks a menu of channels.
+    // Hosts such as Natron give masks a menu of channels; those that know RGBA alone hand in that.
     Declared {
         name: MASK,
-        components: &[ALPHA],
+        components: &[ALPHA, RGBA],
         optional: true,
         mask: true,
     },

@@ -138,7 +138,8 @@ pub(crate) fn focus_vergence(knobs: &Knobs, info: &Info) -> Result<f64> {
 }
 
 fn channel_scales(knobs: &Knobs, info: &Info) -> Result<Vec<f64>> {
-    let scales = knobs.colour(&lens::CHANNEL_SCALE);
+    let scales = [&lens::RED_SCALE, &lens::GREEN_SCALE, &lens::BLUE_SCALE];
+    let scales = scales.map(|knob| knobs.number(knob));
     if scales == [1.0; 3] {
         return Ok(Vec::new());
     }
@@ -149,7 +150,7 @@ fn channel_scales(knobs: &Knobs, info: &Info) -> Result<Vec<f64>> {
     let all: Option<Vec<f64>> = info.channels.iter().map(of).collect();
     all.ok_or_else(|| {
         Failure::failed(format!(
-            "Channel Scale: the lens has the channels {}; set it to 1, 1, 1.",
+            "Red, Green and Blue Scale: the lens has the channels {}; set them to 1.",
             info.channels.join(", ")
         ))
     })

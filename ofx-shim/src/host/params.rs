@@ -72,15 +72,6 @@ impl<'h> Params<'h> {
         (status == STATUS_OK).then_some((x, y))
     }
 
-    pub(crate) fn colour(&self, name: &CStr, time: f64) -> Option<[f64; 3]> {
-        let (param, _) = self.find(name)?;
-        let get = self.host.suites.param.value_at_time?;
-        let (mut r, mut g, mut b) = (0.0_f64, 0.0_f64, 0.0_f64);
-        // SAFETY: a colour stores three numbers.
-        let status = unsafe { get(param, time, &raw mut r, &raw mut g, &raw mut b) };
-        (status == STATUS_OK).then_some([r, g, b])
-    }
-
     /// A text, copied: the host's own is good until the next call.
     pub(crate) fn text(&self, name: &CStr, time: f64) -> Option<String> {
         let (param, _) = self.find(name)?;
@@ -102,7 +93,9 @@ impl<'h> Params<'h> {
     /// Sets numbers and whole numbers as one step to undo. Not for renders.
     pub(crate) fn set(&self, step: &CStr, changes: &[(&CStr, Value)]) {
         let suite = &self.host.suites.param;
-        if let Some(begin) = suite.edit_begin {
+        // A step is begun where it can be ended.
+        let edit = suite.edit_begin.zip(suite.edit_end);
+        if let Some((begin, _)) = edit {
             // SAFETY: as above.
             unsafe { begin(self.handle, step.as_ptr()) };
         }
@@ -118,7 +111,7 @@ impl<'h> Params<'h> {
                 };
             }
         }
-        if let Some(end) = suite.edit_end {
+        if let Some((_, end)) = edit {
             // SAFETY: as above.
             unsafe { end(self.handle) };
         }

@@ -2,6 +2,7 @@
 
 use std::ffi::{CStr, c_int};
 
+use super::Props;
 use crate::sys::draw::{self, OfxDrawSuiteV1};
 use crate::sys::effect::{self, OfxImageEffectSuiteV1};
 use crate::sys::interact::{self, OfxInteractSuiteV1};
@@ -11,9 +12,12 @@ use crate::sys::param::{self, OfxParameterSuiteV1};
 use crate::sys::property::{self, OfxPropertySuiteV1};
 use crate::sys::{Handle, OfxHost, OfxStatus};
 
-/// Hosts that end the process when they are asked for what they lack are served where this is set: only version 1 of
-/// the four suites that everything needs, and of messages, is asked for.
+/// Where this is set only version 1 of the suites that nothing goes without, and of messages, is asked for: some hosts
+/// end the process when they are asked for what they lack.
 const MINIMAL: &str = "SEIDEL_OFX_MINIMAL";
+
+/// A host that does so: openfx-runner.
+const RUNNER: &str = "openfx-driver";
 
 /// How to say things.
 #[derive(Debug, Clone, Copy, Default)]
@@ -53,9 +57,11 @@ impl Suites {
     /// # Safety
     /// `host` must be what a host handed in as itself.
     pub(crate) unsafe fn of(host: &OfxHost) -> Result<Self, &'static CStr> {
-        let minimal = std::env::var_os(MINIMAL).is_some();
         // SAFETY: each is asked for by its name and version, here and below.
         unsafe {
+            let property = fetched(host, property::SUITE, 1).ok_or(property::SUITE)?;
+            let name = Props::of(&property, host.host).string(property::NAME, 0);
+            let minimal = std::env::var_os(MINIMAL).is_some() || name.as_deref() == Some(RUNNER);
             let v2: Option<OfxMessageSuiteV2> = match minimal {
                 true => None,
                 false => fetched(host, message::SUITE, 2),
@@ -73,7 +79,7 @@ impl Suites {
                 },
             };
             Ok(Self {
-                property: fetched(host, property::SUITE, 1).ok_or(property::SUITE)?,
+                property,
                 effect: fetched(host, effect::SUITE, 1).ok_or(effect::SUITE)?,
                 param: fetched(host, param::SUITE, 1).ok_or(param::SUITE)?,
                 messages,

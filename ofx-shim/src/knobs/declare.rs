@@ -64,7 +64,6 @@ fn kind_of(knob: &Knob) -> &'static CStr {
     match knob.kind {
         Kind::Number { .. } => p::TYPE_DOUBLE,
         Kind::Pair { .. } => p::TYPE_DOUBLE_2D,
-        Kind::Colour { .. } => p::TYPE_RGB,
         Kind::Switch(_) => p::TYPE_BOOLEAN,
         Kind::Choice { .. } => p::TYPE_CHOICE,
         Kind::File => p::TYPE_STRING,
@@ -115,17 +114,6 @@ fn fill(props: &Props, knob: &Knob, resolve: bool) {
                 props.set_doubles(name, &[value, value]);
             }
             props.set_int(p::DIGITS, 0, 2);
-        }
-        Kind::Colour { default, range } => {
-            props.set_doubles(p::DEFAULT, &[default; 3]);
-            for (name, value) in [
-                (p::MIN, range.0),
-                (p::MAX, range.1),
-                (p::DISPLAY_MIN, 0.0),
-                (p::DISPLAY_MAX, 2.0),
-            ] {
-                props.set_doubles(name, &[value; 3]);
-            }
         }
         Kind::Switch(on) => {
             let off = resolve && OFF_IN_RESOLVE.iter().any(|other| other.name == knob.name);

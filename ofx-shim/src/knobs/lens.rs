@@ -1,5 +1,7 @@
 //! Which lens, and how strong.
 
+use std::ffi::CStr;
+
 use super::{Group, Kind, Knob};
 use crate::lens::built_in;
 
@@ -81,15 +83,38 @@ pub(crate) static AMOUNT: Knob = Knob {
     },
 };
 
-pub(crate) static CHANNEL_SCALE: Knob = Knob {
-    name: c"channelScale",
-    label: c"Channel Scale",
-    hint: c"How strong the blur of red, green and blue is besides. For lenses that have these channels.",
-    kind: Kind::Colour {
-        default: 1.0,
-        range: (0.0, 16.0),
-    },
-};
+/// How strong the blur of one colour is besides.
+const fn scale(name: &'static CStr, label: &'static CStr, hint: &'static CStr) -> Knob {
+    Knob {
+        name,
+        label,
+        hint,
+        kind: Kind::Number {
+            default: 1.0,
+            range: (0.001, 16.0),
+            slider: (0.5, 1.5),
+            digits: 3,
+        },
+    }
+}
+
+pub(crate) static RED_SCALE: Knob = scale(
+    c"redScale",
+    c"Red Scale",
+    c"How strong the blur of red is besides. For lenses that have this channel.",
+);
+
+pub(crate) static GREEN_SCALE: Knob = scale(
+    c"greenScale",
+    c"Green Scale",
+    c"How strong the blur of green is besides. For lenses that have this channel.",
+);
+
+pub(crate) static BLUE_SCALE: Knob = scale(
+    c"blueScale",
+    c"Blue Scale",
+    c"How strong the blur of blue is besides. For lenses that have this channel.",
+);
 
 pub(crate) static F_STOP: Knob = Knob {
     name: c"fStop",
@@ -173,7 +198,9 @@ pub(crate) static GROUP: Group = Group {
         &TO_LENS,
         &TO_PROFILE,
         &AMOUNT,
-        &CHANNEL_SCALE,
+        &RED_SCALE,
+        &GREEN_SCALE,
+        &BLUE_SCALE,
         &F_STOP,
         &SENSOR_SHIFT,
         &GEOMETRY,

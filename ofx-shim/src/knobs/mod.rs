@@ -27,8 +27,6 @@ pub(crate) enum Kind {
     },
     /// Two numbers; `position`: where something is, canonical, with a handle of the host's.
     Pair { default: (f64, f64), position: bool },
-    /// A number for each of red, green and blue.
-    Colour { default: f64, range: (f64, f64) },
     /// On or off.
     Switch(bool),
     /// One of several.
@@ -93,9 +91,6 @@ mod tests {
                     } => {
                         assert!((range.0..=range.1).contains(&default), "{:?}", knob.name);
                         assert!(range.0 <= slider.0 && slider.0 < slider.1 && slider.1 <= range.1);
-                    }
-                    Kind::Colour { default, range } => {
-                        assert!((range.0..=range.1).contains(&default));
                     }
                     Kind::Choice { default, options } => {
                         assert!((0..options.len() as i32).contains(&default));

@@ -37,17 +37,6 @@ impl<'h> Knobs<'h> {
         value.filter(sane).unwrap_or(default)
     }
 
-    pub(crate) fn colour(&self, knob: &Knob) -> [f64; 3] {
-        let Kind::Colour { default, range } = knob.kind else {
-            return [0.0; 3];
-        };
-        let value = self.params.colour(knob.name, self.time);
-        let value = value.filter(|colour| colour.iter().all(|v| v.is_finite()));
-        value
-            .unwrap_or([default; 3])
-            .map(|v| v.clamp(range.0, range.1))
-    }
-
     pub(crate) fn is_on(&self, knob: &Knob) -> bool {
         let Kind::Switch(default) = knob.kind else {
             return false;

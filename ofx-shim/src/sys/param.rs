@@ -57,8 +57,6 @@ pub const TYPE_DOUBLE_2D: &CStr = c"OfxParamTypeDouble2D";
 pub const TYPE_BOOLEAN: &CStr = c"OfxParamTypeBoolean";
 /// Type: one of several.
 pub const TYPE_CHOICE: &CStr = c"OfxParamTypeChoice";
-/// Type: colour.
-pub const TYPE_RGB: &CStr = c"OfxParamTypeRGB";
 /// Type: text.
 pub const TYPE_STRING: &CStr = c"OfxParamTypeString";
 /// Type: several together.

@@ -75,8 +75,7 @@ mod tests {
         assert_eq!(pixel(0, 0)[3], 0);
         let at = |along: f64| {
             let u = along / 2.0_f64.sqrt();
-            let pixel = ((u + 1.0) / 2.0 * f64::from(SIZE)) as u32;
-            pixel
+            ((u + 1.0) / 2.0 * f64::from(SIZE)) as u32
         };
         let bright = pixel(at(-0.52), at(-0.52));
         assert!(bright[3] == 255 && bright[1] > 200, "{bright:?}");
