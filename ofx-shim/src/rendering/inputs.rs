@@ -6,7 +6,7 @@ use crate::actions::Call;
 use crate::clips::{DEPTH, HOLDOUT};
 use crate::depth::{Made, Reading, channel_of};
 use crate::geometry::Plane;
-use crate::host::{Clip, Image, Result};
+use crate::host::{Clip, Failure, Image, Result};
 use crate::knobs::{Knob, Knobs, depth, lens, render};
 use crate::lens::Info;
 use crate::setup::focus_vergence;
@@ -75,6 +75,11 @@ impl<'h> Inputs<'h> {
             return Ok(inputs);
         }
         if let Some(image) = picture(call, knobs, (HOLDOUT, &render::USE_HOLDOUT), time)? {
+            if !knobs.is_on(&render::OCCLUSION) {
+                return Err(Failure::failed(
+                    "Holdout: needs Occlusion; switch that on, or Use Holdout off.",
+                ));
+            }
             let channel = knobs.choice(&render::HOLDOUT_CHANNEL);
             inputs.matte = channel_of((&image, plane), (channel, "Holdout Matte"), None)?;
             let channel = knobs.choice(&render::HOLDOUT_DEPTH) - 1;
