@@ -1,5 +1,22 @@
-//! The room for Seidel's OpenFX plugin: actions, parameters, clips and host suites on top of the C
-//! ABI of `seidel-plugin`, built as one `.ofx` bundle.
+//! Seidel's OpenFX plugin: actions, knobs, clips and host suites on top of the C ABI of `seidel-plugin`.
 //!
-//! Nothing is exported yet: a bundle that loads and does nothing would mislead a host. The crate
-//! stands here so that the edges of the house are fixed: it will depend on `seidel-plugin` alone.
+//! `sys` is the ABI of OpenFX as it is, `host` the same behind safe names. `actions` holds what hosts ask for, one action
+//! a file; `knobs` and `clips` what they are shown; `rendering` turns a frame of theirs into a plate of the library's.
+//! Every function that a host calls goes through `host::caught`: no panic leaves the plugin.
+
+mod actions;
+mod clips;
+mod depth;
+mod entry;
+mod ffi;
+mod geometry;
+mod host;
+mod knobs;
+mod lens;
+mod overlay;
+mod pixels;
+mod rendering;
+mod setup;
+pub mod sys;
+
+pub use entry::{OfxGetNumberOfPlugins, OfxGetPlugin, OfxSetHost};

@@ -1,6 +1,7 @@
 //! Chores of the project: `cargo xtask tidy` checks the rules of the house, `cargo xtask header` writes the header of
-//! the C ABI.
+//! the C ABI, `cargo xtask bundle` makes the OpenFX bundle.
 
+mod bundle;
 mod header;
 mod tidy;
 
@@ -27,8 +28,18 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
+        Some("bundle") => match bundle::run(&tidy::root(), std::env::args().skip(2)) {
+            Ok(said) => {
+                println!("{said}");
+                ExitCode::SUCCESS
+            }
+            Err(why) => {
+                eprintln!("bundle: {why}");
+                ExitCode::FAILURE
+            }
+        },
         _ => {
-            eprintln!("usage: cargo xtask tidy|header");
+            eprintln!("usage: cargo xtask tidy|header|bundle");
             ExitCode::from(2)
         }
     }

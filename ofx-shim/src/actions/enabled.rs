@@ -1,0 +1,41 @@
+//! Which knobs count as others are set.
+
+use crate::host::Effect;
+use crate::knobs::{Knob, Knobs, depth, focus, lens, output, remove, render};
+use crate::lens::built_in;
+use crate::sys::param::ENABLED;
+
+/// Enables the knobs that count and no others. Only for the main thread.
+pub(super) fn show(effect: &Effect, time: f64) {
+    let knobs = Knobs::of(effect, time);
+    let mode = knobs.choice(&lens::MODE);
+    let relens = mode == lens::RELENS;
+    let removes = mode != lens::APPLY;
+    let from_file = |knob| knobs.choice(knob) == built_in::FILE;
+    let uses_depth = knobs.is_on(&depth::USE_DEPTH);
+    let focused = knobs.choice(&focus::FOCUS);
+    let states: [(&Knob, bool); 16] = [
+        (&lens::PROFILE, from_file(&lens::LENS)),
+        (&lens::TO_LENS, relens),
+        (&lens::TO_PROFILE, relens && from_file(&lens::TO_LENS)),
+        (&depth::CHANNEL, uses_depth),
+        (&depth::MATH, uses_depth),
+        (&focus::DISTANCE, focused == focus::AT_DISTANCE),
+        (&focus::PLANE, focused != focus::AT_DISTANCE),
+        (&render::OCCLUSION, !removes),
+        (&render::FILL_FOREGROUND, !removes),
+        (&render::BLUR_INSIDE, !removes),
+        (&render::USE_HOLDOUT, !removes),
+        (&remove::STRENGTH, mode == lens::REMOVE),
+        (&remove::GRAIN, mode == lens::REMOVE),
+        (&remove::NOISE, removes),
+        (&remove::CLIP, removes),
+        (&output::MASK_INVERT, knobs.is_on(&output::USE_MASK)),
+    ];
+    let params = effect.params();
+    for (knob, is_enabled) in states {
+        if let Some(props) = params.props_of(knob.name) {
+            props.set_int(ENABLED, 0, i32::from(is_enabled));
+        }
+    }
+}

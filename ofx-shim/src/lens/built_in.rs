@@ -1,0 +1,214 @@
+//! Lenses that come with the plugin: designed for looking at, not measured.
+//!
+//! Known ray by ray (docs/model.md section 3): five numbers a channel in frame pixels, defocus alone changing with
+//! distance by the law of the thin lens. What they are called says what they are like, not whose they are.
+
+use std::ffi::CStr;
+use std::fmt::Write;
+
+/// The menu: a file, then those that come with the plugin. Grows at its end only.
+pub(crate) const NAMES: &[&CStr] = &[
+    c"Lens File",
+    c"Fast 50 mm f/0.95",
+    c"Fast 35 mm f/1.4",
+    c"Portrait 85 mm f/1.4",
+    c"Vintage 58 mm f/2",
+];
+
+/// Place of the file in the menu.
+pub(crate) const FILE: i32 = 0;
+
+/// Frame that the numbers are for: a sensor 36 mm wide.
+const FRAME: (u32, u32) = (1920, 1080);
+/// Width of the sensor, mm.
+const SENSOR_MM: f64 = 36.0;
+
+/// A lens, lengths in frame pixels, field positions in half frame widths.
+struct Design {
+    focal_mm: f64,
+    f_number: f64,
+    /// Focused distance, metres.
+    focus_m: f64,
+    /// Nearest distance that it is for, metres.
+    nearest_m: f64,
+    /// Spherical aberration.
+    beta: f64,
+    /// Astigmatism.
+    gamma: f64,
+    /// Field curvature.
+    delta: f64,
+    /// Distortion.
+    distortion: f64,
+    /// Defocus in the focused plane, red, green, blue.
+    axial: [f64; 3],
+    /// Coma, red, green, blue.
+    coma: [f64; 3],
+    /// Magnification against green, red and blue.
+    lateral: [f64; 3],
+    /// Radius of the barrel's two ends, pupil radii, and how far they move.
+    barrel: Option<[f64; 4]>,
+}
+
+const DESIGNS: [Design; 4] = [
+    // An old fast prime wide open: comatic corners, rims of colour.
+    Design {
+        focal_mm: 50.0,
+        f_number: 0.95,
+        focus_m: 2.0,
+        nearest_m: 0.9,
+        beta: 2.4,
+        gamma: -10.5,
+        delta: 1.5,
+        distortion: -0.004,
+        axial: [1.5, 0.0, 2.7],
+        coma: [-7.3, -6.8, -6.0],
+        lateral: [0.0028, 0.0, -0.0034],
+        barrel: None,
+    },
+    // A modern fast wide: little of everything, cat's eyes in the corners.
+    Design {
+        focal_mm: 35.0,
+        f_number: 1.4,
+        focus_m: 3.0,
+        nearest_m: 0.4,
+        beta: 0.8,
+        gamma: -2.4,
+        delta: 1.1,
+        distortion: -0.011,
+        axial: [0.5, 0.0, 0.9],
+        coma: [-1.7, -1.6, -1.4],
+        lateral: [0.0006, 0.0, -0.0007],
+        barrel: Some([1.25, 0.62, 1.3, -0.55]),
+    },
+    // A portrait lens: soft rings, corners nearly as good as the middle.
+    Design {
+        focal_mm: 85.0,
+        f_number: 1.4,
+        focus_m: 2.5,
+        nearest_m: 0.9,
+        beta: -1.9,
+        gamma: -1.2,
+        delta: 0.6,
+        distortion: 0.003,
+        axial: [0.9, 0.0, 1.4],
+        coma: [-0.8, -0.7, -0.7],
+        lateral: [-0.0004, 0.0, 0.0005],
+        barrel: Some([1.2, 0.45, 1.25, -0.4]),
+    },
+    // A vintage one: the background swirls, by astigmatism and a narrow barrel.
+    Design {
+        focal_mm: 58.0,
+        f_number: 2.0,
+        focus_m: 2.0,
+        nearest_m: 0.6,
+        beta: 2.0,
+        gamma: 9.0,
+        delta: 6.5,
+        distortion: -0.002,
+        axial: [0.8, 0.0, 1.6],
+        coma: [-3.0, -2.8, -2.5],
+        lateral: [0.0012, 0.0, -0.0015],
+        barrel: Some([1.1, 0.75, 1.15, -0.7]),
+    },
+];
+
+const CHANNELS: [(&str, f64); 3] = [("R", 620.0), ("G", 540.0), ("B", 460.0)];
+
+/// Profile of the lens at a place of the menu, in JSON.
+pub(crate) fn profile(index: i32) -> String {
+    let last = DESIGNS.len() as i32;
+    let design = &DESIGNS[(index.clamp(1, last) - 1) as usize];
+    let channels: Vec<String> = (0..CHANNELS.len()).map(|k| channel(design, k)).collect();
+    let waves: Vec<String> = CHANNELS
+        .iter()
+        .map(|(name, wave)| format!("\"{name}\": {wave:?}"))
+        .collect();
+    let (width, height) = FRAME;
+    format!(
+        r#"{{"format": "seidel-lens", "version": 1, "kind": "pupil", "image_size": [{width}, {height}],
+ "optical_axis": [{:?}, {:?}], "pixel_pitch_um": {:?},
+ "camera": {{"focal_length_mm": {:?}, "f_number": {:?}, "focus_distance_m": {:?}, "wavelength_nm": {{{}}}}},
+ "channels": [{}],
+ "provenance": {{"program": "seidel-ofx {}", "sources": ["built-in"], "settings": "designed, not measured"}}}}"#,
+        f64::from(width) / 2.0,
+        f64::from(height) / 2.0,
+        SENSOR_MM * 1e3 / f64::from(width),
+        design.focal_mm,
+        design.f_number,
+        design.focus_m,
+        waves.join(", "),
+        channels.join(",\n  "),
+        env!("CARGO_PKG_VERSION"),
+    )
+}
+
+impl Design {
+    /// Radius of the disc on the axis, frame pixels per 1/m of vergence: the pupil's radius over the image distance,
+    /// times how far the image moves.
+    fn defocus(&self) -> f64 {
+        let focal = self.focal_mm * 1e-3;
+        let image = focal / (1.0 - focal / self.focus_m);
+        let pitch = SENSOR_MM * 1e-3 / f64::from(FRAME.0);
+        image * focal / (2.0 * self.f_number) / pitch
+    }
+
+    /// What the barrel does, as an effect of the profile.
+    fn effects(&self) -> String {
+        let Some([radius_1, shift_1, radius_2, shift_2]) = self.barrel else {
+            return String::new();
+        };
+        format!(
+            r#"{{"id": "vignetting", "parameters": {{"radius_1": {}, "shift_1": {}, "radius_2": {}, "shift_2": {}}}}}"#,
+            series(&[radius_1]),
+            series(&[shift_1]),
+            series(&[radius_2]),
+            series(&[shift_2])
+        )
+    }
+}
+
+/// A polynomial in vergence.
+fn series(coefficients: &[f64]) -> String {
+    let sigma = vec![0.0; coefficients.len()];
+    format!(r#"{{"coefficients": {coefficients:?}, "sigma": {sigma:?}}}"#)
+}
+
+fn channel(design: &Design, k: usize) -> String {
+    let slope = design.defocus();
+    let mut text = format!(r#"{{"name": "{}""#, CHANNELS[k].0);
+    let mut put = |name: &str, coefficients: &[f64]| {
+        // Writing to a text does not fail.
+        let _ = write!(text, r#", "{name}": {}"#, series(coefficients));
+    };
+    put("alpha", &[design.axial[k] - slope / design.focus_m, slope]);
+    put("beta", &[design.beta]);
+    put("gamma", &[design.gamma]);
+    put("delta", &[design.delta]);
+    put("phi", &[design.coma[k]]);
+    put("blur_variance_px2", &[0.2]);
+    put("magnification", &[design.lateral[k]]);
+    put("distortion", &[design.distortion]);
+    let most = 1.0 / design.nearest_m;
+    let effects = design.effects();
+    text + &format!(r#", "measured_vergence_per_m": [0.0, {most:?}], "effects": [{effects}]}}"#)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::{Choice, lens};
+
+    #[test]
+    fn every_lens_of_the_menu_can_be_opened() {
+        assert_eq!(NAMES.len(), DESIGNS.len() + 1);
+        for index in 1..NAMES.len() as i32 {
+            let lens = lens(&Choice::BuiltIn(index), 0).expect("a sound profile");
+            assert_eq!(lens.info.channels, ["R", "G", "B"]);
+            assert!(lens.info.knows_depth);
+            assert_eq!(
+                lens.info.focus_distance,
+                DESIGNS[index as usize - 1].focus_m
+            );
+        }
+    }
+}

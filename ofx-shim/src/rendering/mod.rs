@@ -1,0 +1,13 @@
+//! A frame rendered: where it lies, what goes in, what comes out.
+
+mod frame;
+mod inputs;
+mod mixing;
+mod outcome;
+mod preview;
+
+pub(crate) use frame::{Frame, field_of, project_of, window_of};
+pub(crate) use inputs::{Inputs, is_unpremultiplied, picture};
+pub(crate) use mixing::{Mixing, mix};
+pub(crate) use outcome::{Lenses, Outcome, Task, perform};
+pub(crate) use preview::{InFocus, focal_plane};
