@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
-use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::param::*;
 
 use super::images::Rendering;

@@ -224,6 +224,8 @@ pub(crate) struct Fetched {
     clip: String,
     buffer: Option<Arc<Buffer>>,
     output: bool,
+    /// The render it was fetched for, 0 for none.
+    of: usize,
 }
 
 /// What `clipGetImage` gives: a handle, or 0 where there is success without an image.
@@ -280,6 +282,7 @@ pub(crate) fn fetch(
             clip: clip.name.clone(),
             buffer,
             output: clip.name == "Output",
+            of: rendering.as_ref().map_or(0, identity),
         },
     );
     Ok(set.handle())
@@ -373,13 +376,23 @@ pub(crate) fn release(host: &Host, set: &PropertySet) -> OfxStatus {
     kOfxStatOK
 }
 
-/// Images of a render that are still out when it ends, by clip: they are taken away.
-pub(crate) fn left_out(host: &Host) -> Vec<String> {
-    let left: Vec<(usize, Fetched)> = locked(&host.images).drain().collect();
-    for (handle, _) in &left {
-        host.end(*handle);
-    }
-    left.into_iter().map(|(_, image)| image.clip).collect()
+/// Images of a render, or of no render, that are still out when it ends, by clip: they are taken away.
+pub(crate) fn left_out(host: &Host, rendering: Option<&Arc<Rendering>>) -> Vec<String> {
+    let of = rendering.map_or(0, identity);
+    let mut images = locked(&host.images);
+    let left: Vec<usize> = (images.iter().filter(|(_, i)| i.of == of)).map(|(h, _)| *h).collect();
+    left.into_iter()
+        .filter_map(|handle| {
+            host.end(handle);
+            host.counts.images_out.fetch_sub(1, Ordering::SeqCst);
+            images.remove(&handle).map(|image| image.clip)
+        })
+        .collect()
+}
+
+/// A number that no other render under way has.
+fn identity(rendering: &Arc<Rendering>) -> usize {
+    Arc::as_ptr(rendering) as usize
 }
 
 #[cfg(test)]

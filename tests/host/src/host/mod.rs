@@ -114,7 +114,7 @@ pub(crate) fn current() -> Option<Arc<Host>> {
 /// A host for as long as it has its turn.
 pub struct Entered {
     host: Arc<Host>,
-    raw: *mut OfxHost,
+    raw: usize,
     _turn: MutexGuard<'static, ()>,
 }
 
@@ -137,7 +137,7 @@ impl Drop for Entered {
 impl Entered {
     /// What plugins get by `setHost`; it stays valid for good.
     pub(crate) fn raw(&self) -> *mut OfxHost {
-        self.raw
+        self.raw as *mut OfxHost
     }
 
     /// The host, to be shared with threads.
@@ -186,7 +186,7 @@ impl Host {
             .unwrap_or_else(std::sync::PoisonError::into_inner) = Some(Arc::clone(&host));
         Entered {
             host,
-            raw,
+            raw: raw as usize,
             _turn: turn,
         }
     }
