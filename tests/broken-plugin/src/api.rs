@@ -132,8 +132,8 @@ impl<'a> Effect<'a> {
         let get = self.suites.effect.getPropertySet?;
         let mut handle = std::ptr::null_mut();
         // SAFETY: room for a handle; the effect is not NULL.
-        let done = !self.handle.is_null()
-            && unsafe { get(self.handle, &raw mut handle) } == kOfxStatOK;
+        let done =
+            !self.handle.is_null() && unsafe { get(self.handle, &raw mut handle) } == kOfxStatOK;
         done.then_some(Set {
             suites: self.suites,
             handle,
@@ -144,8 +144,8 @@ impl<'a> Effect<'a> {
         let get = self.suites.effect.getParamSet?;
         let mut handle = std::ptr::null_mut();
         // SAFETY: as above.
-        let done = !self.handle.is_null()
-            && unsafe { get(self.handle, &raw mut handle) } == kOfxStatOK;
+        let done =
+            !self.handle.is_null() && unsafe { get(self.handle, &raw mut handle) } == kOfxStatOK;
         done.then_some(handle)
     }
 
@@ -154,7 +154,8 @@ impl<'a> Effect<'a> {
         let (mut clip, mut set) = (std::ptr::null_mut(), std::ptr::null_mut());
         // SAFETY: room for two handles.
         let done = !self.handle.is_null()
-            && unsafe { get(self.handle, name.as_ptr(), &raw mut clip, &raw mut set) } == kOfxStatOK;
+            && unsafe { get(self.handle, name.as_ptr(), &raw mut clip, &raw mut set) }
+                == kOfxStatOK;
         done.then_some((
             clip,
             Set {
@@ -221,7 +222,11 @@ impl<'a> Effect<'a> {
         };
         let (effect, kind) = (self.handle.cast::<c_void>(), kOfxMessageError.as_ptr());
         let id = c"box".as_ptr();
-        let format = if as_format { text.as_ptr() } else { c"%s".as_ptr() };
+        let format = if as_format {
+            text.as_ptr()
+        } else {
+            c"%s".as_ptr()
+        };
         let second = self.suites.message2;
         let first = self.suites.message1;
         // SAFETY: strings all, and one for the format's only argument.

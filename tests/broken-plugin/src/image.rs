@@ -37,7 +37,12 @@ pub(crate) enum Missing {
 }
 
 impl<'a> Image<'a> {
-    pub(crate) fn of(effect: Effect<'a>, clip: &std::ffi::CStr, time: f64, fault: Fault) -> Result<Self, Missing> {
+    pub(crate) fn of(
+        effect: Effect<'a>,
+        clip: &std::ffi::CStr,
+        time: f64,
+        fault: Fault,
+    ) -> Result<Self, Missing> {
         let suites = effect.suites;
         let (clip, _) = effect.clip(clip).ok_or(Missing::Empty)?;
         let get = suites.effect.clipGetImage.ok_or(Missing::Unusable)?;
@@ -56,7 +61,9 @@ impl<'a> Image<'a> {
             channels: 0,
             releases: 1,
         };
-        let data = set.pointer(kOfxImagePropData).unwrap_or(std::ptr::null_mut());
+        let data = set
+            .pointer(kOfxImagePropData)
+            .unwrap_or(std::ptr::null_mut());
         if fault == Fault::NullData && data.is_null() {
             // SAFETY: it is not: this is the fault.
             unsafe { std::ptr::read_volatile(data.cast::<f32>()) };
@@ -64,8 +71,11 @@ impl<'a> Image<'a> {
         if data.is_null() {
             return Err(Missing::Empty);
         }
-        let kept = (fault == Fault::KeepsString).then(|| set.raw_text(kOfxImageEffectPropComponents));
-        let bounds = set.ints::<4>(kOfxImagePropBounds).ok_or(Missing::Unusable)?;
+        let kept =
+            (fault == Fault::KeepsString).then(|| set.raw_text(kOfxImageEffectPropComponents));
+        let bounds = set
+            .ints::<4>(kOfxImagePropBounds)
+            .ok_or(Missing::Unusable)?;
         let components = match kept {
             // SAFETY: the host keeps the bytes, but not what is in them: this is the fault.
             Some(kept) => kept.map(|at| unsafe { crate::api::text_at(at) }),

@@ -72,5 +72,7 @@ pub extern "C" fn OfxGetPlugin(nth: c_int) -> *mut OfxPlugin {
     usize::try_from(nth)
         .ok()
         .and_then(|n| PLUGINS.0.get(n))
-        .map_or(std::ptr::null_mut(), |plugin| (plugin as *const OfxPlugin).cast_mut())
+        .map_or(std::ptr::null_mut(), |plugin| {
+            (plugin as *const OfxPlugin).cast_mut()
+        })
 }

@@ -35,7 +35,10 @@ struct State {
     suites: Option<Suites>,
 }
 
-#[expect(clippy::declare_interior_mutable_const, reason = "made for each variant")]
+#[expect(
+    clippy::declare_interior_mutable_const,
+    reason = "made for each variant"
+)]
 const EMPTY: Mutex<State> = Mutex::new(State {
     host: 0,
     loads: 0,

@@ -95,7 +95,9 @@ fn child(check: &Check, subject: &Subject, report: &mut Report) -> Result<(), St
         .map_err(|why| format!("cannot be run: {why}"))?;
     let output = child.stdout.take();
     let reader = std::thread::spawn(move || {
-        output.map_or_else(String::new, |output| std::io::read_to_string(output).unwrap_or_default())
+        output.map_or_else(String::new, |output| {
+            std::io::read_to_string(output).unwrap_or_default()
+        })
     });
     let mut waited = Duration::ZERO;
     let step = Duration::from_millis(5);
@@ -139,7 +141,11 @@ pub fn if_child() -> Option<ExitCode> {
     if first != ONE {
         return None;
     }
-    let subject = subject(file.into(), kind, Some(id.clone()).filter(|id| !id.is_empty()));
+    let subject = subject(
+        file.into(),
+        kind,
+        Some(id.clone()).filter(|id| !id.is_empty()),
+    );
     let (Ok(subject), Some(check)) = (subject, find(check)) else {
         return Some(ExitCode::from(2));
     };
@@ -192,7 +198,8 @@ pub fn all(subject: &Subject, wanted: &[String], tell: impl Fn(&Outcome) + Sync)
             });
         }
     });
-    done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
+    done.into_inner()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 const HELP: &str = "\
@@ -228,7 +235,11 @@ fn asked(mut arguments: impl Iterator<Item = String>) -> Result<ExitCode, String
     let mut in_place = false;
     let mut wanted = Vec::new();
     while let Some(argument) = arguments.next() {
-        let mut value = || arguments.next().ok_or_else(|| format!("{argument}: needs a value"));
+        let mut value = || {
+            arguments
+                .next()
+                .ok_or_else(|| format!("{argument}: needs a value"))
+        };
         match argument.as_str() {
             "--kind" => kind = value()?,
             "--id" => id = Some(value()?),

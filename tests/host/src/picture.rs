@@ -305,7 +305,11 @@ pub fn plate(bounds: Rect, channels: usize, seed: u32) -> Picture {
             return alpha;
         }
         let slope = 0.1 + 0.3 * (u + 2 * v) as f32 / (bounds.width() + 2 * bounds.height()) as f32;
-        let bright = if noise(u, v, 9, seed) > 0.985 { 6.0 } else { 0.0 };
+        let bright = if noise(u, v, 9, seed) > 0.985 {
+            6.0
+        } else {
+            0.0
+        };
         alpha * (slope + 0.4 * noise(u, v, c, seed) + bright)
     })
 }
@@ -317,7 +321,11 @@ mod tests {
     #[test]
     fn regions_and_pixels_agree() {
         let pixels = Rect::new(-3, 2, 7, 9);
-        for (scale, par) in [((1.0, 1.0), 1.0), ((0.5, 0.5), 2.0), ((0.5, 0.25), 1.0 / 3.0)] {
+        for (scale, par) in [
+            ((1.0, 1.0), 1.0),
+            ((0.5, 0.5), 2.0),
+            ((0.5, 0.25), 1.0 / 3.0),
+        ] {
             assert_eq!(Region::of(&pixels, scale, par).pixels(scale, par), pixels);
         }
         assert_eq!(
@@ -334,7 +342,10 @@ mod tests {
         assert_eq!(a.difference(&b, bounds), None);
         let at = b.at(2, 1).expect("inside");
         b.samples[at] = f32::from_bits(b.samples[at].to_bits() + 1);
-        assert!(a.difference(&b, bounds).is_some_and(|text| text.starts_with("1 of 12")));
+        assert!(
+            a.difference(&b, bounds)
+                .is_some_and(|text| text.starts_with("1 of 12"))
+        );
         assert_eq!(a.difference_over(&b, bounds, 1e-3), None);
         assert_eq!(a.difference(&b, Rect::new(0, 0, 2, 3)), None);
     }

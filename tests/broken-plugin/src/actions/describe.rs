@@ -20,7 +20,10 @@ pub(super) fn describe(call: &Call<'_>) -> OfxStatus {
         kOfxImageEffectPropSupportedContexts,
         &[kOfxImageEffectContextFilter, kOfxImageEffectContextGeneral],
     );
-    set.set_texts(kOfxImageEffectPropSupportedPixelDepths, &[kOfxBitDepthFloat]);
+    set.set_texts(
+        kOfxImageEffectPropSupportedPixelDepths,
+        &[kOfxBitDepthFloat],
+    );
     set.set_texts(
         kOfxImageEffectPluginRenderThreadSafety,
         &[kOfxImageEffectRenderFullySafe],
@@ -44,12 +47,7 @@ pub(super) fn in_context(call: &Call<'_>) -> OfxStatus {
         kOfxImageComponentRGB,
         kOfxImageComponentAlpha,
     ];
-    for (name, optional) in [
-        (c"Source", 0),
-        (c"Depth", 1),
-        (c"Mask", 1),
-        (c"Output", 0),
-    ] {
+    for (name, optional) in [(c"Source", 0), (c"Depth", 1), (c"Mask", 1), (c"Output", 0)] {
         let mut handle = std::ptr::null_mut();
         // SAFETY: room for a handle.
         let done = unsafe { define(call.effect.handle, name.as_ptr(), &raw mut handle) };
@@ -65,7 +63,11 @@ pub(super) fn in_context(call: &Call<'_>) -> OfxStatus {
         set.set_int(kOfxImageClipPropOptional, optional);
         set.set_int(kOfxImageEffectPropSupportsTiles, 1);
     }
-    let first = if call.fault == Fault::BadDefault { -1.0 } else { 3.0 };
+    let first = if call.fault == Fault::BadDefault {
+        -1.0
+    } else {
+        3.0
+    };
     double(call, c"size", first, 100.0);
     double(call, c"mix", 1.0, 1.0);
     for name in [c"useDepth", c"useMask"] {

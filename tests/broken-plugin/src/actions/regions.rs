@@ -34,8 +34,10 @@ pub(super) fn of_definition(call: &Call<'_>) -> OfxStatus {
     let source = [bounds.x1, bounds.y1, bounds.x2, bounds.y2];
     let size = call.size();
     let margin = if size > 0.0 { size + 0.5 } else { 0.0 };
-    call.wanted
-        .set_doubles(kOfxImageEffectPropRegionOfDefinition, &grown(source, margin));
+    call.wanted.set_doubles(
+        kOfxImageEffectPropRegionOfDefinition,
+        &grown(source, margin),
+    );
     kOfxStatOK
 }
 
@@ -44,12 +46,16 @@ pub(super) fn of_interest(call: &Call<'_>) -> OfxStatus {
         return kOfxStatReplyDefault;
     };
     // Two pixels more at any scale than the box reaches.
-    let scale = call.given.double(kOfxImageEffectPropRenderScale, 1).unwrap_or(1.0);
+    let scale = call
+        .given
+        .double(kOfxImageEffectPropRenderScale, 1)
+        .unwrap_or(1.0);
     let margin = match call.fault {
         Fault::SmallRegion => 0.0,
         _ => call.size() + 0.5 + 4.0 / scale.max(1e-3),
     };
-    call.wanted.set_doubles(c"OfxImageClipPropRoI_Source", &grown(window, margin));
+    call.wanted
+        .set_doubles(c"OfxImageClipPropRoI_Source", &grown(window, margin));
     kOfxStatOK
 }
 
@@ -60,8 +66,15 @@ pub(super) fn identity(call: &Call<'_>) -> OfxStatus {
     let time = call.time();
     let size = call.size();
     let mix = call.effect.double(c"mix", time).unwrap_or(1.0);
-    let missing = call.effect.string(c"file", time).is_some_and(|file| !file.is_empty());
-    let most = if call.fault == Fault::FalseIdentity { 5.0 } else { 0.0 };
+    let missing = call
+        .effect
+        .string(c"file", time)
+        .is_some_and(|file| !file.is_empty());
+    let most = if call.fault == Fault::FalseIdentity {
+        5.0
+    } else {
+        0.0
+    };
     if (size > most && mix > 0.0) || missing {
         return kOfxStatReplyDefault;
     }

@@ -60,7 +60,9 @@ pub(super) fn render(call: &Call<'_>) -> OfxStatus {
         _ => return kOfxStatErrImageFormat,
     };
     if call.fault == Fault::RefusesSmall
-        && source.as_ref().is_some_and(|s| s.bounds[2] - s.bounds[0] < 2)
+        && source
+            .as_ref()
+            .is_some_and(|s| s.bounds[2] - s.bounds[0] < 2)
     {
         return kOfxStatFailed;
     }
@@ -71,7 +73,10 @@ pub(super) fn render(call: &Call<'_>) -> OfxStatus {
             .then(|| Image::of(effect, clip, time, call.fault).ok())
             .flatten()
     };
-    let mut scale = call.given.doubles::<2>(kOfxImageEffectPropRenderScale).unwrap_or([1.0; 2]);
+    let mut scale = call
+        .given
+        .doubles::<2>(kOfxImageEffectPropRenderScale)
+        .unwrap_or([1.0; 2]);
     if call.fault == Fault::IgnoresScale {
         scale = [1.0; 2];
     }
@@ -79,16 +84,33 @@ pub(super) fn render(call: &Call<'_>) -> OfxStatus {
         .and_then(|(_, set)| set.double(kOfxImagePropPixelAspectRatio, 0))
         .filter(|par| *par > 0.0)
         .unwrap_or(1.0);
-    let par = if call.fault == Fault::WrongAspect { 1.0 / par } else { par };
-    let field = call.given.text(kOfxImageEffectPropFieldToRender).unwrap_or_default();
+    let par = if call.fault == Fault::WrongAspect {
+        1.0 / par
+    } else {
+        par
+    };
+    let field = call
+        .given
+        .text(kOfxImageEffectPropFieldToRender)
+        .unwrap_or_default();
     let (step, first) = match field.as_str() {
         "OfxFieldLower" => (2, 0),
         "OfxFieldUpper" => (2, 1),
         _ => (1, 0),
     };
     let size = call.size();
-    let half = |pixels: f64| if size > 0.0 { (size + 0.5) * pixels } else { 0.5 };
-    let rows = if call.fault == Fault::MixesFields { 1 } else { step };
+    let half = |pixels: f64| {
+        if size > 0.0 {
+            (size + 0.5) * pixels
+        } else {
+            0.5
+        }
+    };
+    let rows = if call.fault == Fault::MixesFields {
+        1
+    } else {
+        step
+    };
     let gain = match call.fault {
         Fault::Accumulates => 1.0 + RENDERS.fetch_add(1, Ordering::SeqCst) as f32,
         _ => 1.0,
@@ -153,7 +175,8 @@ unsafe extern "C" fn share(index: c_uint, count: c_uint, work: *mut c_void) {
     let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         rows(work, index as i32, count as i32);
     }));
-    work.threads.fetch_add(usize::from(caught.is_ok()), Ordering::SeqCst);
+    work.threads
+        .fetch_add(usize::from(caught.is_ok()), Ordering::SeqCst);
 }
 
 /// The rows of one thread: its share of the window, from the bottom.
@@ -213,7 +236,8 @@ fn row(work: &Work<'_>, y: i32, gain: f32) {
             let blurred = boxed(work, x, y, c) * gain;
             let as_it_is = work.source.as_ref().map_or(0.0, |s| s.get(x, y, c));
             let share = work.mix * amount(work, x, y);
-            work.output.put(x, y, c, as_it_is + (blurred - as_it_is) * share);
+            work.output
+                .put(x, y, c, as_it_is + (blurred - as_it_is) * share);
         }
     }
 }
@@ -222,10 +246,16 @@ fn row(work: &Work<'_>, y: i32, gain: f32) {
 fn amount(work: &Work<'_>, x: i32, y: i32) -> f32 {
     let depth = work.depth.as_ref().map_or(1.0, |depth| {
         let last = depth.channels - 1;
-        let channel = if work.call.fault == Fault::WrongChannel { last } else { 0 };
+        let channel = if work.call.fault == Fault::WrongChannel {
+            last
+        } else {
+            0
+        };
         (depth.get(x, y, channel) / 5.0).clamp(0.0, 1.0)
     });
-    let mask = work.mask.as_ref().map_or(1.0, |mask| mask.get(x, y, mask.channels - 1).clamp(0.0, 1.0));
+    let mask = work.mask.as_ref().map_or(1.0, |mask| {
+        mask.get(x, y, mask.channels - 1).clamp(0.0, 1.0)
+    });
     depth * mask
 }
 

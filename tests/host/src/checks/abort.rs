@@ -40,7 +40,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             let told = host.counts.polls_told.load(Ordering::SeqCst);
             host.lose_patience_after(None);
             report.expect([kOfxStatOK, kOfxStatFailed].contains(&frame.status), || {
-                format!("told to stop after {after} polls Render gave {}", status_name(frame.status))
+                format!(
+                    "told to stop after {after} polls Render gave {}",
+                    status_name(frame.status)
+                )
             });
             for fault in frame.faults.iter().filter(|f| !f.contains("not written")) {
                 report.fault(format!("told to stop after {after} polls: {fault}"));

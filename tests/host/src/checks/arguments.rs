@@ -60,7 +60,14 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             if [kOfxActionDestroyInstance, kOfxActionCreateInstance].contains(action) {
                 continue;
             }
-            let status = act(&loaded.plugin, action, instance.effect.handle(), None, None, None);
+            let status = act(
+                &loaded.plugin,
+                action,
+                instance.effect.handle(),
+                None,
+                None,
+                None,
+            );
             report.expect(status != kOfxStatErrFatal, || {
                 format!("{action:?} without arguments gave {}", status_name(status))
             });

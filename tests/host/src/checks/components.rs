@@ -37,12 +37,17 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         let four = stage::rendered(loaded, subject, &four, &Request::default())?;
         // At the edges alpha may fall off; inside, colours are the same.
         let inside = stage::SIZE.grown(-12);
-        let cut = |picture: &Picture| Picture::made(picture.bounds, 3, |x, y, c| picture.pixel(x, y)[c]);
+        let cut =
+            |picture: &Picture| Picture::made(picture.bounds, 3, |x, y, c| picture.pixel(x, y)[c]);
         report.none(
             cut(&three.picture).difference_over(&cut(&four.picture), inside, TOLERANCE),
             "RGB against opaque RGBA",
         );
-        for state in [kOfxImageOpaque, kOfxImagePreMultiplied, kOfxImageUnPreMultiplied] {
+        for state in [
+            kOfxImageOpaque,
+            kOfxImagePreMultiplied,
+            kOfxImageUnPreMultiplied,
+        ] {
             let mut scene = stage::scene();
             if let Some(input) = scene.inputs.get_mut("Source") {
                 input.premultiplication = Some(state);
@@ -54,7 +59,11 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     })
 }
 
-fn depths(loaded: &crate::drive::Loaded<'_>, subject: &Subject, report: &mut Report) -> Result<(), String> {
+fn depths(
+    loaded: &crate::drive::Loaded<'_>,
+    subject: &Subject,
+    report: &mut Report,
+) -> Result<(), String> {
     let Some(knobs) = subject.kind.depth else {
         report.skip("nothing makes the plugin look at depth");
         return Ok(());

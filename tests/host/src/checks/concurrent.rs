@@ -25,16 +25,22 @@ fn at_once(instances: &[&Instance<'_>]) -> Vec<Result<Frame, String>> {
             .map(|n| {
                 let instance = instances[n as usize % instances.len()];
                 scope.spawn(move || {
-                    instance.render(&Request {
-                        time: f64::from(n),
-                        ..Request::default()
-                    })?.good()
+                    instance
+                        .render(&Request {
+                            time: f64::from(n),
+                            ..Request::default()
+                        })?
+                        .good()
                 })
             })
             .collect();
         threads
             .into_iter()
-            .map(|thread| thread.join().unwrap_or_else(|_| Err("the host panicked".to_owned())))
+            .map(|thread| {
+                thread
+                    .join()
+                    .unwrap_or_else(|_| Err("the host panicked".to_owned()))
+            })
             .collect()
     })
 }
@@ -47,7 +53,9 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             report.skip("the plugin says that it renders one frame at a time");
             return Ok(());
         }
-        let pictures = (1..=FRAMES).map(|n| Arc::new(plate(stage::SIZE, 4, n))).collect();
+        let pictures = (1..=FRAMES)
+            .map(|n| Arc::new(plate(stage::SIZE, 4, n)))
+            .collect();
         let source = Input::of(Feed::Pictures(pictures));
         let scene: Scene = stage::scene().and("Source", source);
         let one = stage::blurring(loaded, subject, &scene)?;

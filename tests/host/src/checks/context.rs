@@ -37,7 +37,9 @@ fn clips(descriptor: &Effect, context: &CStr, name: &str, report: &mut Report) {
         });
     }
     for clip in descriptor.clips() {
-        let components = clip.properties.texts(kOfxImageEffectPropSupportedComponents);
+        let components = clip
+            .properties
+            .texts(kOfxImageEffectPropSupportedComponents);
         report.expect(!components.is_empty(), || {
             format!("{name}: clip {} takes no components", clip.name)
         });
@@ -48,12 +50,17 @@ fn clips(descriptor: &Effect, context: &CStr, name: &str, report: &mut Report) {
         ];
         for one in &components {
             report.expect(known.iter().any(|k| k.to_bytes() == one.as_bytes()), || {
-                format!("{name}: clip {} takes {one:?}, which are no components", clip.name)
+                format!(
+                    "{name}: clip {} takes {one:?}, which are no components",
+                    clip.name
+                )
             });
         }
     }
     let optional = |clip: &Clip| clip.properties.int(kOfxImageClipPropOptional) == Some(1);
-    let inputs: Vec<_> = (descriptor.clips().into_iter()).filter(|c| c.name != "Output").collect();
+    let inputs: Vec<_> = (descriptor.clips().into_iter())
+        .filter(|c| c.name != "Output")
+        .collect();
     // The order of inputs is the order they are shown in, and the first gives the format.
     report.expect(inputs.first().is_some_and(|c| c.name == "Source"), || {
         format!("{name}: Source is not the first input")
@@ -72,7 +79,11 @@ fn parameters(descriptor: &Effect, name: &str, report: &mut Report) {
     for parameter in &all {
         let set = &parameter.properties;
         let title = format!("{name}: parameter {}", parameter.name);
-        for parent in set.texts(kOfxParamPropParent).iter().filter(|p| !p.is_empty()) {
+        for parent in set
+            .texts(kOfxParamPropParent)
+            .iter()
+            .filter(|p| !p.is_empty())
+        {
             let group = |p: &&std::sync::Arc<crate::host::effect::Parameter>| {
                 p.name == *parent && p.kind.as_c_str() == kOfxParamTypeGroup
             };
@@ -121,11 +132,18 @@ fn parameters(descriptor: &Effect, name: &str, report: &mut Report) {
             format!("{title} has the default {first:?} outside {least:?} to {most:?}")
         });
     }
-    for parameter in all.iter().filter(|p| p.kind.as_c_str() == kOfxParamTypePage) {
+    for parameter in all
+        .iter()
+        .filter(|p| p.kind.as_c_str() == kOfxParamTypePage)
+    {
         for child in parameter.properties.texts(kOfxParamPropPageChild) {
-            let known = all.iter().any(|p| p.name == child) || child.starts_with("OfxParamPageSkip");
+            let known =
+                all.iter().any(|p| p.name == child) || child.starts_with("OfxParamPageSkip");
             report.expect(known, || {
-                format!("{name}: page {} shows {child:?}, which is no parameter", parameter.name)
+                format!(
+                    "{name}: page {} shows {child:?}, which is no parameter",
+                    parameter.name
+                )
             });
         }
     }

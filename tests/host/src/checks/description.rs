@@ -16,9 +16,10 @@ pub(super) static CHECK: Check = Check {
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     stage::on(subject, report, Profile::complete(), |loaded, report| {
         let set = &loaded.descriptor.properties;
-        report.expect(set.texts(kOfxPropLabel).iter().any(|l| !l.is_empty()), || {
-            "has no label".to_owned()
-        });
+        report.expect(
+            set.texts(kOfxPropLabel).iter().any(|l| !l.is_empty()),
+            || "has no label".to_owned(),
+        );
         let contexts = set.texts(kOfxImageEffectPropSupportedContexts);
         report.expect(!contexts.is_empty(), || "has no context".to_owned());
         for context in &contexts {
@@ -27,9 +28,12 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             });
         }
         let depths = set.texts(kOfxImageEffectPropSupportedPixelDepths);
-        report.expect(depths.iter().any(|d| d.as_bytes() == kOfxBitDepthFloat.to_bytes()), || {
-            format!("does not take floats: {depths:?}")
-        });
+        report.expect(
+            depths
+                .iter()
+                .any(|d| d.as_bytes() == kOfxBitDepthFloat.to_bytes()),
+            || format!("does not take floats: {depths:?}"),
+        );
         let known = [
             kOfxBitDepthByte,
             kOfxBitDepthShort,
@@ -37,9 +41,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             kOfxBitDepthFloat,
         ];
         for depth in &depths {
-            report.expect(known.iter().any(|k| k.to_bytes() == depth.as_bytes()), || {
-                format!("{depth:?} is no depth")
-            });
+            report.expect(
+                known.iter().any(|k| k.to_bytes() == depth.as_bytes()),
+                || format!("{depth:?} is no depth"),
+            );
         }
         let safety = set.texts(kOfxImageEffectPluginRenderThreadSafety);
         let known = [
@@ -54,7 +59,9 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         // A second descriptor gets the same.
         let again = crate::drive::new_descriptor(loaded.host);
         let status = loaded.describe(&again);
-        report.expect(status == kOfxStatOK, || "cannot be described twice".to_owned());
+        report.expect(status == kOfxStatOK, || {
+            "cannot be described twice".to_owned()
+        });
         report.expect(again.properties.all() == set.all(), || {
             "describes itself otherwise the second time".to_owned()
         });

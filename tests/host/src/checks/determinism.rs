@@ -30,7 +30,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         instance.render(&elsewhere)?.good()?;
         again("after another time", instance.render(&request)?.good()?);
         instance.act(kOfxActionPurgeCaches);
-        again("after caches were purged", instance.render(&request)?.good()?);
+        again(
+            "after caches were purged",
+            instance.render(&request)?.good()?,
+        );
         again(
             "of another instance",
             stage::rendered(loaded, subject, &scene, &request)?,

@@ -46,7 +46,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
                 }
                 // Looked at all the same: anything but a crash or a wrong frame.
                 let instance = stage::blurring(loaded, subject, &scene)?;
-                for knobs in [subject.kind.depth, subject.kind.mask].into_iter().flatten() {
+                for knobs in [subject.kind.depth, subject.kind.mask]
+                    .into_iter()
+                    .flatten()
+                {
                     stage::set(&instance, knobs)?;
                 }
                 let frame = instance.render(&request)?;
@@ -61,7 +64,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             let instance = stage::blurring(loaded, subject, &scene)?;
             let frame = instance.render(&request)?;
             report.expect([kOfxStatOK, kOfxStatFailed].contains(&frame.status), || {
-                format!("Source {what}: Render gave {}", crate::drive::status_name(frame.status))
+                format!(
+                    "Source {what}: Render gave {}",
+                    crate::drive::status_name(frame.status)
+                )
             });
             for fault in frame.faults {
                 report.fault(format!("Source {what}: {fault}"));

@@ -49,9 +49,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         report.expect(plugin.is_complete(), || {
             format!("{}: setHost or mainEntry is NULL", plugin.id)
         });
-        report.expect(plugin.api == ("OfxImageEffectPluginAPI".to_owned(), 1), || {
-            format!("{}: is for the API {:?}", plugin.id, plugin.api)
-        });
+        report.expect(
+            plugin.api == ("OfxImageEffectPluginAPI".to_owned(), 1),
+            || format!("{}: is for the API {:?}", plugin.id, plugin.api),
+        );
         let id = &plugin.id;
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '.';
         report.expect(id.contains('.') && id.chars().all(plain), || {

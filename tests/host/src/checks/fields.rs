@@ -36,7 +36,12 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             });
             let mut frames = Vec::new();
             for source in [usual, other] {
-                frames.push(stage::rendered(loaded, subject, &Scene::of(source), &request)?);
+                frames.push(stage::rendered(
+                    loaded,
+                    subject,
+                    &Scene::of(source),
+                    &request,
+                )?);
             }
             if let [first, second] = &frames[..] {
                 report.none(

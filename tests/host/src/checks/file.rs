@@ -43,11 +43,15 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             loaded.host.take_messages();
             let frame = instance.render(&Request::default())?;
             report.expect(frame.status == kOfxStatFailed, || {
-                format!("with a file that is not there Render gave {}", status_name(frame.status))
+                format!(
+                    "with a file that is not there Render gave {}",
+                    status_name(frame.status)
+                )
             });
             let messages = loaded.host.take_messages();
             let named = messages.iter().any(|m| {
-                m.text.contains("not there.lens") && m.kind.as_bytes() == kOfxMessageError.to_bytes()
+                m.text.contains("not there.lens")
+                    && m.kind.as_bytes() == kOfxMessageError.to_bytes()
             });
             report.expect(named, || {
                 format!("no message of an error names the file; there are {messages:?}")

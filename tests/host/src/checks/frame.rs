@@ -32,7 +32,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
                         ..Request::default()
                     };
                     let done = instance.render(&request)?.good();
-                    report.none(done.err(), &format!("window {window:?}, image no larger: {tight}"));
+                    report.none(
+                        done.err(),
+                        &format!("window {window:?}, image no larger: {tight}"),
+                    );
                 }
             }
             instance.destroy()?;

@@ -29,7 +29,9 @@ fn claim(instance: &Instance<'_>, what: &str, report: &mut Report) -> Result<boo
             source.difference(&frame.picture, stage::SIZE),
             &format!("{what} is said to be {clip}"),
         ),
-        None => report.fault(format!("{what} is said to be {clip}, which is not connected")),
+        None => report.fault(format!(
+            "{what} is said to be {clip}, which is not connected"
+        )),
     }
     Ok(true)
 }
@@ -48,7 +50,9 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             let instance = stage::blurring(loaded, subject, &scene)?;
             stage::set(&instance, knobs)?;
             let claimed = claim(&instance, &format!("{knobs:?}"), report)?;
-            report.expect(claimed, || format!("{knobs:?} is not said to change nothing"));
+            report.expect(claimed, || {
+                format!("{knobs:?} is not said to change nothing")
+            });
             instance.destroy()?;
         }
         Ok(())

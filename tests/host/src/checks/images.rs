@@ -18,7 +18,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     stage::on(subject, report, Profile::complete(), |loaded, report| {
         let scene = stage::with_all(loaded, stage::scene())?;
         let instance = stage::blurring(loaded, subject, &scene)?;
-        for knobs in [subject.kind.depth, subject.kind.mask].into_iter().flatten() {
+        for knobs in [subject.kind.depth, subject.kind.mask]
+            .into_iter()
+            .flatten()
+        {
             stage::set(&instance, knobs)?;
         }
         let request = Request {
@@ -26,7 +29,11 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             ..Request::default()
         };
         let frame = instance.render(&request)?;
-        let outputs = frame.fetched.iter().filter(|clip| *clip == "Output").count();
+        let outputs = frame
+            .fetched
+            .iter()
+            .filter(|clip| *clip == "Output")
+            .count();
         report.expect(outputs == 1, || {
             format!("the image of Output is fetched {outputs} times in a render")
         });

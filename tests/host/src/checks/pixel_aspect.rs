@@ -24,7 +24,8 @@ fn spread(picture: &Picture) -> (f64, f64) {
         }
     }
     let [all, x, y, xx, yy] = sums;
-    let deviation = |first: f64, second: f64| (second / all - (first / all).powi(2)).max(0.0).sqrt();
+    let deviation =
+        |first: f64, second: f64| (second / all - (first / all).powi(2)).max(0.0).sqrt();
     (deviation(x, xx), deviation(y, yy))
 }
 

@@ -48,7 +48,10 @@ fn life(loaded: &Loaded<'_>, subject: &Subject) -> Result<(), String> {
     }
     instance.changed(kOfxTypeClip, "Source", kOfxChangeUserEdited)?;
     instance.render(&Request::default())?.good()?;
-    for knobs in [subject.kind.depth, subject.kind.mask].into_iter().flatten() {
+    for knobs in [subject.kind.depth, subject.kind.mask]
+        .into_iter()
+        .flatten()
+    {
         stage::set(&instance, knobs)?;
         instance.render(&Request::default())?.good()?;
     }
@@ -66,29 +69,35 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     report.expect(log.iter().any(|access| !access.set), || {
         "no property is read at all".to_owned()
     });
-    stage::within(subject, report, Profile::complete(), |host, library, report| {
-        let plugin = library.find(subject.id.as_deref())?;
-        for access in log {
-            let way = if access.set { "set" } else { "read" };
-            let title = format!("{} cannot be {way} on {}", access.property, access.kind);
-            let essential = (ESSENTIAL.iter()).any(|e| e.to_bytes() == access.property.as_bytes());
-            host.hide(Some(access));
-            let done = Loaded::new(host, &plugin).and_then(|loaded| {
-                let lived = life(&loaded, subject);
-                loaded.unload()?;
-                lived
-            });
-            host.hide(None);
-            if let (Err(why), false) = (done, essential) {
-                report.fault(format!("{title}: {why}"));
-            }
-            let misuse = host.take_misuse();
-            if !essential {
-                for text in misuse {
-                    report.fault(format!("{title}: {text}"));
+    stage::within(
+        subject,
+        report,
+        Profile::complete(),
+        |host, library, report| {
+            let plugin = library.find(subject.id.as_deref())?;
+            for access in log {
+                let way = if access.set { "set" } else { "read" };
+                let title = format!("{} cannot be {way} on {}", access.property, access.kind);
+                let essential =
+                    (ESSENTIAL.iter()).any(|e| e.to_bytes() == access.property.as_bytes());
+                host.hide(Some(access));
+                let done = Loaded::new(host, &plugin).and_then(|loaded| {
+                    let lived = life(&loaded, subject);
+                    loaded.unload()?;
+                    lived
+                });
+                host.hide(None);
+                if let (Err(why), false) = (done, essential) {
+                    report.fault(format!("{title}: {why}"));
+                }
+                let misuse = host.take_misuse();
+                if !essential {
+                    for text in misuse {
+                        report.fault(format!("{title}: {text}"));
+                    }
                 }
             }
-        }
-        Ok(())
-    })
+            Ok(())
+        },
+    )
 }

@@ -14,7 +14,9 @@ pub(super) static CHECK: Check = Check {
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     stage::on(subject, report, Profile::complete(), |loaded, report| {
         let instance = stage::blurring(loaded, subject, &stage::scene())?;
-        let rod = instance.region_of_definition(0.0, (1.0, 1.0))?.pixels((1.0, 1.0), 1.0);
+        let rod = instance
+            .region_of_definition(0.0, (1.0, 1.0))?
+            .pixels((1.0, 1.0), 1.0);
         report.expect(rod.width() < 100_000 && rod.height() < 100_000, || {
             format!("is {rod:?} for a picture of {:?}", stage::SIZE)
         });

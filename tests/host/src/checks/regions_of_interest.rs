@@ -16,7 +16,11 @@ pub(super) static CHECK: Check = Check {
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     stage::on(subject, report, Profile::complete(), |loaded, report| {
-        let tiles = loaded.descriptor.properties.int(kOfxImageEffectPropSupportsTiles) != Some(0);
+        let tiles = loaded
+            .descriptor
+            .properties
+            .int(kOfxImageEffectPropSupportsTiles)
+            != Some(0);
         let mut windows = vec![None];
         if tiles {
             let size = stage::SIZE;

@@ -33,18 +33,22 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         })?;
         let (full, half) = (full.good()?, half.good()?);
         report.none(
-            full.picture
-                .halved()
-                .difference_over(&half.picture, half_size, subject.kind.half_scale),
+            full.picture.halved().difference_over(
+                &half.picture,
+                half_size,
+                subject.kind.half_scale,
+            ),
             "at half scale",
         );
         // The region of definition is canonical: it is that of half the scale, in pixels of half the scale.
         let half_rod = instance.region_of_definition(0.0, (0.5, 0.5))?;
         let full_rod = instance.region_of_definition(0.0, (1.0, 1.0))?;
-        let far = (half_rod.corners().iter().zip(full_rod.corners()))
-            .any(|(a, b)| (a - b).abs() > 4.0);
+        let far =
+            (half_rod.corners().iter().zip(full_rod.corners())).any(|(a, b)| (a - b).abs() > 4.0);
         report.expect(!far, || {
-            format!("the region of definition is {half_rod:?} at half scale and {full_rod:?} at full")
+            format!(
+                "the region of definition is {half_rod:?} at half scale and {full_rod:?} at full"
+            )
         });
         instance.destroy()
     })

@@ -122,7 +122,10 @@ pub(super) fn has_clip(loaded: &Loaded<'_>, clip: &str) -> Result<bool, String> 
 
 /// The scene with Depth and Mask connected where the plugin has them.
 pub(super) fn with_all(loaded: &Loaded<'_>, scene: Scene) -> Result<Scene, String> {
-    let bounds = scene.inputs.get("Source").and_then(|input| input.picture(0.0));
+    let bounds = scene
+        .inputs
+        .get("Source")
+        .and_then(|input| input.picture(0.0));
     let bounds = bounds.map_or(SIZE, |picture| picture.bounds);
     let mut scene = scene;
     if has_clip(loaded, "Depth")? {

@@ -42,7 +42,9 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         stage::within(subject, report, profile, |host, library, report| {
             let plugin = library.find(subject.id.as_deref())?;
             let refused = Loaded::new(host, &plugin).is_err();
-            report.expect(refused, || format!("loads and describes itself without {suite:?}"));
+            report.expect(refused, || {
+                format!("loads and describes itself without {suite:?}")
+            });
             // Nothing but the life of the process is asked for here.
             host.take_misuse();
             Ok(())

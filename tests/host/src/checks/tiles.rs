@@ -31,7 +31,12 @@ fn pieces(window: Rect, width: i32, height: i32) -> Vec<Rect> {
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     stage::on(subject, report, Profile::complete(), |loaded, report| {
-        if loaded.descriptor.properties.int(kOfxImageEffectPropSupportsTiles) == Some(0) {
+        if loaded
+            .descriptor
+            .properties
+            .int(kOfxImageEffectPropSupportsTiles)
+            == Some(0)
+        {
             report.skip("the plugin says that it renders no tiles");
             return Ok(());
         }
@@ -57,7 +62,8 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
                         );
                         match instance.render(&request)?.good() {
                             Ok(frame) => {
-                                report.none(whole.picture.difference(&frame.picture, window), &title);
+                                report
+                                    .none(whole.picture.difference(&frame.picture, window), &title);
                             }
                             Err(why) => report.fault(format!("{title}: {why}")),
                         }

@@ -24,7 +24,11 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         let nothing = Scene::of(plate(Rect::new(0, 0, 0, 0), 4, 1));
         for (what, scene, window) in [
             ("an empty Source", nothing, Some(Rect::new(0, 0, 4, 4))),
-            ("an empty window", stage::scene(), Some(Rect::new(5, 5, 5, 5))),
+            (
+                "an empty window",
+                stage::scene(),
+                Some(Rect::new(5, 5, 5, 5)),
+            ),
         ] {
             let instance = stage::blurring(loaded, subject, &scene)?;
             let frame = instance.render(&Request {

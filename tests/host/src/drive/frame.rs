@@ -176,7 +176,9 @@ impl Instance<'_> {
         host.end(given.handle());
         locked(&self.effect.renderings).retain(|r| !Arc::ptr_eq(r, &rendering));
         for clip in left_out(host, Some(&rendering)) {
-            frame.faults.push(format!("an image of {clip} was not released"));
+            frame
+                .faults
+                .push(format!("an image of {clip} was not released"));
         }
         frame.fetched.extend(locked(&rendering.fetched).drain(..));
         frame.status = frame.status.max(status);
@@ -208,7 +210,8 @@ impl Instance<'_> {
             // Some hosts leave out what is not connected: openfx-misc README-hosts.txt.
             let connected = clip.properties.int(kOfxImageClipPropConnected) == Some(1);
             if connected && clip.name != "Output" {
-                let range = [request.time, request.time].map(crate::host::properties::Value::Double);
+                let range =
+                    [request.time, request.time].map(crate::host::properties::Value::Double);
                 wanted = wanted.of_clip("OfxImageClipPropFrameRange_", &clip.name, range.to_vec());
             }
         }

@@ -83,7 +83,9 @@ impl<'l> Instance<'l> {
                     .or_insert_with(|| vec![Value::Int(value)]);
             }
             let set = host.property_set(&kind, &kind, values, false);
-            effect.parameters.add(host, &parameter.kind, &parameter.name, set);
+            effect
+                .parameters
+                .add(host, &parameter.kind, &parameter.name, set);
         }
         let instance = Self {
             loaded,
@@ -130,14 +132,19 @@ impl<'l> Instance<'l> {
     /// Channels of the clip's pictures in this host: its own if the clip takes them.
     fn channels(&self, clip: &Clip, scene: &Scene) -> usize {
         let own = (scene.input(&clip.name).picture(0.0)).map_or(4, |p| p.channels);
-        let wanted = clip.properties.texts(kOfxImageEffectPropSupportedComponents);
+        let wanted = clip
+            .properties
+            .texts(kOfxImageEffectPropSupportedComponents);
         let takes = |channels: usize| {
             let name = Scene::components(channels);
             let host = &self.loaded.host.profile;
             wanted.iter().any(|w| w.as_bytes() == name.to_bytes())
                 && host.components.contains(&name)
         };
-        [own, 4, 3, 1].into_iter().find(|c| takes(*c)).unwrap_or(own)
+        [own, 4, 3, 1]
+            .into_iter()
+            .find(|c| takes(*c))
+            .unwrap_or(own)
     }
 
     /// Tells the plugin what a clip is connected to, by the clip's properties.
@@ -177,10 +184,19 @@ impl<'l> Instance<'l> {
         set.put(kOfxImageClipPropUnmappedComponents, text(components));
         set.put(kOfxImageEffectPropPixelDepth, text(depth));
         set.put(kOfxImageClipPropUnmappedPixelDepth, text(depth));
-        set.put(kOfxImageEffectPropPreMultiplication, text(premultiplication));
-        set.put(kOfxImagePropPixelAspectRatio, vec![Value::Double(scene.par)]);
+        set.put(
+            kOfxImageEffectPropPreMultiplication,
+            text(premultiplication),
+        );
+        set.put(
+            kOfxImagePropPixelAspectRatio,
+            vec![Value::Double(scene.par)],
+        );
         set.put(kOfxImageEffectPropFrameRate, vec![Value::Double(24.0)]);
-        set.put(kOfxImageEffectPropUnmappedFrameRate, vec![Value::Double(24.0)]);
+        set.put(
+            kOfxImageEffectPropUnmappedFrameRate,
+            vec![Value::Double(24.0)],
+        );
         let range = vec![Value::Double(0.0), Value::Double(100.0)];
         set.put(kOfxImageEffectPropFrameRange, range.clone());
         set.put(kOfxImageEffectPropUnmappedFrameRange, range);
@@ -193,12 +209,14 @@ impl<'l> Instance<'l> {
     /// # Errors
     /// If there is no such parameter of that type.
     pub fn set(&self, name: &str, setting: &Setting) -> Result<(), String> {
-        let parameter = (self.effect.parameters.get(name))
-            .ok_or_else(|| format!("has no parameter {name}"))?;
+        let parameter =
+            (self.effect.parameters.get(name)).ok_or_else(|| format!("has no parameter {name}"))?;
         if parameter.set(setting.clone()) {
             Ok(())
         } else {
-            Err(format!("parameter {name} is not of the type of {setting:?}"))
+            Err(format!(
+                "parameter {name} is not of the type of {setting:?}"
+            ))
         }
     }
 
@@ -235,11 +253,16 @@ impl<'l> Instance<'l> {
         host.end(given.handle());
         let ended = around(kOfxActionEndInstanceChanged);
         for clip in crate::host::images::left_out(host, None) {
-            host.misused(format!("InstanceChanged left an image of {clip} unreleased"));
+            host.misused(format!(
+                "InstanceChanged left an image of {clip} unreleased"
+            ));
         }
         for status in [begun, status, ended] {
             if status != kOfxStatOK && status != kOfxStatReplyDefault {
-                return Err(format!("InstanceChanged of {name} gave {}", status_name(status)));
+                return Err(format!(
+                    "InstanceChanged of {name} gave {}",
+                    status_name(status)
+                ));
             }
         }
         if host.profile.asks {
@@ -248,7 +271,11 @@ impl<'l> Instance<'l> {
         Ok(())
     }
 
-    fn with_arguments(&self, action: &CStr, given: &crate::host::properties::PropertySet) -> OfxStatus {
+    fn with_arguments(
+        &self,
+        action: &CStr,
+        given: &crate::host::properties::PropertySet,
+    ) -> OfxStatus {
         act(
             &self.loaded.plugin,
             action,
@@ -317,7 +344,9 @@ impl<'l> Instance<'l> {
             let channels = [1, 3, 4]
                 .into_iter()
                 .find(|c| Scene::components(*c) == chosen.as_c_str());
-            let takes = clip.properties.texts(kOfxImageEffectPropSupportedComponents);
+            let takes = clip
+                .properties
+                .texts(kOfxImageEffectPropSupportedComponents);
             if let Some(channels) = channels {
                 if !takes.iter().any(|t| t.as_bytes() == chosen.to_bytes()) {
                     return Err(format!(
@@ -356,7 +385,9 @@ impl<'l> Instance<'l> {
         let host: &Host = self.loaded.host;
         let action = kOfxImageEffectActionGetRegionOfDefinition;
         let scene = locked(&self.effect.scene).clone();
-        let first = scene.region("Source", time).unwrap_or(Region::new(0.0, 0.0, 0.0, 0.0));
+        let first = scene
+            .region("Source", time)
+            .unwrap_or(Region::new(0.0, 0.0, 0.0, 0.0));
         if !host.profile.asks {
             return Ok(first);
         }
@@ -368,13 +399,18 @@ impl<'l> Instance<'l> {
         let all = wanted.all();
         host.end(given.handle());
         host.end(wanted.handle());
-        match status {
-            kOfxStatOK => region(all.get("OfxImageEffectPropRegionOfDefinition"))
-                .filter(|r| r.corners().iter().all(|v| v.is_finite()))
-                .ok_or_else(|| "GetRegionOfDefinition gave no rectangle".to_owned()),
-            kOfxStatReplyDefault => Ok(first),
-            _ => Err(format!("GetRegionOfDefinition gave {}", status_name(status))),
+        if status == kOfxStatReplyDefault {
+            return Ok(first);
         }
+        if status != kOfxStatOK {
+            return Err(format!(
+                "GetRegionOfDefinition gave {}",
+                status_name(status)
+            ));
+        }
+        region(all.get("OfxImageEffectPropRegionOfDefinition"))
+            .filter(|r| r.corners().iter().all(|v| v.is_finite()))
+            .ok_or_else(|| "GetRegionOfDefinition gave no rectangle".to_owned())
     }
 
     /// What of each clip is needed for a window of Output, in pixels.
@@ -416,7 +452,10 @@ impl<'l> Instance<'l> {
             .map(|name| {
                 let found = region(all.get(&format!("OfxImageClipPropRoI_{name}")))
                     .ok_or_else(|| format!("GetRegionsOfInterest gave no rectangle for {name}"))?;
-                if found.x1 > found.x2 || found.y1 > found.y2 || found.corners().iter().any(|v| v.is_nan()) {
+                if found.x1 > found.x2
+                    || found.y1 > found.y2
+                    || found.corners().iter().any(|v| v.is_nan())
+                {
                     return Err(format!("GetRegionsOfInterest gave {found:?} for {name}"));
                 }
                 Ok((name, found.pixels(scale, scene.par)))
@@ -449,17 +488,17 @@ impl<'l> Instance<'l> {
         let at = wanted.doubles(kOfxPropTime).first().copied();
         host.end(given.handle());
         host.end(wanted.handle());
-        match status {
-            kOfxStatOK => {
-                let clip = clip.unwrap_or_default();
-                if self.effect.clip(&clip).is_none() {
-                    return Err(format!("IsIdentity names {clip:?}, which is no clip"));
-                }
-                Ok(Some((clip, at.unwrap_or(time))))
-            }
-            kOfxStatReplyDefault => Ok(None),
-            _ => Err(format!("IsIdentity gave {}", status_name(status))),
+        if status == kOfxStatReplyDefault {
+            return Ok(None);
         }
+        if status != kOfxStatOK {
+            return Err(format!("IsIdentity gave {}", status_name(status)));
+        }
+        let clip = clip.unwrap_or_default();
+        if self.effect.clip(&clip).is_none() {
+            return Err(format!("IsIdentity names {clip:?}, which is no clip"));
+        }
+        Ok(Some((clip, at.unwrap_or(time))))
     }
 
     pub(super) fn asked(
@@ -527,13 +566,19 @@ fn effect_values(
             kOfxImageEffectPropProjectOffset,
             doubles(&[project.x1, project.y1]),
         ),
-        (kOfxImageEffectPropProjectExtent, doubles(&[project.x2, project.y2])),
+        (
+            kOfxImageEffectPropProjectExtent,
+            doubles(&[project.x2, project.y2]),
+        ),
         (
             kOfxImageEffectPropProjectPixelAspectRatio,
             doubles(&[scene.par]),
         ),
         (kOfxImageEffectInstancePropEffectDuration, doubles(&[100.0])),
-        (kOfxImageEffectInstancePropSequentialRender, vec![Value::Int(0)]),
+        (
+            kOfxImageEffectInstancePropSequentialRender,
+            vec![Value::Int(0)],
+        ),
         (kOfxImageEffectPropFrameRate, doubles(&[24.0])),
         (kOfxPropIsInteractive, vec![Value::Int(0)]),
     ];
@@ -559,4 +604,3 @@ fn converted(picture: &Picture, channels: usize) -> Picture {
         }
     })
 }
-

@@ -14,8 +14,12 @@ use crate::host::properties::{PropertySet, Value};
 use crate::host::suites::{Overlay, Strokes};
 use crate::host::under::{Under, doing};
 
-type Entry =
-    unsafe extern "C" fn(*const std::ffi::c_char, *const c_void, OfxPropertySetHandle, OfxPropertySetHandle) -> OfxStatus;
+type Entry = unsafe extern "C" fn(
+    *const std::ffi::c_char,
+    *const c_void,
+    OfxPropertySetHandle,
+    OfxPropertySetHandle,
+) -> OfxStatus;
 
 impl Instance<'_> {
     /// Describes, creates, draws, moves and presses a pen at a place, and destroys; nothing if there is no overlay
@@ -53,7 +57,10 @@ impl Instance<'_> {
                 Ok(())
             } else {
                 let action = action.to_string_lossy();
-                Err(format!("{action} of the overlay gave {}", status_name(status)))
+                Err(format!(
+                    "{action} of the overlay gave {}",
+                    status_name(status)
+                ))
             }
         };
         let described = Overlay::new(host, 0);
@@ -63,8 +70,14 @@ impl Instance<'_> {
         let arguments = |action: &CStr| {
             let pen = [pen.0, pen.1];
             Arguments::default()
-                .with(kOfxPropEffectInstance, vec![Value::Pointer(self.effect.handle())])
-                .with(kOfxInteractPropDrawContext, vec![Value::Pointer(overlay.handle())])
+                .with(
+                    kOfxPropEffectInstance,
+                    vec![Value::Pointer(self.effect.handle())],
+                )
+                .with(
+                    kOfxInteractPropDrawContext,
+                    vec![Value::Pointer(overlay.handle())],
+                )
                 .doubles(kOfxInteractPropPixelScale, &[1.0, 1.0])
                 .doubles(kOfxInteractPropBackgroundColour, &[0.0, 0.0, 0.0])
                 .doubles(kOfxPropTime, &[0.0])

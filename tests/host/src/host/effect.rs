@@ -268,7 +268,11 @@ impl Setting {
                 Self::Doubles(numbers.collect())
             };
         }
-        let strings = [kOfxParamTypeString, kOfxParamTypeCustom, kOfxParamTypeStrChoice];
+        let strings = [
+            kOfxParamTypeString,
+            kOfxParamTypeCustom,
+            kOfxParamTypeStrChoice,
+        ];
         if strings.contains(&kind) {
             Self::Text(match defaults.first() {
                 Some(Value::Text(text)) => text.to_string_lossy().into_owned(),

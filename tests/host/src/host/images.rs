@@ -111,7 +111,10 @@ impl Buffer {
     fn now(&self) -> Vec<u8> {
         let mut bytes = vec![0; self.before.len()];
         // SAFETY: the memory has as many bytes, and nobody writes to it: its action is over.
-        unsafe { self.memory.copy_to_nonoverlapping(bytes.as_mut_ptr(), bytes.len()) };
+        unsafe {
+            self.memory
+                .copy_to_nonoverlapping(bytes.as_mut_ptr(), bytes.len())
+        };
         bytes
     }
 
@@ -125,7 +128,14 @@ impl Buffer {
     pub(crate) fn picture(&self) -> Picture {
         let bytes = self.now();
         Picture::made(self.bounds, self.channels, |x, y, c| {
-            let at = place(self.origin, self.row_bytes, self.bounds, self.channels, x, y) + 4 * c;
+            let at = place(
+                self.origin,
+                self.row_bytes,
+                self.bounds,
+                self.channels,
+                x,
+                y,
+            ) + 4 * c;
             let mut four = [0; 4];
             four.copy_from_slice(&bytes[at..at + 4]);
             f32::from_ne_bytes(four)
@@ -144,7 +154,14 @@ impl Buffer {
         let mut unwritten = Vec::new();
         let mut not_finite = Vec::new();
         for (x, y) in self.bounds.pixels() {
-            let at = place(self.origin, self.row_bytes, self.bounds, self.channels, x, y);
+            let at = place(
+                self.origin,
+                self.row_bytes,
+                self.bounds,
+                self.channels,
+                x,
+                y,
+            );
             pixel_of.insert(at, (x, y));
             if !wanted(x, y) {
                 continue;
@@ -272,8 +289,21 @@ pub(crate) fn fetch(
             }
         }
     };
-    let properties = image_properties(host, clip, &scene, buffer.as_deref(), rod, scale, rendering.as_deref());
-    let set = host.property_set("image", &format!("an image of {}", clip.name), properties, false);
+    let properties = image_properties(
+        host,
+        clip,
+        &scene,
+        buffer.as_deref(),
+        rod,
+        scale,
+        rendering.as_deref(),
+    );
+    let set = host.property_set(
+        "image",
+        &format!("an image of {}", clip.name),
+        properties,
+        false,
+    );
     host.counts.images.fetch_add(1, Ordering::SeqCst);
     host.counts.images_out.fetch_add(1, Ordering::SeqCst);
     locked(&host.images).insert(
@@ -328,28 +358,56 @@ fn image_properties(
     let text = |value: &CStr| vec![Value::Text(value.to_owned())];
     let bounds = buffer.map_or(rod, |b| b.bounds);
     let channels = buffer.map_or(4, |b| b.channels);
-    let premultiplication = (scene.input(&clip.name).premultiplication).unwrap_or(
-        if channels == 3 { kOfxImageOpaque } else { kOfxImagePreMultiplied },
+    let premultiplication =
+        (scene.input(&clip.name).premultiplication).unwrap_or(if channels == 3 {
+            kOfxImageOpaque
+        } else {
+            kOfxImagePreMultiplied
+        });
+    let unique = format!(
+        "{} {}",
+        clip.name,
+        host.counts.images.load(Ordering::SeqCst)
     );
-    let unique = format!("{} {}", clip.name, host.counts.images.load(Ordering::SeqCst));
     let mut rows: Vec<(&CStr, Vec<Value>)> = vec![
         (kOfxPropType, text(kOfxTypeImage)),
         (kOfxImageEffectPropPixelDepth, text(kOfxBitDepthFloat)),
-        (kOfxImageEffectPropComponents, text(Scene::components(channels))),
-        (kOfxImageEffectPropPreMultiplication, text(premultiplication)),
-        (kOfxImagePropPixelAspectRatio, vec![Value::Double(scene.par)]),
-        (kOfxImagePropData, vec![Value::Pointer(buffer.map_or(0, Buffer::data))]),
+        (
+            kOfxImageEffectPropComponents,
+            text(Scene::components(channels)),
+        ),
+        (
+            kOfxImageEffectPropPreMultiplication,
+            text(premultiplication),
+        ),
+        (
+            kOfxImagePropPixelAspectRatio,
+            vec![Value::Double(scene.par)],
+        ),
+        (
+            kOfxImagePropData,
+            vec![Value::Pointer(buffer.map_or(0, Buffer::data))],
+        ),
         (kOfxImagePropBounds, ints(bounds.corners())),
         (kOfxImagePropRegionOfDefinition, ints(rod.corners())),
-        (kOfxImagePropRowBytes, vec![Value::Int(buffer.map_or(0, |b| b.row_bytes))]),
-        (kOfxImagePropField, text(rendering.map_or(kOfxImageFieldNone, |r| r.field))),
+        (
+            kOfxImagePropRowBytes,
+            vec![Value::Int(buffer.map_or(0, |b| b.row_bytes))],
+        ),
+        (
+            kOfxImagePropField,
+            text(rendering.map_or(kOfxImageFieldNone, |r| r.field)),
+        ),
         (kOfxImagePropUniqueIdentifier, vec![Value::text(&unique)]),
     ];
     let factor = host.profile.image_scale_factor;
     if factor != 0.0 {
         rows.push((
             kOfxImageEffectPropRenderScale,
-            vec![Value::Double(scale.0 * factor), Value::Double(scale.1 * factor)],
+            vec![
+                Value::Double(scale.0 * factor),
+                Value::Double(scale.1 * factor),
+            ],
         ));
     }
     rows.into_iter()
@@ -360,7 +418,10 @@ fn image_properties(
 /// `clipReleaseImage`.
 pub(crate) fn release(host: &Host, set: &PropertySet) -> OfxStatus {
     let Some(image) = locked(&host.images).remove(&set.handle()) else {
-        host.misused(format!("clipReleaseImage was given {}, which is no image", set.name));
+        host.misused(format!(
+            "clipReleaseImage was given {}, which is no image",
+            set.name
+        ));
         return kOfxStatErrBadHandle;
     };
     host.end(set.handle());
@@ -380,7 +441,9 @@ pub(crate) fn release(host: &Host, set: &PropertySet) -> OfxStatus {
 pub(crate) fn left_out(host: &Host, rendering: Option<&Arc<Rendering>>) -> Vec<String> {
     let of = rendering.map_or(0, identity);
     let mut images = locked(&host.images);
-    let left: Vec<usize> = (images.iter().filter(|(_, i)| i.of == of)).map(|(h, _)| *h).collect();
+    let left: Vec<usize> = (images.iter().filter(|(_, i)| i.of == of))
+        .map(|(h, _)| *h)
+        .collect();
     left.into_iter()
         .filter_map(|handle| {
             host.end(handle);
@@ -408,7 +471,13 @@ mod tests {
                 let at = place(buffer.origin, buffer.row_bytes, bounds, 4, x, y);
                 for c in 0..4 {
                     // SAFETY: inside the buffer's own memory.
-                    unsafe { buffer.memory.add(at + 4 * c).cast::<f32>().write_unaligned(value) };
+                    unsafe {
+                        buffer
+                            .memory
+                            .add(at + 4 * c)
+                            .cast::<f32>()
+                            .write_unaligned(value)
+                    };
                 }
             };
             let window = Rect::new(-2, 3, 5, 7);
@@ -437,7 +506,10 @@ mod tests {
         assert_eq!(Buffer::new(bounds, 4, Rows::Negative, None).row_bytes, -48);
         let odd = Buffer::new(bounds, 3, Rows::Odd, None).row_bytes;
         assert!(odd % 4 == 0 && odd / 4 % 2 == 1);
-        assert_ne!(Buffer::new(bounds, 4, Rows::Unaligned, None).row_bytes % 4, 0);
+        assert_ne!(
+            Buffer::new(bounds, 4, Rows::Unaligned, None).row_bytes % 4,
+            0
+        );
         assert_eq!(Buffer::new(bounds, 4, Rows::Tight, None).data() % 16, 0);
     }
 }

@@ -6,7 +6,7 @@ mod objects;
 pub mod profile;
 pub mod profiles;
 pub mod properties;
-pub(crate) mod suites;
+pub mod suites;
 pub mod under;
 
 use std::collections::{BTreeSet, HashMap};
@@ -175,7 +175,9 @@ impl Host {
             suites,
             profile,
         });
-        let handle = host.objects.keep("the host", Object::Properties(Arc::clone(&set)));
+        let handle = host
+            .objects
+            .keep("the host", Object::Properties(Arc::clone(&set)));
         set.known_as(handle);
         let raw = suites::for_good(OfxHost {
             host: handle as *mut _,
@@ -229,7 +231,11 @@ impl Host {
             kind: set.kind.clone(),
             property: property.to_owned(),
         };
-        let there = !self.profile.lacks.iter().any(|name| name.to_bytes() == property.as_bytes())
+        let there = !self
+            .profile
+            .lacks
+            .iter()
+            .any(|name| name.to_bytes() == property.as_bytes())
             && locked(&self.hidden).as_ref() != Some(&access);
         locked(&self.log).insert(access);
         there
@@ -244,7 +250,9 @@ impl Host {
         open: bool,
     ) -> Arc<PropertySet> {
         let set = Arc::new(PropertySet::new(kind, name, values, open));
-        let handle = self.objects.keep(name, Object::Properties(Arc::clone(&set)));
+        let handle = self
+            .objects
+            .keep(name, Object::Properties(Arc::clone(&set)));
         set.known_as(handle);
         set
     }
@@ -271,11 +279,6 @@ impl Host {
                 None
             }
         }
-    }
-
-    /// What a handle stands for, nothing noted.
-    pub(crate) fn peek<T: Kept>(&self, handle: usize) -> Option<Arc<T>> {
-        self.objects.find(handle).ok().and_then(|o| T::of(&o))
     }
 
     /// Messages so far, which are forgotten thereby.

@@ -100,10 +100,7 @@ impl Profile {
             multi_resolution: true,
             multiple_depths: true,
             overlays: true,
-            contexts: vec![
-                kOfxImageEffectContextFilter,
-                kOfxImageEffectContextGeneral,
-            ],
+            contexts: vec![kOfxImageEffectContextFilter, kOfxImageEffectContextGeneral],
             components: vec![
                 kOfxImageComponentRGBA,
                 kOfxImageComponentRGB,

@@ -6,7 +6,10 @@ use crate::subject::{FileKnob, Kind, Knob};
 pub static KIND: Kind = Kind {
     name: "box",
     blur: &[("size", Knob::Double(4.0))],
-    identities: &[&[("size", Knob::Double(0.0))], &[("mix", Knob::Double(0.0))]],
+    identities: &[
+        &[("size", Knob::Double(0.0))],
+        &[("mix", Knob::Double(0.0))],
+    ],
     depth: Some(&[("useDepth", Knob::Int(1))]),
     mask: Some(&[("useMask", Knob::Int(1))]),
     file: Some(FileKnob {

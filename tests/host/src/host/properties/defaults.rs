@@ -45,10 +45,7 @@ pub(crate) fn host(profile: &Profile) -> Values {
         (kOfxPropLabel, text(profile.host_name)),
         (kOfxPropVersion, ints(&[1, 2, 3])),
         (kOfxPropVersionLabel, text(c"1.2.3")),
-        (
-            kOfxPropAPIVersion,
-            ints(&[profile.api.0, profile.api.1]),
-        ),
+        (kOfxPropAPIVersion, ints(&[profile.api.0, profile.api.1])),
         (kOfxImageEffectHostPropIsBackground, ints(&[1])),
         (kOfxImageEffectPropSupportsOverlays, flag(profile.overlays)),
         (
@@ -136,10 +133,7 @@ pub(crate) fn effect_descriptor(profile: &Profile, path: &CStr) -> Values {
         (kOfxImageEffectPropSupportsTiles, ints(&[1])),
         (kOfxImageEffectPropTemporalClipAccess, ints(&[0])),
         (kOfxImageEffectPropSupportedPixelDepths, ints(&[])),
-        (
-            kOfxImageEffectPluginPropFieldRenderTwiceAlways,
-            ints(&[1]),
-        ),
+        (kOfxImageEffectPluginPropFieldRenderTwiceAlways, ints(&[1])),
         (kOfxImageEffectPropSupportsMultipleClipDepths, ints(&[0])),
         (kOfxImageEffectPropSupportsMultipleClipPARs, ints(&[0])),
         (kOfxImageEffectPropClipPreferencesSlaveParam, ints(&[])),
@@ -324,10 +318,7 @@ pub(crate) fn interact(effect: usize) -> Values {
         (kOfxPropEffectInstance, vec![Value::Pointer(effect)]),
         (kOfxPropInstanceData, vec![Value::Pointer(0)]),
         (kOfxInteractPropPixelScale, doubles(&[1.0, 1.0])),
-        (
-            kOfxInteractPropBackgroundColour,
-            doubles(&[0.0, 0.0, 0.0]),
-        ),
+        (kOfxInteractPropBackgroundColour, doubles(&[0.0, 0.0, 0.0])),
         (kOfxInteractPropSuggestedColour, doubles(&[1.0, 1.0, 1.0])),
         (kOfxInteractPropBitDepth, ints(&[8])),
         (kOfxInteractPropHasAlpha, ints(&[0])),

@@ -68,7 +68,7 @@ unsafe extern "C" fn set_colour(
 unsafe extern "C" fn set_line_width(context: OfxDrawContextHandle, width: f32) -> OfxStatus {
     match drawing(context, "setLineWidth") {
         Ok(host) => {
-            if !(width >= 0.0) {
+            if width.is_nan() || width < 0.0 {
                 host.misused(format!("setLineWidth was given {width}"));
             }
             kOfxStatOK
@@ -100,7 +100,9 @@ unsafe extern "C" fn draw(
     };
     let count = usize::try_from(count).unwrap_or(0);
     if primitive > kOfxDrawPrimitiveEllipse || points.is_null() || count == 0 {
-        host.misused(format!("draw was given primitive {primitive} of {count} points"));
+        host.misused(format!(
+            "draw was given primitive {primitive} of {count} points"
+        ));
         return kOfxStatErrValue;
     }
     // SAFETY: the plugin gives as many points as it says.

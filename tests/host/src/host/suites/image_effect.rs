@@ -53,9 +53,7 @@ unsafe extern "C" fn get_param_set(
 ) -> OfxStatus {
     match found::<Effect>(effect as usize, "getParamSet") {
         // SAFETY: the plugin gives room for a handle.
-        Ok((_, effect)) => unsafe {
-            put(set, effect.parameters.handle() as *mut _, "getParamSet")
-        },
+        Ok((_, effect)) => unsafe { put(set, effect.parameters.handle() as *mut _, "getParamSet") },
         Err(status) => status,
     }
 }
@@ -129,7 +127,11 @@ unsafe extern "C" fn clip_get_property_set(
     match found::<Clip>(clip as usize, "clipGetPropertySet") {
         // SAFETY: the plugin gives room for a handle.
         Ok((_, clip)) => unsafe {
-            put(set, clip.properties.handle() as *mut _, "clipGetPropertySet")
+            put(
+                set,
+                clip.properties.handle() as *mut _,
+                "clipGetPropertySet",
+            )
         },
         Err(status) => status,
     }
@@ -187,7 +189,11 @@ unsafe extern "C" fn clip_get_rod(
         return kOfxStatErrBadHandle;
     };
     let scene = locked(&effect.scene).clone();
-    let wanted = if clip.name == "Output" { "Source" } else { &clip.name };
+    let wanted = if clip.name == "Output" {
+        "Source"
+    } else {
+        &clip.name
+    };
     match scene.region(wanted, time) {
         Some(r) => {
             let rect = OfxRectD {

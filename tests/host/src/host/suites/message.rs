@@ -47,8 +47,13 @@ pub(super) unsafe fn said(
     };
     // SAFETY: by the caller's word.
     let (kind, format) = unsafe { (text(kind), text(format)) };
-    if !KINDS.iter().any(|known| known.to_bytes() == kind.as_bytes()) {
-        host.misused(format!("a message of type {kind:?}, which OpenFX does not have"));
+    if !KINDS
+        .iter()
+        .any(|known| known.to_bytes() == kind.as_bytes())
+    {
+        host.misused(format!(
+            "a message of type {kind:?}, which OpenFX does not have"
+        ));
     }
     let mut message = Message {
         kind,
@@ -74,7 +79,11 @@ pub(super) unsafe fn said(
         *locked(&host.persistent) = Some(message.clone());
     }
     locked(&host.messages).push(message);
-    if question { kOfxStatReplyNo } else { kOfxStatOK }
+    if question {
+        kOfxStatReplyNo
+    } else {
+        kOfxStatOK
+    }
 }
 
 unsafe extern "C" fn clear(_effect: *mut c_void) -> OfxStatus {

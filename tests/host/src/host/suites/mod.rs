@@ -59,9 +59,7 @@ macro_rules! members {
         /// Every member of every suite, as `suite.member`.
         #[must_use]
         pub(crate) fn all_members() -> Vec<String> {
-            let mut all = Vec::new();
-            $($(all.push(concat!(stringify!($suite), ".", stringify!($member)).to_owned());)*)*
-            all
+            [$($(concat!(stringify!($suite), ".", stringify!($member))),*),*].map(str::to_owned).to_vec()
         }
 
         impl Suites {
@@ -145,10 +143,18 @@ impl Suites {
         }
         let rows: [(&CStr, i32, *const c_void); 12] = [
             (kOfxPropertySuite, 1, (&raw const self.property).cast()),
-            (kOfxImageEffectSuite, 1, (&raw const self.image_effect).cast()),
+            (
+                kOfxImageEffectSuite,
+                1,
+                (&raw const self.image_effect).cast(),
+            ),
             (kOfxParameterSuite, 1, (&raw const self.parameter).cast()),
             (kOfxMemorySuite, 1, (&raw const self.memory).cast()),
-            (kOfxMultiThreadSuite, 1, (&raw const self.multi_thread).cast()),
+            (
+                kOfxMultiThreadSuite,
+                1,
+                (&raw const self.multi_thread).cast(),
+            ),
             (kOfxMessageSuite, 1, (&raw const self.message1).cast()),
             (kOfxMessageSuite, 2, (&raw const self.message2).cast()),
             (kOfxProgressSuite, 1, (&raw const self.progress1).cast()),

@@ -65,7 +65,9 @@ unsafe extern "C" fn multi_thread(
     if host.threads_fail.load(Ordering::SeqCst) {
         return kOfxStatFailed;
     }
-    let most = c_uint::try_from(host.processors.load(Ordering::SeqCst)).unwrap_or(1).max(1);
+    let most = c_uint::try_from(host.processors.load(Ordering::SeqCst))
+        .unwrap_or(1)
+        .max(1);
     let count = if count == 0 { most } else { count.min(64) };
     let work = Work { function, argument };
     if host.profile.serial {

@@ -169,7 +169,10 @@ pub(super) unsafe fn get(handle: usize, times: &[f64], rest: &Rest) -> OfxStatus
         ));
     }
     if times.iter().any(|time| !time.is_finite()) {
-        host.misused(format!("paramGetValueAtTime of {} was given {times:?}", param.name));
+        host.misused(format!(
+            "paramGetValueAtTime of {} was given {times:?}",
+            param.name
+        ));
     }
     let mut done = kOfxStatOK;
     match param.value() {
@@ -283,8 +286,14 @@ unsafe extern "C" fn get_num_keys(param: OfxParamHandle, count: *mut c_uint) -> 
     }
 }
 
-unsafe extern "C" fn get_key_time(param: OfxParamHandle, _nth: c_uint, _time: *mut f64) -> OfxStatus {
-    reached(param as usize, "paramGetKeyTime").err().unwrap_or(kOfxStatErrBadIndex)
+unsafe extern "C" fn get_key_time(
+    param: OfxParamHandle,
+    _nth: c_uint,
+    _time: *mut f64,
+) -> OfxStatus {
+    reached(param as usize, "paramGetKeyTime")
+        .err()
+        .unwrap_or(kOfxStatErrBadIndex)
 }
 
 unsafe extern "C" fn get_key_index(
@@ -293,15 +302,21 @@ unsafe extern "C" fn get_key_index(
     _direction: c_int,
     _index: *mut c_int,
 ) -> OfxStatus {
-    reached(param as usize, "paramGetKeyIndex").err().unwrap_or(kOfxStatFailed)
+    reached(param as usize, "paramGetKeyIndex")
+        .err()
+        .unwrap_or(kOfxStatFailed)
 }
 
 unsafe extern "C" fn delete_key(param: OfxParamHandle, _time: f64) -> OfxStatus {
-    reached(param as usize, "paramDeleteKey").err().unwrap_or(kOfxStatErrBadIndex)
+    reached(param as usize, "paramDeleteKey")
+        .err()
+        .unwrap_or(kOfxStatErrBadIndex)
 }
 
 unsafe extern "C" fn delete_all_keys(param: OfxParamHandle) -> OfxStatus {
-    reached(param as usize, "paramDeleteAllKeys").err().unwrap_or(kOfxStatOK)
+    reached(param as usize, "paramDeleteAllKeys")
+        .err()
+        .unwrap_or(kOfxStatOK)
 }
 
 unsafe extern "C" fn copy(

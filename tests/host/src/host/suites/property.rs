@@ -6,8 +6,8 @@ use openfx::sys::generic::core::*;
 use openfx::sys::generic::property::OfxPropertySuiteV1;
 
 use super::pointers::{found, name, put, status};
-use crate::host::properties::{PropertySet, Type, Value, type_of};
 use crate::host::Host;
+use crate::host::properties::{PropertySet, Type, Value, type_of};
 
 pub(super) fn suite() -> OfxPropertySuiteV1 {
     OfxPropertySuiteV1 {
@@ -75,7 +75,10 @@ fn right_type(host: &Host, set: &PropertySet, property: &str, kind: Type, call: 
         None => true,
     };
     if !right {
-        host.misused(format!("{call}: {property} of {} has another type", set.name));
+        host.misused(format!(
+            "{call}: {property} of {} has another type",
+            set.name
+        ));
     }
     right
 }
@@ -84,7 +87,13 @@ fn right_type(host: &Host, set: &PropertySet, property: &str, kind: Type, call: 
 ///
 /// # Safety
 /// `property` must be NULL or a string.
-unsafe fn set_all(set: Set, property: Name, index: c_int, values: Vec<Value>, call: &str) -> OfxStatus {
+unsafe fn set_all(
+    set: Set,
+    property: Name,
+    index: c_int,
+    values: Vec<Value>,
+    call: &str,
+) -> OfxStatus {
     let tried = || {
         // SAFETY: by the caller's word.
         let (host, set, property) = unsafe { reached(set, property, true, call) }?;
@@ -128,13 +137,21 @@ unsafe fn get_all(
     let count = usize::try_from(count.unwrap_or(1)).map_err(|_| kOfxStatErrBadIndex)?;
     let wanted = values.get(from..from + count).ok_or(kOfxStatErrBadIndex)?;
     if wanted.iter().any(|value| value.kind() != kind) {
-        host.misused(format!("{call}: {property} of {} has another type", set.name));
+        host.misused(format!(
+            "{call}: {property} of {} has another type",
+            set.name
+        ));
         return Err(kOfxStatErrValue);
     }
     Ok((set, wanted.to_vec()))
 }
 
-unsafe extern "C" fn set_pointer(set: Set, property: Name, index: c_int, value: *mut c_void) -> OfxStatus {
+unsafe extern "C" fn set_pointer(
+    set: Set,
+    property: Name,
+    index: c_int,
+    value: *mut c_void,
+) -> OfxStatus {
     let values = vec![Value::Pointer(value as usize)];
     // SAFETY: the plugin names the property by a string.
     unsafe { set_all(set, property, index, values, "propSetPointer") }
@@ -153,7 +170,15 @@ unsafe extern "C" fn set_string(set: Set, property: Name, index: c_int, value: N
 
 unsafe extern "C" fn set_double(set: Set, property: Name, index: c_int, value: f64) -> OfxStatus {
     // SAFETY: the plugin names the property by a string.
-    unsafe { set_all(set, property, index, vec![Value::Double(value)], "propSetDouble") }
+    unsafe {
+        set_all(
+            set,
+            property,
+            index,
+            vec![Value::Double(value)],
+            "propSetDouble",
+        )
+    }
 }
 
 unsafe extern "C" fn set_int(set: Set, property: Name, index: c_int, value: c_int) -> OfxStatus {
@@ -171,18 +196,33 @@ unsafe fn list<T: Copy>(from: *const T, count: c_int) -> Vec<T> {
         return Vec::new();
     }
     // SAFETY: by the caller's word.
-    (0..count).map(|i| unsafe { from.add(i).read_unaligned() }).collect()
+    (0..count)
+        .map(|i| unsafe { from.add(i).read_unaligned() })
+        .collect()
 }
 
-unsafe extern "C" fn set_pointers(set: Set, property: Name, count: c_int, from: *const *mut c_void) -> OfxStatus {
+unsafe extern "C" fn set_pointers(
+    set: Set,
+    property: Name,
+    count: c_int,
+    from: *const *mut c_void,
+) -> OfxStatus {
     // SAFETY: the plugin gives as many values as it says.
     unsafe {
-        let values = list(from, count).into_iter().map(|p| Value::Pointer(p as usize)).collect();
+        let values = list(from, count)
+            .into_iter()
+            .map(|p| Value::Pointer(p as usize))
+            .collect();
         set_all(set, property, 0, values, "propSetPointerN")
     }
 }
 
-unsafe extern "C" fn set_strings(set: Set, property: Name, count: c_int, from: *const Name) -> OfxStatus {
+unsafe extern "C" fn set_strings(
+    set: Set,
+    property: Name,
+    count: c_int,
+    from: *const Name,
+) -> OfxStatus {
     // SAFETY: the plugin gives as many strings as it says.
     unsafe {
         let values = list(from, count)
@@ -193,7 +233,12 @@ unsafe extern "C" fn set_strings(set: Set, property: Name, count: c_int, from: *
     }
 }
 
-unsafe extern "C" fn set_doubles(set: Set, property: Name, count: c_int, from: *const f64) -> OfxStatus {
+unsafe extern "C" fn set_doubles(
+    set: Set,
+    property: Name,
+    count: c_int,
+    from: *const f64,
+) -> OfxStatus {
     // SAFETY: the plugin gives as many values as it says.
     unsafe {
         let values = list(from, count).into_iter().map(Value::Double).collect();
@@ -201,7 +246,12 @@ unsafe extern "C" fn set_doubles(set: Set, property: Name, count: c_int, from: *
     }
 }
 
-unsafe extern "C" fn set_ints(set: Set, property: Name, count: c_int, from: *const c_int) -> OfxStatus {
+unsafe extern "C" fn set_ints(
+    set: Set,
+    property: Name,
+    count: c_int,
+    from: *const c_int,
+) -> OfxStatus {
     // SAFETY: the plugin gives as many values as it says.
     unsafe {
         let values = list(from, count).into_iter().map(Value::Int).collect();
@@ -300,4 +350,3 @@ unsafe extern "C" fn get_dimension(set: Set, property: Name, count: *mut c_int) 
         }
     }
 }
-
