@@ -2,6 +2,7 @@
 
 mod abort;
 mod arguments;
+mod blur;
 mod changes;
 mod components;
 mod concurrent;
@@ -93,6 +94,7 @@ pub static ALL: &[&Check] = &[
     &exports::CHECK,
     &description::CHECK,
     &context::CHECK,
+    &blur::CHECK,
     &reload::CHECK,
     &threads::CHECK,
     &order::CHECK,

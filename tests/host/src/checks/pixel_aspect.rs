@@ -14,7 +14,7 @@ pub(super) static CHECK: Check = Check {
 };
 
 /// Standard deviations of the light across and up, in pixels.
-fn spread(picture: &Picture) -> (f64, f64) {
+pub(super) fn spread(picture: &Picture) -> (f64, f64) {
     let mut sums = [0.0_f64; 5];
     for (x, y) in picture.bounds.pixels() {
         let light = f64::from(picture.pixel(x, y)[0]);

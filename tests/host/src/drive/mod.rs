@@ -6,6 +6,7 @@ mod instance;
 mod library;
 mod loaded;
 mod overlay;
+mod questions;
 
 pub use frame::{Frame, Request};
 pub use instance::Instance;

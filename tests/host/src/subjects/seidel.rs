@@ -1,16 +1,30 @@
 //! Seidel's own plugin.
 
-use crate::subject::{Kind, Knob};
+use crate::subject::{FileKnob, Kind, Knob};
 
-/// To be filled in with the knobs of the plugin.
+/// A lens that comes with it, at half its frame's resolution, wide open and near: a blur of some pixels, the colours apart.
 pub static KIND: Kind = Kind {
     name: "seidel",
-    blur: &[("mode", Knob::Int(0))],
-    identities: &[&[("mix", Knob::Double(0.0))]],
+    blur: &[
+        ("mode", Knob::Int(0)),
+        ("lens", Knob::Int(1)),
+        ("lensScale", Knob::Double(0.25)),
+        ("distance", Knob::Double(1.0)),
+        ("math", Knob::Int(1)),
+        ("maxSize", Knob::Double(6.0)),
+    ],
+    identities: &[
+        &[("amount", Knob::Double(0.0))],
+        &[("mix", Knob::Double(0.0))],
+    ],
     depth: Some(&[("useDepth", Knob::Int(1))]),
-    mask: None,
-    file: None,
-    half_scale: 0.2,
-    half_width: 0.2,
+    mask: Some(&[("useMask", Knob::Int(1))]),
+    file: Some(FileKnob {
+        name: "profile",
+        in_use: &[("lens", Knob::Int(0))],
+        without: &[("lens", Knob::Int(1)), ("profile", Knob::Text(""))],
+    }),
+    half_scale: 0.12,
+    half_width: 0.12,
     polls: false,
 };
