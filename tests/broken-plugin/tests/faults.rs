@@ -2,11 +2,11 @@
 //!
 //! A binary of its own, since checks run in processes of their own, which this one starts of itself.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use seidel_ofx_host::checks::{self, ALL};
-use seidel_ofx_host::command::{all, apart, if_child, subject};
+use seidel_ofx_host::command::{all, apart, built, if_child, subject};
 use seidel_ofx_host::drive::Library;
 
 /// Faults by the end of their plugin's identifier, the check that must find them, and what it must say.
@@ -82,25 +82,6 @@ const FAULTS: [(&str, &str, &str); 34] = [
     ("refusesSmall", "tiny", "a picture of 1 x 1"),
     ("badDefault", "context", "has the default"),
 ];
-
-/// The plugin beside this test's own folder.
-fn plugin() -> Result<PathBuf, String> {
-    let name = file_name();
-    let own = std::env::current_exe().map_err(|why| why.to_string())?;
-    let folders = own.ancestors().skip(1).take(2);
-    (folders
-        .map(|folder| folder.join(&name))
-        .find(|path| path.exists()))
-    .ok_or_else(|| format!("{name} was not built"))
-}
-
-fn file_name() -> String {
-    format!(
-        "{}seidel_ofx_broken{}",
-        std::env::consts::DLL_PREFIX,
-        std::env::consts::DLL_SUFFIX
-    )
-}
 
 fn id(fault: &str) -> String {
     format!("org.seidel.box.{fault}")
@@ -202,7 +183,7 @@ fn main() -> ExitCode {
         .skip(1)
         .filter(|a| !a.starts_with('-'))
         .collect();
-    let file = match plugin() {
+    let file = match built("seidel_ofx_broken") {
         Ok(file) => file,
         Err(why) => {
             eprintln!("{why}");

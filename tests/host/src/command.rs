@@ -15,8 +15,8 @@ use crate::subject::{Subject, kinds};
 /// The first argument of a process that does one check.
 const ONE: &str = "--one-check";
 
-/// How long a check may take before it is said to hang. Checks take seconds; under valgrind, minutes.
-const PATIENCE: Duration = Duration::from_secs(540);
+/// How long a check may take before it is said to hang. Checks take seconds.
+const PATIENCE: Duration = Duration::from_secs(300);
 
 /// What came of one check.
 #[derive(Debug)]
@@ -200,6 +200,51 @@ pub fn all(subject: &Subject, wanted: &[String], tell: impl Fn(&Outcome) + Sync)
     });
     done.into_inner()
         .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// A plugin that cargo has built for the package whose test this process is, by the name of its library.
+///
+/// # Errors
+/// If it is not beside the test.
+pub fn built(library: &str) -> Result<PathBuf, String> {
+    use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+    let name = format!("{DLL_PREFIX}{library}{DLL_SUFFIX}");
+    let own = std::env::current_exe().map_err(|why| format!("no program: {why}"))?;
+    (own.ancestors().skip(1).take(2))
+        .map(|folder| folder.join(&name))
+        .find(|path| path.exists())
+        .ok_or_else(|| {
+            format!(
+                "{name} is not beside {}; it is built if the package is also an rlib",
+                own.display()
+            )
+        })
+}
+
+/// The whole of a test, a binary of its own, that all checks pass on a package's plugin.
+#[must_use]
+pub fn test(library: &str, kind: &str) -> ExitCode {
+    if let Some(code) = if_child() {
+        return code;
+    }
+    let wanted: Vec<String> = (std::env::args().skip(1))
+        .filter(|a| !a.starts_with('-'))
+        .collect();
+    let subject = match built(library).and_then(|file| subject(file, kind, None)) {
+        Ok(subject) => subject,
+        Err(why) => {
+            eprintln!("{why}");
+            return ExitCode::FAILURE;
+        }
+    };
+    let outcomes = all(&subject, &wanted, |outcome| println!("{}", outcome.lines()));
+    let failed = outcomes.iter().filter(|outcome| !outcome.passed()).count();
+    println!("{} checks, {failed} failed", outcomes.len());
+    if failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }
 
 const HELP: &str = "\

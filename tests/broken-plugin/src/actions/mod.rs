@@ -125,10 +125,16 @@ fn create(call: &Call<'_>) -> OfxStatus {
         return kOfxStatErrBadHandle;
     };
     release(call, &set);
-    let kept = Box::new(Instance {
+    let kept = Box::into_raw(Box::new(Instance {
         size: call.effect.double(c"size", 0.0).unwrap_or(0.0),
-    });
-    set.set_pointer(kOfxPropInstanceData, Box::into_raw(kept).cast());
+    }));
+    set.set_pointer(kOfxPropInstanceData, kept.cast());
+    if set.pointer(kOfxPropInstanceData) != Some(kept.cast()) {
+        // A host that does not keep it, or does not give it back.
+        set.set_pointer(kOfxPropInstanceData, std::ptr::null_mut());
+        // SAFETY: made above, and nobody has it.
+        drop(unsafe { Box::from_raw(kept) });
+    }
     kOfxStatOK
 }
 

@@ -21,7 +21,11 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     }
     stage::on(subject, report, Profile::complete(), |loaded, report| {
         let point = Picture::made(stage::SIZE, 4, |x, y, c| {
-            if (x, y) == (22, 18) || c == 3 { 1.0 } else { 0.0 }
+            if (x, y) == (22, 18) || c == 3 {
+                1.0
+            } else {
+                0.0
+            }
         });
         let frame = stage::rendered(loaded, subject, &Scene::of(point), &Request::default())?;
         let (across, up) = spread(&frame.picture);
@@ -34,7 +38,9 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         ];
         for (clip, picture, knobs) in inputs {
             let Some(knobs) = knobs else {
-                report.skip(&format!("nothing is known that makes the plugin look at {clip}"));
+                report.skip(&format!(
+                    "nothing is known that makes the plugin look at {clip}"
+                ));
                 continue;
             };
             let plain = stage::rendered(loaded, subject, &stage::scene(), &Request::default())?;
@@ -43,7 +49,10 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             stage::set(&instance, knobs)?;
             let frame = instance.render(&Request::default())?.good()?;
             instance.destroy()?;
-            let differs = plain.picture.difference(&frame.picture, plain.window).is_some();
+            let differs = plain
+                .picture
+                .difference(&frame.picture, plain.window)
+                .is_some();
             report.expect(differs, || format!("{clip} makes no difference"));
         }
         Ok(())

@@ -30,6 +30,7 @@ mod regions_of_interest;
 mod reload;
 mod render_scale;
 mod rows;
+mod sizes;
 pub(crate) mod stage;
 mod strings;
 mod suites;
@@ -121,6 +122,7 @@ pub static ALL: &[&Check] = &[
     &fields::CHECK,
     &components::CHECK,
     &empty_clips::CHECK,
+    &sizes::CHECK,
     &tiny::CHECK,
     &identity::CHECK,
     &changes::CHECK,

@@ -1,6 +1,6 @@
 //! Every property of OpenFX that a plugin may meet, with its type: a name that is not here is misspelt.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::ffi::CStr;
 use std::sync::OnceLock;
 
@@ -27,7 +27,7 @@ pub(crate) enum Type {
 
 /// The type of the property, nothing if OpenFX has none of that name.
 pub(crate) fn type_of(name: &str) -> Option<Type> {
-    static ALL: OnceLock<HashMap<String, Type>> = OnceLock::new();
+    static ALL: OnceLock<BTreeMap<String, Type>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
         let of = |names: &'static [&'static CStr], kind: Type| {
             (names.iter()).map(move |name| (name.to_string_lossy().into_owned(), kind))

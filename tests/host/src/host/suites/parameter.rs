@@ -168,10 +168,12 @@ pub(super) unsafe fn get(handle: usize, times: &[f64], rest: &Rest) -> OfxStatus
             param.name
         ));
     }
-    if times.iter().any(|time| !time.is_finite()) {
+    if let ([time], Some(rendering)) = (times, under::now().and_then(|under| under.rendering))
+        && *time != rendering.time
+    {
         host.misused(format!(
-            "paramGetValueAtTime of {} was given {times:?}",
-            param.name
+            "paramGetValueAtTime of {} was called for {time} in a render of {}",
+            param.name, rendering.time
         ));
     }
     let mut done = kOfxStatOK;
