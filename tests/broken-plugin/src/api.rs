@@ -242,13 +242,13 @@ impl<'a> Effect<'a> {
     }
 
     /// Takes back what stays, but for the host where the function points to nowhere.
-    pub(crate) fn content(&self) {
+    pub(crate) fn content(&self, anywhere: bool) {
         let host = Set {
             suites: self.suites,
             handle: self.suites.host,
         };
         let name = host.text(kOfxPropName).unwrap_or_default();
-        if name.starts_with("DaVinciResolve") {
+        if name.starts_with("DaVinciResolve") && !anywhere {
             return;
         }
         if let Some(clear) = self.suites.message2.and_then(|s| s.clearPersistentMessage) {

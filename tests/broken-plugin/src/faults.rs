@@ -56,6 +56,11 @@ faults! {
     Accumulates c"org.seidel.box.accumulates", "Every render is brighter than the one before.";
     RefusesSmall c"org.seidel.box.refusesSmall", "Pictures of one column are refused.";
     BadDefault c"org.seidel.box.badDefault", "The default of a parameter lies outside its range.";
+    NoLabel c"org.seidel.box.noLabel", "The plugin has no label.";
+    DoesNothing c"org.seidel.box.doesNothing", "The blur is never put on.";
+    ClearsAlways c"org.seidel.box.clearsAlways", "Messages are cleared where the function for it points to nowhere.";
+    MaskedOnly c"org.seidel.box.maskedOnly", "Nothing is written where the mask has no pixels.";
+    WideThreads c"org.seidel.box.wideThreads", "Wide blurs depend on the number of threads.";
 }
 
 impl Fault {

@@ -123,6 +123,11 @@ impl<'a> Image<'a> {
         Some((self.data as isize + row + column) as *mut f32)
     }
 
+    /// Whether the pixel is there.
+    pub(crate) fn has(&self, x: i32, y: i32) -> bool {
+        self.at(x, y).is_some()
+    }
+
     /// A sample, 0 outside.
     pub(crate) fn get(&self, x: i32, y: i32, channel: usize) -> f32 {
         match self.at(x, y) {

@@ -10,7 +10,7 @@ use seidel_ofx_host::command::{all, apart, built, if_child, subject};
 use seidel_ofx_host::drive::Library;
 
 /// Faults by the end of their plugin's identifier, the check that must find them, and what it must say.
-const FAULTS: [(&str, &str, &str); 34] = [
+const FAULTS: [(&str, &str, &str); 39] = [
     (
         "unreleasedImage",
         "images",
@@ -81,6 +81,15 @@ const FAULTS: [(&str, &str, &str); 34] = [
     ("accumulates", "determinism", "rendered twice"),
     ("refusesSmall", "tiny", "a picture of 1 x 1"),
     ("badDefault", "context", "has the default"),
+    ("noLabel", "description", "has no label"),
+    ("doesNothing", "blur", "a point is 0.000 pixels wide"),
+    (
+        "clearsAlways",
+        "kinds",
+        "resolve: clearPersistentMessage was called",
+    ),
+    ("maskedOnly", "sizes", "pixels not written"),
+    ("wideThreads", "variants", "with one thread"),
 ];
 
 fn id(fault: &str) -> String {

@@ -53,6 +53,8 @@ pub struct Kind {
     pub blur: Knobs,
     /// Settings, each of which makes it change nothing.
     pub identities: &'static [Knobs],
+    /// Other modes, each set on top of what blurs.
+    pub variants: &'static [Knobs],
     /// What makes it look at Depth, if it does.
     pub depth: Option<Knobs>,
     /// What makes it look at Mask, if it does.

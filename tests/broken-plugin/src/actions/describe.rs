@@ -14,7 +14,9 @@ pub(super) fn describe(call: &Call<'_>) -> OfxStatus {
     let Some(set) = call.effect.set() else {
         return kOfxStatErrBadHandle;
     };
-    set.set_texts(kOfxPropLabel, &[c"Box"]);
+    if call.fault != Fault::NoLabel {
+        set.set_texts(kOfxPropLabel, &[c"Box"]);
+    }
     set.set_texts(kOfxImageEffectPluginPropGrouping, &[c"Filter"]);
     set.set_texts(
         kOfxImageEffectPropSupportedContexts,

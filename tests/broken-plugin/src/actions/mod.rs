@@ -183,7 +183,7 @@ fn changed(call: &Call<'_>) -> OfxStatus {
         unsafe { (*kept.cast::<Instance>()).size = size };
     }
     if call.fault != Fault::KeepsMessage && !call.effect.handle.is_null() {
-        call.effect.content();
+        call.effect.content(call.fault == Fault::ClearsAlways);
     }
     kOfxStatReplyDefault
 }

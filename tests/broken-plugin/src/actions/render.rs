@@ -47,7 +47,7 @@ pub(super) fn render(call: &Call<'_>) -> OfxStatus {
         return kOfxStatFailed;
     }
     if call.fault != Fault::KeepsMessage {
-        effect.content();
+        effect.content(call.fault == Fault::ClearsAlways);
     }
     let output = match Image::of(effect, c"Output", time, Fault::None) {
         Ok(output) => output,
@@ -198,7 +198,12 @@ fn rows(work: &Work<'_>, index: i32, count: i32) {
         if stopped(work) {
             return;
         }
-        let dependent = work.call.fault == Fault::ThreadDependent && y == from;
+        let dependent = y == from
+            && match work.call.fault {
+                Fault::ThreadDependent => true,
+                Fault::WideThreads => work.across.len() > 50,
+                _ => false,
+            };
         row(work, y, if dependent { 1.5 } else { work.gain });
     }
 }
@@ -229,13 +234,20 @@ fn row(work: &Work<'_>, y: i32, gain: f32) {
         if fault == Fault::LeavesPixel && x + 1 == x2 && y + 1 == y2 {
             continue;
         }
+        let masked = work.mask.as_ref().is_some_and(|mask| !mask.has(x, y));
+        if fault == Fault::MaskedOnly && masked {
+            continue;
+        }
         if fault == Fault::WrongOrigin {
             gain = 1.0 + x as f32 * 0.01;
         }
         for c in 0..work.output.channels {
             let blurred = boxed(work, x, y, c) * gain;
             let as_it_is = work.source.as_ref().map_or(0.0, |s| s.get(x, y, c));
-            let share = work.mix * amount(work, x, y);
+            let share = match fault {
+                Fault::DoesNothing => 0.0,
+                _ => work.mix * amount(work, x, y),
+            };
             work.output
                 .put(x, y, c, as_it_is + (blurred - as_it_is) * share);
         }

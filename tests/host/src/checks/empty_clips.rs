@@ -46,12 +46,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
                 }
                 // Looked at all the same: anything but a crash or a wrong frame.
                 let instance = stage::blurring(loaded, subject, &scene)?;
-                for knobs in [subject.kind.depth, subject.kind.mask]
-                    .into_iter()
-                    .flatten()
-                {
-                    stage::set(&instance, knobs)?;
-                }
+                stage::use_all(&instance, subject)?;
                 let frame = instance.render(&request)?;
                 for fault in frame.faults {
                     report.fault(format!("{clip} {what} and looked at: {fault}"));

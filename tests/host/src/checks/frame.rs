@@ -16,6 +16,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     stage::on(subject, report, Profile::complete(), |loaded, report| {
         for scene in [stage::scene(), stage::with_all(loaded, stage::scene())?] {
             let instance = stage::blurring(loaded, subject, &scene)?;
+            stage::use_all(&instance, subject)?;
             let size = stage::SIZE;
             let windows = [
                 None,

@@ -18,12 +18,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     stage::on(subject, report, Profile::complete(), |loaded, report| {
         let scene = stage::with_all(loaded, stage::scene())?;
         let instance = stage::blurring(loaded, subject, &scene)?;
-        for knobs in [subject.kind.depth, subject.kind.mask]
-            .into_iter()
-            .flatten()
-        {
-            stage::set(&instance, knobs)?;
-        }
+        stage::use_all(&instance, subject)?;
         let request = Request {
             window: Some(stage::SIZE),
             ..Request::default()
@@ -45,11 +40,14 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             ("without an image", Feed::NullHandle),
             ("without data", Feed::NullData),
         ] {
-            for clip in ["Source", "Depth", "Mask"] {
-                if instance.effect.clip(clip).is_some() {
-                    let scene = scene.clone().and(clip, Input::of(feed.clone()));
-                    cases.push((what, scene, false));
-                }
+            for clip in instance
+                .effect
+                .clips()
+                .iter()
+                .filter(|c| c.name != "Output")
+            {
+                let scene = scene.clone().and(&clip.name, Input::of(feed.clone()));
+                cases.push((what, scene, false));
             }
         }
         for (what, scene, stop) in cases {

@@ -39,6 +39,7 @@ mod threads;
 mod tiles;
 mod tiny;
 mod values;
+mod variants;
 
 use crate::subject::Subject;
 
@@ -125,6 +126,7 @@ pub static ALL: &[&Check] = &[
     &sizes::CHECK,
     &tiny::CHECK,
     &identity::CHECK,
+    &variants::CHECK,
     &changes::CHECK,
     &abort::CHECK,
     &messages::CHECK,

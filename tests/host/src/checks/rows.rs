@@ -15,6 +15,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     stage::on(subject, report, Profile::complete(), |loaded, report| {
         let scene = stage::with_all(loaded, stage::scene())?;
         let instance = stage::blurring(loaded, subject, &scene)?;
+        stage::use_all(&instance, subject)?;
         let request = |rows| Request {
             rows: Some(rows),
             ..Request::default()

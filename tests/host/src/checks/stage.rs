@@ -111,28 +111,36 @@ pub(super) fn usual(subject: &Subject, report: &mut Report) -> Result<Frame, Str
     })
 }
 
-/// Whether the plugin has a clip of that name in a context of the host.
-pub(super) fn has_clip(loaded: &Loaded<'_>, clip: &str) -> Result<bool, String> {
-    let context = loaded.context(true)?;
-    let descriptor = loaded.describe_in(&context)?;
-    let found = descriptor.clip(clip).is_some();
-    descriptor.end(loaded.host);
-    Ok(found)
-}
-
-/// The scene with Depth and Mask connected where the plugin has them.
+/// The scene with every optional clip of the plugin connected.
 pub(super) fn with_all(loaded: &Loaded<'_>, scene: Scene) -> Result<Scene, String> {
-    let bounds = scene
+    let source = scene
         .inputs
         .get("Source")
         .and_then(|input| input.picture(0.0));
-    let bounds = bounds.map_or(SIZE, |picture| picture.bounds);
+    let bounds = source.map_or(SIZE, |picture| picture.bounds);
+    let context = loaded.context(true)?;
+    let descriptor = loaded.describe_in(&context)?;
     let mut scene = scene;
-    if has_clip(loaded, "Depth")? {
-        scene = scene.and("Depth", Input::still(depth(bounds, 4)));
+    for clip in descriptor.clips() {
+        let picture = match clip.name.as_str() {
+            "Source" | "Output" => continue,
+            "Depth" => depth(bounds, 4),
+            "Mask" => mask(bounds),
+            _ => plate(bounds, 4, 9),
+        };
+        scene = scene.and(&clip.name, Input::still(picture));
     }
-    if has_clip(loaded, "Mask")? {
-        scene = scene.and("Mask", Input::still(mask(bounds)));
-    }
+    descriptor.end(loaded.host);
     Ok(scene)
+}
+
+/// Has Depth and Mask looked at, where it is known how.
+pub(super) fn use_all(instance: &Instance<'_>, subject: &Subject) -> Result<(), String> {
+    for knobs in [subject.kind.depth, subject.kind.mask]
+        .into_iter()
+        .flatten()
+    {
+        set(instance, knobs)?;
+    }
+    Ok(())
 }

@@ -42,6 +42,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         }
         for scene in [stage::scene(), stage::with_all(loaded, stage::scene())?] {
             let instance = stage::blurring(loaded, subject, &scene)?;
+            stage::use_all(&instance, subject)?;
             let whole = instance.render(&Request::default())?.good()?;
             let window = whole.window;
             for (width, height) in [(16, 16), (7, 64), (64, 3), (1000, 1000)] {

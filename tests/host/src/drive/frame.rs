@@ -64,6 +64,8 @@ pub struct Frame {
     pub faults: Vec<String>,
     /// Clips whose images were fetched.
     pub fetched: Vec<String>,
+    /// The plugin's last message, if it failed.
+    pub said: Option<String>,
 }
 
 impl Frame {
@@ -73,7 +75,10 @@ impl Frame {
     /// Its faults.
     pub fn good(self) -> Result<Self, String> {
         if self.status != kOfxStatOK {
-            return Err(format!("Render gave {}", status_name(self.status)));
+            let said = self
+                .said
+                .map_or_else(String::new, |said| format!(" and said {said:?}"));
+            return Err(format!("Render gave {}{said}", status_name(self.status)));
         }
         match self.faults.first() {
             Some(_) => Err(self.faults.join("; ")),
@@ -127,6 +132,7 @@ impl Instance<'_> {
             window,
             faults: Vec::new(),
             fetched: Vec::new(),
+            said: None,
         };
         for tile in tiles {
             self.tile(request, tile, &mut frame)?;
@@ -182,6 +188,11 @@ impl Instance<'_> {
         }
         frame.fetched.extend(locked(&rendering.fetched).drain(..));
         frame.status = frame.status.max(status);
+        if status != kOfxStatOK {
+            frame.said = locked(&host.messages)
+                .last()
+                .map(|message| message.text.clone());
+        }
         let written = output.picture();
         let wanted = |x: i32, y: i32| window.contains(x, y) && in_field(request.field, y);
         if status == kOfxStatOK {

@@ -7,6 +7,7 @@ pub static KIND: Kind = Kind {
     name: "any",
     blur: &[],
     identities: &[],
+    variants: &[],
     depth: None,
     mask: None,
     file: None,

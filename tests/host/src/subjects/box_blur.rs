@@ -10,6 +10,11 @@ pub static KIND: Kind = Kind {
         &[("size", Knob::Double(0.0))],
         &[("mix", Knob::Double(0.0))],
     ],
+    variants: &[
+        &[("size", Knob::Double(0.4))],
+        &[("mix", Knob::Double(0.3)), ("useDepth", Knob::Int(1))],
+        &[("size", Knob::Double(90.0)), ("useMask", Knob::Int(1))],
+    ],
     depth: Some(&[("useDepth", Knob::Int(1))]),
     mask: Some(&[("useMask", Knob::Int(1))]),
     file: Some(FileKnob {

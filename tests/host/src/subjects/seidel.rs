@@ -17,6 +17,22 @@ pub static KIND: Kind = Kind {
         &[("amount", Knob::Double(0.0))],
         &[("mix", Knob::Double(0.0))],
     ],
+    variants: &[
+        &[("mode", Knob::Int(1))],
+        &[("mode", Knob::Int(2))],
+        &[("mode", Knob::Int(1)), ("output", Knob::Int(2))],
+        &[("mode", Knob::Int(1)), ("output", Knob::Int(3))],
+        &[("output", Knob::Int(1))],
+        &[("quality", Knob::Int(0))],
+        &[("quality", Knob::Int(2))],
+        &[("edge", Knob::Int(1)), ("geometry", Knob::Int(2))],
+        // Holdouts need occlusion.
+        &[
+            ("occlusion", Knob::Int(0)),
+            ("useHoldout", Knob::Int(0)),
+            ("mix", Knob::Double(0.5)),
+        ],
+    ],
     depth: Some(&[("useDepth", Knob::Int(1))]),
     mask: Some(&[("useMask", Knob::Int(1))]),
     file: Some(FileKnob {
