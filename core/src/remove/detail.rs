@@ -12,6 +12,12 @@ use rustfft::num_complex::Complex;
 
 /// How much stronger a picture is than the one found tells, in power.
 const STRONGER: f32 = 1.5;
+/// How much is given up of what such a filter would: waves that only slopes tell are right in some pictures (drawn ones) and
+/// wrong in others, and most of either gain is had on the way between.
+const GIVEN_UP: f32 = 0.65;
+/// Where slopes are spread as noise's (as for [`SPREAD`]) they tell nothing, and all of it is given up: from none more at
+/// the first value on to all at the second.
+const NOISE_LIKE: [f32; 2] = [0.65, 0.75];
 /// A square with slopes spread so little (mean size over root mean square, squared) is left as it is, and from the second
 /// value on not.
 const SPREAD: [f32; 2] = [0.25, 0.35];
@@ -52,17 +58,14 @@ pub(super) fn change(
         }
         let mut rest = squares.cut(found.rest, *place);
         let lengths = squares.cut(found.slopes, *place);
-        let trust = trust((&lengths, &rest), &squares, found.deviation);
-        if trust == 0.0 {
-            return None;
-        }
+        let sight = Sight::of((&lengths, &rest), &squares, found.deviation)?;
         let mut square = squares.cut(found.picture, *place);
         transform.forward(&mut square, space);
         let picture = space.spectrum.clone();
         transform.forward(&mut rest, space);
         let lens = local.spectrum_at(squares.middle(*place), times);
         for ((rest, picture), h) in space.spectrum.iter_mut().zip(&picture).zip(lens) {
-            *rest = changed(*picture, *rest, h, noise) * trust;
+            *rest = changed(*picture, *rest, h, (noise, sight.given_up)) * sight.trust;
         }
         transform.back(space, &mut square);
         Some(square)
@@ -73,28 +76,52 @@ pub(super) fn change(
 }
 
 /// The change of a wave: a Wiener filter's of what the lens made of the picture and the rest, the signal being as strong as
-/// the picture.
-fn changed(picture: Complex<f32>, rest: Complex<f32>, h: Complex<f32>, noise: f32) -> Complex<f32> {
+/// the picture, but for the share of the picture that is not given up.
+fn changed(
+    picture: Complex<f32>,
+    rest: Complex<f32>,
+    h: Complex<f32>,
+    (noise, given_up): (f32, f32),
+) -> Complex<f32> {
     let power = STRONGER * picture.norm_sqr();
     let all = h.norm_sqr() * power + noise;
-    (h.conj() * rest * power - picture * noise) / all
+    (h.conj() * rest * power - picture * (given_up * noise)) / all
 }
 
-/// How far to go by the spectrum of a square that has these lengths of slopes and rest, both under its window: 0 to 1.
-fn trust((lengths, rest): (&[f32], &[f32]), squares: &Squares, deviation: f32) -> f32 {
-    let (mut sum, mut power, mut unexplained) = (0.0, 0.0, 0.0);
-    for (length, rest) in lengths.iter().zip(rest) {
-        sum += length;
-        power += length * length;
-        unexplained += rest * rest;
+/// What is to be done by the spectrum of a square.
+struct Sight {
+    /// How far to go by it, above 0 to 1.
+    trust: f32,
+    given_up: f32,
+}
+
+impl Sight {
+    /// Of a square that has these lengths of slopes and rest, both under its window; none if it is to be left as it is.
+    fn of((lengths, rest): (&[f32], &[f32]), squares: &Squares, deviation: f32) -> Option<Self> {
+        let (mut sum, mut power, mut unexplained) = (0.0, 0.0, 0.0);
+        for (length, rest) in lengths.iter().zip(rest) {
+            sum += length;
+            power += length * length;
+            unexplained += rest * rest;
+        }
+        if power == 0.0 || deviation == 0.0 {
+            return None;
+        }
+        let energy = squares.energy();
+        let (size, power, unexplained) =
+            (sum / squares.weight(), power / energy, unexplained / energy);
+        let spread = size * size / power;
+        let trust = ramp(spread, SPREAD)
+            * ramp(power.sqrt() / deviation, STEEP)
+            * ramp(unexplained.sqrt() / deviation, UNEXPLAINED);
+        (trust > 0.0).then(|| Self {
+            trust,
+            given_up: GIVEN_UP + (1.0 - GIVEN_UP) * ramp(spread, NOISE_LIKE),
+        })
     }
-    if power == 0.0 || deviation == 0.0 {
-        return 0.0;
-    }
-    let energy = squares.energy();
-    let (size, power, unexplained) = (sum / squares.weight(), power / energy, unexplained / energy);
-    let ramp = |value: f32, [from, to]: [f32; 2]| ((value - from) / (to - from)).clamp(0.0, 1.0);
-    ramp(size * size / power, SPREAD)
-        * ramp(power.sqrt() / deviation, STEEP)
-        * ramp(unexplained.sqrt() / deviation, UNEXPLAINED)
+}
+
+/// 0 before the first value, 1 from the second on.
+fn ramp(value: f32, [from, to]: [f32; 2]) -> f32 {
+    ((value - from) / (to - from)).clamp(0.0, 1.0)
 }

@@ -1,6 +1,6 @@
 //! What sharp pictures look like: most slopes are none, some are steep.
 
-use super::sums::dot;
+use super::sums::{products, total};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -65,9 +65,9 @@ fn row_of(plane: &[f32], width: usize, row: usize, way: usize, out: &mut [f32]) 
     }
 }
 
-/// <D a, D b>.
-pub(super) fn common_slopes(a: &[f32], b: &[f32], width: usize) -> f64 {
-    let rows: Vec<f64> = (0..a.len() / width.max(1))
+/// <D a, D a>, <D a, D b> and <D b, D b>.
+pub(super) fn slope_products(a: &[f32], b: &[f32], width: usize) -> [f64; 3] {
+    let rows: Vec<[f64; 3]> = (0..a.len() / width.max(1))
         .into_par_iter()
         .map_init(
             || (vec![0.0; width], vec![0.0; width]),
@@ -75,13 +75,13 @@ pub(super) fn common_slopes(a: &[f32], b: &[f32], width: usize) -> f64 {
                 let along = (0..WAYS.len()).map(|way| {
                     row_of(a, width, row, way, of_a);
                     row_of(b, width, row, way, of_b);
-                    dot(of_a, of_b)
+                    products(of_a, of_b)
                 });
-                along.sum()
+                total(along)
             },
         )
         .collect();
-    rows.iter().sum()
+    total(rows.into_iter())
 }
 
 /// Lengths of the differences of a plane, of some of its rows.
@@ -142,7 +142,7 @@ impl Slopes {
     #[cfg(test)]
     pub(super) fn dot(&self, other: &Self) -> f64 {
         let ways = self.ways.iter().zip(&other.ways);
-        ways.map(|(a, b)| dot(a, b)).sum()
+        ways.map(|(a, b)| super::sums::dot(a, b)).sum()
     }
 
     /// One turn of alternating directions, these being the multipliers u of the slopes of `plane`: z is D x + u, each

@@ -7,8 +7,8 @@
 //! would have it, and the step before.
 
 use super::canvas::Canvas;
-use super::prior::{Slopes, common_slopes, slope_lengths, slope_of_noise};
-use super::sums::{Typical, add, dot};
+use super::prior::{Slopes, slope_lengths, slope_of_noise, slope_products};
+use super::sums::{Typical, add, dot, weighted_products};
 use super::trust::Trust;
 use super::view::{Care, View};
 use crate::error::Result;
@@ -247,23 +247,20 @@ impl Bowl {
 
     /// The step along `ways`, one or two, to the lowest point that they reach.
     fn lowest(&self, descent: &[f32], mut ways: Vec<Seen>, weights: &[f32], width: usize) -> Seen {
-        let counted = |plane: &[f32]| -> Vec<f32> {
-            let both = plane.par_iter().zip(weights);
-            both.map(|(sample, weight)| sample * weight).collect()
-        };
-        let curve = |a: &Seen, b: &Seen| {
-            self.fit * dot(&counted(&a.blurred), &b.blurred)
-                + self.stiff * common_slopes(&a.plane, &b.plane, width)
-        };
         let last = ways.split_off(1).pop();
         let mut way = ways.swap_remove(0);
-        let (a, p) = (curve(&way, &way), dot(descent, &way.plane));
+        // <W A v, A v> / s^2 + r <D v, D v> of the ways, and of one with the other.
+        let other = last.as_ref().unwrap_or(&way);
+        let seen = weighted_products(&way.blurred, &other.blurred, weights);
+        let slopes = slope_products(&way.plane, &other.plane, width);
+        let curve = |k: usize| self.fit * seen[k] + self.stiff * slopes[k];
+        let [a, b, c] = [curve(0), curve(1), curve(2)];
+        let p = dot(descent, &way.plane);
         let alone = if a > 0.0 { p / a } else { 0.0 };
         let Some(last) = last else {
             way.scale(alone);
             return way;
         };
-        let (b, c) = (curve(&way, &last), curve(&last, &last));
         let q = dot(descent, &last.plane);
         let determinant = a * c - b * b;
         if determinant > 1e-9 * a * c {
