@@ -70,11 +70,7 @@ const FAULTS: [(&str, &str, &str); 39] = [
         "with other rows in the other field",
     ),
     ("seams", "tiles", "tiles of 16 x 16"),
-    (
-        "sharedScratch",
-        "concurrent",
-        "frame 0 on several instances",
-    ),
+    ("sharedScratch", "concurrent", " on several instances"),
     ("wrongChannel", "components", "depth of 3 channels"),
     ("staleParameter", "changes", "set and told"),
     ("wrongOrigin", "origin", "moved by"),

@@ -7,7 +7,7 @@ use openfx::sys::image_effect_v1::image_effect::*;
 use super::{Check, Report, stage};
 use crate::drive::{Frame, Instance, Request};
 use crate::host::profile::Profile;
-use crate::picture::plate;
+use crate::picture::{Rect, plate};
 use crate::scene::{Feed, Input, Scene};
 use crate::subject::Subject;
 
@@ -43,6 +43,41 @@ fn at_once(instances: &[&Instance<'_>]) -> Vec<Result<Frame, String>> {
             })
             .collect()
     })
+}
+
+/// One frame as four tiles at once.
+fn quarters(instance: &Instance<'_>, whole: &Frame, report: &mut Report) {
+    let w = whole.window;
+    let (x, y) = ((w.x1 + w.x2) / 2, (w.y1 + w.y2) / 2);
+    let tiles = [
+        Rect::new(w.x1, w.y1, x, y),
+        Rect::new(x, w.y1, w.x2, y),
+        Rect::new(w.x1, y, x, w.y2),
+        Rect::new(x, y, w.x2, w.y2),
+    ];
+    let frames: Vec<Result<Frame, String>> = std::thread::scope(|scope| {
+        let render = |tile: Rect| {
+            let request = Request {
+                window: Some(tile),
+                crop: true,
+                ..Request::default()
+            };
+            instance.render(&request)?.good()
+        };
+        let threads = tiles.map(|tile| scope.spawn(move || render(tile)));
+        threads
+            .map(|thread| (thread.join()).unwrap_or_else(|_| Err("the host panicked".to_owned())))
+            .into()
+    });
+    for frame in frames {
+        match frame {
+            Ok(frame) => report.none(
+                whole.picture.difference(&frame.picture, frame.window),
+                "tiles of one frame at once",
+            ),
+            Err(why) => report.fault(format!("tiles of one frame at once: {why}")),
+        }
+    }
 }
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
@@ -88,6 +123,14 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
                     }
                 }
             }
+        }
+        let tiles = loaded
+            .descriptor
+            .properties
+            .int(kOfxImageEffectPropSupportsTiles)
+            != Some(0);
+        if tiles && is(kOfxImageEffectRenderFullySafe) {
+            quarters(&one, &expected[0], report);
         }
         for instance in others {
             instance.destroy()?;
