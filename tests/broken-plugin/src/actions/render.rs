@@ -201,7 +201,7 @@ fn rows(work: &Work<'_>, index: i32, count: i32) {
         let dependent = y == from
             && match work.call.fault {
                 Fault::ThreadDependent => true,
-                Fault::WideThreads => work.across.len() > 50,
+                Fault::WideThreads => work.across.len() > 20,
                 _ => false,
             };
         row(work, y, if dependent { 1.5 } else { work.gain });

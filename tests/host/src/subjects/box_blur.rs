@@ -13,7 +13,7 @@ pub static KIND: Kind = Kind {
     variants: &[
         &[("size", Knob::Double(0.4))],
         &[("mix", Knob::Double(0.3)), ("useDepth", Knob::Int(1))],
-        &[("size", Knob::Double(90.0)), ("useMask", Knob::Int(1))],
+        &[("size", Knob::Double(24.0)), ("useMask", Knob::Int(1))],
     ],
     depth: Some(&[("useDepth", Knob::Int(1))]),
     mask: Some(&[("useMask", Knob::Int(1))]),
