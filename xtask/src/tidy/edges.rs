@@ -3,22 +3,28 @@
 use super::Tree;
 
 /// What each crate may use of the others outside its tests.
-const ALLOWED: [(&str, &[&str]); 6] = [
+const ALLOWED: [(&str, &[&str]); 8] = [
     ("core", &[]),
     ("plugin", &["seidel-core"]),
-    ("ofx-shim", &["seidel-plugin"]),
+    // The host is what it is tested with.
+    ("ofx-shim", &["seidel-plugin", "seidel-ofx-host"]),
     ("cli", &["seidel-core"]),
     (
         "tests",
         &["seidel", "seidel-core", "seidel-ofx", "seidel-plugin"],
     ),
+    // It must share nothing with the plugins that it tests.
+    ("tests/host", &[]),
+    ("tests/broken-plugin", &["seidel-ofx-host"]),
     ("xtask", &[]),
 ];
 
-const OURS: [&str; 5] = [
+const OURS: [&str; 7] = [
     "seidel",
     "seidel-core",
     "seidel-ofx",
+    "seidel-ofx-broken",
+    "seidel-ofx-host",
     "seidel-plugin",
     "seidel-tests",
 ];

@@ -7,6 +7,7 @@ pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
     models_listed(tree, problems);
     effects_listed(tree, problems);
     tests_listed(tree, problems);
+    checks_listed(tree, problems);
 }
 
 /// Every command file is a module.
@@ -76,6 +77,18 @@ fn tests_listed(tree: &Tree, problems: &mut Vec<String>) {
         let name = path["tests/seidel/".len()..].trim_end_matches(".rs");
         if name != "main" && !name.contains('/') && !list.contains(&format!("mod {name};")) {
             problems.push(format!("{path}: not a module of tests/seidel/main.rs"));
+        }
+    }
+}
+
+/// Every check of the OpenFX test host is on the list of all.
+fn checks_listed(tree: &Tree, problems: &mut Vec<String>) {
+    let folder = "tests/host/src/checks/";
+    let list = tree.text(&format!("{folder}mod.rs"));
+    for (path, text) in tree.each(|p| p.starts_with(folder) && p.ends_with(".rs")) {
+        let name = path[folder.len()..].trim_end_matches(".rs");
+        if text.contains("static CHECK: Check") && !list.contains(&format!("&{name}::CHECK,")) {
+            problems.push(format!("{path}: the check {name} is not in checks::ALL"));
         }
     }
 }

@@ -1,0 +1,71 @@
+//! What the plugin says of itself.
+
+use openfx::sys::generic::core::*;
+use openfx::sys::image_effect_v1::image_effect::*;
+
+use super::{Check, Report, stage};
+use crate::host::profile::Profile;
+use crate::subject::Subject;
+
+pub(super) static CHECK: Check = Check {
+    name: "description",
+    about: "label, contexts, depths and thread safety are said, and valid",
+    run,
+};
+
+fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
+    stage::on(subject, report, Profile::complete(), |loaded, report| {
+        let set = &loaded.descriptor.properties;
+        report.expect(
+            set.texts(kOfxPropLabel).iter().any(|l| !l.is_empty()),
+            || "has no label".to_owned(),
+        );
+        let contexts = set.texts(kOfxImageEffectPropSupportedContexts);
+        report.expect(!contexts.is_empty(), || "has no context".to_owned());
+        for context in &contexts {
+            report.expect(context.starts_with("OfxImageEffectContext"), || {
+                format!("{context:?} is no context")
+            });
+        }
+        let depths = set.texts(kOfxImageEffectPropSupportedPixelDepths);
+        report.expect(
+            depths
+                .iter()
+                .any(|d| d.as_bytes() == kOfxBitDepthFloat.to_bytes()),
+            || format!("does not take floats: {depths:?}"),
+        );
+        let known = [
+            kOfxBitDepthByte,
+            kOfxBitDepthShort,
+            kOfxBitDepthHalf,
+            kOfxBitDepthFloat,
+        ];
+        for depth in &depths {
+            report.expect(
+                known.iter().any(|k| k.to_bytes() == depth.as_bytes()),
+                || format!("{depth:?} is no depth"),
+            );
+        }
+        let safety = set.texts(kOfxImageEffectPluginRenderThreadSafety);
+        let known = [
+            kOfxImageEffectRenderUnsafe,
+            kOfxImageEffectRenderInstanceSafe,
+            kOfxImageEffectRenderFullySafe,
+        ];
+        let valid = (safety.iter()).all(|s| known.iter().any(|k| k.to_bytes() == s.as_bytes()));
+        report.expect(safety.len() == 1 && valid, || {
+            format!("{safety:?} is no thread safety")
+        });
+        // A second descriptor gets the same.
+        let again = crate::drive::new_descriptor(loaded.host);
+        let status = loaded.describe(&again);
+        report.expect(status == kOfxStatOK, || {
+            "cannot be described twice".to_owned()
+        });
+        report.expect(again.properties.all() == set.all(), || {
+            "describes itself otherwise the second time".to_owned()
+        });
+        again.end(loaded.host);
+        Ok(())
+    })
+}
