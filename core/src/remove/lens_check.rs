@@ -2,7 +2,7 @@
 //! leaves them spread out, and too much rings.
 
 use super::canvas::part_of;
-use super::prior::{slope_lengths, slope_of_noise};
+use super::prior::{all_slope_lengths, slope_lengths, slope_of_noise};
 use super::sums::Typical;
 use super::{Lights, Removal, Removed};
 use crate::error::Result;
@@ -22,12 +22,16 @@ const SIZE_WEIGHT: f64 = 0.1;
 /// By how much less and by how much more blur must be better than the lens as it is: taking too much off does harm.
 const LESS_BETTER: f64 = 0.03;
 const MORE_BETTER: f64 = 0.05;
+/// The same where the lens as it is is better than what is next to it, and for the least share tried, which may be but the
+/// end of a slope.
+const FAR_BETTER: f64 = 0.1;
+const END_BETTER: f64 = 0.25;
 /// Planes less wide or high than this tell too little, px.
 const LEAST_SIDE: usize = SIDE / 2;
 /// How much larger slopes must be than those of noise alone, root mean square.
 const DETAIL: f64 = 1.25;
-/// Share of a square that may keep its blur: lights and depth edges do, and slopes about them are not the picture's.
-const KEPT: f64 = 0.02;
+/// Least share of a square from which blur can be removed: lights and depth edges keep theirs.
+const TOLD: f64 = 0.4;
 /// What counts as noise, as a share of the light: more than for removing, that what rings at another share of the blur is
 /// not what operators get wrong.
 const INEXACT: f64 = 6e-3;
@@ -97,9 +101,12 @@ impl LensCheck {
 /// it is; with the sums about it.
 fn best(sums: &[f64; TRIED.len()], count: f64) -> Option<(usize, [f64; 3])> {
     let best = (0..TRIED.len()).min_by(|a, b| sums[*a].total_cmp(&sums[*b]))?;
-    let least = match best < AS_IT_IS {
-        true => LESS_BETTER,
-        false => MORE_BETTER,
+    let beside = sums[AS_IT_IS - 1].min(sums[AS_IT_IS + 1]);
+    let least = match best {
+        0 => END_BETTER,
+        _ if sums[AS_IT_IS] < beside => FAR_BETTER,
+        1..AS_IT_IS => LESS_BETTER,
+        _ => MORE_BETTER,
     };
     let about = |place: usize| sums[place.min(TRIED.len() - 1)];
     (sums[best] < sums[AS_IT_IS] - least * count).then(|| {
@@ -161,24 +168,24 @@ fn unevenness(
         let lights = Lights::of(&[cut], window.width);
         removal.remove_by(&lights, &part, &[cut], (INEXACT, false), &tell)
     };
-    let of = |removed: &Removed| spread(&removed.canvas.cropped(&removed.sharp), window.width);
     let mut uneven = [0.0; TRIED.len()];
-    // The lens as it is first: it tells the noise.
+    // Lights and depth edges keep their blur: slopes there tell nothing.
+    let mut told = Vec::new();
+    // The lens as it is first: it tells the noise, and where to look.
     let order = std::iter::once(AS_IT_IS).chain((0..TRIED.len()).filter(|k| *k != AS_IT_IS));
     for (done, place) in order.enumerate() {
         for removed in removed(TRIED[place], done)? {
-            let keeps = removed
-                .confidence
-                .iter()
-                .filter(|told| **told == 0.0)
-                .count();
-            if place == AS_IT_IS
-                && (keeps as f64 > KEPT * removed.confidence.len() as f64
-                    || !has_detail(&samples, window.width, removed.noise))
-            {
-                return Ok(None);
+            if place == AS_IT_IS {
+                told = removed.confidence.iter().map(|told| *told > 0.0).collect();
+                let count = told.iter().filter(|told| **told).count();
+                if (count as f64) < TOLD * told.len() as f64
+                    || !has_detail(&samples, window.width, removed.noise)
+                {
+                    return Ok(None);
+                }
             }
-            uneven[place] = of(&removed);
+            let sharp = removed.canvas.cropped(&removed.sharp);
+            uneven[place] = spread(&sharp, window.width, &told);
         }
     }
     Ok(Some(uneven))
@@ -192,9 +199,12 @@ fn has_detail(samples: &[f32], width: usize, noise: f64) -> bool {
     mean > (DETAIL * noise).powi(2) * slope_of_noise()
 }
 
-/// How evenly slopes are spread over a picture, the larger they are the more so.
-fn spread(sharp: &[f32], width: usize) -> f64 {
-    let slopes = slope_lengths(sharp, width);
+/// How evenly slopes are spread over a picture where it is `told`, the larger they are the more so.
+fn spread(sharp: &[f32], width: usize, told: &[bool]) -> f64 {
+    let slopes = all_slope_lengths(sharp, width);
+    let slopes: Vec<f32> = (slopes.into_iter().zip(told))
+        .filter_map(|(slope, told)| told.then_some(slope))
+        .collect();
     let mean = |of: &dyn Fn(f64) -> f64| {
         slopes.iter().map(|v| of(f64::from(*v))).sum::<f64>() / slopes.len().max(1) as f64
     };
