@@ -4,14 +4,14 @@ use seidel_core::plate::{Rendering, Returned, Vergences, apply_bytes};
 use seidel_core::render::{self, Occlusion, Scene, Window};
 
 use crate::callbacks::SeidelCallbacks;
+use crate::given::Given;
 use crate::guard::guard;
 use crate::handles;
 use crate::image::{SeidelImage, SeidelRect, View};
 use crate::job::{Job, check_memory, write_back};
 use crate::lens::SeidelLens;
 use crate::plate::{Holdout, Plate, SeidelPlate, plane_count};
-use crate::pointers::{Sized64, maybe_sized};
-use crate::settings::{SeidelSettings, Settings};
+use crate::settings::SeidelSettings;
 use crate::status::{Failure, Result, SeidelStatus};
 use crate::threads::{Watch, run};
 
@@ -34,15 +34,14 @@ pub unsafe extern "C" fn seidel_apply(
     guard(|| {
         let lens = handles::lens(lens)?;
         // SAFETY: as the caller vouches.
-        let settings = unsafe { Settings::new(settings)? };
-        // SAFETY: as the caller vouches.
-        let plate = unsafe { Plate::new(plate)? };
-        // SAFETY: as the caller vouches.
-        let (output, alphas) =
-            unsafe { (View::new(output, "output")?, View::maybe(alphas, "alphas")?) };
-        // SAFETY: as the caller vouches.
-        let callbacks = unsafe { callbacks_at(callbacks)? };
-        plate.check_outputs(&settings, &output, alphas.as_ref())?;
+        let given = unsafe { Given::new(settings, plate, (output, alphas), callbacks)? };
+        let Given {
+            settings,
+            plate,
+            output,
+            alphas,
+            callbacks,
+        } = given;
         let window = window_of(&plate, output.rect, alphas.as_ref())?;
         let planes = plane_count(plate.source.channels, &settings) as u64;
         check_memory(apply_bytes(plate.extent.pixels() as u64, planes), &settings)?;
@@ -60,14 +59,6 @@ pub unsafe extern "C" fn seidel_apply(
         write_back(&back, rect, (&output, alphas.as_ref()));
         Ok(())
     })
-}
-
-/// # Safety
-/// `callbacks` must be NULL or callbacks.
-pub(crate) unsafe fn callbacks_at(callbacks: *const SeidelCallbacks) -> Result<SeidelCallbacks> {
-    // SAFETY: as the caller vouches.
-    let callbacks = unsafe { maybe_sized(callbacks, "callbacks")? };
-    Ok(callbacks.unwrap_or_else(SeidelCallbacks::neutral))
 }
 
 /// The window of the extent that is asked for.

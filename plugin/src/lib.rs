@@ -6,6 +6,7 @@
 
 mod apply;
 mod callbacks;
+mod given;
 mod guard;
 mod handles;
 mod image;

@@ -2,11 +2,12 @@
 
 use seidel_core::plate::Returned;
 
-use crate::apply::{as_it_is, callbacks_at};
+use crate::apply::as_it_is;
 use crate::callbacks::SeidelCallbacks;
+use crate::given::Given;
 use crate::guard::guard;
 use crate::handles;
-use crate::image::{SeidelImage, View};
+use crate::image::SeidelImage;
 use crate::job::{Job, Sight, write_back};
 use crate::lens::SeidelLens;
 use crate::plate::{Plate, SeidelPlate};
@@ -36,15 +37,14 @@ pub unsafe extern "C" fn seidel_relens(
     guard(|| {
         let (from, to) = (handles::lens(from)?, handles::lens(to)?);
         // SAFETY: as the caller vouches.
-        let settings = unsafe { Settings::new(settings)? };
-        // SAFETY: as the caller vouches.
-        let plate = unsafe { Plate::new(plate)? };
-        // SAFETY: as the caller vouches.
-        let (output, alphas) =
-            unsafe { (View::new(output, "output")?, View::maybe(alphas, "alphas")?) };
-        // SAFETY: as the caller vouches.
-        let callbacks = unsafe { callbacks_at(callbacks)? };
-        plate.check_outputs(&settings, &output, alphas.as_ref())?;
+        let given = unsafe { Given::new(settings, plate, (output, alphas), callbacks)? };
+        let Given {
+            settings,
+            plate,
+            output,
+            alphas,
+            callbacks,
+        } = given;
         if !plate.extent.contains(output.rect) {
             return Err(Failure::argument(
                 "output.rect",

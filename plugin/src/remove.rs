@@ -3,8 +3,9 @@
 use seidel_core::plate::{Returned, Unblurred, remove_bytes};
 use seidel_core::remove::Canvas;
 
-use crate::apply::{as_it_is, callbacks_at};
+use crate::apply::as_it_is;
 use crate::callbacks::SeidelCallbacks;
+use crate::given::Given;
 use crate::guard::guard;
 use crate::handles;
 use crate::image::{SeidelImage, SeidelRect, View};
@@ -125,20 +126,19 @@ pub unsafe extern "C" fn seidel_remove(
     guard(|| {
         let lens = handles::lens(lens)?;
         // SAFETY: as the caller vouches.
-        let settings = unsafe { Settings::new(settings)? };
-        // SAFETY: as the caller vouches.
-        let plate = unsafe { Plate::new(plate)? };
-        // SAFETY: as the caller vouches.
-        let (output, alphas) =
-            unsafe { (View::new(output, "output")?, View::maybe(alphas, "alphas")?) };
-        // SAFETY: as the caller vouches.
-        let callbacks = unsafe { callbacks_at(callbacks)? };
+        let given = unsafe { Given::new(settings, plate, (output, alphas), callbacks)? };
+        let Given {
+            settings,
+            plate,
+            output,
+            alphas,
+            callbacks,
+        } = given;
         // SAFETY: as the caller vouches.
         let asked = unsafe { maybe_sized(findings.cast_const(), "findings")? };
         let mut told = asked.unwrap_or_else(SeidelFindings::neutral);
         // SAFETY: as the caller vouches.
         let maps = unsafe { Maps::new(&told, &plate)? };
-        plate.check_outputs(&settings, &output, alphas.as_ref())?;
         check_bounds(&plate, &settings)?;
         let colours = plate.colour_count();
         let (back, rect) = if settings.raw.amount == 0.0 || settings.raw.strength == 0.0 {
