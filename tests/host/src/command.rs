@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use crate::checks::{ALL, Check, Report, find};
 use crate::host::locked;
+use crate::shot::Shot;
 use crate::subject::{Subject, kinds};
 
 /// Writes a line; that nobody reads it any more is no reason to panic.
@@ -264,7 +265,18 @@ status 1 if any fails.
   --kind KIND  what is known of the plugin: any (the default), box, seidel
   --id ID      the plugin's identifier, where the binary has several
   --here       in this process, not each in one of its own: for debuggers and memory checkers
-  --list       what the checks are";
+  --list       what the checks are
+
+       seidel-ofx-host PLUGIN --render OUT --feed CLIP=FILE... [--set KNOB=VALUE...]
+
+Renders one picture to OUT, .exr or .png (for displays of sRGB), and checks nothing but that it is well rendered.
+
+  --feed CLIP=FILE[:CHANNEL]  feeds a clip with an OpenEXR file: its colour, or one channel
+  --set KNOB=VALUE            sets a parameter by its name: a number, numbers parted by commas, on or off, the name
+                              of a choice, a text
+  --host HOST                 the kind of host: complete (the default), nuke, resolve, natron, ...
+  --time TIME                 the frame, 0 unless told
+  --overlay                   draws what the plugin's overlay draws over the picture";
 
 /// The whole command.
 #[must_use]
@@ -281,12 +293,33 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// What stands before and after the first `=`.
+fn parted(option: &str, words: &str) -> Result<(String, String), String> {
+    let parts = words.split_once('=');
+    let (name, value) = parts.ok_or_else(|| format!("{option} {words}: has no `=`"))?;
+    Ok((name.to_owned(), value.to_owned()))
+}
+
+/// A clip, its file, and the channel after a colon, where no file is called so.
+fn feed(words: &str) -> Result<(String, PathBuf, Option<String>), String> {
+    let (clip, file) = parted("--feed", words)?;
+    let whole = PathBuf::from(&file);
+    Ok(match file.rsplit_once(':') {
+        Some((path, channel)) if !whole.exists() => {
+            (clip, PathBuf::from(path), Some(channel.to_owned()))
+        }
+        _ => (clip, whole, None),
+    })
+}
+
 fn asked(mut arguments: impl Iterator<Item = String>) -> Result<ExitCode, String> {
     let mut file = None;
     let mut kind = "any".to_owned();
     let mut id = None;
     let mut in_place = false;
     let mut wanted = Vec::new();
+    let mut shot = Shot::default();
+    let mut render = None;
     while let Some(argument) = arguments.next() {
         let mut value = || {
             arguments
@@ -297,6 +330,17 @@ fn asked(mut arguments: impl Iterator<Item = String>) -> Result<ExitCode, String
             "--kind" => kind = value()?,
             "--id" => id = Some(value()?),
             "--here" => in_place = true,
+            "--render" => render = Some(PathBuf::from(value()?)),
+            "--feed" => shot.feeds.push(feed(&value()?)?),
+            "--set" => shot.settings.push(parted(&argument, &value()?)?),
+            "--host" => shot.host = value()?,
+            "--time" => {
+                let time = value()?;
+                shot.time = time
+                    .parse()
+                    .map_err(|_| format!("--time {time}: is not a number"))?;
+            }
+            "--overlay" => shot.overlay = true,
             "--help" | "-h" => {
                 say!("{HELP}");
                 return Ok(ExitCode::SUCCESS);
@@ -313,6 +357,19 @@ fn asked(mut arguments: impl Iterator<Item = String>) -> Result<ExitCode, String
         }
     }
     let file = file.ok_or("no plugin is named")?;
+    if let Some(render) = render {
+        (shot.plugin, shot.id) = (file, id);
+        let done = shot
+            .taken()
+            .and_then(|picture| crate::files::write(&render, &picture));
+        return Ok(done.map_or_else(
+            |why| {
+                eprintln!("{why}");
+                ExitCode::FAILURE
+            },
+            |()| ExitCode::SUCCESS,
+        ));
+    }
     let subject = subject(file, &kind, id)?;
     let outcomes = if in_place {
         (ALL.iter())

@@ -5,8 +5,10 @@
 pub mod checks;
 pub mod command;
 pub mod drive;
+pub mod files;
 pub mod host;
 pub mod picture;
 pub mod scene;
+pub mod shot;
 pub mod subject;
 pub mod subjects;

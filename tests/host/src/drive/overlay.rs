@@ -28,6 +28,30 @@ impl Instance<'_> {
     /// # Errors
     /// If an action fails.
     pub fn overlay(&self, pen: (f64, f64)) -> Result<Option<Strokes>, String> {
+        self.overlaid(
+            pen,
+            &[
+                kOfxInteractActionGainFocus,
+                kOfxInteractActionDraw,
+                kOfxInteractActionPenMotion,
+                kOfxInteractActionPenDown,
+                kOfxInteractActionPenMotion,
+                kOfxInteractActionPenUp,
+                kOfxInteractActionDraw,
+                kOfxInteractActionLoseFocus,
+            ],
+        )
+    }
+
+    /// As `overlay`, but draws alone.
+    ///
+    /// # Errors
+    /// If an action fails.
+    pub fn overlay_alone(&self) -> Result<Option<Strokes>, String> {
+        self.overlaid((0.0, 0.0), &[kOfxInteractActionDraw])
+    }
+
+    fn overlaid(&self, pen: (f64, f64), actions: &[&CStr]) -> Result<Option<Strokes>, String> {
         let host = self.loaded.host;
         let descriptor = &self.loaded.descriptor.properties;
         let entry = descriptor
@@ -87,16 +111,7 @@ impl Instance<'_> {
                 .doubles(kOfxInteractPropPenPressure, &[1.0])
                 .known(host, false, action)
         };
-        for action in [
-            kOfxInteractActionGainFocus,
-            kOfxInteractActionDraw,
-            kOfxInteractActionPenMotion,
-            kOfxInteractActionPenDown,
-            kOfxInteractActionPenMotion,
-            kOfxInteractActionPenUp,
-            kOfxInteractActionDraw,
-            kOfxInteractActionLoseFocus,
-        ] {
+        for action in actions {
             let given = arguments(action);
             let done = call(action, &overlay, Some(&given));
             host.end(given.handle());

@@ -23,6 +23,7 @@ pub static KIND: Kind = Kind {
         &[("mode", Knob::Int(1)), ("output", Knob::Int(2))],
         &[("mode", Knob::Int(1)), ("output", Knob::Int(3))],
         &[("output", Knob::Int(1))],
+        &[("output", Knob::Int(4))],
         &[("quality", Knob::Int(0))],
         &[("quality", Knob::Int(2))],
         &[("edge", Knob::Int(1)), ("geometry", Knob::Int(2))],

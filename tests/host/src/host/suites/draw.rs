@@ -13,10 +13,38 @@ use crate::host::{Host, locked, under};
 /// What was drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Strokes {
-    /// Number of points of each primitive.
-    pub primitives: Vec<usize>,
+    /// All but texts, in the order they were drawn.
+    pub strokes: Vec<Stroke>,
     /// Texts.
     pub texts: Vec<String>,
+    /// What is drawn with from now on.
+    colour: Option<[f32; 3]>,
+}
+
+/// One call of `draw`.
+#[derive(Clone, Debug)]
+pub struct Stroke {
+    /// What the points are joined to.
+    pub primitive: OfxDrawPrimitive,
+    /// Canonical.
+    pub points: Vec<(f64, f64)>,
+    /// Red, green and blue.
+    pub colour: [f32; 3],
+}
+
+impl Stroke {
+    /// The lines of it, by the indices of their ends; shapes are as their corners.
+    #[must_use]
+    pub fn ends(&self) -> Vec<(usize, usize)> {
+        let count = self.points.len();
+        match self.primitive {
+            p if p == kOfxDrawPrimitiveLines => {
+                (0..count / 2).map(|k| (2 * k, 2 * k + 1)).collect()
+            }
+            p if p == kOfxDrawPrimitiveLineStrip => (1..count).map(|k| (k - 1, k)).collect(),
+            _ => (0..count).map(|k| (k, (k + 1) % count)).collect(),
+        }
+    }
 }
 
 pub(super) fn suite() -> OfxDrawSuiteV1 {
@@ -42,27 +70,38 @@ fn drawing(context: OfxDrawContextHandle, call: &str) -> Result<std::sync::Arc<H
 
 unsafe extern "C" fn get_colour(
     context: OfxDrawContextHandle,
-    _which: OfxStandardColour,
+    which: OfxStandardColour,
     colour: *mut OfxRGBAColourF,
 ) -> OfxStatus {
-    let white = OfxRGBAColourF {
-        r: 1.0,
-        g: 1.0,
-        b: 1.0,
-        a: 1.0,
+    let (r, g, b) = match which {
+        w if w == kOfxStandardColourOverlayActive => (1.0, 0.7, 0.0),
+        w if w == kOfxStandardColourOverlayDeselected => (0.2, 0.8, 1.0),
+        _ => (1.0, 1.0, 1.0),
     };
+    let standard = OfxRGBAColourF { r, g, b, a: 1.0 };
     match drawing(context, "getColour") {
         // SAFETY: the plugin gives room for a colour.
-        Ok(_) => unsafe { put(colour, white, "getColour") },
+        Ok(_) => unsafe { put(colour, standard, "getColour") },
         Err(status) => status,
     }
 }
 
 unsafe extern "C" fn set_colour(
     context: OfxDrawContextHandle,
-    _colour: *const OfxRGBAColourF,
+    colour: *const OfxRGBAColourF,
 ) -> OfxStatus {
-    drawing(context, "setColour").err().unwrap_or(kOfxStatOK)
+    let host = match drawing(context, "setColour") {
+        Ok(host) => host,
+        Err(status) => return status,
+    };
+    if colour.is_null() {
+        host.misused("setColour was given NULL".to_owned());
+        return kOfxStatErrValue;
+    }
+    // SAFETY: the plugin gives a colour.
+    let colour = unsafe { colour.read_unaligned() };
+    locked(&host.strokes).colour = Some([colour.r, colour.g, colour.b]);
+    kOfxStatOK
 }
 
 unsafe extern "C" fn set_line_width(context: OfxDrawContextHandle, width: f32) -> OfxStatus {
@@ -105,15 +144,25 @@ unsafe extern "C" fn draw(
         ));
         return kOfxStatErrValue;
     }
-    // SAFETY: the plugin gives as many points as it says.
-    let finite = (0..count).all(|i| unsafe {
-        let point = points.add(i).read_unaligned();
-        point.x.is_finite() && point.y.is_finite()
+    let given = (0..count).map(|i| {
+        // SAFETY: the plugin gives as many points as it says.
+        let point = unsafe { points.add(i).read_unaligned() };
+        (point.x, point.y)
     });
-    if !finite {
+    let points: Vec<_> = given.collect();
+    if points
+        .iter()
+        .any(|(x, y)| !(x.is_finite() && y.is_finite()))
+    {
         host.misused("draw was given a point that is not finite".to_owned());
     }
-    locked(&host.strokes).primitives.push(count);
+    let mut strokes = locked(&host.strokes);
+    let colour = strokes.colour.unwrap_or([1.0; 3]);
+    strokes.strokes.push(Stroke {
+        primitive,
+        points,
+        colour,
+    });
     kOfxStatOK
 }
 

@@ -30,7 +30,7 @@ use openfx::sys::image_effect_v1::param::*;
 use openfx::sys::image_effect_v1::progress::*;
 use openfx::sys::image_effect_v1::time_line::*;
 
-pub use draw::Strokes;
+pub use draw::{Stroke, Strokes};
 pub(crate) use interact::Overlay;
 pub(crate) use memory::Block;
 pub(crate) use multi_thread::Lock;
