@@ -12,7 +12,7 @@ use crate::lens::{Choice, Lens, built_in};
 use crate::pixels::Pixels;
 use crate::rendering::{
     Frame, InFocus, Inputs, Lenses, Mixing, Outcome, Task, focal_plane, is_unpremultiplied, mix,
-    perform, picture, window_of,
+    perform, picture, psf_grid, window_of,
 };
 use crate::setup::{Circumstances, Setup, focus_vergence};
 use crate::sys::effect::{CLIP_OUTPUT, CLIP_SOURCE, QUALITY_DRAFT, THUMBNAIL};
@@ -132,7 +132,8 @@ impl Render<'_, '_> {
             (&lenses.lens.info, &frame.plane),
             self.time,
         )?;
-        if self.knobs.choice(&output::OUTPUT) == output::FOCAL_PLANE {
+        let output = self.knobs.choice(&output::OUTPUT);
+        if output == output::FOCAL_PLANE {
             result.clear(frame.window, within);
             self.focus((&result, &original), within, (&inputs, &lenses.lens))?;
             return Ok(Outcome::Done);
@@ -144,14 +145,21 @@ impl Render<'_, '_> {
             draft: self.is_draft(),
             threads: self.call.host.threads(),
         };
+        let setup = Setup::new(self.knobs, &lenses.lens.info, &about)?;
+        if output == output::PSF_GRID {
+            result.clear(frame.window, within);
+            let drawn = (&self.call.effect, &*lenses.lens, setup.settings());
+            let sight = self.vergences(&inputs);
+            return psf_grid(drawn, &result, (frame.format, within), sight);
+        }
         let outcome = perform(
             &Task {
                 effect: self.call.effect,
                 mode: self.knobs.choice(&lens::MODE),
-                output: self.knobs.choice(&output::OUTPUT),
+                output,
                 frame,
                 inputs: &inputs,
-                setup: &Setup::new(self.knobs, &lenses.lens.info, &about)?,
+                setup: &setup,
                 source: from,
                 target: result.part(within),
             },
@@ -159,7 +167,7 @@ impl Render<'_, '_> {
         )?;
         if outcome == Outcome::Done {
             result.clear(frame.window, within);
-            if self.knobs.choice(&output::OUTPUT) == output::RESULT {
+            if output == output::RESULT {
                 self.mix((&result, &original), within)?;
             }
         }
@@ -189,18 +197,23 @@ impl Render<'_, '_> {
     ) -> Result<()> {
         let focus = focus_vergence(self.knobs, &lens.info)?;
         let range = InFocus::about(focus, self.knobs.number(&focus::DEPTH_OF_FIELD));
+        focal_plane((result, original), rect, range, self.vergences(inputs));
+        Ok(())
+    }
+
+    /// What tells 1/m of a pixel.
+    fn vergences(&self, inputs: &Inputs) -> impl Fn((i32, i32)) -> f64 {
         let reading = Reading::new(self.knobs);
         let even = 1.0 / self.knobs.number(&depth::DISTANCE);
         // SAFETY: inputs hold their pictures.
         let pass = (inputs.depth.as_ref()).map(|made| unsafe { Pixels::new(made.image) });
-        focal_plane((result, original), rect, range, |place| match &pass {
+        move |place| match &pass {
             None => even,
             Some(pass) => {
                 let held = pass.nearest(place);
                 pass.get(held, 0).map_or(0.0, |v| reading.vergence(v))
             }
-        });
-        Ok(())
+        }
     }
 
     fn mix(

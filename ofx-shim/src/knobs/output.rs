@@ -10,11 +10,13 @@ pub(crate) const FOCAL_PLANE: i32 = 1;
 pub(crate) const CONFIDENCE: i32 = 2;
 /// Output: how much stronger noise is.
 pub(crate) const NOISE_GAIN: i32 = 3;
+/// Output: how the lens draws points.
+pub(crate) const PSF_GRID: i32 = 4;
 
 pub(crate) static OUTPUT: Knob = Knob {
     name: c"output",
     label: c"Output",
-    hint: c"Result. Focal Plane Setup: red is nearer than focus, green in focus, blue farther. Confidence: Remove, how much of each pixel was seen and not guessed. Noise Gain: Remove, how many times its size in the plate noise has.",
+    hint: c"Result. Focal Plane Setup: red is nearer than focus, green in focus, blue farther. Confidence: Remove, how much of each pixel was seen and not guessed. Noise Gain: Remove, how many times its size in the plate noise has. PSF Grid: how the lens draws points of light over the frame, at the depth there is, each as bright as can be shown.",
     kind: Kind::Choice {
         default: RESULT,
         options: &[
@@ -22,6 +24,7 @@ pub(crate) static OUTPUT: Knob = Knob {
             c"Focal Plane Setup",
             c"Confidence",
             c"Noise Gain",
+            c"PSF Grid",
         ],
     },
 };

@@ -3,6 +3,8 @@
 pub(crate) mod built_in;
 mod cache;
 mod info;
+mod kernel;
 
 pub(crate) use cache::{Choice, Lens, forget, lens};
 pub(crate) use info::Info;
+pub(crate) use kernel::points;

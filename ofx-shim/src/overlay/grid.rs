@@ -1,18 +1,13 @@
 //! How large and of what shape the lens draws points over the frame: an ellipse of twice the standard deviation each.
 
 use std::collections::BTreeMap;
-use std::ptr::{null, null_mut};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use seidel_c::{SeidelKernel, SeidelPlate, SeidelRect, SeidelStatus, seidel_kernel};
+use seidel_c::SeidelRect;
 
 use super::place::Place;
-use crate::ffi;
 use crate::host::Result;
-
-/// Columns and rows of the grid.
-const COLUMNS: i32 = 7;
-const ROWS: i32 = 5;
+use crate::lens::points;
 
 /// An ellipse, plate pixels: its middle, and the halves of two diameters that are square to each other before the
 /// plate's pixels are.
@@ -57,72 +52,14 @@ pub(crate) fn forget(instance: usize) {
 }
 
 fn ellipses(place: &Place) -> Result<Vec<Ellipse>> {
-    let channel = place.lens.info.channels.iter().position(|name| name == "G");
-    let channel = channel.unwrap_or(0) as u32;
-    let mut out = Vec::new();
-    for row in 0..ROWS {
-        for column in 0..COLUMNS {
-            let at = |k: i32, count: i32, size: i32| {
-                (f64::from(k) + 0.5) / f64::from(count) * f64::from(size)
-            };
-            let middle = (
-                at(column, COLUMNS, place.format.width).floor() + 0.5,
-                at(row, ROWS, place.format.height).floor() + 0.5,
-            );
-            let (weights, window) = kernel(place, channel, middle)?;
-            out.push(of_moments(middle, &weights, window));
-        }
-    }
-    Ok(out)
-}
-
-/// The weights of a kernel, and where they lie about the pixel that light comes from.
-fn kernel(place: &Place, channel: u32, (x, y): (f64, f64)) -> Result<(Vec<f32>, SeidelRect)> {
-    let plate = SeidelPlate {
-        size: size_of::<SeidelPlate>() as u64,
-        format: place.format,
-        extent: place.format,
-        source: null(),
-        depth: null(),
-        matte: null(),
-        matte_depth: null(),
-        alphas: null(),
-    };
     let settings = place.setup.settings();
-    let distance = match place.lens.info.knows_depth {
-        true => settings.distance,
-        false => f64::NAN,
+    let channel = place.lens.channel("G");
+    let ellipse = |middle| {
+        let at = (place.format, channel);
+        let kernel = (place.lens).kernel(settings, at, middle, settings.distance)?;
+        Ok(of_moments(middle, &kernel.weights, kernel.window))
     };
-    let mut kernel = SeidelKernel {
-        size: size_of::<SeidelKernel>() as u64,
-        weights: null_mut(),
-        capacity: 0,
-        left: 0,
-        top: 0,
-        width: 0,
-        height: 0,
-    };
-    let handle = place.lens.handle();
-    let ask = |kernel: &mut SeidelKernel| {
-        // SAFETY: everything is held until the call ends; the weights are as many as is said.
-        unsafe { seidel_kernel(handle, settings, &plate, channel, x, y, distance, kernel) }
-    };
-    let mut status = ask(&mut kernel);
-    let mut weights = Vec::new();
-    if status == SeidelStatus::TooSmall {
-        weights = vec![0.0_f32; kernel.width as usize * kernel.height as usize];
-        kernel.weights = weights.as_mut_ptr();
-        kernel.capacity = weights.len() as u64;
-        status = ask(&mut kernel);
-    }
-    ffi::done(status)?;
-    let window = SeidelRect {
-        left: kernel.left,
-        top: kernel.top,
-        width: kernel.width as i32,
-        height: kernel.height as i32,
-    };
-    Ok((weights, window))
+    points(place.format).map(ellipse).collect()
 }
 
 /// The ellipse with twice the standard deviation of a kernel along every direction.

@@ -13,7 +13,10 @@ mod picture;
 use abi::Abi;
 use host::Host;
 use picture::Picture;
-use seidel_c::{SEIDEL_ALPHA_UNPREMULTIPLIED, SEIDEL_DEPTH_DISTANCE, SEIDEL_DEPTH_INVERSE};
+use seidel_c::{
+    SEIDEL_ALPHA_UNPREMULTIPLIED, SEIDEL_DEPTH_DISTANCE, SEIDEL_DEPTH_INVERSE, SEIDEL_EDGES_BLACK,
+    SEIDEL_QUALITY_EXACT,
+};
 
 const WIDTH: i32 = 56;
 const HEIGHT: i32 = 40;
@@ -197,4 +200,34 @@ fn a_missing_lens_is_told_of_and_the_next_render_works() {
     );
     host.choose("lens", 1);
     assert!(host.try_render(&plate(), WHOLE).is_ok());
+}
+
+#[test]
+fn the_psf_grid_is_what_the_lens_makes_of_points() {
+    let (host, mut abi) = (Host::new(), Abi::new());
+    host.set("lensScale", 2.0);
+    host.set("distance", 2.0);
+    abi.settings.lens_scale = 2.0;
+    abi.settings.distance = 2.0;
+    abi.settings.quality = SEIDEL_QUALITY_EXACT;
+    // No light of points beyond the frame.
+    abi.settings.edges = SEIDEL_EDGES_BLACK;
+    host.choose("output", 4);
+    let grid = host.render(&plate(), WHOLE);
+    let mut wanted = Picture::made(WHOLE, 4, |_, _, c| f32::from(u8::from(c == 3)));
+    for (x, y) in (0..35).map(|k| (4 + 8 * (k % 7), 3 + 8 * (k / 7))) {
+        // Alone in its row, or it shares a kernel with its neighbours.
+        let point = Picture::made(WHOLE, 4, |i, j, _| f32::from(u8::from((i, j) == (x, y))));
+        let drawn = abi.apply(&point, WHOLE);
+        let light = |k: &usize| k % 4 != 3;
+        let samples = || (0..drawn.samples.len()).filter(light);
+        let peak = samples().map(|k| drawn.samples[k]).fold(0.0, f32::max);
+        assert!(peak > 0.0 && peak < 0.6, "it blurs: {peak}");
+        for k in samples() {
+            wanted.samples[k] += drawn.samples[k] / peak;
+        }
+    }
+    let apart = grid.samples.iter().zip(&wanted.samples);
+    let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(apart < 1e-5, "{apart}");
 }
