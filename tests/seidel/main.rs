@@ -18,6 +18,7 @@ mod fit_pupil;
 mod focus;
 mod gap;
 mod golden;
+mod in_hosts;
 mod lens_command;
 mod occlusion;
 mod pinholes;

@@ -11,7 +11,13 @@ const ALLOWED: [(&str, &[&str]); 8] = [
     ("cli", &["seidel-core"]),
     (
         "tests",
-        &["seidel", "seidel-core", "seidel-ofx", "seidel-plugin"],
+        &[
+            "seidel",
+            "seidel-core",
+            "seidel-ofx",
+            "seidel-ofx-host",
+            "seidel-plugin",
+        ],
     ),
     // It must share nothing with the plugins that it tests.
     ("tests/host", &[]),

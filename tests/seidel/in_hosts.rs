@@ -1,0 +1,129 @@
+//! The OpenFX plugin in a host that shares nothing with it, against the command: the same plate, lens and settings give
+//! the same samples, to the bit.
+
+// Its getters take their places in a fixed number: see `tests/host/src/host/suites/variadic.rs`.
+#![cfg(not(all(target_vendor = "apple", target_arch = "aarch64")))]
+
+use std::path::Path;
+
+use seidel_ofx_host::command::built;
+use seidel_ofx_host::picture::Picture;
+use seidel_ofx_host::shot::Shot;
+
+use crate::support::{read_channel, succeeds, write_exr, write_plate, write_ray_lens};
+
+const WIDTH: usize = 90;
+const HEIGHT: usize = 64;
+const NAMES: [&str; 4] = ["R", "G", "B", "A"];
+
+/// `plate.exr` of `folder` in a host, the lens being `lens.json`.
+fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
+    let plate = folder.join("plate.exr");
+    let mut feeds = vec![("Source".to_owned(), plate.clone(), None)];
+    if depth {
+        feeds.push(("Depth".to_owned(), plate, Some("Z".to_owned())));
+    }
+    let lens = folder.join("lens.json").display().to_string();
+    let always = [("lens", "Lens File"), ("profile", lens.as_str())];
+    let settings = always.iter().chain(knobs);
+    let shot = Shot {
+        plugin: built("seidel_ofx").expect("built with the tests"),
+        feeds,
+        settings: settings
+            .map(|(name, words)| ((*name).to_owned(), (*words).to_owned()))
+            .collect(),
+        ..Shot::default()
+    };
+    shot.taken().expect("rendered")
+}
+
+/// The command makes the same of it to the bit, and it is not what it was.
+#[track_caller]
+fn is_as_by_command(host: &Picture, folder: &Path, line: &str) {
+    succeeds(folder, &format!("{line} @plate.exr -o @out.exr"));
+    let mut changed = false;
+    for (c, name) in NAMES.iter().enumerate() {
+        let command = read_channel(&folder.join("out.exr"), name);
+        let before = read_channel(&folder.join("plate.exr"), name);
+        changed |= command != before;
+        assert_eq!(command.len(), WIDTH * HEIGHT);
+        for (k, wanted) in command.iter().enumerate() {
+            let (x, y) = ((k % WIDTH) as i32, (HEIGHT - 1 - k / WIDTH) as i32);
+            let got = host.pixel(x, y)[c];
+            let same = got.to_bits() == wanted.to_bits();
+            assert!(same, "{name} of {x}, {y}: {got}, not {wanted}");
+        }
+    }
+    assert!(changed, "something was done");
+}
+
+#[test]
+fn apply_is_that_of_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
+    let depth = [("math", "depth"), ("worldScale", "metres")];
+    let host = in_host(folder, true, &depth);
+    let line = "apply --lens @lens.json --no-depth-check";
+    is_as_by_command(&host, folder, line);
+    let more = [
+        ("amount", "1.5"),
+        ("redScale", "1.2"),
+        ("focus", "Focus Distance"),
+        ("focusDistance", "2"),
+        ("dof", "0.2"),
+        ("front", "1.5"),
+        ("maxSize", "8"),
+        ("edge", "Nearest"),
+        ("fillForeground", "off"),
+    ];
+    let host = in_host(folder, true, &[&depth[..], &more].concat());
+    let line = format!(
+        "{line} --amount 1.5 --channel-scale R=1.2 --focus-distance 2 --depth-of-field 0.2 \
+         --front-multiplier 1.5 --maximum-size 8 --edges extend --no-fill-foreground"
+    );
+    is_as_by_command(&host, folder, &line);
+    let host = in_host(folder, false, &[("distance", "1.5"), ("edge", "Black")]);
+    let line = "apply --lens @lens.json --distance 1.5 --edges black";
+    is_as_by_command(&host, folder, line);
+}
+
+#[test]
+fn remove_and_relens_are_those_of_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    std::fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
+    let plane = |shade: f32| -> Vec<f32> {
+        let pixel = |k: usize| {
+            let tile = (k % WIDTH / 20 + k / WIDTH / 15) % 2;
+            shade * (0.4 + 0.3 * tile as f32 + 0.002 * (k % WIDTH) as f32)
+        };
+        (0..WIDTH * HEIGHT).map(pixel).collect()
+    };
+    let channels = [
+        ("R", plane(1.0)),
+        ("G", plane(0.8)),
+        ("B", plane(0.6)),
+        ("A", vec![1.0; WIDTH * HEIGHT]),
+    ];
+    write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
+    let knobs = [("mode", "Remove"), ("distance", "1.6"), ("noise", "0.002")];
+    let host = in_host(folder, false, &knobs);
+    let common = "--distance 1.6 --noise 0.002 --lens-check off";
+    let line = format!("remove --lens @lens.json {common} --no-overscan");
+    is_as_by_command(&host, folder, &line);
+    let other = folder.join("other.json").display().to_string();
+    let knobs = [
+        ("mode", "Relens"),
+        ("toLens", "Lens File"),
+        ("toProfile", other.as_str()),
+        ("amount", "0.7"),
+        ("distance", "1.6"),
+        ("noise", "0.002"),
+    ];
+    let host = in_host(folder, false, &knobs);
+    let line = format!("relens --from @lens.json --to @other.json --amount 0.7 {common}");
+    is_as_by_command(&host, folder, &line);
+}
