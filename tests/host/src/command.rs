@@ -276,6 +276,7 @@ Renders one picture to OUT, .exr or .png (for displays of sRGB), and checks noth
                               of a choice, a text
   --host HOST                 the kind of host: complete (the default), nuke, resolve, natron, ...
   --time TIME                 the frame, 0 unless told
+  --half                      writes it at half its size, means of two by two pixels
   --overlay                   draws what the plugin's overlay draws over the picture";
 
 /// The whole command.
@@ -287,7 +288,7 @@ pub fn main() -> ExitCode {
     match asked(std::env::args().skip(1)) {
         Ok(code) => code,
         Err(why) => {
-            eprintln!("{why}\n\n{HELP}");
+            eprintln!("{why}; see --help");
             ExitCode::from(2)
         }
     }
@@ -320,6 +321,7 @@ fn asked(mut arguments: impl Iterator<Item = String>) -> Result<ExitCode, String
     let mut wanted = Vec::new();
     let mut shot = Shot::default();
     let mut render = None;
+    let mut half = false;
     while let Some(argument) = arguments.next() {
         let mut value = || {
             arguments
@@ -341,6 +343,7 @@ fn asked(mut arguments: impl Iterator<Item = String>) -> Result<ExitCode, String
                     .map_err(|_| format!("--time {time}: is not a number"))?;
             }
             "--overlay" => shot.overlay = true,
+            "--half" => half = true,
             "--help" | "-h" => {
                 say!("{HELP}");
                 return Ok(ExitCode::SUCCESS);
@@ -359,9 +362,9 @@ fn asked(mut arguments: impl Iterator<Item = String>) -> Result<ExitCode, String
     let file = file.ok_or("no plugin is named")?;
     if let Some(render) = render {
         (shot.plugin, shot.id) = (file, id);
-        let done = shot
-            .taken()
-            .and_then(|picture| crate::files::write(&render, &picture));
+        let made = shot.taken();
+        let made = made.map(|picture| if half { picture.halved() } else { picture });
+        let done = made.and_then(|picture| crate::files::write(&render, &picture));
         return Ok(done.map_or_else(
             |why| {
                 eprintln!("{why}");
