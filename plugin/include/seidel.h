@@ -717,6 +717,21 @@ enum SeidelStatus seidel_lens_model(const struct SeidelLens *lens,
                                     size_t *needed);
 
 /**
+ * Compares the blur that a plate shows with that of the lens it is said to be taken with: `blur_share` gets the plate's as
+ * a share of the lens's, 1 where nothing speaks against the lens. What `seidel remove` does with it: below 1, settings.amount
+ * is multiplied by it, since to remove more would ring; above 1, it is said. settings.amount must not be 0. `settings` and
+ * `callbacks` may be NULL as in seidel_apply.
+ *
+ * Pointers:
+ * That of seidel_apply; `blur_share` must be good for a number.
+ */
+enum SeidelStatus seidel_check_lens(const struct SeidelLens *lens,
+                                    const struct SeidelSettings *settings,
+                                    const struct SeidelPlate *plate,
+                                    double *blur_share,
+                                    const struct SeidelCallbacks *callbacks);
+
+/**
  * Tells which pixels of the source seidel_apply must be given for its result in `window` to be that part of the whole
  * plate's to the bit. Of the plate, `format`, `extent` and whether there is a depth count. With SEIDEL_QUALITY_EXACT, one
  * distance and a model that needs no rays this is `window` and as much about it as kernels reach; otherwise the whole

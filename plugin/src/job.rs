@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use seidel_core::plate::{LensUse, Light, Placed, Returned, Vergences};
+use seidel_core::plate::{LensUse, Light, Placed, Returned, Seen, Vergences};
 use seidel_core::predict::Predictor;
 use seidel_core::psf::PsfModel;
 use seidel_core::render::FocusControls;
@@ -39,7 +39,7 @@ impl Sight {
             predictor,
         };
         // What cannot be is refused before any work.
-        let nowhere = |_: &seidel_core::plate::Seen| Ok::<(), Failure>(());
+        let nowhere = |_: &Seen| Ok::<(), Failure>(());
         sight
             .lens_use()
             .seen(&sight.placed, Vergences::Constant(0.0), nowhere)?;
@@ -85,6 +85,19 @@ impl Job {
             weights,
             settings: settings.clone(),
         })
+    }
+
+    /// The light that fell on the sensor, before its tone.
+    pub(crate) fn undeveloped(&self) -> Light {
+        let mut light = self.light.clone();
+        light.undevelop(&self.sight.predictor, &self.weights);
+        light
+    }
+
+    /// Does `work` with the lens as it sees the plate.
+    pub(crate) fn seen<T>(&self, work: impl FnOnce(&Seen) -> Result<T>) -> Result<T> {
+        let lens_use = self.sight.lens_use();
+        lens_use.seen(&self.sight.placed, self.vergence.clone(), work)
     }
 }
 

@@ -14,6 +14,7 @@ mod job;
 mod kernel;
 mod last_error;
 mod lens;
+mod lens_check;
 mod plate;
 mod pointers;
 mod region;
@@ -34,6 +35,7 @@ pub use lens::{
     seidel_lens_info, seidel_lens_model, seidel_lens_open, seidel_lens_read, seidel_lens_release,
     seidel_lens_retain,
 };
+pub use lens_check::seidel_check_lens;
 pub use plate::SeidelPlate;
 pub use region::{seidel_memory_needed, seidel_region_of_interest};
 pub use relens::seidel_relens;

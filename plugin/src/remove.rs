@@ -209,10 +209,8 @@ pub(crate) fn unblurred(
     gain: bool,
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Unblurred> {
-    let mut light = job.light.clone();
-    light.undevelop(&job.sight.predictor, &job.weights);
-    let lens_use = job.sight.lens_use();
-    lens_use.seen(&job.sight.placed, job.vergence.clone(), |seen| {
+    let light = job.undeveloped();
+    job.seen(|seen| {
         let unblur = job.settings.unblur(colours);
         Ok(unblur.removed(&seen.scene, (&light, &job.weights), gain, progress)?)
     })

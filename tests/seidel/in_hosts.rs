@@ -10,7 +10,10 @@ use seidel_ofx_host::command::built;
 use seidel_ofx_host::picture::Picture;
 use seidel_ofx_host::shot::Shot;
 
-use crate::support::{read_channel, succeeds, write_exr, write_plate, write_ray_lens};
+use crate::remove_lens_check;
+use crate::support::{
+    read_channel, succeeds, write_exr, write_made_lens, write_plate, write_ray_lens,
+};
 
 const WIDTH: usize = 90;
 const HEIGHT: usize = 64;
@@ -42,13 +45,14 @@ fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
 fn is_as_by_command(host: &Picture, folder: &Path, line: &str) {
     succeeds(folder, &format!("{line} @plate.exr -o @out.exr"));
     let mut changed = false;
-    for (c, name) in NAMES.iter().enumerate() {
+    let (width, height) = (host.bounds.width(), host.bounds.height());
+    for (c, name) in NAMES.iter().enumerate().take(host.channels) {
         let command = read_channel(&folder.join("out.exr"), name);
         let before = read_channel(&folder.join("plate.exr"), name);
         changed |= command != before;
-        assert_eq!(command.len(), WIDTH * HEIGHT);
+        assert_eq!(command.len(), width * height);
         for (k, wanted) in command.iter().enumerate() {
-            let (x, y) = ((k % WIDTH) as i32, (HEIGHT - 1 - k / WIDTH) as i32);
+            let (x, y) = ((k % width) as i32, (height - 1 - k / width) as i32);
             let got = host.pixel(x, y)[c];
             let same = got.to_bits() == wanted.to_bits();
             assert!(same, "{name} of {x}, {y}: {got}, not {wanted}");
@@ -126,4 +130,19 @@ fn remove_and_relens_are_those_of_the_command() {
     let host = in_host(folder, false, &knobs);
     let line = format!("relens --from @lens.json --to @other.json --amount 0.7 {common}");
     is_as_by_command(&host, folder, &line);
+}
+
+#[test]
+fn the_lens_is_checked_as_by_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let channels = ["R", "G", "B"];
+    write_made_lens(folder, &channels);
+    remove_lens_check::write_plate(folder, "plate.exr", &channels, 0.7);
+    let knobs = [("mode", "Remove"), ("lensScale", "1"), ("distance", "1.6")];
+    let pressed = [&knobs[..], &[("checkLens", "")]].concat();
+    let line = "remove --lens @lens.json --lens-scale 1 --distance 1.6 --no-overscan";
+    is_as_by_command(&in_host(folder, false, &pressed), folder, line);
+    let off = format!("{line} --lens-check off");
+    is_as_by_command(&in_host(folder, false, &knobs), folder, &off);
 }

@@ -50,7 +50,7 @@ fn picture(seed: u64) -> Vec<f32> {
 }
 
 /// Writes `truth.exr` and, seen through the lens at `amount` and with noise, `plate`.
-fn write_plate(folder: &Path, plate: &str, channels: &[&str], amount: f64) {
+pub(crate) fn write_plate(folder: &Path, plate: &str, channels: &[&str], amount: f64) {
     let (truth, plate) = (folder.join("truth.exr"), folder.join(plate));
     let planes = |of: &dyn Fn(u64, &str) -> Vec<f32>| {
         let named = channels.iter().zip(1..);
@@ -297,4 +297,66 @@ fn another_lens_is_put_on_as_it_is() {
     let of = |file: &str| root_mean_square(folder, file, "Y");
     let (less, all) = (of("less.exr"), of("all.exr"));
     assert!(less < 0.5 * all, "{less} {all}");
+}
+
+#[test]
+fn the_c_abi_tells_the_share_that_the_command_goes_by() {
+    use seidel_c::*;
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let channels = ["R", "G", "B"];
+    write_made_lens(folder, &channels);
+    write_plate(folder, "plate.exr", &channels, 0.7);
+    let wanted = amount_in(&removed(folder, "less.exr", "").stderr);
+    let planes = channels.map(|name| read_channel(&folder.join("plate.exr"), name));
+    let mut samples: Vec<f32> = (0..WIDTH * HEIGHT)
+        .flat_map(|k| [0, 1, 2].map(|c: usize| planes[c][k]))
+        .collect();
+    let rect = SeidelRect {
+        left: 0,
+        top: 0,
+        width: WIDTH as i32,
+        height: HEIGHT as i32,
+    };
+    let source = SeidelImage {
+        size: size_of::<SeidelImage>() as u64,
+        data: samples.as_mut_ptr().cast(),
+        row_bytes: (12 * WIDTH) as i64,
+        pixel_bytes: 0,
+        channels: 3,
+        sample: SEIDEL_FLOAT,
+        reserved: 0,
+        rect,
+    };
+    let plate = SeidelPlate {
+        size: size_of::<SeidelPlate>() as u64,
+        format: rect,
+        extent: rect,
+        source: &raw const source,
+        depth: std::ptr::null(),
+        matte: std::ptr::null(),
+        matte_depth: std::ptr::null(),
+        alphas: std::ptr::null(),
+    };
+    let path = folder.join("lens.json").display().to_string();
+    let path = std::ffi::CString::new(path).expect("no zero");
+    // SAFETY: zeros are NULL and numbers; all pointers are good.
+    let (share, refused) = unsafe {
+        let mut settings: SeidelSettings = std::mem::zeroed();
+        settings.size = size_of::<SeidelSettings>() as u64;
+        assert_eq!(seidel_settings_init(&raw mut settings), SeidelStatus::Ok);
+        (settings.lens_scale, settings.distance) = (1.0, 1.6);
+        let (mut lens, mut share) = (std::ptr::null_mut(), f64::NAN);
+        let opened = seidel_lens_open(path.as_ptr(), &raw mut lens);
+        assert_eq!(opened, SeidelStatus::Ok);
+        let none = std::ptr::null();
+        let checked = seidel_check_lens(lens, &settings, &plate, &raw mut share, none);
+        assert_eq!(checked, SeidelStatus::Ok);
+        settings.amount = 0.0;
+        let refused = seidel_check_lens(lens, &settings, &plate, &raw mut share, none);
+        seidel_lens_release(lens);
+        (share, refused)
+    };
+    assert!((share - wanted).abs() < 0.005, "{share}, not {wanted}");
+    assert_eq!(refused, SeidelStatus::Argument);
 }

@@ -1,8 +1,8 @@
 //! Something was changed: by the user, by the plugin, or by a project that was loaded.
 
-use super::{Answer, Call, enabled, focal_point, untell};
+use super::{Answer, Call, check_lens, enabled, focal_point, untell};
 use crate::host::{Result, Value};
-use crate::knobs::{Knobs, focus, lens};
+use crate::knobs::{Knobs, focus, lens, remove};
 use crate::sys::property::{CHANGE_REASON, CHANGE_TIME, CHANGE_USER_EDITED, NAME, TIME};
 
 /// Acts on it.
@@ -23,6 +23,9 @@ pub(super) fn changed(call: &Call) -> Result<Answer> {
     let by_user = call.arguments.is(CHANGE_REASON, CHANGE_USER_EDITED);
     if by_user && call.arguments.is(NAME, focus::POINT.name) {
         focal_point::focus(call, time)?;
+    }
+    if by_user && call.arguments.is(NAME, remove::CHECK_LENS.name) {
+        check_lens::check(call, time);
     }
     enabled::show(&call.effect, time);
     Ok(Answer::Done)

@@ -14,7 +14,7 @@ pub(super) fn show(effect: &Effect, time: f64) {
     let from_file = |knob| knobs.choice(knob) == built_in::FILE;
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
     let focused = knobs.choice(&focus::FOCUS);
-    let states: [(&Knob, bool); 16] = [
+    let states: [(&Knob, bool); 17] = [
         (&lens::PROFILE, from_file(&lens::LENS)),
         (&lens::TO_LENS, relens),
         (&lens::TO_PROFILE, relens && from_file(&lens::TO_LENS)),
@@ -30,6 +30,7 @@ pub(super) fn show(effect: &Effect, time: f64) {
         (&remove::GRAIN, mode == lens::REMOVE),
         (&remove::NOISE, removes),
         (&remove::CLIP, removes),
+        (&remove::CHECK_LENS, removes),
         (&output::MASK_INVERT, knobs.is_on(&output::USE_MASK)),
     ];
     let params = effect.params();

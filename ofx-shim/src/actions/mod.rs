@@ -1,6 +1,7 @@
 //! What the host asks for, one action a file.
 
 mod changed;
+mod check_lens;
 mod create;
 mod describe;
 mod describe_in_context;

@@ -49,7 +49,8 @@ pub(super) fn render(call: &Call) -> Result<Answer> {
             ),
         ));
     }
-    let frame = Frame::new(call, &knobs, (clip, source), (time, target.bounds))?;
+    let window = window_of(call)?;
+    let frame = Frame::new(call, &knobs, (clip, source), (time, target.bounds), window);
     let one = Render {
         call,
         time,

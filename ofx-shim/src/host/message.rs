@@ -4,7 +4,7 @@ use std::ffi::{CStr, CString};
 
 use super::Host;
 use crate::sys::Handle;
-use crate::sys::message::{ERROR, LOG};
+use crate::sys::message::{ERROR, LOG, MESSAGE};
 
 /// What all formats are.
 const TEXT: &CStr = c"%s";
@@ -54,15 +54,24 @@ pub(crate) fn clear(host: &Host, handle: Handle) {
     }
 }
 
+/// Tells the user something that is not wrong.
+pub(crate) fn inform(host: &Host, handle: Handle, text: &str) {
+    say(host, handle, MESSAGE, text);
+}
+
 /// Writes to the host's log.
 pub(crate) fn log(host: &Host, handle: Handle, text: &str) {
+    say(host, handle, LOG, text);
+}
+
+fn say(host: &Host, handle: Handle, kind: &CStr, text: &str) {
     if let Some(message) = host.suites.messages.message {
         let text = printable(text);
         // SAFETY: as above.
         unsafe {
             message(
                 handle,
-                LOG.as_ptr(),
+                kind.as_ptr(),
                 ID.as_ptr(),
                 TEXT.as_ptr(),
                 text.as_ptr(),

@@ -15,7 +15,7 @@ mod threads;
 pub(crate) use caught::{caught, last_panic};
 pub(crate) use effect::{Clip, Effect};
 pub(crate) use image::Image;
-pub(crate) use message::{clear, log, tell};
+pub(crate) use message::{clear, inform, log, tell};
 pub(crate) use params::{Params, Value};
 pub(crate) use props::Props;
 pub(crate) use suites::Suites;

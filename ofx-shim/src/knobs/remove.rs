@@ -58,9 +58,16 @@ pub(crate) static CLIP_LEVEL: Knob = Knob {
     },
 };
 
+pub(crate) static CHECK_LENS: Knob = Knob {
+    name: c"checkLens",
+    label: c"Check Lens",
+    hint: c"Remove and Relens: looks whether this frame shows as much blur as the lens has. Where it shows less, Amount becomes as much, so that nothing rings. The time of a removal or more.",
+    kind: Kind::Button,
+};
+
 pub(crate) static GROUP: Group = Group {
     name: c"removeGroup",
     label: c"Remove",
     open: false,
-    knobs: &[&STRENGTH, &GRAIN, &NOISE, &CLIP, &CLIP_LEVEL],
+    knobs: &[&STRENGTH, &GRAIN, &NOISE, &CLIP, &CLIP_LEVEL, &CHECK_LENS],
 };

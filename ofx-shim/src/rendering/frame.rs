@@ -47,16 +47,15 @@ pub(crate) fn field_of(call: &Call) -> Field {
 }
 
 impl Frame {
-    /// That of a render of `source`, which came of `clip`, to a picture with the pixels `output`.
-    ///
-    /// # Errors
-    /// A host that does not say what to render.
+    /// That of a render of `source`, which came of `clip`, to a picture with the pixels `output`, of which those of
+    /// `asked` are asked for.
     pub(crate) fn new(
         call: &Call,
         knobs: &Knobs,
         (clip, source): (&Clip, &Image),
         (time, output): (f64, OfxRectI),
-    ) -> Result<Self> {
+        asked: OfxRectI,
+    ) -> Self {
         // Pictures of some hosts say another scale than the render's.
         let render_scale = call.arguments.doubles(RENDER_SCALE).unwrap_or([1.0; 2]);
         let aspect = source.pixel_aspect.or(clip.pixel_aspect()).unwrap_or(1.0);
@@ -74,16 +73,16 @@ impl Frame {
         // Endless regions end where the format and the picture do.
         let most = joined(joined(format, source.bounds), output);
         let extent = meet(extent, most);
-        let window = meet(window_of(call)?, output);
+        let window = meet(asked, output);
         let plane = Plane::new(format, field);
-        Ok(Self {
+        Self {
             scale,
             field,
             plane,
             format: plane.rect(format),
             extent: plane.rect(extent),
             window: plane.rect(window),
-        })
+        }
     }
 
     /// What of the window lies in the extent, where anything does.

@@ -10,6 +10,6 @@ mod psf_grid;
 pub(crate) use frame::{Frame, field_of, project_of, window_of};
 pub(crate) use inputs::{Inputs, is_unpremultiplied, picture};
 pub(crate) use mixing::{Mixing, mix};
-pub(crate) use outcome::{Lenses, Outcome, Task, perform};
+pub(crate) use outcome::{Lenses, Outcome, Task, perform, progress};
 pub(crate) use preview::{InFocus, focal_plane};
 pub(crate) use psf_grid::psf_grid;

@@ -44,7 +44,7 @@ pub(crate) enum Outcome {
 }
 
 /// Asks the host, on the thread that it called, whether to stop.
-unsafe extern "C" fn progress(user: *mut c_void, _share: f64) -> i32 {
+pub(crate) unsafe extern "C" fn progress(user: *mut c_void, _share: f64) -> i32 {
     // SAFETY: it is the effect that `perform` gave, which lives until the call ends.
     let effect = unsafe { &*user.cast::<Effect>() };
     let stop = crate::host::caught(|| effect.is_aborted());

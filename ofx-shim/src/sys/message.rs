@@ -31,6 +31,8 @@ pub struct OfxMessageSuiteV2 {
 
 /// Name of the suite.
 pub const SUITE: &CStr = c"OfxMessageSuite";
+/// Something to know.
+pub const MESSAGE: &CStr = c"OfxMessageMessage";
 /// For the log alone.
 pub const LOG: &CStr = c"OfxMessageLog";
 /// Something went wrong.

@@ -273,7 +273,7 @@ Renders one picture to OUT, .exr or .png (for displays of sRGB), and checks noth
 
   --feed CLIP=FILE[:CHANNEL]  feeds a clip with an OpenEXR file: its colour, or one channel
   --set KNOB=VALUE            sets a parameter by its name: a number, numbers parted by commas, on or off, the name
-                              of a choice, a text
+                              of a choice, a text; presses a button
   --host HOST                 the kind of host: complete (the default), nuke, resolve, natron, ...
   --time TIME                 the frame, 0 unless told
   --half                      writes it at half its size, means of two by two pixels

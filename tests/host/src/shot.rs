@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::param::*;
 
 use crate::drive::{Instance, Library, Loaded, Request};
@@ -24,7 +25,8 @@ pub struct Shot {
     pub host: String,
     /// Clips, the files they are fed with, and the channels of those; nothing: their colour.
     pub feeds: Vec<(String, PathBuf, Option<String>)>,
-    /// Parameters and what they are set to, as words: numbers parted by commas, names of choices, texts.
+    /// Parameters and what they are set to, as words: numbers parted by commas, names of choices, texts;
+    /// buttons are pressed.
     pub settings: Vec<(String, String)>,
     /// The time.
     pub time: f64,
@@ -112,7 +114,11 @@ impl Shot {
                     .collect();
                 format!("--set {name}: is not one of {}", all.join(", "))
             })?;
-            instance.change(name, &setting(&parameter, words)?)?;
+            if parameter.kind.as_c_str() == kOfxParamTypePushButton {
+                instance.changed(kOfxTypeParameter, name, kOfxChangeUserEdited)?;
+            } else {
+                instance.change(name, &setting(&parameter, words)?)?;
+            }
         }
         instance.preferences()?;
         let request = Request {
