@@ -28,12 +28,29 @@ pub struct NewChannel<'a> {
 /// # Panics
 /// If a channel has not one sample a pixel.
 pub fn write_placed(path: &Path, windows: Windows, channels: &[NewChannel]) -> Result<()> {
+    write_shaped(path, windows, 1.0, channels)
+}
+
+/// As [`write_placed`], of pixels that are `pixel_aspect` times as wide as high.
+///
+/// # Errors
+/// A target that cannot be written.
+///
+/// # Panics
+/// If a channel has not one sample a pixel.
+pub fn write_shaped(
+    path: &Path,
+    windows: Windows,
+    pixel_aspect: f64,
+    channels: &[NewChannel],
+) -> Result<()> {
     let Windows { data, display } = windows;
     let mut layer = new_layer(data.width, data.height, channels);
     layer.attributes.layer_position = Vec2(data.x, data.y);
     let mut image = Image::from_layer(layer);
     image.attributes.display_window =
         IntegerBounds::new((display.x, display.y), (display.width, display.height));
+    image.attributes.pixel_aspect = pixel_aspect as f32;
     write_exr(path, &image, true)
 }
 

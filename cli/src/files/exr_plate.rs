@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
 use exr::meta::attribute::{AttributeValue, KeyCode, LineOrder, SampleType, Text};
-use exr::prelude::{Compression, Vec2};
+use exr::prelude::{Compression, ImageAttributes, LayerAttributes, Vec2};
 use half::f16;
 
 use super::error::{FileError, Result};
@@ -198,6 +198,25 @@ impl ExrPlate {
     pub(super) fn attribute(&self, name: &str) -> Option<&AttributeValue> {
         let attributes = &self.image.layer_data.first()?.attributes.other;
         attributes.get(&Text::new_or_none(name)?)
+    }
+
+    /// Whether it says anything beside windows, pixel aspect and names of parts.
+    pub(super) fn has_own_attributes(&self) -> bool {
+        let shared = &self.image.attributes;
+        let plain = ImageAttributes {
+            pixel_aspect: shared.pixel_aspect,
+            ..ImageAttributes::new(shared.display_window)
+        };
+        let of_part = |part: &LayerAttributes| {
+            let plain = LayerAttributes {
+                layer_name: part.layer_name.clone(),
+                layer_position: part.layer_position,
+                ..LayerAttributes::default()
+            };
+            *part != plain
+        };
+        let mut parts = self.image.layer_data.iter();
+        *shared != plain || parts.any(|layer| of_part(&layer.attributes))
     }
 
     /// Number of parts in the file, at least one.
