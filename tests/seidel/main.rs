@@ -16,6 +16,7 @@ mod eval;
 mod fit;
 mod fit_pupil;
 mod focus;
+mod formats;
 mod gap;
 mod golden;
 mod in_hosts;

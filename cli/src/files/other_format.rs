@@ -218,13 +218,16 @@ fn depth_of(plate: &Plate) -> SampleDepth {
     }
 }
 
-/// How samples that were stored as `source` are stored in another format but EXR: no coarser where it can be, but DPX
-/// has the 10 bits that programs expect of it unless there were 12 or 16.
-fn flat_depth(source: SampleDepth, target: Format) -> SampleDepth {
+/// How samples that were stored as `source` are stored in another format but EXR: no coarser where it can be, but RGB
+/// in DPX has the 10 bits that programs expect of it unless there were 12 or 16. Programs disagree on where samples of
+/// 10 bits lie that are not three a pixel.
+fn flat_depth(source: SampleDepth, target: Format, channels: usize) -> SampleDepth {
     use SampleDepth::{F32, Rgbe, U8, U10, U12, U16};
     match (target, source) {
         (Format::Hdr, _) => Rgbe,
-        (Format::Dpx, U12 | U16) => source,
+        (Format::Dpx, U12) => U12,
+        (Format::Dpx, U16) => U16,
+        (Format::Dpx, _) if channels != 3 => U16,
         (Format::Dpx, _) => U10,
         (_, U8) => U8,
         (Format::Tiff, U10 | U12 | U16) => U16,
@@ -236,7 +239,8 @@ fn flat_depth(source: SampleDepth, target: Format) -> SampleDepth {
 /// The picture of `plate` in the form of `target`.
 fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>) -> FlatPlate {
     let source = depth_of(plate);
-    let depth = flat_depth(source, target);
+    let channels = picture.names.len() + usize::from(picture.alpha.is_some());
+    let depth = flat_depth(source, target, channels);
     let options = &plate.options;
     let encoding = match options.colour_managed {
         // Codes of some colour space already.
@@ -286,10 +290,9 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
             Container::Tiff(tiff_file::Carried::new(premultiplied, icc))
         }
         Format::Dpx => {
-            let components = names.len() + usize::from(alpha.is_some());
             let meaning = (!options.colour_managed).then_some(encoding);
             let aspect = plate.pixel_aspect();
-            let carried = dpx::Carried::new(size, components, depth, meaning, aspect);
+            let carried = dpx::Carried::new(size, channels, depth, meaning, aspect);
             Container::Dpx(Box::new(carried))
         }
         Format::Hdr => Container::Hdr { lines: Vec::new() },
