@@ -60,6 +60,9 @@ faults! {
     DoesNothing c"org.seidel.box.doesNothing", "The blur is never put on.";
     ClearsAlways c"org.seidel.box.clearsAlways", "Messages are cleared where the function for it points to nowhere.";
     MaskedOnly c"org.seidel.box.maskedOnly", "Nothing is written where the mask has no pixels.";
+    ClearsDestroyed c"org.seidel.box.clearsDestroyed", "Messages are cleared when the instance is destroyed.";
+    NeedsRegion c"org.seidel.box.needsRegion", "Nothing is asked for where Source has no region yet.";
+    TakesAnySamples c"org.seidel.box.takesAnySamples", "Samples are floats, whatever the host says they are.";
     WideThreads c"org.seidel.box.wideThreads", "Wide blurs depend on the number of threads.";
 }
 

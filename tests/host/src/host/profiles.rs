@@ -121,11 +121,12 @@ fn fusion() -> Profile {
     }
 }
 
-/// Descriptors without a single property, no optional action; the sources of openfx-runner.
+/// Descriptors without a single property, no optional action, clips without a region until a render; the sources of
+/// openfx-runner.
 fn runner() -> Profile {
     Profile {
         name: "runner",
-        host_name: c"openfx-runner",
+        host_name: c"openfx-driver",
         api: (1, 4),
         describes: false,
         absent: [
@@ -140,6 +141,7 @@ fn runner() -> Profile {
         tiles: false,
         multi_resolution: false,
         rows: Rows::Odd,
+        late_regions: true,
         asks: false,
         sequences: false,
         overlays: false,

@@ -181,10 +181,13 @@ unsafe extern "C" fn clip_get_rod(
     time: OfxTime,
     bounds: *mut OfxRectD,
 ) -> OfxStatus {
-    let clip = match found::<Clip>(clip as usize, "clipGetRegionOfDefinition") {
-        Ok((_, clip)) => clip,
+    let (host, clip) = match found::<Clip>(clip as usize, "clipGetRegionOfDefinition") {
+        Ok(found) => found,
         Err(status) => return status,
     };
+    if host.profile.late_regions && under::now().is_some_and(|under| under.needs()) {
+        return kOfxStatFailed;
+    }
     let Some(effect) = clip.effect.upgrade() else {
         return kOfxStatErrBadHandle;
     };
