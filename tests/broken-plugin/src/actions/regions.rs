@@ -12,7 +12,7 @@ fn grown([x1, y1, x2, y2]: [f64; 4], by: f64) -> [f64; 4] {
 }
 
 /// Where Source has pixels, if the host says so.
-fn source_region(call: &Call<'_>) -> Option<[f64; 4]> {
+pub(super) fn source_region(call: &Call<'_>) -> Option<[f64; 4]> {
     let get = call.effect.suites.effect.clipGetRegionOfDefinition?;
     let (clip, _) = call.effect.clip(c"Source")?;
     let mut bounds = OfxRectD {

@@ -63,7 +63,17 @@ pub(super) fn render(call: &Call<'_>) -> OfxStatus {
         }
     };
     let source = match Image::of(effect, c"Source", time, call.fault) {
-        Ok(source) if source.channels == output.channels => Some(source.with_fault(call.fault)),
+        Ok(mut source) if source.channels == output.channels => {
+            if call.fault == Fault::TrustsRegion
+                && let Some([_, _, x2, y2]) = super::regions::source_region(call)
+            {
+                let scale = call.given.doubles::<2>(kOfxImageEffectPropRenderScale);
+                let [across, up] = scale.unwrap_or([1.0; 2]);
+                source.bounds[2] = source.bounds[2].min((x2 * across) as i32);
+                source.bounds[3] = source.bounds[3].min((y2 * up) as i32);
+            }
+            Some(source.with_fault(call.fault))
+        }
         Err(Missing::Empty) => None,
         _ => return kOfxStatErrImageFormat,
     };

@@ -68,6 +68,8 @@ pub struct Profile {
     pub all_connected: bool,
     /// Whether clips have no region while regions of interest are asked for.
     pub late_regions: bool,
+    /// Whether regions of clips and the project count pixels of the render while it goes on.
+    pub pixel_regions: bool,
     /// Samples of images, whatever plugins say they take: where they are not floats, plugins can only refuse.
     pub samples: &'static CStr,
     /// Whether `clearPersistentMessage` points to nowhere.
@@ -113,6 +115,7 @@ impl Profile {
             ],
             all_connected: false,
             late_regions: false,
+            pixel_regions: false,
             samples: kOfxBitDepthFloat,
             clear_is_garbage: false,
             rows: Rows::Padded,

@@ -150,7 +150,7 @@ fn runner() -> Profile {
     }
 }
 
-/// Images from the top down, loaded anew for every instance; MLT's src/modules/openfx.
+/// Images from the top down, loaded anew for every instance, regions in pixels at any scale; MLT's src/modules/openfx.
 fn mlt() -> Profile {
     Profile {
         name: "mlt",
@@ -158,6 +158,7 @@ fn mlt() -> Profile {
         api: (1, 4),
         contexts: vec![kOfxImageEffectContextFilter],
         rows: Rows::Negative,
+        pixel_regions: true,
         reloads: true,
         overlays: false,
         multiple_depths: false,
