@@ -17,6 +17,7 @@ mod remove;
 
 pub use diagnose::self_test;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
@@ -62,20 +63,20 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs the command.
+    /// Runs the command, which was called with `words`, the program's name first.
     ///
     /// # Errors
     /// Whatever stands in its way, in one message.
-    pub fn run(self, console: &mut Console) -> Result<(), CommandError> {
+    pub fn run(self, words: &[OsString], console: &mut Console) -> Result<(), CommandError> {
         match self {
             Self::Demo(args) => demo::run(&args, console),
             Self::Fit(args) => fit::run(&args, console),
             Self::Eval(args) => eval::run(&args, console),
             Self::Psf(args) => psf::run(&args, console),
             Self::Lens(command) => lens::run(&command, console),
-            Self::Apply(args) => apply::run(&args, console),
-            Self::Remove(args) => remove::run(&args, console),
-            Self::Relens(args) => relens::run(&args, console),
+            Self::Apply(args) => apply::run(&args, words, console),
+            Self::Remove(args) => remove::run(&args, words, console),
+            Self::Relens(args) => relens::run(&args, words, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }

@@ -1,5 +1,6 @@
 //! OpenEXR plates: everything in the file is kept, and only the channels that are replaced change.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -198,6 +199,16 @@ impl ExrPlate {
     pub(super) fn attribute(&self, name: &str) -> Option<&AttributeValue> {
         let attributes = &self.image.layer_data.first()?.attributes.other;
         attributes.get(&Text::new_or_none(name)?)
+    }
+
+    /// The attributes of the part of `id` that the format does not define.
+    pub(super) fn attributes(&self, id: ChannelId) -> &HashMap<Text, AttributeValue> {
+        &self.image.layer_data[id.part].attributes.other
+    }
+
+    /// The same, to be changed.
+    pub(super) fn attributes_mut(&mut self, id: ChannelId) -> &mut HashMap<Text, AttributeValue> {
+        &mut self.image.layer_data[id.part].attributes.other
     }
 
     /// Number of parts in the file, at least one.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::{FileError, Result};
 use super::limits::Limits;
+use super::provenance::Texts;
 use super::{png_file, tiff_file};
 
 /// How one sample is stored in the file.
@@ -86,6 +87,8 @@ pub struct FlatPlate {
     pub(super) height: usize,
     pub(super) names: Vec<String>,
     pub(super) planes: Vec<Vec<f32>>,
+    /// Texts that the file holds, each with its name.
+    pub(super) texts: Texts,
 }
 
 impl FlatPlate {

@@ -8,6 +8,7 @@ use super::exr_choice::ColourGroup;
 use super::exr_plate::{ExrPlate, NonFinite, Window, non_finite};
 use super::flat_plate::{Container, Encoding, FlatPlate};
 use super::format::{Format, check_output_name, detect};
+use super::provenance::Provenance;
 use super::windows::Windows;
 
 /// What a user may say about a plate.
@@ -353,6 +354,18 @@ impl Plate {
         match &self.file {
             PlateFile::Exr { plate, .. } => plate.path(),
             PlateFile::Flat { plate, .. } => plate.path(),
+        }
+    }
+
+    /// Says in the file what made it: `by` what, with which settings. What made it before is kept.
+    pub fn sign(&mut self, by: &Provenance, settings: &[(String, String)]) {
+        match &mut self.file {
+            PlateFile::Exr { plate, group } => {
+                let part = group.colour[0];
+                let texts = by.texts(settings, &plate.provenance(part));
+                plate.set_provenance(part, &texts);
+            }
+            PlateFile::Flat { plate, .. } => plate.texts = by.texts(settings, &plate.texts),
         }
     }
 
