@@ -19,6 +19,7 @@ mod focus;
 mod gap;
 mod golden;
 mod in_hosts;
+mod info;
 mod lens_command;
 mod occlusion;
 mod pinholes;

@@ -7,6 +7,7 @@ mod diagnose;
 mod drawing;
 mod eval;
 mod fit;
+mod info;
 mod lens;
 mod picture;
 mod plates;
@@ -58,6 +59,8 @@ pub enum Command {
     Remove(Box<remove::RemoveArgs>),
     /// Give a plate the blur of another lens than the one it was taken with
     Relens(Box<relens::RelensArgs>),
+    /// Tell what image files are, and what made them
+    Info(info::InfoArgs),
     /// Tell what a lens lacks against measured point-spread functions, and add it
     Diagnose(Box<diagnose::DiagnoseArgs>),
 }
@@ -77,6 +80,7 @@ impl Command {
             Self::Apply(args) => apply::run(&args, words, console),
             Self::Remove(args) => remove::run(&args, words, console),
             Self::Relens(args) => relens::run(&args, words, console),
+            Self::Info(args) => info::run(&args, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }

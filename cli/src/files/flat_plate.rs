@@ -128,6 +128,11 @@ impl FlatPlate {
         self.height
     }
 
+    /// Texts that the file holds beside the picture, each with its name.
+    pub fn texts(&self) -> &[(String, String)] {
+        &self.texts
+    }
+
     /// How samples are stored.
     pub fn depth(&self) -> SampleDepth {
         self.depth

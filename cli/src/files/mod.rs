@@ -3,10 +3,12 @@
 pub mod animation;
 pub mod atomic;
 pub mod depth;
+pub mod description;
 pub mod error;
 pub mod exr_choice;
 mod exr_file;
 pub mod exr_new;
+mod exr_order;
 pub mod exr_plate;
 mod exr_texts;
 pub mod flat_plate;

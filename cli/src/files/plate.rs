@@ -357,15 +357,16 @@ impl Plate {
         }
     }
 
-    /// Says in the file what made it: `by` what, with which settings. What made it before is kept.
-    pub fn sign(&mut self, by: &Provenance, settings: &[(String, String)]) {
+    /// Says in the file, the frame `frame` of a run, what made it: `by` what, with which settings. What made it before is
+    /// kept.
+    pub fn sign(&mut self, by: &Provenance, frame: Option<i64>, settings: &[(String, String)]) {
         match &mut self.file {
             PlateFile::Exr { plate, group } => {
                 let part = group.colour[0];
-                let texts = by.texts(settings, &plate.provenance(part));
+                let texts = by.texts(frame, settings, &plate.provenance(part));
                 plate.set_provenance(part, &texts);
             }
-            PlateFile::Flat { plate, .. } => plate.texts = by.texts(settings, &plate.texts),
+            PlateFile::Flat { plate, .. } => plate.texts = by.texts(frame, settings, &plate.texts),
         }
     }
 

@@ -103,7 +103,7 @@ impl Job<'_> {
         if let Some(provenance) = &self.provenance {
             let mut told = self.shared.told(&setup, &plate)?;
             told.extend(self.args.told());
-            plate.sign(provenance, &told);
+            plate.sign(provenance, self.frames[index].number, &told);
         }
         if setup.adjust.is_nothing() {
             light.keep(&mut plate)?;

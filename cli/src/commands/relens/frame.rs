@@ -73,7 +73,7 @@ impl Job<'_> {
         }
         if let Some(provenance) = &self.provenance {
             let told = self.from.told(&read.setup, &read.plate)?;
-            plate.sign(provenance, &told);
+            plate.sign(provenance, self.frames[index].number, &told);
         }
         Ok(NewFrame {
             plate,

@@ -92,7 +92,7 @@ impl Job<'_> {
         if let Some(provenance) = &self.provenance {
             let mut told = self.shared.told(&read.setup, &read.plate)?;
             told.push(("strength".to_owned(), self.args.strength.to_string()));
-            plate.sign(provenance, &told);
+            plate.sign(provenance, self.frames[index].number, &told);
         }
         Ok(SharpFrame {
             plate,
