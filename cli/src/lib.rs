@@ -19,7 +19,8 @@ use std::ffi::OsString;
 /// Runs the command line `args` (program name first). Returns the exit status: 0 done, 1 the work
 /// failed, 2 the command line was wrong.
 pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u8 {
-    let cli = match commands::Cli::try_parse_from(args) {
+    let words: Vec<OsString> = args.into_iter().collect();
+    let cli = match commands::Cli::try_parse_from(&words) {
         Ok(cli) => cli,
         Err(problem) => {
             // Help and version come this way too, with exit status 0.
@@ -34,7 +35,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u
             return u8::try_from(status).unwrap_or(2);
         }
     };
-    match cli.command.run(console) {
+    match cli.command.run(&words, console) {
         Ok(()) => 0,
         Err(commands::CommandError::Usage(problem)) => {
             let _ = writeln!(console.stderr, "error: {problem}");

@@ -60,6 +60,17 @@ impl Scale {
             y2: bound((rect.y2 * self.y - SLACK).ceil()) as i32,
         }
     }
+
+    /// The scale by which a host counts regions, told by the `region` of an input whose picture has the pixels
+    /// `bounds`: that of the render, as it ought to be; or none, where it says regions in pixels of the render, as MLT
+    /// does for previews. `aspect` is that of the pixels.
+    pub(crate) fn of_regions(self, region: OfxRectD, bounds: OfxRectI, aspect: f64) -> Self {
+        let pixels = Self::new([1.0; 2], aspect);
+        match self.pixels_of(region) != bounds && pixels.pixels_of(region) == bounds {
+            true => pixels,
+            false => self,
+        }
+    }
 }
 
 /// Whether a rectangle has no pixel.
@@ -208,6 +219,24 @@ mod tests {
             scale.pixels_of(endless),
             rect(-8_000_000, -8_000_000, 8_000_000, 8_000_000)
         );
+    }
+
+    #[test]
+    fn regions_in_pixels_of_a_proxy_are_told_by_the_picture() {
+        let half = Scale::new([0.5, 0.5], 2.0);
+        let region = |x2, y2| OfxRectD {
+            x2,
+            y2,
+            ..OfxRectD::default()
+        };
+        let picture = rect(0, 0, 100, 80);
+        // Canonical, as it ought to be, and for a part of the picture.
+        assert_eq!(half.of_regions(region(400.0, 160.0), picture, 2.0), half);
+        let part = rect(10, 0, 40, 80);
+        assert_eq!(half.of_regions(region(400.0, 160.0), part, 2.0), half);
+        // In pixels of the render, with the aspect alone.
+        let pixels = half.of_regions(region(200.0, 80.0), picture, 2.0);
+        assert_eq!((pixels.x, pixels.y), (0.5, 1.0));
     }
 
     #[test]

@@ -325,6 +325,7 @@ fn real_plates_keep_their_light_and_their_other_channels() {
             "exact".as_ref(),
             "--occlusion".as_ref(),
             "off".as_ref(),
+            "--no-provenance".as_ref(),
         ]);
         assert_eq!(outcome.status, 0, "{}", outcome.stderr);
         for channel in ["R", "G", "B"] {

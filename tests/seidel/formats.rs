@@ -29,7 +29,7 @@ fn made() -> tempfile::TempDir {
     folder
 }
 
-const APPLY: &str = "apply --lens @lens.json --distance 2";
+const APPLY: &str = "apply --lens @lens.json --distance 2 --no-provenance";
 
 fn bytes(folder: &Path, name: &str) -> Vec<u8> {
     fs::read(folder.join(name)).expect("written")

@@ -20,6 +20,7 @@ mod formats;
 mod gap;
 mod golden;
 mod in_hosts;
+mod info;
 mod lens_command;
 mod occlusion;
 mod pinholes;

@@ -5,6 +5,7 @@ mod occlusion;
 mod residual;
 mod verbose;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -116,7 +117,11 @@ impl From<EdgeChoice> for Edges {
     }
 }
 
-pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), CommandError> {
+pub(super) fn run(
+    args: &ApplyArgs,
+    words: &[OsString],
+    console: &mut Console,
+) -> Result<(), CommandError> {
     let mut said = Vec::new();
     let options = (&args.sight, &args.depth, &args.plate);
     let shared = Shared::open(&args.lens, options, &mut said)?;
@@ -144,6 +149,7 @@ pub(super) fn run(args: &ApplyArgs, console: &mut Console) -> Result<(), Command
         reading: &args.run.pool()?,
         blurring: &args.run.pool()?,
         shares: &shares,
+        provenance: args.run.provenance(words, &[("Lens", &args.lens)])?,
     };
     args.run.run(&job, &frames, &shares, console)
 }

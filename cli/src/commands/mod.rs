@@ -7,6 +7,7 @@ mod diagnose;
 mod drawing;
 mod eval;
 mod fit;
+mod info;
 mod lens;
 mod picture;
 mod plates;
@@ -17,6 +18,7 @@ mod remove;
 
 pub use diagnose::self_test;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
@@ -57,25 +59,28 @@ pub enum Command {
     Remove(Box<remove::RemoveArgs>),
     /// Give a plate the blur of another lens than the one it was taken with
     Relens(Box<relens::RelensArgs>),
+    /// Tell what image files are, and what made them
+    Info(info::InfoArgs),
     /// Tell what a lens lacks against measured point-spread functions, and add it
     Diagnose(Box<diagnose::DiagnoseArgs>),
 }
 
 impl Command {
-    /// Runs the command.
+    /// Runs the command, which was called with `words`, the program's name first.
     ///
     /// # Errors
     /// Whatever stands in its way, in one message.
-    pub fn run(self, console: &mut Console) -> Result<(), CommandError> {
+    pub fn run(self, words: &[OsString], console: &mut Console) -> Result<(), CommandError> {
         match self {
             Self::Demo(args) => demo::run(&args, console),
             Self::Fit(args) => fit::run(&args, console),
             Self::Eval(args) => eval::run(&args, console),
             Self::Psf(args) => psf::run(&args, console),
             Self::Lens(command) => lens::run(&command, console),
-            Self::Apply(args) => apply::run(&args, console),
-            Self::Remove(args) => remove::run(&args, console),
-            Self::Relens(args) => relens::run(&args, console),
+            Self::Apply(args) => apply::run(&args, words, console),
+            Self::Remove(args) => remove::run(&args, words, console),
+            Self::Relens(args) => relens::run(&args, words, console),
+            Self::Info(args) => info::run(&args, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }

@@ -2,6 +2,7 @@
 
 mod frame;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -43,7 +44,11 @@ pub struct RelensArgs {
     run: RunArgs,
 }
 
-pub(super) fn run(args: &RelensArgs, console: &mut Console) -> Result<(), CommandError> {
+pub(super) fn run(
+    args: &RelensArgs,
+    words: &[OsString],
+    console: &mut Console,
+) -> Result<(), CommandError> {
     let mut said = Vec::new();
     let options = (&args.sight, &args.depth, &args.plate);
     let from = Shared::open(&args.from, options, &mut said)?;
@@ -69,6 +74,9 @@ pub(super) fn run(args: &RelensArgs, console: &mut Console) -> Result<(), Comman
         reading: &args.run.pool()?,
         working: &args.run.pool()?,
         shares: &shares,
+        provenance: args
+            .run
+            .provenance(words, &[("FromLens", &args.from), ("ToLens", &args.to)])?,
     };
     args.run.run(&job, &frames, &shares, console)
 }

@@ -3,6 +3,7 @@
 mod extras;
 mod frame;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -95,7 +96,11 @@ impl RemoveArgs {
     }
 }
 
-pub(super) fn run(args: &RemoveArgs, console: &mut Console) -> Result<(), CommandError> {
+pub(super) fn run(
+    args: &RemoveArgs,
+    words: &[OsString],
+    console: &mut Console,
+) -> Result<(), CommandError> {
     let mut said = Vec::new();
     let options = (&args.sight, &args.depth, &args.plate);
     let shared = Shared::open(&args.lens, options, &mut said)?;
@@ -122,6 +127,7 @@ pub(super) fn run(args: &RemoveArgs, console: &mut Console) -> Result<(), Comman
         reading: &args.run.pool()?,
         working: &args.run.pool()?,
         shares: &shares,
+        provenance: args.run.provenance(words, &[("Lens", &args.lens)])?,
     };
     args.run.run(&job, &frames, &shares, console)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Write};
 use std::path::Path;
 
 use exr::block::chunk::Chunk;
@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use super::atomic::write_whole;
 use super::error::{FileError, Result};
+use super::exr_order::sort_attributes;
 use super::guard::caught;
 use super::limits::{Limits, open};
 
@@ -213,9 +214,8 @@ where
         } else {
             options.non_parallel()
         };
-        match caught(|| options.to_buffered(out)) {
-            Ok(result) => result.map_err(|error| error.to_string()),
-            Err(panic) => Err(panic),
-        }
+        caught(|| options.to_buffered(&mut *out))?.map_err(|error| error.to_string())?;
+        let ordered = out.flush().and_then(|()| sort_attributes(out.get_mut()));
+        ordered.map_err(|error| error.to_string())
     })
 }

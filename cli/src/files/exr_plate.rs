@@ -1,5 +1,6 @@
 //! OpenEXR plates: everything in the file is kept, and only the channels that are replaced change.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +12,7 @@ use half::f16;
 use super::error::{FileError, Result};
 use super::exr_file::{read_exr, write_exr};
 use super::limits::Limits;
+use super::provenance::is_ours;
 use super::windows::held;
 
 /// Name of the text attribute that takes the place of the film key code; see [`ExrPlate::open`].
@@ -213,10 +215,25 @@ impl ExrPlate {
                 layer_position: part.layer_position,
                 ..LayerAttributes::default()
             };
-            *part != plain
+            let others = |(name, _): &(&Text, &AttributeValue)| !is_ours(&name.to_string());
+            let bare = LayerAttributes {
+                other: HashMap::new(),
+                ..part.clone()
+            };
+            bare != plain || part.other.iter().any(|own| others(&own))
         };
         let mut parts = self.image.layer_data.iter();
         *shared != plain || parts.any(|layer| of_part(&layer.attributes))
+    }
+
+    /// The attributes of the part of `id` that the format does not define.
+    pub(super) fn attributes(&self, id: ChannelId) -> &HashMap<Text, AttributeValue> {
+        &self.image.layer_data[id.part].attributes.other
+    }
+
+    /// The same, to be changed.
+    pub(super) fn attributes_mut(&mut self, id: ChannelId) -> &mut HashMap<Text, AttributeValue> {
+        &mut self.image.layer_data[id.part].attributes.other
     }
 
     /// Number of parts in the file, at least one.

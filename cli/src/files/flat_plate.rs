@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::error::{FileError, Result};
 use super::format::{Format, detect};
 use super::limits::Limits;
+use super::provenance::{Texts, is_ours};
 use super::{dpx, hdr_file, jpeg_file, png_file, tiff_file};
 
 /// How one sample is stored in the file.
@@ -117,6 +118,8 @@ pub struct FlatPlate {
     pub(super) height: usize,
     pub(super) names: Vec<String>,
     pub(super) planes: Vec<Vec<f32>>,
+    /// Texts that the file holds, each with its name.
+    pub(super) texts: Texts,
 }
 
 impl FlatPlate {
@@ -169,6 +172,11 @@ impl FlatPlate {
     /// Height, pixels.
     pub fn height(&self) -> usize {
         self.height
+    }
+
+    /// Texts that the file holds beside the picture, each with its name.
+    pub fn texts(&self) -> &[(String, String)] {
+        &self.texts
     }
 
     /// How samples are stored.
@@ -327,6 +335,14 @@ impl FlatPlate {
         let mut notes = Vec::new();
         if matches!(&self.container, Container::Tiff(carried) if carried.more_pages) {
             notes.push("only the first page of the TIFF is kept".to_owned());
+        }
+        if matches!(&self.container, Container::Dpx(carried) if carried.has_no_room())
+            && self.texts.iter().any(|(name, _)| is_ours(name))
+        {
+            notes.push(
+                "the DPX holds user data of others, so what made it is not written into it"
+                    .to_owned(),
+            );
         }
         if self.depth == SampleDepth::F16 {
             notes.push("half float TIFF is written as 32-bit float".to_owned());

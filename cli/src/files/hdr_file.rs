@@ -11,6 +11,7 @@ use super::error::{FileError, Result};
 use super::flat_plate::{Container, FlatPlate, SampleDepth, names};
 use super::guard::caught;
 use super::limits::{Limits, open};
+use super::text_lines::{self, text};
 
 /// The largest sample that the format holds: 255/256 of 2^127.
 pub(super) const MOST: f32 = 255.0 / 256.0 * 1.701_411_8e38;
@@ -43,7 +44,9 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)
         .map_err(|e| FileError::io(path, "be read", &e))?;
-    let lines = header_lines(&bytes);
+    let (texts, lines): (Vec<_>, Vec<_>) = header_lines(&bytes)
+        .into_iter()
+        .partition(|line| text(line).is_some());
     let refuse = |error: ImageError| match error {
         ImageError::Unsupported(what) => FileError::new(
             path,
@@ -71,6 +74,7 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
     Ok(FlatPlate {
         path: path.to_path_buf(),
         container: Container::Hdr { lines },
+        texts: texts.iter().filter_map(|line| text(line)).collect(),
         depth: SampleDepth::Rgbe,
         width,
         height,
@@ -111,13 +115,15 @@ pub(super) fn write(path: &Path, plate: &FlatPlate, lines: &[Vec<u8>]) -> Result
     let format = coded.windows(7).position(|word| word == b"FORMAT=");
     write_whole(path, |out| {
         result.map_err(|e| e.to_string())?;
-        let text = |e: std::io::Error| e.to_string();
-        out.write_all(b"#?RADIANCE\n").map_err(text)?;
-        for line in lines {
-            out.write_all(line).map_err(text)?;
-            out.write_all(b"\n").map_err(text)?;
+        let failed = |e: std::io::Error| e.to_string();
+        out.write_all(b"#?RADIANCE\n").map_err(failed)?;
+        let own = text_lines::lines(&plate.texts);
+        let own = own.iter().map(String::as_bytes);
+        for line in own.chain(lines.iter().map(Vec::as_slice)) {
+            out.write_all(line).map_err(failed)?;
+            out.write_all(b"\n").map_err(failed)?;
         }
-        out.write_all(&coded[format.unwrap_or(0)..]).map_err(text)
+        out.write_all(&coded[format.unwrap_or(0)..]).map_err(failed)
     })
 }
 

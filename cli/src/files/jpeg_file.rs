@@ -52,6 +52,7 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
         height,
         planes: FlatPlate::planes_of(&data, names.len(), |s| f32::from(s) / 255.0),
         names,
+        texts: Vec::new(),
     })
 }
 

@@ -13,6 +13,7 @@ use super::flat_plate::{Container, Encoding, FlatPlate, SampleDepth};
 use super::format::Format;
 use super::limits::Limits;
 use super::plate::{Plate, PlateFile};
+use super::provenance::{Texts, is_ours};
 use super::tiff_file;
 use super::windows::{Windows, placed};
 
@@ -49,6 +50,7 @@ struct Picture {
     alpha: Option<Vec<f32>>,
     premultiplied: bool,
     windows: Windows,
+    texts: Texts,
 }
 
 impl Picture {
@@ -60,6 +62,7 @@ impl Picture {
             alpha: plate.alpha(),
             premultiplied: plate.is_premultiplied(),
             windows: plate.windows(),
+            texts: texts(plate, target, notes),
         };
         let Windows { data, display } = picture.windows;
         if target == Format::Exr || data == display {
@@ -140,6 +143,21 @@ impl Picture {
             self.premultiplied = false;
         }
     }
+}
+
+/// The texts that go along: what made the picture, and in PNG any.
+fn texts(plate: &Plate, target: Format, notes: &mut Vec<String>) -> Texts {
+    let all = match &plate.file {
+        PlateFile::Exr { plate, group } => plate.provenance(group.colour[0]),
+        PlateFile::Flat { plate, .. } => plate.texts().to_vec(),
+    };
+    let kept = |(name, _): &(String, String)| target == Format::Png || is_ours(name);
+    let (kept, others): (Texts, Texts) = all.into_iter().partition(kept);
+    let names: Vec<String> = others.into_iter().map(|(name, _)| name).collect();
+    if !names.is_empty() {
+        notes.push(format!("texts are left out: {}", names.join(", ")));
+    }
+    kept
 }
 
 /// What is not written, a sentence each.
@@ -266,6 +284,7 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
         alpha,
         premultiplied,
         windows,
+        texts,
     } = picture;
     for sample in colour.iter_mut().flatten() {
         *sample = encoding.encode(*sample);
@@ -307,6 +326,7 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
         height: size.1,
         names: names.into_iter().chain(alpha_name).collect(),
         planes: colour.into_iter().chain(alpha).collect(),
+        texts,
     }
 }
 
@@ -343,5 +363,6 @@ fn write_exr(
             half,
         })
         .collect();
-    write_shaped(path, picture.windows, plate.pixel_aspect(), &channels)
+    let shape = (picture.windows, plate.pixel_aspect());
+    write_shaped(path, shape, &channels, &picture.texts)
 }

@@ -9,6 +9,7 @@ use super::exr_plate::{ExrPlate, NonFinite, Window, non_finite};
 use super::flat_plate::{Encoding, FlatPlate};
 use super::format::{Format, detect, output_format};
 use super::other_format::write_as;
+use super::provenance::Provenance;
 use super::windows::Windows;
 
 /// What a user may say about a plate.
@@ -370,6 +371,19 @@ impl Plate {
         match &self.file {
             PlateFile::Exr { plate, .. } => plate.path(),
             PlateFile::Flat { plate, .. } => plate.path(),
+        }
+    }
+
+    /// Says in the file, the frame `frame` of a run, what made it: `by` what, with which settings. What made it before is
+    /// kept.
+    pub fn sign(&mut self, by: &Provenance, frame: Option<i64>, settings: &[(String, String)]) {
+        match &mut self.file {
+            PlateFile::Exr { plate, group } => {
+                let part = group.colour[0];
+                let texts = by.texts(frame, settings, &plate.provenance(part));
+                plate.set_provenance(part, &texts);
+            }
+            PlateFile::Flat { plate, .. } => plate.texts = by.texts(frame, settings, &plate.texts),
         }
     }
 

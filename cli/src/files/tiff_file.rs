@@ -19,6 +19,7 @@ use super::error::{FileError, Result};
 use super::flat_plate::{Container, FlatPlate, SampleDepth, names, to_u8, to_u16};
 use super::guard::caught;
 use super::limits::{Limits, open};
+use super::provenance::{Texts, is_ours};
 
 /// What a TIFF file holds beside its pixels and is written back.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -186,6 +187,7 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
         height,
         names,
         planes,
+        texts: history(&mut decoder),
     })
 }
 
@@ -219,6 +221,48 @@ fn carried_tags(decoder: &mut Decoder<BufReader<File>>) -> Vec<CarriedTag> {
             })
         })
         .collect()
+}
+
+/// What was done to the picture, in TIFF/EP's ImageHistory: a line a text, or more where it is indented.
+const IMAGE_HISTORY: Tag = Tag::Unknown(37_395);
+
+/// The texts of ImageHistory; what it holds otherwise is one text.
+fn history(decoder: &mut Decoder<BufReader<File>>) -> Texts {
+    let found = decoder.find_tag(IMAGE_HISTORY);
+    let Some(text) = found
+        .ok()
+        .flatten()
+        .and_then(|value| value.into_string().ok())
+    else {
+        return Texts::new();
+    };
+    let mut texts = Texts::new();
+    for line in text.lines() {
+        match (
+            line.strip_prefix("  "),
+            line.split_once(": "),
+            texts.last_mut(),
+        ) {
+            (Some(more), _, Some((_, text))) => {
+                text.push('\n');
+                text.push_str(more);
+            }
+            (None, Some((name, text)), _) if is_ours(name) => {
+                texts.push((name.to_owned(), text.to_owned()));
+            }
+            _ => return vec![("ImageHistory".to_owned(), text)],
+        }
+    }
+    texts
+}
+
+/// The same as ImageHistory holds it.
+fn as_history(texts: &Texts) -> String {
+    let line = |(name, text): &(String, String)| match is_ours(name) {
+        true => format!("{name}: {}", text.replace('\n', "\n  ")),
+        false => text.clone(),
+    };
+    texts.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Writes a TIFF file, deflate compressed, whole or not at all.
@@ -259,6 +303,7 @@ pub(super) fn write_float(
         height,
         names,
         planes,
+        texts: Texts::new(),
     };
     write(path, &plate, &carried)
 }
@@ -278,6 +323,10 @@ where
     let beside_colour = plate.planes.len() - C::BITS_PER_SAMPLE.len();
     if let (1, Some(alpha)) = (beside_colour, carried.alpha) {
         image.extra_samples(&[alpha])?;
+    }
+    if !plate.texts.is_empty() {
+        let history = as_history(&plate.texts);
+        image.encoder().write_tag(IMAGE_HISTORY, &history[..])?;
     }
     for CarriedTag { tag, kind, bytes } in &carried.tags {
         let entry = image.encoder().write_entry_bytes(*kind, bytes)?;

@@ -1,6 +1,6 @@
 //! Instances come and go. They keep nothing of their own: what they are is in their knobs.
 
-use super::{Answer, Call, enabled, untell};
+use super::{Answer, Call, enabled, told};
 use crate::host::Result;
 use crate::sys::property::TIME;
 
@@ -11,9 +11,10 @@ pub(super) fn create(call: &Call) -> Result<Answer> {
     Ok(Answer::Done)
 }
 
-/// Nothing is told of one that is gone.
+/// Nothing is told of one that is gone, nor taken back: hosts on HostSupport call this while their own side of the
+/// instance is being torn down, and a message function would end the process.
 pub(super) fn destroy(call: &Call) -> Result<Answer> {
-    untell(call.host, call.effect.handle);
+    told::forget(call.effect.handle);
     crate::overlay::grid::forget(call.effect.handle.addr());
     Ok(Answer::Done)
 }

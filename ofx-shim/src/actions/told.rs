@@ -23,10 +23,14 @@ pub(crate) fn tell(host: &Host, handle: Handle, text: &str) {
     host::tell(host, handle, text);
 }
 
+/// Knows nothing more of an instance; the host is not called.
+pub(super) fn forget(handle: Handle) -> bool {
+    lock().remove(&handle.addr())
+}
+
 /// Takes back what was told, where something was.
 pub(crate) fn untell(host: &Host, handle: Handle) {
-    let was = lock().remove(&handle.addr());
-    if was {
+    if forget(handle) {
         host::clear(host, handle);
     }
 }

@@ -61,10 +61,16 @@ impl Frame {
         let aspect = source.pixel_aspect.or(clip.pixel_aspect()).unwrap_or(1.0);
         let scale = Scale::new(render_scale, aspect);
         let field = field_of(call);
-        let rod = clip.region_of_definition(time);
-        let rod = rod.map(|rod| scale.pixels_of(rod));
+        let region = clip.region_of_definition(time);
+        let of_regions = region.map_or(scale, |region| {
+            scale.of_regions(region, source.bounds, aspect)
+        });
+        let rod = region.map(|region| of_regions.pixels_of(region));
         let extent = rod.filter(|rod| !is_empty(*rod)).unwrap_or(source.bounds);
-        let project = project_of(call).map(|project| scale.pixels_of(project));
+        let project = project_of(call).map(|project| match region == Some(project) {
+            true => of_regions.pixels_of(project),
+            false => scale.pixels_of(project),
+        });
         let project = project.filter(|project| !is_empty(*project));
         let format = match project {
             Some(project) if knobs.choice(&lens::FRAME) == lens::FRAME_PROJECT => project,

@@ -60,6 +60,10 @@ faults! {
     DoesNothing c"org.seidel.box.doesNothing", "The blur is never put on.";
     ClearsAlways c"org.seidel.box.clearsAlways", "Messages are cleared where the function for it points to nowhere.";
     MaskedOnly c"org.seidel.box.maskedOnly", "Nothing is written where the mask has no pixels.";
+    ClearsDestroyed c"org.seidel.box.clearsDestroyed", "Messages are cleared when the instance is destroyed.";
+    NeedsRegion c"org.seidel.box.needsRegion", "Nothing is asked for where Source has no region yet.";
+    TakesAnySamples c"org.seidel.box.takesAnySamples", "Samples are floats, whatever the host says they are.";
+    TrustsRegion c"org.seidel.box.trustsRegion", "Source ends where its region says, whatever its image has.";
     WideThreads c"org.seidel.box.wideThreads", "Wide blurs depend on the number of threads.";
 }
 

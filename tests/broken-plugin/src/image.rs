@@ -81,8 +81,9 @@ impl<'a> Image<'a> {
             Some(kept) => kept.map(|at| unsafe { crate::api::text_at(at) }),
             None => set.text(kOfxImageEffectPropComponents),
         };
-        let float = set.text(kOfxImageEffectPropPixelDepth);
-        if float.is_none_or(|depth| depth != "OfxBitDepthFloat") {
+        let depth = set.text(kOfxImageEffectPropPixelDepth);
+        let float = depth.is_some_and(|depth| depth == "OfxBitDepthFloat");
+        if !float && fault != Fault::TakesAnySamples {
             return Err(Missing::Unusable);
         }
         image.channels = match components.as_deref() {

@@ -10,7 +10,7 @@ use seidel_ofx_host::command::{all, apart, built, if_child, subject};
 use seidel_ofx_host::drive::Library;
 
 /// Faults by the end of their plugin's identifier, the check that must find them, and what it must say.
-const FAULTS: [(&str, &str, &str); 39] = [
+const FAULTS: [(&str, &str, &str); 43] = [
     (
         "unreleasedImage",
         "images",
@@ -83,6 +83,26 @@ const FAULTS: [(&str, &str, &str); 39] = [
         "clearsAlways",
         "kinds",
         "resolve: clearPersistentMessage was called",
+    ),
+    (
+        "clearsDestroyed",
+        "messages",
+        "clearPersistentMessage was called in DestroyInstance",
+    ),
+    (
+        "needsRegion",
+        "regions_of_interest",
+        "without a region before the render, window",
+    ),
+    (
+        "takesAnySamples",
+        "samples",
+        "renders pictures of OfxBitDepthByte",
+    ),
+    (
+        "trustsRegion",
+        "render_scale",
+        "with regions in pixels of half scale",
     ),
     ("maskedOnly", "sizes", "pixels not written"),
     ("wideThreads", "variants", "with one thread"),

@@ -14,6 +14,7 @@ use crate::commands::plates::{
 };
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
+use crate::files::provenance::Provenance;
 use crate::files::residual::Residual;
 
 /// What all frames of a run share.
@@ -29,6 +30,8 @@ pub(super) struct Job<'a> {
     pub(super) blurring: &'a ThreadPool,
     /// Told which frame is being blurred and how much of it is.
     pub(super) shares: &'a Shares,
+    /// What the written files say of what made them.
+    pub(super) provenance: Option<Provenance>,
 }
 
 /// A frame in memory.
@@ -97,6 +100,11 @@ impl Job<'_> {
             vergence,
             mut said,
         } = frame.read;
+        if let Some(provenance) = &self.provenance {
+            let mut told = self.shared.told(&setup, &plate)?;
+            told.extend(self.args.told());
+            plate.sign(provenance, self.frames[index].number, &told);
+        }
         if setup.adjust.is_nothing() {
             light.keep(&mut plate)?;
             if self.args.verbose {

@@ -1,5 +1,6 @@
 //! A run over one picture or the frames of a sequence: which files, what of them exists already, what is said.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -14,6 +15,7 @@ use crate::console::Progress;
 use crate::files::atomic::check_target;
 use crate::files::error::FileError;
 use crate::files::format::output_format;
+use crate::files::provenance::Provenance;
 use crate::files::sequence::{FramePattern, Step, expand};
 
 /// Options about which frames are rendered, and with what means.
@@ -32,6 +34,9 @@ pub(crate) struct RunArgs {
     /// Render frames of a sequence again whose output exists already; they are skipped otherwise
     #[arg(long)]
     overwrite: bool,
+    /// Do not write into OUT what made it: version, command, lens and settings, which `seidel info` shows
+    #[arg(long)]
+    no_provenance: bool,
 }
 
 /// The files of a run: paths or frame patterns.
@@ -147,6 +152,23 @@ impl Shares {
 }
 
 impl RunArgs {
+    /// What OUT is to say of the command line `words` and the `lenses` that it names, each with what it is there for;
+    /// nothing if that is not wanted.
+    pub(crate) fn provenance(
+        &self,
+        words: &[OsString],
+        lenses: &[(&str, &Path)],
+    ) -> Result<Option<Provenance>, CommandError> {
+        if self.no_provenance {
+            return Ok(None);
+        }
+        let mut made = Provenance::new(words);
+        for (role, path) in lenses {
+            made = made.with_file(role, path)?;
+        }
+        Ok(Some(made))
+    }
+
     /// The frames that there are to render; `lenses` are read as well. Says how many exist already.
     pub(crate) fn frames(
         &self,

@@ -11,6 +11,7 @@ use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, St
 use crate::commands::removal::{LensCheck, work_bytes};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
+use crate::files::provenance::Provenance;
 
 /// Share of the work that is taking blur off.
 const REMOVAL_SHARE: f64 = 0.9;
@@ -31,6 +32,8 @@ pub(super) struct Job<'a> {
     pub(super) working: &'a ThreadPool,
     /// Told which frame is being worked on and how much of it is done.
     pub(super) shares: &'a Shares,
+    /// What the written files say of what made them.
+    pub(super) provenance: Option<Provenance>,
 }
 
 /// A frame to be written.
@@ -67,6 +70,10 @@ impl Job<'_> {
             let found = removal.found(lens, frame, false, &progress)?;
             let planes = self.seen_anew(index, &read, &found)?;
             read.light.put_back(&mut plate, planes)?;
+        }
+        if let Some(provenance) = &self.provenance {
+            let told = self.from.told(&read.setup, &read.plate)?;
+            plate.sign(provenance, self.frames[index].number, &told);
         }
         Ok(NewFrame {
             plate,

@@ -14,6 +14,7 @@ use crate::commands::removal::{LensCheck, work_bytes};
 use crate::files::error::FileError;
 use crate::files::format::{Format, output_format};
 use crate::files::plate::Plate;
+use crate::files::provenance::Provenance;
 use crate::files::residual::Residual;
 use crate::files::windows::{held, surrounded};
 
@@ -34,6 +35,8 @@ pub(super) struct Job<'a> {
     pub(super) working: &'a ThreadPool,
     /// Told which frame is being worked on and how much of it is done.
     pub(super) shares: &'a Shares,
+    /// What the written files say of what made them.
+    pub(super) provenance: Option<Provenance>,
 }
 
 /// A frame to be written.
@@ -97,6 +100,11 @@ impl Job<'_> {
                 )?)),
                 _ => Extra::Map(map(option, &read, found.as_ref(), path)),
             });
+        }
+        if let Some(provenance) = &self.provenance {
+            let mut told = self.shared.told(&read.setup, &read.plate)?;
+            told.push(("strength".to_owned(), self.args.strength.to_string()));
+            plate.sign(provenance, self.frames[index].number, &told);
         }
         Ok(SharpFrame {
             plate,

@@ -15,6 +15,7 @@ const UNDEFINED: u32 = u32::MAX;
 /// Where fields begin.
 const IMAGE_OFFSET: usize = 4;
 const FILE_SIZE: usize = 16;
+const USER_DATA: usize = 32;
 const ORIENTATION: usize = 768;
 const ELEMENTS: usize = 770;
 const WIDTH: usize = 772;
@@ -286,7 +287,7 @@ pub(super) fn made(new: &NewHeader) -> Vec<u8> {
     put(20, 1);
     put(24, 1664);
     put(28, 384);
-    put(32, 0);
+    put(USER_DATA, 0);
     let (width, height) = (layout.width as u32, new.height as u32);
     put(WIDTH, width);
     put(HEIGHT, height);
@@ -329,6 +330,31 @@ pub(super) fn made(new: &NewHeader) -> Vec<u8> {
         header[DESCRIPTION..DESCRIPTION + SRGB_DESCRIPTION.len()].copy_from_slice(SRGB_DESCRIPTION);
     }
     header
+}
+
+/// Bytes of user data after the header; none where that is not said.
+pub(super) fn user_data(header: &[u8], big_endian: bool) -> usize {
+    let fields = Fields {
+        bytes: header,
+        big_endian,
+    };
+    match fields.u32(USER_DATA) {
+        UNDEFINED => 0,
+        length => length as usize,
+    }
+}
+
+/// Has a header say how long its user data are.
+pub(super) fn set_user_data(header: &mut [u8], big_endian: bool, bytes: usize) {
+    let bytes = u32::try_from(bytes).unwrap_or(UNDEFINED);
+    put_u32(header, big_endian, USER_DATA, bytes);
+}
+
+/// Has a header say where pixels begin.
+pub(super) fn set_offset(header: &mut [u8], big_endian: bool, bytes: usize) {
+    let bytes = u32::try_from(bytes).unwrap_or(UNDEFINED);
+    put_u32(header, big_endian, IMAGE_OFFSET, bytes);
+    put_u32(header, big_endian, ELEMENT_OFFSET, bytes);
 }
 
 /// Has a header say how long its file is.

@@ -2,6 +2,7 @@
 
 mod header;
 mod samples;
+mod user_data;
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -34,6 +35,11 @@ impl Carried {
     /// The transfer characteristic that the header names.
     pub(super) fn transfer_name(&self) -> String {
         self.header.transfer_name()
+    }
+
+    /// Whether others have something where our texts would stand.
+    pub(super) fn has_no_room(&self) -> bool {
+        user_data::is_taken(&self.lead, self.header.layout.big_endian)
     }
 
     /// Width of a pixel over its height.
@@ -132,6 +138,7 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
     };
     Ok(FlatPlate {
         path: path.to_path_buf(),
+        texts: user_data::texts(&carried.lead, layout.big_endian),
         container: Container::Dpx(Box::new(carried)),
         depth: match layout.packing {
             Packing::Bits8 => SampleDepth::U8,
@@ -188,7 +195,7 @@ pub(super) fn write(path: &Path, plate: &FlatPlate, carried: &Carried) -> Result
         stride,
     } = carried;
     let layout = &header.layout;
-    let mut lead = lead.clone();
+    let mut lead = user_data::with_texts(lead, layout.big_endian, &plate.texts);
     let size = lead.len() + stride * header.height + tail.len();
     set_file_size(&mut lead, layout.big_endian, size);
     let full_scale = layout.packing.full_scale();

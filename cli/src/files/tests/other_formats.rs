@@ -8,6 +8,7 @@ use exr::prelude::Compression;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageBuffer, ImageEncoder, Luma, Rgb, Rgba};
 
+use super::dpx_plates::Made;
 use super::{image, part, patch, save};
 use crate::files::exr_plate::{ExrPlate, Window};
 use crate::files::flat_plate::{Encoding, FlatPlate, SampleDepth};
@@ -461,4 +462,51 @@ fn hdr_keeps_its_lines_and_rounds_to_its_own_steps() {
         error.contains("not supported") && error.contains("xyze"),
         "{error}"
     );
+}
+
+#[test]
+fn what_made_a_plate_goes_along() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    let text = |name: &str, text: &str| (name.to_owned(), text.to_owned());
+    let texts = vec![
+        text("seidelCommand", "seidel apply 'a\\nb' -o c"),
+        text("seidelSettings", "amount: 1\npsf: pupil"),
+    ];
+    let mut flat = FlatPlate::open(&rgba8(folder.path())).expect("opens");
+    flat.texts = texts.clone();
+    flat.write(&path("0.png")).expect("writes");
+    // One after the other, each also as it is, and through all of them.
+    let names = [
+        "0.png", "1.dpx", "2.hdr", "3.exr", "4.tif", "5.dpx", "6.png",
+    ];
+    for pair in names.windows(2) {
+        let (from, to) = (path(pair[0]), path(pair[1]));
+        let said = convert(&from, &to);
+        assert!(
+            !said.contains("attributes") && !said.contains("lines"),
+            "{said}"
+        );
+        let again = path("again").with_extension(to.extension().expect("one"));
+        open(&to).write(&again).expect("writes");
+        assert!(
+            fs::read(&again).expect("reads") == fs::read(&to).expect("reads"),
+            "{pair:?}"
+        );
+        if to.extension().is_some_and(|e| e != "exr") {
+            let mut got = FlatPlate::open(&again).expect("opens").texts;
+            got.sort();
+            assert_eq!(got, texts, "{pair:?}");
+        }
+    }
+    // Where others have user data they stay, and that is told.
+    let dpx = path("own.dpx");
+    let made = Made::new(false, (1, 1), 300).element(50, 16, 0);
+    let before = made.words16(&[1, 2, 3]).save(&dpx);
+    let mut flat = FlatPlate::open(&dpx).expect("opens");
+    assert!(flat.texts.is_empty() && flat.write(&path("x.dpx")).expect("writes").is_empty());
+    flat.texts = texts;
+    let said = flat.write(&path("x.dpx")).expect("writes").concat();
+    assert!(said.contains("user data of others"), "{said}");
+    assert!(fs::read(path("x.dpx")).expect("reads") == before);
 }

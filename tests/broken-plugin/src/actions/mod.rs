@@ -166,6 +166,9 @@ fn destroy(call: &Call<'_>) -> OfxStatus {
                 unsafe { std::ptr::read_volatile(kept.cast::<Instance>()) };
             }
             release(call, &set);
+            if call.fault == Fault::ClearsDestroyed {
+                call.effect.content(false);
+            }
             kOfxStatOK
         }
         None => kOfxStatErrBadHandle,

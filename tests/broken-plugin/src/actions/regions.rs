@@ -11,16 +11,10 @@ fn grown([x1, y1, x2, y2]: [f64; 4], by: f64) -> [f64; 4] {
     [x1 - by, y1 - by, x2 + by, y2 + by]
 }
 
-pub(super) fn of_definition(call: &Call<'_>) -> OfxStatus {
-    let Some(get) = call.effect.suites.effect.clipGetRegionOfDefinition else {
-        return kOfxStatReplyDefault;
-    };
-    let Some((clip, _)) = call.effect.clip(c"Source") else {
-        return kOfxStatReplyDefault;
-    };
-    if call.fault == Fault::SmallDefinition {
-        return kOfxStatReplyDefault;
-    }
+/// Where Source has pixels, if the host says so.
+pub(super) fn source_region(call: &Call<'_>) -> Option<[f64; 4]> {
+    let get = call.effect.suites.effect.clipGetRegionOfDefinition?;
+    let (clip, _) = call.effect.clip(c"Source")?;
     let mut bounds = OfxRectD {
         x1: 0.0,
         y1: 0.0,
@@ -28,10 +22,17 @@ pub(super) fn of_definition(call: &Call<'_>) -> OfxStatus {
         y2: 0.0,
     };
     // SAFETY: room for a rectangle.
-    if unsafe { get(clip, call.time(), &raw mut bounds) } != kOfxStatOK {
+    let status = unsafe { get(clip, call.time(), &raw mut bounds) };
+    (status == kOfxStatOK).then_some([bounds.x1, bounds.y1, bounds.x2, bounds.y2])
+}
+
+pub(super) fn of_definition(call: &Call<'_>) -> OfxStatus {
+    let Some(source) = source_region(call) else {
+        return kOfxStatReplyDefault;
+    };
+    if call.fault == Fault::SmallDefinition {
         return kOfxStatReplyDefault;
     }
-    let source = [bounds.x1, bounds.y1, bounds.x2, bounds.y2];
     let size = call.size();
     let margin = if size > 0.0 { size + 0.5 } else { 0.0 };
     call.wanted.set_doubles(
@@ -45,6 +46,9 @@ pub(super) fn of_interest(call: &Call<'_>) -> OfxStatus {
     let Some(window) = call.given.doubles::<4>(kOfxImageEffectPropRegionOfInterest) else {
         return kOfxStatReplyDefault;
     };
+    if call.fault == Fault::NeedsRegion && source_region(call).is_none() {
+        return kOfxStatReplyDefault;
+    }
     // Two pixels more at any scale than the box reaches.
     let scale = call
         .given

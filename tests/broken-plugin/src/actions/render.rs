@@ -49,13 +49,31 @@ pub(super) fn render(call: &Call<'_>) -> OfxStatus {
     if call.fault != Fault::KeepsMessage {
         effect.content(call.fault == Fault::ClearsAlways);
     }
-    let output = match Image::of(effect, c"Output", time, Fault::None) {
+    let of_output = match call.fault {
+        Fault::TakesAnySamples => call.fault,
+        _ => Fault::None,
+    };
+    let output = match Image::of(effect, c"Output", time, of_output) {
         Ok(output) => output,
         Err(Missing::Empty) => return kOfxStatFailed,
-        Err(Missing::Unusable) => return kOfxStatErrImageFormat,
+        Err(Missing::Unusable) => {
+            let text = "the host gives pictures that are not of floats; convert them first";
+            effect.complain(text, false);
+            return kOfxStatErrImageFormat;
+        }
     };
     let source = match Image::of(effect, c"Source", time, call.fault) {
-        Ok(source) if source.channels == output.channels => Some(source.with_fault(call.fault)),
+        Ok(mut source) if source.channels == output.channels => {
+            if call.fault == Fault::TrustsRegion
+                && let Some([_, _, x2, y2]) = super::regions::source_region(call)
+            {
+                let scale = call.given.doubles::<2>(kOfxImageEffectPropRenderScale);
+                let [across, up] = scale.unwrap_or([1.0; 2]);
+                source.bounds[2] = source.bounds[2].min((x2 * across) as i32);
+                source.bounds[3] = source.bounds[3].min((y2 * up) as i32);
+            }
+            Some(source.with_fault(call.fault))
+        }
         Err(Missing::Empty) => None,
         _ => return kOfxStatErrImageFormat,
     };

@@ -30,6 +30,7 @@ mod regions_of_interest;
 mod reload;
 mod render_scale;
 mod rows;
+mod samples;
 mod sizes;
 pub(crate) mod stage;
 mod strings;
@@ -122,6 +123,7 @@ pub static ALL: &[&Check] = &[
     &pixel_aspect::CHECK,
     &fields::CHECK,
     &components::CHECK,
+    &samples::CHECK,
     &empty_clips::CHECK,
     &sizes::CHECK,
     &tiny::CHECK,

@@ -15,12 +15,27 @@ pub(super) static CHECK: Check = Check {
 };
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
-        let tiles = loaded
+    of(subject, report, Profile::complete(), "")?;
+    let late = Profile {
+        late_regions: true,
+        ..Profile::complete()
+    };
+    of(
+        subject,
+        report,
+        late,
+        "without a region before the render, ",
+    )
+}
+
+fn of(subject: &Subject, report: &mut Report, profile: Profile, host: &str) -> Result<(), String> {
+    stage::on(subject, report, profile, |loaded, report| {
+        let says = loaded
             .descriptor
             .properties
-            .int(kOfxImageEffectPropSupportsTiles)
-            != Some(0);
+            .int(kOfxImageEffectPropSupportsTiles);
+        // The host that has no regions yet is openfx-runner: it cuts inputs for every plugin.
+        let tiles = says != Some(0) || loaded.host.profile.late_regions;
         let mut windows = vec![None];
         if tiles {
             let size = stage::SIZE;
@@ -48,7 +63,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
                 let (whole, cut) = (frame(false)?.good()?, frame(true)?.good()?);
                 report.none(
                     whole.picture.difference(&cut.picture, whole.window),
-                    &format!("{what}, window {window:?}"),
+                    &format!("{what}, {host}window {window:?}"),
                 );
             }
         }

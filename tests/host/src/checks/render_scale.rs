@@ -9,12 +9,26 @@ use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "render_scale",
-    about: "the picture at half scale is that at full scale, reduced",
+    about: "the picture at half scale is that at full scale, reduced, also where regions are said in pixels",
     run,
 };
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
+    of(subject, report, Profile::complete(), "at half scale")?;
+    let pixels = Profile {
+        pixel_regions: true,
+        ..Profile::complete()
+    };
+    of(
+        subject,
+        report,
+        pixels,
+        "with regions in pixels of half scale",
+    )
+}
+
+fn of(subject: &Subject, report: &mut Report, profile: Profile, what: &str) -> Result<(), String> {
+    stage::on(subject, report, profile, |loaded, report| {
         let size = Rect::new(0, 0, 64, 48);
         let square = Picture::made(size, 4, |x, y, c| {
             let lit = Rect::new(20, 16, 44, 32).contains(x, y);
@@ -38,7 +52,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
                 half_size,
                 subject.kind.half_scale,
             ),
-            "at half scale",
+            what,
         );
         // The region of definition is canonical: it is that of half the scale, in pixels of half the scale.
         let half_rod = instance.region_of_definition(0.0, (0.5, 0.5))?;

@@ -11,6 +11,7 @@ use super::{Instance, act, status_name};
 use crate::host::images::{Buffer, Rendering, left_out};
 use crate::host::locked;
 use crate::host::profile::Rows;
+use crate::host::properties::Value;
 use crate::picture::{Picture, Rect};
 
 /// What is to be rendered, and how images lie.
@@ -169,6 +170,8 @@ impl Instance<'_> {
             fetched: Mutex::default(),
         });
         locked(&self.effect.renderings).push(Arc::clone(&rendering));
+        let pixels = host.profile.pixel_regions;
+        self.tell_project(if pixels { request.scale } else { (1.0, 1.0) });
         let action = kOfxImageEffectActionRender;
         let given = of_render(host, request, window).known(host, false, action);
         let status = act(
@@ -211,6 +214,21 @@ impl Instance<'_> {
         Ok(())
     }
 
+    /// Says how large the project is, reduced by `scale`.
+    fn tell_project(&self, scale: (f64, f64)) {
+        let project = locked(&self.effect.scene).project;
+        let corner = |x: f64, y: f64| vec![Value::Double(x * scale.0), Value::Double(y * scale.1)];
+        let size = (project.x2 - project.x1, project.y2 - project.y1);
+        let rows = [
+            (kOfxImageEffectPropProjectSize, size),
+            (kOfxImageEffectPropProjectOffset, (project.x1, project.y1)),
+            (kOfxImageEffectPropProjectExtent, (project.x2, project.y2)),
+        ];
+        for (name, (x, y)) in rows {
+            self.effect.properties.put(name, corner(x, y));
+        }
+    }
+
     /// Calls GetFramesNeeded; this host has every frame.
     fn frames_needed(&self, request: &Request) -> Result<(), String> {
         let host = self.loaded.host;
@@ -221,8 +239,7 @@ impl Instance<'_> {
             // Some hosts leave out what is not connected: openfx-misc README-hosts.txt.
             let connected = clip.properties.int(kOfxImageClipPropConnected) == Some(1);
             if connected && clip.name != "Output" {
-                let range =
-                    [request.time, request.time].map(crate::host::properties::Value::Double);
+                let range = [request.time, request.time].map(Value::Double);
                 wanted = wanted.of_clip("OfxImageClipPropFrameRange_", &clip.name, range.to_vec());
             }
         }

@@ -161,7 +161,7 @@ impl<'l> Instance<'l> {
             kOfxImageComponentNone
         };
         let depth = if shown {
-            kOfxBitDepthFloat
+            host.samples
         } else {
             kOfxBitDepthNone
         };

@@ -371,7 +371,7 @@ fn image_properties(
     );
     let mut rows: Vec<(&CStr, Vec<Value>)> = vec![
         (kOfxPropType, text(kOfxTypeImage)),
-        (kOfxImageEffectPropPixelDepth, text(kOfxBitDepthFloat)),
+        (kOfxImageEffectPropPixelDepth, text(host.profile.samples)),
         (
             kOfxImageEffectPropComponents,
             text(Scene::components(channels)),

@@ -2,6 +2,7 @@
 
 use std::ffi::CStr;
 
+use openfx::sys::generic::core::kOfxBitDepthFloat;
 use openfx::sys::image_effect_v1::image_effect::*;
 
 /// How rows of an image lie in memory.
@@ -65,6 +66,12 @@ pub struct Profile {
     pub components: Vec<&'static CStr>,
     /// Whether every clip says that it is connected, and gives nothing where it is not.
     pub all_connected: bool,
+    /// Whether clips have no region while regions of interest are asked for.
+    pub late_regions: bool,
+    /// Whether regions of clips and the project count pixels of the render while it goes on.
+    pub pixel_regions: bool,
+    /// Samples of images, whatever plugins say they take: where they are not floats, plugins can only refuse.
+    pub samples: &'static CStr,
     /// Whether `clearPersistentMessage` points to nowhere.
     pub clear_is_garbage: bool,
     /// How rows lie if a frame does not say otherwise.
@@ -107,6 +114,9 @@ impl Profile {
                 kOfxImageComponentAlpha,
             ],
             all_connected: false,
+            late_regions: false,
+            pixel_regions: false,
+            samples: kOfxBitDepthFloat,
             clear_is_garbage: false,
             rows: Rows::Padded,
             image_scale_factor: 1.0,

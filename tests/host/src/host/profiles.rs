@@ -121,11 +121,12 @@ fn fusion() -> Profile {
     }
 }
 
-/// Descriptors without a single property, no optional action; the sources of openfx-runner.
+/// Descriptors without a single property, no optional action, clips without a region until a render; the sources of
+/// openfx-runner.
 fn runner() -> Profile {
     Profile {
         name: "runner",
-        host_name: c"openfx-runner",
+        host_name: c"openfx-driver",
         api: (1, 4),
         describes: false,
         absent: [
@@ -140,6 +141,7 @@ fn runner() -> Profile {
         tiles: false,
         multi_resolution: false,
         rows: Rows::Odd,
+        late_regions: true,
         asks: false,
         sequences: false,
         overlays: false,
@@ -148,7 +150,7 @@ fn runner() -> Profile {
     }
 }
 
-/// Images from the top down, loaded anew for every instance; MLT's src/modules/openfx.
+/// Images from the top down, loaded anew for every instance, regions in pixels at any scale; MLT's src/modules/openfx.
 fn mlt() -> Profile {
     Profile {
         name: "mlt",
@@ -156,6 +158,7 @@ fn mlt() -> Profile {
         api: (1, 4),
         contexts: vec![kOfxImageEffectContextFilter],
         rows: Rows::Negative,
+        pixel_regions: true,
         reloads: true,
         overlays: false,
         multiple_depths: false,

@@ -51,6 +51,16 @@ impl Under {
         self.is(&[kOfxImageEffectActionRender]) || self.edits()
     }
 
+    /// Whether it asks what is needed of inputs.
+    pub(crate) fn needs(&self) -> bool {
+        self.is(&[kOfxImageEffectActionGetRegionsOfInterest])
+    }
+
+    /// Whether the host is done with the instance: in hosts on HostSupport what would answer for it is gone already.
+    pub(crate) fn destroys(&self) -> bool {
+        self.is(&[kOfxActionDestroyInstance])
+    }
+
     /// Whether clips and parameters may be defined in it.
     pub(crate) fn defines(&self) -> bool {
         self.is(&[kOfxImageEffectActionDescribeInContext, kOfxActionDescribe])

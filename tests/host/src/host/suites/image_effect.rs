@@ -181,10 +181,13 @@ unsafe extern "C" fn clip_get_rod(
     time: OfxTime,
     bounds: *mut OfxRectD,
 ) -> OfxStatus {
-    let clip = match found::<Clip>(clip as usize, "clipGetRegionOfDefinition") {
-        Ok((_, clip)) => clip,
+    let (host, clip) = match found::<Clip>(clip as usize, "clipGetRegionOfDefinition") {
+        Ok(found) => found,
         Err(status) => return status,
     };
+    if host.profile.late_regions && under::now().is_some_and(|under| under.needs()) {
+        return kOfxStatFailed;
+    }
     let Some(effect) = clip.effect.upgrade() else {
         return kOfxStatErrBadHandle;
     };
@@ -194,13 +197,18 @@ unsafe extern "C" fn clip_get_rod(
     } else {
         &clip.name
     };
+    let rendering = under::now().and_then(|under| under.rendering);
+    let (across, up) = match &rendering {
+        Some(rendering) if host.profile.pixel_regions => rendering.scale,
+        _ => (1.0, 1.0),
+    };
     match scene.region(wanted, time) {
         Some(r) => {
             let rect = OfxRectD {
-                x1: r.x1,
-                y1: r.y1,
-                x2: r.x2,
-                y2: r.y2,
+                x1: r.x1 * across,
+                y1: r.y1 * up,
+                x2: r.x2 * across,
+                y2: r.y2 * up,
             };
             // SAFETY: the plugin gives room for a rectangle.
             unsafe { put(bounds, rect, "clipGetRegionOfDefinition") }

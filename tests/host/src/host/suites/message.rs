@@ -7,7 +7,7 @@ use openfx::sys::image_effect_v1::message::*;
 
 use super::pointers::text;
 use super::variadic;
-use crate::host::{Message, current, locked};
+use crate::host::{Host, Message, current, locked, under};
 
 pub(super) fn first() -> OfxMessageSuiteV1 {
     OfxMessageSuiteV1 {
@@ -45,6 +45,7 @@ pub(super) unsafe fn said(
     let Some(host) = current() else {
         return kOfxStatFailed;
     };
+    at_the_end(&host, "a message was given");
     // SAFETY: by the caller's word.
     let (kind, format) = unsafe { (text(kind), text(format)) };
     if !KINDS
@@ -86,10 +87,19 @@ pub(super) unsafe fn said(
     }
 }
 
+/// Messages of an instance that is being destroyed end the process in hosts on HostSupport: the part of it that would
+/// take them is gone (`OFX::Host::ImageEffect::Instance::~Instance` calls the action).
+fn at_the_end(host: &Host, what: &str) {
+    if under::now().is_some_and(|under| under.destroys()) {
+        host.misused(format!("{what} in DestroyInstance"));
+    }
+}
+
 unsafe extern "C" fn clear(_effect: *mut c_void) -> OfxStatus {
     let Some(host) = current() else {
         return kOfxStatFailed;
     };
+    at_the_end(&host, "clearPersistentMessage was called");
     *locked(&host.persistent) = None;
     kOfxStatOK
 }

@@ -1,0 +1,34 @@
+//! `seidel info`: what image files are, and what made them.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CommandError;
+use crate::Console;
+use crate::files::description::Description;
+
+/// Options of `seidel info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// Image files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// As JSON: a list with one entry a file
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &InfoArgs, console: &mut Console) -> Result<(), CommandError> {
+    let described = args.files.iter().map(|file| Description::of(file));
+    let described = described.collect::<Result<Vec<_>, _>>()?;
+    if args.json {
+        let json = serde_json::to_string_pretty(&described);
+        console.say(json.unwrap_or_default());
+        return Ok(());
+    }
+    for line in described.iter().flat_map(Description::lines) {
+        console.say(line);
+    }
+    Ok(())
+}

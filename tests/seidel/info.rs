@@ -1,0 +1,95 @@
+//! What made a file is written into it, and `seidel info` shows it.
+
+use std::path::Path;
+
+use crate::support::{must_refuse, seidel_in, succeeds, write_plate, write_ray_lens};
+
+fn info(folder: &Path, file: &str) -> String {
+    succeeds(folder, &format!("info @{file}")).stdout
+}
+
+#[test]
+fn outputs_say_what_made_them_in_every_format() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    write_plate(&folder.join("plate.exr"), 40, 30);
+    let pixels = image::Rgb32FImage::from_fn(20, 16, |x, y| {
+        image::Rgb([x as f32 / 20.0, y as f32 / 16.0, 0.5])
+    });
+    let pixels = image::DynamicImage::ImageRgb32F(pixels);
+    pixels
+        .to_rgb16()
+        .save(folder.join("plate.png"))
+        .expect("writable");
+    pixels
+        .to_rgb32f()
+        .save(folder.join("plate.tif"))
+        .expect("writable");
+    for format in ["exr", "png", "tif"] {
+        assert!(!info(folder, &format!("plate.{format}")).contains("made by Seidel"));
+        let line = format!(
+            "apply @plate.{format} -o @one.{format} --lens @lens.json --distance 2 --amount 0.5"
+        );
+        succeeds(folder, &line);
+        let told = info(folder, &format!("one.{format}"));
+        for part in [
+            "made by Seidel",
+            "seidelVersion: 0.",
+            "seidelCommand: seidel apply ",
+            "--amount 0.5",
+            "seidelLens: lens.json sha256:",
+            "amount: 0.5",
+            "quality: final",
+        ] {
+            assert!(
+                told.contains(part),
+                "{format}: `{part}` is missing in {told}"
+            );
+        }
+        assert!(!told.contains("seidelBefore"), "{told}");
+        let line = format!(
+            "remove @one.{format} -o @two.{format} --lens @lens.json --distance 2 --lens-check off"
+        );
+        succeeds(folder, &line);
+        let told = info(folder, &format!("two.{format}"));
+        assert!(told.contains("seidelCommand: seidel remove "), "{told}");
+        let (_, before) = told.split_once("seidelBefore").expect("what was before");
+        assert!(before.contains(": seidel apply "), "{before}");
+        let line = format!(
+            "apply @plate.{format} -o @mute.{format} --lens @lens.json --distance 2 --no-provenance"
+        );
+        succeeds(folder, &line);
+        assert!(
+            !info(folder, &format!("mute.{format}")).contains("seidel"),
+            "{format}"
+        );
+    }
+}
+
+#[test]
+fn files_are_told_with_their_attributes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_plate(&folder.join("plate.exr"), 40, 30);
+    let told = info(folder, "plate.exr");
+    for part in [
+        "OpenEXR",
+        "size: 40 x 30",
+        "Z (float)",
+        "data window: 40 x 30 at (0, 0)",
+        "compression: ",
+    ] {
+        assert!(told.contains(part), "`{part}` is missing in {told}");
+    }
+    let json = succeeds(folder, "info --json @plate.exr").stdout;
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(json[0]["parts"][0]["size"][0], 40);
+    std::fs::write(
+        folder.join("bad.exr"),
+        b"\x76\x2f\x31\x01\x02\0\0\0channels\0",
+    )
+    .expect("writable");
+    must_refuse(folder, "info @bad.exr", &["bad.exr", "header"]);
+    assert_eq!(seidel_in(folder, "info").status, 2);
+}
