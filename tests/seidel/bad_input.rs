@@ -328,8 +328,8 @@ fn outputs_that_cannot_be() {
     );
     refused(
         |_| (),
-        "apply --lens @lens.json @plate.exr -o @out.png",
-        &["out.png"],
+        "apply --lens @lens.json @plate.exr -o @out.jpg",
+        &["out.jpg", "never written"],
     );
     refused(
         |folder| fs::create_dir(folder.join("out.exr")).expect("writable"),

@@ -26,7 +26,15 @@ fn outputs_say_what_made_them_in_every_format() {
         .to_rgb32f()
         .save(folder.join("plate.tif"))
         .expect("writable");
-    for format in ["exr", "png", "tif"] {
+    pixels
+        .to_rgb32f()
+        .save(folder.join("plate.hdr"))
+        .expect("writable");
+    succeeds(
+        folder,
+        "apply @plate.png -o @plate.dpx --lens @lens.json --distance 2 --amount 0 --no-provenance",
+    );
+    for format in ["exr", "png", "tif", "dpx", "hdr"] {
         assert!(!info(folder, &format!("plate.{format}")).contains("made by Seidel"));
         let line = format!(
             "apply @plate.{format} -o @one.{format} --lens @lens.json --distance 2 --amount 0.5"

@@ -11,7 +11,7 @@ use super::error::{FileError, Result};
 use super::flat_plate::{Container, FlatPlate, SampleDepth, names};
 use super::guard::caught;
 use super::limits::{Limits, open};
-use super::text_lines::{self, text};
+use super::text_lines;
 
 /// The largest sample that the format holds: 255/256 of 2^127.
 pub(super) const MOST: f32 = 255.0 / 256.0 * 1.701_411_8e38;
@@ -46,7 +46,7 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
         .map_err(|e| FileError::io(path, "be read", &e))?;
     let (texts, lines): (Vec<_>, Vec<_>) = header_lines(&bytes)
         .into_iter()
-        .partition(|line| text(line).is_some());
+        .partition(|line| text_lines::is_own(line));
     let refuse = |error: ImageError| match error {
         ImageError::Unsupported(what) => FileError::new(
             path,
@@ -74,7 +74,7 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
     Ok(FlatPlate {
         path: path.to_path_buf(),
         container: Container::Hdr { lines },
-        texts: texts.iter().filter_map(|line| text(line)).collect(),
+        texts: text_lines::texts(texts.iter().map(Vec::as_slice)),
         depth: SampleDepth::Rgbe,
         width,
         height,

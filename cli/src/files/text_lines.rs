@@ -1,29 +1,70 @@
-//! Texts of ours as single lines, `NAME=TEXT`, for formats that hold lines.
+//! Texts of ours as short lines, for formats whose headers are lines: `NAME=` with a line of the text, the next ones with
+//! the same name, and `NAME+=` with what goes on in the same line.
 
 use super::provenance::{Texts, is_ours};
 
-/// A line a text of ours; ends of lines within a text are written as `\n`.
+/// Bytes of text in a line: readers of HDR files take no more than some 250.
+const MOST: usize = 160;
+
+/// The lines of the texts that are ours.
 pub(super) fn lines(texts: &Texts) -> Vec<String> {
-    let own = texts.iter().filter(|(name, _)| is_ours(name));
-    own.map(|(name, text)| {
-        let text = text.replace('\\', "\\\\").replace('\n', "\\n");
-        format!("{name}={}", text.replace('\r', "\\r"))
-    })
-    .collect()
+    let mut all = Vec::new();
+    for (name, text) in texts.iter().filter(|(name, _)| is_ours(name)) {
+        for line in text.split('\n') {
+            let line = line.replace('\\', "\\\\").replace('\r', "\\r");
+            let mut written = format!("{name}=");
+            let mut bytes = 0;
+            for letter in line.chars() {
+                bytes += letter.len_utf8();
+                if bytes > MOST {
+                    all.push(std::mem::replace(&mut written, format!("{name}+=")));
+                    bytes = letter.len_utf8();
+                }
+                written.push(letter);
+            }
+            all.push(written);
+        }
+    }
+    all
 }
 
-/// The text that a line is, if it is one of ours.
-pub(super) fn text(line: &[u8]) -> Option<(String, String)> {
-    let (name, text) = std::str::from_utf8(line).ok()?.split_once('=')?;
-    if !is_ours(name) {
-        return None;
+/// Whether a line is of a text of ours.
+pub(super) fn is_own(line: &[u8]) -> bool {
+    parts(line).is_some()
+}
+
+/// The name of a text, and a line of it.
+fn parts(line: &[u8]) -> Option<(&str, &str)> {
+    let parts = std::str::from_utf8(line).ok()?.split_once('=')?;
+    is_ours(parts.0).then_some(parts)
+}
+
+/// The texts of ours among some lines.
+pub(super) fn texts<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Texts {
+    let mut texts = Texts::new();
+    for (name, line) in lines.filter_map(parts) {
+        match (name.strip_suffix('+'), texts.last_mut()) {
+            (Some(name), Some((last, text))) if last == name => text.push_str(line),
+            (None, Some((last, text))) if last == name => {
+                text.push('\n');
+                text.push_str(line);
+            }
+            _ => texts.push((name.to_owned(), line.to_owned())),
+        }
     }
+    for (_, text) in &mut texts {
+        *text = plain(text);
+    }
+    texts
+}
+
+/// A text as it was before its backslashes and carriage returns were marked.
+fn plain(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut letters = text.chars();
     while let Some(letter) = letters.next() {
         plain.push(match letter {
             '\\' => match letters.next() {
-                Some('n') => '\n',
                 Some('r') => '\r',
                 Some(other) => other,
                 None => '\\',
@@ -31,7 +72,7 @@ pub(super) fn text(line: &[u8]) -> Option<(String, String)> {
             letter => letter,
         });
     }
-    Some((name.to_owned(), plain))
+    plain
 }
 
 #[cfg(test)]
@@ -41,20 +82,20 @@ mod tests {
     #[test]
     fn texts_come_back_from_lines() {
         let named = |name: &str, text: &str| (name.to_owned(), text.to_owned());
-        let texts = vec![
+        let long = "\\ä".repeat(300);
+        let own = vec![
             named("seidelCommand", r"a\nb \ c\\"),
-            named("seidelSettings", "amount: 1\nscale: =2\r\n"),
+            named("seidelLens", &long),
+            named("seidelSettings", "amount: 1\n\nscale: =2\r\n"),
         ];
-        let all = [texts.clone(), vec![named("Author", "other")]].concat();
+        let all = [own.clone(), vec![named("Author", "other")]].concat();
         let lines = lines(&all);
-        assert!(lines.iter().all(|line| !line.contains('\n')));
-        let back: Texts = lines
-            .iter()
-            .filter_map(|line| text(line.as_bytes()))
-            .collect();
-        assert_eq!(back, texts);
-        assert_eq!(text(b"EXPOSURE=2"), None);
-        assert_eq!(text(b"seidelVersion"), None);
-        assert_eq!(text(b"\xff=\xff"), None);
+        assert!(
+            lines
+                .iter()
+                .all(|line| !line.contains('\n') && line.len() < 200)
+        );
+        assert_eq!(texts(lines.iter().map(String::as_bytes)), own);
+        assert!(!is_own(b"EXPOSURE=2") && !is_own(b"seidelVersion") && !is_own(b"\xff=\xff"));
     }
 }

@@ -218,7 +218,7 @@ mod tests {
                     ..layout(components, packing, big_endian)
                 };
                 let codes: Vec<u16> = (0..layout.samples() as u32)
-                    .map(|i| (i * 40_503 >> 3) as u16 & packing.full_scale())
+                    .map(|i| ((i * 40_503) >> 3) as u16 & packing.full_scale())
                     .collect();
                 let mut line = Vec::new();
                 layout.pack(&codes, &mut line);

@@ -2,7 +2,7 @@
 
 use super::header::{HEADER, set_offset, set_user_data, user_data};
 use crate::files::provenance::Texts;
-use crate::files::text_lines::{lines, text};
+use crate::files::text_lines;
 
 /// Who the user data are of, in the 32 bytes that they begin with.
 const IDENTIFICATION: &[u8; 32] = b"Seidel\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
@@ -17,7 +17,7 @@ fn stated(lead: &[u8], big_endian: bool) -> &[u8] {
 pub(super) fn texts(lead: &[u8], big_endian: bool) -> Texts {
     let own = stated(lead, big_endian).strip_prefix(IDENTIFICATION);
     let lines = own.into_iter().flat_map(|own| own.split(|&b| b == b'\n'));
-    lines.filter_map(text).collect()
+    text_lines::texts(lines)
 }
 
 /// Whether there is something of others where our texts would stand.
@@ -25,13 +25,14 @@ pub(super) fn is_taken(lead: &[u8], big_endian: bool) -> bool {
     let stated = stated(lead, big_endian);
     let beyond = &lead[HEADER + stated.len()..];
     let foreign = !stated.is_empty() && !stated.starts_with(IDENTIFICATION);
-    foreign || beyond.iter().any(|&b| b != 0)
+    // Nothing is written as zeros or as ones.
+    foreign || beyond.iter().any(|&b| b != 0 && b != 0xff)
 }
 
 /// The bytes before the pixels with `texts` in place of those that they hold. They grow where there is no room, and stay
 /// as they are where it is taken.
 pub(super) fn with_texts(lead: &[u8], big_endian: bool, texts: &Texts) -> Vec<u8> {
-    let lines = lines(texts);
+    let lines = text_lines::lines(texts);
     if is_taken(lead, big_endian) || (lines.is_empty() && stated(lead, big_endian).is_empty()) {
         return lead.to_vec();
     }
@@ -43,8 +44,11 @@ pub(super) fn with_texts(lead: &[u8], big_endian: bool, texts: &Texts) -> Vec<u8
     let mut new = lead[..HEADER].to_vec();
     set_user_data(&mut new, big_endian, data.len());
     new.extend(data);
-    let length = new.len().next_multiple_of(4).max(lead.len());
-    new.resize(length, 0);
+    let end = HEADER + stated(lead, big_endian).len();
+    new.resize(new.len().next_multiple_of(4).max(end), 0);
+    let rest = lead.get(new.len()..).unwrap_or_default();
+    new.extend(rest);
+    let length = new.len();
     set_offset(&mut new, big_endian, length);
     new
 }
