@@ -1,0 +1,160 @@
+//! The project's own curves: against golden values, there and back, at their joints and at grey.
+
+use seidel_colour::curves::{Curve, own};
+use seidel_colour::{Alphas, Config, Source};
+
+use super::golden::{numbers, read};
+
+/// What a curve may differ by from OpenColorIO's, which works in single precision.
+const TOLERANCE: f64 = 2e-6;
+/// The same of curves that OpenColorIO has a table for: what it has between entries.
+const TABLE_TOLERANCE: f64 = 2e-5;
+/// Below this size differences count as they are.
+const FLOOR: f64 = 1e-3;
+/// Linear values that come back.
+const RANGE: (f64, f64) = (-0.5, 60_000.0);
+
+fn all() -> impl Iterator<Item = (&'static str, &'static Curve)> {
+    let curves = own().unwrap().curves.iter();
+    curves.map(|(name, curve)| (name.as_str(), curve))
+}
+
+/// Linear values over [`RANGE`], dense about black.
+fn linear_values() -> Vec<f64> {
+    let steps = 0..=4000;
+    let dense = steps.clone().map(|i| -0.5 + f64::from(i) / 4000.0);
+    let stops = steps.map(|i| (f64::from(i) / 4000.0 * 36.0 - 20.0).exp2());
+    let all: Vec<f64> = dense
+        .chain(stops)
+        .filter(|v| (RANGE.0..=RANGE.1).contains(v))
+        .collect();
+    all.into_iter().chain([RANGE.1]).collect()
+}
+
+#[test]
+fn curves_are_those_of_opencolorio() {
+    let golden = read("curves.json");
+    for (name, curve) in all() {
+        let values = &golden["curves"][name];
+        let tolerance = match name {
+            "canon-log3" | "acescc" => TABLE_TOLERANCE,
+            _ => TOLERANCE,
+        };
+        let pairs = numbers(&values["code"])
+            .into_iter()
+            .zip(numbers(&values["linear"]));
+        let mut count = 0;
+        for (code, linear) in pairs {
+            let found = curve.form.linear(code);
+            let off = (found - linear).abs() / linear.abs().max(FLOOR);
+            assert!(
+                off <= tolerance,
+                "{name} at {code}: {found}, not {linear}: {off:e}"
+            );
+            count += 1;
+        }
+        assert!(count > 50, "{name}");
+    }
+}
+
+#[test]
+fn what_goes_comes_back() {
+    for (name, curve) in all() {
+        for linear in linear_values() {
+            // Black and less have one code in ACEScc, by its document.
+            if name == "acescc" && linear < 0.0 {
+                continue;
+            }
+            let back = curve.form.linear(curve.form.code(linear));
+            let off = (back - linear).abs() / linear.abs().max(FLOOR);
+            assert!(off <= 1e-9, "{name}: {linear} came back as {back}");
+        }
+    }
+}
+
+/// In single precision, through the engine: code to linear to code, and linear to code to linear.
+#[test]
+fn what_goes_through_the_engine_comes_back() {
+    let config = Config::load(&Source::Own).unwrap();
+    let table = own().unwrap();
+    for space in &table.spaces {
+        let Some(curve) = table.curve(space).unwrap() else {
+            continue;
+        };
+        if space.name == "ACEScc" {
+            continue;
+        }
+        let linear = table
+            .spaces
+            .iter()
+            .find(|other| other.curve.is_none() && other.gamut == space.gamut);
+        let linear = &linear.unwrap().name;
+        let to_code = config.processor(linear, &space.name).unwrap();
+        let to_linear = config.processor(&space.name, linear).unwrap();
+        let light: Vec<f32> = linear_values().iter().map(|v| *v as f32).collect();
+        let code: Vec<f32> = (light.iter())
+            .map(|v| curve.form.code(f64::from(*v)) as f32)
+            .collect();
+        for (first, second, values) in [
+            (&to_code, &to_linear, &light),
+            (&to_linear, &to_code, &code),
+        ] {
+            let mut planes = vec![values.clone(); 3];
+            let there = first.planes(&mut planes, Alphas::Straight).unwrap();
+            let back = second.planes(&mut planes, Alphas::Straight).unwrap();
+            assert_eq!(there + back, Default::default());
+            for (value, back) in values.iter().zip(&planes[1]) {
+                let off = (back - value).abs() / value.abs().max(FLOOR as f32);
+                assert!(off <= 1e-5, "{}: {value} came back as {back}", space.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn curves_rise_and_have_no_steps() {
+    for (name, curve) in all() {
+        for joint in curve.form.joints() {
+            let [below, at, above] = [-1e-9, 0.0, 1e-9].map(|by| curve.form.linear(joint + by));
+            let size = at.abs().max(FLOOR);
+            assert!(
+                (above - below).abs() / size < 1e-5,
+                "{name}: {below} {above}"
+            );
+        }
+        let mut last = f64::NEG_INFINITY;
+        for i in 0..=20_000 {
+            let code = -0.125 + 1.25 * f64::from(i) / 20_000.0;
+            let linear = curve.form.linear(code);
+            assert!(linear > last, "{name} at {code}");
+            last = linear;
+        }
+    }
+}
+
+#[test]
+fn grey_has_the_code_that_makers_say() {
+    for (name, curve) in all() {
+        let digits = curve.grey.to_string().len() as i32 - 2;
+        let code = curve.form.code(0.18);
+        let half_a_digit = 0.51 * 10_f64.powi(-digits);
+        assert!((code - curve.grey).abs() <= half_a_digit, "{name}: {code}");
+    }
+}
+
+#[test]
+fn every_curve_and_gamut_says_where_it_is_from() {
+    let table = own().unwrap();
+    for (name, curve) in &table.curves {
+        assert!(
+            !curve.document.is_empty() && !curve.revision.is_empty(),
+            "{name}"
+        );
+    }
+    for (name, gamut) in &table.gamuts {
+        assert!(
+            !gamut.document.is_empty() && !gamut.revision.is_empty(),
+            "{name}"
+        );
+    }
+}
