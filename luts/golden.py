@@ -47,7 +47,9 @@ def numbers(values):
 
 def applied(config, source, target, pixels):
     pixels = numpy.ascontiguousarray(pixels, dtype=numpy.float32)
-    config.getProcessor(source, target).getDefaultCPUProcessor().applyRGB(pixels)
+    # Without this logarithms and powers are good to about 1e-5 only.
+    exact = PyOpenColorIO.OPTIMIZATION_LOSSLESS
+    config.getProcessor(source, target).getOptimizedCPUProcessor(exact).applyRGB(pixels)
     return pixels
 
 

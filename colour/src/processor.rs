@@ -80,11 +80,6 @@ impl Processor {
         self.engine.is_no_op()
     }
 
-    /// Whether one channel may depend on others.
-    pub fn mixes_channels(&self) -> bool {
-        self.engine.mixes_channels()
-    }
-
     /// Turns three planes, or one of grey, in place. `alphas` stay as they are, and so does what they cover of nothing.
     /// What was not finite was zero for the other channels.
     ///

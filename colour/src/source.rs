@@ -6,6 +6,9 @@ use std::path::PathBuf;
 /// The project's own config, made from `luts/curves.toml` by `cargo xtask luts`.
 pub const OWN_CONFIG: &str = include_str!("../../luts/config.ocio");
 
+/// What users call it.
+const OWN: &str = "seidel";
+
 /// What the names of configs that come with OpenColorIO begin with.
 const BUILT_IN: &str = "ocio://";
 
@@ -28,10 +31,11 @@ pub enum Source {
 }
 
 impl Source {
-    /// The config that a user calls `name`: `ocio://NAME` or a path.
+    /// The config that a user calls `name`: `seidel` for the project's own, `ocio://NAME`, or a path.
     pub fn named(name: &str) -> Self {
         match name.strip_prefix(BUILT_IN) {
             Some(name) => Self::BuiltIn(name.to_owned()),
+            None if name == OWN => Self::Own,
             None => Self::File(PathBuf::from(name)),
         }
     }
@@ -68,6 +72,7 @@ mod tests {
             (None, None, Source::Own),
             (None, Some(""), Source::Own),
             (None, Some("  "), Source::Own),
+            (Some("seidel"), Some("b.ocio"), Source::Own),
             (Some("ocio://x"), None, Source::BuiltIn("x".to_owned())),
         ] {
             assert_eq!(Source::chosen(given, environment), want);

@@ -103,9 +103,6 @@ pub trait EngineProcessor: Send + Sync {
     /// Whether it leaves all colours as they are.
     fn is_no_op(&self) -> bool;
 
-    /// Whether one channel may depend on others.
-    fn mixes_channels(&self) -> bool;
-
     /// Puts what becomes of pixels in their place.
     fn apply(&self, pixels: &mut [Pixel]);
 }

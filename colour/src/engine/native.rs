@@ -7,7 +7,9 @@ use std::path::Path;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Mutex, PoisonError};
 
-use ocio_rs::{CPUProcessor, ColorSpace, Config, LoggingLevel, TransformDirection};
+use ocio_rs::{
+    CPUProcessor, ColorSpace, Config, LoggingLevel, OptimizationFlags, TransformDirection,
+};
 
 use super::{
     ColourEngine, Display, EngineConfig, EngineProcessor, EngineResult, FileSpace, Pixel, Space,
@@ -16,6 +18,9 @@ use crate::{ColourError, OWN_CONFIG, Result, Source};
 
 /// The library that we know how to use; the crate alone, without it, would change no colour and say nothing.
 const VERSION: &str = "2.";
+
+/// No quick logarithms and powers: see the other engine.
+const EXACT: u64 = OptimizationFlags::LOSSLESS.0 as u64;
 
 /// The engine.
 pub(super) struct Native {
@@ -208,16 +213,14 @@ struct Lent {
     made_of: Mutex<ocio_rs::Processor>,
     idle: Mutex<Vec<CPUProcessor>>,
     is_no_op: bool,
-    mixes_channels: bool,
 }
 
 impl Lent {
     fn boxed(processor: ocio_rs::Processor) -> EngineResult<Box<dyn EngineProcessor>> {
-        let first = processor.default_cpu_processor();
+        let first = processor.optimized_cpu_processor(EXACT);
         let first = first.map_err(|e| e.to_string())?;
         Ok(Box::new(Self {
             is_no_op: first.is_no_op(),
-            mixes_channels: first.has_channel_crosstalk(),
             made_of: Mutex::new(processor),
             idle: Mutex::new(vec![first]),
         }))
@@ -231,7 +234,7 @@ impl Lent {
             .pop();
         idle.or_else(|| {
             let made_of = self.made_of.lock().unwrap_or_else(PoisonError::into_inner);
-            made_of.default_cpu_processor().ok()
+            made_of.optimized_cpu_processor(EXACT).ok()
         })
     }
 }
@@ -239,10 +242,6 @@ impl Lent {
 impl EngineProcessor for Lent {
     fn is_no_op(&self) -> bool {
         self.is_no_op
-    }
-
-    fn mixes_channels(&self) -> bool {
-        self.mixes_channels
     }
 
     fn apply(&self, pixels: &mut [Pixel]) {

@@ -3,12 +3,16 @@
 use std::path::Path;
 
 use ocio::config::logging::set_logging_level;
-use ocio::{Config, CpuProcessor, LoggingLevel};
+use ocio::{Config, CpuProcessor, LoggingLevel, OptimizationFlags};
 
 use super::{
     ColourEngine, Display, EngineConfig, EngineProcessor, EngineResult, FileSpace, Pixel, Space,
 };
 use crate::{ColourError, OWN_CONFIG, Result, Source};
+
+/// No quick logarithms and powers, which OpenColorIO uses unless told: they are good to about 1e-5 only, so that 16-bit
+/// codes would not all come back from light.
+const EXACT: OptimizationFlags = OptimizationFlags::LOSSLESS;
 
 /// The engine.
 pub(super) struct Port;
@@ -76,7 +80,7 @@ fn space_of(space: &ocio::config::ColorSpace) -> Space {
 }
 
 fn boxed(processor: &ocio::Processor) -> Box<dyn EngineProcessor> {
-    Box::new(processor.default_cpu_processor())
+    Box::new(processor.optimized_cpu_processor(EXACT))
 }
 
 impl EngineConfig for PortConfig {
@@ -145,10 +149,6 @@ impl EngineConfig for PortConfig {
 impl EngineProcessor for CpuProcessor {
     fn is_no_op(&self) -> bool {
         CpuProcessor::is_no_op(self)
-    }
-
-    fn mixes_channels(&self) -> bool {
-        self.has_channel_crosstalk()
     }
 
     fn apply(&self, pixels: &mut [Pixel]) {

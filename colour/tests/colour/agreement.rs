@@ -16,7 +16,8 @@ config = ocio.Config.CreateFromFile(sys.argv[1])
 for way in sys.argv[2:]:
     source, target, before, after = way.split('|')
     pixels = numpy.fromfile(before, dtype='<f4').reshape(-1, 3).copy()
-    config.getProcessor(source, target).getDefaultCPUProcessor().applyRGB(pixels)
+    exact = config.getProcessor(source, target).getOptimizedCPUProcessor(ocio.OPTIMIZATION_LOSSLESS)
+    exact.applyRGB(pixels)
     pixels.astype('<f4').tofile(after)
 ";
 

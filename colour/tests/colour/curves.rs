@@ -11,6 +11,12 @@ const TOLERANCE: f64 = 2e-6;
 const TABLE_TOLERANCE: f64 = 2e-5;
 /// Below this size differences count as they are.
 const FLOOR: f64 = 1e-3;
+/// The same of what OpenColorIO gives in single precision, in which black has a code of which so much is left.
+const GOLDEN_FLOOR: f64 = 1e-2;
+/// What values that go through the engine and back may differ by, in its single precision.
+const ENGINE_TOLERANCE: f32 = 1e-5;
+/// Below this size such differences count as they are: single precision has a code of black to so much.
+const ENGINE_FLOOR: f32 = 1e-2;
 /// Linear values that come back.
 const RANGE: (f64, f64) = (-0.5, 60_000.0);
 
@@ -46,7 +52,7 @@ fn curves_are_those_of_opencolorio() {
         let mut count = 0;
         for (code, linear) in pairs {
             let found = curve.form.linear(code);
-            let off = (found - linear).abs() / linear.abs().max(FLOOR);
+            let off = (found - linear).abs() / linear.abs().max(GOLDEN_FLOOR);
             assert!(
                 off <= tolerance,
                 "{name} at {code}: {found}, not {linear}: {off:e}"
@@ -103,10 +109,11 @@ fn what_goes_through_the_engine_comes_back() {
             let there = first.planes(&mut planes, Alphas::Straight).unwrap();
             let back = second.planes(&mut planes, Alphas::Straight).unwrap();
             assert_eq!(there + back, Default::default());
-            for (value, back) in values.iter().zip(&planes[1]) {
-                let off = (back - value).abs() / value.abs().max(FLOOR as f32);
-                assert!(off <= 1e-5, "{}: {value} came back as {back}", space.name);
-            }
+            let off =
+                |(value, back): (&f32, &f32)| (back - value).abs() / value.abs().max(ENGINE_FLOOR);
+            let worst = values.iter().zip(&planes[1]).map(off).fold(0.0, f32::max);
+            println!("{} to {} and back: {worst:.1e}", first.from(), first.to());
+            assert!(worst <= ENGINE_TOLERANCE, "{}: {worst:e}", space.name);
         }
     }
 }
