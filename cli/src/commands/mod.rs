@@ -8,6 +8,7 @@ mod drawing;
 mod eval;
 mod fit;
 mod lens;
+mod lut;
 mod picture;
 mod plates;
 mod psf;
@@ -57,6 +58,8 @@ pub enum Command {
     Remove(Box<remove::RemoveArgs>),
     /// Give a plate the blur of another lens than the one it was taken with
     Relens(Box<relens::RelensArgs>),
+    /// Convert pictures between colour spaces, or write look-up tables
+    Lut(lut::LutArgs),
     /// Tell what a lens lacks against measured point-spread functions, and add it
     Diagnose(Box<diagnose::DiagnoseArgs>),
 }
@@ -76,6 +79,7 @@ impl Command {
             Self::Apply(args) => apply::run(&args, console),
             Self::Remove(args) => remove::run(&args, console),
             Self::Relens(args) => relens::run(&args, console),
+            Self::Lut(args) => lut::run(&args, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }

@@ -200,6 +200,43 @@ impl ExrPlate {
         attributes.get(&Text::new_or_none(name)?)
     }
 
+    /// The text of an attribute of a part by its name.
+    pub(super) fn text(&self, part: usize, name: &str) -> Option<String> {
+        let attributes = &self.image.layer_data.get(part)?.attributes.other;
+        match attributes.get(&Text::new_or_none(name)?)? {
+            AttributeValue::Text(text) => Some(text.to_string()),
+            _ => None,
+        }
+    }
+
+    /// Gives a text attribute of a part another text, or none, where it is there.
+    pub(super) fn replace_text(&mut self, part: usize, name: &str, text: Option<&str>) {
+        let (Some(layer), Some(name)) =
+            (self.image.layer_data.get_mut(part), Text::new_or_none(name))
+        else {
+            return;
+        };
+        if let Some(old) = layer.attributes.other.remove(&name)
+            && let Some(text) = text
+        {
+            let new = match old {
+                AttributeValue::Text(_) => AttributeValue::Text(Text::from(text)),
+                other => other,
+            };
+            layer.attributes.other.insert(name, new);
+        }
+    }
+
+    /// Takes the chromaticities away, which are one for all parts; whether there were any.
+    pub(super) fn drop_chromaticities(&mut self) -> bool {
+        self.image.attributes.chromaticities.take().is_some()
+    }
+
+    /// Adds a sentence to what is told of the file.
+    pub(super) fn note(&mut self, note: String) {
+        self.notes.push(note);
+    }
+
     /// Number of parts in the file, at least one.
     pub fn parts(&self) -> usize {
         self.image.layer_data.len()
