@@ -251,38 +251,6 @@ fn whole_numbers_go_by_the_config_as_they_go_without() {
 }
 
 #[test]
-fn codes_of_whole_numbers_come_back_from_light() {
-    let folder = made();
-    let folder = folder.path();
-    // Every 16-bit code once.
-    let picture = image::ImageBuffer::from_fn(256, 256, |x, y| {
-        let code = (y * 256 + x) as u16;
-        image::Rgb([code; 3])
-    });
-    picture.save(folder.join("codes.png")).expect("writable");
-    let lens = "--lens @lens.json --distance 2 --lens-scale 0.6";
-    for space in [
-        "logc4",
-        "logc3",
-        "slog3_sgamut3",
-        "log3g10",
-        "clog3",
-        "vlog",
-        "srgb_tx",
-    ] {
-        // The smallest amount that is not none: light goes through the renderer and comes back.
-        let line =
-            format!("apply @codes.png -o @back.png {lens} {OWN} --in-space {space} --amount 1e-9");
-        succeeds(folder, &line);
-        let back = image::open(folder.join("back.png"))
-            .expect("readable")
-            .into_rgb16();
-        let apart = back.iter().zip(picture.iter()).map(|(b, p)| b.abs_diff(*p));
-        assert!(apart.max() <= Some(1), "{space}");
-    }
-}
-
-#[test]
 fn the_lens_goes_off_and_on_again_in_log() {
     let folder = made();
     let folder = folder.path();
@@ -308,7 +276,12 @@ fn the_lens_goes_off_and_on_again_in_log() {
         "relens @log.exr -o @other.exr --from @lens.json --to @lens.json --lens-scale 0.6 --distance 1.6 {OWN} --in-space logc4 --lens-check off"
     );
     assert!(succeeds(folder, &line).stderr.contains("`ARRI LogC4`"));
-    assert!(off(folder, "other.exr", "log.exr") < 0.05);
+    let line = "relens @light.exr -o @want.exr --from @lens.json --to @lens.json --lens-scale 0.6 --distance 1.6 --lens-check off";
+    succeeds(folder, line);
+    let line = format!("lut @other.exr -o @found.exr {OWN} --in-space logc4 --out-space ACEScg");
+    succeeds(folder, &line);
+    let off_by = off(folder, "found.exr", "want.exr");
+    assert!(off_by < 1e-2, "{off_by}");
 }
 
 #[test]
@@ -323,7 +296,11 @@ fn colour_goes_with_its_alpha() {
     write_exr(&folder.join("flat.exr"), SIZE.0, SIZE.1, &channels);
     let sight = format!("{SIGHT} --distance 2 {OWN} --in-space logc4");
     succeeds(folder, &format!("apply @flat.exr -o @blurred.exr {sight}"));
-    assert!(off(folder, "blurred.exr", "flat.exr") < 1e-4);
+    // A lens may change how much is covered, but what is covered keeps its code, but for what the renderer saves.
+    let of = |name: &str| read_channel(&folder.join("blurred.exr"), name);
+    for (code, alpha) in of("G").iter().zip(of("A")) {
+        assert!((code / alpha - 0.5).abs() < 2e-3, "{code} {alpha}");
+    }
     let line = format!(
         "lut @flat.exr -o @light.exr {OWN} --in-space logc4 --out-space lin_arri_wide_gamut_4"
     );
@@ -361,7 +338,7 @@ fn numbers_that_are_none_are_said() {
     must_refuse(
         folder,
         &format!("apply @far.exr -o @o.exr {ways}"),
-        &["1 samples", "--in-space"],
+        &["of no finite light", "--in-space"],
     );
 }
 

@@ -7,6 +7,7 @@ mod bad_input;
 mod c_abi;
 mod choice;
 mod colour;
+mod colour_picture;
 mod controls;
 mod demo;
 mod depth;

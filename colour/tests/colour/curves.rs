@@ -119,6 +119,31 @@ fn what_goes_through_the_engine_comes_back() {
 }
 
 #[test]
+fn every_16_bit_code_comes_back_from_light() {
+    let config = Config::load(&Source::Own).unwrap();
+    let whole: Vec<f32> = (0..=u16::MAX)
+        .map(|code| f32::from(code) / 65535.0)
+        .collect();
+    for space in config.spaces().iter().filter(|space| !space.is_data) {
+        // Of which black and less have one code.
+        if space.name == "ACEScc" {
+            continue;
+        }
+        let mut planes = vec![whole.clone(); 3];
+        for (from, to) in [(space.name.as_str(), "ACEScg"), ("ACEScg", &space.name)] {
+            let processor = config.processor(from, to).unwrap();
+            let report = processor.planes(&mut planes, Alphas::Straight).unwrap();
+            assert_eq!(report, Default::default());
+        }
+        for plane in &planes {
+            for (code, back) in plane.iter().enumerate() {
+                assert_eq!((back * 65535.0).round(), code as f32, "{}", space.name);
+            }
+        }
+    }
+}
+
+#[test]
 fn curves_rise_and_have_no_steps() {
     for (name, curve) in all() {
         for joint in curve.form.joints() {
