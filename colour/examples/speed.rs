@@ -22,7 +22,10 @@ fn main() -> Result<(), seidel_colour::ColourError> {
         let mut planes: Vec<Vec<f32>> = (0..3).map(plane).collect();
         let start = Instant::now();
         let report = processor.planes(&mut planes, Alphas::Straight)?;
-        println!("{from} to {to}: {:.0} ms, {report:?}", start.elapsed().as_secs_f64() * 1e3);
+        println!(
+            "{from} to {to}: {:.0} ms, {report:?}",
+            start.elapsed().as_secs_f64() * 1e3
+        );
     }
     Ok(())
 }
