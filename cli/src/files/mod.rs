@@ -2,6 +2,7 @@
 
 pub mod animation;
 pub mod atomic;
+mod colour_space;
 pub mod depth;
 pub mod description;
 pub mod error;
@@ -16,6 +17,7 @@ pub mod format;
 mod guard;
 pub mod json;
 mod limits;
+pub mod lut_file;
 pub mod manifest;
 pub mod matte;
 pub mod picture;

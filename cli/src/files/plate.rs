@@ -25,14 +25,14 @@ pub struct PlateOptions {
 /// A plate in memory with everything its file holds.
 #[derive(Debug, Clone)]
 pub struct Plate {
-    file: PlateFile,
+    pub(super) file: PlateFile,
     names: Vec<String>,
     window: Window,
     display: Window,
 }
 
 #[derive(Debug, Clone)]
-enum PlateFile {
+pub(super) enum PlateFile {
     Exr {
         plate: Box<ExrPlate>,
         group: ColourGroup,
