@@ -268,6 +268,18 @@ impl FlatPlate {
         }
     }
 
+    /// What the header says of the samples, by name.
+    pub(super) fn storage(&self) -> Texts {
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        match &self.container {
+            Container::Dpx(carried) => vec![
+                named("transfer characteristic", carried.transfer_name()),
+                named("pixel aspect", carried.pixel_aspect().to_string()),
+            ],
+            _ => Texts::new(),
+        }
+    }
+
     /// What the user should know of the file. `taken` is what codes are taken to mean, `None` where a colour space says
     /// so; `told` is whether the user said it.
     pub(super) fn remarks(&self, taken: Option<Encoding>, told: bool) -> Vec<String> {
