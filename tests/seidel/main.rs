@@ -18,6 +18,7 @@ mod eval;
 mod fit;
 mod fit_pupil;
 mod focus;
+mod formats;
 mod gap;
 mod golden;
 mod in_hosts;

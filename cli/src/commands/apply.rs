@@ -20,10 +20,14 @@ use occlusion::OcclusionArgs;
 /// Options of `seidel apply`.
 #[derive(Debug, Args)]
 pub struct ApplyArgs {
-    /// The plate: OpenEXR, PNG or TIFF; may hold a frame pattern such as plate.%04d.exr
+    /// The plate: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; may hold a frame pattern such as plate.%04d.exr
     #[arg(value_name = "IN")]
     input: String,
-    /// Where to write the blurred plate, in the same format
+    /// Where to write the blurred plate: EXR, PNG, TIFF, DPX or HDR by its extension. In the format of IN all else that
+    /// the file holds is kept. Else EXR gets scene-linear, premultiplied colour: half of 8- and 10-bit and half-float
+    /// samples, float of others; PNG the 8 bits of IN or 16; TIFF the 8 or 16 bits of IN or float; DPX 10 bits, or the
+    /// 12 or 16 of IN, or 16 with alpha or without colour; HDR its shared exponents. Integers are sRGB-encoded unless
+    /// --encoding says otherwise. What OUT cannot hold is told
     #[arg(short, long, value_name = "OUT")]
     output: String,
     /// The lens profile

@@ -18,10 +18,14 @@ use frame::Job;
 /// Options of `seidel remove`.
 #[derive(Debug, Args)]
 pub struct RemoveArgs {
-    /// The plate: OpenEXR, PNG or TIFF; may hold a frame pattern such as plate.%04d.exr
+    /// The plate: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; may hold a frame pattern such as plate.%04d.exr
     #[arg(value_name = "IN")]
     input: String,
-    /// Where to write the sharp plate, in the same format
+    /// Where to write the sharp plate: EXR, PNG, TIFF, DPX or HDR by its extension. In the format of IN all else that
+    /// the file holds is kept. Else EXR gets scene-linear, premultiplied colour: half of 8- and 10-bit and half-float
+    /// samples, float of others; PNG the 8 bits of IN or 16; TIFF the 8 or 16 bits of IN or float; DPX 10 bits, or the
+    /// 12 or 16 of IN, or 16 with alpha or without colour; HDR its shared exponents. Integers are sRGB-encoded unless
+    /// --encoding says otherwise. What OUT cannot hold is told
     #[arg(short, long, value_name = "OUT")]
     output: String,
     /// The profile of the lens that the plate was taken with
@@ -35,11 +39,13 @@ pub struct RemoveArgs {
     /// What becomes of the plate's grain
     #[arg(long, value_enum, default_value_t = Grain::Keep)]
     grain: Grain,
-    /// Write the plate's own pixels only. Otherwise an EXR's data window grows by what was found beyond the plate's
+    /// Write the plate's own pixels only. Otherwise the data window of an EXR written from
+    /// EXR grows by what was found beyond the plate's
     /// edges, so that `seidel apply` gives the plate back right up to them
     #[arg(long)]
     no_overscan: bool,
-    /// Write also what the plate has beside what the lens makes of OUT, and a copy of OUT: with them `seidel apply
+    /// Write also what the plate has beside what the lens makes of OUT, which then has the format of IN, and a copy of
+    /// OUT: with them `seidel apply
     /// --residual` gives back the plate where OUT was not worked on. OpenEXR; a frame pattern where OUT has one
     #[arg(long, value_name = "FILE")]
     residual: Option<String>,

@@ -54,7 +54,7 @@ pub struct DepthPass {
     pub file: PathBuf,
     /// Name of the channel it is from.
     pub channel: String,
-    /// Where the pixels lie; at (0, 0) for PNG and TIFF.
+    /// Where the pixels lie; at (0, 0) in all but EXR.
     pub windows: Windows,
     /// One number a pixel, row-major. Integers are scaled to 0..1.
     pub samples: Vec<f32>,
@@ -62,10 +62,10 @@ pub struct DepthPass {
 
 impl DepthPass {
     /// Reads a depth pass: any channel of an EXR file (if none is named, the one that looks like
-    /// depth), or a grey or named channel of a 16-bit or float PNG or TIFF.
+    /// depth), or a grey or named channel of a 12-bit, 16-bit or float file of another format.
     ///
     /// # Errors
-    /// A file that cannot be read, no such channel, and 8-bit files, whose steps would show.
+    /// A file that cannot be read, no such channel, and 8- and 10-bit files, whose steps would show.
     pub fn open(file: &Path, channel: Option<&str>) -> Result<Self> {
         match detect(file)? {
             Format::Exr => {
@@ -77,7 +77,7 @@ impl DepthPass {
                     _ => Self::of_plate(&plate, channel),
                 }
             }
-            Format::Png | Format::Tiff => Self::of_flat(&FlatPlate::open(file)?, channel),
+            _ => Self::of_flat(&FlatPlate::open(file)?, channel),
         }
     }
 
@@ -99,11 +99,14 @@ impl DepthPass {
     }
 
     fn of_flat(plate: &FlatPlate, channel: Option<&str>) -> Result<Self> {
-        if plate.depth() == SampleDepth::U8 {
+        if matches!(plate.depth(), SampleDepth::U8 | SampleDepth::U10) {
             return Err(FileError::new(
                 plate.path(),
                 "depth",
-                "has 8 bits a sample, which is too coarse for depth",
+                format!(
+                    "has {} samples, which are too coarse for depth",
+                    plate.depth()
+                ),
                 "give an EXR, or a 16-bit or float file",
             ));
         }

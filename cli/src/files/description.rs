@@ -123,7 +123,7 @@ fn flat_part(plate: &FlatPlate) -> Part {
             .iter()
             .map(|name| named(name, &depth))
             .collect(),
-        storage: Vec::new(),
+        storage: plate.storage(),
         attributes,
         provenance,
     }

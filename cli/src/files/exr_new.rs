@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use exr::meta::attribute::IntegerBounds;
+use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::prelude::*;
 use half::f16;
 
 use super::error::Result;
 use super::exr_file::write_exr;
+use super::provenance::Texts;
 use super::windows::Windows;
 
 /// A channel to write.
@@ -28,12 +29,36 @@ pub struct NewChannel<'a> {
 /// # Panics
 /// If a channel has not one sample a pixel.
 pub fn write_placed(path: &Path, windows: Windows, channels: &[NewChannel]) -> Result<()> {
+    write_shaped(path, (windows, 1.0), channels, &Texts::new())
+}
+
+/// As [`write_placed`], of pixels that are `pixel_aspect` times as wide as high, with `texts` as attributes.
+///
+/// # Errors
+/// A target that cannot be written.
+///
+/// # Panics
+/// If a channel has not one sample a pixel.
+pub fn write_shaped(
+    path: &Path,
+    (windows, pixel_aspect): (Windows, f64),
+    channels: &[NewChannel],
+    texts: &Texts,
+) -> Result<()> {
     let Windows { data, display } = windows;
     let mut layer = new_layer(data.width, data.height, channels);
     layer.attributes.layer_position = Vec2(data.x, data.y);
+    for (name, text) in texts {
+        let text = AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()));
+        layer
+            .attributes
+            .other
+            .insert(Text::from(name.as_str()), text);
+    }
     let mut image = Image::from_layer(layer);
     image.attributes.display_window =
         IntegerBounds::new((display.x, display.y), (display.width, display.height));
+    image.attributes.pixel_aspect = pixel_aspect as f32;
     write_exr(path, &image, true)
 }
 

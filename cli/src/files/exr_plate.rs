@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 
 use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
 use exr::meta::attribute::{AttributeValue, KeyCode, LineOrder, SampleType, Text};
-use exr::prelude::{Compression, Vec2};
+use exr::prelude::{Compression, ImageAttributes, LayerAttributes, Vec2};
 use half::f16;
 
 use super::error::{FileError, Result};
 use super::exr_file::{read_exr, write_exr};
 use super::limits::Limits;
+use super::provenance::is_ours;
 use super::windows::held;
 
 /// Name of the text attribute that takes the place of the film key code; see [`ExrPlate::open`].
@@ -199,6 +200,30 @@ impl ExrPlate {
     pub(super) fn attribute(&self, name: &str) -> Option<&AttributeValue> {
         let attributes = &self.image.layer_data.first()?.attributes.other;
         attributes.get(&Text::new_or_none(name)?)
+    }
+
+    /// Whether it says anything beside windows, pixel aspect and names of parts.
+    pub(super) fn has_own_attributes(&self) -> bool {
+        let shared = &self.image.attributes;
+        let plain = ImageAttributes {
+            pixel_aspect: shared.pixel_aspect,
+            ..ImageAttributes::new(shared.display_window)
+        };
+        let of_part = |part: &LayerAttributes| {
+            let plain = LayerAttributes {
+                layer_name: part.layer_name.clone(),
+                layer_position: part.layer_position,
+                ..LayerAttributes::default()
+            };
+            let others = |(name, _): &(&Text, &AttributeValue)| !is_ours(&name.to_string());
+            let bare = LayerAttributes {
+                other: HashMap::new(),
+                ..part.clone()
+            };
+            bare != plain || part.other.iter().any(|own| others(&own))
+        };
+        let mut parts = self.image.layer_data.iter();
+        *shared != plain || parts.any(|layer| of_part(&layer.attributes))
     }
 
     /// The attributes of a part that the format does not define.

@@ -1,30 +1,48 @@
-//! PNG and TIFF plates: planes of floats in memory, the file's own sample type on disk.
+//! Plates of one picture (PNG, TIFF, DPX, HDR, JPEG): planes of floats in memory, the file's own sample type on disk.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::error::{FileError, Result};
+use super::format::{Format, detect};
 use super::limits::Limits;
-use super::provenance::Texts;
-use super::{png_file, tiff_file};
+use super::provenance::{Texts, is_ours};
+use super::{dpx, hdr_file, jpeg_file, png_file, tiff_file};
 
 /// How one sample is stored in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SampleDepth {
     /// 8-bit unsigned integer; 255 is 1.0.
     U8,
+    /// 10-bit unsigned integer; 1023 is 1.0. DPX only.
+    U10,
+    /// 12-bit unsigned integer; 4095 is 1.0. DPX only.
+    U12,
     /// 16-bit unsigned integer; 65535 is 1.0.
     U16,
     /// 16-bit float. Read only: written as [`SampleDepth::F32`].
     F16,
     /// 32-bit float.
     F32,
+    /// Eight bits and an exponent for the three samples of a pixel, none negative. HDR only.
+    Rgbe,
 }
 
 impl SampleDepth {
     /// Whether the format holds whole numbers from 0 to 1 only.
     pub fn is_integer(self) -> bool {
-        matches!(self, Self::U8 | Self::U16)
+        self.full_scale().is_some()
+    }
+
+    /// The integer that is 1.0; `None` for floats.
+    pub fn full_scale(self) -> Option<u16> {
+        match self {
+            Self::U8 => Some(255),
+            Self::U10 => Some(1023),
+            Self::U12 => Some(4095),
+            Self::U16 => Some(65535),
+            Self::F16 | Self::F32 | Self::Rgbe => None,
+        }
     }
 }
 
@@ -32,14 +50,17 @@ impl fmt::Display for SampleDepth {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::U8 => "8-bit",
+            Self::U10 => "10-bit",
+            Self::U12 => "12-bit",
             Self::U16 => "16-bit",
             Self::F16 => "half float",
             Self::F32 => "float",
+            Self::Rgbe => "RGBE",
         })
     }
 }
 
-/// What the numbers of a PNG or TIFF file mean.
+/// What the numbers of a file of one picture mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
     /// Proportional to light.
@@ -75,9 +96,19 @@ pub(super) enum Container {
     Png { icc: Option<Vec<u8>> },
     /// TIFF with the tags that are carried over and the meaning of its alpha.
     Tiff(tiff_file::Carried),
+    /// DPX with all that it holds beside the pixels.
+    Dpx(Box<dpx::Carried>),
+    /// Radiance HDR with the lines of its header.
+    Hdr { lines: Vec<Vec<u8>> },
+    /// JPEG with its colour profile; whether the camera noted anything, and that it is to be turned.
+    Jpeg {
+        icc: Option<Vec<u8>>,
+        exif: bool,
+        turned: bool,
+    },
 }
 
-/// A PNG or TIFF picture. Samples are code values: integers scaled to 0..1, floats as they are.
+/// A picture of a format that holds one. Samples are code values: integers scaled to 0..1, floats as they are.
 #[derive(Debug, Clone)]
 pub struct FlatPlate {
     pub(super) path: PathBuf,
@@ -92,7 +123,8 @@ pub struct FlatPlate {
 }
 
 impl FlatPlate {
-    /// Reads a PNG (8 or 16 bit) or TIFF (8 or 16 bit, half or float) file, told apart by content.
+    /// Reads a PNG (8 or 16 bit), TIFF (8 or 16 bit, half or float), DPX (8 to 16 bit), HDR or JPEG file, told apart by
+    /// content.
     ///
     /// # Errors
     /// A file that cannot be read, is damaged, or of another kind.
@@ -101,15 +133,29 @@ impl FlatPlate {
     }
 
     pub(super) fn open_within(path: &Path, limits: Limits) -> Result<Self> {
-        match super::format::detect(path)? {
-            super::format::Format::Png => png_file::read(path, limits),
-            super::format::Format::Tiff => tiff_file::read(path, limits),
-            super::format::Format::Exr => Err(FileError::new(
+        match detect(path)? {
+            Format::Png => png_file::read(path, limits),
+            Format::Tiff => tiff_file::read(path, limits),
+            Format::Dpx => dpx::read(path, limits),
+            Format::Hdr => hdr_file::read(path, limits),
+            Format::Jpeg => jpeg_file::read(path, limits),
+            Format::Exr => Err(FileError::new(
                 path,
                 "",
                 "is an OpenEXR file",
-                "give a PNG or TIFF file here",
+                "give a PNG, TIFF, DPX, HDR or JPEG file here",
             )),
+        }
+    }
+
+    /// The format it was read in.
+    pub fn format(&self) -> Format {
+        match self.container {
+            Container::Png { .. } => Format::Png,
+            Container::Tiff(_) => Format::Tiff,
+            Container::Dpx(_) => Format::Dpx,
+            Container::Hdr { .. } => Format::Hdr,
+            Container::Jpeg { .. } => Format::Jpeg,
         }
     }
 
@@ -174,25 +220,125 @@ impl FlatPlate {
 
     /// Rounds the code values to what the file will hold.
     pub(super) fn round(&mut self) {
-        let stored: fn(f32) -> f32 = match self.depth {
-            SampleDepth::U8 => |code| f32::from(to_u8(code)) / 255.0,
-            SampleDepth::U16 => |code| f32::from(to_u16(code)) / 65535.0,
-            SampleDepth::F16 | SampleDepth::F32 => return,
-        };
-        for code in self.planes.iter_mut().flatten() {
-            *code = stored(*code);
+        if let Some(full_scale) = self.depth.full_scale() {
+            let steps = f32::from(full_scale);
+            for code in self.planes.iter_mut().flatten() {
+                *code = f32::from(to_integer(*code, full_scale)) / steps;
+            }
         }
+        if let (SampleDepth::Rgbe, [red, green, blue]) = (self.depth, &mut self.planes[..]) {
+            for ((red, green), blue) in red.iter_mut().zip(green).zip(blue) {
+                [*red, *green, *blue] = hdr_file::held([*red, *green, *blue]);
+            }
+        }
+    }
+
+    /// What codes are taken to mean where nobody says: as the file says in DPX; else integers are sRGB, floats linear.
+    pub(super) fn own_encoding(&self) -> Encoding {
+        match &self.container {
+            Container::Dpx(carried) => carried.encoding(),
+            _ if self.depth.is_integer() => Encoding::Srgb,
+            _ => Encoding::Linear,
+        }
+    }
+
+    /// Width of a pixel over its height: as DPX says, else one.
+    pub(super) fn pixel_aspect(&self) -> f64 {
+        match &self.container {
+            Container::Dpx(carried) => carried.pixel_aspect(),
+            _ => 1.0,
+        }
+    }
+
+    /// Whether colour comes premultiplied by alpha: never in PNG, as the file says in TIFF, always in DPX.
+    pub(super) fn is_premultiplied(&self) -> bool {
+        match &self.container {
+            Container::Png { .. } => false,
+            Container::Tiff(carried) => carried.is_premultiplied(),
+            Container::Dpx(_) | Container::Hdr { .. } | Container::Jpeg { .. } => true,
+        }
+    }
+
+    /// The colour profile of the file.
+    pub(super) fn icc(&self) -> Option<Vec<u8>> {
+        match &self.container {
+            Container::Png { icc } | Container::Jpeg { icc, .. } => icc.clone(),
+            Container::Tiff(carried) => carried.icc(),
+            Container::Dpx(_) | Container::Hdr { .. } => None,
+        }
+    }
+
+    /// What the header says of the samples, by name.
+    pub(super) fn storage(&self) -> Texts {
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        match &self.container {
+            Container::Dpx(carried) => vec![
+                named("transfer characteristic", carried.transfer_name()),
+                named("pixel aspect", carried.pixel_aspect().to_string()),
+            ],
+            _ => Texts::new(),
+        }
+    }
+
+    /// What the user should know of the file. `taken` is what codes are taken to mean, `None` where a colour space says
+    /// so; `told` is whether the user said it.
+    pub(super) fn remarks(&self, taken: Option<Encoding>, told: bool) -> Vec<String> {
+        let mut remarks = Vec::new();
+        match &self.container {
+            Container::Dpx(carried) => {
+                let Some(taken) = taken else {
+                    return remarks;
+                };
+                let taken = match taken {
+                    Encoding::Linear => "proportional to light",
+                    Encoding::Srgb => "sRGB",
+                };
+                let said = carried.transfer_name();
+                let known = told || said == "linear" || carried.encoding() == Encoding::Srgb;
+                let doubt = match known {
+                    true => "",
+                    false => ": if they are not, give --encoding, or convert the plate to linear light first",
+                };
+                remarks.push(format!(
+                    "the DPX header names {said} as transfer characteristic; codes are taken to be {taken}{doubt}"
+                ));
+            }
+            Container::Hdr { lines } => {
+                let exposure = hdr_file::exposure(lines);
+                if exposure != 1.0 {
+                    remarks.push(format!(
+                        "the HDR header says that samples were multiplied by {exposure} (EXPOSURE); they stay so"
+                    ));
+                }
+            }
+            Container::Jpeg { turned: true, .. } => remarks.push(
+                "the JPEG is to be turned or mirrored for show (EXIF orientation); it is taken as its pixels lie"
+                    .to_owned(),
+            ),
+            _ => {}
+        }
+        remarks
     }
 
     /// Writes the picture whole or not at all, in the format and sample type it was read in (half
     /// float as float). Returns a sentence for each thing that the format could not hold.
     ///
     /// # Errors
-    /// A target that cannot be written.
+    /// A target that cannot be written, and JPEG, which never is.
     pub fn write(&self, path: &Path) -> Result<Vec<String>> {
         match &self.container {
             Container::Png { icc } => png_file::write(path, self, icc.as_deref())?,
             Container::Tiff(carried) => tiff_file::write(path, self, carried)?,
+            Container::Dpx(carried) => dpx::write(path, self, carried)?,
+            Container::Hdr { lines } => hdr_file::write(path, self, lines)?,
+            Container::Jpeg { .. } => {
+                return Err(FileError::new(
+                    path,
+                    "",
+                    "would be JPEG, which loses quality and is never written",
+                    "write it as PNG or TIFF",
+                ));
+            }
         }
         Ok(self.unheld())
     }
@@ -202,23 +348,36 @@ impl FlatPlate {
         if matches!(&self.container, Container::Tiff(carried) if carried.more_pages) {
             notes.push("only the first page of the TIFF is kept".to_owned());
         }
+        if matches!(&self.container, Container::Dpx(carried) if carried.has_no_room())
+            && self.texts.iter().any(|(name, _)| is_ours(name))
+        {
+            notes.push(
+                "the DPX holds user data of others, so what made it is not written into it"
+                    .to_owned(),
+            );
+        }
         if self.depth == SampleDepth::F16 {
             notes.push("half float TIFF is written as 32-bit float".to_owned());
         }
-        if !self.depth.is_integer() {
-            return notes;
-        }
+        let (most, over, samples, better) = match self.depth {
+            SampleDepth::F16 | SampleDepth::F32 => return notes,
+            SampleDepth::Rgbe => (hdr_file::MOST, "over 1.7e38", "RGBE samples", "EXR"),
+            _ => (1.0, "over 1", "integers", "EXR or float TIFF"),
+        };
         for (name, plane) in self.names.iter().zip(&self.planes) {
-            let count = |is: fn(&f32) -> bool| plane.iter().filter(|v| is(v)).count();
+            let count = |is: &dyn Fn(f32) -> bool| plane.iter().filter(|v| is(**v)).count();
             for (what, count) in [
-                ("below 0", count(|v| *v < 0.0)),
-                ("over 1", count(|v| *v > 1.0)),
-                ("not a number", count(|v| v.is_nan())),
+                ("below 0", count(&|v| v < 0.0)),
+                (over, count(&|v| v > most)),
+                ("not a number", count(&f32::is_nan)),
             ] {
                 if count > 0 {
+                    let samples = match self.depth {
+                        SampleDepth::Rgbe => samples.to_owned(),
+                        depth => format!("{depth} {samples}"),
+                    };
                     notes.push(format!(
-                        "channel {name}: {count} samples {what} do not fit {} integers and are clipped; write EXR or float TIFF to keep them",
-                        self.depth
+                        "channel {name}: {count} samples {what} do not fit {samples} and are clipped; write {better} to keep them"
                     ));
                 }
             }
@@ -250,6 +409,13 @@ impl FlatPlate {
             })
             .collect()
     }
+}
+
+/// A code value as an integer that is `full_scale` for 1.0: rounded, clipped, NaN as 0.
+pub(super) fn to_integer(code: f32, full_scale: u16) -> u16 {
+    let full_scale = f32::from(full_scale);
+    // A float cast turns NaN into 0.
+    (code * full_scale).round().clamp(0.0, full_scale) as u16
 }
 
 /// A code value as an 8-bit integer: rounded, clipped, NaN as 0.

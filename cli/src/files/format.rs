@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::error::{FileError, Result};
 
-/// The image formats that are read and written.
+/// The image formats that are read, and but for JPEG written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// OpenEXR: `.exr`.
@@ -16,10 +16,19 @@ pub enum Format {
     Png,
     /// TIFF: `.tif`, `.tiff`.
     Tiff,
+    /// DPX (SMPTE 268M): `.dpx`.
+    Dpx,
+    /// Radiance RGBE: `.hdr`.
+    Hdr,
+    /// JPEG: `.jpg`, `.jpeg`. Read only.
+    Jpeg,
 }
 
-/// What is supported, for messages.
-const SUPPORTED: &str = "use OpenEXR (.exr), PNG (.png) or TIFF (.tif, .tiff)";
+/// What is read, for messages.
+const SUPPORTED: &str = "use OpenEXR (.exr), PNG (.png), TIFF (.tif, .tiff), DPX (.dpx), Radiance HDR (.hdr) or JPEG (.jpg)";
+
+/// What is written, for messages.
+const WRITTEN: &str = "give it the extension .exr, .png, .tif, .dpx or .hdr";
 
 impl Format {
     /// The format that a file name stands for, by its extension.
@@ -29,6 +38,9 @@ impl Format {
             "exr" => Some(Self::Exr),
             "png" => Some(Self::Png),
             "tif" | "tiff" => Some(Self::Tiff),
+            "dpx" => Some(Self::Dpx),
+            "hdr" => Some(Self::Hdr),
+            "jpg" | "jpeg" => Some(Self::Jpeg),
             _ => None,
         }
     }
@@ -43,8 +55,25 @@ impl Format {
             Some(Self::Png)
         } else if TIFF.iter().any(|magic| start.starts_with(magic)) {
             Some(Self::Tiff)
+        } else if start.starts_with(b"SDPX") || start.starts_with(b"XPDS") {
+            Some(Self::Dpx)
+        } else if start.starts_with(b"#?RADIAN") || start.starts_with(b"#?RGBE") {
+            Some(Self::Hdr)
+        } else if start.starts_with(&[0xff, 0xd8, 0xff]) {
+            Some(Self::Jpeg)
         } else {
             None
+        }
+    }
+
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Exr => ".exr",
+            Self::Png => ".png",
+            Self::Tiff => ".tif",
+            Self::Dpx => ".dpx",
+            Self::Hdr => ".hdr",
+            Self::Jpeg => ".jpg",
         }
     }
 }
@@ -55,6 +84,9 @@ impl fmt::Display for Format {
             Self::Exr => "OpenEXR",
             Self::Png => "PNG",
             Self::Tiff => "TIFF",
+            Self::Dpx => "DPX",
+            Self::Hdr => "Radiance HDR",
+            Self::Jpeg => "JPEG",
         })
     }
 }
@@ -82,7 +114,20 @@ pub fn detect(path: &Path) -> Result<Format> {
     Err(FileError::new(path, "", problem, SUPPORTED))
 }
 
-/// Checks that an output file's name stands for `format`, in which it will be written.
+/// The format in which a plate called `path` will be written, by its extension.
+///
+/// # Errors
+/// JPEG, which is never written, and a name that stands for no format.
+pub fn output_format(path: &Path) -> Result<Format> {
+    let problem = match Format::of_name(path) {
+        Some(Format::Jpeg) => "would be JPEG, which loses quality and is never written",
+        Some(format) => return Ok(format),
+        None => "is named like no format that plates are written in",
+    };
+    Err(FileError::new(path, "", problem, WRITTEN))
+}
+
+/// Checks that an output file's name stands for `format`, the only one it is written in.
 ///
 /// # Errors
 /// Another extension.
@@ -90,15 +135,10 @@ pub fn check_output_name(path: &Path, format: Format) -> Result<()> {
     if Format::of_name(path) == Some(format) {
         return Ok(());
     }
-    let remedy = match format {
-        Format::Exr => "give it the extension .exr",
-        Format::Png => "give it the extension .png",
-        Format::Tiff => "give it the extension .tif",
-    };
     Err(FileError::new(
         path,
         "",
-        format!("would be written as {format}, like the input, but is not named so"),
-        remedy,
+        format!("is written as {format} only, but is not named so"),
+        format!("give it the extension {}", format.extension()),
     ))
 }

@@ -15,7 +15,7 @@ pub struct Matte {
     pub file: PathBuf,
     /// Name of the channel it is from.
     pub channel: String,
-    /// Where the pixels lie; at (0, 0) for PNG and TIFF.
+    /// Where the pixels lie; at (0, 0) in all but EXR.
     windows: Windows,
     samples: Vec<f32>,
 }
@@ -39,7 +39,7 @@ impl Matte {
                 };
                 (names[at].clone(), windows, plate.samples(id))
             }
-            Format::Png | Format::Tiff => {
+            _ => {
                 let plate = FlatPlate::open(file)?;
                 let at = chosen(plate.names(), channel).ok_or_else(|| refused(plate.names()))?;
                 let windows = Windows::of_size(plate.width(), plate.height());

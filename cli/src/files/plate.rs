@@ -6,8 +6,9 @@ use super::depth::DepthPass;
 use super::error::{FileError, Result};
 use super::exr_choice::ColourGroup;
 use super::exr_plate::{ExrPlate, NonFinite, Window, non_finite};
-use super::flat_plate::{Container, Encoding, FlatPlate};
-use super::format::{Format, check_output_name, detect};
+use super::flat_plate::{Encoding, FlatPlate};
+use super::format::{Format, detect, output_format};
+use super::other_format::write_as;
 use super::provenance::Provenance;
 use super::windows::Windows;
 
@@ -16,8 +17,14 @@ use super::windows::Windows;
 pub struct PlateOptions {
     /// The EXR layer or part to work on; the root channels if `None`.
     pub layer: Option<String>,
-    /// What integer samples of PNG and TIFF mean; sRGB if `None`. Floats are linear if `None`.
+    /// What integer samples mean, in the file and in one of another format that it is written to; if `None` sRGB, and in
+    /// DPX what the file says, else linear. Floats are linear if `None`.
     pub encoding: Option<Encoding>,
+    /// Whether colour is premultiplied by alpha; as the file says if `None`.
+    pub premultiplied: Option<bool>,
+    /// Whether colours are converted between colour spaces: samples are codes that are written as they are put in place,
+    /// in whatever format.
+    pub colour_managed: bool,
     /// Whether each colour is to have an alpha of its own beside the usual one; EXR only.
     pub alpha_per_channel: bool,
 }
@@ -26,6 +33,7 @@ pub struct PlateOptions {
 #[derive(Debug, Clone)]
 pub struct Plate {
     pub(super) file: PlateFile,
+    pub(super) options: PlateOptions,
     names: Vec<String>,
     window: Window,
     display: Window,
@@ -49,7 +57,8 @@ impl Plate {
     /// # Errors
     /// A file that cannot be read, of no supported format, or without colour channels.
     pub fn open(path: &Path, options: &PlateOptions) -> Result<Self> {
-        if detect(path)? == Format::Exr {
+        let format = detect(path)?;
+        if format == Format::Exr {
             return Self::of_exr(ExrPlate::open(path)?, options);
         }
         if let Some(layer) = &options.layer {
@@ -64,16 +73,14 @@ impl Plate {
             return Err(FileError::new(
                 path,
                 "",
-                "is PNG or TIFF, which hold one alpha only, but --alpha-per-channel was given",
+                format!(
+                    "is {format}, which holds one alpha only, but --alpha-per-channel was given"
+                ),
                 "convert the plate to EXR, or leave out --alpha-per-channel",
             ));
         }
         let plate = FlatPlate::open(path)?;
-        let encoding = options.encoding.unwrap_or(if plate.depth().is_integer() {
-            Encoding::Srgb
-        } else {
-            Encoding::Linear
-        });
+        let encoding = options.encoding.unwrap_or(plate.own_encoding());
         let window = Window {
             x: 0,
             y: 0,
@@ -84,6 +91,7 @@ impl Plate {
         Ok(Self {
             names: names.collect(),
             file: PlateFile::Flat { plate, encoding },
+            options: options.clone(),
             window,
             display: window,
         })
@@ -99,6 +107,7 @@ impl Plate {
             names: group.names.clone(),
             window: plate.data_window(group.colour[0]),
             display: plate.display_window(),
+            options: options.clone(),
             file: PlateFile::Exr {
                 plate: Box::new(plate),
                 group,
@@ -106,14 +115,22 @@ impl Plate {
         })
     }
 
-    /// The format that it was read in and will be written in.
+    /// The format that it was read in.
     pub fn format(&self) -> Format {
         match &self.file {
             PlateFile::Exr { .. } => Format::Exr,
-            PlateFile::Flat { plate, .. } => match plate.container {
-                Container::Png { .. } => Format::Png,
-                Container::Tiff(_) => Format::Tiff,
-            },
+            PlateFile::Flat { plate, .. } => plate.format(),
+        }
+    }
+
+    /// What the user should know of the file as it was read, a sentence each.
+    pub fn remarks(&self) -> Vec<String> {
+        match &self.file {
+            PlateFile::Exr { .. } => Vec::new(),
+            PlateFile::Flat { plate, encoding } => {
+                let taken = (!self.options.colour_managed).then_some(*encoding);
+                plate.remarks(taken, self.options.encoding.is_some())
+            }
         }
     }
 
@@ -169,11 +186,11 @@ impl Plate {
         }
     }
 
-    /// Width of a pixel over its height: as the file says in EXR, one in PNG and TIFF.
+    /// Width of a pixel over its height: as the file says in EXR and DPX, else one.
     pub fn pixel_aspect(&self) -> f64 {
         match &self.file {
             PlateFile::Exr { plate, .. } => plate.pixel_aspect(),
-            PlateFile::Flat { .. } => 1.0,
+            PlateFile::Flat { plate, .. } => plate.pixel_aspect(),
         }
     }
 
@@ -190,16 +207,16 @@ impl Plate {
         }
     }
 
-    /// Whether colour comes premultiplied by alpha: always in EXR, never in PNG, as the file says in
-    /// TIFF. True where there is no alpha.
+    /// Whether colour comes premultiplied by alpha: as the user says, else always in EXR and DPX, never in PNG, as the
+    /// file says in TIFF. True where there is no alpha.
     pub fn is_premultiplied(&self) -> bool {
         match &self.file {
-            PlateFile::Exr { .. } => true,
-            PlateFile::Flat { plate, .. } => match &plate.container {
-                _ if !self.has_alpha() => true,
-                Container::Png { .. } => false,
-                Container::Tiff(carried) => carried.is_premultiplied(),
-            },
+            _ if !self.has_alpha() => true,
+            PlateFile::Exr { .. } => self.options.premultiplied.unwrap_or(true),
+            PlateFile::Flat { plate, .. } => {
+                let told = self.options.premultiplied;
+                told.unwrap_or_else(|| plate.is_premultiplied())
+            }
         }
     }
 
@@ -343,7 +360,7 @@ impl Plate {
             PlateFile::Flat { plate, .. } => Err(FileError::new(
                 plate.path(),
                 "depth",
-                "cannot be in a PNG or TIFF plate",
+                format!("cannot be in a {} plate", plate.format()),
                 "give the depth pass as a file of its own",
             )),
         }
@@ -370,13 +387,16 @@ impl Plate {
         }
     }
 
-    /// Writes the plate whole or not at all, in the format it was read in. Returns a sentence for each
+    /// Writes the plate whole or not at all, in the format that the name of `path` stands for. Returns a sentence for each
     /// thing that changed beside the blurred pixels or that the format could not hold.
     ///
     /// # Errors
-    /// A name that stands for another format, and a target that cannot be written.
+    /// A name that stands for no format that is written, and a target that cannot be written.
     pub fn write(&self, path: &Path) -> Result<Vec<String>> {
-        check_output_name(path, self.format())?;
+        let target = output_format(path)?;
+        if target != self.format() {
+            return write_as(self, path, target);
+        }
         match &self.file {
             PlateFile::Exr { plate, .. } => {
                 plate.write(path)?;

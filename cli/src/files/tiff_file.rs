@@ -32,6 +32,36 @@ pub(super) struct Carried {
 }
 
 impl Carried {
+    /// What a new file holds beside the pixels: what its alpha means, where there is one, and a colour profile.
+    pub(super) fn new(premultiplied: Option<bool>, icc: Option<Vec<u8>>) -> Self {
+        let profile = icc.map(|bytes| CarriedTag {
+            tag: Tag::IccProfile.to_u16(),
+            kind: Type::UNDEFINED,
+            bytes,
+        });
+        Self {
+            tags: profile.into_iter().collect(),
+            alpha: premultiplied.map(|premultiplied| match premultiplied {
+                true => ExtraSamples::AssociatedAlpha,
+                false => ExtraSamples::UnassociatedAlpha,
+            }),
+            more_pages: false,
+        }
+    }
+
+    /// The colour profile.
+    pub(super) fn icc(&self) -> Option<Vec<u8>> {
+        let profile = Tag::IccProfile.to_u16();
+        let own = self.tags.iter().find(|tag| tag.tag == profile)?;
+        Some(own.bytes.clone())
+    }
+
+    /// Whether there are tags beside a colour profile.
+    pub(super) fn has_texts(&self) -> bool {
+        let profile = Tag::IccProfile.to_u16();
+        self.tags.iter().any(|tag| tag.tag != profile)
+    }
+
     /// Whether the file says that its colour is premultiplied by alpha.
     pub(super) fn is_premultiplied(&self) -> bool {
         self.alpha == Some(ExtraSamples::AssociatedAlpha)

@@ -23,11 +23,11 @@ pub(super) struct Plane {
 }
 
 /// Reads the given channels of a tile, in their order. EXR channels go by their full name, in whatever
-/// part; a grey PNG or TIFF stands for the only channel of a monochrome set.
+/// part; a grey PNG, TIFF or other picture stands for the only channel of a monochrome set.
 pub(super) fn read(path: &Path, channels: &[String]) -> Result<Vec<Plane>> {
     match detect(path)? {
         Format::Exr => read_exr_tile(path, channels),
-        Format::Png | Format::Tiff => read_flat_tile(path, channels),
+        _ => read_flat_tile(path, channels),
     }
 }
 

@@ -105,6 +105,27 @@ pub fn surrounded(samples: &[f32], from: Window, to: Window) -> Vec<f32> {
     out
 }
 
+/// The samples of `from` over any other window, zero beyond `from`.
+pub fn placed(samples: &[f32], from: Window, to: Window) -> Vec<f32> {
+    let mut out = vec![0.0; to.width * to.height];
+    // How far the corner of `to` is inside `from`.
+    let (x, y) = (
+        i64::from(to.x) - i64::from(from.x),
+        i64::from(to.y) - i64::from(from.y),
+    );
+    let first = (-x).clamp(0, to.width as i64);
+    let end = (from.width as i64 - x).clamp(first, to.width as i64);
+    for (row, out) in out.chunks_exact_mut(to.width.max(1)).enumerate() {
+        let source = y + row as i64;
+        if end > first && (0..from.height as i64).contains(&source) {
+            let start = source as usize * from.width + (x + first) as usize;
+            let count = (end - first) as usize;
+            out[first as usize..end as usize].copy_from_slice(&samples[start..start + count]);
+        }
+    }
+    out
+}
+
 /// The `samples` of `what`, in `file`, over the data window of a plate: cut out of a larger window; as they are where
 /// only the place differs but not the size; beyond a smaller window of the same picture its nearest pixel, of which
 /// there is a remark.
@@ -159,11 +180,16 @@ mod tests {
         assert_eq!(crop(&samples, own, window(0, 3, 2, 1)), Some(vec![5, 6]));
         assert_eq!(crop(&samples, own, window(0, 3, 3, 1)), None);
         assert_eq!(crop(&samples, own, window(-2, 2, 1, 1)), None);
+        let floats = samples.map(|v| v as f32);
+        let part = placed(&floats, own, window(1, 1, 3, 2));
+        assert_eq!(part, [0.0, 0.0, 0.0, 3.0, 0.0, 0.0]);
+        let around = placed(&floats, own, window(-2, 3, 5, 2));
+        assert_eq!(around, [0.0, 4.0, 5.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(placed(&floats, own, window(9, 9, 1, 2)), [0.0; 2]);
         // A window that only meets the other.
         let moved = window(1, 1, 2, 2);
         assert_eq!(held(&samples, own, moved), [3, 3, 3, 3]);
         assert_eq!(held(&samples, own, own), samples);
-        let floats = samples.map(|v| v as f32);
         let wider = own.grown(1, 0);
         assert_eq!(wider, window(-2, 2, 5, 2));
         let want = [0.0, 1.0, 2.0, 3.0, 0.0, 0.0, 4.0, 5.0, 6.0, 0.0];

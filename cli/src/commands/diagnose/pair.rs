@@ -20,7 +20,7 @@ use crate::files::plate::{Plate, PlateOptions};
 /// Options about a pair of pictures.
 #[derive(Debug, Args)]
 pub(super) struct PairArgs {
-    /// Instead of OBS: a sharp picture of a flat scene full of detail (OpenEXR, PNG or TIFF)
+    /// Instead of OBS: a sharp picture of a flat scene full of detail (OpenEXR, PNG, TIFF, DPX, HDR or JPEG)
     #[arg(long, value_name = "SHARP", requires = "observed")]
     pub(super) reference: Option<PathBuf>,
     /// The same picture through the lens, registered pixel by pixel
@@ -35,7 +35,7 @@ pub(super) struct PairArgs {
     /// Where the optical axis is, in frame pixels; where the lens has it if left out
     #[arg(long, value_name = "X,Y", value_parser = parse_point, requires = "reference")]
     axis: Option<ImagePoint>,
-    /// What integer samples of PNG and TIFF mean; floats are linear
+    /// What integer samples mean; floats are linear
     #[arg(long, value_enum, default_value_t = EncodingChoice::Linear)]
     encoding: EncodingChoice,
     /// Light from which on pixels are clipped and take no part; full scale of integer samples, none of

@@ -10,7 +10,6 @@ use crate::commands::CommandError;
 use crate::commands::plates::space_of;
 use crate::files::error::FileError;
 use crate::files::flat_plate::Encoding;
-use crate::files::format::check_output_name;
 use crate::files::plate::{Plate, PlateOptions};
 
 /// What asks for the space that a file is in to be told by the file.
@@ -26,10 +25,10 @@ pub(super) fn run(
     let options = PlateOptions {
         layer: args.layer.clone(),
         encoding: Some(Encoding::Linear),
-        alpha_per_channel: false,
+        colour_managed: true,
+        ..PlateOptions::default()
     };
     let mut plate = Plate::open(input, &options)?;
-    check_output_name(output, plate.format())?;
     let asked = args.in_space.as_deref().unwrap_or(AUTO);
     let (from, by) = match asked {
         AUTO => space_of(config, &plate)?,

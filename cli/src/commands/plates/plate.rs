@@ -22,11 +22,12 @@ pub(crate) struct PlateArgs {
     /// EXR layer or part to blur; the root R, G, B (or Y) and A if left out
     #[arg(long)]
     layer: Option<String>,
-    /// What integer samples of PNG and TIFF mean: srgb if left out; floats are linear
+    /// What integer samples mean, in IN and in an OUT of another format: srgb if left out, in DPX what its header says
+    /// and linear where it says nothing known; floats are linear
     #[arg(long, value_enum, conflicts_with_all = ["in_space", "out_space", "working_space", "ocio"])]
     encoding: Option<EncodingChoice>,
-    /// How colour and alpha go together; as the file says if left out (EXR premultiplied, PNG
-    /// unpremultiplied, TIFF by its tag)
+    /// How colour and alpha go together; as the file says if left out (EXR and DPX
+    /// premultiplied, PNG unpremultiplied, TIFF by its tag)
     #[arg(long, value_enum)]
     alpha: Option<AlphaChoice>,
     /// Write the blurred alpha of each colour as alpha.R, alpha.G, alpha.B beside A, so that colour fringes
@@ -42,7 +43,7 @@ pub(crate) struct PlateArgs {
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     pub(crate) lens_scale: Option<f64>,
     /// Width of a plate pixel over its height, such as 2 for an anamorphic plate not yet desqueezed; if left out
-    /// as the EXR's pixelAspectRatio says, 1 for PNG and TIFF. The lens sees the plate as wide as its pixels make
+    /// as the EXR's pixelAspectRatio or the DPX header says, else 1. The lens sees the plate as wide as its pixels make
     /// it: blur and displacement along x are 1/P as many pixels
     #[arg(long, value_name = "P", value_parser = parse_ratio)]
     pixel_aspect: Option<f64>,
@@ -91,6 +92,10 @@ impl PlateArgs {
                 None if self.colour.is_given() => Some(Encoding::Linear),
                 None => None,
             },
+            premultiplied: self
+                .alpha
+                .map(|choice| choice == AlphaChoice::Premultiplied),
+            colour_managed: self.colour.is_given(),
             alpha_per_channel: self.alpha_per_channel,
         }
     }
@@ -126,6 +131,7 @@ impl PlateArgs {
         colour: Option<PlateColour>,
         said: &mut Vec<String>,
     ) -> std::result::Result<Light, CommandError> {
+        said.extend(plate.remarks());
         let bad = plate.non_finite();
         if let Some(first) = bad.first()
             && !self.scrub

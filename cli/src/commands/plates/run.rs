@@ -14,6 +14,7 @@ use crate::commands::CommandError;
 use crate::console::Progress;
 use crate::files::atomic::check_target;
 use crate::files::error::FileError;
+use crate::files::format::output_format;
 use crate::files::provenance::Provenance;
 use crate::files::sequence::{FramePattern, Step, expand};
 
@@ -83,8 +84,9 @@ impl FrameFiles {
             .map(PathBuf::as_path)
     }
 
-    /// Refuses an output that would take the place of another or of a file the run reads.
+    /// Refuses an output of no format that is written, and one that would take the place of another or of a file the run reads.
     fn check(&self, lenses: &[&Path]) -> Result<(), CommandError> {
+        output_format(&self.output)?;
         for (index, output) in self.outputs().enumerate() {
             check_target(output)?;
             if self.outputs().take(index).any(|other| other == output) {

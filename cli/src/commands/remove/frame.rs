@@ -11,7 +11,8 @@ use super::{Grain, RemoveArgs};
 use crate::commands::CommandError;
 use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
 use crate::commands::removal::{LensCheck, work_bytes};
-use crate::files::format::Format;
+use crate::files::error::FileError;
+use crate::files::format::{Format, output_format};
 use crate::files::plate::Plate;
 use crate::files::provenance::Provenance;
 use crate::files::residual::Residual;
@@ -56,6 +57,14 @@ impl Job<'_> {
         let read = self
             .shared
             .open_plate(&frame.input, frame.number, depth, index == 0)?;
+        if self.args.residual.is_some() && !self.keeps_format(index, &read.plate)? {
+            let problem = format!(
+                "is written as another format than the plate, which is {}: --residual would not fit it",
+                read.plate.format()
+            );
+            let remedy = "give OUT the extension of IN, or leave out --residual";
+            return Err(FileError::new(&frame.output, "", problem, remedy).into());
+        }
         self.args.removal.check(&read.plate)?;
         Ok(read)
     }
@@ -73,10 +82,13 @@ impl Job<'_> {
             let lens = (self.shared, &self.check);
             let frame = (self.frames[index].number, &mut read);
             let unblurred = removal.found(lens, frame, gain, &progress)?;
-            self.put_sharp(&read, &unblurred, &mut plate)?;
+            let to_exr = output_format(&self.frames[index].output)? == Format::Exr;
+            self.put_sharp(&read, &unblurred, &mut plate, to_exr)?;
             found = Some(unblurred);
         }
-        plate.round();
+        if self.keeps_format(index, &plate)? {
+            plate.round();
+        }
         let mut extras = Vec::new();
         for ((option, _), path) in self.args.written().zip(&self.frames[index].written) {
             extras.push(match option {
@@ -149,12 +161,18 @@ impl Job<'_> {
         })
     }
 
-    /// Puts the sharp planes into `plate`, with overscan where the file has room for it.
+    /// Whether the frame at `index` is written in the format of its `plate`.
+    fn keeps_format(&self, index: usize, plate: &Plate) -> Result<bool, CommandError> {
+        Ok(output_format(&self.frames[index].output)? == plate.format())
+    }
+
+    /// Puts the sharp planes into `plate`, with overscan where it is an EXR and is written `to_exr`.
     fn put_sharp(
         &self,
         read: &ReadPlate,
         found: &Unblurred,
         plate: &mut Plate,
+        to_exr: bool,
     ) -> Result<(), CommandError> {
         let Some(canvas) = found.canvas() else {
             return Ok(());
@@ -164,7 +182,7 @@ impl Job<'_> {
             found.add_grain(&mut planes, false);
         }
         let own = plate.data_window();
-        let grows = plate.format() == Format::Exr && !self.args.no_overscan;
+        let grows = to_exr && plate.format() == Format::Exr && !self.args.no_overscan;
         if grows {
             plate.reframe(own.grown(canvas.margin_x, canvas.margin_y));
         } else {

@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use exr::prelude::Compression;
 use proptest::prelude::*;
 
+use super::dpx_plates::Made;
 use super::{floats, halves, image, part, patch, save};
 use crate::files::depth::DepthPass;
 use crate::files::flat_plate::FlatPlate;
@@ -53,11 +54,28 @@ static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
     super::super::tiff_file::write_float(&path("c.tif"), 8, 5, channels, planes).expect("saves");
     names.push("c.tif".to_owned());
+    for (descriptor, bits, packing) in [(50, 10, 1), (51, 16, 0), (6, 8, 0)] {
+        let mut made = Made::new(bits == 10, (8, 5), 16).element(descriptor, bits, packing);
+        made.bytes.extend([0x5a; 8 * 5 * 8]);
+        let name = format!("{bits}.dpx");
+        made.save(&path(&name));
+        names.push(name);
+    }
+    image::DynamicImage::new_rgb32f(9, 5)
+        .save(path("d.hdr"))
+        .expect("saves");
+    image::DynamicImage::new_rgb8(8, 5)
+        .save(path("e.jpg"))
+        .expect("saves");
+    names.extend(["d.hdr", "e.jpg"].map(str::to_owned));
     names
         .iter()
         .map(|n| fs::read(path(n)).expect("reads"))
         .collect()
 });
+
+/// Where the fields of a DPX header begin on which reading hangs, four bytes each.
+const DPX_FIELDS: [usize; 13] = [0, 4, 16, 768, 772, 776, 780, 800, 804, 808, 812, 816, 1628];
 
 /// Opens a file in every way there is. Only a panic or an abort fails.
 fn open_all_ways(path: &Path) {
@@ -130,6 +148,9 @@ fn truncated_files_are_refused_at_every_length() {
             if sound.starts_with(&[0x76, 0x2f]) {
                 assert!(DepthPass::open(&path, Some("Z")).is_err(), "{length}");
             }
+            if sound.starts_with(b"#?RADIANCE") || sound.starts_with(&[0xff, 0xd8]) {
+                assert!(FlatPlate::open(&path).is_err(), "{length}");
+            }
         }
     }
 }
@@ -139,7 +160,7 @@ proptest! {
 
     #[test]
     fn damaged_pictures_never_panic(
-        which in 0_usize..10,
+        which in 0_usize..15,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
         header in any::<bool>(),
     ) {
@@ -157,14 +178,46 @@ proptest! {
     }
 
     #[test]
+    fn damaged_dpx_headers_are_read_or_refused_by_name(
+        which in 10_usize..13,
+        changes in prop::collection::vec((0_usize..DPX_FIELDS.len(), 0_usize..4, any::<u8>()), 1..4),
+        cut in any::<Option<prop::sample::Index>>(),
+    ) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut bytes = SOUND[which].clone();
+        for (field, byte, value) in changes {
+            bytes[DPX_FIELDS[field] + byte] = value;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        let path = folder.path().join("a.dpx");
+        fs::write(&path, &bytes).expect("writes");
+        open_all_ways(&path);
+        match Plate::open(&path, &PlateOptions::default()) {
+            // What is read can be written, and is then the same again.
+            Ok(plate) => {
+                let out = folder.path().join("b.dpx");
+                plate.write(&out).expect("writes");
+                let back = Plate::open(&out, &PlateOptions::default()).expect("reads");
+                prop_assert!(back.colour() == plate.colour());
+            }
+            Err(error) => {
+                let error = error.to_string();
+                prop_assert!(error.contains("a.dpx") && error.contains("; "), "{}", error);
+            }
+        }
+    }
+
+    #[test]
     fn random_bytes_never_panic(
-        which in 0_usize..10,
+        which in 0_usize..15,
         keep in 0_usize..64,
         tail in prop::collection::vec(any::<u8>(), 0..300),
     ) {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("a.bin");
-        let mut bytes = SOUND[which][..keep].to_vec();
+        let mut bytes = SOUND[which][..keep.min(SOUND[which].len())].to_vec();
         bytes.extend(tail);
         fs::write(&path, &bytes).expect("writes");
         open_all_ways(&path);

@@ -1,0 +1,142 @@
+//! Plates of other formats than EXR by the command: read, blurred, written as they were and as something else.
+
+use std::fs;
+use std::path::Path;
+
+use image::{ImageBuffer, Rgb};
+
+use crate::support::{
+    listing, must_refuse, read_channel, seidel_in, succeeds, write_made_lens, write_plate,
+};
+
+/// A folder with a lens and the PNG plates `plate.1.png` and `plate.2.png` of 30 x 20 pixels.
+fn made() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &["R", "G", "B"]);
+    for frame in 1..=2_u32 {
+        let pixel = |x: u32, y: u32| {
+            let light = if (x / 3 + y / 4 + frame) % 3 == 0 {
+                52_000
+            } else {
+                9_000
+            };
+            Rgb([light, light / 2 + 100, 3_000 + x as u16])
+        };
+        ImageBuffer::<Rgb<u16>, Vec<u16>>::from_fn(30, 20, pixel)
+            .save(folder.path().join(format!("plate.{frame}.png")))
+            .expect("the test's own file");
+    }
+    folder
+}
+
+const APPLY: &str = "apply --lens @lens.json --distance 2 --no-provenance";
+
+fn bytes(folder: &Path, name: &str) -> Vec<u8> {
+    fs::read(folder.join(name)).expect("written")
+}
+
+#[test]
+fn the_blur_is_the_same_in_every_format() {
+    let folder = made();
+    let folder = folder.path();
+    for frame in 1..=2 {
+        succeeds(
+            folder,
+            &format!("{APPLY} --amount 0 @plate.{frame}.png -o @same.{frame}.dpx"),
+        );
+    }
+    // Sequences too: 16-bit sRGB codes of PNG and of DPX become the same light.
+    for input in ["plate.%d.png", "same.%d.dpx"] {
+        succeeds(
+            folder,
+            &format!("{APPLY} @{input} -o @{input}.exr --frames 1-2"),
+        );
+    }
+    for frame in 1..=2 {
+        for name in ["R", "G", "B"] {
+            let of = |input: &str| read_channel(&folder.join(format!("{input}.exr")), name);
+            let (png, dpx) = (
+                of(&format!("plate.{frame}.png")),
+                of(&format!("same.{frame}.dpx")),
+            );
+            assert!(png == dpx, "{frame} {name}");
+            assert!(png.iter().any(|v| *v > 0.1));
+        }
+    }
+    // Written as it was read, DPX keeps every byte that is no pixel; those too where nothing is blurred.
+    succeeds(
+        folder,
+        &format!("{APPLY} --amount 0 @same.1.dpx -o @again.dpx"),
+    );
+    assert!(bytes(folder, "same.1.dpx") == bytes(folder, "again.dpx"));
+    let outcome = succeeds(folder, &format!("{APPLY} @same.1.dpx -o @blurred.dpx"));
+    assert!(
+        outcome.stderr.contains("taken to be sRGB"),
+        "{}",
+        outcome.stderr
+    );
+    let (before, after) = (bytes(folder, "same.1.dpx"), bytes(folder, "blurred.dpx"));
+    assert!(before[..2048] == after[..2048] && before.len() == after.len());
+    assert!(before[2048..] != after[2048..]);
+}
+
+#[test]
+fn what_is_lost_is_told_and_jpeg_is_never_written() {
+    let folder = made();
+    let folder = folder.path();
+    write_plate(&folder.join("plate.exr"), 30, 20);
+    let outcome = succeeds(folder, "apply --lens @lens.json @plate.exr -o @out.hdr");
+    for said in [
+        "channels Z are left out",
+        "holds no alpha",
+        "written as RGBE",
+    ] {
+        assert!(outcome.stderr.contains(said), "{said}: {}", outcome.stderr);
+    }
+    let outcome = succeeds(folder, "apply --lens @lens.json @plate.exr -o @out.png");
+    assert!(
+        outcome.stderr.contains("over 1 do not fit 16-bit"),
+        "{}",
+        outcome.stderr
+    );
+    // Before anything is rendered.
+    let before = listing(folder).len();
+    for name in ["out.jpg", "out", "out.gif"] {
+        must_refuse(
+            folder,
+            &format!("{APPLY} @plate.1.png -o @{name}"),
+            &[name, ".exr"],
+        );
+    }
+    assert_eq!(listing(folder).len(), before);
+    let help = seidel_in(folder, "apply --help");
+    for word in ["DPX", "HDR", "JPEG"] {
+        assert!(help.stdout.contains(word), "{}", help.stdout);
+    }
+}
+
+#[test]
+fn remove_writes_other_formats_but_for_residuals() {
+    let folder = made();
+    let folder = folder.path();
+    write_plate(&folder.join("plate.exr"), 30, 20);
+    must_refuse(
+        folder,
+        "remove --lens @lens.json --distance 2 @plate.exr -o @sharp.tif --residual @r.exr",
+        &["sharp.tif", "--residual", "OpenEXR"],
+    );
+    let line = "remove --lens @lens.json --distance 2 --lens-check off @plate.exr";
+    succeeds(folder, &format!("{line} -o @sharp.tif"));
+    succeeds(folder, &format!("{line} -o @sharp.exr --no-overscan"));
+    let tif = image::open(folder.join("sharp.tif"))
+        .expect("reads")
+        .into_rgba32f();
+    assert_eq!((tif.width(), tif.height()), (30, 20));
+    for (channel, name) in ["R", "G", "B", "A"].iter().enumerate() {
+        let plane: Vec<f32> = tif.pixels().map(|p| p[channel]).collect();
+        assert!(
+            plane == read_channel(&folder.join("sharp.exr"), name),
+            "{name}"
+        );
+    }
+}
