@@ -23,6 +23,9 @@ const MOST_HALF: f32 = 65_504.0;
 /// Channels that are named one by one where they are left out.
 const MOST_NAMED: usize = 12;
 
+/// What is said where a colour profile does not go along.
+const NO_PROFILE: &str = "the colour profile (ICC) is left out";
+
 /// Writes `plate` as `target`, which is not the format that it was read in. Returns a sentence for each thing that is
 /// not as it was.
 ///
@@ -148,7 +151,12 @@ impl Picture {
 /// The texts that go along: what made the picture, and in PNG any.
 fn texts(plate: &Plate, target: Format, notes: &mut Vec<String>) -> Texts {
     let all = match &plate.file {
-        PlateFile::Exr { plate, group } => plate.provenance(group.colour[0]),
+        PlateFile::Exr { plate, group } => {
+            // In no order there.
+            let mut texts = plate.provenance(group.colour[0]);
+            texts.sort();
+            texts
+        }
         PlateFile::Flat { plate, .. } => plate.texts().to_vec(),
     };
     let kept = |(name, _): &(String, String)| target == Format::Png || is_ours(name);
@@ -216,6 +224,14 @@ fn left_of_flat(plate: &FlatPlate) -> Vec<String> {
     let pages = matches!(&plate.container, Container::Tiff(carried) if carried.more_pages);
     let pages = pages.then(|| "only the first page of the TIFF is kept".to_owned());
     left.into_iter().chain(pages).collect()
+}
+
+/// The colour profile of a plate.
+fn icc(plate: &Plate) -> Option<Vec<u8>> {
+    match &plate.file {
+        PlateFile::Flat { plate, .. } => plate.icc(),
+        PlateFile::Exr { .. } => None,
+    }
 }
 
 /// How the samples of a plate are stored in its file.
@@ -289,17 +305,14 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
     for sample in colour.iter_mut().flatten() {
         *sample = encoding.encode(*sample);
     }
-    let icc = match &plate.file {
-        PlateFile::Flat { plate, .. } => plate.icc(),
-        PlateFile::Exr { .. } => None,
-    };
+    let icc = icc(plate);
     // A profile goes with its codes.
     let fits = was == encoding
         && depth.is_integer()
         && !options.colour_managed
         && matches!(target, Format::Png | Format::Tiff);
     if icc.is_some() && !fits {
-        notes.push("the colour profile (ICC) is left out".to_owned());
+        notes.push(NO_PROFILE.to_owned());
     }
     let icc = icc.filter(|_| fits);
     let size = (windows.data.width, windows.data.height);
@@ -354,6 +367,9 @@ fn write_exr(
         false => ", proportional to light",
     };
     notes.push(format!("{source} samples are written as {depth}{meaning}"));
+    if icc(plate).is_some() {
+        notes.push(NO_PROFILE.to_owned());
+    }
     let names = picture.names.iter().map(String::as_str).chain(["A"]);
     let channels: Vec<NewChannel> = names
         .zip(planes())

@@ -373,7 +373,7 @@ fn depth_passes_are_cut_to_the_plate() {
 }
 
 #[test]
-fn plates_keep_their_format_and_report_what_is_wrong() {
+fn plates_have_a_format_to_go_to_and_report_what_is_wrong() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("in.exr");
     save(&rich(), &path);
@@ -382,8 +382,8 @@ fn plates_keep_their_format_and_report_what_is_wrong() {
     let planes = plate.colour();
     plate.set_colour(&planes).expect("same planes");
     let error = plate
-        .write(Path::new("out.png"))
-        .expect_err("another format");
+        .write(Path::new("out.jpg"))
+        .expect_err("never written");
     assert!(error.to_string().contains(".exr"), "{error}");
     let missing = Plate::open(&folder.path().join("no.exr"), &PlateOptions::default());
     assert!(missing.expect_err("no file").to_string().contains("no.exr"));
