@@ -1,8 +1,9 @@
 //! Chores of the project: `cargo xtask tidy` checks the rules of the house, `cargo xtask header` writes the header of
-//! the C ABI, `cargo xtask bundle` makes the OpenFX bundle.
+//! the C ABI, `cargo xtask bundle` makes the OpenFX bundle, `cargo xtask luts` the config and tables of colour.
 
 mod bundle;
 mod header;
+mod luts;
 mod tidy;
 
 use std::process::ExitCode;
@@ -38,8 +39,18 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
+        Some("luts") => match luts::run(&tidy::root(), std::env::args().skip(2)) {
+            Ok(said) => {
+                println!("{said}");
+                ExitCode::SUCCESS
+            }
+            Err(why) => {
+                eprintln!("luts: {why}");
+                ExitCode::FAILURE
+            }
+        },
         _ => {
-            eprintln!("usage: cargo xtask tidy|header|bundle");
+            eprintln!("usage: cargo xtask tidy|header|bundle|luts [--check]");
             ExitCode::from(2)
         }
     }

@@ -9,6 +9,7 @@ mod eval;
 mod fit;
 mod info;
 mod lens;
+mod lut;
 mod picture;
 mod plates;
 mod psf;
@@ -61,6 +62,8 @@ pub enum Command {
     Relens(Box<relens::RelensArgs>),
     /// Tell what image files are, and what made them
     Info(info::InfoArgs),
+    /// Convert pictures between colour spaces, or write look-up tables
+    Lut(lut::LutArgs),
     /// Tell what a lens lacks against measured point-spread functions, and add it
     Diagnose(Box<diagnose::DiagnoseArgs>),
 }
@@ -81,6 +84,7 @@ impl Command {
             Self::Remove(args) => remove::run(&args, words, console),
             Self::Relens(args) => relens::run(&args, words, console),
             Self::Info(args) => info::run(&args, console),
+            Self::Lut(args) => lut::run(&args, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }

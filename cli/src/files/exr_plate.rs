@@ -226,14 +226,27 @@ impl ExrPlate {
         *shared != plain || parts.any(|layer| of_part(&layer.attributes))
     }
 
-    /// The attributes of the part of `id` that the format does not define.
-    pub(super) fn attributes(&self, id: ChannelId) -> &HashMap<Text, AttributeValue> {
-        &self.image.layer_data[id.part].attributes.other
+    /// The attributes of a part that the format does not define.
+    pub(super) fn attributes(&self, part: usize) -> Option<&HashMap<Text, AttributeValue>> {
+        Some(&self.image.layer_data.get(part)?.attributes.other)
     }
 
     /// The same, to be changed.
-    pub(super) fn attributes_mut(&mut self, id: ChannelId) -> &mut HashMap<Text, AttributeValue> {
-        &mut self.image.layer_data[id.part].attributes.other
+    pub(super) fn attributes_mut(
+        &mut self,
+        part: usize,
+    ) -> Option<&mut HashMap<Text, AttributeValue>> {
+        Some(&mut self.image.layer_data.get_mut(part)?.attributes.other)
+    }
+
+    /// Takes the chromaticities away, which are one for all parts; whether there were any.
+    pub(super) fn drop_chromaticities(&mut self) -> bool {
+        self.image.attributes.chromaticities.take().is_some()
+    }
+
+    /// Adds a sentence to what is told of the file.
+    pub(super) fn note(&mut self, note: String) {
+        self.notes.push(note);
     }
 
     /// Number of parts in the file, at least one.

@@ -2,6 +2,7 @@
 
 pub mod animation;
 pub mod atomic;
+mod colour_space;
 pub mod depth;
 pub mod description;
 mod dpx;
@@ -19,6 +20,7 @@ mod hdr_file;
 mod jpeg_file;
 pub mod json;
 mod limits;
+pub mod lut_file;
 pub mod manifest;
 pub mod matte;
 mod other_format;

@@ -88,6 +88,11 @@ impl Light {
         self.colours
     }
 
+    /// Whether the plate's colours are not multiplied by their alpha.
+    pub fn is_unpremultiplied(&self) -> bool {
+        self.unpremultiplied
+    }
+
     /// The largest size of a colour sample.
     pub fn peak(&self) -> f64 {
         let samples = self.planes[..self.colours].iter().flatten();

@@ -55,7 +55,7 @@ fn readme_and_ci(tree: &Tree, problems: &mut Vec<String>) {
     }
     let map = tree.text("ARCHITECTURE.md");
     for folder in [
-        "core", "cli", "plugin", "ofx-shim", "tests", "luts", "xtask",
+        "core", "cli", "colour", "plugin", "ofx-shim", "tests", "luts", "xtask",
     ] {
         if !map.contains(&format!("`{folder}/")) && !map.contains(&format!("`{folder}`")) {
             problems.push(format!("ARCHITECTURE.md: does not name `{folder}`"));

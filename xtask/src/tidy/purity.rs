@@ -52,7 +52,7 @@ pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
             }
         }
     }
-    for path in ["core/src/lib.rs", "cli/src/lib.rs"] {
+    for path in ["core/src/lib.rs", "cli/src/lib.rs", "colour/src/lib.rs"] {
         let text = tree.text(path);
         if !text.is_empty() && !text.contains("#![forbid(unsafe_code)]") {
             problems.push(format!("{path}: must forbid unsafe code"));

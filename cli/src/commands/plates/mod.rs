@@ -2,6 +2,7 @@
 //! runs over sequences.
 
 mod adjust;
+mod colour;
 mod depth;
 mod depth_check;
 mod focus;
@@ -13,6 +14,7 @@ mod setup;
 mod shared;
 
 pub(crate) use adjust::share_of;
+pub(crate) use colour::{ConfigArgs, space_of};
 pub(crate) use depth::DepthArgs;
 pub(crate) use depth_check::PlateView;
 pub(crate) use plate::{Light, PlateArgs};

@@ -3,11 +3,13 @@
 use std::ops::{Deref, DerefMut};
 
 use clap::{Args, ValueEnum};
+use seidel_colour::Alphas;
 use seidel_core::Result;
 use seidel_core::plate::{self, LightParts, Placed, Rectangle};
 use seidel_core::predict::Predictor;
 use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT};
 
+use super::colour::{ColourArgs, PlateColour};
 use crate::commands::CommandError;
 use crate::files::error::FileError;
 use crate::files::exr_plate::Window;
@@ -22,7 +24,7 @@ pub(crate) struct PlateArgs {
     layer: Option<String>,
     /// What integer samples mean, in IN and in an OUT of another format: srgb if left out, in DPX what its header says
     /// and linear where it says nothing known; floats are linear
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, conflicts_with_all = ["in_space", "out_space", "working_space", "ocio"])]
     encoding: Option<EncodingChoice>,
     /// How colour and alpha go together; as the file says if left out (EXR and DPX
     /// premultiplied, PNG unpremultiplied, TIFF by its tag)
@@ -45,6 +47,8 @@ pub(crate) struct PlateArgs {
     /// it: blur and displacement along x are 1/P as many pixels
     #[arg(long, value_name = "P", value_parser = parse_ratio)]
     pixel_aspect: Option<f64>,
+    #[command(flatten)]
+    pub(super) colour: ColourArgs,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -71,20 +75,27 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// The light of a plate, which knows its way back into the plate's file.
-pub(crate) struct Light(plate::Light);
+pub(crate) struct Light {
+    light: plate::Light,
+    /// What turns the plate's colours into light and back, where that is anything.
+    colour: Option<PlateColour>,
+}
 
 impl PlateArgs {
     pub(crate) fn options(&self) -> PlateOptions {
         PlateOptions {
             layer: self.layer.clone(),
-            encoding: self.encoding.map(|choice| match choice {
-                EncodingChoice::Linear => Encoding::Linear,
-                EncodingChoice::Srgb => Encoding::Srgb,
-            }),
+            encoding: match self.encoding {
+                Some(EncodingChoice::Linear) => Some(Encoding::Linear),
+                Some(EncodingChoice::Srgb) => Some(Encoding::Srgb),
+                // The config says what codes mean.
+                None if self.colour.is_given() => Some(Encoding::Linear),
+                None => None,
+            },
             premultiplied: self
                 .alpha
                 .map(|choice| choice == AlphaChoice::Premultiplied),
-            colour_managed: false,
+            colour_managed: self.colour.is_given(),
             alpha_per_channel: self.alpha_per_channel,
         }
     }
@@ -113,10 +124,11 @@ impl PlateArgs {
         .into())
     }
 
-    /// The planes to blur; remarks go to `said`.
+    /// The planes to blur, turned into light by `colour`; remarks go to `said`.
     pub(crate) fn light(
         &self,
         plate: &Plate,
+        colour: Option<PlateColour>,
         said: &mut Vec<String>,
     ) -> std::result::Result<Light, CommandError> {
         said.extend(plate.remarks());
@@ -139,13 +151,54 @@ impl PlateArgs {
                 Some(choice) => choice == AlphaChoice::Unpremultiplied,
                 None => !plate.is_premultiplied(),
             };
-        Ok(Light(plate::Light::new(LightParts {
+        let mut colours = plate.colour();
+        let own_alphas = plate.own_alphas();
+        if let Some(colour) = &colour {
+            let alphas = alphas_of(unpremultiplied, alpha.as_deref(), &own_alphas);
+            let unheld = colour.read(plate, &mut colours, alphas)?;
+            self.check_unheld(plate, unheld, said)?;
+        }
+        let light = plate::Light::new(LightParts {
             names: plate.colour_names().to_vec(),
-            colours: plate.colour(),
+            colours,
             alpha,
-            own_alphas: plate.own_alphas(),
+            own_alphas,
             unpremultiplied,
-        })))
+        });
+        Ok(Light { light, colour })
+    }
+
+    /// Refuses codes without light, unless they are to be replaced.
+    fn check_unheld(
+        &self,
+        plate: &Plate,
+        unheld: usize,
+        said: &mut Vec<String>,
+    ) -> std::result::Result<(), CommandError> {
+        let problem = format!("{unheld} samples are codes of no finite light");
+        match unheld {
+            0 => {}
+            _ if self.scrub => said.push(format!("{problem}; replaced by zero")),
+            _ => {
+                let remedy = "check --in-space, or give --scrub to replace such samples by zero";
+                return Err(FileError::new(plate.path(), "colour", problem, remedy).into());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What colours are multiplied by in a file.
+fn alphas_of<'a>(
+    unpremultiplied: bool,
+    alpha: Option<&'a [f32]>,
+    own_alphas: &'a [Vec<f32>],
+) -> Alphas<'a> {
+    match alpha {
+        Some(_) if unpremultiplied => Alphas::Straight,
+        Some(_) if !own_alphas.is_empty() => Alphas::Each(own_alphas),
+        Some(alpha) => Alphas::Shared(alpha),
+        None => Alphas::Straight,
     }
 }
 
@@ -153,37 +206,56 @@ impl Deref for Light {
     type Target = plate::Light;
 
     fn deref(&self) -> &Self::Target {
-        &self.0
+        &self.light
     }
 }
 
 impl DerefMut for Light {
     fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.0
+        &mut self.light
     }
 }
 
 impl Light {
     /// Other planes in place of these, of any one size.
     pub(crate) fn with_planes(&self, planes: Vec<Vec<f32>>) -> Self {
-        Self(self.0.with_planes(planes))
+        Self {
+            light: self.light.with_planes(planes),
+            colour: self.colour.clone(),
+        }
     }
 
-    /// Leaves `plate` as it is, to the bit and not only to the rounding of a render; but for what was scrubbed.
+    /// What turns the plate into light once it is written.
+    pub(super) fn written_colour(&self) -> Option<PlateColour> {
+        self.colour.as_ref().map(PlateColour::written)
+    }
+
+    /// Leaves `plate` as it is, to the bit and not only to the rounding of a render; but for what was scrubbed, and for
+    /// another colour space.
     pub(crate) fn keep(&self, plate: &mut Plate) -> std::result::Result<(), CommandError> {
-        match plate.non_finite().is_empty() {
+        let colour = self.colour.as_ref();
+        let stays = colour.is_none_or(|colour| colour.other_space().is_none());
+        match stays && plate.non_finite().is_empty() {
             true => Ok(()),
             false => self.put_back(plate, self.copied()),
         }
     }
 
-    /// Puts blurred planes back into the plate, in the plate's own premultiplication.
+    /// Puts blurred planes back into the plate, in the plate's own premultiplication and the space that it is written in.
     pub(crate) fn put_back(
         &self,
         plate: &mut Plate,
         blurred: Vec<Vec<f32>>,
     ) -> std::result::Result<(), CommandError> {
-        let back = self.returned(blurred);
+        let mut back = self.returned(blurred);
+        if let Some(colour) = &self.colour {
+            let straight = self.is_unpremultiplied();
+            let alphas = alphas_of(straight, back.alpha.as_deref(), &back.own_alphas);
+            colour.write(plate, &mut back.colours, alphas)?;
+            if let Some(space) = colour.other_space() {
+                plate.set_colour_space(space);
+            }
+        }
         plate.set_colour(&back.colours)?;
         if let Some(alpha) = &back.alpha {
             plate.set_alpha(alpha)?;

@@ -9,6 +9,7 @@ use seidel_core::profile::LensProfile;
 use seidel_core::render::{Gather, Occlusion, Scene};
 
 use super::adjust::AdjustArgs;
+use super::colour::{ColourRoom, PlateColour};
 use super::depth::{DepthArgs, DepthSource};
 use super::depth_check::PlateView;
 use super::focus::FocusArgs;
@@ -63,6 +64,8 @@ pub(crate) struct Shared<'a> {
     /// What changes by frame.
     animation: Option<Animation>,
     depth: DepthSource,
+    /// What converts colours, where they are to be.
+    colour: Option<ColourRoom>,
     /// What the numbers of depth passes are.
     pub(crate) meaning: DepthMeaning,
 }
@@ -103,6 +106,7 @@ impl<'a> Shared<'a> {
         let meaning = depth.meaning()?;
         let depth = depth.source()?;
         depth.check_lens(&setup.drawing.predictor, lens)?;
+        let colour = plate.colour.room(said)?;
         Ok(Self {
             args,
             plate,
@@ -111,6 +115,7 @@ impl<'a> Shared<'a> {
             setup: Arc::new(setup),
             animation,
             depth,
+            colour,
             meaning,
         })
     }
@@ -171,7 +176,35 @@ impl<'a> Shared<'a> {
         first: bool,
     ) -> Result<ReadPlate, CommandError> {
         let mut said = Vec::new();
-        let light = self.plate.light(&plate, &mut said)?;
+        let colour = self.colour.as_ref();
+        let colour = colour.map(|colour| colour.of(&plate, &mut said));
+        let colour = colour.transpose()?;
+        self.read_in(plate, colour, (number, depth_file, first), said)
+    }
+
+    /// As [`Shared::read`], of a plate that was made of `light` and is written in its colour space.
+    pub(crate) fn read_written(
+        &self,
+        plate: Plate,
+        light: &Light,
+        number: Option<i64>,
+        depth_file: Option<&Path>,
+    ) -> Result<ReadPlate, CommandError> {
+        let colour = light.written_colour();
+        self.read_in(plate, colour, (number, depth_file, false), Vec::new())
+    }
+
+    fn read_in(
+        &self,
+        plate: Plate,
+        colour: Option<PlateColour>,
+        (number, depth_file, first): (Option<i64>, Option<&Path>, bool),
+        mut said: Vec<String>,
+    ) -> Result<ReadPlate, CommandError> {
+        if self.colour.is_none() && first {
+            said.extend(plate.unheeded_colour_space());
+        }
+        let light = self.plate.light(&plate, colour, &mut said)?;
         let setup = self.setup(number, &mut said)?;
         let view = self.view(&setup, &plate)?;
         let lens = &setup.drawing.predictor;
@@ -224,6 +257,12 @@ impl<'a> Shared<'a> {
                 scale.map_or_else(|| "from the display window".to_owned(), |s| s.to_string()),
             ),
             ("pixel-aspect", aspect.to_string()),
+            (
+                "working-space",
+                self.colour
+                    .as_ref()
+                    .map_or_else(|| "the plate's".to_owned(), |c| c.working().to_owned()),
+            ),
         ] {
             told.push((name.to_owned(), value));
         }

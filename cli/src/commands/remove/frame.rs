@@ -125,9 +125,12 @@ impl Job<'_> {
         let stored = ReadPlate {
             // As far as the lens was taken off.
             setup: Arc::clone(&read.setup),
-            ..self
-                .shared
-                .read(sharp.clone(), number, self.depth_file(index), false)?
+            ..self.shared.read_written(
+                sharp.clone(),
+                &read.light,
+                number,
+                self.depth_file(index),
+            )?
         };
         let progress = |share: f64| {
             let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;

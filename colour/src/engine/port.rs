@@ -1,0 +1,157 @@
+//! OpenColorIO in Rust: the crate `ocio`.
+
+use std::path::Path;
+
+use ocio::config::logging::set_logging_level;
+use ocio::{Config, CpuProcessor, LoggingLevel, OptimizationFlags};
+
+use super::{
+    ColourEngine, Display, EngineConfig, EngineProcessor, EngineResult, FileSpace, Pixel, Space,
+};
+use crate::{ColourError, OWN_CONFIG, Result, Source};
+
+/// No quick logarithms and powers, which OpenColorIO uses unless told: they are good to about 1e-5 only, so that 16-bit
+/// codes would not all come back from light.
+const EXACT: OptimizationFlags = OptimizationFlags::LOSSLESS;
+
+/// The engine.
+pub(super) struct Port;
+
+impl Port {
+    pub(super) fn new() -> Self {
+        // What there is to say is said by who asks, in their own place.
+        set_logging_level(LoggingLevel::None);
+        Self
+    }
+}
+
+impl ColourEngine for Port {
+    fn name(&self) -> String {
+        format!(
+            "ocio {} (OpenColorIO {})",
+            ocio::VERSION,
+            ocio::OCIO_VERSION
+        )
+    }
+
+    fn load(&self, source: &Source) -> Result<Box<dyn EngineConfig>> {
+        let (config, remedy) = match source {
+            Source::Own => (Config::create_from_str(OWN_CONFIG), "build Seidel anew"),
+            Source::Text { yaml, .. } => (Config::create_from_str(yaml), "mend the config"),
+            Source::BuiltIn(name) => (
+                Config::create_from_builtin_config(name),
+                "give one such as ocio://studio-config-latest or ocio://cg-config-latest",
+            ),
+            Source::File(path) => {
+                let Some(name) = path.to_str() else {
+                    return Err(ColourError::new(
+                        source.to_string(),
+                        "",
+                        "is not named in Unicode",
+                        "rename it or a folder above it",
+                    ));
+                };
+                let remedy = match path.exists() {
+                    true => "mend the config, or give another",
+                    false => "check --ocio, or the environment variable OCIO",
+                };
+                (Config::create_from_file(name), remedy)
+            }
+        };
+        let config = config.map_err(|e| {
+            let problem = format!("cannot be read ({})", e.message().trim_end());
+            ColourError::new(source.to_string(), "", problem, remedy)
+        })?;
+        Ok(Box::new(PortConfig(config)))
+    }
+}
+
+struct PortConfig(Config);
+
+fn space_of(space: &ocio::config::ColorSpace) -> Space {
+    Space {
+        name: space.name().to_owned(),
+        aliases: space.aliases().to_vec(),
+        family: space.family().to_owned(),
+        encoding: space.encoding().to_owned(),
+        description: space.description().to_owned(),
+        is_data: space.is_data(),
+    }
+}
+
+fn boxed(processor: &ocio::Processor) -> Box<dyn EngineProcessor> {
+    Box::new(processor.optimized_cpu_processor(EXACT))
+}
+
+impl EngineConfig for PortConfig {
+    fn spaces(&self) -> Vec<Space> {
+        let config = &self.0;
+        (0..config.num_color_spaces())
+            .filter_map(|i| config.get_color_space(config.color_space_name_by_index(i)))
+            .map(space_of)
+            .collect()
+    }
+
+    fn roles(&self) -> Vec<(String, String)> {
+        let roles = 0..self.0.num_roles();
+        roles
+            .map(|i| {
+                let name = self.0.role_name(i);
+                (name.to_owned(), self.0.role_color_space(name).to_owned())
+            })
+            .collect()
+    }
+
+    fn displays(&self) -> Vec<Display> {
+        let displays = 0..self.0.num_displays();
+        displays
+            .map(|i| {
+                let name = self.0.display(i);
+                let views = (0..self.0.num_views(&name)).map(|v| self.0.view(&name, v));
+                Display {
+                    views: views.collect(),
+                    name,
+                }
+            })
+            .collect()
+    }
+
+    fn space(&self, name: &str) -> Option<Space> {
+        self.0.get_color_space(name).map(space_of)
+    }
+
+    fn file_space(&self, path: &Path) -> Option<FileSpace> {
+        let path = path.to_string_lossy();
+        let (space, rule) = self.0.color_space_from_filepath_with_index(&path);
+        let last = self.0.file_rules().num_entries().checked_sub(1)?;
+        (!space.is_empty()).then_some(FileSpace {
+            space,
+            is_default: rule == last,
+        })
+    }
+
+    fn processor(&self, from: &str, to: &str) -> EngineResult<Box<dyn EngineProcessor>> {
+        let processor = self.0.get_processor(from, to);
+        Ok(boxed(&processor.map_err(|e| e.message().to_owned())?))
+    }
+
+    fn display_processor(
+        &self,
+        from: &str,
+        display: &str,
+        view: &str,
+    ) -> EngineResult<Box<dyn EngineProcessor>> {
+        let processor = self.0.get_display_view_processor(from, display, view);
+        Ok(boxed(&processor.map_err(|e| e.message().to_owned())?))
+    }
+}
+
+impl EngineProcessor for CpuProcessor {
+    fn is_no_op(&self) -> bool {
+        CpuProcessor::is_no_op(self)
+    }
+
+    fn apply(&self, pixels: &mut [Pixel]) {
+        self.apply_pixels(pixels);
+    }
+}

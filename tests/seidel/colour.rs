@@ -1,0 +1,387 @@
+//! Colour spaces of plates: log in, light blurred, log out; what is said of it, and what stays as it is.
+
+use std::fs;
+use std::path::Path;
+
+use exr::prelude::*;
+
+use crate::support::{
+    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_plate,
+};
+
+const COLOURS: [&str; 3] = ["R", "G", "B"];
+const SIZE: (usize, usize) = (72, 54);
+/// How the lens sees plates of these tests.
+const SIGHT: &str = "--lens @lens.json --lens-scale 0.6";
+/// Colour by the project's own config, whatever the environment says.
+const OWN: &str = "--ocio seidel";
+
+/// A folder with a lens and `light.exr`, a scene-linear plate with alpha and depth.
+fn made() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_made_lens(folder.path(), &COLOURS);
+    write_plate(&folder.path().join("light.exr"), SIZE.0, SIZE.1);
+    folder
+}
+
+/// `light.exr` as a camera would have written it.
+fn write_log(folder: &Path, file: &str, space: &str) {
+    let line = format!("lut @light.exr -o @{file} {OWN} --in-space ACEScg --out-space {space}");
+    succeeds(folder, &line);
+}
+
+/// Gives a plate a text attribute.
+fn tag(path: &Path, name: &str, value: &str) {
+    let mut image = read_all_data_from_file(path).expect("readable");
+    let text = AttributeValue::Text(Text::from(value));
+    let other = &mut image.layer_data[0].attributes.other;
+    other.insert(Text::from(name), text);
+    image.write().to_file(path).expect("writable");
+}
+
+/// The text attribute of a plate.
+fn tagged(path: &Path, name: &str) -> Option<String> {
+    let meta = MetaData::read_from_file(path, false).expect("readable");
+    match meta.headers[0].own_attributes.other.get(&Text::from(name)) {
+        Some(AttributeValue::Text(text)) => Some(text.to_string()),
+        _ => None,
+    }
+}
+
+/// The farthest that a colour of `found` is from that of `want`, of the larger of 0.1 and its size.
+fn off(folder: &Path, found: &str, want: &str) -> f32 {
+    let of_channel = |name: &&str| {
+        let of = |file: &str| read_channel(&folder.join(file), name);
+        let (found, want) = (of(found), of(want));
+        assert_eq!(found.len(), want.len());
+        let pairs = found.iter().zip(&want);
+        pairs.fold(0.0, |worst: f32, (f, w)| {
+            worst.max((f - w).abs() / w.abs().max(0.1))
+        })
+    };
+    COLOURS.iter().map(of_channel).fold(0.0, f32::max)
+}
+
+fn same_bits(folder: &Path, a: &str, b: &str, channels: &[&str]) -> bool {
+    let of = |file: &str, name: &str| -> Vec<u32> {
+        let samples = read_channel(&folder.join(file), name);
+        samples.iter().map(|v| v.to_bits()).collect()
+    };
+    channels.iter().all(|name| of(a, name) == of(b, name))
+}
+
+#[test]
+fn a_log_plate_is_blurred_as_the_light_that_it_stands_for() {
+    let folder = made();
+    let folder = folder.path();
+    succeeds(folder, &format!("apply @light.exr -o @want.exr {SIGHT}"));
+    for space in [
+        "logc4",
+        "logc3",
+        "slog3_sgamut3cine",
+        "log3g10",
+        "clog3",
+        "vlog",
+        "ACEScct",
+    ] {
+        write_log(folder, "log.exr", space);
+        assert!(off(folder, "log.exr", "light.exr") > 0.1, "{space}");
+        let line = format!("apply @log.exr -o @blurred.exr {SIGHT} {OWN} --in-space {space}");
+        let said = succeeds(folder, &line).stderr;
+        for part in ["--in-space", "worked on in `ACEScg`", "Seidel's own config"] {
+            assert!(said.contains(part), "{part} in {said}");
+        }
+        let line = format!(
+            "lut @blurred.exr -o @found.exr {OWN} --in-space {space} --out-space scene_linear"
+        );
+        succeeds(folder, &line);
+        let off_by = off(folder, "found.exr", "want.exr");
+        assert!(off_by < 1e-3, "{space}: {off_by}");
+        assert!(
+            same_bits(folder, "blurred.exr", "light.exr", &["Z"]),
+            "{space}"
+        );
+        assert!(
+            same_bits(folder, "blurred.exr", "want.exr", &["A"]),
+            "{space}"
+        );
+        // Codes taken for light give another picture.
+        let line = format!("apply @log.exr -o @wrong.exr {SIGHT}");
+        assert!(!succeeds(folder, &line).stderr.contains("colour:"));
+        assert!(off(folder, "wrong.exr", "blurred.exr") > 0.01, "{space}");
+    }
+}
+
+#[test]
+fn nothing_is_converted_unless_asked_for() {
+    let folder = made();
+    let folder = folder.path();
+    write_log(folder, "log.exr", "logc4");
+    succeeds(folder, &format!("apply @log.exr -o @want.exr {SIGHT}"));
+    tag(&folder.join("log.exr"), "oiio:ColorSpace", "ARRI LogC4");
+    let said = succeeds(folder, &format!("apply @log.exr -o @found.exr {SIGHT}")).stderr;
+    assert!(
+        said.contains("ARRI LogC4") && said.contains("--in-space auto"),
+        "{said}"
+    );
+    assert!(same_bits(
+        folder,
+        "found.exr",
+        "want.exr",
+        &["R", "G", "B", "A", "Z"]
+    ));
+    tag(
+        &folder.join("log.exr"),
+        "oiio:ColorSpace",
+        "lin_rec709_scene",
+    );
+    let said = succeeds(folder, &format!("apply @log.exr -o @found.exr {SIGHT}")).stderr;
+    assert!(!said.contains("colour"), "{said}");
+}
+
+#[test]
+fn a_plate_may_say_itself_what_it_is_in() {
+    let folder = made();
+    let folder = folder.path();
+    write_log(folder, "log.exr", "logc4");
+    let named = format!("{SIGHT} {OWN} --in-space logc4");
+    succeeds(folder, &format!("apply @log.exr -o @want.exr {named}"));
+    let auto = format!("{SIGHT} {OWN} --in-space auto");
+    // By its attribute, else its name, else the rule for all files.
+    fs::copy(folder.join("log.exr"), folder.join("tagged.exr")).expect("copied");
+    tag(&folder.join("tagged.exr"), "colorInteropID", "unknown");
+    tag(&folder.join("tagged.exr"), "oiio:ColorSpace", "arri_logc4");
+    fs::copy(folder.join("log.exr"), folder.join("a_logc4_v1.exr")).expect("copied");
+    for (file, says) in [
+        ("tagged.exr", "its oiio:ColorSpace"),
+        ("a_logc4_v1.exr", "the config's file rules"),
+    ] {
+        let said = succeeds(folder, &format!("apply @{file} -o @found.exr {auto}")).stderr;
+        assert!(said.contains(says), "{said}");
+        assert!(
+            same_bits(folder, "found.exr", "want.exr", &["R", "G", "B"]),
+            "{file}"
+        );
+    }
+    let said = succeeds(folder, &format!("apply @log.exr -o @found.exr {auto}")).stderr;
+    assert!(
+        said.contains("rule for all files") && said.contains("`ACEScg`"),
+        "{said}"
+    );
+    tag(
+        &folder.join("tagged.exr"),
+        "oiio:ColorSpace",
+        "no such space",
+    );
+    let said = succeeds(folder, &format!("apply @tagged.exr -o @found.exr {auto}")).stderr;
+    assert!(
+        said.contains("`no such space` is no space of the config"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_plate_may_be_written_in_another_space() {
+    let folder = made();
+    let folder = folder.path();
+    write_log(folder, "log.exr", "logc4");
+    for (name, value) in [
+        ("oiio:ColorSpace", "logc4"),
+        ("colorInteropID", "arri_logc4"),
+    ] {
+        tag(&folder.join("log.exr"), name, value);
+    }
+    let ways = format!("{SIGHT} {OWN} --in-space logc4");
+    let line = format!("apply @log.exr -o @light2.exr {ways} --out-space ACEScg");
+    let said = succeeds(folder, &line).stderr;
+    assert!(said.contains("colorInteropID is left out"), "{said}");
+    succeeds(folder, &format!("apply @light.exr -o @want.exr {SIGHT}"));
+    assert!(off(folder, "light2.exr", "want.exr") < 1e-3);
+    let of = |name: &str| tagged(&folder.join("light2.exr"), name);
+    assert_eq!(of("oiio:ColorSpace").as_deref(), Some("ACEScg"));
+    assert_eq!(of("colorInteropID"), None);
+    // Without blur too; and to the bit where the space stays.
+    let line = format!("apply @log.exr -o @plain.exr {ways} --out-space ACEScg --amount 0");
+    succeeds(folder, &line);
+    assert!(off(folder, "plain.exr", "light.exr") < 1e-4);
+    succeeds(
+        folder,
+        &format!("apply @log.exr -o @same.exr {ways} --amount 0"),
+    );
+    assert!(same_bits(
+        folder,
+        "same.exr",
+        "log.exr",
+        &["R", "G", "B", "A", "Z"]
+    ));
+    let of = |name: &str| tagged(&folder.join("same.exr"), name);
+    assert_eq!(of("oiio:ColorSpace").as_deref(), Some("logc4"));
+    assert!(of("colorInteropID").is_some());
+}
+
+#[test]
+fn whole_numbers_go_by_the_config_as_they_go_without() {
+    let folder = made();
+    let folder = folder.path();
+    let picture = image::ImageBuffer::from_fn(SIZE.0 as u32, SIZE.1 as u32, |x, y| {
+        let step = |a: u32, b: u32| (40_000.0 * f64::from(a % b) / f64::from(b)) as u16 + 9000;
+        image::Rgb([step(x, 9), step(y, 7), step(x + y, 11)])
+    });
+    picture.save(folder.join("plate.png")).expect("writable");
+    let sight = format!("{SIGHT} --distance 2");
+    succeeds(folder, &format!("apply @plate.png -o @want.png {sight}"));
+    let colour = format!("{OWN} --in-space srgb_tx --working-space lin_rec709");
+    succeeds(
+        folder,
+        &format!("apply @plate.png -o @found.png {sight} {colour}"),
+    );
+    let open = |name: &str| {
+        image::open(folder.join(name))
+            .expect("readable")
+            .into_rgb16()
+    };
+    let (found, want) = (open("found.png"), open("want.png"));
+    assert_ne!(open("plate.png"), want);
+    let apart = found.iter().zip(want.iter()).map(|(f, w)| f.abs_diff(*w));
+    assert!(apart.max() <= Some(2));
+    // A plate of codes without blur comes back as it was, through light and back.
+    let line = format!("lut @plate.png -o @light.png {OWN} --in-space srgb_tx --out-space srgb_tx");
+    succeeds(folder, &line);
+    assert_eq!(open("light.png"), open("plate.png"));
+}
+
+#[test]
+fn the_lens_goes_off_and_on_again_in_log() {
+    let folder = made();
+    let folder = folder.path();
+    write_log(folder, "log.exr", "logc4");
+    let sight = format!("{SIGHT} --distance 1.6");
+    for out in ["logc4", "ACEScg"] {
+        let line = format!(
+            "remove @log.exr -o @sharp.exr --residual @rest.exr {sight} {OWN} --in-space logc4 --out-space {out} --lens-check off"
+        );
+        succeeds(folder, &line);
+        let line = format!(
+            "apply @sharp.exr -o @back.exr --residual @rest.exr {sight} {OWN} --in-space {out} --out-space logc4"
+        );
+        let said = succeeds(folder, &line).stderr;
+        assert!(!said.contains("other settings"), "{said}");
+        let off_by = off(folder, "back.exr", "log.exr");
+        assert!(off_by < 2e-5, "{out}: {off_by}");
+    }
+    let line = format!("apply @sharp.exr -o @back.exr --residual @rest.exr {sight}");
+    let said = succeeds(folder, &line).stderr;
+    assert!(said.contains("working-space was ACEScg"), "{said}");
+    let line = format!(
+        "relens @log.exr -o @other.exr --from @lens.json --to @lens.json --lens-scale 0.6 --distance 1.6 {OWN} --in-space logc4 --lens-check off"
+    );
+    assert!(succeeds(folder, &line).stderr.contains("`ARRI LogC4`"));
+    let line = "relens @light.exr -o @want.exr --from @lens.json --to @lens.json --lens-scale 0.6 --distance 1.6 --lens-check off";
+    succeeds(folder, line);
+    let line = format!("lut @other.exr -o @found.exr {OWN} --in-space logc4 --out-space ACEScg");
+    succeeds(folder, &line);
+    let off_by = off(folder, "found.exr", "want.exr");
+    assert!(off_by < 1e-2, "{off_by}");
+}
+
+#[test]
+fn colour_goes_with_its_alpha() {
+    let folder = made();
+    let folder = folder.path();
+    let count = SIZE.0 * SIZE.1;
+    // A flat plate, half covered: its code in full is 0.5 in each channel.
+    let plane = |value: f32| vec![value; count];
+    let channels = [("R", 0.25), ("G", 0.25), ("B", 0.25), ("A", 0.5)];
+    let channels = channels.map(|(name, value)| (name, plane(value)));
+    write_exr(&folder.join("flat.exr"), SIZE.0, SIZE.1, &channels);
+    let sight = format!("{SIGHT} --distance 2 {OWN} --in-space logc4");
+    succeeds(folder, &format!("apply @flat.exr -o @blurred.exr {sight}"));
+    // A lens may change how much is covered, but what is covered keeps its code, but for what the renderer saves.
+    let of = |name: &str| read_channel(&folder.join("blurred.exr"), name);
+    for (code, alpha) in of("G").iter().zip(of("A")) {
+        assert!((code / alpha - 0.5).abs() < 2e-3, "{code} {alpha}");
+    }
+    let line = format!(
+        "lut @flat.exr -o @light.exr {OWN} --in-space logc4 --out-space lin_arri_wide_gamut_4"
+    );
+    succeeds(folder, &line);
+    let light = read_channel(&folder.join("light.exr"), "G")[0];
+    let full = seidel_colour_logc4(0.5);
+    assert!((light / (full * 0.5) - 1.0).abs() < 1e-4, "{light} {full}");
+}
+
+fn seidel_colour_logc4(code: f64) -> f32 {
+    let own = seidel_colour::curves::own().expect("in order");
+    own.curves["logc4"].form.linear(code) as f32
+}
+
+#[test]
+fn numbers_that_are_none_are_said() {
+    let folder = made();
+    let folder = folder.path();
+    write_log(folder, "log.exr", "logc4");
+    let ways = format!("{SIGHT} {OWN} --in-space logc4");
+    let names = ["R", "G", "B", "A", "Z"];
+    let mut channels = names.map(|name| (name, read_channel(&folder.join("log.exr"), name)));
+    channels[1].1[10] = f32::NAN;
+    write_exr(&folder.join("nan.exr"), SIZE.0, SIZE.1, &channels);
+    must_refuse(
+        folder,
+        &format!("apply @nan.exr -o @o.exr {ways}"),
+        &["channel G", "--scrub"],
+    );
+    let said = succeeds(folder, &format!("apply @nan.exr -o @o.exr {ways} --scrub")).stderr;
+    assert!(said.contains("replaced by zero"), "{said}");
+    fs::remove_file(folder.join("o.exr")).expect("there");
+    channels[1].1[10] = 1e6;
+    write_exr(&folder.join("far.exr"), SIZE.0, SIZE.1, &channels);
+    must_refuse(
+        folder,
+        &format!("apply @far.exr -o @o.exr {ways}"),
+        &["of no finite light", "--in-space"],
+    );
+}
+
+#[test]
+fn what_is_no_space_or_config_is_refused() {
+    let folder = made();
+    let folder = folder.path();
+    let apply = format!("apply @light.exr -o @o.exr {SIGHT}");
+    must_refuse(
+        folder,
+        &format!("{apply} {OWN} --in-space logc5"),
+        &["`logc5`", "`logc4`"],
+    );
+    must_refuse(
+        folder,
+        &format!("{apply} {OWN} --out-space nothing"),
+        &["`nothing`", "--list"],
+    );
+    must_refuse(
+        folder,
+        &format!("{apply} --ocio @none.ocio"),
+        &["none.ocio", "--ocio"],
+    );
+    fs::write(
+        folder.join("bad.ocio"),
+        "ocio_profile_version: 2.1\nroles: [",
+    )
+    .expect("writable");
+    must_refuse(
+        folder,
+        &format!("{apply} --ocio @bad.ocio"),
+        &["bad.ocio", "cannot be read"],
+    );
+    let outcome = seidel_in(
+        folder,
+        &format!("{apply} --in-space logc4 --encoding linear"),
+    );
+    assert_eq!(outcome.status, 2, "{}", outcome.stderr);
+    let said = succeeds(
+        folder,
+        &format!("{apply} {OWN} --in-space ACEScg --working-space logc4"),
+    );
+    assert!(said.stderr.contains("linear light only"), "{}", said.stderr);
+    let said = succeeds(folder, &format!("{apply} {OWN} --in-space Raw"));
+    assert!(said.stderr.contains("is for data"), "{}", said.stderr);
+}
