@@ -146,3 +146,66 @@ fn the_lens_is_checked_as_by_the_command() {
     let off = format!("{line} --lens-check off");
     is_as_by_command(&in_host(folder, false, &knobs), folder, &off);
 }
+
+#[test]
+fn log_plates_are_blurred_as_light() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    let table = seidel_colour::curves::own().expect("in order");
+    let curve = &table.curves["logc4"].form;
+    let plane = |shade: f64| -> Vec<f32> {
+        let pixel = |k: usize| {
+            let lamp = if k % 97 == 0 { 40.0 } else { 0.0 };
+            curve.code(shade * (0.18 + lamp + 0.002 * (k % WIDTH) as f64)) as f32
+        };
+        (0..WIDTH * HEIGHT).map(pixel).collect()
+    };
+    let channels = [
+        ("R", plane(1.0)),
+        ("G", plane(0.8)),
+        ("B", plane(0.6)),
+        ("A", vec![1.0; WIDTH * HEIGHT]),
+    ];
+    write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
+    let host = in_host(
+        folder,
+        false,
+        &[("distance", "1.5"), ("sourceCodes", "ARRI LogC4")],
+    );
+    let line = "apply --lens @lens.json --distance 1.5 @plate.exr -o";
+    succeeds(folder, &format!("{line} @taken-for-light.exr"));
+    let space = folder.join("out.exr");
+    // Split at spaces, which the name of the space has.
+    let mut words: Vec<std::ffi::OsString> = line
+        .split(' ')
+        .map(|word| match word.strip_prefix('@') {
+            Some(name) => folder.join(name).into_os_string(),
+            None => word.into(),
+        })
+        .collect();
+    words.push(space.clone().into_os_string());
+    for word in [
+        "--in-space",
+        "logc4",
+        "--working-space",
+        "lin_arri_wide_gamut_4",
+    ] {
+        words.push(word.into());
+    }
+    let outcome = crate::support::seidel(&words);
+    assert_eq!(outcome.status, 0, "{}", outcome.stderr);
+    let (mut apart, mut else_apart) = (0.0_f32, 0.0_f32);
+    for (c, name) in NAMES.iter().enumerate() {
+        let command = read_channel(&space, name);
+        let wrong = read_channel(&folder.join("taken-for-light.exr"), name);
+        for (k, wanted) in command.iter().enumerate() {
+            let (x, y) = ((k % WIDTH) as i32, (HEIGHT - 1 - k / WIDTH) as i32);
+            let got = host.pixel(x, y)[c];
+            apart = apart.max((got - wanted).abs());
+            else_apart = else_apart.max((got - wrong[k]).abs());
+        }
+    }
+    assert!(apart < 2e-6, "{apart}");
+    assert!(else_apart > 0.05, "it matters: {else_apart}");
+}

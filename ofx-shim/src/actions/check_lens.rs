@@ -10,7 +10,8 @@ use super::render::chosen_lens;
 use crate::ffi;
 use crate::host::{Failure, Result, Value, inform};
 use crate::knobs::{Knobs, lens};
-use crate::rendering::{Frame, Inputs, is_unpremultiplied, progress};
+use crate::pixels::Pixels;
+use crate::rendering::{Codes, Copied, Frame, Inputs, is_unpremultiplied, progress};
 use crate::setup::{Circumstances, Setup};
 use crate::sys::effect::CLIP_SOURCE;
 
@@ -55,6 +56,12 @@ fn checked(call: &Call, time: f64) -> Result<Option<String>> {
     let Some(image) = frame.plane.image(source, 0, source.channels) else {
         return Ok(None);
     };
+    let codes = Codes::of(&knobs, !about.unpremultiplied, about.threads)?;
+    // SAFETY: the picture is held.
+    let pixels = unsafe { Pixels::new(image) };
+    let light = codes.map(|codes| codes.light(&pixels, image.rect));
+    let mut light = light.transpose()?;
+    let image = light.as_mut().map_or(image, Copied::image);
     let plate = SeidelPlate {
         size: size_of::<SeidelPlate>() as u64,
         format: frame.format,

@@ -11,8 +11,8 @@ use crate::knobs::{Knob, Knobs, depth, focus, lens, output};
 use crate::lens::{Choice, Lens, built_in};
 use crate::pixels::Pixels;
 use crate::rendering::{
-    Frame, InFocus, Inputs, Lenses, Mixing, Outcome, Task, focal_plane, is_unpremultiplied, mix,
-    perform, picture, psf_grid, window_of,
+    Codes, Copied, Frame, InFocus, Inputs, Lenses, Mixing, Outcome, Task, focal_plane,
+    is_unpremultiplied, mix, perform, picture, psf_grid, window_of,
 };
 use crate::setup::{Circumstances, Setup, focus_vergence};
 use crate::sys::effect::{CLIP_OUTPUT, CLIP_SOURCE, QUALITY_DRAFT, THUMBNAIL};
@@ -134,6 +134,7 @@ impl Render<'_, '_> {
             self.time,
         )?;
         let output = self.knobs.choice(&output::OUTPUT);
+        let mode = self.knobs.choice(&lens::MODE);
         if output == output::FOCAL_PLANE {
             result.clear(frame.window, within);
             self.focus((&result, &original), within, (&inputs, &lenses.lens))?;
@@ -153,20 +154,34 @@ impl Render<'_, '_> {
             let sight = self.vergences(&inputs);
             return psf_grid(drawn, &result, (frame.format, within), sight);
         }
+        let codes = Codes::of(self.knobs, !about.unpremultiplied, about.threads)?;
+        let codes = codes.filter(|_| output == output::RESULT || mode == lens::REMOVE);
+        let light = codes.map(|codes| codes.light(&original, from.rect));
+        let mut light = light.transpose()?;
+        let source = light.as_mut().map_or(from, Copied::image);
+        // Maps are no colour.
+        let coded = codes.filter(|_| output == output::RESULT);
+        let made = coded.map(|_| Copied::new(within, result.channels()));
+        let mut made = made.transpose()?;
+        let part = result.part(within);
         let outcome = perform(
             &Task {
                 effect: self.call.effect,
-                mode: self.knobs.choice(&lens::MODE),
+                mode,
                 output,
                 frame,
                 inputs: &inputs,
                 setup: &setup,
-                source: from,
-                target: result.part(within),
+                source,
+                target: made.as_mut().map_or(part, Copied::image),
             },
             &lenses,
         )?;
         if outcome == Outcome::Done {
+            if let Some((codes, made)) = coded.zip(made.as_mut()) {
+                codes.coded(made);
+                made.put_into(&result);
+            }
             result.clear(frame.window, within);
             if output == output::RESULT {
                 self.mix((&result, &original), within)?;

@@ -8,7 +8,10 @@ const ALLOWED: [(&str, &[&str]); 9] = [
     ("colour", &[]),
     ("plugin", &["seidel-core"]),
     // The host is what it is tested with.
-    ("ofx-shim", &["seidel-plugin", "seidel-ofx-host"]),
+    (
+        "ofx-shim",
+        &["seidel-colour", "seidel-plugin", "seidel-ofx-host"],
+    ),
     ("cli", &["seidel-colour", "seidel-core"]),
     (
         "tests",
