@@ -15,7 +15,7 @@ fn made() -> tempfile::TempDir {
     write_made_lens(folder.path(), &["R", "G", "B"]);
     for frame in 1..=2_u32 {
         let pixel = |x: u32, y: u32| {
-            let light = if (x / 3 + y / 4 + frame) % 3 == 0 {
+            let light = if (x / 3 + y / 4 + frame).is_multiple_of(3) {
                 52_000
             } else {
                 9_000

@@ -156,7 +156,7 @@ fn log_plates_are_blurred_as_light() {
     let curve = &table.curves["logc4"].form;
     let plane = |shade: f64| -> Vec<f32> {
         let pixel = |k: usize| {
-            let lamp = if k % 97 == 0 { 40.0 } else { 0.0 };
+            let lamp = if k.is_multiple_of(97) { 40.0 } else { 0.0 };
             curve.code(shade * (0.18 + lamp + 0.002 * (k % WIDTH) as f64)) as f32
         };
         (0..WIDTH * HEIGHT).map(pixel).collect()
