@@ -6,7 +6,8 @@ use std::path::Path;
 use image::{ImageBuffer, Rgb};
 
 use crate::support::{
-    listing, must_refuse, read_channel, seidel_in, succeeds, write_made_lens, write_plate,
+    listing, must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens,
+    write_plate, write_ray_lens,
 };
 
 /// A folder with a lens and the PNG plates `plate.1.png` and `plate.2.png` of 30 x 20 pixels.
@@ -139,4 +140,48 @@ fn remove_writes_other_formats_but_for_residuals() {
             "{name}"
         );
     }
+}
+
+#[test]
+fn exr_files_are_packed_as_asked_for_and_data_are_spared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    write_plate(&folder.join("depth.exr"), 64, 40);
+    let colours = ["R", "G", "B"].map(|name| (name, read_channel(&folder.join("depth.exr"), name)));
+    write_exr(&folder.join("plate.exr"), 64, 40, &colours);
+    let line = "apply --lens @lens.json --distance 2 --amount 0";
+    let packed = |input: &str, how: &str| {
+        let outcome = succeeds(
+            folder,
+            &format!("{line} @{input}.exr -o @{how}.exr --compression {how}"),
+        );
+        let info = succeeds(folder, &format!("info @{how}.exr")).stdout;
+        let stored = info.lines().find(|l| l.contains("compression: "));
+        (outcome.stderr, stored.expect("told").to_lowercase())
+    };
+    for how in ["none", "rle", "zips", "zip", "piz"] {
+        packed("plate", how);
+        for (name, samples) in &colours {
+            assert!(
+                read_channel(&folder.join(format!("{how}.exr")), name) == *samples,
+                "{how}"
+            );
+        }
+    }
+    let (said, stored) = packed("plate", "dwaa");
+    assert!(
+        stored.contains("dwaa") && !said.contains("spoil"),
+        "{stored} {said}"
+    );
+    let lossy = read_channel(&folder.join("dwaa.exr"), "R");
+    assert!(lossy != colours[0].1);
+    // With depth in the same part it is not done, and said.
+    let (said, stored) = packed("depth", "dwaa");
+    assert!(
+        stored.contains("zip") && said.contains("would spoil Z"),
+        "{stored} {said}"
+    );
+    let line = format!("{line} @plate.exr -o @plate.tif --compression zip");
+    assert_eq!(seidel_in(folder, &line).status, 2);
 }

@@ -49,6 +49,7 @@ pub(super) fn run(
     words: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
+    args.plate.check_output(&args.output)?;
     let mut said = Vec::new();
     let options = (&args.sight, &args.depth, &args.plate);
     let from = Shared::open(&args.from, options, &mut said)?;

@@ -101,6 +101,7 @@ pub(super) fn run(
     words: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
+    args.plate.check_output(&args.output)?;
     let mut said = Vec::new();
     let options = (&args.sight, &args.depth, &args.plate);
     let shared = Shared::open(&args.lens, options, &mut said)?;

@@ -8,6 +8,7 @@ use half::f16;
 
 use super::error::Result;
 use super::exr_file::write_exr;
+use super::exr_packing::Packing;
 use super::provenance::Texts;
 use super::windows::Windows;
 
@@ -29,10 +30,16 @@ pub struct NewChannel<'a> {
 /// # Panics
 /// If a channel has not one sample a pixel.
 pub fn write_placed(path: &Path, windows: Windows, channels: &[NewChannel]) -> Result<()> {
-    write_shaped(path, (windows, 1.0), channels, &Texts::new())
+    write_shaped(
+        path,
+        (windows, 1.0),
+        channels,
+        (&Texts::new(), Packing::Zip),
+    )
 }
 
-/// As [`write_placed`], of pixels that are `pixel_aspect` times as wide as high, with `texts` as attributes.
+/// As [`write_placed`], of pixels that are `pixel_aspect` times as wide as high, with `texts` as attributes, packed as
+/// `packing` says.
 ///
 /// # Errors
 /// A target that cannot be written.
@@ -43,11 +50,12 @@ pub fn write_shaped(
     path: &Path,
     (windows, pixel_aspect): (Windows, f64),
     channels: &[NewChannel],
-    texts: &Texts,
+    (texts, packing): (&Texts, Packing),
 ) -> Result<()> {
     let Windows { data, display } = windows;
     let mut layer = new_layer(data.width, data.height, channels);
     layer.attributes.layer_position = Vec2(data.x, data.y);
+    layer.encoding.compression = packing.compression();
     for (name, text) in texts {
         let text = AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()));
         layer

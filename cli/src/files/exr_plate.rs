@@ -11,6 +11,7 @@ use half::f16;
 
 use super::error::{FileError, Result};
 use super::exr_file::{read_exr, write_exr};
+use super::exr_packing::loses;
 use super::limits::Limits;
 use super::provenance::is_ours;
 use super::windows::held;
@@ -107,6 +108,8 @@ pub struct ExrPlate {
     path: PathBuf,
     image: AnyImage,
     notes: Vec<String>,
+    /// Parts that lost quality by how they were packed, each with what is told of it.
+    repacked: Vec<(usize, String)>,
 }
 
 impl ExrPlate {
@@ -124,33 +127,25 @@ impl ExrPlate {
             path: path.to_path_buf(),
             image: read_exr(path, Limits::PLATE)?,
             notes: Vec::new(),
+            repacked: Vec::new(),
         };
         plate.make_writable();
         Ok(plate)
     }
 
     fn make_writable(&mut self) {
-        for layer in &mut self.image.layer_data {
+        for (index, layer) in self.image.layer_data.iter_mut().enumerate() {
             let part = match &layer.attributes.layer_name {
                 Some(name) => format!("part `{name}`"),
                 None => "the plate".to_owned(),
             };
-            let has_float = layer.channel_data.list.iter().any(|c| {
-                full_level(&c.sample_data).is_some_and(|s| matches!(s, FlatSamples::F32(_)))
-            });
-            let lossy = match layer.encoding.compression {
-                Compression::B44
-                | Compression::B44A
-                | Compression::DWAA(_)
-                | Compression::DWAB(_) => true,
-                // Loses bits of floats only.
-                Compression::PXR24 => has_float,
-                _ => false,
-            };
-            if lossy {
-                self.notes.push(format!(
-                    "{part} was {} compressed, which loses quality each time; it is written with ZIP",
-                    layer.encoding.compression
+            if loses(layer.encoding.compression, &layer.channel_data.list) {
+                self.repacked.push((
+                    index,
+                    format!(
+                        "{part} was {} compressed, which loses quality each time; it is written with ZIP",
+                        layer.encoding.compression
+                    ),
                 ));
                 layer.encoding.compression = Compression::ZIP16;
             }
@@ -192,8 +187,23 @@ impl ExrPlate {
     }
 
     /// What is or will be written otherwise than it was read; one sentence each.
-    pub fn notes(&self) -> &[String] {
-        &self.notes
+    pub fn notes(&self) -> Vec<String> {
+        let repacked = self.repacked.iter().map(|(_, note)| note);
+        repacked.chain(&self.notes).cloned().collect()
+    }
+
+    /// Whether a part would lose quality by a compression.
+    pub(super) fn would_lose(&self, part: usize, compression: Compression) -> bool {
+        let layer = self.image.layer_data.get(part);
+        layer.is_some_and(|layer| loses(compression, &layer.channel_data.list))
+    }
+
+    /// Packs a part by a compression that was asked for.
+    pub(super) fn set_compression(&mut self, part: usize, compression: Compression) {
+        if let Some(layer) = self.image.layer_data.get_mut(part) {
+            layer.encoding.compression = compression;
+        }
+        self.repacked.retain(|(own, _)| *own != part);
     }
 
     /// An attribute of the first part by its name.
@@ -466,7 +476,7 @@ fn key_code_text(code: &KeyCode) -> Text {
     )
 }
 
-fn full_level(levels: &Levels<FlatSamples>) -> Option<&FlatSamples> {
+pub(super) fn full_level(levels: &Levels<FlatSamples>) -> Option<&FlatSamples> {
     match levels {
         Levels::Singular(samples) => Some(samples),
         Levels::Mip { level_data, .. } => level_data.first(),

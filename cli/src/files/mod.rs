@@ -11,6 +11,7 @@ pub mod exr_choice;
 mod exr_file;
 pub mod exr_new;
 mod exr_order;
+pub mod exr_packing;
 pub mod exr_plate;
 mod exr_texts;
 pub mod flat_plate;

@@ -8,6 +8,7 @@ use super::dpx;
 use super::error::Result;
 use super::exr_choice::ColourGroup;
 use super::exr_new::{NewChannel, write_shaped};
+use super::exr_packing::Packing;
 use super::exr_plate::ExrPlate;
 use super::flat_plate::{Container, Encoding, FlatPlate, SampleDepth};
 use super::format::Format;
@@ -380,5 +381,6 @@ fn write_exr(
         })
         .collect();
     let shape = (picture.windows, plate.pixel_aspect());
-    write_shaped(path, shape, &channels, &picture.texts)
+    let packing = plate.options.packing.unwrap_or(Packing::Zip);
+    write_shaped(path, shape, &channels, (&picture.texts, packing))
 }

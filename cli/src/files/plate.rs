@@ -5,6 +5,7 @@ use std::path::Path;
 use super::depth::DepthPass;
 use super::error::{FileError, Result};
 use super::exr_choice::ColourGroup;
+use super::exr_packing::Packing;
 use super::exr_plate::{ExrPlate, NonFinite, Window, non_finite};
 use super::flat_plate::{Encoding, FlatPlate};
 use super::format::{Format, detect, output_format};
@@ -27,6 +28,8 @@ pub struct PlateOptions {
     pub colour_managed: bool,
     /// Whether each colour is to have an alpha of its own beside the usual one; EXR only.
     pub alpha_per_channel: bool,
+    /// How an EXR that is written is packed; as it was, but for what loses quality, if `None`.
+    pub packing: Option<Packing>,
 }
 
 /// A plate in memory with everything its file holds.
@@ -103,6 +106,9 @@ impl Plate {
             true => plate.colour_with_own_alpha(layer)?,
             false => plate.colour(layer)?,
         };
+        if let Some(packing) = options.packing {
+            plate.pack(&group, packing);
+        }
         Ok(Self {
             names: group.names.clone(),
             window: plate.data_window(group.colour[0]),
@@ -400,7 +406,7 @@ impl Plate {
         match &self.file {
             PlateFile::Exr { plate, .. } => {
                 plate.write(path)?;
-                Ok(plate.notes().to_vec())
+                Ok(plate.notes())
             }
             PlateFile::Flat { plate, .. } => plate.write(path),
         }

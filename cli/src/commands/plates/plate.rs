@@ -1,6 +1,7 @@
 //! Plates as files have them, and their light.
 
 use std::ops::{Deref, DerefMut};
+use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use seidel_colour::Alphas;
@@ -12,8 +13,10 @@ use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT};
 use super::colour::{ColourArgs, PlateColour};
 use crate::commands::CommandError;
 use crate::files::error::FileError;
+use crate::files::exr_packing::Packing;
 use crate::files::exr_plate::Window;
 use crate::files::flat_plate::Encoding;
+use crate::files::format::Format;
 use crate::files::plate::{Plate, PlateOptions};
 
 /// Options about the plate.
@@ -35,6 +38,10 @@ pub(crate) struct PlateArgs {
     /// the alpha of their colours. EXR only
     #[arg(long)]
     alpha_per_channel: bool,
+    /// How an EXR that is written is packed. If left out as the plate was, but ZIP where that loses quality. dwaa, dwab, b44 and
+    /// b44a lose quality, pxr24 that of floats: parts that hold more than colour and alpha are packed with zip then
+    #[arg(long, value_enum)]
+    compression: Option<PackingChoice>,
     /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
     #[arg(long)]
     scrub: bool,
@@ -67,6 +74,37 @@ enum AlphaChoice {
     Unpremultiplied,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PackingChoice {
+    None,
+    Rle,
+    Zips,
+    Zip,
+    Piz,
+    Pxr24,
+    B44,
+    B44a,
+    Dwaa,
+    Dwab,
+}
+
+impl From<PackingChoice> for Packing {
+    fn from(choice: PackingChoice) -> Self {
+        match choice {
+            PackingChoice::None => Self::None,
+            PackingChoice::Rle => Self::Rle,
+            PackingChoice::Zips => Self::Zips,
+            PackingChoice::Zip => Self::Zip,
+            PackingChoice::Piz => Self::Piz,
+            PackingChoice::Pxr24 => Self::Pxr24,
+            PackingChoice::B44 => Self::B44,
+            PackingChoice::B44a => Self::B44a,
+            PackingChoice::Dwaa => Self::Dwaa,
+            PackingChoice::Dwab => Self::Dwab,
+        }
+    }
+}
+
 fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
     text.parse::<f64>()
         .ok()
@@ -97,6 +135,21 @@ impl PlateArgs {
                 .map(|choice| choice == AlphaChoice::Premultiplied),
             colour_managed: self.colour.is_given(),
             alpha_per_channel: self.alpha_per_channel,
+            packing: self.compression.map(Packing::from),
+        }
+    }
+
+    /// Refuses options that an output of this name cannot follow.
+    ///
+    /// # Errors
+    /// --compression of what is no EXR.
+    pub(crate) fn check_output(&self, output: &str) -> std::result::Result<(), CommandError> {
+        let is_exr = Format::of_name(Path::new(output)) == Some(Format::Exr);
+        match self.compression.is_some() && !is_exr {
+            true => Err(CommandError::Usage(format!(
+                "--compression is of EXR files, which {output} is not named like"
+            ))),
+            false => Ok(()),
         }
     }
 
