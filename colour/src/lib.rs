@@ -18,6 +18,7 @@ mod pixels;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod processor;
 mod source;
+#[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod spelling;
 
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]

@@ -4,7 +4,6 @@
 const MOST: usize = 3;
 
 /// Those of `names` that `asked` may have meant, the likeliest first.
-#[cfg_attr(not(any(feature = "ocio", feature = "ocio-native")), allow(dead_code))]
 pub(crate) fn nearest<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let wanted = plain(asked);
     let mut scored: Vec<(usize, &str)> = names

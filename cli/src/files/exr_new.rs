@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
+use exr::meta::attribute::{AttributeValue, IntegerBounds};
 use exr::prelude::*;
 use half::f16;
 
 use super::error::Result;
 use super::exr_file::write_exr;
 use super::exr_packing::Packing;
+use super::exr_texts::as_text;
 use super::provenance::Texts;
 use super::windows::Windows;
 
@@ -57,11 +58,8 @@ pub fn write_shaped(
     layer.attributes.layer_position = Vec2(data.x, data.y);
     layer.encoding.compression = packing.compression();
     for (name, text) in texts {
-        let text = AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()));
-        layer
-            .attributes
-            .other
-            .insert(Text::from(name.as_str()), text);
+        let text = AttributeValue::Text(as_text(text));
+        layer.attributes.other.insert(as_text(name), text);
     }
     let mut image = Image::from_layer(layer);
     image.attributes.display_window =

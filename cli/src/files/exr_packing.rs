@@ -1,5 +1,6 @@
 //! How EXR files are packed: as users may choose it, and what loses quality.
 
+use clap::ValueEnum;
 use exr::image::{AnyChannel, FlatSamples, Levels};
 use exr::prelude::Compression;
 
@@ -7,27 +8,27 @@ use super::exr_choice::ColourGroup;
 use super::exr_plate::{ExrPlate, full_level};
 
 /// A compression of OpenEXR.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Packing {
-    /// None.
+    /// None
     None,
-    /// Runs of equal bytes.
+    /// Runs of equal bytes
     Rle,
-    /// Deflate, line by line.
+    /// Deflate, line by line
     Zips,
-    /// Deflate, sixteen lines at once.
+    /// Deflate, sixteen lines at once
     Zip,
-    /// Wavelets: small for grain.
+    /// Wavelets: small for grain
     Piz,
-    /// Deflate; floats keep 24 bits.
+    /// Deflate; floats keep 24 bits
     Pxr24,
-    /// Half floats at a fixed rate, with loss.
+    /// Half floats at a fixed rate, with loss
     B44,
-    /// The same, flat areas smaller.
+    /// The same, flat areas smaller
     B44a,
-    /// Cosine transform of 32 lines, with loss.
+    /// Cosine transform of 32 lines, with loss
     Dwaa,
-    /// The same of 256 lines.
+    /// The same of 256 lines
     Dwab,
 }
 

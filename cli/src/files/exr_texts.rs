@@ -58,7 +58,8 @@ impl ExrPlate {
     }
 }
 
-fn as_text(text: &str) -> Text {
+/// A text as EXR files hold it.
+pub(super) fn as_text(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 

@@ -41,7 +41,7 @@ pub(crate) struct PlateArgs {
     /// How an EXR that is written is packed. If left out as the plate was, but ZIP where that loses quality. dwaa, dwab, b44 and
     /// b44a lose quality, pxr24 that of floats: parts that hold more than colour and alpha are packed with zip then
     #[arg(long, value_enum)]
-    compression: Option<PackingChoice>,
+    compression: Option<Packing>,
     /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
     #[arg(long)]
     scrub: bool,
@@ -74,37 +74,6 @@ enum AlphaChoice {
     Unpremultiplied,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PackingChoice {
-    None,
-    Rle,
-    Zips,
-    Zip,
-    Piz,
-    Pxr24,
-    B44,
-    B44a,
-    Dwaa,
-    Dwab,
-}
-
-impl From<PackingChoice> for Packing {
-    fn from(choice: PackingChoice) -> Self {
-        match choice {
-            PackingChoice::None => Self::None,
-            PackingChoice::Rle => Self::Rle,
-            PackingChoice::Zips => Self::Zips,
-            PackingChoice::Zip => Self::Zip,
-            PackingChoice::Piz => Self::Piz,
-            PackingChoice::Pxr24 => Self::Pxr24,
-            PackingChoice::B44 => Self::B44,
-            PackingChoice::B44a => Self::B44a,
-            PackingChoice::Dwaa => Self::Dwaa,
-            PackingChoice::Dwab => Self::Dwab,
-        }
-    }
-}
-
 fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
     text.parse::<f64>()
         .ok()
@@ -135,7 +104,7 @@ impl PlateArgs {
                 .map(|choice| choice == AlphaChoice::Premultiplied),
             colour_managed: self.colour.is_given(),
             alpha_per_channel: self.alpha_per_channel,
-            packing: self.compression.map(Packing::from),
+            packing: self.compression,
         }
     }
 
