@@ -1,6 +1,8 @@
 //! A config: its spaces, and processors between them.
 
+use std::collections::HashMap;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::engine::{ColourEngine, Display, EngineConfig, FileSpace, Space, built_in};
 use crate::processor::Processor;
@@ -16,6 +18,32 @@ pub struct Config {
     engine_name: String,
     name: String,
     spaces: Vec<Space>,
+    /// Processors that were asked for, by the spaces that they are between.
+    made: Mutex<HashMap<(String, String), Arc<Processor>>>,
+}
+
+fn read(engine: &dyn ColourEngine, source: &Source) -> Result<Box<dyn EngineConfig>> {
+    let remedy = match source {
+        Source::Own => "build Seidel anew",
+        Source::Text { .. } => "mend the config",
+        Source::BuiltIn(_) => {
+            "give one such as ocio://studio-config-latest or ocio://cg-config-latest"
+        }
+        Source::File(path) if path.to_str().is_none() => {
+            return Err(ColourError::new(
+                source.to_string(),
+                "",
+                "is not named in Unicode",
+                "rename it or a folder above it",
+            ));
+        }
+        Source::File(path) if path.exists() => "mend the config, or give another",
+        Source::File(_) => "check --ocio, or the environment variable OCIO",
+    };
+    engine.load(source).map_err(|why| {
+        let problem = format!("cannot be read ({})", why.trim_end());
+        ColourError::new(source.to_string(), "", problem, remedy)
+    })
 }
 
 impl Config {
@@ -32,8 +60,8 @@ impl Config {
     /// # Errors
     /// Those of [`Config::load`].
     pub fn load_with(engine: &dyn ColourEngine, source: &Source) -> Result<Self> {
-        let config = engine.load(source)?;
         let name = source.to_string();
+        let config = read(engine, source)?;
         let spaces = config.spaces();
         if spaces.is_empty() {
             return Err(ColourError::new(
@@ -48,6 +76,7 @@ impl Config {
             engine_name: engine.name(),
             name,
             spaces,
+            made: Mutex::default(),
         })
     }
 
@@ -121,7 +150,7 @@ impl Config {
                 &self.name,
                 format!("role {SCENE_LINEAR}"),
                 "is not there",
-                "say with --working-space which space of it is linear",
+                "say which space of it is linear as the working space (--working-space)",
             )
         })
     }
@@ -131,15 +160,23 @@ impl Config {
         self.engine.file_space(path)
     }
 
-    /// What turns colours of the space called `from` into those of `to`.
+    /// What turns colours of the space called `from` into those of `to`; made once.
     ///
     /// # Errors
     /// No such space, and transforms that cannot be made, such as those of tables that are not there.
-    pub fn processor(&self, from: &str, to: &str) -> Result<Processor> {
+    pub fn processor(&self, from: &str, to: &str) -> Result<Arc<Processor>> {
         let (from, to) = (self.space(from)?.name, self.space(to)?.name);
-        let engine = self.engine.processor(&from, &to);
-        let engine = engine.map_err(|why| self.unmade(&from, &to, &why))?;
-        Ok(Processor::new(engine, &self.name, (&from, &to)))
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (from, to);
+        if let Some(processor) = made.get(&key) {
+            return Ok(Arc::clone(processor));
+        }
+        let (from, to) = &key;
+        let engine = self.engine.processor(from, to);
+        let engine = engine.map_err(|why| self.unmade(from, to, &why))?;
+        let processor = Arc::new(Processor::new(engine, &self.name, (from, to)));
+        made.insert(key, Arc::clone(&processor));
+        Ok(processor)
     }
 
     /// What turns colours of the space called `from` into what `display` is to be sent for `view`.

@@ -141,32 +141,58 @@ impl Processor {
     /// # Errors
     /// Pixels of another size, and a length that is no multiple of it.
     pub fn rows(&self, rows: &mut [f32], channels: usize, premultiplied: bool) -> Result<Report> {
-        if !matches!(channels, 3 | 4) || !rows.len().is_multiple_of(channels) {
-            return Err(self.refused(
-                format!("{} floats in pixels of {channels}", rows.len()),
-                "give whole pixels of 3 or 4 floats",
-            ));
-        }
+        self.check_rows(rows, channels)?;
         if self.is_no_op() {
             return Ok(Report::default());
         }
         let chunks = rows.par_chunks_mut(CHUNK * channels);
-        let reports = chunks.map(|chunk| {
-            let pixel = |i: usize| {
-                let at = &chunk[i * channels..];
-                let alpha = match premultiplied && channels == 4 {
-                    true => at[3],
-                    false => 1.0,
-                };
-                ([at[0], at[1], at[2]], [alpha; 3])
-            };
-            let (colours, report) = self.chunk(chunk.len() / channels, pixel);
-            for (pixel, colour) in chunk.chunks_exact_mut(channels).zip(colours) {
-                pixel[..3].copy_from_slice(&colour);
-            }
-            report
-        });
+        let reports = chunks.map(|chunk| self.row_chunk(chunk, channels, premultiplied));
         Ok(reports.reduce(Report::default, Report::add))
+    }
+
+    /// As [`Processor::rows`], on the thread that calls alone: for callers whose threads are their own affair.
+    ///
+    /// # Errors
+    /// Those of [`Processor::rows`].
+    pub fn rows_here(
+        &self,
+        rows: &mut [f32],
+        channels: usize,
+        premultiplied: bool,
+    ) -> Result<Report> {
+        self.check_rows(rows, channels)?;
+        if self.is_no_op() {
+            return Ok(Report::default());
+        }
+        let chunks = rows.chunks_mut(CHUNK * channels);
+        let reports = chunks.map(|chunk| self.row_chunk(chunk, channels, premultiplied));
+        Ok(reports.fold(Report::default(), Report::add))
+    }
+
+    fn check_rows(&self, rows: &[f32], channels: usize) -> Result<()> {
+        if matches!(channels, 3 | 4) && rows.len().is_multiple_of(channels) {
+            return Ok(());
+        }
+        Err(self.refused(
+            format!("{} floats in pixels of {channels}", rows.len()),
+            "give whole pixels of 3 or 4 floats",
+        ))
+    }
+
+    fn row_chunk(&self, chunk: &mut [f32], channels: usize, premultiplied: bool) -> Report {
+        let pixel = |i: usize| {
+            let at = &chunk[i * channels..];
+            let alpha = match premultiplied && channels == 4 {
+                true => at[3],
+                false => 1.0,
+            };
+            ([at[0], at[1], at[2]], [alpha; 3])
+        };
+        let (colours, report) = self.chunk(chunk.len() / channels, pixel);
+        for (pixel, colour) in chunk.chunks_exact_mut(channels).zip(colours) {
+            pixel[..3].copy_from_slice(&colour);
+        }
+        report
     }
 
     /// What becomes of `count` pixels, each with its alphas.

@@ -21,6 +21,11 @@ const NAMES: [&str; 4] = ["R", "G", "B", "A"];
 
 /// `plate.exr` of `folder` in a host, the lens being `lens.json`.
 fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
+    tried_in_host(folder, depth, knobs).expect("rendered")
+}
+
+/// The same, or what the host was told.
+fn tried_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<Picture, String> {
     let plate = folder.join("plate.exr");
     let mut feeds = vec![("Source".to_owned(), plate.clone(), None)];
     if depth {
@@ -37,7 +42,7 @@ fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
             .collect(),
         ..Shot::default()
     };
-    shot.taken().expect("rendered")
+    shot.taken()
 }
 
 /// The command makes the same of it to the bit, and it is not what it was.
@@ -147,11 +152,8 @@ fn the_lens_is_checked_as_by_the_command() {
     is_as_by_command(&in_host(folder, false, &knobs), folder, &off);
 }
 
-#[test]
-fn log_plates_are_blurred_as_light() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+/// A plate in codes of ARRI LogC4, with lamps.
+fn write_log_plate(folder: &Path) {
     let table = seidel_colour::curves::own().expect("in order");
     let curve = &table.curves["logc4"].form;
     let plane = |shade: f64| -> Vec<f32> {
@@ -168,6 +170,14 @@ fn log_plates_are_blurred_as_light() {
         ("A", vec![1.0; WIDTH * HEIGHT]),
     ];
     write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
+}
+
+#[test]
+fn log_plates_are_blurred_as_light() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    write_log_plate(folder);
     let host = in_host(
         folder,
         false,
@@ -190,4 +200,83 @@ fn log_plates_are_blurred_as_light() {
     }
     assert!(apart < 2e-6, "{apart}");
     assert!(else_apart > 0.05, "it matters: {else_apart}");
+}
+
+#[test]
+fn configs_of_open_color_io_do_as_in_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_ray_lens(folder, &["R", "G", "B"]);
+    write_log_plate(folder);
+    let config = folder.join("show.ocio");
+    std::fs::write(&config, seidel_colour::OWN_CONFIG).expect("writable");
+    let config = config.display().to_string();
+    let common = [("distance", "1.5"), ("sourceCodes", "By OpenColorIO")];
+    let line = "apply --lens @lens.json --distance 1.5";
+    for (knobs, options) in [
+        (
+            &[("ocioConfig", "seidel"), ("sourceSpace", "logc4")][..],
+            "--ocio seidel --in-space logc4",
+        ),
+        (
+            &[
+                ("ocioConfig", config.as_str()),
+                ("sourceSpace", "ARRI LogC4"),
+                ("workingSpace", "lin_arri_wide_gamut_4"),
+            ],
+            "--ocio @show.ocio --in-space logc4 --working-space lin_arri_wide_gamut_4",
+        ),
+        (
+            &[
+                ("ocioConfig", "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1"),
+                ("sourceSpace", "ACEScct"),
+            ],
+            "--ocio ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1 --in-space ACEScct",
+        ),
+    ] {
+        let host = in_host(folder, false, &[&common[..], knobs].concat());
+        is_as_by_command(&host, folder, &format!("{line} {options}"));
+    }
+    let removing = [
+        ("mode", "Remove"),
+        ("noise", "0.002"),
+        ("ocioConfig", "seidel"),
+        ("sourceSpace", "logc4"),
+    ];
+    let host = in_host(folder, false, &[&common[..], &removing].concat());
+    let line =
+        "remove --lens @lens.json --distance 1.5 --noise 0.002 --lens-check off --no-overscan";
+    let line = format!("{line} --ocio seidel --in-space logc4");
+    is_as_by_command(&host, folder, &line);
+    let channels = ["R", "G", "B", "A"].map(|name| {
+        let mut plane = read_channel(&folder.join("plate.exr"), name);
+        plane[1234] = if name == "G" { f32::NAN } else { 0.5 };
+        (name, plane)
+    });
+    write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
+    let broken = [("ocioConfig", "seidel"), ("sourceSpace", "logc4")];
+    let scrubbed = [&common[..], &broken, &[("scrub", "on")]].concat();
+    let line = "apply --lens @lens.json --distance 1.5 --ocio seidel --in-space logc4 --scrub";
+    is_as_by_command(&in_host(folder, false, &scrubbed), folder, line);
+    for (knobs, words) in [
+        (&broken[..], &["1 sample", "`ARRI LogC4`", "Scrub"][..]),
+        (
+            &[("ocioConfig", "seidel")],
+            &["Source Space", "none is given"],
+        ),
+        (
+            &[("ocioConfig", "seidel"), ("sourceSpace", "logc5")],
+            &["logc5", "`logc4`"],
+        ),
+        (
+            &[("ocioConfig", "no such.ocio"), ("sourceSpace", "logc4")],
+            &["no such.ocio"],
+        ),
+    ] {
+        let told = tried_in_host(folder, false, &[&common[..], knobs].concat());
+        let told = told.expect_err("refused");
+        for word in words {
+            assert!(told.contains(word), "{told}");
+        }
+    }
 }

@@ -5,6 +5,7 @@ mod convert;
 mod list;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use seidel_colour::{Config, Processor};
@@ -63,11 +64,11 @@ fn parse_range(text: &str) -> Result<(f32, f32), String> {
 
 impl LutArgs {
     /// What goes from the space called `from` to where the options say.
-    fn processor(&self, config: &Config, from: &str) -> Result<Processor, CommandError> {
+    fn processor(&self, config: &Config, from: &str) -> Result<Arc<Processor>, CommandError> {
         if let Some(view) = &self.view {
             // Views may have slashes in their names, displays hardly.
             let (display, view) = view.split_once('/').unwrap_or((view, ""));
-            return Ok(config.display_processor(from, display, view)?);
+            return Ok(Arc::new(config.display_processor(from, display, view)?));
         }
         let to = self.out_space.as_deref().unwrap_or_default();
         Ok(config.processor(from, to)?)

@@ -59,11 +59,8 @@ pub trait ColourEngine: Send + Sync {
     /// Which one, with its version.
     fn name(&self) -> String;
 
-    /// Reads a config.
-    ///
-    /// # Errors
-    /// A config that cannot be read.
-    fn load(&self, source: &Source) -> Result<Box<dyn EngineConfig>>;
+    /// Reads a config; why not, in the engine's words.
+    fn load(&self, source: &Source) -> EngineResult<Box<dyn EngineConfig>>;
 }
 
 /// A config in memory.

@@ -6,6 +6,7 @@
 use std::path::Path;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
 
 use ocio_rs::{
     CPUProcessor, ColorSpace, Config, LoggingLevel, OptimizationFlags, TransformDirection,
@@ -50,24 +51,31 @@ impl ColourEngine for Native {
         format!("OpenColorIO {}", self.version)
     }
 
-    fn load(&self, source: &Source) -> Result<Box<dyn EngineConfig>> {
-        let config = NativeConfig::open(source.clone()).map_err(|e| {
-            ColourError::new(
-                source.to_string(),
-                "",
-                format!("cannot be read ({e})"),
-                "check --ocio, or the environment variable OCIO, and mend the config",
-            )
-        })?;
-        Ok(Box::new(config))
+    fn load(&self, source: &Source) -> EngineResult<Box<dyn EngineConfig>> {
+        Ok(Box::new(NativeConfig::open(source.clone())?))
     }
 }
 
 /// What a config's thread is asked to do with it.
 type Question = Box<dyn FnOnce(&Config) + Send>;
 
-/// A config, by the thread that has it. It ends when nobody can ask any more.
-struct NativeConfig(Mutex<Sender<Question>>);
+/// A config, by the thread that has it. Both end with this: no code may run in a library that hosts unload.
+struct NativeConfig {
+    /// Nothing once it ends.
+    questions: Mutex<Option<Sender<Question>>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for NativeConfig {
+    fn drop(&mut self) {
+        let questions = self.questions.get_mut();
+        questions.unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(thread) = self.thread.take() {
+            // How it ended tells nothing that answers have not told.
+            let _ = thread.join();
+        }
+    }
+}
 
 fn space_of(space: &ColorSpace) -> Space {
     Space {
@@ -96,7 +104,7 @@ impl NativeConfig {
     fn open(source: Source) -> EngineResult<Self> {
         let (questions, asked) = channel::<Question>();
         let (outcome, opening) = channel();
-        std::thread::spawn(move || match opened(&source) {
+        let has_it = move || match opened(&source) {
             Ok(config) => {
                 let _ = outcome.send(Ok(()));
                 for question in asked {
@@ -106,9 +114,14 @@ impl NativeConfig {
             Err(why) => {
                 let _ = outcome.send(Err(why));
             }
-        });
+        };
+        let thread = thread::Builder::new().spawn(has_it);
+        let config = Self {
+            questions: Mutex::new(Some(questions)),
+            thread: Some(thread.map_err(|e| e.to_string())?),
+        };
         let opened = opening.recv().map_err(|e| e.to_string())?;
-        opened.map(|()| Self(Mutex::new(questions)))
+        opened.map(|()| config)
     }
 
     /// The answer to `question`; none if the config's thread has died.
@@ -120,8 +133,9 @@ impl NativeConfig {
         let question: Question = Box::new(move |config| {
             let _ = answer.send(question(config));
         });
-        let questions = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        questions.send(question).ok()?;
+        let questions = self.questions.lock();
+        let questions = questions.unwrap_or_else(PoisonError::into_inner);
+        questions.as_ref()?.send(question).ok()?;
         drop(questions);
         answered.recv().ok()
     }

@@ -8,7 +8,7 @@ use ocio::{Config, CpuProcessor, LoggingLevel, OptimizationFlags};
 use super::{
     ColourEngine, Display, EngineConfig, EngineProcessor, EngineResult, FileSpace, Pixel, Space,
 };
-use crate::{ColourError, OWN_CONFIG, Result, Source};
+use crate::{OWN_CONFIG, Source};
 
 /// No quick logarithms and powers, which OpenColorIO uses unless told: they are good to about 1e-5 only, so that 16-bit
 /// codes would not all come back from light.
@@ -34,34 +34,14 @@ impl ColourEngine for Port {
         )
     }
 
-    fn load(&self, source: &Source) -> Result<Box<dyn EngineConfig>> {
-        let (config, remedy) = match source {
-            Source::Own => (Config::create_from_str(OWN_CONFIG), "build Seidel anew"),
-            Source::Text { yaml, .. } => (Config::create_from_str(yaml), "mend the config"),
-            Source::BuiltIn(name) => (
-                Config::create_from_builtin_config(name),
-                "give one such as ocio://studio-config-latest or ocio://cg-config-latest",
-            ),
-            Source::File(path) => {
-                let Some(name) = path.to_str() else {
-                    return Err(ColourError::new(
-                        source.to_string(),
-                        "",
-                        "is not named in Unicode",
-                        "rename it or a folder above it",
-                    ));
-                };
-                let remedy = match path.exists() {
-                    true => "mend the config, or give another",
-                    false => "check --ocio, or the environment variable OCIO",
-                };
-                (Config::create_from_file(name), remedy)
-            }
+    fn load(&self, source: &Source) -> EngineResult<Box<dyn EngineConfig>> {
+        let config = match source {
+            Source::Own => Config::create_from_str(OWN_CONFIG),
+            Source::Text { yaml, .. } => Config::create_from_str(yaml),
+            Source::BuiltIn(name) => Config::create_from_builtin_config(name),
+            Source::File(path) => Config::create_from_file(&path.to_string_lossy()),
         };
-        let config = config.map_err(|e| {
-            let problem = format!("cannot be read ({})", e.message().trim_end());
-            ColourError::new(source.to_string(), "", problem, remedy)
-        })?;
+        let config = config.map_err(|e| e.message().to_owned())?;
         Ok(Box::new(PortConfig(config)))
     }
 }

@@ -1,8 +1,10 @@
 //! Pictures through processors: alpha, numbers that are none, threads.
 
+use std::sync::Arc;
+
 use seidel_colour::{Alphas, Config, Processor, Report, Source};
 
-fn processor(from: &str, to: &str) -> Processor {
+fn processor(from: &str, to: &str) -> Arc<Processor> {
     let config = Config::load(&Source::Own).unwrap();
     config.processor(from, to).unwrap()
 }
@@ -134,10 +136,16 @@ fn the_number_of_threads_changes_nothing() {
     for i in 0..alpha.len() {
         rows.extend([planes[0][i], planes[1][i], planes[2][i], alpha[i]]);
     }
+    let mut here = rows.clone();
     assert_eq!(
         to_linear.rows(&mut rows, 4, true).unwrap(),
         Report::default()
     );
+    assert_eq!(
+        to_linear.rows_here(&mut here, 4, true).unwrap(),
+        Report::default()
+    );
+    assert_eq!(here, rows);
     for (i, pixel) in rows.chunks(4).enumerate() {
         assert_eq!(pixel[..3], [alone[0][i], alone[1][i], alone[2][i]]);
     }
@@ -174,4 +182,5 @@ fn planes_that_do_not_fit_are_refused() {
     );
     assert!(to_linear.rows(&mut [0.0; 5], 3, false).is_err());
     assert!(to_linear.rows(&mut [0.0; 4], 2, false).is_err());
+    assert!(to_linear.rows_here(&mut [0.0; 5], 3, false).is_err());
 }

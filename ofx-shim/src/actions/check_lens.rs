@@ -7,11 +7,12 @@ use seidel_c::{SeidelCallbacks, SeidelPlate, SeidelStatus, seidel_check_lens};
 
 use super::Call;
 use super::render::chosen_lens;
+use crate::colour::Codes;
 use crate::ffi;
 use crate::host::{Failure, Result, Value, inform};
 use crate::knobs::{Knobs, lens};
 use crate::pixels::Pixels;
-use crate::rendering::{Codes, Copied, Frame, Inputs, is_unpremultiplied, progress};
+use crate::rendering::{Copied, Frame, Inputs, is_unpremultiplied, progress};
 use crate::setup::{Circumstances, Setup};
 use crate::sys::effect::CLIP_SOURCE;
 

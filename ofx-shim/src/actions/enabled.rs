@@ -1,7 +1,7 @@
 //! Which knobs count as others are set.
 
 use crate::host::Effect;
-use crate::knobs::{Knob, Knobs, depth, focus, lens, output, remove, render};
+use crate::knobs::{Knob, Knobs, colour, depth, focus, lens, output, remove, render};
 use crate::lens::built_in;
 use crate::sys::param::ENABLED;
 
@@ -13,8 +13,9 @@ pub(super) fn show(effect: &Effect, time: f64) {
     let removes = mode != lens::APPLY;
     let from_file = |knob| knobs.choice(knob) == built_in::FILE;
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
+    let by_ocio = knobs.choice(&colour::SOURCE_CODES) == colour::BY_OCIO;
     let focused = knobs.choice(&focus::FOCUS);
-    let states: [(&Knob, bool); 17] = [
+    let states: [(&Knob, bool); 20] = [
         (&lens::PROFILE, from_file(&lens::LENS)),
         (&lens::TO_LENS, relens),
         (&lens::TO_PROFILE, relens && from_file(&lens::TO_LENS)),
@@ -22,6 +23,9 @@ pub(super) fn show(effect: &Effect, time: f64) {
         (&depth::MATH, uses_depth),
         (&focus::DISTANCE, focused == focus::AT_DISTANCE),
         (&focus::PLANE, focused != focus::AT_DISTANCE),
+        (&colour::CONFIG, by_ocio),
+        (&colour::SOURCE_SPACE, by_ocio),
+        (&colour::WORKING_SPACE, by_ocio),
         (&render::OCCLUSION, !removes),
         (&render::FILL_FOREGROUND, !removes),
         (&render::BLUR_INSIDE, !removes),

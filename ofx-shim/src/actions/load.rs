@@ -15,10 +15,11 @@ pub(super) fn load() -> OfxStatus {
     }
 }
 
-/// With the last, lenses and threads end: no code may run in a library that is gone.
+/// With the last, lenses, configs and threads end: no code may run in a library that is gone.
 pub(super) fn unload() -> OfxStatus {
     if host::unloaded() {
         crate::lens::forget();
+        crate::colour::forget();
         seidel_shutdown();
     }
     STATUS_OK

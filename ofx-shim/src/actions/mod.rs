@@ -112,8 +112,9 @@ fn nothing(_: &Call) -> Result<Answer> {
     Ok(Answer::Done)
 }
 
-/// Lets go of lenses that nobody renders with.
+/// Lets go of lenses and configs that nobody renders with.
 fn purge(_: &Call) -> Result<Answer> {
     crate::lens::forget();
+    crate::colour::forget();
     Ok(Answer::Done)
 }

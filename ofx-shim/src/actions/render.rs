@@ -5,14 +5,15 @@ use std::sync::Arc;
 use super::identity::is_identity;
 use super::{Answer, Call, untell};
 use crate::clips::MASK;
+use crate::colour::Codes;
 use crate::depth::Reading;
 use crate::host::{Clip, Failure, Image, Result};
 use crate::knobs::{Knob, Knobs, depth, focus, lens, output};
 use crate::lens::{Choice, Lens, built_in};
 use crate::pixels::Pixels;
 use crate::rendering::{
-    Codes, Copied, Frame, InFocus, Inputs, Lenses, Mixing, Outcome, Task, focal_plane,
-    is_unpremultiplied, mix, perform, picture, psf_grid, window_of,
+    Copied, Frame, InFocus, Inputs, Lenses, Mixing, Outcome, Task, focal_plane, is_unpremultiplied,
+    mix, perform, picture, psf_grid, window_of,
 };
 use crate::setup::{Circumstances, Setup, focus_vergence};
 use crate::sys::effect::{CLIP_OUTPUT, CLIP_SOURCE, QUALITY_DRAFT, THUMBNAIL};
@@ -154,13 +155,16 @@ impl Render<'_, '_> {
             let sight = self.vergences(&inputs);
             return psf_grid(drawn, &result, (frame.format, within), sight);
         }
-        let codes = Codes::of(self.knobs, !about.unpremultiplied, about.threads)?;
-        let codes = codes.filter(|_| output == output::RESULT || mode == lens::REMOVE);
-        let light = codes.map(|codes| codes.light(&original, from.rect));
+        let codes = match output == output::RESULT || mode == lens::REMOVE {
+            true => Codes::of(self.knobs, !about.unpremultiplied, about.threads)?,
+            false => None,
+        };
+        let light = codes.as_ref();
+        let light = light.map(|codes| codes.light(&original, from.rect));
         let mut light = light.transpose()?;
         let source = light.as_mut().map_or(from, Copied::image);
         // Maps are no colour.
-        let coded = codes.filter(|_| output == output::RESULT);
+        let coded = codes.as_ref().filter(|_| output == output::RESULT);
         let made = coded.map(|_| Copied::new(within, result.channels()));
         let mut made = made.transpose()?;
         let part = result.part(within);
@@ -179,7 +183,7 @@ impl Render<'_, '_> {
         )?;
         if outcome == Outcome::Done {
             if let Some((codes, made)) = coded.zip(made.as_mut()) {
-                codes.coded(made);
+                codes.coded(made)?;
                 made.put_into(&result);
             }
             result.clear(frame.window, within);

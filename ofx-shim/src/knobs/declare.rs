@@ -66,7 +66,7 @@ fn kind_of(knob: &Knob) -> &'static CStr {
         Kind::Pair { .. } => p::TYPE_DOUBLE_2D,
         Kind::Switch(_) => p::TYPE_BOOLEAN,
         Kind::Choice { .. } => p::TYPE_CHOICE,
-        Kind::File => p::TYPE_STRING,
+        Kind::File | Kind::Text => p::TYPE_STRING,
         Kind::Button => p::TYPE_PUSH_BUTTON,
         Kind::Hidden => p::TYPE_INTEGER,
     }
@@ -134,6 +134,11 @@ fn fill(props: &Props, knob: &Knob, resolve: bool) {
         Kind::File => {
             props.set_string(p::STRING_MODE, 0, p::STRING_FILE_PATH);
             props.set_int(p::FILE_PATH_EXISTS, 0, 1);
+            props.set_string(p::DEFAULT, 0, c"");
+            props.set_int(p::ANIMATES, 0, 0);
+        }
+        Kind::Text => {
+            props.set_string(p::STRING_MODE, 0, p::STRING_SINGLE_LINE);
             props.set_string(p::DEFAULT, 0, c"");
             props.set_int(p::ANIMATES, 0, 0);
         }

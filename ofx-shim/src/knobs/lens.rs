@@ -42,7 +42,7 @@ pub(crate) static PROFILE: Knob = Knob {
 pub(crate) static RELOAD: Knob = Knob {
     name: c"reload",
     label: c"Reload",
-    hint: c"Reads lens files again.",
+    hint: c"Reads lens files and colour configs again.",
     kind: Kind::Button,
 };
 
@@ -50,7 +50,7 @@ pub(crate) static RELOAD: Knob = Knob {
 pub(crate) static RELOADS: Knob = Knob {
     name: c"reloads",
     label: c"Reloads",
-    hint: c"How many times lens files were read again.",
+    hint: c"How many times files were read again.",
     kind: Kind::Hidden,
 };
 

@@ -1,6 +1,7 @@
 //! The knobs: what can be set, group by group. Names, and the order of what can be chosen, are kept by projects: they
 //! never change, and choices grow at their end only.
 
+pub(crate) mod colour;
 mod declare;
 pub(crate) mod depth;
 pub(crate) mod focus;
@@ -36,6 +37,8 @@ pub(crate) enum Kind {
     },
     /// A file that is there.
     File,
+    /// A line of words.
+    Text,
     /// Something to press.
     Button,
     /// A number that is not shown.
@@ -60,10 +63,11 @@ pub(crate) struct Group {
 }
 
 /// All, in the order in which they are shown.
-pub(crate) static ALL: [&Group; 6] = [
+pub(crate) static ALL: [&Group; 7] = [
     &lens::GROUP,
     &depth::GROUP,
     &focus::GROUP,
+    &colour::GROUP,
     &render::GROUP,
     &remove::GROUP,
     &output::GROUP,

@@ -95,47 +95,6 @@ pub(crate) static SCRUB: Knob = Knob {
     kind: Kind::Switch(false),
 };
 
-/// The curves of `SOURCE_CODES`, by their names in the table of colour; none for light.
-pub(crate) const CURVES: [&str; 13] = [
-    "",
-    "srgb",
-    "bt1886",
-    "acescct",
-    "acescc",
-    "logc3-ei800",
-    "logc4",
-    "slog3",
-    "log3g10",
-    "canon-log3",
-    "vlog",
-    "bmdfilm-gen5",
-    "davinci-intermediate",
-];
-
-pub(crate) static SOURCE_CODES: Knob = Knob {
-    name: c"sourceCodes",
-    label: c"Source Codes",
-    hint: c"What the source's numbers are. Linear: light, as most hosts give. Else they are turned to light, blurred, and turned back, in the gamut they have.",
-    kind: Kind::Choice {
-        default: 0,
-        options: &[
-            c"Linear",
-            c"sRGB",
-            c"Gamma 2.4",
-            c"ACEScct",
-            c"ACEScc",
-            c"ARRI LogC3 (EI 800)",
-            c"ARRI LogC4",
-            c"Sony S-Log3",
-            c"RED Log3G10",
-            c"Canon Log 3",
-            c"Panasonic V-Log",
-            c"Blackmagic Film Gen 5",
-            c"DaVinci Intermediate",
-        ],
-    },
-};
-
 pub(crate) static GROUP: Group = Group {
     name: c"renderGroup",
     label: c"Render",
@@ -151,7 +110,6 @@ pub(crate) static GROUP: Group = Group {
         &HOLDOUT_CHANNEL,
         &HOLDOUT_DEPTH,
         &SOURCE_ALPHA,
-        &SOURCE_CODES,
         &SCRUB,
     ],
 };

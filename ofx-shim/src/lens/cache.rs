@@ -1,16 +1,16 @@
 //! Lenses that were read, by what they were read from. All instances share them.
 
-use std::collections::BTreeMap;
 use std::ffi::CString;
+use std::path::Path;
 use std::ptr::null_mut;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::SystemTime;
+use std::sync::Arc;
 
 use seidel_c::{SeidelLens, seidel_lens_open, seidel_lens_read, seidel_lens_release};
 
 use super::{Info, built_in};
 use crate::ffi;
 use crate::host::{Failure, Result};
+use crate::kept::Shelf;
 
 /// Which lens.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,75 +74,26 @@ impl Lens {
     }
 }
 
-/// What tells a file that was changed: when, and its length.
-type Stamp = Option<(SystemTime, u64)>;
-
-struct Kept {
-    stamp: Stamp,
-    reloads: i32,
-    lens: Arc<Lens>,
-}
-
-/// Lenses that are kept. More than these are read again.
-const MOST: usize = 32;
-
-static KEPT: Mutex<BTreeMap<Choice, Kept>> = Mutex::new(BTreeMap::new());
-
-fn lock() -> MutexGuard<'static, BTreeMap<Choice, Kept>> {
-    // The map is whole wherever a thread may have died.
-    KEPT.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn stamp_of(choice: &Choice) -> Stamp {
-    let Choice::File(path) = choice else {
-        return None;
-    };
-    let about = std::fs::metadata(path).ok()?;
-    Some((about.modified().ok()?, about.len()))
-}
+static KEPT: Shelf<Choice, Lens> = Shelf::new();
 
 /// The lens of a choice: read again where its file is another than it was, or where `reloads` is.
 ///
 /// # Errors
 /// A file that cannot be read, or is no lens profile; the last lens that it held is not used in its place.
 pub(crate) fn lens(choice: &Choice, reloads: i32) -> Result<Arc<Lens>> {
-    let stamp = stamp_of(choice);
-    let is_file = matches!(choice, Choice::File(_));
-    if let Some(kept) = lock().get(choice) {
-        let same = kept.stamp == stamp && kept.reloads == reloads && stamp.is_some();
-        if same || !is_file {
-            return Ok(Arc::clone(&kept.lens));
-        }
-    }
-    // Without the lock: others go on meanwhile.
-    let lens = Arc::new(match choice {
-        Choice::File(path) => Lens::open(path)?,
-        Choice::BuiltIn(index) => Lens::read(&built_in::profile(*index))?,
-    });
-    let kept = Kept {
-        stamp,
-        reloads,
-        lens: Arc::clone(&lens),
+    let file = match choice {
+        Choice::File(path) => Some(Path::new(path)),
+        Choice::BuiltIn(_) => None,
     };
-    let gone = {
-        let mut all = lock();
-        let full = all.len() >= MOST && !all.contains_key(choice);
-        let gone = if full {
-            std::mem::take(&mut *all)
-        } else {
-            BTreeMap::new()
-        };
-        (gone, all.insert(choice.clone(), kept))
-    };
-    // Lenses are let go outside the lock.
-    drop(gone);
-    Ok(lens)
+    KEPT.get(choice, file, reloads, || match choice {
+        Choice::File(path) => Lens::open(path),
+        Choice::BuiltIn(index) => Lens::read(&built_in::profile(*index)),
+    })
 }
 
 /// Lets go of all; those in use live on until they are not.
 pub(crate) fn forget() {
-    let gone = std::mem::take(&mut *lock());
-    drop(gone);
+    KEPT.forget();
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A frame rendered: where it lies, what goes in, what comes out.
 
-mod codes;
+mod copied;
 mod frame;
 mod inputs;
 mod mixing;
@@ -8,7 +8,7 @@ mod outcome;
 mod preview;
 mod psf_grid;
 
-pub(crate) use codes::{Codes, Copied};
+pub(crate) use copied::Copied;
 pub(crate) use frame::{Frame, field_of, project_of, window_of};
 pub(crate) use inputs::{Inputs, is_unpremultiplied, picture};
 pub(crate) use mixing::{Mixing, mix};

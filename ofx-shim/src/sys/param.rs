@@ -116,6 +116,8 @@ pub const HOST_OVERLAY_HANDLE: &CStr = c"kOfxParamPropUseHostOverlayHandle";
 pub const CHOICE_OPTION: &CStr = c"OfxParamPropChoiceOption";
 /// What a text is.
 pub const STRING_MODE: &CStr = c"OfxParamPropStringMode";
+/// A line of words.
+pub const STRING_SINGLE_LINE: &CStr = c"OfxParamStringIsSingleLine";
 /// The path of a file.
 pub const STRING_FILE_PATH: &CStr = c"OfxParamStringIsFilePath";
 /// Whether the file is there already.

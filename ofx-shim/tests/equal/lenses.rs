@@ -1,6 +1,6 @@
 //! Two lenses in files, so that the plugin reads what the library reads.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 /// A lens profile in a temporary file.
@@ -31,7 +31,8 @@ fn profile(name: &str, coma: f64) -> PathBuf {
  "camera": {{"focal_length_mm": 50.0, "f_number": 1.4, "focus_distance_m": 2.0}}, "channels": [{channels}],
  "provenance": {{"program": "tests", "sources": [], "settings": ""}}}}"#
     );
-    let path = std::env::temp_dir().join(format!("seidel-{}-{name}.json", std::process::id()));
+    // One file of each name, however often tests run: what statics hold nobody takes away.
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.json"));
     std::fs::write(&path, json).expect("written");
     path
 }

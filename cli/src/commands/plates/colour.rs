@@ -1,6 +1,5 @@
 //! Colour spaces of plates: which they are in, which light is worked on in, which they are written in.
 
-use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Args;
@@ -89,7 +88,6 @@ impl ColourArgs {
             working,
             out,
             config,
-            made: Mutex::default(),
             told: Mutex::default(),
         }))
     }
@@ -103,8 +101,6 @@ pub(crate) struct ColourRoom {
     working: Space,
     /// The space that they are written in; the one that they were in if none.
     out: Option<Space>,
-    /// Processors by the spaces that they are between.
-    made: Mutex<HashMap<(String, String), Arc<Processor>>>,
     /// What was said of the last plate's colour.
     told: Mutex<String>,
 }
@@ -154,21 +150,10 @@ impl ColourRoom {
         }
         drop(last);
         Ok(PlateColour {
-            incoming: self.processor(&space.name, &self.working.name)?,
-            outgoing: self.processor(&self.working.name, &out.name)?,
-            returning: self.processor(&out.name, &self.working.name)?,
+            incoming: self.config.processor(&space.name, &self.working.name)?,
+            outgoing: self.config.processor(&self.working.name, &out.name)?,
+            returning: self.config.processor(&out.name, &self.working.name)?,
         })
-    }
-
-    fn processor(&self, from: &str, to: &str) -> Result<Arc<Processor>, CommandError> {
-        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = (from.to_owned(), to.to_owned());
-        if let Some(processor) = made.get(&key) {
-            return Ok(Arc::clone(processor));
-        }
-        let processor = Arc::new(self.config.processor(from, to)?);
-        made.insert(key, Arc::clone(&processor));
-        Ok(processor)
     }
 }
 
