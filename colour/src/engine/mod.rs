@@ -7,7 +7,7 @@ mod port;
 
 use std::path::Path;
 
-use crate::{Result, Source};
+use crate::Source;
 
 /// A pixel as engines have it. The fourth number is alpha, which they are given as 1 and which nobody reads.
 pub type Pixel = [f32; 4];
@@ -106,12 +106,12 @@ pub trait EngineProcessor: Send + Sync {
 
 /// The engine that this was built with.
 #[cfg(feature = "ocio-native")]
-pub(crate) fn built_in() -> Result<Box<dyn ColourEngine>> {
+pub(crate) fn built_in() -> crate::Result<Box<dyn ColourEngine>> {
     Ok(Box::new(native::Native::new()?))
 }
 
 /// The engine that this was built with.
 #[cfg(all(feature = "ocio", not(feature = "ocio-native")))]
-pub(crate) fn built_in() -> Result<Box<dyn ColourEngine>> {
+pub(crate) fn built_in() -> crate::Result<Box<dyn ColourEngine>> {
     Ok(Box::new(port::Port::new()))
 }
