@@ -27,12 +27,15 @@ pub mod matte;
 mod other_format;
 pub mod picture;
 pub mod plate;
+mod png_chunks;
 mod png_file;
 pub mod provenance;
 pub mod residual;
 pub mod sequence;
 mod text_lines;
 mod tiff_file;
+mod tiff_tags;
+mod tiff_write;
 mod tile_image;
 pub mod windows;
 

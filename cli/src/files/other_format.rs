@@ -10,16 +10,13 @@ use super::exr_choice::ColourGroup;
 use super::exr_new::{NewChannel, write_shaped};
 use super::exr_packing::Packing;
 use super::exr_plate::ExrPlate;
-use super::flat_plate::{Container, Encoding, FlatPlate, SampleDepth};
+use super::flat_plate::{Container, Encoding, FlatPlate, MOST_HALF, SampleDepth};
 use super::format::Format;
 use super::limits::Limits;
 use super::plate::{Plate, PlateFile};
 use super::provenance::{Texts, is_ours};
-use super::tiff_file;
 use super::windows::{Windows, placed};
-
-/// The largest half float.
-const MOST_HALF: f32 = 65_504.0;
+use super::{png_file, tiff_tags};
 
 /// Channels that are named one by one where they are left out.
 const MOST_NAMED: usize = 12;
@@ -215,16 +212,22 @@ fn left_of_exr(plate: &ExrPlate, group: &ColourGroup, target: Format) -> Vec<Str
 
 fn left_of_flat(plate: &FlatPlate) -> Vec<String> {
     let left = match &plate.container {
-        Container::Tiff(carried) if carried.has_texts() => Some("the tags of the TIFF"),
-        Container::Dpx(_) => Some("the header of the DPX and its user data"),
-        Container::Hdr { lines } if !lines.is_empty() => Some("the header lines of the HDR"),
-        Container::Jpeg { exif: true, .. } => Some("the notes of the camera in the JPEG (EXIF)"),
+        Container::Png(carried) => match carried.names() {
+            names if names.is_empty() => None,
+            names => Some(format!("{} of the PNG", names.join(", "))),
+        },
+        Container::Tiff(carried) if carried.has_texts() => Some("the tags of the TIFF".to_owned()),
+        Container::Dpx(_) => Some("the header of the DPX and its user data".to_owned()),
+        Container::Hdr { lines } if !lines.is_empty() => {
+            Some("the header lines of the HDR".to_owned())
+        }
+        Container::Jpeg { exif: true, .. } => {
+            Some("the notes of the camera in the JPEG (EXIF)".to_owned())
+        }
         _ => None,
     };
     let left = left.map(|what| format!("{what} are left out"));
-    let pages = matches!(&plate.container, Container::Tiff(carried) if carried.more_pages);
-    let pages = pages.then(|| "only the first page of the TIFF is kept".to_owned());
-    left.into_iter().chain(pages).collect()
+    left.into_iter().chain(plate.only_first()).collect()
 }
 
 /// The colour profile of a plate.
@@ -320,7 +323,7 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
     let container = match target {
         Format::Tiff => {
             let premultiplied = alpha.as_ref().map(|_| premultiplied);
-            Container::Tiff(tiff_file::Carried::new(premultiplied, icc))
+            Container::Tiff(tiff_tags::Carried::new(premultiplied, icc))
         }
         Format::Dpx => {
             let meaning = (!options.colour_managed).then_some(encoding);
@@ -329,7 +332,7 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
             Container::Dpx(Box::new(carried))
         }
         Format::Hdr => Container::Hdr { lines: Vec::new() },
-        _ => Container::Png { icc },
+        _ => Container::Png(Box::new(png_file::Carried::new(icc))),
     };
     let alpha_name = alpha.as_ref().map(|_| "A".to_owned());
     FlatPlate {
@@ -341,6 +344,8 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
         names: names.into_iter().chain(alpha_name).collect(),
         planes: colour.into_iter().chain(alpha).collect(),
         texts,
+        changed: true,
+        notes: Vec::new(),
     }
 }
 

@@ -150,6 +150,8 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
         height,
         names,
         planes,
+        changed: false,
+        notes: Vec::new(),
     })
 }
 

@@ -4,6 +4,7 @@ mod dpx_plates;
 mod exr_plates;
 mod flat_plates;
 mod hostile;
+mod kept_beside;
 mod manifests;
 mod other_formats;
 
