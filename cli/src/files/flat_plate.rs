@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use half::f16;
 
+use super::description::time;
 use super::error::{FileError, Result};
+use super::facts::rate;
 use super::format::{Format, detect};
 use super::limits::Limits;
 use super::provenance::{Texts, is_ours};
@@ -299,10 +301,21 @@ impl FlatPlate {
     pub(super) fn storage(&self) -> Texts {
         let named = |name: &str, value: String| (name.to_owned(), value);
         match &self.container {
-            Container::Dpx(carried) => vec![
-                named("transfer characteristic", carried.transfer_name()),
-                named("pixel aspect", carried.pixel_aspect().to_string()),
-            ],
+            Container::Dpx(carried) => {
+                let facts = carried.facts();
+                let mut all = vec![
+                    named("transfer characteristic", carried.transfer_name()),
+                    named("pixel aspect", carried.pixel_aspect().to_string()),
+                ];
+                all.extend(facts.time_code.map(|code| named("time code", time(&code))));
+                let rate = facts.frame_rate.and_then(rate);
+                all.extend(rate.map(|rate| named("frame rate", rate.to_string())));
+                let angle = facts.shutter_angle;
+                all.extend(angle.map(|angle| named("shutter angle", angle.to_string())));
+                all.extend(facts.key_code.map(|words| named("film edge code", words)));
+                all.extend(carried.texts());
+                all
+            }
             _ => Texts::new(),
         }
     }

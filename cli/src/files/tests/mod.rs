@@ -1,5 +1,6 @@
 //! Tests of the file layer as a whole, on files made here.
 
+mod dpx_facts;
 mod dpx_plates;
 mod exr_plates;
 mod flat_plates;
