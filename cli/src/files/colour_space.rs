@@ -37,8 +37,17 @@ impl Plate {
 
     /// Has the file say that its colour is in another `space` than it was. What cannot be said right is left out.
     pub fn set_colour_space(&mut self, space: &str) {
-        let PlateFile::Exr { plate, group } = &mut self.file else {
-            return;
+        let (plate, group) = match &mut self.file {
+            PlateFile::Exr { plate, group } => (plate, group),
+            PlateFile::Flat { plate, .. } => {
+                let left_out = plate.drop_colour();
+                if !left_out.is_empty() {
+                    let left_out = left_out.join(", ");
+                    let note = format!("left out as colour is now in `{space}`: {left_out}");
+                    plate.notes.push(note);
+                }
+                return;
+            }
         };
         let part = group.colour.first().map_or(0, |id| id.part());
         plate.replace_text(part, BY_NAME, Some(space));

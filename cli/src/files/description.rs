@@ -295,7 +295,8 @@ fn in_words(value: &AttributeValue) -> String {
     }
 }
 
-fn time(code: &TimeCode) -> String {
+/// A time code, hours first.
+pub(super) fn time(code: &TimeCode) -> String {
     let parts = [code.hours, code.minutes, code.seconds, code.frame];
     let [hours, minutes, seconds, frame] = parts;
     let dropped = if code.drop_frame { " drop frame" } else { "" };

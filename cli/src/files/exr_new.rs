@@ -7,9 +7,11 @@ use exr::prelude::*;
 use half::f16;
 
 use super::error::Result;
+use super::exr_facts::put_facts;
 use super::exr_file::write_exr;
 use super::exr_packing::Packing;
 use super::exr_texts::as_text;
+use super::facts::Facts;
 use super::provenance::Texts;
 use super::windows::Windows;
 
@@ -23,6 +25,19 @@ pub struct NewChannel<'a> {
     pub half: bool,
 }
 
+/// What a new EXR says beside its pixels, and how it is packed.
+#[derive(Default)]
+pub(super) struct Beside {
+    /// Width of a pixel over its height, if not one.
+    pub(super) pixel_aspect: Option<f64>,
+    /// Attributes of its own.
+    pub(super) texts: Texts,
+    /// What is known of the picture.
+    pub(super) facts: Facts,
+    /// ZIP if none.
+    pub(super) packing: Option<Packing>,
+}
+
 /// Writes an EXR as [`write_new`] does whose channels lie as `windows` say.
 ///
 /// # Errors
@@ -31,40 +46,36 @@ pub struct NewChannel<'a> {
 /// # Panics
 /// If a channel has not one sample a pixel.
 pub fn write_placed(path: &Path, windows: Windows, channels: &[NewChannel]) -> Result<()> {
-    write_shaped(
-        path,
-        (windows, 1.0),
-        channels,
-        (&Texts::new(), Packing::Zip),
-    )
+    write_beside(path, windows, channels, Beside::default())
 }
 
-/// As [`write_placed`], of pixels that are `pixel_aspect` times as wide as high, with `texts` as attributes, packed as
-/// `packing` says.
+/// As [`write_placed`], with what there is beside the pixels.
 ///
 /// # Errors
 /// A target that cannot be written.
 ///
 /// # Panics
 /// If a channel has not one sample a pixel.
-pub fn write_shaped(
+pub(super) fn write_beside(
     path: &Path,
-    (windows, pixel_aspect): (Windows, f64),
+    windows: Windows,
     channels: &[NewChannel],
-    (texts, packing): (&Texts, Packing),
+    beside: Beside,
 ) -> Result<()> {
     let Windows { data, display } = windows;
     let mut layer = new_layer(data.width, data.height, channels);
     layer.attributes.layer_position = Vec2(data.x, data.y);
-    layer.encoding.compression = packing.compression();
-    for (name, text) in texts {
+    layer.encoding.compression = beside.packing.unwrap_or(Packing::Zip).compression();
+    for (name, text) in &beside.texts {
         let text = AttributeValue::Text(as_text(text));
         layer.attributes.other.insert(as_text(name), text);
     }
+    put_facts(&mut layer.attributes, &beside.facts);
     let mut image = Image::from_layer(layer);
     image.attributes.display_window =
         IntegerBounds::new((display.x, display.y), (display.width, display.height));
-    image.attributes.pixel_aspect = pixel_aspect as f32;
+    image.attributes.pixel_aspect = beside.pixel_aspect.unwrap_or(1.0) as f32;
+    image.attributes.time_code = beside.facts.time_code;
     write_exr(path, &image, true)
 }
 

@@ -13,7 +13,6 @@ use super::error::{FileError, Result};
 use super::exr_file::{read_exr, write_exr};
 use super::exr_packing::loses;
 use super::limits::Limits;
-use super::provenance::is_ours;
 use super::windows::held;
 
 /// Name of the text attribute that takes the place of the film key code; see [`ExrPlate::open`].
@@ -212,28 +211,14 @@ impl ExrPlate {
         attributes.get(&Text::new_or_none(name)?)
     }
 
-    /// Whether it says anything beside windows, pixel aspect and names of parts.
-    pub(super) fn has_own_attributes(&self) -> bool {
-        let shared = &self.image.attributes;
-        let plain = ImageAttributes {
-            pixel_aspect: shared.pixel_aspect,
-            ..ImageAttributes::new(shared.display_window)
-        };
-        let of_part = |part: &LayerAttributes| {
-            let plain = LayerAttributes {
-                layer_name: part.layer_name.clone(),
-                layer_position: part.layer_position,
-                ..LayerAttributes::default()
-            };
-            let others = |(name, _): &(&Text, &AttributeValue)| !is_ours(&name.to_string());
-            let bare = LayerAttributes {
-                other: HashMap::new(),
-                ..part.clone()
-            };
-            bare != plain || part.other.iter().any(|own| others(&own))
-        };
-        let mut parts = self.image.layer_data.iter();
-        *shared != plain || parts.any(|layer| of_part(&layer.attributes))
+    /// The attributes of all parts.
+    pub(super) fn image_attributes(&self) -> &ImageAttributes {
+        &self.image.attributes
+    }
+
+    /// The attributes of each part.
+    pub(super) fn part_attributes(&self) -> impl Iterator<Item = &LayerAttributes> {
+        self.image.layer_data.iter().map(|layer| &layer.attributes)
     }
 
     /// The attributes of a part that the format does not define.

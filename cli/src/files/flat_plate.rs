@@ -3,11 +3,15 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use half::f16;
+
+use super::description::time;
 use super::error::{FileError, Result};
+use super::facts::rate;
 use super::format::{Format, detect};
 use super::limits::Limits;
 use super::provenance::{Texts, is_ours};
-use super::{dpx, hdr_file, jpeg_file, png_file, tiff_file};
+use super::{dpx, hdr_file, jpeg_file, png_file, tiff_file, tiff_tags, tiff_write};
 
 /// How one sample is stored in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,7 +24,7 @@ pub enum SampleDepth {
     U12,
     /// 16-bit unsigned integer; 65535 is 1.0.
     U16,
-    /// 16-bit float. Read only: written as [`SampleDepth::F32`].
+    /// 16-bit float. TIFF only.
     F16,
     /// 32-bit float.
     F32,
@@ -92,10 +96,10 @@ impl Encoding {
 /// The format of a [`FlatPlate`].
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Container {
-    /// PNG with its colour profile.
-    Png { icc: Option<Vec<u8>> },
+    /// PNG with its chunks and colour profile.
+    Png(Box<png_file::Carried>),
     /// TIFF with the tags that are carried over and the meaning of its alpha.
-    Tiff(tiff_file::Carried),
+    Tiff(tiff_tags::Carried),
     /// DPX with all that it holds beside the pixels.
     Dpx(Box<dpx::Carried>),
     /// Radiance HDR with the lines of its header.
@@ -120,6 +124,10 @@ pub struct FlatPlate {
     pub(super) planes: Vec<Vec<f32>>,
     /// Texts that the file holds, each with its name.
     pub(super) texts: Texts,
+    /// Whether samples were put in place of those that were read.
+    pub(super) changed: bool,
+    /// What is told of the file beside what its format does not hold, a sentence each.
+    pub(super) notes: Vec<String>,
 }
 
 impl FlatPlate {
@@ -151,7 +159,7 @@ impl FlatPlate {
     /// The format it was read in.
     pub fn format(&self) -> Format {
         match self.container {
-            Container::Png { .. } => Format::Png,
+            Container::Png(_) => Format::Png,
             Container::Tiff(_) => Format::Tiff,
             Container::Dpx(_) => Format::Dpx,
             Container::Hdr { .. } => Format::Hdr,
@@ -215,6 +223,7 @@ impl FlatPlate {
             ));
         };
         self.planes[index] = samples;
+        self.changed = true;
         Ok(())
     }
 
@@ -224,6 +233,11 @@ impl FlatPlate {
             let steps = f32::from(full_scale);
             for code in self.planes.iter_mut().flatten() {
                 *code = f32::from(to_integer(*code, full_scale)) / steps;
+            }
+        }
+        if self.depth == SampleDepth::F16 {
+            for sample in self.planes.iter_mut().flatten() {
+                *sample = f16::from_f32(to_half(*sample)).to_f32();
             }
         }
         if let (SampleDepth::Rgbe, [red, green, blue]) = (self.depth, &mut self.planes[..]) {
@@ -253,7 +267,7 @@ impl FlatPlate {
     /// Whether colour comes premultiplied by alpha: never in PNG, as the file says in TIFF, always in DPX.
     pub(super) fn is_premultiplied(&self) -> bool {
         match &self.container {
-            Container::Png { .. } => false,
+            Container::Png(_) => false,
             Container::Tiff(carried) => carried.is_premultiplied(),
             Container::Dpx(_) | Container::Hdr { .. } | Container::Jpeg { .. } => true,
         }
@@ -262,9 +276,24 @@ impl FlatPlate {
     /// The colour profile of the file.
     pub(super) fn icc(&self) -> Option<Vec<u8>> {
         match &self.container {
-            Container::Png { icc } | Container::Jpeg { icc, .. } => icc.clone(),
+            Container::Png(carried) => carried.icc(),
+            Container::Jpeg { icc, .. } => icc.clone(),
             Container::Tiff(carried) => carried.icc(),
             Container::Dpx(_) | Container::Hdr { .. } => None,
+        }
+    }
+
+    /// Takes away what says of what colour space codes are; the names of that.
+    pub(super) fn drop_colour(&mut self) -> Vec<String> {
+        match &mut self.container {
+            Container::Png(carried) => carried.drop_colour(),
+            Container::Tiff(carried) => carried.drop_colour(),
+            Container::Jpeg { icc, .. } => {
+                let profile = icc.take();
+                let named = profile.map(|_| "the colour profile (ICC)".to_owned());
+                named.into_iter().collect()
+            }
+            Container::Dpx(_) | Container::Hdr { .. } => Vec::new(),
         }
     }
 
@@ -272,10 +301,21 @@ impl FlatPlate {
     pub(super) fn storage(&self) -> Texts {
         let named = |name: &str, value: String| (name.to_owned(), value);
         match &self.container {
-            Container::Dpx(carried) => vec![
-                named("transfer characteristic", carried.transfer_name()),
-                named("pixel aspect", carried.pixel_aspect().to_string()),
-            ],
+            Container::Dpx(carried) => {
+                let facts = carried.facts();
+                let mut all = vec![
+                    named("transfer characteristic", carried.transfer_name()),
+                    named("pixel aspect", carried.pixel_aspect().to_string()),
+                ];
+                all.extend(facts.time_code.map(|code| named("time code", time(&code))));
+                let rate = facts.frame_rate.and_then(rate);
+                all.extend(rate.map(|rate| named("frame rate", rate.to_string())));
+                let angle = facts.shutter_angle;
+                all.extend(angle.map(|angle| named("shutter angle", angle.to_string())));
+                all.extend(facts.key_code.map(|words| named("film edge code", words)));
+                all.extend(carried.texts());
+                all
+            }
             _ => Texts::new(),
         }
     }
@@ -320,15 +360,14 @@ impl FlatPlate {
         remarks
     }
 
-    /// Writes the picture whole or not at all, in the format and sample type it was read in (half
-    /// float as float). Returns a sentence for each thing that the format could not hold.
+    /// Writes the picture whole or not at all, in the format and sample type it was read in. Returns a sentence for each thing that the format could not hold.
     ///
     /// # Errors
     /// A target that cannot be written, and JPEG, which never is.
     pub fn write(&self, path: &Path) -> Result<Vec<String>> {
         match &self.container {
-            Container::Png { icc } => png_file::write(path, self, icc.as_deref())?,
-            Container::Tiff(carried) => tiff_file::write(path, self, carried)?,
+            Container::Png(carried) => png_file::write(path, self, carried)?,
+            Container::Tiff(carried) => tiff_write::write(path, self, carried)?,
             Container::Dpx(carried) => dpx::write(path, self, carried)?,
             Container::Hdr { lines } => hdr_file::write(path, self, lines)?,
             Container::Jpeg { .. } => {
@@ -343,10 +382,29 @@ impl FlatPlate {
         Ok(self.unheld())
     }
 
+    /// What is told where the file has more pictures than the one that is read.
+    pub(super) fn only_first(&self) -> Option<String> {
+        let what = match &self.container {
+            Container::Tiff(carried) if carried.more_pages => "page of the TIFF",
+            Container::Png(carried) if carried.animated => "picture of the animated PNG",
+            _ => return None,
+        };
+        Some(format!("only the first {what} is kept"))
+    }
+
     fn unheld(&self) -> Vec<String> {
-        let mut notes = Vec::new();
-        if matches!(&self.container, Container::Tiff(carried) if carried.more_pages) {
-            notes.push("only the first page of the TIFF is kept".to_owned());
+        let mut notes = self.notes.clone();
+        notes.extend(self.only_first());
+        let left_out = match &self.container {
+            Container::Png(carried) => ("chunks", carried.left_out(self.changed)),
+            Container::Tiff(carried) => ("tags", carried.left_out()),
+            _ => ("", Vec::new()),
+        };
+        if let (what, [_, ..]) = (left_out.0, &left_out.1[..]) {
+            notes.push(format!(
+                "{what} that do not hold for the new file are left out: {}",
+                left_out.1.join(", ")
+            ));
         }
         if matches!(&self.container, Container::Dpx(carried) if carried.has_no_room())
             && self.texts.iter().any(|(name, _)| is_ours(name))
@@ -356,20 +414,23 @@ impl FlatPlate {
                     .to_owned(),
             );
         }
-        if self.depth == SampleDepth::F16 {
-            notes.push("half float TIFF is written as 32-bit float".to_owned());
-        }
         let (most, over, samples, better) = match self.depth {
-            SampleDepth::F16 | SampleDepth::F32 => return notes,
+            SampleDepth::F32 => return notes,
+            SampleDepth::F16 => (MOST_HALF, "over 65504", "samples", "EXR as float"),
             SampleDepth::Rgbe => (hdr_file::MOST, "over 1.7e38", "RGBE samples", "EXR"),
             _ => (1.0, "over 1", "integers", "EXR or float TIFF"),
         };
         for (name, plane) in self.names.iter().zip(&self.planes) {
             let count = |is: &dyn Fn(f32) -> bool| plane.iter().filter(|v| is(**v)).count();
+            let signed = self.depth == SampleDepth::F16;
             for (what, count) in [
-                ("below 0", count(&|v| v < 0.0)),
-                (over, count(&|v| v > most)),
-                ("not a number", count(&f32::is_nan)),
+                ("below 0", count(&|v| v < 0.0 && !signed)),
+                (over, count(&|v| v > most && !(signed && v.is_infinite()))),
+                (
+                    "below -65504",
+                    count(&|v| signed && v < -most && v.is_finite()),
+                ),
+                ("not a number", count(&|v| v.is_nan() && !signed)),
             ] {
                 if count > 0 {
                     let samples = match self.depth {
@@ -426,6 +487,17 @@ pub(super) fn to_u8(code: f32) -> u8 {
 /// A code value as a 16-bit integer: rounded, clipped, NaN as 0.
 pub(super) fn to_u16(code: f32) -> u16 {
     (code * 65535.0).round() as u16
+}
+
+/// The largest half float.
+pub(super) const MOST_HALF: f32 = 65_504.0;
+
+/// A sample that a half float holds: no finite one becomes infinite.
+pub(super) fn to_half(sample: f32) -> f32 {
+    match sample.is_finite() {
+        true => sample.clamp(-MOST_HALF, MOST_HALF),
+        false => sample,
+    }
 }
 
 /// Channel names of a picture with or without colour and alpha.

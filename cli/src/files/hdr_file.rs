@@ -80,6 +80,8 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
         height,
         names: names(true, false),
         planes,
+        changed: false,
+        notes: Vec::new(),
     })
 }
 

@@ -53,6 +53,8 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
         planes: FlatPlate::planes_of(&data, names.len(), |s| f32::from(s) / 255.0),
         names,
         texts: Vec::new(),
+        changed: false,
+        notes: Vec::new(),
     })
 }
 

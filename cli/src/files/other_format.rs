@@ -7,19 +7,16 @@ use exr::meta::attribute::SampleType;
 use super::dpx;
 use super::error::Result;
 use super::exr_choice::ColourGroup;
-use super::exr_new::{NewChannel, write_shaped};
-use super::exr_packing::Packing;
+use super::exr_new::{Beside, NewChannel, write_beside};
 use super::exr_plate::ExrPlate;
-use super::flat_plate::{Container, Encoding, FlatPlate, SampleDepth};
+use super::facts::Facts;
+use super::flat_plate::{Container, Encoding, FlatPlate, MOST_HALF, SampleDepth};
 use super::format::Format;
 use super::limits::Limits;
 use super::plate::{Plate, PlateFile};
 use super::provenance::{Texts, is_ours};
-use super::tiff_file;
 use super::windows::{Windows, placed};
-
-/// The largest half float.
-const MOST_HALF: f32 = 65_504.0;
+use super::{png_file, tiff_tags};
 
 /// Channels that are named one by one where they are left out.
 const MOST_NAMED: usize = 12;
@@ -173,7 +170,7 @@ fn texts(plate: &Plate, target: Format, notes: &mut Vec<String>) -> Texts {
 fn left_out(plate: &Plate, target: Format) -> Vec<String> {
     let mut notes = match &plate.file {
         PlateFile::Exr { plate, group } => left_of_exr(plate, group, target),
-        PlateFile::Flat { plate, .. } => left_of_flat(plate),
+        PlateFile::Flat { plate, .. } => left_of_flat(plate, target),
     };
     let aspect = plate.pixel_aspect();
     if aspect != 1.0 && !matches!(target, Format::Exr | Format::Dpx) {
@@ -207,24 +204,55 @@ fn left_of_exr(plate: &ExrPlate, group: &ColourGroup, target: Format) -> Vec<Str
             "{target} holds one picture: channels {named}{more} are left out"
         ));
     }
-    if plate.has_own_attributes() {
-        notes.push("the attributes of the EXR are left out".to_owned());
+    let kept = match target {
+        Format::Dpx => plate.facts(group.colour[0]).names(),
+        _ => Vec::new(),
+    };
+    if plate.has_own_attributes(&kept) {
+        let but = match kept.is_empty() {
+            true => String::new(),
+            false => format!(" but for {}", kept.join(", ")),
+        };
+        notes.push(format!("the attributes of the EXR are left out{but}"));
     }
     notes
 }
 
-fn left_of_flat(plate: &FlatPlate) -> Vec<String> {
+/// What a plate says of its picture that EXR and DPX both have places for.
+fn facts(plate: &Plate) -> Facts {
+    match &plate.file {
+        PlateFile::Exr { plate, group } => plate.facts(group.colour[0]),
+        PlateFile::Flat { plate, .. } => match &plate.container {
+            Container::Dpx(carried) => carried.facts(),
+            _ => Facts::default(),
+        },
+    }
+}
+
+fn left_of_flat(plate: &FlatPlate, target: Format) -> Vec<String> {
     let left = match &plate.container {
-        Container::Tiff(carried) if carried.has_texts() => Some("the tags of the TIFF"),
-        Container::Dpx(_) => Some("the header of the DPX and its user data"),
-        Container::Hdr { lines } if !lines.is_empty() => Some("the header lines of the HDR"),
-        Container::Jpeg { exif: true, .. } => Some("the notes of the camera in the JPEG (EXIF)"),
+        Container::Png(carried) => match carried.names() {
+            names if names.is_empty() => None,
+            names => Some(format!("{} of the PNG", names.join(", "))),
+        },
+        Container::Tiff(carried) if carried.has_texts() => Some("the tags of the TIFF".to_owned()),
+        Container::Dpx(carried) => match carried.facts().names() {
+            names if target == Format::Exr && !names.is_empty() => Some(format!(
+                "the header of the DPX but for {}, and its user data",
+                names.join(", ")
+            )),
+            _ => Some("the header of the DPX and its user data".to_owned()),
+        },
+        Container::Hdr { lines } if !lines.is_empty() => {
+            Some("the header lines of the HDR".to_owned())
+        }
+        Container::Jpeg { exif: true, .. } => {
+            Some("the notes of the camera in the JPEG (EXIF)".to_owned())
+        }
         _ => None,
     };
     let left = left.map(|what| format!("{what} are left out"));
-    let pages = matches!(&plate.container, Container::Tiff(carried) if carried.more_pages);
-    let pages = pages.then(|| "only the first page of the TIFF is kept".to_owned());
-    left.into_iter().chain(pages).collect()
+    left.into_iter().chain(plate.only_first()).collect()
 }
 
 /// The colour profile of a plate.
@@ -320,16 +348,21 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
     let container = match target {
         Format::Tiff => {
             let premultiplied = alpha.as_ref().map(|_| premultiplied);
-            Container::Tiff(tiff_file::Carried::new(premultiplied, icc))
+            Container::Tiff(tiff_tags::Carried::new(premultiplied, icc))
         }
         Format::Dpx => {
             let meaning = (!options.colour_managed).then_some(encoding);
             let aspect = plate.pixel_aspect();
-            let carried = dpx::Carried::new(size, channels, depth, meaning, aspect);
+            let mut carried = dpx::Carried::new(size, channels, depth, meaning, aspect);
+            let lost = carried.put_facts(&facts(plate));
+            if !lost.is_empty() {
+                let lost = lost.join(", ");
+                notes.push(format!("DPX has no room for {lost}: left out"));
+            }
             Container::Dpx(Box::new(carried))
         }
         Format::Hdr => Container::Hdr { lines: Vec::new() },
-        _ => Container::Png { icc },
+        _ => Container::Png(Box::new(png_file::Carried::new(icc))),
     };
     let alpha_name = alpha.as_ref().map(|_| "A".to_owned());
     FlatPlate {
@@ -341,6 +374,8 @@ fn flat(plate: &Plate, picture: Picture, target: Format, notes: &mut Vec<String>
         names: names.into_iter().chain(alpha_name).collect(),
         planes: colour.into_iter().chain(alpha).collect(),
         texts,
+        changed: true,
+        notes: Vec::new(),
     }
 }
 
@@ -380,7 +415,11 @@ fn write_exr(
             half,
         })
         .collect();
-    let shape = (picture.windows, plate.pixel_aspect());
-    let packing = plate.options.packing.unwrap_or(Packing::Zip);
-    write_shaped(path, shape, &channels, (&picture.texts, packing))
+    let beside = Beside {
+        pixel_aspect: Some(plate.pixel_aspect()),
+        facts: facts(plate),
+        packing: plate.options.packing,
+        texts: picture.texts.clone(),
+    };
+    write_beside(path, picture.windows, &channels, beside)
 }

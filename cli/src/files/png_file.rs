@@ -1,12 +1,14 @@
 //! PNG files, 8 and 16 bit.
 
 use std::borrow::Cow;
-use std::io::BufReader;
+use std::io::{BufReader, Seek, Write};
 use std::path::Path;
 
+use png::chunk::ChunkType;
 use png::text_metadata::{ITXtChunk, TEXtChunk, ZTXtChunk};
 use png::{
     BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Info, Transformations,
+    Writer,
 };
 
 use super::atomic::write_whole;
@@ -14,10 +16,77 @@ use super::error::{FileError, Result};
 use super::flat_plate::{Container, FlatPlate, SampleDepth, names, to_u8, to_u16};
 use super::guard::caught;
 use super::limits::{Limits, open};
-use super::provenance::Texts;
+use super::png_chunks::{self, Chunk, PROFILE};
 
 /// Most bytes that a packed text may unpack to.
 const TEXT_LIMIT: usize = 16 << 20;
+
+/// What a PNG file holds beside its pixels and is written back.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Carried {
+    /// The colour profile, unpacked.
+    icc: Option<Vec<u8>>,
+    chunks: Vec<Chunk>,
+    texts: Vec<TextChunk>,
+    /// Whether pixels are written as they were stored: not so of palettes and fewer bits than eight.
+    as_read: bool,
+    /// Whether there are further pictures, which are not carried over.
+    pub(super) animated: bool,
+}
+
+/// A text as it lies in a file, with its name and unpacked.
+#[derive(Debug, Clone, PartialEq)]
+struct TextChunk {
+    named: (String, String),
+    chunk: AnyText,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum AnyText {
+    Plain(TEXtChunk),
+    Packed(ZTXtChunk),
+    Wide(ITXtChunk),
+}
+
+impl Carried {
+    /// What a new file holds beside its pixels.
+    pub(super) fn new(icc: Option<Vec<u8>>) -> Self {
+        Self {
+            icc,
+            ..Self::default()
+        }
+    }
+
+    /// The colour profile.
+    pub(super) fn icc(&self) -> Option<Vec<u8>> {
+        self.icc.clone()
+    }
+
+    /// Names of the chunks, but for the colour profile.
+    pub(super) fn names(&self) -> Vec<String> {
+        let others = self.chunks.iter().filter(|chunk| chunk.name() != PROFILE);
+        others.map(Chunk::in_letters).collect()
+    }
+
+    /// Names of the chunks that do not hold for a picture of which samples have `changed` or not.
+    pub(super) fn left_out(&self, changed: bool) -> Vec<String> {
+        let gone = |chunk: &&Chunk| !chunk.holds(changed, self.as_read);
+        self.chunks
+            .iter()
+            .filter(gone)
+            .map(Chunk::in_letters)
+            .collect()
+    }
+
+    /// Takes away what says of what colour space codes are; the names of that.
+    pub(super) fn drop_colour(&mut self) -> Vec<String> {
+        let colour = self.chunks.iter().filter(|chunk| chunk.is_colour());
+        let names = colour.map(Chunk::in_letters).collect();
+        self.chunks.retain(|chunk| !chunk.is_colour());
+        self.icc = None;
+        names
+    }
+}
 
 /// Reads a PNG file.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
@@ -25,7 +94,10 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
 }
 
 fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
-    let (file, length) = open(path)?;
+    let (mut file, length) = open(path)?;
+    let (chunks, animated) = png_chunks::read(&mut BufReader::new(&file), length);
+    file.rewind()
+        .map_err(|e| FileError::io(path, "be read", &e))?;
     let refuse = |error: DecodingError| match error {
         DecodingError::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
             FileError::io(path, "be read", &error)
@@ -75,41 +147,56 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
     if planes.iter().any(|plane| plane.len() != width * height) {
         return Err(damaged(path, "pixels are missing"));
     }
+    let texts = texts(info);
+    let named = texts.iter().map(|text| text.named.clone()).collect();
+    let carried = Carried {
+        icc: info.icc_profile.as_ref().map(|icc| icc.to_vec()),
+        chunks,
+        texts,
+        as_read: (info.color_type, info.bit_depth) == (kind, bits),
+        animated,
+    };
     Ok(FlatPlate {
         path: path.to_path_buf(),
-        container: Container::Png {
-            icc: info.icc_profile.as_ref().map(|icc| icc.to_vec()),
-        },
+        container: Container::Png(Box::new(carried)),
         depth,
         width,
         height,
         names,
         planes,
-        texts: texts(info),
+        texts: named,
+        changed: false,
+        notes: Vec::new(),
     })
 }
 
 /// All texts, those that do not unpack left out: they are no part of the picture.
-fn texts(info: &Info) -> Texts {
-    let plain = info.uncompressed_latin1_text.iter();
-    let plain = plain.map(|TEXtChunk { keyword, text }| (keyword.clone(), text.clone()));
-    let packed = info.compressed_latin1_text.iter();
-    let packed = packed.filter_map(|chunk: &ZTXtChunk| {
-        let mut chunk = chunk.clone();
-        chunk.decompress_text_with_limit(TEXT_LIMIT).ok()?;
-        Some((chunk.keyword.clone(), chunk.get_text().ok()?))
+fn texts(info: &Info) -> Vec<TextChunk> {
+    let plain = info.uncompressed_latin1_text.iter().map(|chunk| TextChunk {
+        named: (chunk.keyword.clone(), chunk.text.clone()),
+        chunk: AnyText::Plain(chunk.clone()),
     });
-    let wide = info.utf8_text.iter();
-    let wide = wide.filter_map(|chunk: &ITXtChunk| {
-        let mut chunk = chunk.clone();
-        chunk.decompress_text_with_limit(TEXT_LIMIT).ok()?;
-        Some((chunk.keyword.clone(), chunk.get_text().ok()?))
+    let packed = info.compressed_latin1_text.iter().filter_map(|chunk| {
+        let mut open = chunk.clone();
+        open.decompress_text_with_limit(TEXT_LIMIT).ok()?;
+        Some(TextChunk {
+            named: (open.keyword.clone(), open.get_text().ok()?),
+            chunk: AnyText::Packed(chunk.clone()),
+        })
+    });
+    let wide = info.utf8_text.iter().filter_map(|chunk| {
+        let mut open = chunk.clone();
+        open.decompress_text_with_limit(TEXT_LIMIT).ok()?;
+        Some(TextChunk {
+            named: (open.keyword.clone(), open.get_text().ok()?),
+            chunk: AnyText::Wide(chunk.clone()),
+        })
     });
     plain.chain(packed).chain(wide).collect()
 }
 
 /// Writes a PNG file whole or not at all.
-pub(super) fn write(path: &Path, plate: &FlatPlate, icc: Option<&[u8]>) -> Result<()> {
+pub(super) fn write(path: &Path, plate: &FlatPlate, carried: &Carried) -> Result<()> {
     let mut info = Info::with_size(plate.width as u32, plate.height as u32);
     info.color_type = match plate.planes.len() {
         1 => ColorType::Grayscale,
@@ -117,7 +204,13 @@ pub(super) fn write(path: &Path, plate: &FlatPlate, icc: Option<&[u8]>) -> Resul
         3 => ColorType::Rgb,
         _ => ColorType::Rgba,
     };
-    info.icc_profile = icc.map(Cow::Borrowed);
+    let (behind, before): (Vec<&Chunk>, Vec<&Chunk>) = (carried.chunks.iter())
+        .filter(|chunk| chunk.holds(plate.changed, carried.as_read))
+        .partition(|chunk| chunk.is_behind());
+    // As it lay in the file, under its own name, where it came from one.
+    if !before.iter().any(|chunk| chunk.name() == PROFILE) {
+        info.icc_profile = carried.icc.as_deref().map(Cow::Borrowed);
+    }
     let data = if plate.depth == SampleDepth::U8 {
         info.bit_depth = BitDepth::Eight;
         plate.interleaved(to_u8)
@@ -129,18 +222,42 @@ pub(super) fn write(path: &Path, plate: &FlatPlate, icc: Option<&[u8]>) -> Resul
     };
     write_whole(path, |out| {
         let packed = || -> std::result::Result<(), EncodingError> {
-            let mut encoder = Encoder::with_info(out, info)?;
-            for (name, text) in &plate.texts {
-                // A name may be Latin-1 of at most 79 letters, and a text may hold no zero.
-                let name = name.chars().filter(|c| (' '..='~').contains(c)).take(79);
-                encoder.add_itxt_chunk(name.collect(), text.replace('\0', ""))?;
+            let mut writer = Encoder::with_info(out, info)?.write_header()?;
+            for chunk in before {
+                writer.write_chunk(ChunkType(chunk.name()), chunk.data())?;
             }
-            let mut writer = encoder.write_header()?;
+            for named in &plate.texts {
+                write_text(&mut writer, named, carried)?;
+            }
             writer.write_image_data(&data)?;
+            for chunk in behind {
+                writer.write_chunk(ChunkType(chunk.name()), chunk.data())?;
+            }
             writer.finish()
         };
         packed().map_err(|e| e.to_string())
     })
+}
+
+/// Writes a text as it lay in the file that it came from, else as UTF-8.
+fn write_text<W: Write>(
+    writer: &mut Writer<W>,
+    named: &(String, String),
+    carried: &Carried,
+) -> std::result::Result<(), EncodingError> {
+    let own = carried.texts.iter().find(|text| text.named == *named);
+    match own.map(|text| &text.chunk) {
+        Some(AnyText::Plain(chunk)) => writer.write_text_chunk(chunk),
+        Some(AnyText::Packed(chunk)) => writer.write_text_chunk(chunk),
+        Some(AnyText::Wide(chunk)) => writer.write_text_chunk(chunk),
+        None => {
+            // A name may be Latin-1 of at most 79 letters, and a text may hold no zero.
+            let (name, text) = named;
+            let name = name.chars().filter(|c| (' '..='~').contains(c)).take(79);
+            let chunk = ITXtChunk::new(name.collect::<String>(), text.replace('\0', ""));
+            writer.write_text_chunk(&chunk)
+        }
+    }
 }
 
 fn damaged(path: &Path, what: &str) -> FileError {

@@ -12,7 +12,7 @@ use super::exr_file::{read_exr, write_exr};
 use super::flat_plate::FlatPlate;
 use super::format::{Format, detect};
 use super::limits::Limits;
-use super::tiff_file;
+use super::tiff_write;
 
 /// One channel of a tile as read, not yet checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,7 +125,7 @@ pub(super) fn write(path: &Path, channels: &[String], tiles: &[Tile]) -> Result<
     }
     if Format::of_name(path) == Some(Format::Tiff) {
         let planes = tiles.iter().map(|t| t.samples().to_vec()).collect();
-        return tiff_file::write_float(path, width, height, channels.to_vec(), planes);
+        return tiff_write::write_float(path, width, height, channels.to_vec(), planes);
     }
     let mut list = Vec::new();
     for (name, tile) in channels.iter().zip(tiles) {

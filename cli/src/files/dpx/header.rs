@@ -58,9 +58,9 @@ pub(super) struct Header {
 }
 
 /// Numbers in the byte order of a file.
-struct Fields<'a> {
-    bytes: &'a [u8],
-    big_endian: bool,
+pub(super) struct Fields<'a> {
+    pub(super) bytes: &'a [u8],
+    pub(super) big_endian: bool,
 }
 
 impl Fields<'_> {
@@ -72,7 +72,7 @@ impl Fields<'_> {
         }
     }
 
-    fn u32(&self, at: usize) -> u32 {
+    pub(super) fn u32(&self, at: usize) -> u32 {
         let (first, second) = (u32::from(self.u16(at)), u32::from(self.u16(at + 2)));
         match self.big_endian {
             true => first << 16 | second,
@@ -82,7 +82,7 @@ impl Fields<'_> {
 }
 
 /// Writes a number into a header in its byte order.
-fn put_u32(header: &mut [u8], big_endian: bool, at: usize, value: u32) {
+pub(super) fn put_u32(header: &mut [u8], big_endian: bool, at: usize, value: u32) {
     let bytes = match big_endian {
         true => value.to_be_bytes(),
         false => value.to_le_bytes(),

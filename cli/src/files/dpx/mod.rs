@@ -1,5 +1,6 @@
 //! DPX files (SMPTE 268M-2003): 8, 10, 12 and 16 bits, both byte orders, one image element.
 
+mod facts;
 mod header;
 mod samples;
 mod user_data;
@@ -9,8 +10,10 @@ use std::path::Path;
 
 use super::atomic::write_whole;
 use super::error::{FileError, Result};
+use super::facts::Facts;
 use super::flat_plate::{Container, Encoding, FlatPlate, SampleDepth, names, to_integer};
 use super::limits::{Limits, open};
+use super::provenance::Texts;
 use header::{Header, NewHeader, made, parse, set_file_size};
 use samples::{Justified, Layout, Packing};
 
@@ -45,6 +48,22 @@ impl Carried {
     /// Width of a pixel over its height.
     pub(super) fn pixel_aspect(&self) -> f64 {
         self.header.pixel_aspect
+    }
+
+    /// What the header says of the picture beside its pixels.
+    pub(super) fn facts(&self) -> Facts {
+        facts::facts(&self.lead, self.header.layout.big_endian)
+    }
+
+    /// Has the header say what is known of the picture; the names, as EXR has them, of what it has no room for.
+    pub(super) fn put_facts(&mut self, facts: &Facts) -> Vec<&'static str> {
+        let big_endian = self.header.layout.big_endian;
+        facts::put_facts(&mut self.lead, big_endian, facts)
+    }
+
+    /// The texts of the header, each with its name.
+    pub(super) fn texts(&self) -> Texts {
+        facts::texts(&self.lead)
     }
 
     /// What a new file holds beside the pixels. `encoding` is what codes mean, `None` where that is not known.
@@ -150,6 +169,8 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
         height,
         names,
         planes,
+        changed: false,
+        notes: Vec::new(),
     })
 }
 

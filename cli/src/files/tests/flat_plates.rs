@@ -57,7 +57,7 @@ fn float_tiff_keeps_every_bit_and_integers_say_what_they_clip() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (source, target) = (folder.path().join("in.tif"), folder.path().join("out.tif"));
     let wild = [-1.5_f32, 0.0, 1e-30, 70000.0, 3.0e38, 0.1];
-    super::super::tiff_file::write_float(
+    super::super::tiff_write::write_float(
         &source,
         3,
         2,

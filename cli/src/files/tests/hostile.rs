@@ -52,7 +52,7 @@ static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     }
     let planes = vec![vec![0.5; 40]; 3];
     let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
-    super::super::tiff_file::write_float(&path("c.tif"), 8, 5, channels, planes).expect("saves");
+    super::super::tiff_write::write_float(&path("c.tif"), 8, 5, channels, planes).expect("saves");
     names.push("c.tif".to_owned());
     for (descriptor, bits, packing) in [(50, 10, 1), (51, 16, 0), (6, 8, 0)] {
         let mut made = Made::new(bits == 10, (8, 5), 16).element(descriptor, bits, packing);

@@ -134,7 +134,7 @@ fn every_format_of_tile_is_read() {
         .save(at.join("c.png"))
         .expect("saves");
     let floats = vec![0.5_f32; 12];
-    super::super::tiff_file::write_float(&at.join("d.tif"), 4, 3, vec!["Y".into()], vec![floats])
+    super::super::tiff_write::write_float(&at.join("d.tif"), 4, 3, vec!["Y".into()], vec![floats])
         .expect("saves");
     let half = part(
         None,

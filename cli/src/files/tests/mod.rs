@@ -1,9 +1,11 @@
 //! Tests of the file layer as a whole, on files made here.
 
+mod dpx_facts;
 mod dpx_plates;
 mod exr_plates;
 mod flat_plates;
 mod hostile;
+mod kept_beside;
 mod manifests;
 mod other_formats;
 

@@ -1,0 +1,86 @@
+//! What EXR plates say of a picture in attributes that other formats have places for.
+
+use std::collections::HashMap;
+
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::prelude::{ImageAttributes, LayerAttributes};
+
+use super::exr_plate::{ChannelId, ExrPlate, KEY_CODE_TEXT};
+use super::exr_texts::{as_text, utf8};
+use super::facts::{CAMERA_MODEL, CAMERA_SERIAL, Facts, SHUTTER_ANGLE};
+use super::provenance::is_ours;
+
+impl ExrPlate {
+    /// What the part of `id` says of the picture.
+    pub(super) fn facts(&self, id: ChannelId) -> Facts {
+        let Some(own) = self.part_attributes().nth(id.part()) else {
+            return Facts::default();
+        };
+        let text = |name| self.text(id.part(), name);
+        let angle = Text::new_or_none(SHUTTER_ANGLE).and_then(|name| own.other.get(&name));
+        Facts {
+            time_code: self.image_attributes().time_code,
+            frame_rate: own.frames_per_second,
+            owner: own.owner.as_ref().map(utf8),
+            captured: own.capture_date.as_ref().map(utf8),
+            device: text(CAMERA_MODEL),
+            serial: text(CAMERA_SERIAL),
+            shutter_angle: match angle {
+                Some(AttributeValue::F32(angle)) => Some(*angle),
+                _ => None,
+            },
+            key_code: text(KEY_CODE_TEXT),
+        }
+    }
+
+    /// Whether it says anything beside windows, pixel aspect, names of parts, what made it, and attributes of the names
+    /// `but`.
+    pub(super) fn has_own_attributes(&self, but: &[&str]) -> bool {
+        let is = |name: &str| but.contains(&name);
+        let shared = self.image_attributes();
+        let plain = ImageAttributes {
+            pixel_aspect: shared.pixel_aspect,
+            time_code: shared.time_code.filter(|_| is("timeCode")),
+            ..ImageAttributes::new(shared.display_window)
+        };
+        let of_part = |part: &LayerAttributes| {
+            let plain = LayerAttributes {
+                layer_name: part.layer_name.clone(),
+                layer_position: part.layer_position,
+                owner: part.owner.clone().filter(|_| is("owner")),
+                capture_date: part.capture_date.clone().filter(|_| is("capDate")),
+                frames_per_second: part.frames_per_second.filter(|_| is("framesPerSecond")),
+                ..LayerAttributes::default()
+            };
+            let bare = LayerAttributes {
+                other: HashMap::new(),
+                ..part.clone()
+            };
+            let mut names = part.other.keys().map(ToString::to_string);
+            bare != plain || names.any(|name| !is_ours(&name) && !is(&name))
+        };
+        *shared != plain || self.part_attributes().any(of_part)
+    }
+}
+
+/// Has the attributes of a new part say what is known of the picture, but for the time code, which is of all parts.
+pub(super) fn put_facts(attributes: &mut LayerAttributes, facts: &Facts) {
+    attributes.frames_per_second = facts.frame_rate;
+    attributes.owner = facts.owner.as_deref().map(as_text);
+    attributes.capture_date = facts.captured.as_deref().map(as_text);
+    let texts = [
+        (CAMERA_MODEL, &facts.device),
+        (CAMERA_SERIAL, &facts.serial),
+        (KEY_CODE_TEXT, &facts.key_code),
+    ];
+    for (name, text) in texts {
+        if let Some(text) = text {
+            let text = AttributeValue::Text(as_text(text));
+            attributes.other.insert(as_text(name), text);
+        }
+    }
+    if let Some(angle) = facts.shutter_angle {
+        let angle = AttributeValue::F32(angle);
+        attributes.other.insert(as_text(SHUTTER_ANGLE), angle);
+    }
+}
