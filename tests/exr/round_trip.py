@@ -167,8 +167,6 @@ def differences(before, after):
                 continue
             if name == "compression" and lost:
                 said.append("lossy compression becomes ZIP")
-            elif name in ("keyCode", "keyCodeText"):
-                said.append("keyCode becomes keyCodeText")
             elif name not in old.header or name not in new.header:
                 wrong.append(f"{name} is in one only")
             elif not same(old.header[name], new.header[name]):

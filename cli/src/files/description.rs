@@ -11,6 +11,7 @@ use exr::meta::header::Header;
 use serde::Serialize;
 
 use super::error::{FileError, Result};
+use super::exr_key_code;
 use super::exr_texts::utf8;
 use super::flat_plate::FlatPlate;
 use super::format::{Format, detect};
@@ -275,6 +276,7 @@ fn in_words(value: &AttributeValue) -> String {
             words.join(", ")
         }
         AttributeValue::TimeCode(code) => time(code),
+        AttributeValue::KeyCode(code) => exr_key_code::in_words(code),
         AttributeValue::Preview(preview) => {
             format!(
                 "{} x {} pixels",

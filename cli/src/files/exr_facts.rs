@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{ImageAttributes, LayerAttributes};
 
-use super::exr_plate::{ChannelId, ExrPlate, KEY_CODE_TEXT};
+use super::exr_key_code;
+use super::exr_plate::{ChannelId, ExrPlate};
 use super::exr_texts::{as_text, utf8};
 use super::facts::{CAMERA_MODEL, CAMERA_SERIAL, Facts, SHUTTER_ANGLE};
 use super::provenance::is_ours;
@@ -29,7 +30,7 @@ impl ExrPlate {
                 Some(AttributeValue::F32(angle)) => Some(*angle),
                 _ => None,
             },
-            key_code: text(KEY_CODE_TEXT),
+            key_code: exr_key_code::of(own),
         }
     }
 
@@ -56,7 +57,8 @@ impl ExrPlate {
                 other: HashMap::new(),
                 ..part.clone()
             };
-            let mut names = part.other.keys().map(ToString::to_string);
+            let named = |(name, value)| exr_key_code::name_of(name, value).to_string();
+            let mut names = part.other.iter().map(named);
             bare != plain || names.any(|name| !is_ours(&name) && !is(&name))
         };
         *shared != plain || self.part_attributes().any(of_part)
@@ -71,13 +73,15 @@ pub(super) fn put_facts(attributes: &mut LayerAttributes, facts: &Facts) {
     let texts = [
         (CAMERA_MODEL, &facts.device),
         (CAMERA_SERIAL, &facts.serial),
-        (KEY_CODE_TEXT, &facts.key_code),
     ];
     for (name, text) in texts {
         if let Some(text) = text {
             let text = AttributeValue::Text(as_text(text));
             attributes.other.insert(as_text(name), text);
         }
+    }
+    if let Some(code) = &facts.key_code {
+        exr_key_code::put(attributes, code);
     }
     if let Some(angle) = facts.shutter_angle {
         let angle = AttributeValue::F32(angle);

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::atomic::write_whole;
 use super::error::{FileError, Result};
-use super::exr_order::sort_attributes;
+use super::exr_header::put_right;
 use super::guard::caught;
 use super::limits::{Limits, open};
 
@@ -215,7 +215,7 @@ where
             options.non_parallel()
         };
         caught(|| options.to_buffered(&mut *out))?.map_err(|error| error.to_string())?;
-        let ordered = out.flush().and_then(|()| sort_attributes(out.get_mut()));
+        let ordered = out.flush().and_then(|()| put_right(out.get_mut()));
         ordered.map_err(|error| error.to_string())
     })
 }

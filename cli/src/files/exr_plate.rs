@@ -5,18 +5,16 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use exr::image::{AnyChannel, AnyImage, Blocks, FlatSamples, Levels};
-use exr::meta::attribute::{AttributeValue, KeyCode, LineOrder, SampleType, Text};
+use exr::meta::attribute::{AttributeValue, LineOrder, SampleType, Text};
 use exr::prelude::{Compression, ImageAttributes, LayerAttributes, Vec2};
 use half::f16;
 
 use super::error::{FileError, Result};
 use super::exr_file::{read_exr, write_exr};
+use super::exr_key_code;
 use super::exr_packing::loses;
 use super::limits::Limits;
 use super::windows::held;
-
-/// Name of the text attribute that takes the place of the film key code; see [`ExrPlate::open`].
-pub const KEY_CODE_TEXT: &str = "keyCodeText";
 
 /// A rectangle of pixels on the infinite plane of an EXR file: x right, y down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,9 +113,7 @@ impl ExrPlate {
     /// Reads a plate.
     ///
     /// What could not be written back is settled here and told by [`ExrPlate::notes`]: parts in a lossy
-    /// compression become ZIP, so that pixels that are not replaced stay as they are; a film key code
-    /// becomes the text attribute [`KEY_CODE_TEXT`], because the EXR library writes key codes that no
-    /// reader can read.
+    /// compression become ZIP, so that pixels that are not replaced stay as they are.
     ///
     /// # Errors
     /// A file that cannot be read, and deep, subsampled or otherwise unsupported ones.
@@ -154,29 +150,7 @@ impl ExrPlate {
             {
                 layer.encoding.line_order = LineOrder::Increasing;
             }
-            let mut key_codes = Vec::new();
-            if let Some(code) = layer.attributes.film_key_code.take() {
-                key_codes.push((Text::from(KEY_CODE_TEXT), code));
-            }
-            for (name, value) in &layer.attributes.other {
-                if let AttributeValue::KeyCode(code) = value {
-                    let renamed = [name.bytes(), b"Text"].concat();
-                    key_codes.push((Text::from_slice_unchecked(&renamed), *code));
-                }
-            }
-            layer
-                .attributes
-                .other
-                .retain(|_, value| !matches!(value, AttributeValue::KeyCode(_)));
-            for (name, code) in key_codes {
-                self.notes.push(format!(
-                    "the film key code of {part} is kept as the text attribute {name}"
-                ));
-                layer
-                    .attributes
-                    .other
-                    .insert(name, AttributeValue::Text(key_code_text(&code)));
-            }
+            exr_key_code::veil(&mut layer.attributes);
         }
     }
 
@@ -443,22 +417,6 @@ impl ExrPlate {
 
 fn dropped_levels_of(name: &str) -> String {
     format!("the mip or rip levels beside channel {name} are left out, as they no longer fit")
-}
-
-fn key_code_text(code: &KeyCode) -> Text {
-    Text::from(
-        format!(
-            "filmMfcCode={} filmType={} prefix={} count={} perfOffset={} perfsPerFrame={} perfsPerCount={}",
-            code.film_manufacturer_code,
-            code.film_type,
-            code.film_roll_prefix,
-            code.count,
-            code.perforation_offset,
-            code.perforations_per_frame,
-            code.perforations_per_count
-        )
-        .as_str(),
-    )
 }
 
 pub(super) fn full_level(levels: &Levels<FlatSamples>) -> Option<&FlatSamples> {

@@ -1,6 +1,6 @@
 //! What both EXR and DPX say of a picture beside its pixels, so that it goes from one to the other.
 
-use exr::meta::attribute::TimeCode;
+use exr::meta::attribute::{KeyCode, TimeCode};
 
 /// Facts of a picture.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -19,8 +19,8 @@ pub(super) struct Facts {
     pub(super) serial: Option<String>,
     /// How far the shutter was open, degrees.
     pub(super) shutter_angle: Option<f32>,
-    /// Where on the film it was, in words.
-    pub(super) key_code: Option<String>,
+    /// Where on the film it was.
+    pub(super) key_code: Option<KeyCode>,
 }
 
 /// EXR's standard attributes that DPX has no place for in a form of the format's own.
@@ -39,7 +39,7 @@ impl Facts {
             (self.device.is_some(), CAMERA_MODEL),
             (self.serial.is_some(), CAMERA_SERIAL),
             (self.shutter_angle.is_some(), SHUTTER_ANGLE),
-            (self.key_code.is_some(), super::exr_plate::KEY_CODE_TEXT),
+            (self.key_code.is_some(), super::exr_key_code::NAME),
         ];
         let there = named.iter().filter(|(is, _)| *is);
         there.map(|(_, name)| *name).collect()

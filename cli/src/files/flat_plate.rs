@@ -7,6 +7,7 @@ use half::f16;
 
 use super::description::time;
 use super::error::{FileError, Result};
+use super::exr_key_code;
 use super::facts::rate;
 use super::format::{Format, detect};
 use super::limits::Limits;
@@ -312,7 +313,11 @@ impl FlatPlate {
                 all.extend(rate.map(|rate| named("frame rate", rate.to_string())));
                 let angle = facts.shutter_angle;
                 all.extend(angle.map(|angle| named("shutter angle", angle.to_string())));
-                all.extend(facts.key_code.map(|words| named("film edge code", words)));
+                all.extend(
+                    facts
+                        .key_code
+                        .map(|code| named("film edge code", exr_key_code::in_words(&code))),
+                );
                 all.extend(carried.texts());
                 all
             }

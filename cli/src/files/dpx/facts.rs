@@ -1,9 +1,10 @@
 //! What a DPX header says of the picture beside its pixels (SMPTE 268M-2003): generic, orientation, motion-picture and
 //! television headers.
 
-use exr::meta::attribute::TimeCode;
+use exr::meta::attribute::{KeyCode, TimeCode};
 
 use super::header::{Fields, put_u32};
+use crate::files::exr_key_code;
 use crate::files::facts::{Facts, fraction, rate};
 use crate::files::provenance::Texts;
 
@@ -18,13 +19,7 @@ const SOURCE_CREATED: Place = (1532, 24);
 const DEVICE: Place = (1556, 32);
 const SERIAL: Place = (1588, 32);
 /// The edge code of film: manufacturer, type, offset in perforations, prefix, count.
-const EDGE_CODE: [(&str, Place); 5] = [
-    ("filmMfcCode", (1664, 2)),
-    ("filmType", (1666, 2)),
-    ("perfOffset", (1668, 2)),
-    ("prefix", (1670, 6)),
-    ("count", (1676, 4)),
-];
+const EDGE_CODE: [Place; 5] = [(1664, 2), (1666, 2), (1668, 2), (1670, 6), (1676, 4)];
 const FILM_RATE: usize = 1724;
 const SHUTTER_ANGLE: usize = 1728;
 const FRAME_ID: Place = (1732, 32);
@@ -75,12 +70,19 @@ fn date(text: &str) -> Option<String> {
 }
 
 /// The edge code, in the words that EXR plates have it in.
-fn edge_code(header: &[u8]) -> Option<String> {
-    let words = EDGE_CODE.iter().map(|(name, place)| {
-        let number: u32 = text(header, *place)?.parse().ok()?;
-        Some(format!("{name}={number}"))
-    });
-    Some(words.collect::<Option<Vec<_>>>()?.join(" "))
+fn edge_code(header: &[u8]) -> Option<KeyCode> {
+    let number = |k: usize| text(header, EDGE_CODE[k])?.parse::<u32>().ok();
+    let number = |k: usize| number(k).and_then(|number| i32::try_from(number).ok());
+    let (perforations_per_frame, perforations_per_count) = exr_key_code::USUAL;
+    Some(KeyCode {
+        film_manufacturer_code: number(0)?,
+        film_type: number(1)?,
+        perforation_offset: number(2)?,
+        film_roll_prefix: number(3)?,
+        count: number(4)?,
+        perforations_per_frame,
+        perforations_per_count,
+    })
 }
 
 /// What the bytes before the pixels say of the picture.
@@ -176,27 +178,33 @@ pub(super) fn put_facts(header: &mut [u8], big_endian: bool, facts: &Facts) -> V
             lost.push(name);
         }
     }
-    if let Some(words) = &facts.key_code
-        && !put_edge_code(header, words)
-    {
-        lost.push(crate::files::exr_plate::KEY_CODE_TEXT);
+    if let Some(code) = &facts.key_code {
+        if !put_edge_code(header, code) {
+            lost.push(exr_key_code::NAME);
+        } else if (code.perforations_per_frame, code.perforations_per_count) != exr_key_code::USUAL
+        {
+            lost.push("the perforations per frame and count of keyCode");
+        }
     }
     lost
 }
 
-/// Writes the edge code that `words` name; false where they name none.
-fn put_edge_code(header: &mut [u8], words: &str) -> bool {
-    let value = |name: &str| -> Option<u32> {
-        let named = words.split_whitespace().filter_map(|w| w.split_once('='));
-        named.clone().find(|(own, _)| *own == name)?.1.parse().ok()
+/// Writes an edge code; false where a number of it does not fit.
+fn put_edge_code(header: &mut [u8], code: &KeyCode) -> bool {
+    let numbers = [
+        code.film_manufacturer_code,
+        code.film_type,
+        code.perforation_offset,
+        code.film_roll_prefix,
+        code.count,
+    ];
+    let digits = |((_, length), number): (Place, i32)| {
+        let digits = format!("{number:0length$}");
+        (number >= 0 && digits.len() == length).then_some(digits)
     };
-    let digits = EDGE_CODE.map(|(name, place)| {
-        let digits = format!("{:0width$}", value(name)?, width = place.1);
-        (digits.len() == place.1).then_some((place, digits))
-    });
-    let sound = digits.iter().all(Option::is_some);
-    for ((at, length), digits) in digits.into_iter().flatten().filter(|_| sound) {
+    let all: Option<Vec<String>> = EDGE_CODE.into_iter().zip(numbers).map(digits).collect();
+    for ((at, length), digits) in EDGE_CODE.into_iter().zip(all.iter().flatten()) {
         header[at..at + length].copy_from_slice(digits.as_bytes());
     }
-    sound
+    all.is_some()
 }

@@ -18,9 +18,17 @@ fn code() -> TimeCode {
     TimeCode::from_tv60_time(0x0102_0344, 0x1234_5678)
 }
 
-/// Where on a film the picture is, as plates hold it whose key code was read.
-const FILM: &str =
-    "filmMfcCode=1 filmType=2 prefix=345678 count=9 perfOffset=10 perfsPerFrame=4 perfsPerCount=64";
+/// Where on a film the picture is: 1 2 345678 9 10, and 3 perforations a frame.
+fn film() -> AttributeValue {
+    AttributeValue::Custom {
+        // That of key codes while the library writes them.
+        kind: Text::from("keycodX"),
+        bytes: [1, 2, 345_678, 9, 10, 3, 64]
+            .iter()
+            .flat_map(|v: &i32| v.to_le_bytes())
+            .collect(),
+    }
+}
 
 /// An EXR that says all of it, and a comment.
 fn write_exr(path: &Path, owner: &str) {
@@ -37,7 +45,7 @@ fn write_exr(path: &Path, owner: &str) {
             "cameraSerialNumber",
             AttributeValue::Text(Text::from("007")),
         ),
-        ("keyCodeText", AttributeValue::Text(Text::from(FILM))),
+        ("keyCodX", film()),
         ("shutterAngle", AttributeValue::F32(172.8)),
     ] {
         own.other.insert(Text::from(name), value);
@@ -58,7 +66,7 @@ fn they_go_from_exr_to_dpx_and_back() {
     write_exr(&path("a.exr"), "nobody");
     let said = open(&path("a.exr")).write(&path("a.dpx")).expect("writes");
     let said = said.join("\n");
-    let names = "timeCode, framesPerSecond, owner, capDate, cameraModel, cameraSerialNumber, shutterAngle, keyCodeText";
+    let names = "timeCode, framesPerSecond, owner, capDate, cameraModel, cameraSerialNumber, shutterAngle, keyCode";
     assert!(
         said.contains(&format!(
             "attributes of the EXR are left out but for {names}"
@@ -109,7 +117,12 @@ fn they_go_from_exr_to_dpx_and_back() {
     let (mut was, is) = (facts(was.expect("opens")), facts(is.expect("opens")));
     assert_eq!(was.names().len(), 8);
     // What DPX does not say of film.
-    was.key_code = Some("filmMfcCode=1 filmType=2 perfOffset=10 prefix=345678 count=9".to_owned());
+    let code = was.key_code.as_mut().expect("a key code");
+    assert_eq!(
+        (code.film_roll_prefix, code.perforations_per_frame),
+        (345_678, 3)
+    );
+    code.perforations_per_frame = 4;
     assert_eq!(is, was);
     // Other formats say so too.
     let said = open(&path("a.exr")).write(&path("a.tif")).expect("writes");
@@ -123,7 +136,10 @@ fn what_does_not_fit_is_told() {
     write_exr(&path("a.exr"), &"long ".repeat(60));
     let said = open(&path("a.exr")).write(&path("a.dpx")).expect("writes");
     assert!(
-        said.contains(&"DPX has no room for owner: left out".to_owned()),
+        said.contains(
+            &"DPX has no room for owner, the perforations per frame and count of keyCode: left out"
+                .to_owned()
+        ),
         "{said:?}"
     );
     let lines = Description::of(&path("a.dpx")).expect("opens").lines();

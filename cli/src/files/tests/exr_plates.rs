@@ -8,7 +8,7 @@ use exr::prelude::{Compression, Vec2, read_all_data_from_file};
 
 use super::{floats, halves, image, part, patch, save};
 use crate::files::depth::{DepthPass, DepthSpec};
-use crate::files::exr_plate::{ExrPlate, KEY_CODE_TEXT, Window};
+use crate::files::exr_plate::{ExrPlate, Window};
 use crate::files::plate::{Plate, PlateOptions};
 use crate::files::windows::Windows;
 
@@ -271,7 +271,7 @@ fn lossy_parts_become_zip_and_say_so() {
 }
 
 #[test]
-fn a_film_key_code_is_kept_as_text_in_a_readable_file() {
+fn film_key_codes_are_kept() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (source, target) = (folder.path().join("in.exr"), folder.path().join("out.exr"));
     let mut all = image(vec![part(
@@ -281,20 +281,23 @@ fn a_film_key_code_is_kept_as_text_in_a_readable_file() {
         Compression::ZIP16,
         vec![("Y", floats(6))],
     )]);
-    // The library writes key codes wrongly, so a right one is smuggled in under another name.
+    // The library writes key codes wrongly, so right ones are smuggled in under another type.
     let codes: Vec<u8> = [11_i32, 22, 33, 44, 55, 4, 64]
         .iter()
         .flat_map(|v| v.to_le_bytes())
         .collect();
-    all.layer_data[0].attributes.other.insert(
-        "keyCodX".into(),
-        AttributeValue::Custom {
-            kind: "keycodX".into(),
-            bytes: codes.into(),
-        },
-    );
+    for name in ["keyCodY", "scanned"] {
+        all.layer_data[0].attributes.other.insert(
+            name.into(),
+            AttributeValue::Custom {
+                kind: "keycodY".into(),
+                bytes: codes.clone().into(),
+            },
+        );
+    }
     save(&all, &source);
-    patch(&source, b"keyCodX\0keycodX\0", b"keyCode\0keycode\0");
+    patch(&source, b"keyCodY\0keycodY\0", b"keyCode\0keycode\0");
+    patch(&source, b"scanned\0keycodY\0", b"scanned\0keycode\0");
     let read = read_all_data_from_file(&source).expect("reads");
     assert!(
         read.layer_data[0].attributes.film_key_code.is_some(),
@@ -305,13 +308,23 @@ fn a_film_key_code_is_kept_as_text_in_a_readable_file() {
     plate.write(&target).expect("writes");
     let after = read_all_data_from_file(&target).expect("a valid file");
     let attributes = &after.layer_data[0].attributes;
-    assert_eq!(attributes.film_key_code, None);
-    let Some(AttributeValue::Text(text)) = attributes.other.get(&Text::from(KEY_CODE_TEXT)) else {
-        panic!("no {KEY_CODE_TEXT}");
-    };
-    assert!(text.to_string().contains("prefix=33 count=44"), "{text}");
+    let code = attributes.film_key_code.expect("a key code");
+    assert_eq!(Some(code), read.layer_data[0].attributes.film_key_code);
+    assert_eq!((code.count, code.perforations_per_count), (44, 64));
+    assert_eq!(
+        attributes.other.get(&Text::from("scanned")),
+        Some(&AttributeValue::KeyCode(code))
+    );
     assert_eq!(bits(&read, 0, "Y"), bits(&after, 0, "Y"));
-    assert_eq!(plate.notes().len(), 1);
+    assert_eq!(plate.notes(), Vec::<String>::new());
+    // All seven numbers are there, as long as the format says.
+    let bytes = std::fs::read(&target).expect("a file");
+    let numbers: Vec<u8> = [11_i32, 22, 33, 44, 55, 4, 64]
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
+    let whole = [&b"keyCode\0keycode\0\x1c\0\0\0"[..], &numbers].concat();
+    assert!(bytes.windows(whole.len()).any(|part| part == whole));
 }
 
 #[test]

@@ -1,18 +1,20 @@
-//! The order of attributes in EXR headers: by name, as OpenEXR itself has them, so that the same picture makes the same
-//! file. The library keeps those that the format does not define in no order.
+//! Headers of EXR files as the format has them, where the library writes them otherwise: attributes by name, as OpenEXR
+//! itself has them, so that the same picture makes the same file, and key codes.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+
+use super::exr_key_code::unveiled;
 
 /// Bytes before the first header: magic number, version and flags.
 const START: u64 = 8;
 /// The flag of files with several parts.
 const MULTI_PART: u32 = 1 << 12;
 
-/// Sorts the attributes of all headers of a file that was just written.
+/// Puts all headers of a file that was just written right.
 ///
 /// # Errors
 /// A file that cannot be read and written, or that ends within a header.
-pub(super) fn sort_attributes(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
+pub(super) fn put_right(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
     file.seek(SeekFrom::Start(4))?;
     let mut flags = [0; 4];
     file.read_exact(&mut flags)?;
@@ -57,8 +59,9 @@ fn attribute(read: &mut impl Read) -> io::Result<(Vec<u8>, Vec<u8>)> {
     if read.take(length).read_to_end(&mut value)? as u64 != length {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
-    let whole = [&name[..], &[0], &kind, &[0], &size, &value].concat();
-    Ok((name, whole))
+    let (name, kind) = unveiled(&name, &kind);
+    let whole = [name, &[0], kind, &[0], &size, &value].concat();
+    Ok((name.to_vec(), whole))
 }
 
 /// The bytes up to a zero, without it.
@@ -86,7 +89,7 @@ mod tests {
 
     fn sorted(file: Vec<u8>) -> io::Result<Vec<u8>> {
         let mut file = Cursor::new(file);
-        sort_attributes(&mut file)?;
+        put_right(&mut file)?;
         Ok(file.into_inner())
     }
 
