@@ -202,10 +202,7 @@ fn packing(path: &Path, bits: u8, method: u16) -> Result<Packing> {
         (16, _) => return Ok(Packing::Bits16),
         (10, Some(justified)) => return Ok(Packing::Bits10(justified)),
         (12, Some(justified)) => return Ok(Packing::Bits12(justified)),
-        (10 | 12, None) if method == 0 => (
-            "packing",
-            format!("is 0: {bits}-bit samples across 32-bit words are not supported"),
-        ),
+        (10 | 12, None) if method == 0 => return Ok(Packing::Across(bits)),
         (10 | 12, None) => ("packing", format!("is {method}, which is unknown")),
         _ => (
             "bit size",
@@ -311,7 +308,7 @@ pub(super) fn made(new: &NewHeader) -> Vec<u8> {
     let method = match layout.packing {
         Packing::Bits10(Justified::High) | Packing::Bits12(Justified::High) => 1,
         Packing::Bits10(Justified::Low) | Packing::Bits12(Justified::Low) => 2,
-        Packing::Bits8 | Packing::Bits16 => 0,
+        Packing::Bits8 | Packing::Bits16 | Packing::Across(_) => 0,
     };
     put_u16(&mut header, big_endian, PACKING, method);
     put_u16(&mut header, big_endian, ENCODING, 0);
