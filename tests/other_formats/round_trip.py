@@ -55,7 +55,6 @@ DPX = {
     "dpx:InputDeviceSerialNumber": "007",
     "dpx:SlateInfo": "slate",
     "dpx:SourceDateTime": "2025:01:02 03:04:05",
-    "dpx:UserData": None,
 }
 TIFF = {
     **USUAL,
