@@ -61,6 +61,13 @@ impl Carried {
         facts::put_facts(&mut self.lead, big_endian, facts)
     }
 
+    /// Takes away what the header says of codes as colour; the names of that.
+    pub(super) fn drop_colour(&mut self) -> Vec<String> {
+        self.header.transfer = 0;
+        self.header.is_srgb = false;
+        header::drop_colour(&mut self.lead)
+    }
+
     /// The texts of the header, each with its name.
     pub(super) fn texts(&self) -> Texts {
         facts::texts(&self.lead)

@@ -259,6 +259,26 @@ fn what_is_not_supported_is_named_with_its_field() {
 }
 
 #[test]
+fn a_header_says_nothing_of_colour_that_is_no_more() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
+    let mut made = Made::new(true, (1, 1), 0).element(50, 16, 0);
+    (made.bytes[801], made.bytes[802]) = (1, 6);
+    made.bytes[820..840].copy_from_slice(b"sRGB (IEC 61966-2-1)");
+    made.words16(&[1, 2, 3]).save(&path);
+    let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+    plate.set_colour_space("ACEScct");
+    let said = plate.write(&out).expect("writes").concat();
+    let names = "`ACEScct`: the transfer characteristic, the colorimetric specification, the description as sRGB";
+    assert!(said.contains(names), "{said}");
+    let file = fs::read(&out).expect("reads");
+    assert_eq!((file[801], file[802], file[820]), (0, 0, 0));
+    let mut again = Plate::open(&out, &PlateOptions::default()).expect("opens");
+    again.set_colour_space("ACEScg");
+    assert_eq!(again.write(&out).expect("writes"), [""; 0]);
+}
+
+#[test]
 fn samples_across_words_are_told_from_filled_words() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
