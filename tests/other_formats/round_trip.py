@@ -63,13 +63,9 @@ TIFF = {
     "Make": "a maker",
     "Model": "a model",
     "HostComputer": "a computer",
-    "tiff:PageName": "a page",
-    "tiff:PageNumber": 3,
     "Exif:LensModel": "a lens",
     "ExposureTime": 0.02,
     "GPS:LatitudeRef": "N",
-    "IPTC:Creator": "a creator",
-    "Keywords": "one; two",
 }
 
 

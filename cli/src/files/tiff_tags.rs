@@ -127,7 +127,9 @@ impl Carried {
             match decoder.read_directory(IfdPointer(at)) {
                 Ok(directory) => {
                     let own = tags(decoder.read_directory_tags(&directory), &mut left_out);
-                    carried.directories.push((tag, own));
+                    if !own.is_empty() {
+                        carried.directories.push((tag, own));
+                    }
                 }
                 Err(_) => left_out.push(tag.to_u16()),
             }
