@@ -251,6 +251,95 @@ fn whole_numbers_go_by_the_config_as_they_go_without() {
 }
 
 #[test]
+fn a_plate_of_another_format_is_written_in_what_that_holds() {
+    let folder = made();
+    let folder = folder.path();
+    let ways = format!("{SIGHT} --distance 2 --amount 0 {OWN}");
+    let apply = |files: &str, more: &str| {
+        let said = succeeds(folder, &format!("apply {files} {ways} {more}")).stderr;
+        said.lines()
+            .find(|line| line.contains("colour: "))
+            .expect("it is said")
+            .to_owned()
+    };
+    // Codes in integers become light.
+    write_log(folder, "log.png", "logc4");
+    write_log(folder, "log.dpx", "logc4");
+    for name in ["log.png", "log.dpx"] {
+        let said = apply(&format!("@{name} -o @light2.exr"), "--in-space logc4");
+        assert!(
+            said.contains("written in `ACEScg` (OUT holds light)"),
+            "{said}"
+        );
+        let space = tagged(&folder.join("light2.exr"), "oiio:ColorSpace");
+        assert_eq!(space.as_deref(), Some("ACEScg"));
+        // Where alpha is nothing PNG has lost what there was.
+        let covered: Vec<bool> = read_channel(&folder.join("light.exr"), "A")
+            .iter()
+            .map(|alpha| *alpha > 0.5)
+            .collect();
+        let within = if name == "log.png" { 2e-3 } else { 2e-2 };
+        for channel in COLOURS {
+            let of = |file: &str| read_channel(&folder.join(file), channel);
+            let pairs = of("light2.exr").into_iter().zip(of("light.exr"));
+            for ((found, want), _) in pairs.zip(&covered).filter(|(_, covered)| **covered) {
+                let apart = (found - want).abs() / want.abs().max(0.1);
+                assert!(apart < within, "{name} {channel}: {found} {want}");
+            }
+        }
+        // Asked for, they stay codes.
+        let said = apply(
+            &format!("@{name} -o @codes.exr"),
+            "--in-space logc4 --out-space logc4",
+        );
+        assert!(said.contains("written in `ARRI LogC4`,"), "{said}");
+        assert_eq!(tagged(&folder.join("codes.exr"), "oiio:ColorSpace"), None);
+    }
+    // Codes of an EXR stay codes, in EXR and in integers; HDR holds light.
+    write_log(folder, "log.exr", "logc4");
+    for out in ["same.exr", "same.png"] {
+        let said = apply(&format!("@log.exr -o @{out}"), "--in-space logc4");
+        assert!(said.contains("written in `ARRI LogC4`,"), "{said}");
+    }
+    let said = apply("@log.exr -o @light.hdr", "--in-space logc4");
+    assert!(
+        said.contains("written in `ACEScg` (OUT holds light)"),
+        "{said}"
+    );
+    // Light becomes sRGB codes in integers, by a rule of the config or else by name, and stays light in float TIFF.
+    for out in ["a.png", "a.dpx"] {
+        let said = apply(&format!("@light.exr -o @{out}"), "--in-space ACEScg");
+        let written = "written in `sRGB - Texture` (OUT holds integers)";
+        assert!(said.contains(written), "{said}");
+    }
+    let line = format!("lut @light.exr -o @want.png {OWN} --in-space ACEScg --out-space srgb_tx");
+    succeeds(folder, &line);
+    let open = |name: &str| {
+        let picture = image::open(folder.join(name)).expect("readable");
+        picture.into_rgba16()
+    };
+    let (found, want) = (open("a.png"), open("want.png"));
+    let apart = found.iter().zip(want.iter()).map(|(f, w)| f.abs_diff(*w));
+    assert!(apart.max() <= Some(1));
+    let said = apply("@light.exr -o @a.tif", "--in-space ACEScg");
+    assert!(said.contains("written in `ACEScg`,"), "{said}");
+    // A config that has no such space is asked.
+    let yaml = "ocio_profile_version: 2.1\nroles:\n  default: Light\n  scene_linear: Light\n\
+        file_rules:\n  - !<Rule> {name: Default, colorspace: default}\n\
+        displays:\n  Screen:\n    - !<View> {name: Plain, colorspace: Light}\n\
+        colorspaces:\n  - !<ColorSpace>\n    name: Light\n    encoding: scene-linear\n";
+    fs::write(folder.join("tiny.ocio"), yaml).expect("writable");
+    let line = format!(
+        "apply @light.exr -o @b.png {SIGHT} --distance 2 --ocio @tiny.ocio --in-space Light"
+    );
+    must_refuse(
+        folder,
+        &line,
+        &["b.png", "light of `Light` in integers", "--out-space"],
+    );
+}
+
+#[test]
 fn the_lens_goes_off_and_on_again_in_log() {
     let folder = made();
     let folder = folder.path();

@@ -65,6 +65,81 @@ fn a_picture_goes_there_and_back() {
     );
 }
 
+#[test]
+fn frames_are_converted_as_other_commands_take_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    for frame in 1..=3 {
+        write_plate(
+            &folder.join(format!("light.{frame:04}.exr")),
+            40 - frame,
+            30,
+        );
+    }
+    let spaces = format!("{OWN} --in-space ACEScg --out-space logc4 --no-provenance");
+    let run = format!("lut @light.%04d.exr -o @log.####.exr --frames 1-3 {spaces}");
+    let out = |name: &str, frame: usize| {
+        fs::read(folder.join(format!("{name}.{frame:04}.exr"))).expect("written")
+    };
+    let done = succeeds(folder, &run);
+    assert_eq!(done.stdout.matches("wrote ").count(), 3, "{}", done.stdout);
+    let colour = "frame 1: colour: `ACEScg` (--in-space) to `ARRI LogC4`";
+    assert!(done.stderr.contains(colour), "{}", done.stderr);
+    assert_eq!(done.stderr.matches("colour:").count(), 1, "{}", done.stderr);
+    for frame in 1..=3 {
+        let line = format!("lut @light.{frame:04}.exr -o @one.{frame:04}.exr {spaces}");
+        succeeds(folder, &line);
+        assert!(out("one", frame) == out("log", frame), "{frame}");
+    }
+    // A run goes on where it stopped, and starts anew where that is asked for.
+    fs::remove_file(folder.join("log.0002.exr")).expect("there");
+    fs::write(folder.join("log.0003.exr"), "kept").expect("writable");
+    let done = succeeds(folder, &run);
+    assert!(
+        done.stderr.contains("2 of 3 frames exist already"),
+        "{}",
+        done.stderr
+    );
+    assert!(out("log", 2) == out("one", 2) && out("log", 3) == b"kept");
+    succeeds(folder, &format!("{run} --overwrite --memory 1 --threads 1"));
+    assert!(out("log", 3) == out("one", 3));
+    // A frame that is not there stops no other, and is told at the end.
+    fs::remove_file(folder.join("light.0002.exr")).expect("there");
+    fs::remove_file(folder.join("log.0001.exr")).expect("there");
+    let done = seidel_in(folder, &format!("{run} --overwrite"));
+    assert_eq!(done.status, 1);
+    let (_, end) = (done.stderr)
+        .split_once("error: 1 of 3 frames failed:")
+        .expect("a list at the end");
+    assert!(end.contains("light.0002.exr"), "{end}");
+    assert!(out("log", 1) == out("one", 1));
+    // Frames and patterns belong together, tables have none, and nothing is written over what is read.
+    let line = format!("lut @light.%04d.exr -o @b.%04d.exr {spaces}");
+    must_refuse(folder, &line, &["holds a frame pattern", "--frames"]);
+    let line = format!("lut @light.%04d.exr -o @b.exr {spaces} --frames 1-3");
+    must_refuse(folder, &line, &["b.exr", "holds no frame pattern"]);
+    let line = format!("lut @light.0001.exr -o @light.0001.exr {spaces}");
+    must_refuse(folder, &line, &["would be overwritten"]);
+    let done = seidel_in(folder, &format!("lut -o @b.cube {spaces} --frames 1-3"));
+    assert_eq!(done.status, 2, "{}", done.stderr);
+}
+
+#[test]
+fn what_is_converted_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_plate(&folder.join("light.0007.exr"), 20, 10);
+    let line = format!(
+        "lut @light.%04d.exr -o @log.%04d.exr {OWN} --in-space ACEScg --out-space logc4 --frames 7"
+    );
+    succeeds(folder, &line);
+    let info = succeeds(folder, "info @log.0007.exr").stdout;
+    for part in ["seidelCommand", "light.0007.exr", "out-space: ARRI LogC4"] {
+        assert!(info.contains(part), "{part} in {info}");
+    }
+    assert!(!info.contains("--frames"), "{info}");
+}
+
 /// A config in `folder` whose space `Camera` is what the table `file` makes `Light` of.
 fn write_config(folder: &Path, file: &str) {
     let yaml = format!(

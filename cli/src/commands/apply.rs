@@ -125,7 +125,7 @@ pub(super) fn run(
     args.plate.check_output(&args.output)?;
     let mut said = Vec::new();
     let options = (&args.sight, &args.depth, &args.plate);
-    let shared = Shared::open(&args.lens, options, &mut said)?;
+    let shared = Shared::open(&args.lens, options, &args.output, &mut said)?;
     for remark in said {
         console.remark(remark);
     }

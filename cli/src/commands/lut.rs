@@ -1,28 +1,30 @@
-//! `seidel lut`: a picture from one colour space to another, the same as a look-up table, and what spaces there are.
+//! `seidel lut`: pictures from one colour space to another, the same as a look-up table, and what spaces there are.
 
 mod bake;
 mod convert;
 mod list;
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::Path;
 use std::sync::Arc;
 
 use clap::Args;
 use seidel_colour::{Config, Processor};
 
 use super::CommandError;
-use super::plates::ConfigArgs;
+use super::plates::{ConfigArgs, RunArgs};
 use crate::Console;
 
 /// Options of `seidel lut`.
 #[derive(Debug, Args)]
 pub struct LutArgs {
-    /// The picture to convert: OpenEXR, PNG or TIFF; none to write a table
+    /// The picture to convert: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; may hold a frame pattern such as
+    /// plate.%04d.exr; none to write a table
     #[arg(value_name = "IN", requires = "output")]
-    input: Option<PathBuf>,
-    /// Where to write: the picture in the same format, or a table, .cube or .spi1d
+    input: Option<String>,
+    /// Where to write: the picture, EXR, PNG, TIFF, DPX or HDR by its extension, or a table, .cube or .spi1d
     #[arg(short, long, value_name = "OUT", required_unless_present = "list")]
-    output: Option<PathBuf>,
+    output: Option<String>,
     /// List the config's spaces, roles, displays and views
     #[arg(long, conflicts_with_all = ["input", "output", "in_space", "out_space", "view"])]
     list: bool,
@@ -50,6 +52,8 @@ pub struct LutArgs {
     /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
     #[arg(long, requires = "input")]
     scrub: bool,
+    #[command(flatten)]
+    run: RunArgs,
 }
 
 fn parse_range(text: &str) -> Result<(f32, f32), String> {
@@ -75,12 +79,22 @@ impl LutArgs {
     }
 }
 
-pub(super) fn run(args: &LutArgs, console: &mut Console) -> Result<(), CommandError> {
+pub(super) fn run(
+    args: &LutArgs,
+    words: &[OsString],
+    console: &mut Console,
+) -> Result<(), CommandError> {
     let config = args.config.load()?;
-    match (&args.input, &args.output) {
-        (Some(input), Some(output)) => convert::run(args, &config, (input, output), console),
-        (None, Some(output)) => bake::run(args, &config, output, console),
-        _ => {
+    if let (Some(input), Some(output)) = (&args.input, &args.output) {
+        return convert::run(args, &config, (input, output), words, console);
+    }
+    if args.run.has_frames() {
+        let words = "--frames are those of a picture IN, which was not given";
+        return Err(CommandError::Usage(words.to_owned()));
+    }
+    match &args.output {
+        Some(output) => bake::run(args, &config, Path::new(output), console),
+        None => {
             list::run(&config, console);
             Ok(())
         }

@@ -63,7 +63,7 @@ pub enum Command {
     /// Tell what image files are, and what made them
     Info(info::InfoArgs),
     /// Convert pictures between colour spaces, or write look-up tables
-    Lut(lut::LutArgs),
+    Lut(Box<lut::LutArgs>),
     /// Tell what a lens lacks against measured point-spread functions, and add it
     Diagnose(Box<diagnose::DiagnoseArgs>),
 }
@@ -84,7 +84,7 @@ impl Command {
             Self::Remove(args) => remove::run(&args, words, console),
             Self::Relens(args) => relens::run(&args, words, console),
             Self::Info(args) => info::run(&args, console),
-            Self::Lut(args) => lut::run(&args, console),
+            Self::Lut(args) => lut::run(&args, words, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }

@@ -52,8 +52,8 @@ pub(super) fn run(
     args.plate.check_output(&args.output)?;
     let mut said = Vec::new();
     let options = (&args.sight, &args.depth, &args.plate);
-    let from = Shared::open(&args.from, options, &mut said)?;
-    let to = Shared::open(&args.to, options, &mut said)?;
+    let from = Shared::open(&args.from, options, &args.output, &mut said)?;
+    let to = Shared::open(&args.to, options, &args.output, &mut said)?;
     for remark in said {
         console.remark(remark);
     }

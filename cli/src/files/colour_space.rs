@@ -3,7 +3,7 @@
 use super::plate::{Plate, PlateFile};
 
 /// Attributes that name a colour space: OpenImageIO's, and that of the Color Interop Forum.
-const BY_NAME: &str = "oiio:ColorSpace";
+pub(super) const BY_NAME: &str = "oiio:ColorSpace";
 const BY_IDENTIFIER: &str = "colorInteropID";
 
 impl Plate {
@@ -37,6 +37,7 @@ impl Plate {
 
     /// Has the file say that its colour is in another `space` than it was. What cannot be said right is left out.
     pub fn set_colour_space(&mut self, space: &str) {
+        self.space = Some(space.to_owned());
         let (plate, group) = match &mut self.file {
             PlateFile::Exr { plate, group } => (plate, group),
             PlateFile::Flat { plate, .. } => {

@@ -11,6 +11,9 @@ use super::exr_texts::{as_text, utf8};
 use super::facts::{CAMERA_MODEL, CAMERA_SERIAL, Facts, SHUTTER_ANGLE};
 use super::provenance::is_ours;
 
+/// What OpenImageIO calls `framesPerSecond` where it writes it.
+const FRAME_RATE: &str = "FramesPerSecond";
+
 impl ExrPlate {
     /// What the part of `id` says of the picture.
     pub(super) fn facts(&self, id: ChannelId) -> Facts {
@@ -18,15 +21,19 @@ impl ExrPlate {
             return Facts::default();
         };
         let text = |name| self.text(id.part(), name);
-        let angle = Text::new_or_none(SHUTTER_ANGLE).and_then(|name| own.other.get(&name));
+        let other = |name| Text::new_or_none(name).and_then(|name| own.other.get(&name));
+        let rate = || match other(FRAME_RATE) {
+            Some(AttributeValue::Rational(rate)) => Some(*rate),
+            _ => None,
+        };
         Facts {
             time_code: self.image_attributes().time_code,
-            frame_rate: own.frames_per_second,
+            frame_rate: own.frames_per_second.or_else(rate),
             owner: own.owner.as_ref().map(utf8),
             captured: own.capture_date.as_ref().map(utf8),
             device: text(CAMERA_MODEL),
             serial: text(CAMERA_SERIAL),
-            shutter_angle: match angle {
+            shutter_angle: match other(SHUTTER_ANGLE) {
                 Some(AttributeValue::F32(angle)) => Some(*angle),
                 _ => None,
             },
@@ -37,7 +44,9 @@ impl ExrPlate {
     /// Whether it says anything beside windows, pixel aspect, names of parts, what made it, and attributes of the names
     /// `but`.
     pub(super) fn has_own_attributes(&self, but: &[&str]) -> bool {
-        let is = |name: &str| but.contains(&name);
+        let is = |name: &str| {
+            but.contains(&name) || name == FRAME_RATE && but.contains(&"framesPerSecond")
+        };
         let shared = self.image_attributes();
         let plain = ImageAttributes {
             pixel_aspect: shared.pixel_aspect,

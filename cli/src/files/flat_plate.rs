@@ -294,7 +294,13 @@ impl FlatPlate {
                 let named = profile.map(|_| "the colour profile (ICC)".to_owned());
                 named.into_iter().collect()
             }
-            Container::Dpx(_) | Container::Hdr { .. } => Vec::new(),
+            Container::Dpx(carried) => carried.drop_colour(),
+            Container::Hdr { lines } => {
+                let says = |line: &Vec<u8>| line.starts_with(b"PRIMARIES=");
+                let named = lines.iter().any(says).then(|| "PRIMARIES".to_owned());
+                lines.retain(|line| !says(line));
+                named.into_iter().collect()
+            }
         }
     }
 
@@ -321,6 +327,11 @@ impl FlatPlate {
                 all.extend(carried.texts());
                 all
             }
+            Container::Tiff(carried) => carried.texts(),
+            Container::Png(carried) => match carried.names() {
+                names if names.is_empty() => Texts::new(),
+                names => vec![named("chunks", names.join(", "))],
+            },
             _ => Texts::new(),
         }
     }
@@ -355,6 +366,15 @@ impl FlatPlate {
                         "the HDR header says that samples were multiplied by {exposure} (EXPOSURE); they stay so"
                     ));
                 }
+            }
+            Container::Png(carried) => {
+                let unheeded = carried.says_linear();
+                let unheeded = unheeded.filter(|_| taken == Some(Encoding::Srgb) && !told);
+                remarks.extend(unheeded.map(|chunk| {
+                    format!(
+                        "the PNG says ({chunk}) that its codes are proportional to light, but they are taken to be sRGB; give --encoding linear to go by it"
+                    )
+                }));
             }
             Container::Jpeg { turned: true, .. } => remarks.push(
                 "the JPEG is to be turned or mirrored for show (EXIF orientation); it is taken as its pixels lie"

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use exr::meta::attribute::SampleType;
 
+use super::colour_space::BY_NAME;
 use super::dpx;
 use super::error::Result;
 use super::exr_choice::ColourGroup;
@@ -415,11 +416,15 @@ fn write_exr(
             half,
         })
         .collect();
+    let mut texts = picture.texts.clone();
+    if let Some(space) = &plate.space {
+        texts.push((BY_NAME.to_owned(), space.clone()));
+    }
     let beside = Beside {
         pixel_aspect: Some(plate.pixel_aspect()),
         facts: facts(plate),
         packing: plate.options.packing,
-        texts: picture.texts.clone(),
+        texts,
     };
     write_beside(path, picture.windows, &channels, beside)
 }

@@ -40,6 +40,8 @@ pub struct Plate {
     names: Vec<String>,
     window: Window,
     display: Window,
+    /// The colour space that it is put into, where that is another than it was in.
+    pub(super) space: Option<String>,
 }
 
 #[derive(Debug, Clone)]
@@ -97,6 +99,7 @@ impl Plate {
             options: options.clone(),
             window,
             display: window,
+            space: None,
         })
     }
 
@@ -114,6 +117,7 @@ impl Plate {
             window: plate.data_window(group.colour[0]),
             display: plate.display_window(),
             options: options.clone(),
+            space: None,
             file: PlateFile::Exr {
                 plate: Box::new(plate),
                 group,
@@ -145,6 +149,16 @@ impl Plate {
         match &self.file {
             PlateFile::Exr { .. } => false,
             PlateFile::Flat { plate, .. } => plate.depth().is_integer(),
+        }
+    }
+
+    /// Whether its samples become whole numbers in a file of the format `target`.
+    pub fn becomes_integers(&self, target: Format) -> bool {
+        match (target, &self.file) {
+            (Format::Exr | Format::Hdr, _) => false,
+            (Format::Tiff, PlateFile::Exr { .. }) => false,
+            (Format::Tiff, PlateFile::Flat { plate, .. }) => plate.depth().is_integer(),
+            _ => true,
         }
     }
 

@@ -78,6 +78,21 @@ impl Carried {
             .collect()
     }
 
+    /// The chunk that says that codes are proportional to light, where one does: cICP, which goes before gAMA.
+    pub(super) fn says_linear(&self) -> Option<&'static str> {
+        let data = |name: &[u8; 4]| {
+            let own = self.chunks.iter().find(|chunk| chunk.name() == *name);
+            own.map(Chunk::data)
+        };
+        match (data(b"cICP"), data(b"gAMA")) {
+            // Transfer characteristic 8 of ITU-T H.273.
+            (Some([_, 8, ..]), _) => Some("cICP"),
+            // One, in hundred-thousandths.
+            (None, Some([0, 1, 0x86, 0xa0])) if data(b"sRGB").is_none() => Some("gAMA"),
+            _ => None,
+        }
+    }
+
     /// Takes away what says of what colour space codes are; the names of that.
     pub(super) fn drop_colour(&mut self) -> Vec<String> {
         let colour = self.chunks.iter().filter(|chunk| chunk.is_colour());

@@ -5,6 +5,8 @@ use std::io::{Read, Seek};
 use tiff::decoder::{Decoder, IfdDecoder};
 use tiff::tags::{ByteOrder, ExtraSamples, IfdPointer, Tag, Type, ValueBuffer};
 
+use super::provenance::Texts;
+
 /// What a TIFF file holds beside its pixels and is written back.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Carried {
@@ -59,6 +61,22 @@ const COLOUR: [u16; 5] = [301, 318, 319, 342, PROFILE];
 
 const PROFILE: u16 = 34_675;
 
+/// Names of texts.
+const TEXTS: [(u16, &str); 12] = [
+    (269, "DocumentName"),
+    (270, "ImageDescription"),
+    (271, "Make"),
+    (272, "Model"),
+    (285, "PageName"),
+    (305, "Software"),
+    (306, "DateTime"),
+    (315, "Artist"),
+    (316, "HostComputer"),
+    (33_432, "Copyright"),
+    (36_867, "DateTimeOriginal"),
+    (42_036, "LensModel"),
+];
+
 /// Tags that do not go along: SubIFDs, which are pictures or point anywhere; Photoshop's layers, which that program shows
 /// in place of the picture; in EXIF the maker's note, which may point into the old file, and Interoperability.
 const NOT_CARRIED: [u16; 5] = [330, 37_724, 37_500, 40_965, 50_255];
@@ -109,7 +127,9 @@ impl Carried {
             match decoder.read_directory(IfdPointer(at)) {
                 Ok(directory) => {
                     let own = tags(decoder.read_directory_tags(&directory), &mut left_out);
-                    carried.directories.push((tag, own));
+                    if !own.is_empty() {
+                        carried.directories.push((tag, own));
+                    }
                 }
                 Err(_) => left_out.push(tag.to_u16()),
             }
@@ -133,6 +153,19 @@ impl Carried {
     /// Whether the file says that its colour is premultiplied by alpha.
     pub(super) fn is_premultiplied(&self) -> bool {
         self.alpha == Some(ExtraSamples::AssociatedAlpha)
+    }
+
+    /// The tags that are texts, each with its name.
+    pub(super) fn texts(&self) -> Texts {
+        let directories = self.directories.iter().flat_map(|(_, tags)| tags);
+        let all = self.tags.iter().chain(directories);
+        let texts = all.filter(|own| own.kind == Type::ASCII).map(|own| {
+            let known = TEXTS.iter().find(|(tag, _)| *tag == own.tag);
+            let name = known.map_or_else(|| format!("tag {}", own.tag), |(_, n)| (*n).to_owned());
+            let text = String::from_utf8_lossy(&own.bytes);
+            (name, text.trim_end_matches('\0').to_owned())
+        });
+        texts.collect()
     }
 
     /// Tags that are not carried over, in words.

@@ -1,83 +1,191 @@
-//! A picture from one space to another.
+//! Pictures from one space to another, one or the frames of a sequence.
 
-use std::path::Path;
+use std::ffi::OsString;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use seidel_colour::{Alphas, Config};
+use rayon::ThreadPool;
+use seidel_colour::{Alphas, Config, Processor};
 
 use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
-use crate::commands::plates::space_of;
+use crate::commands::plates::{Files, FrameFiles, Outcome, Shares, Stages, space_of};
 use crate::files::error::FileError;
 use crate::files::flat_plate::Encoding;
 use crate::files::plate::{Plate, PlateOptions};
+use crate::files::provenance::Provenance;
 
 /// What asks for the space that a file is in to be told by the file.
 const AUTO: &str = "auto";
 
-/// Converts the picture `input`.
+/// What all frames of a run share.
+struct Job<'a> {
+    args: &'a LutArgs,
+    config: &'a Config,
+    frames: &'a [FrameFiles],
+    /// Where files are unpacked: not where colours are converted, so that both go on at once.
+    reading: &'a ThreadPool,
+    converting: &'a ThreadPool,
+    shares: &'a Shares,
+    provenance: Option<Provenance>,
+    /// What was said of the last picture's colour.
+    told: Mutex<String>,
+}
+
+/// A picture with what converts it, and what the user should know of it.
+struct Picture {
+    plate: Plate,
+    processor: Arc<Processor>,
+    said: Vec<String>,
+}
+
+/// Converts the picture or pictures `input`.
 pub(super) fn run(
     args: &LutArgs,
     config: &Config,
-    (input, output): (&Path, &Path),
+    (input, output): (&str, &str),
+    words: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
-    let options = PlateOptions {
-        layer: args.layer.clone(),
-        encoding: Some(Encoding::Linear),
-        colour_managed: true,
-        ..PlateOptions::default()
+    let files = Files {
+        input,
+        output,
+        read: Vec::new(),
+        written: Vec::new(),
     };
-    let mut plate = Plate::open(input, &options)?;
-    let asked = args.in_space.as_deref().unwrap_or(AUTO);
-    let (from, by) = match asked {
-        AUTO => space_of(config, &plate)?,
-        name => (config.space(name)?, "--in-space".to_owned()),
+    let frames = args.run.frames(&files, &[], console)?;
+    let shares = Shares::new(console, "converting", frames.len());
+    let job = Job {
+        args,
+        config,
+        frames: &frames,
+        reading: &args.run.pool()?,
+        converting: &args.run.pool()?,
+        shares: &shares,
+        provenance: args.run.provenance(words, &[])?,
+        told: Mutex::default(),
     };
-    let processor = args.processor(config, &from.name)?;
-    console.remark(format!(
-        "colour: `{}` ({by}) to `{}`, by {}",
-        from.name,
-        processor.to(),
-        config.name()
-    ));
-    let bad = plate.non_finite();
-    if let (Some(first), false) = (bad.first(), args.scrub) {
-        let remedy = "mend the picture, or give --scrub to replace such samples by zero";
-        return Err(FileError::new(input, "", first.to_string(), remedy).into());
-    }
-    for bad in &bad {
-        console.remark(format!("{bad}; replaced by zero"));
-    }
-    let mut colours = plate.colour();
-    // Also where nothing is converted.
-    for sample in colours.iter_mut().flatten().filter(|v| !v.is_finite()) {
-        *sample = 0.0;
-    }
-    let alpha = plate.alpha();
-    let alphas = match &alpha {
-        Some(alpha) if plate.is_premultiplied() => Alphas::Shared(alpha),
-        _ => Alphas::Straight,
-    };
-    let report = processor.planes(&mut colours, alphas)?;
-    if report.unheld > 0 {
-        let problem = format!(
-            "{} samples have no finite number in `{}`",
-            report.unheld,
-            processor.to()
+    args.run.run(&job, &frames, &shares, console)
+}
+
+impl Job<'_> {
+    fn read_picture(&self, index: usize) -> Result<Picture, CommandError> {
+        let args = self.args;
+        let options = PlateOptions {
+            layer: args.layer.clone(),
+            encoding: Some(Encoding::Linear),
+            colour_managed: true,
+            ..PlateOptions::default()
+        };
+        let plate = Plate::open(&self.frames[index].input, &options)?;
+        let asked = args.in_space.as_deref().unwrap_or(AUTO);
+        let (from, by) = match asked {
+            AUTO => space_of(self.config, &plate)?,
+            name => (self.config.space(name)?, "--in-space".to_owned()),
+        };
+        let processor = args.processor(self.config, &from.name)?;
+        let mut said = Vec::new();
+        let told = format!(
+            "colour: `{}` ({by}) to `{}`, by {}",
+            from.name,
+            processor.to(),
+            self.config.name()
         );
-        if !args.scrub {
-            let remedy = "check --in-space, or give --scrub to replace such samples by zero";
-            return Err(FileError::new(input, "colour", problem, remedy).into());
+        let mut last = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        if *last != told {
+            said.push(told.clone());
+            *last = told;
         }
-        console.remark(format!("{problem}; replaced by zero"));
+        Ok(Picture {
+            plate,
+            processor,
+            said,
+        })
     }
-    plate.set_colour(&colours)?;
-    if processor.from() != processor.to() {
-        plate.set_colour_space(processor.to());
+
+    fn convert(&self, index: usize, picture: Picture) -> Result<Picture, CommandError> {
+        let Picture {
+            mut plate,
+            processor,
+            mut said,
+        } = picture;
+        let scrub = self.args.scrub;
+        let bad = plate.non_finite();
+        if let (Some(first), false) = (bad.first(), scrub) {
+            let remedy = "mend the picture, or give --scrub to replace such samples by zero";
+            return Err(FileError::new(plate.path(), "", first.to_string(), remedy).into());
+        }
+        said.extend(bad.iter().map(|bad| format!("{bad}; replaced by zero")));
+        let mut colours = plate.colour();
+        // Also where nothing is converted.
+        for sample in colours.iter_mut().flatten().filter(|v| !v.is_finite()) {
+            *sample = 0.0;
+        }
+        let alpha = plate.alpha();
+        let alphas = match &alpha {
+            Some(alpha) if plate.is_premultiplied() => Alphas::Shared(alpha),
+            _ => Alphas::Straight,
+        };
+        let report = processor.planes(&mut colours, alphas)?;
+        if report.unheld > 0 {
+            let problem = format!(
+                "{} samples have no finite number in `{}`",
+                report.unheld,
+                processor.to()
+            );
+            if !scrub {
+                let remedy = "check --in-space, or give --scrub to replace such samples by zero";
+                return Err(FileError::new(plate.path(), "colour", problem, remedy).into());
+            }
+            said.push(format!("{problem}; replaced by zero"));
+        }
+        plate.set_colour(&colours)?;
+        if processor.from() != processor.to() {
+            plate.set_colour_space(processor.to());
+        }
+        if let Some(provenance) = &self.provenance {
+            let told = [
+                ("config", self.config.name()),
+                ("in-space", processor.from()),
+                ("out-space", processor.to()),
+            ];
+            let told = told.map(|(name, value)| (name.to_owned(), value.to_owned()));
+            plate.sign(provenance, self.frames[index].number, &told);
+        }
+        self.shares.tell(index, 1.0);
+        Ok(Picture {
+            plate,
+            processor,
+            said,
+        })
     }
-    for said in plate.write(output)? {
-        console.remark(said);
+}
+
+impl Stages for Job<'_> {
+    type Read = Picture;
+    type Done = Picture;
+
+    fn read(&self, index: usize) -> Result<Picture, CommandError> {
+        self.reading.install(|| self.read_picture(index))
     }
-    Ok(())
+
+    fn bytes(&self, picture: &Picture) -> u64 {
+        let plate = &picture.plate;
+        // The colours beside what the file holds, and alpha.
+        let planes = plate.colour_names().len() as u64 + 1;
+        let pixels = plate.width() as u64 * plate.height() as u64;
+        plate.held_bytes() + planes * pixels * size_of::<f32>() as u64
+    }
+
+    fn blur(&self, index: usize, picture: Picture) -> Result<Picture, CommandError> {
+        self.converting.install(|| self.convert(index, picture))
+    }
+
+    fn write(&self, index: usize, picture: Picture) -> Outcome {
+        let Picture {
+            plate, mut said, ..
+        } = picture;
+        said.extend(plate.write(&self.frames[index].output)?);
+        Ok(said)
+    }
 }

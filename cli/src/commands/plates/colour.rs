@@ -1,5 +1,6 @@
 //! Colour spaces of plates: which they are in, which light is worked on in, which they are written in.
 
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Args;
@@ -7,10 +8,20 @@ use seidel_colour::{Alphas, ColourError, Config, Processor, Source, Space};
 
 use crate::commands::CommandError;
 use crate::files::error::FileError;
+use crate::files::format::Format;
 use crate::files::plate::Plate;
 
 /// What asks for the space that a file is in to be told by the file.
 const AUTO: &str = "auto";
+
+/// What configs call sRGB-encoded Rec.709, as pictures in integers are: aliases and names of OpenColorIO's own configs.
+const SRGB: [&str; 5] = [
+    "srgb_tx",
+    "srgb_rec709_scene",
+    "sRGB - Texture",
+    "sRGB Encoded Rec.709 (sRGB)",
+    "sRGB",
+];
 
 /// Options about the config.
 #[derive(Debug, Args)]
@@ -31,7 +42,8 @@ pub(crate) struct ColourArgs {
     /// integers are sRGB
     #[arg(long, value_name = "SPACE")]
     in_space: Option<String>,
-    /// Colour space to write the plate in; that which it was in if left out
+    /// Colour space to write the plate in; if left out that which it was in, but the working space where integers become
+    /// EXR or HDR, and where light becomes integers the space of the config's file rules for OUT, else sRGB
     #[arg(long, value_name = "SPACE")]
     out_space: Option<String>,
     /// Colour space to work in, which must be proportional to light; the config's role scene_linear if left out
@@ -62,7 +74,12 @@ impl ColourArgs {
     }
 
     /// What converts plates, where anything is to be; otherwise no config is looked at. Remarks go to `said`.
-    pub(crate) fn room(&self, said: &mut Vec<String>) -> Result<Option<ColourRoom>, CommandError> {
+    /// OUT has the name `output`.
+    pub(crate) fn room<'a>(
+        &self,
+        output: &'a str,
+        said: &mut Vec<String>,
+    ) -> Result<Option<ColourRoom<'a>>, CommandError> {
         if !self.is_given() {
             return Ok(None);
         }
@@ -87,6 +104,7 @@ impl ColourArgs {
             asked: named(&asked)?,
             working,
             out,
+            output: Path::new(output),
             config,
             told: Mutex::default(),
         }))
@@ -94,13 +112,15 @@ impl ColourArgs {
 }
 
 /// What converts the plates of a run.
-pub(crate) struct ColourRoom {
+pub(crate) struct ColourRoom<'a> {
     config: Config,
     /// The space that plates are in; as they say if none.
     asked: Option<Space>,
     working: Space,
-    /// The space that they are written in; the one that they were in if none.
+    /// The space that they are written in; as [`ColourRoom::left_out`] has it if none.
     out: Option<Space>,
+    /// The name of OUT, which may hold a frame pattern.
+    output: &'a Path,
     /// What was said of the last plate's colour.
     told: Mutex<String>,
 }
@@ -116,7 +136,7 @@ pub(crate) struct PlateColour {
     returning: Arc<Processor>,
 }
 
-impl ColourRoom {
+impl ColourRoom<'_> {
     /// The name of the space that light is worked on in.
     pub(crate) fn working(&self) -> &str {
         &self.working.name
@@ -132,9 +152,12 @@ impl ColourRoom {
             Some(space) => (space.clone(), "--in-space".to_owned()),
             None => space_of(&self.config, plate)?,
         };
-        let out = self.out.as_ref().unwrap_or(&space);
+        let (out, why) = match &self.out {
+            Some(out) => (out.clone(), ""),
+            None => self.left_out(plate, &space)?,
+        };
         let told = format!(
-            "colour: the plate is in `{}` ({from}), worked on in `{}`, written in `{}`, by {}",
+            "colour: the plate is in `{}` ({from}), worked on in `{}`, written in `{}`{why}, by {}",
             space.name,
             self.working.name,
             out.name,
@@ -142,7 +165,7 @@ impl ColourRoom {
         );
         let mut last = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         if *last != told {
-            for data in [&space, out].iter().filter(|space| space.is_data) {
+            for data in [&space, &out].iter().filter(|space| space.is_data) {
                 said.push(format!("`{}` is for data: nothing is converted", data.name));
             }
             said.push(told.clone());
@@ -154,6 +177,39 @@ impl ColourRoom {
             outgoing: self.config.processor(&self.working.name, &out.name)?,
             returning: self.config.processor(&out.name, &self.working.name)?,
         })
+    }
+
+    /// The space that `plate`, which is in `space`, is written in where none is asked for; and why, where it is another.
+    /// EXR and HDR of what was integers hold light, as whoever composites takes them to; integers hold no light as it is,
+    /// which would leave shadows hardly a code.
+    fn left_out(&self, plate: &Plate, space: &Space) -> Result<(Space, &str), CommandError> {
+        let target = Format::of_name(self.output).unwrap_or(plate.format());
+        if target == plate.format() || space.is_data {
+            return Ok((space.clone(), ""));
+        }
+        let (was, becomes) = (plate.holds_integers(), plate.becomes_integers(target));
+        let light = was && !becomes || target == Format::Hdr;
+        if light && !space.is_scene_linear() {
+            return Ok((self.working.clone(), " (OUT holds light)"));
+        }
+        if was || !becomes || !space.is_scene_linear() {
+            return Ok((space.clone(), ""));
+        }
+        let by_rule = self.config.file_space(self.output);
+        let by_rule = by_rule.filter(|rule| !rule.is_default);
+        let by_rule = by_rule.and_then(|rule| self.config.find(&rule.space));
+        let known = SRGB.iter().filter_map(|name| self.config.find(name));
+        let mut codes = by_rule.into_iter().chain(known);
+        let codes = codes.find(|space| !space.is_scene_linear() && !space.is_data);
+        codes
+            .map(|codes| (codes, " (OUT holds integers)"))
+            .ok_or_else(|| {
+                let problem = format!(
+                    "would be light of `{}` in integers, and the config has no sRGB for textures",
+                    space.name
+                );
+                FileError::new(self.output, "colour space", problem, "give --out-space").into()
+            })
     }
 }
 

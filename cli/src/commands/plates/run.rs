@@ -169,6 +169,11 @@ impl RunArgs {
         Ok(Some(made))
     }
 
+    /// Whether frames are named.
+    pub(crate) fn has_frames(&self) -> bool {
+        self.frames.is_some()
+    }
+
     /// The frames that there are to render; `lenses` are read as well. Says how many exist already.
     pub(crate) fn frames(
         &self,

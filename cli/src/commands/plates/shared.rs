@@ -65,7 +65,7 @@ pub(crate) struct Shared<'a> {
     animation: Option<Animation>,
     depth: DepthSource,
     /// What converts colours, where they are to be.
-    colour: Option<ColourRoom>,
+    colour: Option<ColourRoom<'a>>,
     /// What the numbers of depth passes are.
     pub(crate) meaning: DepthMeaning,
 }
@@ -91,10 +91,11 @@ pub(crate) struct Sight<'a> {
 }
 
 impl<'a> Shared<'a> {
-    /// Reads the `lens`, and settles what the options leave open; remarks go to `said`.
+    /// Reads the `lens`, and settles what the options leave open for an OUT of the name `output`; remarks go to `said`.
     pub(crate) fn open(
         lens: &'a Path,
         (args, depth, plate): (&'a LensArgs, &DepthArgs, &'a PlateArgs),
+        output: &'a str,
         said: &mut Vec<String>,
     ) -> Result<Self, CommandError> {
         let measured = read_lens(lens)?;
@@ -106,7 +107,7 @@ impl<'a> Shared<'a> {
         let meaning = depth.meaning()?;
         let depth = depth.source()?;
         depth.check_lens(&setup.drawing.predictor, lens)?;
-        let colour = plate.colour.room(said)?;
+        let colour = plate.colour.room(output, said)?;
         Ok(Self {
             args,
             plate,

@@ -23,6 +23,7 @@ const HEIGHT: usize = 776;
 const DATA_SIGN: usize = 780;
 const DESCRIPTOR: usize = 800;
 const TRANSFER: usize = 801;
+const COLORIMETRIC: usize = 802;
 const BIT_SIZE: usize = 803;
 const PACKING: usize = 804;
 const ENCODING: usize = 806;
@@ -202,10 +203,7 @@ fn packing(path: &Path, bits: u8, method: u16) -> Result<Packing> {
         (16, _) => return Ok(Packing::Bits16),
         (10, Some(justified)) => return Ok(Packing::Bits10(justified)),
         (12, Some(justified)) => return Ok(Packing::Bits12(justified)),
-        (10 | 12, None) if method == 0 => (
-            "packing",
-            format!("is 0: {bits}-bit samples across 32-bit words are not supported"),
-        ),
+        (10 | 12, None) if method == 0 => return Ok(Packing::Across(bits)),
         (10 | 12, None) => ("packing", format!("is {method}, which is unknown")),
         _ => (
             "bit size",
@@ -311,7 +309,7 @@ pub(super) fn made(new: &NewHeader) -> Vec<u8> {
     let method = match layout.packing {
         Packing::Bits10(Justified::High) | Packing::Bits12(Justified::High) => 1,
         Packing::Bits10(Justified::Low) | Packing::Bits12(Justified::Low) => 2,
-        Packing::Bits8 | Packing::Bits16 => 0,
+        Packing::Bits8 | Packing::Bits16 | Packing::Across(_) => 0,
     };
     put_u16(&mut header, big_endian, PACKING, method);
     put_u16(&mut header, big_endian, ENCODING, 0);
@@ -325,11 +323,30 @@ pub(super) fn made(new: &NewHeader) -> Vec<u8> {
     // Transfer and colorimetry: linear, or else user defined.
     let transfer = u8::from(new.encoding == Some(Encoding::Linear)) * 2;
     header[TRANSFER] = transfer;
-    header[TRANSFER + 1] = 0;
+    header[COLORIMETRIC] = 0;
     if new.encoding == Some(Encoding::Srgb) {
         header[DESCRIPTION..DESCRIPTION + SRGB_DESCRIPTION.len()].copy_from_slice(SRGB_DESCRIPTION);
     }
     header
+}
+
+/// Has a header call its codes user defined, where it says anything else of them; the names of what it said.
+pub(super) fn drop_colour(header: &mut [u8]) -> Vec<String> {
+    let mut names = Vec::new();
+    for (at, name) in [
+        (TRANSFER, "the transfer characteristic"),
+        (COLORIMETRIC, "the colorimetric specification"),
+    ] {
+        if ![0, u8::MAX].contains(&header[at]) {
+            header[at] = 0;
+            names.push(name.to_owned());
+        }
+    }
+    if header[DESCRIPTION..].starts_with(SRGB_DESCRIPTION) {
+        header[DESCRIPTION..DESCRIPTION + SRGB_DESCRIPTION.len()].fill(0);
+        names.push("the description as sRGB".to_owned());
+    }
+    names
 }
 
 /// Bytes of user data after the header; none where that is not said.

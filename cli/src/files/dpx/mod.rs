@@ -61,6 +61,13 @@ impl Carried {
         facts::put_facts(&mut self.lead, big_endian, facts)
     }
 
+    /// Takes away what the header says of codes as colour; the names of that.
+    pub(super) fn drop_colour(&mut self) -> Vec<String> {
+        self.header.transfer = 0;
+        self.header.is_srgb = false;
+        header::drop_colour(&mut self.lead)
+    }
+
     /// The texts of the header, each with its name.
     pub(super) fn texts(&self) -> Texts {
         facts::texts(&self.lead)
@@ -161,8 +168,8 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
         container: Container::Dpx(Box::new(carried)),
         depth: match layout.packing {
             Packing::Bits8 => SampleDepth::U8,
-            Packing::Bits10(_) => SampleDepth::U10,
-            Packing::Bits12(_) => SampleDepth::U12,
+            Packing::Bits10(_) | Packing::Across(10) => SampleDepth::U10,
+            Packing::Bits12(_) | Packing::Across(_) => SampleDepth::U12,
             Packing::Bits16 => SampleDepth::U16,
         },
         width: layout.width,
@@ -192,6 +199,25 @@ fn stride(path: &Path, header: &Header, length: usize) -> Result<usize> {
     let standard = plain.checked_next_multiple_of(4).unwrap_or(plain);
     if plain.checked_mul(height) == Some(room) {
         return Ok(plain);
+    }
+    // Some writers fill words and call them packed.
+    if let Packing::Across(bits) = header.layout.packing {
+        let filled = match bits {
+            10 => Packing::Bits10(Justified::High),
+            _ => Packing::Bits12(Justified::High),
+        };
+        let layout = Layout {
+            packing: filled,
+            ..header.layout
+        };
+        if layout.line_bytes().checked_mul(height) == Some(room) {
+            return Err(FileError::new(
+                path,
+                "packing",
+                "is 0, samples across words, but the image data are as long as filled words",
+                "save it as 10 bits filled to 32-bit words (method A) or as 16 bits",
+            ));
+        }
     }
     let fitting = [standard, plain].into_iter().find(|&s| needed(s) <= room);
     fitting.ok_or_else(|| {

@@ -20,6 +20,9 @@ pub(super) enum Packing {
     Bits12(Justified),
     /// A 16-bit word each.
     Bits16,
+    /// So many bits each, one after the other across 32-bit words from their low bits up: what OpenImageIO writes of 12
+    /// bits.
+    Across(u8),
 }
 
 impl Packing {
@@ -30,6 +33,7 @@ impl Packing {
             Self::Bits10(_) => 10,
             Self::Bits12(_) => 12,
             Self::Bits16 => 16,
+            Self::Across(bits) => bits,
         }
     }
 
@@ -65,7 +69,12 @@ impl Layout {
             Packing::Bits8 => samples,
             Packing::Bits10(_) => samples.div_ceil(3) * 4,
             Packing::Bits12(_) | Packing::Bits16 => samples * 2,
+            Packing::Across(bits) => self.bits_across(bits).div_ceil(32) * 4,
         }
+    }
+
+    fn bits_across(&self, bits: u8) -> usize {
+        self.samples().saturating_mul(usize::from(bits))
     }
 
     /// By how many bits each of three 10-bit samples is shifted up in its word.
@@ -80,6 +89,21 @@ impl Layout {
         match self.components {
             1 => [padding, padding + 10, padding + 20],
             _ => [padding + 20, padding + 10, padding],
+        }
+    }
+
+    fn word32(&self, bytes: &[u8]) -> u32 {
+        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
+        match self.big_endian {
+            true => u32::from_be_bytes(bytes),
+            false => u32::from_le_bytes(bytes),
+        }
+    }
+
+    fn bytes32(&self, word: u32) -> [u8; 4] {
+        match self.big_endian {
+            true => word.to_be_bytes(),
+            false => word.to_le_bytes(),
         }
     }
 
@@ -116,14 +140,24 @@ impl Layout {
             Packing::Bits10(justified) => {
                 let shifts = self.shifts(justified);
                 for (codes, bytes) in codes.chunks_mut(3).zip(line.chunks_exact(4)) {
-                    let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-                    let word = match self.big_endian {
-                        true => u32::from_be_bytes(bytes),
-                        false => u32::from_le_bytes(bytes),
-                    };
+                    let word = self.word32(bytes);
                     for (code, shift) in codes.iter_mut().zip(shifts) {
                         *code = (word >> shift & 0x3ff) as u16;
                     }
+                }
+            }
+            Packing::Across(bits) => {
+                let mut words = line.chunks_exact(4);
+                let (mut held, mut count) = (0_u64, 0);
+                for code in codes {
+                    if count < u32::from(bits) {
+                        held |=
+                            u64::from(words.next().map_or(0, |word| self.word32(word))) << count;
+                        count += 32;
+                    }
+                    *code = held as u16 & self.packing.full_scale();
+                    held >>= bits;
+                    count -= u32::from(bits);
                 }
             }
         }
@@ -151,10 +185,22 @@ impl Layout {
                     let pairs = codes.iter().zip(shifts);
                     let word =
                         pairs.fold(0, |word, (&code, shift)| word | u32::from(code) << shift);
-                    out.extend(match self.big_endian {
-                        true => word.to_be_bytes(),
-                        false => word.to_le_bytes(),
-                    });
+                    out.extend(self.bytes32(word));
+                }
+            }
+            Packing::Across(bits) => {
+                let (mut held, mut count) = (0_u64, 0);
+                for &code in codes {
+                    held |= u64::from(code) << count;
+                    count += u32::from(bits);
+                    if count >= 32 {
+                        out.extend(self.bytes32(held as u32));
+                        held >>= 32;
+                        count -= 32;
+                    }
+                }
+                if count > 0 {
+                    out.extend(self.bytes32(held as u32));
                 }
             }
         }
@@ -200,6 +246,11 @@ mod tests {
             packed(1, Packing::Bits12(low), false, &[0xabc]),
             [0xbc, 0x0a]
         );
+        // 1, 2, 3 from the low bits up, the third in two words.
+        let words = packed(1, Packing::Across(12), true, &[1, 2, 3]);
+        assert_eq!(words, [0x03, 0x00, 0x20, 0x01, 0, 0, 0, 0]);
+        let words = packed(1, Packing::Across(10), false, &[1, 2, 3, 0x3ff]);
+        assert_eq!(words, [0x01, 0x08, 0x30, 0xc0, 0xff, 0, 0, 0]);
     }
 
     #[test]
@@ -211,6 +262,8 @@ mod tests {
             Packing::Bits12(Justified::High),
             Packing::Bits12(Justified::Low),
             Packing::Bits16,
+            Packing::Across(10),
+            Packing::Across(12),
         ] {
             for (components, big_endian) in [(1, true), (3, false), (4, true), (4, false)] {
                 let layout = Layout {

@@ -218,10 +218,9 @@ fn what_is_not_supported_is_named_with_its_field() {
     sound().save(&path);
     FlatPlate::open(&path).expect("sound");
     type Spoil = (fn(&mut Made), &'static str);
-    let spoils: [Spoil; 14] = [
+    let spoils: [Spoil; 13] = [
         (|m| m.put16(806, 1), "encoding: is 1, run-length encoded"),
         (|m| m.put16(806, 7), "encoding: is 7"),
-        (|m| m.put16(804, 0), "packing: is 0"),
         (|m| m.put16(804, 9), "packing: is 9"),
         (|m| m.put16(768, 1), "image orientation: is 1"),
         (|m| m.put16(770, 2), "number of image elements: is 2"),
@@ -257,6 +256,64 @@ fn what_is_not_supported_is_named_with_its_field() {
     made.put32(808, u32::MAX);
     made.save(&path);
     FlatPlate::open(&path).expect("opens");
+}
+
+#[test]
+fn a_header_says_nothing_of_colour_that_is_no_more() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
+    let mut made = Made::new(true, (1, 1), 0).element(50, 16, 0);
+    (made.bytes[801], made.bytes[802]) = (1, 6);
+    made.bytes[820..840].copy_from_slice(b"sRGB (IEC 61966-2-1)");
+    made.words16(&[1, 2, 3]).save(&path);
+    let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+    plate.set_colour_space("ACEScct");
+    let said = plate.write(&out).expect("writes").concat();
+    let names = "`ACEScct`: the transfer characteristic, the colorimetric specification, the description as sRGB";
+    assert!(said.contains(names), "{said}");
+    let file = fs::read(&out).expect("reads");
+    assert_eq!((file[801], file[802], file[820]), (0, 0, 0));
+    let mut again = Plate::open(&out, &PlateOptions::default()).expect("opens");
+    again.set_colour_space("ACEScg");
+    assert_eq!(again.write(&out).expect("writes"), [""; 0]);
+}
+
+#[test]
+fn samples_across_words_are_told_from_filled_words() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
+    for big_endian in [true, false] {
+        // A line of eight samples of 12 bits: 1 to 8 from the low bits up.
+        let mut bits = 0_u128;
+        for (at, code) in (1..=8_u128).enumerate() {
+            bits |= code << (12 * at);
+        }
+        let line = [bits as u32, (bits >> 32) as u32, (bits >> 64) as u32];
+        assert_eq!(line[0], 0x0300_2001);
+        let made = Made::new(big_endian, (8, 2), 0).element(6, 12, 0);
+        let bytes = made.words32(&[line, line].concat()).save(&path);
+        let plate = FlatPlate::open(&path).expect("opens");
+        assert_eq!(plate.depth(), SampleDepth::U12);
+        let want: Vec<u16> = (1..=8).chain(1..=8).collect();
+        assert_eq!(codes(&plate, "Y"), want);
+        plate.write(&out).expect("writes");
+        assert!(fs::read(&out).expect("reads") == bytes);
+    }
+    // Sixteen pixels are fifteen words, but sixteen where words are filled.
+    for (words, says) in [(30, None), (32, Some("as long as filled words"))] {
+        let made = Made::new(true, (16, 2), 0).element(50, 10, 0);
+        made.words32(&vec![0; words]).save(&path);
+        match (FlatPlate::open(&path), says) {
+            (Err(error), Some(says)) => {
+                let error = error.to_string();
+                assert!(
+                    error.contains("packing: is 0") && error.contains(says),
+                    "{error}"
+                );
+            }
+            (opened, says) => assert!(opened.is_ok() && says.is_none(), "{words}"),
+        }
+    }
 }
 
 #[test]

@@ -7,7 +7,8 @@ use std::path::Path;
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
 
-use crate::files::flat_plate::{FlatPlate, SampleDepth};
+use crate::files::description::Description;
+use crate::files::flat_plate::{Encoding, FlatPlate, SampleDepth};
 use crate::files::plate::{Plate, PlateOptions};
 
 /// A chunk with its length and checksum, by the crate that writes PNG.
@@ -30,7 +31,7 @@ fn png_chunk(out: &mut Vec<u8>, name: [u8; 4], data: &[u8]) {
 }
 
 /// Writes an RGB PNG of 3 x 2 pixels with chunks before and behind its pixels.
-fn write_png(path: &Path, bits: png::BitDepth, before: &[Vec<u8>], behind: &[Vec<u8>]) {
+pub(super) fn write_png(path: &Path, bits: png::BitDepth, before: &[Vec<u8>], behind: &[Vec<u8>]) {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, 3, 2);
     encoder.set_color(png::ColorType::Rgb);
@@ -69,7 +70,7 @@ fn chunks(path: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Chunks that say colour, size and date, one of them of nobody that is known, and a private one that may be copied.
-fn usual() -> Vec<Vec<u8>> {
+pub(super) fn usual() -> Vec<Vec<u8>> {
     vec![
         chunk(b"gAMA", &45_455_u32.to_be_bytes()),
         chunk(b"cHRM", &[0, 0, 0x7a, 0x26].repeat(8)),
@@ -181,8 +182,45 @@ fn chunks_that_no_longer_hold_are_left_out_and_told() {
     assert!(chunks(&out).is_empty());
 }
 
+#[test]
+fn codes_that_a_png_calls_light_are_told_of() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.png");
+    let linear = chunk(b"gAMA", &100_000_u32.to_be_bytes());
+    let said = |before: &[Vec<u8>], encoding: Option<Encoding>| {
+        write_png(&path, png::BitDepth::Sixteen, before, &[]);
+        let options = PlateOptions {
+            encoding,
+            ..PlateOptions::default()
+        };
+        let plate = Plate::open(&path, &options).expect("opens");
+        plate.remarks().concat()
+    };
+    for (before, named) in [
+        (vec![linear.clone()], "(gAMA)"),
+        (vec![chunk(b"cICP", &[1, 8, 0, 1])], "(cICP)"),
+    ] {
+        let told = said(&before, None);
+        assert!(
+            told.contains(named) && told.contains("--encoding"),
+            "{told}"
+        );
+        assert_eq!(said(&before, Some(Encoding::Srgb)), "");
+        let lines = Description::of(&path).expect("opens").lines().concat();
+        assert!(lines.contains(&named[1..5]), "{lines}");
+    }
+    for before in [
+        vec![],
+        vec![chunk(b"gAMA", &45_455_u32.to_be_bytes())],
+        vec![chunk(b"sRGB", &[0]), linear.clone()],
+        vec![chunk(b"cICP", &[1, 13, 0, 1]), linear],
+    ] {
+        assert_eq!(said(&before, None), "");
+    }
+}
+
 /// A TIFF of 3 x 2 pixels with tags of many kinds and a directory of EXIF, of 16 bits.
-fn write_tiff(path: &Path) {
+pub(super) fn write_tiff(path: &Path) {
     let mut file = Cursor::new(Vec::new());
     let mut encoder = TiffEncoder::new(&mut file).expect("a file");
     let mut exif = encoder.extra_directory().expect("a directory");
@@ -265,6 +303,14 @@ fn tags_of_tiff_come_back_as_they_were() {
     was.retain(|tag| !tag.contains("37500"));
     assert_eq!(tags(&out), was);
     assert!(was.iter().any(|tag| tag.contains("A lens")), "{was:?}");
+    let lines = Description::of(&path).expect("opens").lines();
+    for line in [
+        "Artist: an artist",
+        "tag 65000: a private text",
+        "LensModel: A lens",
+    ] {
+        assert!(lines.iter().any(|own| own.contains(line)), "{lines:?}");
+    }
     // From then on nothing more is lost.
     let again = folder.path().join("c.tif");
     let plate = FlatPlate::open(&out).expect("opens");
