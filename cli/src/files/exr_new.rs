@@ -112,10 +112,8 @@ fn new_layer(
     Layer::new(
         (width, height),
         LayerAttributes::default(),
-        Encoding {
-            compression: Compression::ZIP16,
-            ..Encoding::FAST_LOSSLESS
-        },
+        // As compositors read fastest; in order, so that the same picture makes the same file.
+        Encoding::SMALL_LOSSLESS,
         AnyChannels::sort(list),
     )
 }

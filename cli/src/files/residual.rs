@@ -76,10 +76,7 @@ impl Residual {
         let layer = Layer::new(
             (data.width, data.height),
             attributes,
-            Encoding {
-                compression: Compression::ZIP16,
-                ..Encoding::FAST_LOSSLESS
-            },
+            Encoding::SMALL_LOSSLESS,
             AnyChannels::sort(list.into()),
         );
         let mut image = Image::from_layer(layer);

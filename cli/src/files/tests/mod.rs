@@ -2,6 +2,7 @@
 
 mod dpx_facts;
 mod dpx_plates;
+mod exr_new;
 mod exr_plates;
 mod flat_plates;
 mod hostile;
