@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use seidel_core::render::{Edges, Gather, Quality, Renderer, Scatter};
 
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared, Shares};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared};
 use crate::Console;
 use frame::Job;
 use occlusion::OcclusionArgs;
@@ -141,16 +141,13 @@ pub(super) fn run(
     };
     let frames = args.run.frames(&files, &[&args.lens], console)?;
     shared.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
-    let shares = Shares::new(console, "blurring", frames.len());
+    let made = (words, &[("Lens", args.lens.as_path())][..]);
+    let run = args.run.begin("blurring", frames, made, console)?;
     let job = Job {
         args,
         shared: &shared,
         holdout: &holdout,
-        frames: &frames,
-        reading: &args.run.pool()?,
-        blurring: &args.run.pool()?,
-        shares: &shares,
-        provenance: args.run.provenance(words, &[("Lens", &args.lens)])?,
+        run: &run,
     };
-    args.run.run(&job, &frames, &shares, console)
+    run.through(&job, console)
 }

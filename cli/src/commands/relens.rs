@@ -3,12 +3,12 @@
 mod frame;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared, Shares};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared};
 use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
 use frame::Job;
@@ -65,19 +65,15 @@ pub(super) fn run(
     };
     let frames = args.run.frames(&files, &[&args.from, &args.to], console)?;
     from.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
-    let shares = Shares::new(console, "changing lenses", frames.len());
+    let check = LensCheck::new(frames.len(), false);
+    let lenses: [(&str, &Path); 2] = [("FromLens", &args.from), ("ToLens", &args.to)];
+    let run = (args.run).begin("changing lenses", frames, (words, &lenses), console)?;
     let job = Job {
         args,
         from: &from,
         to: &to,
-        check: LensCheck::new(frames.len(), false),
-        frames: &frames,
-        reading: &args.run.pool()?,
-        working: &args.run.pool()?,
-        shares: &shares,
-        provenance: args
-            .run
-            .provenance(words, &[("FromLens", &args.from), ("ToLens", &args.to)])?,
+        check,
+        run: &run,
     };
-    args.run.run(&job, &frames, &shares, console)
+    run.through(&job, console)
 }

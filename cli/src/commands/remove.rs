@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared, Shares};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared};
 use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
 use crate::files::format::{Format, check_output_name};
@@ -119,16 +119,14 @@ pub(super) fn run(
         check_output_name(path, Format::Exr)?;
     }
     shared.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
-    let shares = Shares::new(console, "removing blur", frames.len());
+    let check = LensCheck::new(frames.len(), true);
+    let made = (words, &[("Lens", args.lens.as_path())][..]);
+    let run = args.run.begin("removing blur", frames, made, console)?;
     let job = Job {
         args,
         shared: &shared,
-        check: LensCheck::new(frames.len(), true),
-        frames: &frames,
-        reading: &args.run.pool()?,
-        working: &args.run.pool()?,
-        shares: &shares,
-        provenance: args.run.provenance(words, &[("Lens", &args.lens)])?,
+        check,
+        run: &run,
     };
-    args.run.run(&job, &frames, &shares, console)
+    run.through(&job, console)
 }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use rayon::ThreadPool;
 use seidel_core::plate::apply_bytes;
 use seidel_core::render::{Plane, Scene, VergencePass};
 
@@ -10,11 +9,10 @@ use super::occlusion::{HoldoutPixels, HoldoutSource};
 use super::{ApplyArgs, EdgeChoice, QualityChoice, residual, verbose};
 use crate::commands::CommandError;
 use crate::commands::plates::{
-    FrameFiles, Light, Outcome, ReadPlate, Rendering, Shared, Shares, Sight, Stages,
+    FrameFiles, Light, Outcome, ReadPlate, Rendering, Run, Shared, Sight, Stages,
 };
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
-use crate::files::provenance::Provenance;
 use crate::files::residual::Residual;
 
 /// What all frames of a run share.
@@ -22,16 +20,7 @@ pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
     pub(super) shared: &'a Shared<'a>,
     pub(super) holdout: &'a HoldoutSource,
-    /// The frames to render.
-    pub(super) frames: &'a [FrameFiles],
-    /// Where files are unpacked: not where frames are blurred, so that both go on at once.
-    pub(super) reading: &'a ThreadPool,
-    /// Where frames are blurred.
-    pub(super) blurring: &'a ThreadPool,
-    /// Told which frame is being blurred and how much of it is.
-    pub(super) shares: &'a Shares,
-    /// What the written files say of what made them.
-    pub(super) provenance: Option<Provenance>,
+    pub(super) run: &'a Run,
 }
 
 /// A frame in memory.
@@ -61,85 +50,6 @@ impl Job<'_> {
             let file = given.then(|| files.next());
             file.flatten().map(|path| path.as_path())
         })
-    }
-
-    fn read_frame(&self, index: usize) -> Result<ReadFrame, CommandError> {
-        let frame = &self.frames[index];
-        let [depth, matte, matte_depth, residual] = self.files(frame);
-        let mut read = self
-            .shared
-            .open_plate(&frame.input, frame.number, depth, index == 0)?;
-        let view = self.shared.view(&read.setup, &read.plate)?;
-        let files = (matte, matte_depth);
-        let holdout = self.holdout.read(
-            &read.plate,
-            files,
-            self.shared.meaning,
-            &view,
-            &mut read.said,
-        )?;
-        let residual = residual
-            .map(|file| {
-                let mut told = self.shared.told(&read.setup, &read.plate)?;
-                told.extend(self.args.told());
-                residual::open(file, (&read.plate, &read.light), &told, &mut read.said)
-            })
-            .transpose()?;
-        Ok(ReadFrame {
-            read,
-            holdout,
-            residual,
-        })
-    }
-
-    fn blur_frame(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
-        let ReadPlate {
-            setup,
-            mut plate,
-            light,
-            vergence,
-            mut said,
-        } = frame.read;
-        if let Some(provenance) = &self.provenance {
-            let mut told = self.shared.told(&setup, &plate)?;
-            told.extend(self.args.told());
-            plate.sign(provenance, self.frames[index].number, &told);
-        }
-        if setup.adjust.is_nothing() {
-            light.keep(&mut plate)?;
-            if self.args.verbose {
-                said.push("not rendered: at --amount 0 the plate stays as it is".into());
-            }
-            if let Some(residual) = &frame.residual {
-                plate.reframe(residual.plate);
-            }
-            return Ok(BlurredFrame { plate, said });
-        }
-        let blurred = self.shared.seen(&setup, &plate, vergence, |sight| {
-            let holdout = frame.holdout.map(|h| h.changed(sight.refocused));
-            let holdout = holdout.transpose()?;
-            let in_plate = |e| FileError::from_core(plate.path(), e);
-            let mut blurred = self
-                .rendered(index, sight, (&light, holdout.as_ref()), &mut said)
-                .map_err(in_plate)?;
-            light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
-            if let Some(kept) = &frame.residual {
-                let blur = |planes: &[Plane]| {
-                    let scene = self.scene(sight);
-                    let inner = self.args.quality.renderer();
-                    let rendering = self.rendering(&scene, planes, holdout.as_ref());
-                    rendering.by(&*inner, &|_| true)
-                };
-                residual::add(kept, (&light, sight.weights), &mut blurred, blur)
-                    .map_err(in_plate)?;
-            }
-            Ok(blurred)
-        })?;
-        light.put_back(&mut plate, blurred)?;
-        if let Some(residual) = &frame.residual {
-            plate.reframe(residual.plate);
-        }
-        Ok(BlurredFrame { plate, said })
     }
 
     fn scene<'s>(&self, sight: &Sight<'s>) -> Scene<'s> {
@@ -181,7 +91,7 @@ impl Job<'_> {
             );
         }
         let progress = |share| {
-            self.shares.tell(index, share);
+            self.run.tell(index, share);
             true
         };
         let planes = light.with_weights(sight.weights);
@@ -202,7 +112,32 @@ impl Stages for Job<'_> {
     type Done = BlurredFrame;
 
     fn read(&self, index: usize) -> Result<ReadFrame, CommandError> {
-        self.reading.install(|| self.read_frame(index))
+        let frame = self.run.frame(index);
+        let [depth, matte, matte_depth, residual] = self.files(frame);
+        let mut read = self
+            .shared
+            .open_plate(&frame.input, frame.number, depth, index == 0)?;
+        let view = self.shared.view(&read.setup, &read.plate)?;
+        let files = (matte, matte_depth);
+        let holdout = self.holdout.read(
+            &read.plate,
+            files,
+            self.shared.meaning,
+            &view,
+            &mut read.said,
+        )?;
+        let residual = residual
+            .map(|file| {
+                let mut told = self.shared.told(&read.setup, &read.plate)?;
+                told.extend(self.args.told());
+                residual::open(file, (&read.plate, &read.light), &told, &mut read.said)
+            })
+            .transpose()?;
+        Ok(ReadFrame {
+            read,
+            holdout,
+            residual,
+        })
     }
 
     fn bytes(&self, frame: &ReadFrame) -> u64 {
@@ -212,12 +147,54 @@ impl Stages for Job<'_> {
     }
 
     fn blur(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
-        self.blurring.install(|| self.blur_frame(index, frame))
+        let ReadPlate {
+            setup,
+            mut plate,
+            light,
+            vergence,
+            mut said,
+        } = frame.read;
+        let mut told = self.shared.told(&setup, &plate)?;
+        told.extend(self.args.told());
+        self.run.sign(index, &mut plate, &told);
+        if setup.adjust.is_nothing() {
+            light.keep(&mut plate)?;
+            if self.args.verbose {
+                said.push("not rendered: at --amount 0 the plate stays as it is".into());
+            }
+            if let Some(residual) = &frame.residual {
+                plate.reframe(residual.plate);
+            }
+            return Ok(BlurredFrame { plate, said });
+        }
+        let blurred = self.shared.seen(&setup, &plate, vergence, |sight| {
+            let holdout = frame.holdout.map(|h| h.changed(sight.refocused));
+            let holdout = holdout.transpose()?;
+            let in_plate = |e| FileError::from_core(plate.path(), e);
+            let mut blurred = self
+                .rendered(index, sight, (&light, holdout.as_ref()), &mut said)
+                .map_err(in_plate)?;
+            light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
+            if let Some(kept) = &frame.residual {
+                let blur = |planes: &[Plane]| {
+                    let scene = self.scene(sight);
+                    let inner = self.args.quality.renderer();
+                    let rendering = self.rendering(&scene, planes, holdout.as_ref());
+                    rendering.by(&*inner, &|_| true)
+                };
+                residual::add(kept, (&light, sight.weights), &mut blurred, blur)
+                    .map_err(in_plate)?;
+            }
+            Ok(blurred)
+        })?;
+        light.put_back(&mut plate, blurred)?;
+        if let Some(residual) = &frame.residual {
+            plate.reframe(residual.plate);
+        }
+        Ok(BlurredFrame { plate, said })
     }
 
     fn write(&self, index: usize, frame: BlurredFrame) -> Outcome {
-        let BlurredFrame { plate, mut said } = frame;
-        said.extend(plate.write(&self.frames[index].output)?);
-        Ok(said)
+        self.run.write(index, frame.plate, frame.said)
     }
 }

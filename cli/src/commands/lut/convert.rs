@@ -3,17 +3,15 @@
 use std::ffi::OsString;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use rayon::ThreadPool;
 use seidel_colour::{Alphas, Config, Processor};
 
 use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
-use crate::commands::plates::{Files, FrameFiles, Outcome, Shares, Stages, space_of};
+use crate::commands::plates::{Files, Outcome, Run, Stages, space_of};
 use crate::files::error::FileError;
 use crate::files::flat_plate::Encoding;
 use crate::files::plate::{Plate, PlateOptions};
-use crate::files::provenance::Provenance;
 
 /// What asks for the space that a file is in to be told by the file.
 const AUTO: &str = "auto";
@@ -22,12 +20,7 @@ const AUTO: &str = "auto";
 struct Job<'a> {
     args: &'a LutArgs,
     config: &'a Config,
-    frames: &'a [FrameFiles],
-    /// Where files are unpacked: not where colours are converted, so that both go on at once.
-    reading: &'a ThreadPool,
-    converting: &'a ThreadPool,
-    shares: &'a Shares,
-    provenance: Option<Provenance>,
+    run: &'a Run,
     /// What was said of the last picture's colour.
     told: Mutex<String>,
 }
@@ -54,22 +47,23 @@ pub(super) fn run(
         written: Vec::new(),
     };
     let frames = args.run.frames(&files, &[], console)?;
-    let shares = Shares::new(console, "converting", frames.len());
+    let run = args
+        .run
+        .begin("converting", frames, (words, &[]), console)?;
     let job = Job {
         args,
         config,
-        frames: &frames,
-        reading: &args.run.pool()?,
-        converting: &args.run.pool()?,
-        shares: &shares,
-        provenance: args.run.provenance(words, &[])?,
+        run: &run,
         told: Mutex::default(),
     };
-    args.run.run(&job, &frames, &shares, console)
+    run.through(&job, console)
 }
 
-impl Job<'_> {
-    fn read_picture(&self, index: usize) -> Result<Picture, CommandError> {
+impl Stages for Job<'_> {
+    type Read = Picture;
+    type Done = Picture;
+
+    fn read(&self, index: usize) -> Result<Picture, CommandError> {
         let args = self.args;
         let options = PlateOptions {
             layer: args.layer.clone(),
@@ -77,7 +71,7 @@ impl Job<'_> {
             colour_managed: true,
             ..PlateOptions::default()
         };
-        let plate = Plate::open(&self.frames[index].input, &options)?;
+        let plate = Plate::open(&self.run.frame(index).input, &options)?;
         let asked = args.in_space.as_deref().unwrap_or(AUTO);
         let (from, by) = match asked {
             AUTO => space_of(self.config, &plate)?,
@@ -103,7 +97,15 @@ impl Job<'_> {
         })
     }
 
-    fn convert(&self, index: usize, picture: Picture) -> Result<Picture, CommandError> {
+    fn bytes(&self, picture: &Picture) -> u64 {
+        let plate = &picture.plate;
+        // The colours beside what the file holds, and alpha.
+        let planes = plate.colour_names().len() as u64 + 1;
+        let pixels = plate.width() as u64 * plate.height() as u64;
+        plate.held_bytes() + planes * pixels * size_of::<f32>() as u64
+    }
+
+    fn blur(&self, index: usize, picture: Picture) -> Result<Picture, CommandError> {
         let Picture {
             mut plate,
             processor,
@@ -143,49 +145,22 @@ impl Job<'_> {
         if processor.from() != processor.to() {
             plate.set_colour_space(processor.to());
         }
-        if let Some(provenance) = &self.provenance {
-            let told = [
-                ("config", self.config.name()),
-                ("in-space", processor.from()),
-                ("out-space", processor.to()),
-            ];
-            let told = told.map(|(name, value)| (name.to_owned(), value.to_owned()));
-            plate.sign(provenance, self.frames[index].number, &told);
-        }
-        self.shares.tell(index, 1.0);
+        let told = [
+            ("config", self.config.name()),
+            ("in-space", processor.from()),
+            ("out-space", processor.to()),
+        ];
+        let told = told.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        self.run.sign(index, &mut plate, &told);
+        self.run.tell(index, 1.0);
         Ok(Picture {
             plate,
             processor,
             said,
         })
     }
-}
-
-impl Stages for Job<'_> {
-    type Read = Picture;
-    type Done = Picture;
-
-    fn read(&self, index: usize) -> Result<Picture, CommandError> {
-        self.reading.install(|| self.read_picture(index))
-    }
-
-    fn bytes(&self, picture: &Picture) -> u64 {
-        let plate = &picture.plate;
-        // The colours beside what the file holds, and alpha.
-        let planes = plate.colour_names().len() as u64 + 1;
-        let pixels = plate.width() as u64 * plate.height() as u64;
-        plate.held_bytes() + planes * pixels * size_of::<f32>() as u64
-    }
-
-    fn blur(&self, index: usize, picture: Picture) -> Result<Picture, CommandError> {
-        self.converting.install(|| self.convert(index, picture))
-    }
 
     fn write(&self, index: usize, picture: Picture) -> Outcome {
-        let Picture {
-            plate, mut said, ..
-        } = picture;
-        said.extend(plate.write(&self.frames[index].output)?);
-        Ok(said)
+        self.run.write(index, picture.plate, picture.said)
     }
 }

@@ -19,7 +19,7 @@ pub(crate) use depth::DepthArgs;
 pub(crate) use depth_check::PlateView;
 pub(crate) use plate::{Light, PlateArgs};
 pub(crate) use queue::{Outcome, Stages};
-pub(crate) use run::{Files, FrameFiles, RunArgs, Shares};
+pub(crate) use run::{Files, FrameFiles, Run, RunArgs};
 pub(crate) use seidel_core::plate::{DepthMeaning, Rendering, Vergences};
 pub(crate) use shared::{LensArgs, ReadPlate, Shared, Sight};
 

@@ -15,6 +15,7 @@ use crate::console::Progress;
 use crate::files::atomic::check_target;
 use crate::files::error::FileError;
 use crate::files::format::output_format;
+use crate::files::plate::Plate;
 use crate::files::provenance::Provenance;
 use crate::files::sequence::{FramePattern, Step, expand};
 
@@ -121,54 +122,7 @@ impl FrameFiles {
     }
 }
 
-/// What is done of a run, as a bar shows it.
-pub(crate) struct Shares {
-    bar: Progress,
-    shown: Mutex<f64>,
-    count: usize,
-}
-
-impl Shares {
-    /// Of a run that does `what` to `count` frames.
-    pub(crate) fn new(console: &Console, what: &str, count: usize) -> Self {
-        Self {
-            bar: console.progress(what),
-            shown: Mutex::new(0.0),
-            count,
-        }
-    }
-
-    /// Tells that `part` of the frame at `index` is done.
-    pub(crate) fn tell(&self, index: usize, part: f64) {
-        // A late word from another thread must not turn the bar back.
-        let now = (index as f64 + part) / self.count as f64;
-        if let Ok(mut shown) = self.shown.lock()
-            && now > *shown
-        {
-            *shown = now;
-            self.bar.set(now);
-        }
-    }
-}
-
 impl RunArgs {
-    /// What OUT is to say of the command line `words` and the `lenses` that it names, each with what it is there for;
-    /// nothing if that is not wanted.
-    pub(crate) fn provenance(
-        &self,
-        words: &[OsString],
-        lenses: &[(&str, &Path)],
-    ) -> Result<Option<Provenance>, CommandError> {
-        if self.no_provenance {
-            return Ok(None);
-        }
-        let mut made = Provenance::new(words);
-        for (role, path) in lenses {
-            made = made.with_file(role, path)?;
-        }
-        Ok(Some(made))
-    }
-
     /// Whether frames are named.
     pub(crate) fn has_frames(&self) -> bool {
         self.frames.is_some()
@@ -217,34 +171,151 @@ impl RunArgs {
         frame.number.is_some() && !self.overwrite && frame.outputs().all(Path::exists)
     }
 
+    /// A run that does `what` to `frames`, whose outputs say of what made them the command line `words` and the `lenses` that it
+    /// names, each with what it is there for.
+    pub(crate) fn begin(
+        &self,
+        what: &str,
+        frames: Vec<FrameFiles>,
+        (words, lenses): (&[OsString], &[(&str, &Path)]),
+        console: &Console,
+    ) -> Result<Run, CommandError> {
+        let mut provenance = (!self.no_provenance).then(|| Provenance::new(words));
+        for (role, path) in lenses {
+            provenance = provenance
+                .map(|made| made.with_file(role, path))
+                .transpose()?;
+        }
+        Ok(Run {
+            reading: self.pool()?,
+            working: self.pool()?,
+            shares: Shares::new(console, what, frames.len()),
+            memory: self.memory,
+            provenance,
+            frames,
+        })
+    }
+
     /// Threads for a stage of the run.
-    pub(crate) fn pool(&self) -> Result<ThreadPool, CommandError> {
+    fn pool(&self) -> Result<ThreadPool, CommandError> {
         ThreadPoolBuilder::new()
             .num_threads(self.threads.unwrap_or(0))
             .build()
             .map_err(|e| CommandError::Usage(format!("--threads: {e}")))
     }
+}
 
-    /// Takes all `frames` through `stages` and says what became of them.
-    pub(crate) fn run<S: Stages>(
+/// What is done of a run, as a bar shows it.
+struct Shares {
+    bar: Progress,
+    shown: Mutex<f64>,
+    count: usize,
+}
+
+impl Shares {
+    /// Of a run that does `what` to `count` frames.
+    fn new(console: &Console, what: &str, count: usize) -> Self {
+        Self {
+            bar: console.progress(what),
+            shown: Mutex::new(0.0),
+            count,
+        }
+    }
+
+    /// Tells that `part` of the frame at `index` is done.
+    fn tell(&self, index: usize, part: f64) {
+        // A late word from another thread must not turn the bar back.
+        let now = (index as f64 + part) / self.count as f64;
+        if let Ok(mut shown) = self.shown.lock()
+            && now > *shown
+        {
+            *shown = now;
+            self.bar.set(now);
+        }
+    }
+}
+
+/// A run: its frames, and what they are worked on with.
+pub(crate) struct Run {
+    frames: Vec<FrameFiles>,
+    /// Where files are unpacked: not where frames are worked on, so that both go on at once.
+    reading: ThreadPool,
+    working: ThreadPool,
+    shares: Shares,
+    memory: u64,
+    provenance: Option<Provenance>,
+}
+
+impl Run {
+    /// The files of a frame.
+    pub(crate) fn frame(&self, index: usize) -> &FrameFiles {
+        &self.frames[index]
+    }
+
+    /// Tells that `part` of the work on the frame at `index` is done.
+    pub(crate) fn tell(&self, index: usize, part: f64) {
+        self.shares.tell(index, part);
+    }
+
+    /// Has `plate`, that of the frame at `index`, say what made it with the settings `told`, where that is wanted.
+    pub(crate) fn sign(&self, index: usize, plate: &mut Plate, told: &[(String, String)]) {
+        if let Some(provenance) = &self.provenance {
+            plate.sign(provenance, self.frames[index].number, told);
+        }
+    }
+
+    /// Writes `plate` as the frame at `index`; what the user should know of it, after what was `said` already.
+    pub(crate) fn write(&self, index: usize, plate: Plate, mut said: Vec<String>) -> Outcome {
+        said.extend(plate.write(&self.frames[index].output)?);
+        Ok(said)
+    }
+
+    /// Takes all frames through `stages` and says what became of them.
+    pub(crate) fn through<S: Stages>(
         &self,
         stages: &S,
-        frames: &[FrameFiles],
-        shares: &Shares,
         console: &mut Console,
     ) -> Result<(), CommandError> {
-        let count = frames.len();
+        let count = self.frames.len();
         let mut failed = Vec::new();
-        run_all(stages, count, self.memory, |index, outcome| {
-            let speak = || tell(&frames[index], outcome, console, &mut failed);
-            shares.bar.hidden(speak);
+        let stages = Pooled { run: self, stages };
+        run_all(&stages, count, self.memory, |index, outcome| {
+            let speak = || tell(&self.frames[index], outcome, console, &mut failed);
+            self.shares.bar.hidden(speak);
         });
-        shares.bar.clear();
+        self.shares.bar.clear();
         match failed.len() {
             0 => Ok(()),
             1 if count == 1 => Err(failed.remove(0).1),
             _ => Err(CommandError::Frames { failed, count }),
         }
+    }
+}
+
+/// Stages on the threads of a run.
+struct Pooled<'a, S> {
+    run: &'a Run,
+    stages: &'a S,
+}
+
+impl<S: Stages> Stages for Pooled<'_, S> {
+    type Read = S::Read;
+    type Done = S::Done;
+
+    fn read(&self, index: usize) -> Result<S::Read, CommandError> {
+        self.run.reading.install(|| self.stages.read(index))
+    }
+
+    fn bytes(&self, frame: &S::Read) -> u64 {
+        self.stages.bytes(frame)
+    }
+
+    fn blur(&self, index: usize, frame: S::Read) -> Result<S::Done, CommandError> {
+        self.run.working.install(|| self.stages.blur(index, frame))
+    }
+
+    fn write(&self, index: usize, frame: S::Done) -> Outcome {
+        self.stages.write(index, frame)
     }
 }
 

@@ -2,16 +2,14 @@
 
 use std::path::Path;
 
-use rayon::ThreadPool;
 use seidel_core::plate::Unblurred;
 
 use super::RelensArgs;
 use crate::commands::CommandError;
-use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
+use crate::commands::plates::{Outcome, ReadPlate, Run, Shared, Stages};
 use crate::commands::removal::{LensCheck, work_bytes};
 use crate::files::error::FileError;
 use crate::files::plate::Plate;
-use crate::files::provenance::Provenance;
 
 /// Share of the work that is taking blur off.
 const REMOVAL_SHARE: f64 = 0.9;
@@ -24,16 +22,7 @@ pub(super) struct Job<'a> {
     pub(super) to: &'a Shared<'a>,
     /// Whether the first lens's blur is that of the plate.
     pub(super) check: LensCheck,
-    /// The frames to render.
-    pub(super) frames: &'a [FrameFiles],
-    /// Where files are unpacked: not where frames are worked on, so that both go on at once.
-    pub(super) reading: &'a ThreadPool,
-    /// Where frames are worked on.
-    pub(super) working: &'a ThreadPool,
-    /// Told which frame is being worked on and how much of it is done.
-    pub(super) shares: &'a Shares,
-    /// What the written files say of what made them.
-    pub(super) provenance: Option<Provenance>,
+    pub(super) run: &'a Run,
 }
 
 /// A frame to be written.
@@ -44,41 +33,8 @@ pub(super) struct NewFrame {
 
 impl Job<'_> {
     fn depth_file(&self, index: usize) -> Option<&Path> {
-        self.frames[index].read.first().map(|path| path.as_path())
-    }
-
-    fn read_plate(&self, index: usize) -> Result<ReadPlate, CommandError> {
-        let frame = &self.frames[index];
-        let depth = self.depth_file(index);
-        let read = self
-            .from
-            .open_plate(&frame.input, frame.number, depth, index == 0)?;
-        self.args.removal.check(&read.plate)?;
-        Ok(read)
-    }
-
-    fn relens(&self, index: usize, mut read: ReadPlate) -> Result<NewFrame, CommandError> {
-        let mut plate = read.plate.clone();
-        if read.setup.adjust.is_nothing() {
-            read.light.keep(&mut plate)?;
-            (read.said).push("at --amount 0 the plate stays as it is".into());
-        } else {
-            let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
-            let removal = &self.args.removal;
-            let lens = (self.from, &self.check);
-            let frame = (self.frames[index].number, &mut read);
-            let found = removal.found(lens, frame, false, &progress)?;
-            let planes = self.seen_anew(index, &read, &found)?;
-            read.light.put_back(&mut plate, planes)?;
-        }
-        if let Some(provenance) = &self.provenance {
-            let told = self.from.told(&read.setup, &read.plate)?;
-            plate.sign(provenance, self.frames[index].number, &told);
-        }
-        Ok(NewFrame {
-            plate,
-            said: read.said,
-        })
+        let read = &self.run.frame(index).read;
+        read.first().map(|path| path.as_path())
     }
 
     /// The plate's light as the other lens draws what was found, with the plate's own grain.
@@ -88,7 +44,7 @@ impl Job<'_> {
         read: &ReadPlate,
         found: &Unblurred,
     ) -> Result<Vec<Vec<f32>>, CommandError> {
-        let number = self.frames[index].number;
+        let number = self.run.frame(index).number;
         let other = self
             .to
             .read(read.plate.clone(), number, self.depth_file(index), false)?;
@@ -96,7 +52,7 @@ impl Job<'_> {
         self.to.seen(setup, plate, other.vergence.clone(), |sight| {
             let progress = |share: f64| {
                 let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
-                self.shares.tell(index, done);
+                self.run.tell(index, done);
                 true
             };
             let lens = &setup.drawing.predictor;
@@ -115,20 +71,42 @@ impl Stages for Job<'_> {
     type Done = NewFrame;
 
     fn read(&self, index: usize) -> Result<ReadPlate, CommandError> {
-        self.reading.install(|| self.read_plate(index))
+        let frame = self.run.frame(index);
+        let depth = self.depth_file(index);
+        let read = self
+            .from
+            .open_plate(&frame.input, frame.number, depth, index == 0)?;
+        self.args.removal.check(&read.plate)?;
+        Ok(read)
     }
 
     fn bytes(&self, read: &ReadPlate) -> u64 {
         work_bytes(read)
     }
 
-    fn blur(&self, index: usize, read: ReadPlate) -> Result<NewFrame, CommandError> {
-        self.working.install(|| self.relens(index, read))
+    fn blur(&self, index: usize, mut read: ReadPlate) -> Result<NewFrame, CommandError> {
+        let mut plate = read.plate.clone();
+        if read.setup.adjust.is_nothing() {
+            read.light.keep(&mut plate)?;
+            (read.said).push("at --amount 0 the plate stays as it is".into());
+        } else {
+            let progress = |share| self.run.tell(index, REMOVAL_SHARE * share);
+            let removal = &self.args.removal;
+            let lens = (self.from, &self.check);
+            let frame = (self.run.frame(index).number, &mut read);
+            let found = removal.found(lens, frame, false, &progress)?;
+            let planes = self.seen_anew(index, &read, &found)?;
+            read.light.put_back(&mut plate, planes)?;
+        }
+        let told = self.from.told(&read.setup, &read.plate)?;
+        self.run.sign(index, &mut plate, &told);
+        Ok(NewFrame {
+            plate,
+            said: read.said,
+        })
     }
 
     fn write(&self, index: usize, frame: NewFrame) -> Outcome {
-        let NewFrame { plate, mut said } = frame;
-        said.extend(plate.write(&self.frames[index].output)?);
-        Ok(said)
+        self.run.write(index, frame.plate, frame.said)
     }
 }

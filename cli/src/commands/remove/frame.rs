@@ -3,18 +3,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use rayon::ThreadPool;
 use seidel_core::plate::Unblurred;
 
 use super::extras::{Extra, Map};
 use super::{Grain, RemoveArgs};
 use crate::commands::CommandError;
-use crate::commands::plates::{FrameFiles, Outcome, ReadPlate, Shared, Shares, Stages};
+use crate::commands::plates::{Outcome, ReadPlate, Run, Shared, Stages};
 use crate::commands::removal::{LensCheck, work_bytes};
 use crate::files::error::FileError;
 use crate::files::format::{Format, output_format};
 use crate::files::plate::Plate;
-use crate::files::provenance::Provenance;
 use crate::files::residual::Residual;
 use crate::files::windows::{held, surrounded};
 
@@ -27,16 +25,7 @@ pub(super) struct Job<'a> {
     pub(super) shared: &'a Shared<'a>,
     /// Whether its blur is that of the plate.
     pub(super) check: LensCheck,
-    /// The frames to render.
-    pub(super) frames: &'a [FrameFiles],
-    /// Where files are unpacked: not where frames are worked on, so that both go on at once.
-    pub(super) reading: &'a ThreadPool,
-    /// Where frames are worked on.
-    pub(super) working: &'a ThreadPool,
-    /// Told which frame is being worked on and how much of it is done.
-    pub(super) shares: &'a Shares,
-    /// What the written files say of what made them.
-    pub(super) provenance: Option<Provenance>,
+    pub(super) run: &'a Run,
 }
 
 /// A frame to be written.
@@ -48,69 +37,8 @@ pub(super) struct SharpFrame {
 
 impl Job<'_> {
     fn depth_file(&self, index: usize) -> Option<&Path> {
-        self.frames[index].read.first().map(|path| path.as_path())
-    }
-
-    fn read_plate(&self, index: usize) -> Result<ReadPlate, CommandError> {
-        let frame = &self.frames[index];
-        let depth = self.depth_file(index);
-        let read = self
-            .shared
-            .open_plate(&frame.input, frame.number, depth, index == 0)?;
-        if self.args.residual.is_some() && !self.keeps_format(index, &read.plate)? {
-            let problem = format!(
-                "is written as another format than the plate, which is {}: --residual would not fit it",
-                read.plate.format()
-            );
-            let remedy = "give OUT the extension of IN, or leave out --residual";
-            return Err(FileError::new(&frame.output, "", problem, remedy).into());
-        }
-        self.args.removal.check(&read.plate)?;
-        Ok(read)
-    }
-
-    fn sharpen(&self, index: usize, mut read: ReadPlate) -> Result<SharpFrame, CommandError> {
-        let mut plate = read.plate.clone();
-        let mut found = None;
-        if read.setup.adjust.is_nothing() || self.args.strength == 0.0 {
-            read.light.keep(&mut plate)?;
-            (read.said).push("at --amount 0 or --strength 0 the plate stays as it is".into());
-        } else {
-            let progress = |share| self.shares.tell(index, REMOVAL_SHARE * share);
-            let gain = self.args.noise_gain.is_some();
-            let removal = &self.args.removal;
-            let lens = (self.shared, &self.check);
-            let frame = (self.frames[index].number, &mut read);
-            let unblurred = removal.found(lens, frame, gain, &progress)?;
-            let to_exr = output_format(&self.frames[index].output)? == Format::Exr;
-            self.put_sharp(&read, &unblurred, &mut plate, to_exr)?;
-            found = Some(unblurred);
-        }
-        if self.keeps_format(index, &plate)? {
-            plate.round();
-        }
-        let mut extras = Vec::new();
-        for ((option, _), path) in self.args.written().zip(&self.frames[index].written) {
-            extras.push(match option {
-                "--residual" => Extra::Residual(Box::new(self.residual(
-                    index,
-                    &read,
-                    (&plate, found.as_ref()),
-                    path,
-                )?)),
-                _ => Extra::Map(map(option, &read, found.as_ref(), path)),
-            });
-        }
-        if let Some(provenance) = &self.provenance {
-            let mut told = self.shared.told(&read.setup, &read.plate)?;
-            told.push(("strength".to_owned(), self.args.strength.to_string()));
-            plate.sign(provenance, self.frames[index].number, &told);
-        }
-        Ok(SharpFrame {
-            plate,
-            extras,
-            said: read.said,
-        })
+        let read = &self.run.frame(index).read;
+        read.first().map(|path| path.as_path())
     }
 
     /// What the plate that was `read` has beside what its lens makes of the sharp one as its file will hold it.
@@ -121,7 +49,7 @@ impl Job<'_> {
         (sharp, found): (&Plate, Option<&Unblurred>),
         path: &Path,
     ) -> Result<Residual, CommandError> {
-        let number = self.frames[index].number;
+        let number = self.run.frame(index).number;
         let stored = ReadPlate {
             // As far as the lens was taken off.
             setup: Arc::clone(&read.setup),
@@ -134,7 +62,7 @@ impl Job<'_> {
         };
         let progress = |share: f64| {
             let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
-            self.shares.tell(index, done);
+            self.run.tell(index, done);
         };
         let applied = self.shared.applied(&stored, &progress)?;
         let noise = match found {
@@ -163,7 +91,7 @@ impl Job<'_> {
 
     /// Whether the frame at `index` is written in the format of its `plate`.
     fn keeps_format(&self, index: usize, plate: &Plate) -> Result<bool, CommandError> {
-        Ok(output_format(&self.frames[index].output)? == plate.format())
+        Ok(output_format(&self.run.frame(index).output)? == plate.format())
     }
 
     /// Puts the sharp planes into `plate`, with overscan where it is an EXR and is written `to_exr`.
@@ -224,15 +152,67 @@ impl Stages for Job<'_> {
     type Done = SharpFrame;
 
     fn read(&self, index: usize) -> Result<ReadPlate, CommandError> {
-        self.reading.install(|| self.read_plate(index))
+        let frame = self.run.frame(index);
+        let depth = self.depth_file(index);
+        let read = self
+            .shared
+            .open_plate(&frame.input, frame.number, depth, index == 0)?;
+        if self.args.residual.is_some() && !self.keeps_format(index, &read.plate)? {
+            let problem = format!(
+                "is written as another format than the plate, which is {}: --residual would not fit it",
+                read.plate.format()
+            );
+            let remedy = "give OUT the extension of IN, or leave out --residual";
+            return Err(FileError::new(&frame.output, "", problem, remedy).into());
+        }
+        self.args.removal.check(&read.plate)?;
+        Ok(read)
     }
 
     fn bytes(&self, read: &ReadPlate) -> u64 {
         work_bytes(read)
     }
 
-    fn blur(&self, index: usize, read: ReadPlate) -> Result<SharpFrame, CommandError> {
-        self.working.install(|| self.sharpen(index, read))
+    fn blur(&self, index: usize, mut read: ReadPlate) -> Result<SharpFrame, CommandError> {
+        let mut plate = read.plate.clone();
+        let mut found = None;
+        if read.setup.adjust.is_nothing() || self.args.strength == 0.0 {
+            read.light.keep(&mut plate)?;
+            (read.said).push("at --amount 0 or --strength 0 the plate stays as it is".into());
+        } else {
+            let progress = |share| self.run.tell(index, REMOVAL_SHARE * share);
+            let gain = self.args.noise_gain.is_some();
+            let removal = &self.args.removal;
+            let lens = (self.shared, &self.check);
+            let frame = (self.run.frame(index).number, &mut read);
+            let unblurred = removal.found(lens, frame, gain, &progress)?;
+            let to_exr = output_format(&self.run.frame(index).output)? == Format::Exr;
+            self.put_sharp(&read, &unblurred, &mut plate, to_exr)?;
+            found = Some(unblurred);
+        }
+        if self.keeps_format(index, &plate)? {
+            plate.round();
+        }
+        let mut extras = Vec::new();
+        for ((option, _), path) in self.args.written().zip(&self.run.frame(index).written) {
+            extras.push(match option {
+                "--residual" => Extra::Residual(Box::new(self.residual(
+                    index,
+                    &read,
+                    (&plate, found.as_ref()),
+                    path,
+                )?)),
+                _ => Extra::Map(map(option, &read, found.as_ref(), path)),
+            });
+        }
+        let mut told = self.shared.told(&read.setup, &read.plate)?;
+        told.push(("strength".to_owned(), self.args.strength.to_string()));
+        self.run.sign(index, &mut plate, &told);
+        Ok(SharpFrame {
+            plate,
+            extras,
+            said: read.said,
+        })
     }
 
     fn write(&self, index: usize, frame: SharpFrame) -> Outcome {
@@ -244,7 +224,7 @@ impl Stages for Job<'_> {
         for extra in extras {
             extra.write()?;
         }
-        said.extend(plate.write(&self.frames[index].output)?);
+        said.extend(plate.write(&self.run.frame(index).output)?);
         Ok(said)
     }
 }
