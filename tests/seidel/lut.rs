@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{must_refuse, read_channel, seidel_in, succeeds, write_plate};
+use crate::support::{must_refuse, read_channel, seidel_in, succeeds, write_exr, write_plate};
 
 /// Colour by the project's own config, whatever the environment says.
 const OWN: &str = "--ocio seidel";
@@ -138,6 +138,34 @@ fn what_is_converted_says_so() {
         assert!(info.contains(part), "{part} in {info}");
     }
     assert!(!info.contains("--frames"), "{info}");
+}
+
+#[test]
+fn samples_that_are_none_are_refused_or_zero_alpha_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let plane = |bad: usize, fill: f32| -> Vec<f32> {
+        let sample = |k| if k == bad { f32::NAN } else { fill };
+        (0..200).map(sample).collect()
+    };
+    let channels = [
+        ("R", plane(3, 0.5)),
+        ("G", plane(200, 0.4)),
+        ("B", plane(200, 0.3)),
+        ("A", plane(7, 1.0)),
+    ];
+    write_exr(&folder.join("bad.exr"), 20, 10, &channels);
+    let line = format!("lut @bad.exr -o @out.exr {OWN} --in-space logc4 --out-space ACEScg");
+    must_refuse(folder, &line, &["bad.exr", "R", "--scrub"]);
+    let said = succeeds(folder, &format!("{line} --scrub")).stderr;
+    assert!(said.contains("replaced by zero"), "{said}");
+    for name in ["R", "G", "B", "A"] {
+        let plane = read_channel(&folder.join("out.exr"), name);
+        assert!(plane.iter().all(|sample| sample.is_finite()), "{name}");
+        if name == "A" {
+            assert_eq!((plane[7], plane[8]), (0.0, 1.0));
+        }
+    }
 }
 
 /// A config in `folder` whose space `Camera` is what the table `file` makes `Light` of.

@@ -59,6 +59,16 @@ pub(super) fn run(
     run.through(&job, console)
 }
 
+/// Puts zero in the place of samples that are not finite; whether there were any.
+fn scrub_samples(samples: &mut [f32]) -> bool {
+    let mut any = false;
+    for sample in samples.iter_mut().filter(|sample| !sample.is_finite()) {
+        *sample = 0.0;
+        any = true;
+    }
+    any
+}
+
 impl Stages for Job<'_> {
     type Read = Picture;
     type Done = Picture;
@@ -120,10 +130,15 @@ impl Stages for Job<'_> {
         said.extend(bad.iter().map(|bad| format!("{bad}; replaced by zero")));
         let mut colours = plate.colour();
         // Also where nothing is converted.
-        for sample in colours.iter_mut().flatten().filter(|v| !v.is_finite()) {
-            *sample = 0.0;
+        for colour in &mut colours {
+            scrub_samples(colour);
         }
-        let alpha = plate.alpha();
+        let mut alpha = plate.alpha();
+        if let Some(alpha) = &mut alpha
+            && scrub_samples(alpha)
+        {
+            plate.set_alpha(alpha)?;
+        }
         let alphas = match &alpha {
             Some(alpha) if plate.is_premultiplied() => Alphas::Shared(alpha),
             _ => Alphas::Straight,
