@@ -6,20 +6,23 @@ mod colour;
 mod depth;
 mod depth_check;
 mod focus;
+mod frames;
 mod memory;
 mod plate;
 mod queue;
 mod run;
 mod setup;
 mod shared;
+mod shares;
 
 pub(crate) use adjust::share_of;
 pub(crate) use colour::{ConfigArgs, space_of};
 pub(crate) use depth::DepthArgs;
 pub(crate) use depth_check::PlateView;
+pub(crate) use frames::{Files, FrameFiles};
 pub(crate) use plate::{Light, PlateArgs};
 pub(crate) use queue::{Outcome, Stages};
-pub(crate) use run::{Files, FrameFiles, Run, RunArgs};
+pub(crate) use run::{Run, RunArgs};
 pub(crate) use seidel_core::plate::{DepthMeaning, Rendering, Vergences};
 pub(crate) use shared::{LensArgs, ReadPlate, Shared, Sight};
 

@@ -1,23 +1,20 @@
-//! A run over one picture or the frames of a sequence: which files, what of them exists already, what is said.
+//! A run over one picture or the frames of a sequence: what of them exists already, how they are worked on, what is said.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::path::Path;
 
 use clap::Args;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
 use super::queue::{Outcome, Stages, run_all};
+use super::shares::Shares;
 use crate::Console;
 use crate::commands::CommandError;
-use crate::console::Progress;
-use crate::files::atomic::check_target;
-use crate::files::error::FileError;
-use crate::files::format::output_format;
 use crate::files::plate::Plate;
 use crate::files::provenance::Provenance;
-use crate::files::sequence::{FramePattern, Step, expand};
+use crate::files::sequence::{FramePattern, expand};
 
 /// Options about which frames are rendered, and with what means.
 #[derive(Debug, Args)]
@@ -38,88 +35,6 @@ pub(crate) struct RunArgs {
     /// Do not write into OUT what made it: version, command, lens and settings, which `seidel info` shows
     #[arg(long)]
     no_provenance: bool,
-}
-
-/// The files of a run: paths or frame patterns.
-pub(crate) struct Files<'a> {
-    /// The plate.
-    pub(crate) input: &'a str,
-    /// What is made of it.
-    pub(crate) output: &'a str,
-    /// What else is read, which may be one file for all frames.
-    pub(crate) read: Vec<&'a str>,
-    /// What else is written, each with its option.
-    pub(crate) written: Vec<(&'static str, &'a str)>,
-}
-
-/// The files of a frame.
-#[derive(Debug)]
-pub(crate) struct FrameFiles {
-    /// Its number; `None` for a single picture.
-    pub(crate) number: Option<i64>,
-    pub(crate) input: PathBuf,
-    pub(crate) output: PathBuf,
-    /// As in [`Files::read`].
-    pub(crate) read: Vec<PathBuf>,
-    /// As in [`Files::written`].
-    pub(crate) written: Vec<PathBuf>,
-}
-
-impl FrameFiles {
-    fn new(step: Step, read: usize) -> Self {
-        let mut paths = step.paths.into_iter();
-        let (input, output) = (paths.next(), paths.next());
-        Self {
-            number: step.frame,
-            input: input.unwrap_or_default(),
-            output: output.unwrap_or_default(),
-            read: paths.by_ref().take(read).collect(),
-            written: paths.collect(),
-        }
-    }
-
-    fn outputs(&self) -> impl Iterator<Item = &Path> {
-        [&self.output]
-            .into_iter()
-            .chain(&self.written)
-            .map(PathBuf::as_path)
-    }
-
-    /// Refuses an output of no format that is written, and one that would take the place of another or of a file the run reads.
-    fn check(&self, lenses: &[&Path]) -> Result<(), CommandError> {
-        output_format(&self.output)?;
-        for (index, output) in self.outputs().enumerate() {
-            check_target(output)?;
-            if self.outputs().take(index).any(|other| other == output) {
-                return Err(FileError::new(
-                    output,
-                    "",
-                    "is named for two outputs",
-                    "give each a name of its own",
-                )
-                .into());
-            }
-            // An output that does not exist yet replaces nothing.
-            let Ok(target) = output.canonicalize() else {
-                continue;
-            };
-            let inputs = [&self.input].into_iter().chain(&self.read);
-            let lost = inputs
-                .map(PathBuf::as_path)
-                .chain(lenses.iter().copied())
-                .any(|path| path.canonicalize().is_ok_and(|p| p == target));
-            if lost {
-                return Err(FileError::new(
-                    output,
-                    "",
-                    "is read by this command and would be overwritten",
-                    "give another name to -o",
-                )
-                .into());
-            }
-        }
-        Ok(())
-    }
 }
 
 impl RunArgs {
@@ -205,36 +120,6 @@ impl RunArgs {
     }
 }
 
-/// What is done of a run, as a bar shows it.
-struct Shares {
-    bar: Progress,
-    shown: Mutex<f64>,
-    count: usize,
-}
-
-impl Shares {
-    /// Of a run that does `what` to `count` frames.
-    fn new(console: &Console, what: &str, count: usize) -> Self {
-        Self {
-            bar: console.progress(what),
-            shown: Mutex::new(0.0),
-            count,
-        }
-    }
-
-    /// Tells that `part` of the frame at `index` is done.
-    fn tell(&self, index: usize, part: f64) {
-        // A late word from another thread must not turn the bar back.
-        let now = (index as f64 + part) / self.count as f64;
-        if let Ok(mut shown) = self.shown.lock()
-            && now > *shown
-        {
-            *shown = now;
-            self.bar.set(now);
-        }
-    }
-}
-
 /// A run: its frames, and what they are worked on with.
 pub(crate) struct Run {
     frames: Vec<FrameFiles>,
@@ -281,9 +166,9 @@ impl Run {
         let stages = Pooled { run: self, stages };
         run_all(&stages, count, self.memory, |index, outcome| {
             let speak = || tell(&self.frames[index], outcome, console, &mut failed);
-            self.shares.bar.hidden(speak);
+            self.shares.hidden(speak);
         });
-        self.shares.bar.clear();
+        self.shares.clear();
         match failed.len() {
             0 => Ok(()),
             1 if count == 1 => Err(failed.remove(0).1),
