@@ -45,6 +45,18 @@ fn tried_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<P
     shot.taken()
 }
 
+/// A covered plate whose channels hold `sample` of their shade, pixel by pixel.
+fn write_shades(folder: &Path, sample: impl Fn(f32, usize) -> f32) {
+    let plane = |shade| (0..WIDTH * HEIGHT).map(|k| sample(shade, k)).collect();
+    let channels: [(&str, Vec<f32>); 4] = [
+        ("R", plane(1.0)),
+        ("G", plane(0.8)),
+        ("B", plane(0.6)),
+        ("A", vec![1.0; WIDTH * HEIGHT]),
+    ];
+    write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
+}
+
 /// The command makes the same of it to the bit, and it is not what it was.
 #[track_caller]
 fn is_as_by_command(host: &Picture, folder: &Path, line: &str) {
@@ -104,20 +116,11 @@ fn remove_and_relens_are_those_of_the_command() {
     let folder = folder.path();
     write_ray_lens(folder, &["R", "G", "B"]);
     std::fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
-    let plane = |shade: f32| -> Vec<f32> {
-        let pixel = |k: usize| {
-            let tile = (k % WIDTH / 20 + k / WIDTH / 15) % 2;
-            shade * (0.4 + 0.3 * tile as f32 + 0.002 * (k % WIDTH) as f32)
-        };
-        (0..WIDTH * HEIGHT).map(pixel).collect()
+    let sample = |shade: f32, k: usize| {
+        let tile = (k % WIDTH / 20 + k / WIDTH / 15) % 2;
+        shade * (0.4 + 0.3 * tile as f32 + 0.002 * (k % WIDTH) as f32)
     };
-    let channels = [
-        ("R", plane(1.0)),
-        ("G", plane(0.8)),
-        ("B", plane(0.6)),
-        ("A", vec![1.0; WIDTH * HEIGHT]),
-    ];
-    write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
+    write_shades(folder, sample);
     let knobs = [("mode", "Remove"), ("distance", "1.6"), ("noise", "0.002")];
     let host = in_host(folder, false, &knobs);
     let common = "--distance 1.6 --noise 0.002 --lens-check off";
@@ -156,20 +159,11 @@ fn the_lens_is_checked_as_by_the_command() {
 fn write_log_plate(folder: &Path) {
     let table = seidel_colour::curves::own().expect("in order");
     let curve = &table.curves["logc4"].form;
-    let plane = |shade: f64| -> Vec<f32> {
-        let pixel = |k: usize| {
-            let lamp = if k.is_multiple_of(97) { 40.0 } else { 0.0 };
-            curve.code(shade * (0.18 + lamp + 0.002 * (k % WIDTH) as f64)) as f32
-        };
-        (0..WIDTH * HEIGHT).map(pixel).collect()
+    let sample = |shade: f32, k: usize| {
+        let lamp = if k.is_multiple_of(97) { 40.0 } else { 0.0 };
+        curve.code(f64::from(shade) * (0.18 + lamp + 0.002 * (k % WIDTH) as f64)) as f32
     };
-    let channels = [
-        ("R", plane(1.0)),
-        ("G", plane(0.8)),
-        ("B", plane(0.6)),
-        ("A", vec![1.0; WIDTH * HEIGHT]),
-    ];
-    write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
+    write_shades(folder, sample);
 }
 
 #[test]
