@@ -1,5 +1,7 @@
 //! Names near a name that is none.
 
+use strsim::levenshtein;
+
 /// How many are proposed.
 const MOST: usize = 3;
 
@@ -19,38 +21,22 @@ pub(crate) fn nearest<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> 
 }
 
 /// Letters and digits alone, small: what people remember of a name.
-fn plain(name: &str) -> Vec<char> {
+fn plain(name: &str) -> String {
     let letters = name.chars().filter(|c| c.is_alphanumeric());
     letters.flat_map(char::to_lowercase).collect()
 }
 
 /// How far `name` is from what was asked, where it is near at all: what it contains is nearer than what it resembles.
-fn score(wanted: &[char], name: &[char]) -> Option<usize> {
+fn score(wanted: &str, name: &str) -> Option<usize> {
     if wanted.is_empty() || name.is_empty() {
         return None;
     }
-    let contains = |long: &[char], short: &[char]| long.windows(short.len()).any(|w| w == short);
-    if contains(name, wanted) || contains(wanted, name) {
-        return Some(name.len().abs_diff(wanted.len()) / 4);
+    let (long, asked) = (name.chars().count(), wanted.chars().count());
+    if name.contains(wanted) || wanted.contains(name) {
+        return Some(long.abs_diff(asked) / 4);
     }
-    let distance = distance(wanted, name);
-    (distance * 2 <= wanted.len().max(name.len())).then_some(2 + distance)
-}
-
-/// Letters to change, add or leave out.
-fn distance(a: &[char], b: &[char]) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut corner = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let above = row[j + 1];
-            let change = corner + usize::from(x != y);
-            row[j + 1] = change.min(above + 1).min(row[j] + 1);
-            corner = above;
-        }
-    }
-    row[b.len()]
+    let distance = levenshtein(wanted, name);
+    (distance * 2 <= asked.max(long)).then_some(2 + distance)
 }
 
 #[cfg(test)]
@@ -67,16 +53,5 @@ mod tests {
         assert_eq!(near("ARRI LogC5")[0], "ARRI LogC4");
         assert!(near("zzzzzzzz").is_empty());
         assert!(near("").is_empty());
-    }
-
-    #[test]
-    fn distances_are_those_of_levenshtein() {
-        let of = |a: &str, b: &str| {
-            let chars = |t: &str| t.chars().collect::<Vec<_>>();
-            distance(&chars(a), &chars(b))
-        };
-        assert_eq!(of("kitten", "sitting"), 3);
-        assert_eq!(of("", "abc"), 3);
-        assert_eq!(of("abc", "abc"), 0);
     }
 }
