@@ -4,7 +4,7 @@
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     let system = std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
-    // Linkers of these have no such switch; what it would do there is in docs/hosts.md.
+    // Linkers of these have no such switch; what it would do there is in docs/guide/hosts.md.
     if ["macos", "windows"].contains(&system.as_str()) {
         return;
     }

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
-# What the library writes of its own accord, or what cannot be kept and is said (docs/colour.md).
+# What the library writes of its own accord, or what cannot be kept and is said (docs/guide/colour.md).
 ADDED = {"chunkCount"}
 LOSSY = {
     OpenEXR.B44_COMPRESSION,

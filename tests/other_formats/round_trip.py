@@ -18,7 +18,7 @@ import OpenImageIO as oiio
 
 WIDTH, HEIGHT = 53, 37
 
-# How a file is stored, which may change: docs/files.md says that TIFF is written as deflated strips.
+# How a file is stored, which may change: docs/guide/files.md says that TIFF is written as deflated strips.
 STORAGE = {
     "compression",
     "planarconfig",

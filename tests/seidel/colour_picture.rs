@@ -1,4 +1,4 @@
-//! The picture of docs/colour.md: a log plate blurred as what it is, and with its codes taken for light.
+//! The picture of docs/guide/colour.md: a log plate blurred as what it is, and with its codes taken for light.
 
 use std::path::{Path, PathBuf};
 

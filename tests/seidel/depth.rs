@@ -206,7 +206,7 @@ fn smooth_edges_and_noise_of_depth_do_little_harm() {
 
 /// Writes plate, reference, ours, the render without occlusion and twice the error of every scene, a row each,
 /// to `depth-edges.png` in the folder named by `SEIDEL_DEPTH_PICTURES`, and prints the figures of
-/// `docs/depth-edges.md`.
+/// `docs/background/depth-edges.md`.
 #[test]
 #[ignore = "writes a picture to look at"]
 fn pictures_to_look_at() {

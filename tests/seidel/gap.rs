@@ -24,7 +24,7 @@ const SIZE: Size = Size {
     tile: 33,
 };
 
-/// What each effect is mistaken for: docs/effects.md.
+/// What each effect is mistaken for: docs/background/effects.md.
 const LIKE: [(&str, &[&str]); 17] = [
     ("defocus_offset", &["depth_scale", "sensor_tilt"]),
     ("depth_scale", &["defocus_offset", "axial_colour"]),

@@ -1,6 +1,6 @@
 //! The built-in lens: a fast 50 mm prime of the old kind, wide open.
 //!
-//! Known ray by ray: five reduced numbers a channel (docs/model.md section 3), defocus alone changing with
+//! Known ray by ray: five reduced numbers a channel (docs/background/model.md section 3), defocus alone changing with
 //! distance. Its
 //! character is that of such lenses: highlights in the corners drawn out and tear-shaped (coma and
 //! astigmatism), green rims behind the focus and purple ones before it (axial colour), red and blue

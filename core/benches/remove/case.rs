@@ -35,7 +35,7 @@ pub(crate) struct Finding {
     pub(crate) sharp: Vec<f32>,
 }
 
-/// The lens of docs/performance.md, part B.
+/// The lens of docs/background/performance.md, part B.
 pub(crate) fn lens() -> Result<SkewNormalLens> {
     let frame = Frame::new(SIDE as u32, SIDE as u32, None)?;
     Ok(SkewNormalLens::new(frame, CORNER_SIGMA_PX))

@@ -6,7 +6,7 @@
 //! standard deviations of the noise, 0, 0.001 and 0.01 if not said; how often each is timed, 3 times if not said; with
 //! `--out`, plates, results and the lens's kernels for rivals (`peers.py` runs all of this on photographs). Two
 //! threads, one plane. Times are medians of rounds in which blurring and removing take turns, and hold everything from
-//! plane to plane. What is printed to the standard output is Markdown: see `docs/remove.md`.
+//! plane to plane. What is printed to the standard output is Markdown: see `docs/background/remove.md`.
 
 mod case;
 mod kernels;

@@ -5,7 +5,7 @@
 //! each is timed, 3 times if not said; with small lights 200 times as bright as white; the fast renderer
 //! alone, not its rivals. Two threads, three planes, plates and results in memory. Times are medians of
 //! rounds in which ours and the rival take turns, and hold everything from the planes to the result,
-//! kernels included. What is printed to the standard output is Markdown: see `docs/performance.md`.
+//! kernels included. What is printed to the standard output is Markdown: see `docs/background/performance.md`.
 
 mod accuracy;
 mod cases;

@@ -5,7 +5,7 @@
 //! [`WITNESSES`] independent parts, however many pixels there are: then a hypothesis that leaves the share
 //! r of the gap has a likelihood of r^(-WITNESSES / 2), its free numbers cost [`price`], and the unknown
 //! cause is a hypothesis that leaves [`UNKNOWN_LEAVES`]. All are set on simulated cases with other seeds
-//! than those that are reported on (docs/diagnose.md).
+//! than those that are reported on (docs/background/diagnosis.md).
 
 /// Independent parts of the error of models.
 const WITNESSES: f64 = 12.0;

@@ -106,7 +106,7 @@ impl Effect for Decentre {
         ]
     }
 
-    // Terms of the glass by the law of docs/model.md section 10, pupil power l and field power a:
+    // Terms of the glass by the law of docs/background/model.md section 10, pupil power l and field power a:
     // coma 3 and 0, what is linear in field 2 and 1, astigmatism alike everywhere 2 and 0. Shifts are
     // angles, spread over Z2.
     fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
@@ -137,7 +137,7 @@ mod tests {
         (values[0], values[1]) = (0.8, 0.6);
         let (moments, centroid) = behind(&Decentre, &values, place(0.0, 0.0), disc(5.0)).moments();
         assert!((centroid[0] - 0.8).abs() < 1e-12 && (centroid[1] - 0.6).abs() < 1e-12);
-        // The flare points along c: docs/model.md section 4 with c for -phi X.
+        // The flare points along c: docs/background/model.md section 4 with c for -phi X.
         let along = Meridian { cos: 0.8, sin: 0.6 };
         let turned = moments.rotated_into(along);
         assert!(

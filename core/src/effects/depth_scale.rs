@@ -10,7 +10,7 @@ use crate::lens::{LocalPupil, VergenceSeries};
 /// wrong by the same factor, nothing changes in focus and the error grows with the distance from it;
 /// with `pivot` 0 the focus is where it was and only far points are right. Mistaken for
 /// `defocus_offset`, which it is at a single distance. Defocus is c (v - v_focus) by the depth law of the
-/// lens (docs/model.md section 3), so alpha gains c (1/factor - 1) (v - pivot v_focus); what else depends
+/// lens (docs/background/model.md section 3), so alpha gains c (1/factor - 1) (v - pivot v_focus); what else depends
 /// on depth is left as it was. The law is the thin lens's.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DepthScale;

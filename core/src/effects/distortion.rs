@@ -52,7 +52,7 @@ impl Effect for Distortion {
         vec![Start::all_free(&[0.5, 0.5, 0.0])]
     }
 
-    // By the field angle X / Z2 to the power a, spread over Z2, as E is in docs/model.md section 10.
+    // By the field angle X / Z2 to the power a, spread over Z2, as E is in docs/background/model.md section 10.
     fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
         let powers = [0, -2, -4].into_iter().zip(values);
         powers

@@ -8,7 +8,7 @@ use crate::profile::Displacement;
 
 /// Least squares of centroid - ideal = X (magnification + distortion |X|²) over the tiles that know
 /// their ideal position; `None` where fewer than three do. To third order this is the whole law:
-/// coma and a change of magnification give the first term, distortion the second (docs/model.md section 3).
+/// coma and a change of magnification give the first term, distortion the second (docs/background/model.md section 3).
 pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Displacement> {
     let (mut rows, mut targets) = (Vec::new(), Vec::new());
     let mut count = 0;
@@ -36,7 +36,7 @@ pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Displa
 }
 
 /// Magnification and distortion as least-squares lines in vergence through what was measured at some
-/// vergences (1/m): to third order distortion is linear in it (docs/model.md section 5). One makes them
+/// vergences (1/m): to third order distortion is linear in it (docs/background/model.md section 5). One makes them
 /// constant, none zero.
 pub fn lines(measured: &[(f64, Displacement)]) -> [VergenceSeries; 2] {
     let of = |value: fn(&Displacement) -> (f64, f64)| {

@@ -2,7 +2,7 @@
 //! from moments of orders 2, 3 and 4.
 //!
 //! Second and third moments alone do not tell defocus from spherical aberration where coma and
-//! astigmatism are small; fourth moments do (docs/model.md section 8), but at one distance not always
+//! astigmatism are small; fourth moments do (docs/background/model.md section 8), but at one distance not always
 //! uniquely: a disc and a folded one several times as strong in both can agree up to fourth order.
 //! So there are several local minima, and the problem is solved from many places: from the closed-form
 //! inverse of every distance's S1..S10 with all its choices of sign, and from a grid of shares of the

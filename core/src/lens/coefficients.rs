@@ -106,7 +106,7 @@ impl MomentCoefficients {
     }
 
     /// Whether the conditions hold that every real third-order lens satisfies: S5 >= 0, S4 + S5 >= 0,
-    /// and both meridional variances not negative out to `field_radius` (docs/model.md section 4).
+    /// and both meridional variances not negative out to `field_radius` (docs/background/model.md section 4).
     pub fn is_realisable(&self, field_radius: f64) -> bool {
         self.0[4] >= 0.0 && self.0[3] + self.0[4] >= 0.0 && self.least_variance(field_radius) >= 0.0
     }

@@ -1,4 +1,4 @@
-//! How the Seidel aberrations of a real lens change with object distance (docs/model.md section 5b).
+//! How the Seidel aberrations of a real lens change with object distance (docs/background/model.md section 5b).
 
 use super::SeidelAberrations;
 

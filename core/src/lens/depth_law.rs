@@ -1,4 +1,4 @@
-//! S1..S10 across depth, as polynomials in vergence v (docs/model.md section 5a). Never S interpolated
+//! S1..S10 across depth, as polynomials in vergence v (docs/background/model.md section 5a). Never S interpolated
 //! linearly, which is wrong by tens of per cent.
 //!
 //! A lens whose aberrations do not change with depth has S1..S10 of the degrees in

@@ -1,4 +1,4 @@
-//! Fourth central moments of a third-order lens (docs/model.md section 8).
+//! Fourth central moments of a third-order lens (docs/background/model.md section 8).
 
 use super::ReducedNumbers;
 use crate::field::FieldPoint;

@@ -393,7 +393,7 @@ mod tests {
         for (g, w) in got.to_array().iter().zip(want.to_array()) {
             assert!((g - w).abs() < 1e-11 * want.trace().powf(1.5), "{g} {w}");
         }
-        // Centroid -phi X (docs/model.md section 3).
+        // Centroid -phi X (docs/background/model.md section 3).
         assert!((centroid[0] - 1.2 * at.x).abs() < 1e-12);
         assert!((centroid[1] - 1.2 * at.y).abs() < 1e-12);
     }

@@ -2,7 +2,7 @@
 
 use super::{FourthCoefficients, MomentCoefficients};
 
-/// The five numbers on which every moment of a third-order lens depends (X-frame, docs/model.md section 3).
+/// The five numbers on which every moment of a third-order lens depends (X-frame, docs/background/model.md section 3).
 ///
 /// With u in the unit pupil disc and X the field position, a ray lands off the chief ray by
 /// `(alpha + beta |u|² + delta |X|²) u + gamma X (X.u) - phi (|u|² X + 2 u (X.u))`. Units follow
@@ -23,7 +23,7 @@ pub struct ReducedNumbers {
 }
 
 impl ReducedNumbers {
-    /// S1..S10 (docs/model.md section 4).
+    /// S1..S10 (docs/background/model.md section 4).
     pub fn coefficients(&self) -> MomentCoefficients {
         let Self {
             alpha: a,
@@ -47,12 +47,12 @@ impl ReducedNumbers {
         ])
     }
 
-    /// The twelve coefficients of the fourth moments (docs/model.md section 8).
+    /// The twelve coefficients of the fourth moments (docs/background/model.md section 8).
     pub fn fourth_coefficients(&self) -> FourthCoefficients {
         FourthCoefficients::new(self)
     }
 
-    /// The five numbers whose S1..S10 come closest to `s`: the closed form of docs/model.md section 4
+    /// The five numbers whose S1..S10 come closest to `s`: the closed form of docs/background/model.md section 4
     /// tried with all four choices of sign, the one kept that matches S2, S3 and S7..S10 best over a
     /// field of radius `field_radius`. `None` where S4 + S5 is not positive, as without astigmatism
     /// and field curvature: then these moments do not fix the numbers.
@@ -65,7 +65,7 @@ impl ReducedNumbers {
             .min_by(|a, b| misfit(a).total_cmp(&misfit(b)))
     }
 
-    /// All four sign choices of the closed form (docs/model.md section 4), each with delta >= 0: the
+    /// All four sign choices of the closed form (docs/background/model.md section 4), each with delta >= 0: the
     /// two of gamma + delta, and for each the two of beta. `None` as in
     /// [`ReducedNumbers::from_coefficients`].
     pub fn branches(s: &MomentCoefficients) -> Option<[Self; 4]> {

@@ -20,7 +20,7 @@ pub struct SeidelAberrations {
 
 impl SeidelAberrations {
     /// The five reduced numbers of the X-frame for field positions and PSFs in the same length unit
-    /// (docs/model.md section 3). `pupil_radius` is R.
+    /// (docs/background/model.md section 3). `pupil_radius` is R.
     pub fn reduced(&self, at: &Conjugates, pupil_radius: f64) -> ReducedNumbers {
         let (m, z2, r) = (at.magnification, at.z2, pupil_radius);
         ReducedNumbers {

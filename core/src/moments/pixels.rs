@@ -51,7 +51,7 @@ impl TileMoments {
     }
 
     /// Moments of the light before the sensor integrated it over its pixels: plain moments less the
-    /// pixel's own (docs/model.md section 6).
+    /// pixel's own (docs/background/model.md section 6).
     pub fn optical(tile: &Tile, mask: Option<&[bool]>) -> Option<Self> {
         Self::plain(tile, mask).map(|m| m.less_pixel_area())
     }

@@ -1,4 +1,4 @@
-//! Focus, aperture and sensor position set otherwise than the lens was measured: docs/model.md section 10.
+//! Focus, aperture and sensor position set otherwise than the lens was measured: docs/background/model.md section 10.
 
 use super::{CarriedEffect, LensDescription, LensProfile, PupilChannel};
 use crate::distance::ObjectDistance;
@@ -37,7 +37,7 @@ impl Controls {
 
 impl LensProfile {
     /// The same glass with its controls set to `controls`: the f-number first, then focus, then the
-    /// sensor. What the lens was measured for is scaled and shifted by the laws of docs/model.md section
+    /// sensor. What the lens was measured for is scaled and shifted by the laws of docs/background/model.md section
     /// 10: the pupil's magnification is taken as 1 where the sensor moves, and the symmetric blur
     /// stays. A wider pupil than the measured one is extrapolated: see
     /// [`LensProfile::control_remarks`]. How well the measured lens drew held-out PSFs is not

@@ -1,5 +1,5 @@
 //! The mirrored pair: the mean of two skew-normals mirrored in the meridian. It carries mu12, which a
-//! single skew-normal cannot without breaking the symmetry (docs/model.md section 7).
+//! single skew-normal cannot without breaking the symmetry (docs/background/model.md section 7).
 
 use super::mixture::{PHI, SKEW_CAP, T_MAX};
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};

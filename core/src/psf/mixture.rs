@@ -5,7 +5,7 @@ use super::{Reach, Window};
 
 /// sqrt(2 / pi): the mean of a half-normal variable.
 pub const B: f64 = 0.797_884_560_802_865_4;
-/// b (4 / pi - 1): third central moment per cubed skew component (docs/model.md section 7).
+/// b (4 / pi - 1): third central moment per cubed skew component (docs/background/model.md section 7).
 pub const PHI: f64 = 0.218_013_614_144_990_15;
 /// 1 / (1 - 2 / pi): supremum of s' Sigma^-1 s.
 pub const T_MAX: f64 = 2.751_938_393_884_109;

@@ -1,5 +1,5 @@
 //! The skew-normal PSF of the paper, fitted in the meridional frame: mirror-symmetric, as the PSFs
-//! of a rotationally symmetric lens are (docs/model.md section 7, Eqs 36-42 and 46-54 with errata mended).
+//! of a rotationally symmetric lens are (docs/background/model.md section 7, Eqs 36-42 and 46-54 with errata mended).
 
 use super::mixture::{B, PHI, SKEW_CAP, T_MAX};
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};

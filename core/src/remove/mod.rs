@@ -65,7 +65,7 @@ pub struct Removal {
 }
 
 impl Default for Removal {
-    /// About ten times the time of one blur (docs/remove.md).
+    /// About ten times the time of one blur (docs/background/remove.md).
     fn default() -> Self {
         Self {
             noise: None,

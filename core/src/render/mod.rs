@@ -1,7 +1,7 @@
 //! Putting a lens's blur on plates.
 //!
 //! Composition is a scatter: O(x) = sum over source pixels x' of I(x') P_x'(x - x'), the PSF being
-//! that of the *source* pixel (docs/model.md 5c). Each source spreads its light with a unit-sum kernel,
+//! that of the *source* pixel (docs/background/model.md 5c). Each source spreads its light with a unit-sum kernel,
 //! so energy is kept.
 
 mod adjusted;

@@ -1,6 +1,6 @@
 //! Lenses that come with the plugin: designed for looking at, not measured.
 //!
-//! Known ray by ray (docs/model.md section 3): five numbers a channel in frame pixels, defocus alone changing with
+//! Known ray by ray (docs/background/model.md section 3): five numbers a channel in frame pixels, defocus alone changing with
 //! distance by the law of the thin lens. What they are called says what they are like, not whose they are.
 
 use std::ffi::CStr;

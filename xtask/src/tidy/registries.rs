@@ -50,7 +50,7 @@ fn effects_listed(tree: &Tree, problems: &mut Vec<String>) {
     let all = list
         .split_once("static ALL")
         .map_or("", |(_, after)| after.split("];").next().unwrap_or(""));
-    let page = tree.text("docs/effects.md");
+    let page = tree.text("docs/background/effects.md");
     for (path, text) in tree.each(|p| p.starts_with("core/src/effects/") && p.ends_with(".rs")) {
         let starts = text
             .lines()
@@ -65,7 +65,9 @@ fn effects_listed(tree: &Tree, problems: &mut Vec<String>) {
         }
         let id = path["core/src/effects/".len()..].trim_end_matches(".rs");
         if page.matches(&format!("\n| `{id}` |")).count() != 2 {
-            problems.push(format!("{path}: `{id}` lacks a row in docs/effects.md"));
+            problems.push(format!(
+                "{path}: `{id}` lacks a row in docs/background/effects.md"
+            ));
         }
     }
 }

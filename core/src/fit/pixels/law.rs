@@ -4,7 +4,7 @@
 //! chosen by distances left out: each inner one in turn is foretold from the others. What the chosen
 //! law leaves at the measured distances is then fitted distance by distance, and kept where it makes
 //! zones of the field that took no part fit better. The law of conjugate shift bounds the degrees
-//! (docs/model.md section 5).
+//! (docs/background/model.md section 5).
 
 use rayon::prelude::*;
 

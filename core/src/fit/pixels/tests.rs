@@ -151,7 +151,7 @@ fn planted_lenses_are_found_within_their_errors() {
 }
 
 #[test]
-#[ignore = "minutes; the figures of docs/evaluation.md"]
+#[ignore = "minutes; the figures of docs/background/evaluation.md"]
 fn two_hundred_planted_lenses_are_covered() {
     let all = scores(240);
     let mut table = String::new();

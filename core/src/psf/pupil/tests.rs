@@ -109,7 +109,7 @@ fn rays_counted_by_the_million_agree() {
 }
 
 #[test]
-#[ignore = "a minute; the figures of docs/evaluation.md"]
+#[ignore = "a minute; the figures of docs/background/evaluation.md"]
 fn ten_million_rays_agree() {
     for side in [33, 49, 65, 97, 129] {
         assert!(against_rays(side, 8, 10_000_000) > 70.0);
