@@ -1,7 +1,7 @@
 //! The `seidel` command as a library: files, pictures and one module a command.
 //!
-//! Data flow one way: a command reads through [`files`], asks `seidel_core`, and writes through
-//! [`files`]. Nothing else opens a file.
+//! Data flow one way: a command reads through `seidel_image_io` (and [`files`]), asks `seidel_core`, and writes
+//! through `seidel_image_io`. Nothing else opens a file.
 #![forbid(unsafe_code)]
 
 pub mod commands;

@@ -255,7 +255,7 @@ fn depth_passes_that_do_not_fit() {
                 &["Y"],
                 &[seidel_core::distance::ObjectDistance::Metres(2.0)],
             );
-            seidel::files::manifest::write(&set, &folder.join("one")).expect("writable");
+            seidel_image_io::observation_set::write(&set, &folder.join("one")).expect("writable");
             assert_eq!(
                 seidel_in(folder, "fit @one -o @lens.json --model moments").status,
                 0

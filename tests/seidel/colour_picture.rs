@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use seidel::files::picture::write_png;
+use seidel_image_io::picture::write_png;
 use seidel::pictures::comparison::{Crop, View, comparison};
 use seidel::pictures::display::{DisplayTransform, LinearRgb};
 

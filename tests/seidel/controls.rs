@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seidel::files::manifest::{self, ReadOptions};
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use seidel_core::moments::pixels::TileMoments;
 use seidel_core::observations::ObservationSet;
 

@@ -55,7 +55,7 @@ fn sets_of_single_distances_fit_as_one_with_all() {
         ("far", ObjectDistance::Infinity),
     ] {
         let set = crate::support::made_set(&["Y"], &[distance]);
-        seidel::files::manifest::write(&set, &folder.path().join(name)).expect("writable");
+        seidel_image_io::observation_set::write(&set, &folder.path().join(name)).expect("writable");
     }
     succeeds(
         folder.path(),
@@ -73,7 +73,7 @@ fn sets_of_single_distances_fit_as_one_with_all() {
 fn the_report_is_text_or_json_and_one_distance_is_remarked_on() {
     let folder = tempfile::tempdir().expect("a folder");
     let set = crate::support::made_set(&["Y"], &[seidel_core::distance::ObjectDistance::Unknown]);
-    seidel::files::manifest::write(&set, &folder.path().join("set")).expect("writable");
+    seidel_image_io::observation_set::write(&set, &folder.path().join("set")).expect("writable");
     let text = succeeds(
         folder.path(),
         "fit @set -o @a.json --axis free --model moments",

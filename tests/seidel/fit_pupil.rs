@@ -30,7 +30,7 @@ fn write_ray_set(folder: &Path) -> LensProfile {
     }
     let predictor = Predictor::new(&lens).expect("a lens");
     let set = predict_like(&predictor, &template, &Pupil).expect("drawable");
-    seidel::files::manifest::write(&set, &folder.join("set")).expect("writable");
+    seidel_image_io::observation_set::write(&set, &folder.join("set")).expect("writable");
     lens
 }
 

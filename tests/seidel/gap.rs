@@ -181,7 +181,7 @@ fn check(folder: &Path, case: &Path) {
     assert_eq!(report["added"], truth["effects"], "{name}");
     // What was claimed, on points that the diagnosis never saw.
     let lens = |path: &Path| LensProfile::from_json(&read(path)).expect("a profile");
-    let holdout = seidel::files::manifest::read(&case.join("holdout"), Default::default())
+    let holdout = seidel_image_io::observation_set::read(&case.join("holdout"), Default::default())
         .expect("a sound set")
         .set;
     let before = gap(&holdout, &lens(&folder.join(format!("{name}.json"))));

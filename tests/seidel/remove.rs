@@ -76,7 +76,7 @@ fn made(folder: &Path, grain: f32) {
 
 /// The channel over the plate's own pixels.
 fn on_plate(path: &Path, channel: &str) -> Vec<f32> {
-    let plate = seidel::files::exr_plate::ExrPlate::open(path).expect("readable");
+    let plate = seidel_image_io::exr::plate::ExrPlate::open(path).expect("readable");
     let id = plate.colour(None).expect("colour").colour[0];
     let window = plate.data_window(id);
     let (left, top) = (-window.x as usize, -window.y as usize);

@@ -201,7 +201,7 @@ pub(crate) fn write_made_set(folder: &Path, name: &str, channels: &[&str]) {
         ObjectDistance::Infinity,
     ];
     let set = made_set(channels, &distances);
-    seidel::files::manifest::write(&set, &folder.join(name)).expect("the folder is writable");
+    seidel_image_io::observation_set::write(&set, &folder.join(name)).expect("the folder is writable");
 }
 
 /// Fits `folder`/`lens.json` to a made set of `channels`.
@@ -269,7 +269,7 @@ pub(crate) fn write_exr(path: &Path, width: usize, height: usize, channels: &[(&
 
 /// The samples of one channel of an EXR.
 pub(crate) fn read_channel(path: &Path, name: &str) -> Vec<f32> {
-    let plate = seidel::files::exr_plate::ExrPlate::open(path).expect("readable");
+    let plate = seidel_image_io::exr::plate::ExrPlate::open(path).expect("readable");
     let id = plate
         .channels()
         .into_iter()

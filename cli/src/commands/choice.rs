@@ -6,8 +6,8 @@ use clap::Args;
 use seidel_core::observations::ObservationSet;
 
 use super::CommandError;
-use crate::files::error::FileError;
-use crate::files::json::{TEXT_LIMIT_BYTES, read_text};
+use seidel_image_io::error::FileError;
+use seidel_image_io::json::{TEXT_LIMIT_BYTES, read_text};
 
 /// Options about which observations take part.
 #[derive(Debug, Args)]

@@ -16,10 +16,10 @@ use seidel_core::render::{
 use super::CommandError;
 use crate::demo::scene::{Scene, scene};
 use crate::demo::{lens, observations};
-use crate::files::atomic::{write_folder_whole, write_whole};
-use crate::files::exr_new::{NewChannel, write_new};
-use crate::files::manifest;
-use crate::files::picture::write_png;
+use seidel_image_io::atomic::{write_folder_whole, write_whole};
+use seidel_image_io::exr::new::{NewChannel, write_new};
+use seidel_image_io::observation_set as manifest;
+use seidel_image_io::picture::write_png;
 use crate::pictures::comparison::{Crop, View, comparison};
 use crate::pictures::display::{DisplayTransform, LinearRgb};
 use crate::pictures::sheet::{SheetOptions, lens_sheet};
@@ -163,7 +163,7 @@ fn blur(
     Ok(blurred.try_into().expect("as many planes come as went"))
 }
 
-fn write_plate(path: &Path, plate: &Scene, rgb: &[Vec<f32>; 3]) -> crate::files::Result<()> {
+fn write_plate(path: &Path, plate: &Scene, rgb: &[Vec<f32>; 3]) -> seidel_image_io::Result<()> {
     let mut channels: Vec<NewChannel> = ["R", "G", "B"]
         .into_iter()
         .zip(rgb)

@@ -16,8 +16,8 @@ use seidel_core::profile::{LensDescription, LensProfile};
 
 use super::{CommandError, read_lens, short_name};
 use crate::Console;
-use crate::files::error::FileError;
-use crate::files::manifest::{self, ReadOptions};
+use seidel_image_io::error::FileError;
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use crate::report::{self, Subject};
 use output::Output;
 use pair::PairArgs;

@@ -10,7 +10,7 @@ use seidel_core::psf::{self, PsfModel};
 
 use super::{CommandError, parse_distance, read_lens};
 use crate::Console;
-use crate::files::error::FileError;
+use seidel_image_io::error::FileError;
 
 /// Options about how a lens is drawn.
 #[derive(Debug, Clone, Args)]

@@ -15,8 +15,8 @@ use serde_json::{Value, json};
 use super::choice::ChoiceArgs;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
-use crate::files::atomic::write_whole;
-use crate::files::manifest::{self, ReadOptions};
+use seidel_image_io::atomic::write_whole;
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
 /// Options of `seidel fit`.
 #[derive(Debug, Args)]

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::CommandError;
 use crate::Console;
-use crate::files::description::Description;
+use seidel_image_io::description::Description;
 
 /// Options of `seidel info`.
 #[derive(Debug, Args)]

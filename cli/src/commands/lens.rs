@@ -8,7 +8,7 @@ use seidel_core::profile::schema;
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
-use crate::files::picture::write_png;
+use seidel_image_io::picture::write_png;
 use crate::pictures::sheet::lens_sheet;
 
 /// What to do with a lens profile.

@@ -28,8 +28,8 @@ use seidel_core::field::ImagePoint;
 use seidel_core::profile::LensProfile;
 
 use crate::Console;
-use crate::files::error::FileError;
-use crate::files::json::read_text;
+use seidel_image_io::error::FileError;
+use seidel_image_io::json::read_text;
 
 /// Real lens blur, learned from measured point-spread functions.
 #[derive(Debug, Parser)]

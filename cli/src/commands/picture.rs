@@ -5,8 +5,8 @@ use std::path::Path;
 use seidel_core::eval::TestImage;
 
 use super::CommandError;
-use crate::files::error::FileError;
-use crate::files::plate::{Plate, PlateOptions};
+use seidel_image_io::error::FileError;
+use seidel_image_io::plate::{Plate, PlateOptions};
 
 /// The luminance of a picture, by Rec. 709 weights where it is in colour.
 pub(super) fn read_image(path: &Path) -> Result<TestImage, CommandError> {

@@ -8,8 +8,8 @@ use seidel_core::predict::predict_like;
 use super::CommandError;
 use super::drawing::DrawingArgs;
 use crate::Console;
-use crate::files::error::FileError;
-use crate::files::manifest::{self, ReadOptions};
+use seidel_image_io::error::FileError;
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
 /// Options of `seidel psf`.
 #[derive(Debug, Args)]

@@ -8,8 +8,8 @@ use seidel_core::remove::{Removed, Saturation};
 
 use super::CommandError;
 use super::plates::{Light, ReadPlate, Shared, Sight};
-use crate::files::error::FileError;
-use crate::files::plate::Plate;
+use seidel_image_io::error::FileError;
+use seidel_image_io::plate::Plate;
 use lens_check::OnDoubt;
 
 pub(super) use lens_check::LensCheck;

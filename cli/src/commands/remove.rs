@@ -12,7 +12,7 @@ use super::CommandError;
 use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared};
 use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
-use crate::files::format::{Format, check_output_name};
+use seidel_image_io::format::{Format, check_output_name};
 use frame::Job;
 
 /// Options of `seidel remove`.

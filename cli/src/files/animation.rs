@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::error::{FileError, Result};
-use super::json::read_text;
+use seidel_image_io::error::{FileError, Result};
+use seidel_image_io::json::read_text;
 
 /// Largest file that is read, bytes.
 const LIMIT_BYTES: u64 = 64 * 1024 * 1024;

@@ -114,7 +114,7 @@ fn footer(d: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::atomic::{Output, write_whole};
+    use seidel_image_io::atomic::{Output, write_whole};
     use crate::report::made::{diagnosis, subject};
     use seidel_core::diagnose::Verdict;
 

@@ -3,7 +3,7 @@
 use super::Tree;
 
 /// What each crate may use of the others outside its tests.
-const ALLOWED: [(&str, &[&str]); 9] = [
+const ALLOWED: [(&str, &[&str]); 10] = [
     ("core", &[]),
     ("colour", &[]),
     ("plugin", &["seidel-core"]),
@@ -12,13 +12,15 @@ const ALLOWED: [(&str, &[&str]); 9] = [
         "ofx-shim",
         &["seidel-colour", "seidel-plugin", "seidel-ofx-host"],
     ),
-    ("cli", &["seidel-colour", "seidel-core"]),
+    ("cli", &["seidel-colour", "seidel-core", "seidel-image-io"]),
+    ("cli/image-io", &["seidel-core"]),
     (
         "tests",
         &[
             "seidel",
             "seidel-colour",
             "seidel-core",
+            "seidel-image-io",
             "seidel-ofx",
             "seidel-ofx-host",
             "seidel-plugin",
@@ -31,10 +33,11 @@ const ALLOWED: [(&str, &[&str]); 9] = [
     ("xtask", &["seidel-colour"]),
 ];
 
-const OURS: [&str; 8] = [
+const OURS: [&str; 9] = [
     "seidel",
     "seidel-colour",
     "seidel-core",
+    "seidel-image-io",
     "seidel-ofx",
     "seidel-ofx-broken",
     "seidel-ofx-host",

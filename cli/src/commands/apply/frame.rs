@@ -11,9 +11,9 @@ use crate::commands::CommandError;
 use crate::commands::plates::{
     FrameFiles, Light, Outcome, ReadPlate, Rendering, Run, Shared, Sight, Stages,
 };
-use crate::files::error::FileError;
-use crate::files::plate::Plate;
-use crate::files::residual::Residual;
+use seidel_image_io::error::FileError;
+use seidel_image_io::plate::Plate;
+use seidel_image_io::residual::Residual;
 
 /// What all frames of a run share.
 pub(super) struct Job<'a> {

@@ -8,10 +8,10 @@ use seidel_core::render::{Holdout, Occlusion};
 
 use crate::commands::CommandError;
 use crate::commands::plates::{DepthMeaning, PlateView, Vergences};
-use crate::files::depth::{DepthPass, DepthSpec};
-use crate::files::error::FileError;
-use crate::files::matte::Matte;
-use crate::files::plate::Plate;
+use seidel_image_io::depth::{DepthPass, DepthSpec};
+use seidel_image_io::error::FileError;
+use seidel_image_io::matte::Matte;
+use seidel_image_io::plate::Plate;
 
 /// Options about occlusion.
 #[derive(Debug, Args)]

@@ -7,9 +7,9 @@ use seidel_core::render::Plane;
 
 use crate::commands::CommandError;
 use crate::commands::plates::Light;
-use crate::files::error::FileError;
-use crate::files::plate::Plate;
-use crate::files::residual::Residual;
+use seidel_image_io::error::FileError;
+use seidel_image_io::plate::Plate;
+use seidel_image_io::residual::Residual;
 
 /// Opens the residual of `plate`, whose planes are `light` and which is seen by the settings `told`; remarks go to
 /// `said`.

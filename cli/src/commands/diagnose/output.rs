@@ -6,9 +6,9 @@ use seidel_core::diagnose::Diagnosis;
 use seidel_core::observations::ObservationSet;
 
 use super::super::CommandError;
-use crate::files::atomic::{refuse_foreign, write_folder_whole, write_whole};
-use crate::files::error::FileError;
-use crate::files::manifest;
+use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
+use seidel_image_io::error::FileError;
+use seidel_image_io::observation_set as manifest;
 use crate::report::{self, Subject};
 
 const REPORT: &str = "report.json";
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::demo::lens::lens;
     use crate::demo::observations::measured;
-    use crate::files::manifest::{ReadOptions, read};
+    use seidel_image_io::observation_set::{ReadOptions, read};
     use crate::report::made::{diagnosis, subject};
     use seidel_core::diagnose::Verdict;
     use seidel_core::profile::LensProfile;
@@ -113,7 +113,7 @@ mod tests {
             names(&out),
             ["corrected.json", "report.html", "report.json"]
         );
-        let text = crate::files::json::read_text(&out.join(CORRECTED), 1 << 20).expect("there");
+        let text = seidel_image_io::json::read_text(&out.join(CORRECTED), 1 << 20).expect("there");
         assert_eq!(
             LensProfile::from_json(&text).expect("a lens"),
             found.corrected

@@ -13,9 +13,9 @@ use seidel_core::profile::LensProfile;
 
 use super::super::{CommandError, parse_distance, parse_point};
 use crate::Console;
-use crate::files::error::FileError;
-use crate::files::flat_plate::Encoding;
-use crate::files::plate::{Plate, PlateOptions};
+use seidel_image_io::error::FileError;
+use seidel_image_io::flat_plate::Encoding;
+use seidel_image_io::plate::{Plate, PlateOptions};
 
 /// Options about a pair of pictures.
 #[derive(Debug, Args)]

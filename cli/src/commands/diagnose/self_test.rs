@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::super::CommandError;
 use crate::Console;
-use crate::files::atomic::{refuse_foreign, write_folder_whole, write_whole};
+use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
 use crate::report::self_test::{SelfTest, html, json};
 use clap::Args;
 use rayon::ThreadPool;

@@ -8,9 +8,9 @@ use seidel_colour::{Config, Processor};
 use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
-use crate::files::atomic::check_target;
-use crate::files::error::FileError;
-use crate::files::lut_file::{LutKind, write_lut};
+use seidel_image_io::atomic::check_target;
+use seidel_image_io::error::FileError;
+use seidel_image_io::lut_file::{LutKind, write_lut};
 
 /// Sides of a .cube that programs read.
 const CUBE_SIDES: (usize, usize) = (2, 129);

@@ -9,9 +9,9 @@ use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::commands::plates::{Files, Outcome, Run, Stages, space_of};
-use crate::files::error::FileError;
-use crate::files::flat_plate::Encoding;
-use crate::files::plate::{Plate, PlateOptions};
+use seidel_image_io::error::FileError;
+use seidel_image_io::flat_plate::Encoding;
+use seidel_image_io::plate::{Plate, PlateOptions};
 
 /// What asks for the space that a file is in to be told by the file.
 const AUTO: &str = "auto";

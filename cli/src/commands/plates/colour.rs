@@ -7,9 +7,9 @@ use clap::Args;
 use seidel_colour::{Alphas, ColourError, Config, Processor, Source, Space};
 
 use crate::commands::CommandError;
-use crate::files::error::FileError;
-use crate::files::format::Format;
-use crate::files::plate::Plate;
+use seidel_image_io::error::FileError;
+use seidel_image_io::format::Format;
+use seidel_image_io::plate::Plate;
 
 /// What asks for the space that a file is in to be told by the file.
 const AUTO: &str = "auto";

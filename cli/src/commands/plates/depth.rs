@@ -12,9 +12,9 @@ use seidel_core::render::{DepthConvention, DepthReading};
 use super::Vergences;
 use super::depth_check::PlateView;
 use crate::commands::{CommandError, parse_distance};
-use crate::files::depth::{DepthPass, DepthSpec};
-use crate::files::error::FileError;
-use crate::files::plate::Plate;
+use seidel_image_io::depth::{DepthPass, DepthSpec};
+use seidel_image_io::error::FileError;
+use seidel_image_io::plate::Plate;
 
 /// Options about depth.
 #[derive(Debug, Args)]

@@ -6,7 +6,7 @@ use seidel_core::plate::Placed;
 use seidel_core::profile::LensProfile;
 use seidel_core::render::{DepthCheck, DepthConvention, LensReach, Severity, View};
 
-use crate::files::plate::Plate;
+use seidel_image_io::plate::Plate;
 
 /// How a plate is seen through a lens.
 pub(crate) struct PlateView<'a> {

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::commands::CommandError;
-use crate::files::atomic::check_target;
-use crate::files::error::FileError;
-use crate::files::format::output_format;
-use crate::files::sequence::Step;
+use seidel_image_io::atomic::check_target;
+use seidel_image_io::error::FileError;
+use seidel_image_io::format::output_format;
+use seidel_image_io::sequence::Step;
 
 /// The files of a run: paths or frame patterns.
 pub(crate) struct Files<'a> {

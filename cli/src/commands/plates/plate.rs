@@ -12,12 +12,12 @@ use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT};
 
 use super::colour::{ColourArgs, PlateColour};
 use crate::commands::CommandError;
-use crate::files::error::FileError;
-use crate::files::exr_packing::Packing;
-use crate::files::exr_plate::Window;
-use crate::files::flat_plate::Encoding;
-use crate::files::format::Format;
-use crate::files::plate::{Plate, PlateOptions};
+use seidel_image_io::error::FileError;
+use seidel_image_io::exr::packing::Packing;
+use seidel_image_io::exr::plate::Window;
+use seidel_image_io::flat_plate::Encoding;
+use seidel_image_io::format::Format;
+use seidel_image_io::plate::{Plate, PlateOptions};
 
 /// Options about the plate.
 #[derive(Debug, Args)]

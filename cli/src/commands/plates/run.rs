@@ -12,9 +12,9 @@ use super::queue::{Outcome, Stages, run_all};
 use super::shares::Shares;
 use crate::Console;
 use crate::commands::CommandError;
-use crate::files::plate::Plate;
-use crate::files::provenance::Provenance;
-use crate::files::sequence::{FramePattern, expand};
+use seidel_image_io::plate::Plate;
+use seidel_image_io::provenance::Provenance;
+use seidel_image_io::sequence::{FramePattern, expand};
 
 /// Options about which frames are rendered, and with what means.
 #[derive(Debug, Args)]

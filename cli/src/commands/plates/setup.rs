@@ -11,7 +11,7 @@ use crate::commands::drawing::{Drawing, DrawingArgs};
 use crate::commands::{CommandError, short_name};
 
 use crate::files::animation::{Animation, Between};
-use crate::files::error::FileError;
+use seidel_image_io::error::FileError;
 
 /// How a frame's lens is to be.
 #[derive(Debug, Clone)]

@@ -19,8 +19,8 @@ use super::{DepthMeaning, Geometry, Rendering, Vergences};
 use crate::commands::drawing::DrawingArgs;
 use crate::commands::{CommandError, read_lens};
 use crate::files::animation::Animation;
-use crate::files::error::FileError;
-use crate::files::plate::Plate;
+use seidel_image_io::error::FileError;
+use seidel_image_io::plate::Plate;
 
 /// Options about how a lens is used.
 #[derive(Debug, Args)]

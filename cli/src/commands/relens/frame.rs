@@ -8,8 +8,8 @@ use super::RelensArgs;
 use crate::commands::CommandError;
 use crate::commands::plates::{Outcome, ReadPlate, Run, Shared, Stages};
 use crate::commands::removal::{LensCheck, work_bytes};
-use crate::files::error::FileError;
-use crate::files::plate::Plate;
+use seidel_image_io::error::FileError;
+use seidel_image_io::plate::Plate;
 
 /// Share of the work that is taking blur off.
 const REMOVAL_SHARE: f64 = 0.9;

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::files::error::Result;
-use crate::files::exr_new::{NewChannel, write_placed};
-use crate::files::residual::Residual;
-use crate::files::windows::Windows;
+use seidel_image_io::error::Result;
+use seidel_image_io::exr::new::{NewChannel, write_placed};
+use seidel_image_io::residual::Residual;
+use seidel_image_io::windows::Windows;
 
 /// One number a pixel of the plate, for each colour.
 pub(super) struct Map {

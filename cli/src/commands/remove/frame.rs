@@ -10,11 +10,11 @@ use super::{Grain, RemoveArgs};
 use crate::commands::CommandError;
 use crate::commands::plates::{Outcome, ReadPlate, Run, Shared, Stages};
 use crate::commands::removal::{LensCheck, work_bytes};
-use crate::files::error::FileError;
-use crate::files::format::{Format, output_format};
-use crate::files::plate::Plate;
-use crate::files::residual::Residual;
-use crate::files::windows::{held, surrounded};
+use seidel_image_io::error::FileError;
+use seidel_image_io::format::{Format, output_format};
+use seidel_image_io::plate::Plate;
+use seidel_image_io::residual::Residual;
+use seidel_image_io::windows::{held, surrounded};
 
 /// Share of the work that is taking blur off.
 const REMOVAL_SHARE: f64 = 0.9;

@@ -97,7 +97,7 @@ fn footer() -> String {
 mod tests {
     use super::super::made::self_test;
     use super::*;
-    use crate::files::atomic::{Output, write_whole};
+    use seidel_image_io::atomic::{Output, write_whole};
 
     /// Also writes the page to the folder that `SEIDEL_PAGES` names, for a person to look at.
     #[test]

@@ -1,0 +1,338 @@
+//! Output written whole or not at all: to a temporary name in the same folder, then renamed.
+
+use std::fmt::Display;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{FileError, Result};
+
+/// The writer handed to the closure of [`write_whole`]: buffered, and it can seek.
+pub type Output<'a> = BufWriter<&'a mut File>;
+
+/// Writes a file through `write`. On any error an existing file is untouched and nothing else stays.
+///
+/// A symbolic link is followed, so that its target is replaced and not the link.
+///
+/// # Errors
+/// A missing folder, a target that is not a regular file, whatever `write` returns, and a full disk.
+pub fn write_whole<E: Display>(
+    path: &Path,
+    write: impl FnOnce(&mut Output<'_>) -> std::result::Result<(), E>,
+) -> Result<()> {
+    let target = check_target(path)?;
+    let folder = folder_of(&target);
+    let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".seidel-").suffix(".part");
+    // A temporary file is private by default; the result must be as readable as any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut temporary = builder.tempfile_in(folder).map_err(|e| failed(&e))?;
+    if let Ok(existing) = fs::metadata(&target) {
+        temporary
+            .as_file()
+            .set_permissions(existing.permissions())
+            .map_err(|e| failed(&e))?;
+    }
+    let mut output = BufWriter::new(temporary.as_file_mut());
+    write(&mut output).map_err(|error| {
+        FileError::new(
+            path,
+            "",
+            format!("cannot be written ({error})"),
+            "check the free space and the folder; nothing was changed",
+        )
+    })?;
+    output.flush().map_err(|e| failed(&e))?;
+    drop(output);
+    // Some file systems report a full disk only now.
+    temporary.as_file().sync_all().map_err(|e| failed(&e))?;
+    temporary.persist(&target).map_err(|e| failed(&e.error))?;
+    Ok(())
+}
+
+/// Whether a file can be at `path`, so far as is known before it is made; links followed.
+///
+/// # Errors
+/// A missing folder, and a target that is not a regular file.
+pub fn check_target(path: &Path) -> Result<PathBuf> {
+    let target = regular_target(path)?;
+    let folder = folder_of(&target);
+    if !folder.is_dir() {
+        return Err(FileError::new(
+            path,
+            "",
+            format!("its folder {} does not exist", folder.display()),
+            "create the folder first or write elsewhere",
+        ));
+    }
+    Ok(target)
+}
+
+/// Writes a folder through `write`, which gets the path of an empty temporary folder beside it.
+///
+/// An existing folder is replaced only where it is empty or holds nothing but files that the new one
+/// holds too, so that no foreign file is ever lost. Missing parents are created.
+///
+/// # Errors
+/// Whatever `write` returns, a folder with other content, a file in the way, and a full disk. The old
+/// folder is then as it was, and no new one is left.
+pub fn write_folder_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
+    let target = match fs::canonicalize(path) {
+        Ok(existing) if !existing.is_dir() => return Err(not_a_folder(path)),
+        Ok(existing) => existing,
+        Err(_) => path.to_path_buf(),
+    };
+    let parent = folder_of(&target).to_path_buf();
+    let made = create_parents(&parent).map_err(|e| failed(&e))?;
+    let result = write_beside(path, &target, &parent, write);
+    if result.is_err() {
+        for folder in made.iter().rev() {
+            // Best effort: a parent in which somebody else has put something meanwhile stays.
+            let _ = fs::remove_dir(folder);
+        }
+    }
+    result
+}
+
+/// Refuses what [`write_folder_whole`] would refuse of a folder whose files and folders will be `names`,
+/// so far as is known before they are made.
+///
+/// # Errors
+/// A file in the way, or a folder with other content.
+pub fn refuse_foreign(path: &Path, names: &[&str]) -> Result<()> {
+    let Ok(existing) = fs::metadata(path) else {
+        return Ok(());
+    };
+    if !existing.is_dir() {
+        return Err(not_a_folder(path));
+    }
+    let failed = |error: &std::io::Error| FileError::io(path, "be read", error);
+    for entry in fs::read_dir(path).map_err(|e| failed(&e))? {
+        let name = entry.map_err(|e| failed(&e))?.file_name();
+        if !names.iter().any(|known| name == *known) {
+            return Err(foreign_inside(path, Path::new(&name)));
+        }
+    }
+    Ok(())
+}
+
+fn not_a_folder(path: &Path) -> FileError {
+    FileError::new(path, "", "is not a folder", "name a new or empty folder")
+}
+
+fn foreign_inside(path: &Path, foreign: &Path) -> FileError {
+    FileError::new(
+        path,
+        "",
+        format!(
+            "already holds `{}`, which is no part of this output",
+            foreign.display()
+        ),
+        "name a new or empty folder",
+    )
+}
+
+fn write_beside(
+    path: &Path,
+    target: &Path,
+    parent: &Path,
+    write: impl FnOnce(&Path) -> Result<()>,
+) -> Result<()> {
+    let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".seidel-").suffix(".part");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+    let temporary = builder.tempdir_in(parent).map_err(|e| failed(&e))?;
+    let fresh = temporary.path().join("new");
+    fs::create_dir(&fresh).map_err(|e| failed(&e))?;
+    write(&fresh)?;
+    if !target.exists() {
+        return fs::rename(&fresh, target).map_err(|e| failed(&e));
+    }
+    if let Some(foreign) = foreign_entry(target, &fresh).map_err(|e| failed(&e))? {
+        return Err(foreign_inside(path, &foreign));
+    }
+    let old = temporary.path().join("old");
+    fs::rename(target, &old).map_err(|e| failed(&e))?;
+    if let Err(error) = fs::rename(&fresh, target) {
+        // The old folder goes back; if even that fails, it is kept under its temporary name.
+        if fs::rename(&old, target).is_err() {
+            let kept = temporary.keep();
+            return Err(FileError::new(
+                path,
+                "",
+                format!("cannot be replaced ({error})"),
+                format!("the old folder is now {}", kept.join("old").display()),
+            ));
+        }
+        return Err(failed(&error));
+    }
+    Ok(())
+}
+
+/// The file that a write to `path` replaces or creates, links followed.
+fn regular_target(path: &Path) -> Result<PathBuf> {
+    let Ok(existing) = fs::metadata(path) else {
+        if path.file_name().is_none() {
+            return Err(FileError::new(
+                path,
+                "",
+                "names no file",
+                "give a file name",
+            ));
+        }
+        return Ok(path.to_path_buf());
+    };
+    if !existing.is_file() {
+        return Err(FileError::new(
+            path,
+            "",
+            "exists and is not a regular file",
+            "give the name of a new or an ordinary file",
+        ));
+    }
+    fs::canonicalize(path).map_err(|e| FileError::io(path, "be resolved", &e))
+}
+
+/// The folder that holds `path`; the current one for a bare name.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Creates what is missing of `folder` and returns what was created, outermost first.
+fn create_parents(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut missing: Vec<PathBuf> = folder
+        .ancestors()
+        .take_while(|f| !f.as_os_str().is_empty() && !f.exists())
+        .map(Path::to_path_buf)
+        .collect();
+    missing.reverse();
+    fs::create_dir_all(folder)?;
+    Ok(missing)
+}
+
+/// The first entry of `old`, at any depth, that `new` has not.
+fn foreign_entry(old: &Path, new: &Path) -> std::io::Result<Option<PathBuf>> {
+    for entry in fs::read_dir(old)? {
+        let entry = entry?;
+        let twin = new.join(entry.file_name());
+        if entry.file_type()?.is_dir() != twin.is_dir() || !twin.exists() {
+            return Ok(Some(entry.file_name().into()));
+        }
+        if twin.is_dir()
+            && let Some(inner) = foreign_entry(&entry.path(), &twin)?
+        {
+            return Ok(Some(Path::new(&entry.file_name()).join(inner)));
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .expect("folder of the test")
+            .map(|e| e.expect("entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_failing_writer_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("out.bin");
+        let half_way = |out: &mut Output<'_>| {
+            out.write_all(&[1; 100_000])?;
+            out.flush()?;
+            Err(std::io::Error::from(std::io::ErrorKind::StorageFull))
+        };
+        let error = write_whole(&path, half_way).expect_err("fails midway");
+        assert!(error.to_string().contains("out.bin"), "{error}");
+        assert!(names(folder.path()).is_empty());
+
+        write_whole(&path, |out| out.write_all(b"old")).expect("writes");
+        write_whole(&path, half_way).expect_err("fails midway");
+        assert_eq!(fs::read(&path).expect("old file"), b"old");
+        assert_eq!(names(folder.path()), ["out.bin"]);
+        write_whole(&path, |out| out.write_all(b"new")).expect("writes");
+        assert_eq!(fs::read(&path).expect("new file"), b"new");
+    }
+
+    #[test]
+    fn targets_that_cannot_be_are_named() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let missing = folder.path().join("no/such/out.bin");
+        let error = write_whole(&missing, |out| out.write_all(b"x")).expect_err("no folder");
+        assert!(error.to_string().contains("does not exist"), "{error}");
+        let error = write_whole(folder.path(), |out| out.write_all(b"x")).expect_err("a folder");
+        assert!(error.to_string().contains("not a regular file"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_permissions_survive_and_devices_are_refused() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let (real, link) = (folder.path().join("real"), folder.path().join("link"));
+        fs::write(&real, "old").expect("writes");
+        fs::set_permissions(&real, fs::Permissions::from_mode(0o640)).expect("sets");
+        std::os::unix::fs::symlink(&real, &link).expect("links");
+        write_whole(&link, |out| out.write_all(b"new")).expect("writes");
+        assert_eq!(fs::read(&real).expect("reads"), b"new");
+        assert!(fs::symlink_metadata(&link).expect("link").is_symlink());
+        assert_eq!(
+            fs::metadata(&real).expect("real").permissions().mode() & 0o777,
+            0o640
+        );
+        assert!(write_whole(Path::new("/dev/null"), |out| out.write_all(b"x")).is_err());
+    }
+
+    #[test]
+    fn folders_are_whole_or_not_there() {
+        let root = tempfile::tempdir().expect("temporary folder");
+        let target = root.path().join("deep/set");
+        let put = |name: &'static str, text: &'static str| {
+            move |at: &Path| {
+                fs::write(at.join(name), text).map_err(|e| FileError::io(at, "be written", &e))
+            }
+        };
+        let fails = |at: &Path| {
+            put("half", "x")(at)?;
+            Err(FileError::new(at, "", "no more space", "free some"))
+        };
+        write_folder_whole(&target, fails).expect_err("fails midway");
+        assert!(names(root.path()).is_empty());
+
+        write_folder_whole(&target, put("a", "1")).expect("new");
+        write_folder_whole(&target, fails).expect_err("fails midway");
+        assert_eq!(fs::read_to_string(target.join("a")).expect("kept"), "1");
+        write_folder_whole(&target, put("a", "2")).expect("same names: replaced");
+        assert_eq!(fs::read_to_string(target.join("a")).expect("new"), "2");
+
+        fs::write(target.join("mine"), "precious").expect("writes");
+        let error = write_folder_whole(&target, put("a", "3")).expect_err("foreign file");
+        assert!(error.to_string().contains("`mine`"), "{error}");
+        let early = refuse_foreign(&target, &["a"]).expect_err("foreign file");
+        assert_eq!(early, error);
+        refuse_foreign(&target, &["a", "mine"]).expect("known files");
+        refuse_foreign(&root.path().join("nothing"), &["a"]).expect("nothing is in the way");
+        refuse_foreign(&target.join("mine"), &["a"]).expect_err("a file");
+        assert_eq!(fs::read_to_string(target.join("a")).expect("kept"), "2");
+        assert_eq!(names(&root.path().join("deep")), ["set"]);
+        let empty = root.path().join("empty");
+        fs::create_dir(&empty).expect("creates");
+        write_folder_whole(&empty, put("b", "1")).expect("into an empty folder");
+        assert_eq!(names(&empty), ["b"]);
+    }
+}

@@ -1,0 +1,182 @@
+//! Reading an observation set, with all its faults reported together.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use seidel_core::Fault;
+use seidel_core::observations::{Observation, ObservationSet};
+use seidel_core::tile::Tile;
+use serde_json::Value;
+
+use super::fields::quote_non_finite;
+use super::{MANIFEST, entry};
+use crate::error::{FileError, Result};
+use crate::json::{TEXT_LIMIT_BYTES, parse_json, read_text};
+use crate::tile_image;
+
+/// How to read a set.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Leave out observations with faults, and say which, instead of refusing the set.
+    pub skip_bad: bool,
+}
+
+/// A set as read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loaded {
+    /// The sound observations.
+    pub set: ObservationSet,
+    /// What was left out; empty without [`ReadOptions::skip_bad`].
+    pub dropped: Vec<Dropped>,
+}
+
+/// One observation that was left out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Dropped {
+    /// Its index in the manifest.
+    pub index: usize,
+    /// What was wrong with it.
+    pub faults: Vec<Fault>,
+}
+
+/// Reads the set in a folder, or that of a manifest file.
+///
+/// # Errors
+/// All faults of all observations together, by observation and field; a set with a fault of its own
+/// is refused whatever the options say.
+pub fn read(path: &Path, options: ReadOptions) -> Result<Loaded> {
+    let manifest = manifest_path(path)?;
+    let text = read_text(&manifest, TEXT_LIMIT_BYTES)?;
+    let root: Value = match parse_json(&manifest, &text) {
+        Ok(root) => root,
+        // NaN is no JSON, but then its place is worth more than its line.
+        Err(error) => parse_json(&manifest, &quote_non_finite(&text)).map_err(|_| error)?,
+    };
+    let folder = manifest.parent().unwrap_or(Path::new("")).to_path_buf();
+    let mut set_faults = Vec::new();
+    let Some(set) = entry::set(&root, &mut set_faults) else {
+        return Err(FileError::many(manifest, set_faults));
+    };
+
+    let read: Vec<std::result::Result<Observation, Vec<Fault>>> = set
+        .observations
+        .par_iter()
+        .enumerate()
+        .map(|(index, value)| read_observation(&folder, value, index, &set.channels))
+        .collect();
+    let mut faults: Vec<Vec<Fault>> = vec![Vec::new(); read.len()];
+    let mut indices = Vec::new();
+    let mut observations = Vec::new();
+    for (index, result) in read.into_iter().enumerate() {
+        match result {
+            Ok(observation) => {
+                indices.push(index);
+                observations.push(observation);
+            }
+            Err(found) => faults[index] = found,
+        }
+    }
+    let mut loaded = ObservationSet {
+        frame: set.frame,
+        axis_stated: set.axis_stated,
+        pixel_pitch_um: set.pixel_pitch_um,
+        channels: set.channels,
+        camera: set.camera,
+        observations,
+    };
+    for mut fault in loaded.faults() {
+        match fault.observation {
+            Some(place) => {
+                fault.observation = Some(indices[place]);
+                faults[indices[place]].push(fault);
+            }
+            // An empty set is no fault of its own where its observations are all bad already.
+            None if fault.field == "observations" && !faults.is_empty() => {}
+            None => set_faults.push(fault),
+        }
+    }
+    let bad = faults.iter().filter(|f| !f.is_empty()).count();
+    let nothing_left = bad == faults.len();
+    if !set_faults.is_empty() || (bad > 0 && (!options.skip_bad || nothing_left)) {
+        set_faults.extend(faults.into_iter().flatten());
+        return Err(FileError::many(manifest, set_faults));
+    }
+    let keep: Vec<bool> = indices.iter().map(|&i| faults[i].is_empty()).collect();
+    let mut keep = keep.into_iter();
+    // The iterator has one entry an observation, in their order.
+    loaded.observations.retain(|_| keep.next().unwrap_or(false));
+    let dropped = faults
+        .into_iter()
+        .enumerate()
+        .filter(|(_, faults)| !faults.is_empty())
+        .map(|(index, faults)| Dropped { index, faults })
+        .collect();
+    Ok(Loaded {
+        set: loaded,
+        dropped,
+    })
+}
+
+fn manifest_path(path: &Path) -> Result<PathBuf> {
+    if !path.is_dir() {
+        return Ok(path.to_path_buf());
+    }
+    let manifest = path.join(MANIFEST);
+    if manifest.is_file() {
+        return Ok(manifest);
+    }
+    Err(FileError::new(
+        path,
+        "",
+        format!("holds no {MANIFEST}"),
+        "give the folder of an observation set, or its manifest",
+    ))
+}
+
+fn read_observation(
+    folder: &Path,
+    value: &Value,
+    index: usize,
+    channels: &[String],
+) -> std::result::Result<Observation, Vec<Fault>> {
+    let mut faults = Vec::new();
+    let entry = entry::observation(value, index, channels, &mut faults);
+    // The tile is read even where another field is bad, so that its faults are told in the same go.
+    let name = value
+        .get("file")
+        .and_then(Value::as_str)
+        .unwrap_or_default();
+    let mut tiles = Vec::new();
+    if entry::is_inside(name) {
+        match tile_image::read(&folder.join(name), channels) {
+            Ok(planes) => {
+                for (channel, plane) in channels.iter().zip(planes) {
+                    match Tile::new(plane.width, plane.height, plane.samples) {
+                        Ok(tile) => tiles.push(tile),
+                        Err(error) => faults.push(Fault {
+                            observation: Some(index),
+                            file: name.to_owned(),
+                            field: format!("channel {channel}"),
+                            problem: error.problem,
+                            remedy: error.remedy,
+                        }),
+                    }
+                }
+            }
+            Err(error) => faults.extend(error.into_faults(index, name)),
+        }
+    }
+    match entry {
+        Some(entry) if faults.is_empty() => Ok(Observation {
+            file: entry.file,
+            centre: entry.centre,
+            distance: entry.distance,
+            ideal: entry.ideal,
+            tiles,
+            noise_sigma: entry.noise_sigma,
+            background: entry.background,
+            saturated: entry.saturated,
+        }),
+        _ => Err(faults),
+    }
+}

@@ -1,0 +1,183 @@
+//! Writing an observation set as a folder.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use rayon::prelude::*;
+use seidel_core::distance::ObjectDistance;
+use seidel_core::observations::{Observation, ObservationSet};
+use serde_json::{Map, Value, json};
+
+use super::entry::is_inside;
+use super::{FORMAT, MANIFEST, VERSION};
+use crate::atomic::write_folder_whole;
+use crate::error::{FileError, Result};
+use crate::format::Format;
+use crate::json::write_json;
+use crate::tile_image;
+
+/// Writes a set as the folder `folder`, whole or not at all: the manifest, and float tiles under the
+/// names they have in the set. A tile gets another name, ending in `.exr`, where its own is no EXR or
+/// TIFF name or is that of an earlier one.
+///
+/// # Errors
+/// A folder that cannot be written or holds other files, and values that the format cannot hold.
+pub fn write(set: &ObservationSet, folder: &Path) -> Result<()> {
+    write_folder_whole(folder, |temporary| add_set(set, temporary))
+}
+
+/// Writes a set into a folder that exists, such as one that [`write_folder_whole`] hands out.
+///
+/// # Errors
+/// As [`write()`].
+pub fn add_set(set: &ObservationSet, folder: &Path) -> Result<()> {
+    let names = tile_names(set);
+    for name in &names {
+        let tile = folder.join(name);
+        if let Some(parent) = tile.parent() {
+            std::fs::create_dir_all(parent).map_err(|e| FileError::io(parent, "be created", &e))?;
+        }
+    }
+    set.observations
+        .par_iter()
+        .zip(&names)
+        .try_for_each(|(observation, name)| {
+            tile_image::write(&folder.join(name), &set.channels, &observation.tiles)
+        })?;
+    write_json(&folder.join(MANIFEST), &manifest(set, &names))
+}
+
+/// A file name for every observation: its own where it can be kept.
+fn tile_names(set: &ObservationSet) -> Vec<String> {
+    let mut taken = HashSet::new();
+    // What can be kept is kept, whatever the names before it turn into.
+    let kept: Vec<Option<String>> = set
+        .observations
+        .iter()
+        .map(|o| {
+            let name = match Format::of_name(Path::new(&o.file)) {
+                Some(Format::Exr) => o.file.clone(),
+                Some(Format::Tiff) if can_be_tiff(&set.channels) => o.file.clone(),
+                _ => Path::new(&o.file)
+                    .with_extension("exr")
+                    .to_string_lossy()
+                    .into_owned(),
+            };
+            // Case is folded because some file systems do so.
+            let free = is_inside(&name) && taken.insert(name.to_lowercase());
+            free.then_some(name)
+        })
+        .collect();
+    let mut number = 0;
+    kept.into_iter()
+        .map(|name| {
+            name.unwrap_or_else(|| {
+                loop {
+                    let name = format!("psf/{number:04}.exr");
+                    number += 1;
+                    if taken.insert(name.clone()) {
+                        return name;
+                    }
+                }
+            })
+        })
+        .collect()
+}
+
+/// TIFF channels have no names: grey and R, G, B only.
+fn can_be_tiff(channels: &[String]) -> bool {
+    channels.len() == 1 || channels == ["R", "G", "B"]
+}
+
+fn manifest(set: &ObservationSet, names: &[String]) -> Value {
+    let mut root = Map::new();
+    let mut put = |key: &str, value: Value| root.insert(key.to_owned(), value);
+    put("format", json!(FORMAT));
+    put("version", json!(VERSION));
+    put(
+        "image_size",
+        json!([set.frame.width_px(), set.frame.height_px()]),
+    );
+    if set.axis_stated {
+        let axis = set.frame.axis();
+        put("optical_axis", json!([axis.x_px, axis.y_px]));
+    }
+    if let Some(pitch) = set.pixel_pitch_um {
+        put("pixel_pitch_um", json!(pitch));
+    }
+    put("channels", json!(set.channels));
+    let camera = camera(set);
+    if !camera.is_empty() {
+        put("camera", Value::Object(camera));
+    }
+    let observations: Vec<Value> = set
+        .observations
+        .iter()
+        .zip(names)
+        .map(|(o, name)| observation(o, name, &set.channels))
+        .collect();
+    put("observations", Value::Array(observations));
+    Value::Object(root)
+}
+
+fn camera(set: &ObservationSet) -> Map<String, Value> {
+    let mut map = Map::new();
+    if let Some(focal) = set.camera.focal_length_mm {
+        map.insert("focal_length_mm".into(), json!(focal));
+    }
+    if let Some(f_number) = set.camera.f_number {
+        map.insert("f_number".into(), json!(f_number));
+    }
+    put_distance(&mut map, "focus_distance_m", set.camera.focus_distance);
+    if !set.camera.wavelength_nm.is_empty() {
+        map.insert("wavelength_nm".into(), json!(set.camera.wavelength_nm));
+    }
+    map
+}
+
+fn observation(o: &Observation, name: &str, channels: &[String]) -> Value {
+    let mut map = Map::new();
+    map.insert("file".into(), json!(name));
+    map.insert("x".into(), json!(o.centre.x_px));
+    map.insert("y".into(), json!(o.centre.y_px));
+    put_distance(&mut map, "depth_m", o.distance);
+    if let Some(ideal) = o.ideal {
+        map.insert("ideal_x".into(), json!(ideal.x_px));
+        map.insert("ideal_y".into(), json!(ideal.y_px));
+    }
+    if o.noise_sigma.iter().any(Option::is_some) {
+        map.insert("noise_sigma".into(), by_channel(&o.noise_sigma, channels));
+    }
+    if o.background.iter().any(|&b| b != 0.0) {
+        let all: Vec<Option<f64>> = o.background.iter().copied().map(Some).collect();
+        map.insert("background".into(), by_channel(&all, channels));
+    }
+    if o.saturated {
+        map.insert("saturated".into(), json!(true));
+    }
+    Value::Object(map)
+}
+
+fn put_distance(map: &mut Map<String, Value>, key: &str, distance: ObjectDistance) {
+    match distance {
+        ObjectDistance::Unknown => {}
+        ObjectDistance::Infinity => {
+            map.insert(key.to_owned(), Value::Null);
+        }
+        ObjectDistance::Metres(metres) => {
+            map.insert(key.to_owned(), json!(metres));
+        }
+    }
+}
+
+/// One number where all channels agree, else an object of those that have one.
+fn by_channel(values: &[Option<f64>], channels: &[String]) -> Value {
+    match values {
+        [Some(first), rest @ ..] if rest.iter().all(|v| *v == Some(*first)) => json!(first),
+        _ => channels
+            .iter()
+            .zip(values)
+            .filter_map(|(name, value)| Some((name.clone(), json!((*value)?))))
+            .collect(),
+    }
+}

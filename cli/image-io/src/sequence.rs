@@ -1,0 +1,273 @@
+//! Frame sequences: file patterns such as `plate.%04d.exr` or `plate.####.exr`, and frame lists.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{FileError, Result};
+
+/// The most frames that one run may name; more is surely a slip.
+const MAX_FRAMES: usize = 1_000_000;
+
+/// A path that may hold frame numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FramePattern {
+    text: String,
+    pieces: Vec<Piece>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Piece {
+    Text(String),
+    /// The frame number, padded with zeros to this many characters.
+    Frame(usize),
+}
+
+impl FramePattern {
+    /// Takes a path apart: `%d`, `%4d`, `%04d` and runs of `#` stand for the frame number, `%%` for a
+    /// percent sign.
+    pub fn parse(path: &str) -> Self {
+        let mut pieces = Vec::new();
+        let mut text = String::new();
+        let mut rest = path;
+        while let Some(first) = rest.chars().next() {
+            let (length, width) = if let Some(escaped) = rest.strip_prefix("%%") {
+                text.push('%');
+                rest = escaped;
+                continue;
+            } else if first == '#' {
+                let run = rest.len() - rest.trim_start_matches('#').len();
+                (run, Some(run))
+            } else {
+                printf(rest).map_or((first.len_utf8(), None), |(l, w)| (l, Some(w)))
+            };
+            match width {
+                Some(width) => {
+                    pieces.push(Piece::Text(std::mem::take(&mut text)));
+                    pieces.push(Piece::Frame(width));
+                }
+                None => text.push(first),
+            }
+            rest = &rest[length..];
+        }
+        pieces.push(Piece::Text(text));
+        Self {
+            text: path.to_owned(),
+            pieces,
+        }
+    }
+
+    /// Whether the path has a place for the frame number.
+    pub fn has_frame(&self) -> bool {
+        self.pieces.iter().any(|p| matches!(p, Piece::Frame(_)))
+    }
+
+    /// The path of one frame.
+    pub fn path(&self, frame: i64) -> PathBuf {
+        let mut path = String::new();
+        for piece in &self.pieces {
+            match piece {
+                Piece::Text(text) => path.push_str(text),
+                Piece::Frame(width) => {
+                    let width = *width;
+                    path.push_str(&format!("{frame:0width$}"));
+                }
+            }
+        }
+        path.into()
+    }
+}
+
+/// Length and field width of a `%d`, `%4d` or `%04d` at the start of `rest`.
+fn printf(rest: &str) -> Option<(usize, usize)> {
+    let digits = rest.strip_prefix('%')?;
+    let count = digits.len()
+        - digits
+            .trim_start_matches(|c: char| c.is_ascii_digit())
+            .len();
+    // Two digits of width are plenty, and more would make absurd names.
+    if count > 2 || !digits[count..].starts_with('d') {
+        return None;
+    }
+    let width = if count == 0 {
+        0
+    } else {
+        digits[..count].parse().ok()?
+    };
+    Some((count + 2, width))
+}
+
+/// Reads a frame list: `1001-1100`, `1001-1100x2` (every second), `1,5,9`, and mixtures by comma.
+///
+/// # Errors
+/// Anything else, a range that runs backwards, and more than a million frames.
+pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
+    let refuse = |problem: String| {
+        FileError::new(
+            "--frames",
+            "",
+            problem,
+            "write it like 1001-1100, 1001-1100x2 or 1,5,9",
+        )
+    };
+    let mut frames = Vec::new();
+    for item in list.split(',').map(str::trim) {
+        let unreadable = || refuse(format!("`{item}` in `{list}` is no frame or range"));
+        let (range, step) = match item.split_once('x') {
+            Some((range, step)) => (range, step.parse::<u32>().map_err(|_| unreadable())?),
+            None => (item, 1),
+        };
+        let step = usize::try_from(step).map_err(|_| unreadable())?;
+        if step == 0 {
+            return Err(refuse(format!("`{item}` has a step of 0")));
+        }
+        // The minus of a negative first frame is not the one between the two.
+        let dash = range.char_indices().skip(1).find(|(_, c)| *c == '-');
+        let (first, last) = match dash {
+            Some((at, _)) => (&range[..at], &range[at + 1..]),
+            None if item.contains('x') => return Err(unreadable()),
+            None => (range, range),
+        };
+        let first: i64 = first.parse().map_err(|_| unreadable())?;
+        let last: i64 = last.parse().map_err(|_| unreadable())?;
+        if last < first {
+            return Err(refuse(format!("`{item}` runs backwards")));
+        }
+        let left = MAX_FRAMES - frames.len();
+        let count = frames.len();
+        frames.extend((first..=last).step_by(step).take(left + 1));
+        if frames.len() - count > left {
+            return Err(refuse(format!(
+                "`{list}` names more than {MAX_FRAMES} frames"
+            )));
+        }
+    }
+    let mut seen = std::collections::HashSet::new();
+    frames.retain(|frame| seen.insert(*frame));
+    Ok(frames)
+}
+
+/// One step of a run: a frame number, where there is one, and one path for each pattern given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Step {
+    /// The frame number; `None` for a single picture.
+    pub frame: Option<i64>,
+    /// The paths of this frame, in the order of the patterns.
+    pub paths: Vec<PathBuf>,
+}
+
+/// Expands `patterns` (input first, output second, then others such as a depth pass) over the frames.
+///
+/// Input and output both hold a frame pattern or neither does; the others may be the same file for
+/// every frame.
+///
+/// # Errors
+/// A pattern without frames, frames without a pattern, and an unreadable frame list. A path that
+/// only looks like a pattern is taken as it stands where no frames are given and that file exists.
+pub fn expand(patterns: &[&str], frames: Option<&str>) -> Result<Vec<Step>> {
+    let parsed: Vec<FramePattern> = patterns.iter().map(|p| FramePattern::parse(p)).collect();
+    let Some(list) = frames else {
+        let input_is_file = patterns.first().is_some_and(|p| Path::new(p).is_file());
+        if !input_is_file && let Some(pattern) = parsed.iter().find(|p| p.has_frame()) {
+            return Err(FileError::new(
+                &pattern.text,
+                "",
+                "holds a frame pattern, but no frames were given",
+                "say which with --frames, such as --frames 1001-1100",
+            ));
+        }
+        return Ok(vec![Step {
+            frame: None,
+            paths: patterns.iter().map(PathBuf::from).collect(),
+        }]);
+    };
+    let frames = parse_frames(list)?;
+    for pattern in parsed.iter().take(2) {
+        if !pattern.has_frame() {
+            return Err(FileError::new(
+                &pattern.text,
+                "",
+                format!("holds no frame pattern, but --frames {list} was given"),
+                "put %04d or #### where the frame number goes, or leave out --frames",
+            ));
+        }
+    }
+    Ok(frames
+        .into_iter()
+        .map(|frame| Step {
+            frame: Some(frame),
+            paths: parsed.iter().map(|p| p.path(frame)).collect(),
+        })
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_become_paths() {
+        for (pattern, frame, path) in [
+            ("plate.%04d.exr", 7, "plate.0007.exr"),
+            ("plate.%d.exr", 7, "plate.7.exr"),
+            ("plate.####.exr", 1001, "plate.1001.exr"),
+            ("p.###.exr", 12345, "p.12345.exr"),
+            ("a%%b.%03d.exr", 5, "a%b.005.exr"),
+            ("sh%02d/p.#.exr", 3, "sh03/p.3.exr"),
+            ("é.%04d.exr", -7, "é.-007.exr"),
+            ("100%.exr", 1, "100%.exr"),
+            ("%s.%.exr", 1, "%s.%.exr"),
+        ] {
+            assert_eq!(FramePattern::parse(pattern).path(frame), Path::new(path));
+        }
+        assert!(!FramePattern::parse("100%.exr").has_frame());
+    }
+
+    #[test]
+    fn frame_lists() {
+        assert_eq!(parse_frames("3").expect("one"), [3]);
+        assert_eq!(parse_frames("1-7x3").expect("step"), [1, 4, 7]);
+        assert_eq!(parse_frames("1,5, 4-6").expect("mixed"), [1, 5, 4, 6]);
+        assert_eq!(parse_frames("-2-1").expect("negative"), [-2, -1, 0, 1]);
+        for bad in [
+            "",
+            "a",
+            "1-",
+            "-",
+            "5-1",
+            "1-5x0",
+            "1-5x",
+            "1x2",
+            "1,,2",
+            "0-9999999999",
+            "1-2-3",
+            "9223372036854775808",
+            "1-5x-1",
+            "1é-3",
+        ] {
+            let error = parse_frames(bad).expect_err(bad);
+            assert!(error.to_string().contains("1001-1100"), "{error}");
+        }
+        assert!(parse_frames("9223372036854775806-9223372036854775807").is_ok());
+    }
+
+    #[test]
+    fn patterns_and_frames_belong_together() {
+        let steps = expand(&["in.%04d.exr", "out.%04d.exr", "z.exr"], Some("1-2")).expect("two");
+        assert_eq!(steps.len(), 2);
+        assert_eq!(steps[1].paths[1], Path::new("out.0002.exr"));
+        assert_eq!(steps[1].paths[2], Path::new("z.exr"));
+        assert_eq!(expand(&["a.exr", "b.exr"], None).expect("single").len(), 1);
+        let error = expand(&["in.%04d.exr", "out.%04d.exr"], None).expect_err("no frames");
+        assert!(error.to_string().contains("--frames"), "{error}");
+        let error = expand(&["in.%04d.exr", "out.exr"], Some("1-2")).expect_err("no pattern");
+        assert!(error.to_string().contains("out.exr"), "{error}");
+        assert!(expand(&["in.exr", "out.exr"], Some("1-2")).is_err());
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn no_text_panics(pattern in ".{0,40}", list in "[0-9x,\\- a]{0,24}") {
+            let _ = FramePattern::parse(&pattern).path(1001);
+            let _ = parse_frames(&list);
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! DPX plates: files laid out here byte by byte, what is read of them, what comes back, and what is refused.
+
+use std::fs;
+use std::path::Path;
+
+use crate::flat_plate::{Encoding, FlatPlate, SampleDepth};
+use crate::plate::{Plate, PlateOptions};
+
+/// A file laid out by hand.
+pub(crate) struct Made {
+    pub(crate) bytes: Vec<u8>,
+    big_endian: bool,
+}
+
+impl Made {
+    /// A header with `extra` bytes of user data for `width` x `height` pixels, in which all that is not asked for is
+    /// undefined.
+    pub(crate) fn new(big_endian: bool, (width, height): (u32, u32), extra: usize) -> Self {
+        let mut made = Self {
+            bytes: vec![0xff; 2048],
+            big_endian,
+        };
+        made.bytes.extend((0..extra).map(|i| i as u8));
+        let magic = if big_endian { b"SDPX" } else { b"XPDS" };
+        made.bytes[..4].copy_from_slice(magic);
+        let offset = 2048 + extra as u32;
+        for (at, value) in [
+            (4, offset),
+            (32, extra as u32),
+            (772, width),
+            (776, height),
+            (780, 0),
+            (808, offset),
+            (812, 0),
+        ] {
+            made.put32(at, value);
+        }
+        for (at, value) in [(768, 0), (770, 1), (804, 0), (806, 0)] {
+            made.put16(at, value);
+        }
+        made
+    }
+
+    /// Descriptor, bits and packing of the image element.
+    pub(crate) fn element(mut self, descriptor: u8, bits: u8, packing: u16) -> Self {
+        self.bytes[800] = descriptor;
+        self.bytes[803] = bits;
+        self.put16(804, packing);
+        self
+    }
+
+    pub(crate) fn put16(&mut self, at: usize, value: u16) {
+        let bytes = match self.big_endian {
+            true => value.to_be_bytes(),
+            false => value.to_le_bytes(),
+        };
+        self.bytes[at..at + 2].copy_from_slice(&bytes);
+    }
+
+    pub(crate) fn put32(&mut self, at: usize, value: u32) {
+        let bytes = match self.big_endian {
+            true => value.to_be_bytes(),
+            false => value.to_le_bytes(),
+        };
+        self.bytes[at..at + 4].copy_from_slice(&bytes);
+    }
+
+    pub(crate) fn words16(mut self, words: &[u16]) -> Self {
+        for &word in words {
+            self.bytes.extend([0; 2]);
+            self.put16(self.bytes.len() - 2, word);
+        }
+        self
+    }
+
+    pub(crate) fn words32(mut self, words: &[u32]) -> Self {
+        for &word in words {
+            self.bytes.extend([0; 4]);
+            self.put32(self.bytes.len() - 4, word);
+        }
+        self
+    }
+
+    /// The file with its length in the header.
+    pub(crate) fn save(mut self, path: &Path) -> Vec<u8> {
+        self.put32(16, self.bytes.len() as u32);
+        fs::write(path, &self.bytes).expect("the test's own file");
+        self.bytes
+    }
+}
+
+/// Integers of a channel.
+fn codes(plate: &FlatPlate, name: &str) -> Vec<u16> {
+    let full_scale = f32::from(plate.depth().full_scale().expect("integers"));
+    let plane = plate.plane(name).expect("a channel");
+    plane
+        .iter()
+        .map(|v| (v * full_scale).round() as u16)
+        .collect()
+}
+
+#[test]
+fn every_layout_reads_and_comes_back_to_the_byte() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
+    // Two pixels a line, two lines; R, G, B of the pixels are 1, 2, 3; 4, 5, 6 and so on.
+    let ten = |a: u32, b: u32, c: u32, up: u32| (a << 20 | b << 10 | c) << up;
+    for big_endian in [true, false] {
+        let made = |descriptor, bits, packing| {
+            Made::new(big_endian, (2, 2), 40).element(descriptor, bits, packing)
+        };
+        let rgb10 = |up| {
+            [
+                ten(1, 2, 3, up),
+                ten(4, 5, 6, up),
+                ten(7, 8, 9, up),
+                ten(1021, 1022, 1023, up),
+            ]
+        };
+        let rgb: [&[u16]; 3] = [&[1, 4, 7, 1021], &[2, 5, 8, 1022], &[3, 6, 9, 1023]];
+        let twelve = [1, 2, 3, 4, 5, 6, 7, 8, 9, 1021, 1022, 1023];
+        for (file, depth, up) in [
+            (made(50, 10, 1).words32(&rgb10(2)), SampleDepth::U10, 0),
+            (made(50, 10, 2).words32(&rgb10(0)), SampleDepth::U10, 0),
+            (
+                made(50, 12, 1).words16(&twelve.map(|v| v << 4)),
+                SampleDepth::U12,
+                0,
+            ),
+            (made(50, 12, 2).words16(&twelve), SampleDepth::U12, 0),
+            (
+                made(50, 16, 0).words16(&twelve.map(|v| v << 5)),
+                SampleDepth::U16,
+                5,
+            ),
+            (
+                made(50, 16, 1).words16(&twelve.map(|v| v << 5)),
+                SampleDepth::U16,
+                5,
+            ),
+        ] {
+            let bytes = file.save(&path);
+            let plate = FlatPlate::open(&path).expect("opens");
+            assert_eq!(
+                (plate.depth(), plate.width(), plate.height()),
+                (depth, 2, 2)
+            );
+            for (name, want) in ["R", "G", "B"].iter().zip(rgb) {
+                let want: Vec<u16> = want.iter().map(|v| v << up).collect();
+                assert_eq!(codes(&plate, name), want, "{depth} {name}");
+            }
+            assert!(plate.write(&out).expect("writes").is_empty());
+            assert!(fs::read(&out).expect("reads") == bytes, "{depth}");
+        }
+        // Four components in words of three, padded at the end of the line: R, G, B, A = 1, 2, 3, 4; 5, 6, 7, 8.
+        let line = [ten(1, 2, 3, 2), ten(4, 5, 6, 2), ten(7, 8, 0, 2)];
+        for (descriptor, names) in [(51, ["R", "G", "B", "A"]), (52, ["A", "B", "G", "R"])] {
+            let file = made(descriptor, 10, 1).words32(&[line, line].concat());
+            let bytes = file.save(&path);
+            let plate = FlatPlate::open(&path).expect("opens");
+            for (at, name) in names.iter().enumerate() {
+                let at = at as u16;
+                assert_eq!(codes(&plate, name), [1 + at, 5 + at, 1 + at, 5 + at]);
+            }
+            plate.write(&out).expect("writes");
+            assert!(fs::read(&out).expect("reads") == bytes);
+        }
+        // A single component begins in the low bits.
+        let file = made(6, 10, 1).words32(&[ten(0, 2, 1, 2), ten(0, 4, 3, 2)]);
+        let bytes = file.save(&path);
+        let plate = FlatPlate::open(&path).expect("opens");
+        assert_eq!(codes(&plate, "Y"), [1, 2, 3, 4]);
+        plate.write(&out).expect("writes");
+        assert!(fs::read(&out).expect("reads") == bytes);
+    }
+}
+
+#[test]
+fn lines_are_found_whatever_their_padding() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
+    let line = |y: u8| [y, 1, 2, 3, 4];
+    // One component of 8 bits, five a line: aligned to words, not aligned, aligned with padding as the header says, and
+    // each with something after the picture where that can be told.
+    for (said, padding, tail) in [(0, 3, 0), (0, 0, 0), (3, 3, 9), (7, 7, 2), (0, 3, 6)] {
+        let mut made = Made::new(true, (5, 3), 0).element(6, 8, 0);
+        made.put32(812, said);
+        for y in 0..3 {
+            made.bytes.extend(line(y));
+            made.bytes.extend(vec![0; padding]);
+        }
+        made.bytes.extend(vec![0x77; tail]);
+        let bytes = made.save(&path);
+        let plate = FlatPlate::open(&path).expect("opens");
+        assert_eq!(
+            codes(&plate, "Y"),
+            [line(0), line(1), line(2)]
+                .concat()
+                .into_iter()
+                .map(u16::from)
+                .collect::<Vec<_>>(),
+            "{said} {padding}"
+        );
+        plate.write(&out).expect("writes");
+        assert!(fs::read(&out).expect("reads") == bytes, "{said} {padding}");
+    }
+}
+
+#[test]
+fn what_is_not_supported_is_named_with_its_field() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("a.dpx");
+    let sound = || {
+        Made::new(true, (2, 1), 0)
+            .element(50, 10, 1)
+            .words32(&[0, 0])
+    };
+    sound().save(&path);
+    FlatPlate::open(&path).expect("sound");
+    type Spoil = (fn(&mut Made), &'static str);
+    let spoils: [Spoil; 13] = [
+        (|m| m.put16(806, 1), "encoding: is 1, run-length encoded"),
+        (|m| m.put16(806, 7), "encoding: is 7"),
+        (|m| m.put16(804, 9), "packing: is 9"),
+        (|m| m.put16(768, 1), "image orientation: is 1"),
+        (|m| m.put16(770, 2), "number of image elements: is 2"),
+        (|m| m.put16(770, 0), "number of image elements: is 0"),
+        (|m| m.put32(780, 1), "data sign"),
+        (|m| m.bytes[800] = 100, "descriptor: is 100"),
+        (|m| m.bytes[803] = 32, "bit size: is 32"),
+        (|m| m.put32(808, 1024), "offset to image data: is 1024"),
+        (|m| m.put32(808, 1 << 20), "offset to image data"),
+        (
+            |m| m.put32(772, 3),
+            "image data: takes 12 bytes, but 8 are left",
+        ),
+        (|m| m.put32(776, 0), "pixels per line, lines: claims 2 x 0"),
+    ];
+    for (spoil, says) in spoils {
+        let mut made = sound();
+        spoil(&mut made);
+        made.save(&path);
+        let error = FlatPlate::open(&path).expect_err(says).to_string();
+        assert!(error.contains("a.dpx") && error.contains(says), "{error}");
+        assert!(error.contains("; "), "a remedy: {error}");
+    }
+    for (width, height) in [(u32::MAX, 1), (200_000, 200_000), (1, u32::MAX), (0, 1)] {
+        let mut made = sound();
+        made.put32(772, width);
+        made.put32(776, height);
+        made.save(&path);
+        FlatPlate::open(&path).expect_err("absurd");
+    }
+    // An element without an offset of its own begins where the file says.
+    let mut made = sound();
+    made.put32(808, u32::MAX);
+    made.save(&path);
+    FlatPlate::open(&path).expect("opens");
+}
+
+#[test]
+fn a_header_says_nothing_of_colour_that_is_no_more() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
+    let mut made = Made::new(true, (1, 1), 0).element(50, 16, 0);
+    (made.bytes[801], made.bytes[802]) = (1, 6);
+    made.bytes[820..840].copy_from_slice(b"sRGB (IEC 61966-2-1)");
+    made.words16(&[1, 2, 3]).save(&path);
+    let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
+    plate.set_colour_space("ACEScct");
+    let said = plate.write(&out).expect("writes").concat();
+    let names = "`ACEScct`: the transfer characteristic, the colorimetric specification, the description as sRGB";
+    assert!(said.contains(names), "{said}");
+    let file = fs::read(&out).expect("reads");
+    assert_eq!((file[801], file[802], file[820]), (0, 0, 0));
+    let mut again = Plate::open(&out, &PlateOptions::default()).expect("opens");
+    again.set_colour_space("ACEScg");
+    assert_eq!(again.write(&out).expect("writes"), [""; 0]);
+}
+
+#[test]
+fn samples_across_words_are_told_from_filled_words() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
+    for big_endian in [true, false] {
+        // A line of eight samples of 12 bits: 1 to 8 from the low bits up.
+        let mut bits = 0_u128;
+        for (at, code) in (1..=8_u128).enumerate() {
+            bits |= code << (12 * at);
+        }
+        let line = [bits as u32, (bits >> 32) as u32, (bits >> 64) as u32];
+        assert_eq!(line[0], 0x0300_2001);
+        let made = Made::new(big_endian, (8, 2), 0).element(6, 12, 0);
+        let bytes = made.words32(&[line, line].concat()).save(&path);
+        let plate = FlatPlate::open(&path).expect("opens");
+        assert_eq!(plate.depth(), SampleDepth::U12);
+        let want: Vec<u16> = (1..=8).chain(1..=8).collect();
+        assert_eq!(codes(&plate, "Y"), want);
+        plate.write(&out).expect("writes");
+        assert!(fs::read(&out).expect("reads") == bytes);
+    }
+    // Sixteen pixels are fifteen words, but sixteen where words are filled.
+    for (words, says) in [(30, None), (32, Some("as long as filled words"))] {
+        let made = Made::new(true, (16, 2), 0).element(50, 10, 0);
+        made.words32(&vec![0; words]).save(&path);
+        match (FlatPlate::open(&path), says) {
+            (Err(error), Some(says)) => {
+                let error = error.to_string();
+                assert!(
+                    error.contains("packing: is 0") && error.contains(says),
+                    "{error}"
+                );
+            }
+            (opened, says) => assert!(opened.is_ok() && says.is_none(), "{words}"),
+        }
+    }
+}
+
+#[test]
+fn what_codes_are_taken_to_be_is_told() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("a.dpx");
+    let open = |transfer: u8, encoding: Option<Encoding>| {
+        let mut made = Made::new(true, (1, 1), 0).element(50, 16, 0);
+        made.bytes[801] = transfer;
+        made.put32(1628, 2);
+        made.put32(1632, 1);
+        made.words16(&[0x8000, 0, 0xffff]).save(&path);
+        let options = PlateOptions {
+            encoding,
+            ..PlateOptions::default()
+        };
+        let plate = Plate::open(&path, &options).expect("opens");
+        assert_eq!(plate.pixel_aspect(), 2.0);
+        (plate.remarks().concat(), plate.colour()[0][0])
+    };
+    let half = f32::from(0x8000_u16) / 65535.0;
+    let (said, red) = open(1, None);
+    assert!(
+        said.contains("printing density") && said.contains("--encoding"),
+        "{said}"
+    );
+    assert_eq!(red, half);
+    let (said, red) = open(2, None);
+    assert!(
+        said.contains("linear") && !said.contains("--encoding"),
+        "{said}"
+    );
+    assert_eq!(red, half);
+    let (said, red) = open(6, Some(Encoding::Srgb));
+    assert!(
+        said.contains("ITU-R 709-4") && said.contains("sRGB"),
+        "{said}"
+    );
+    assert!(!said.contains("--encoding"), "{said}");
+    assert_eq!(red, Encoding::Srgb.decode(half));
+}

@@ -1,0 +1,263 @@
+//! Damaged and hostile files: errors, never panics.
+
+use std::fs;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use exr::prelude::Compression;
+use proptest::prelude::*;
+
+use super::dpx_plates::Made;
+use super::kept_beside::{usual, write_png, write_tiff};
+use super::{floats, halves, image, part, patch, save};
+use crate::depth::DepthPass;
+use crate::description::Description;
+use crate::flat_plate::FlatPlate;
+use crate::observation_set::{ReadOptions, read};
+use crate::plate::{Plate, PlateOptions};
+use crate::tile_image;
+
+/// The bytes of sound files of every kind.
+static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    let mut names = Vec::new();
+    for compression in [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+        Compression::DWAA(None),
+    ] {
+        let channels = vec![("A", floats(40)), ("G", halves(40))];
+        let whole = image(vec![
+            part(Some("a"), (8, 5), (0, 0), compression, channels),
+            part(
+                Some("b"),
+                (8, 5),
+                (0, 0),
+                compression,
+                vec![("Z", floats(40))],
+            ),
+        ]);
+        let name = format!("{}.exr", names.len());
+        save(&whole, &path(&name));
+        names.push(name);
+    }
+    for name in ["a.png", "b.tif"] {
+        image::DynamicImage::new_rgb16(8, 5)
+            .save(path(name))
+            .expect("saves");
+        names.push(name.to_owned());
+    }
+    let planes = vec![vec![0.5; 40]; 3];
+    let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
+    crate::tiff::write::write_float(&path("c.tif"), 8, 5, channels, planes).expect("saves");
+    names.push("c.tif".to_owned());
+    for (descriptor, bits, packing) in [(50, 10, 1), (51, 16, 0), (6, 8, 0)] {
+        let mut made = Made::new(bits == 10, (8, 5), 16).element(descriptor, bits, packing);
+        made.bytes.extend([0x5a; 8 * 5 * 8]);
+        let name = format!("{bits}.dpx");
+        made.save(&path(&name));
+        names.push(name);
+    }
+    image::DynamicImage::new_rgb32f(9, 5)
+        .save(path("d.hdr"))
+        .expect("saves");
+    image::DynamicImage::new_rgb8(8, 5)
+        .save(path("e.jpg"))
+        .expect("saves");
+    // With much beside their pixels, and samples across words.
+    write_png(&path("f.png"), png::BitDepth::Sixteen, &usual(), &[]);
+    write_tiff(&path("g.tif"));
+    let mut made = Made::new(false, (8, 5), 0).element(50, 12, 0);
+    made.bytes.extend([0x5a; 5 * 36]);
+    made.save(&path("12.dpx"));
+    names.extend(["d.hdr", "e.jpg", "f.png", "g.tif", "12.dpx"].map(str::to_owned));
+    names
+        .iter()
+        .map(|n| fs::read(path(n)).expect("reads"))
+        .collect()
+});
+
+/// Where the fields of a DPX header begin on which reading hangs, four bytes each.
+const DPX_FIELDS: [usize; 13] = [0, 4, 16, 768, 772, 776, 780, 800, 804, 808, 812, 816, 1628];
+
+/// Opens a file in every way there is. Only a panic or an abort fails.
+fn open_all_ways(path: &Path) {
+    let _ = Plate::open(path, &PlateOptions::default());
+    let _ = DepthPass::open(path, None);
+    let _ = Description::of(path);
+    if let Ok(plate) = FlatPlate::open(path) {
+        // What was read of tags and chunks is written again.
+        let _ = plate.write(&path.with_extension("out"));
+    }
+    let _ = tile_image::read(path, &["Y".to_owned()]);
+}
+
+#[test]
+fn absurd_sizes_are_refused_before_memory_is_taken() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("a.exr");
+    save(
+        &image(vec![part(
+            None,
+            (8, 5),
+            (0, 0),
+            Compression::ZIP16,
+            vec![("Y", floats(40))],
+        )]),
+        &path,
+    );
+    let window = |x: i32, y: i32| [0, 0, x, y].map(i32::to_le_bytes).concat();
+    let sound = [&b"dataWindow\0box2i\0\x10\0\0\0"[..], &window(7, 4)].concat();
+    let original = fs::read(&path).expect("reads");
+    for (x, y) in [
+        (i32::MAX - 1, i32::MAX - 1),
+        (i32::MAX - 1, 4),
+        (200_000, 200_000),
+        (-1, -1),
+    ] {
+        fs::write(&path, &original).expect("writes");
+        let claim = [&b"dataWindow\0box2i\0\x10\0\0\0"[..], &window(x, y)].concat();
+        patch(&path, &sound, &claim);
+        let error = Plate::open(&path, &PlateOptions::default()).expect_err("absurd");
+        assert!(error.to_string().contains("a.exr"), "{error}");
+        assert!(tile_image::read(&path, &["Y".to_owned()]).is_err());
+    }
+    let path = folder.path().join("a.tif");
+    image::DynamicImage::new_luma16(0x1234, 1)
+        .save(&path)
+        .expect("saves");
+    let bytes = fs::read(&path).expect("reads");
+    let width = bytes
+        .windows(4)
+        .position(|w| w == [0x34, 0x12, 0, 0])
+        .expect("the width");
+    for claim in [u32::MAX, 200_000] {
+        let mut bytes = bytes.clone();
+        bytes[width..width + 4].copy_from_slice(&claim.to_le_bytes());
+        fs::write(&path, bytes).expect("writes");
+        assert!(FlatPlate::open(&path).is_err());
+    }
+}
+
+#[test]
+fn truncated_files_are_refused_at_every_length() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("a.bin");
+    for sound in SOUND.iter() {
+        fs::write(&path, sound).expect("writes");
+        assert!(
+            Plate::open(&path, &PlateOptions::default()).is_ok()
+                || DepthPass::open(&path, Some("Z")).is_ok()
+        );
+        for length in (0..sound.len()).step_by(7) {
+            fs::write(&path, &sound[..length]).expect("writes");
+            open_all_ways(&path);
+            if sound.starts_with(&[0x76, 0x2f]) {
+                assert!(DepthPass::open(&path, Some("Z")).is_err(), "{length}");
+            }
+            if sound.starts_with(b"#?RADIANCE") || sound.starts_with(&[0xff, 0xd8]) {
+                assert!(FlatPlate::open(&path).is_err(), "{length}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn damaged_pictures_never_panic(
+        which in 0..SOUND.len(),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
+        header in any::<bool>(),
+    ) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut bytes = SOUND[which].clone();
+        for (at, value) in changes {
+            // Half of the time all the damage goes where the sizes and offsets are.
+            let span = if header { bytes.len().min(700) } else { bytes.len() };
+            let at = at.index(span);
+            bytes[at] = value;
+        }
+        let path = folder.path().join("a.bin");
+        fs::write(&path, &bytes).expect("writes");
+        open_all_ways(&path);
+    }
+
+    #[test]
+    fn damaged_dpx_headers_are_read_or_refused_by_name(
+        which in 10_usize..13,
+        changes in prop::collection::vec((0_usize..DPX_FIELDS.len(), 0_usize..4, any::<u8>()), 1..4),
+        cut in any::<Option<prop::sample::Index>>(),
+    ) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut bytes = SOUND[which].clone();
+        for (field, byte, value) in changes {
+            bytes[DPX_FIELDS[field] + byte] = value;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        let path = folder.path().join("a.dpx");
+        fs::write(&path, &bytes).expect("writes");
+        open_all_ways(&path);
+        match Plate::open(&path, &PlateOptions::default()) {
+            // What is read can be written, and is then the same again.
+            Ok(plate) => {
+                let out = folder.path().join("b.dpx");
+                plate.write(&out).expect("writes");
+                let back = Plate::open(&out, &PlateOptions::default()).expect("reads");
+                prop_assert!(back.colour() == plate.colour());
+            }
+            Err(error) => {
+                let error = error.to_string();
+                prop_assert!(error.contains("a.dpx") && error.contains("; "), "{}", error);
+            }
+        }
+    }
+
+    #[test]
+    fn random_bytes_never_panic(
+        which in 0..SOUND.len(),
+        keep in 0_usize..64,
+        tail in prop::collection::vec(any::<u8>(), 0..300),
+    ) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("a.bin");
+        let mut bytes = SOUND[which][..keep.min(SOUND[which].len())].to_vec();
+        bytes.extend(tail);
+        fs::write(&path, &bytes).expect("writes");
+        open_all_ways(&path);
+    }
+
+    #[test]
+    fn damaged_manifests_never_panic(
+        changes in prop::collection::vec(
+            (any::<prop::sample::Index>(), prop::sample::select(b"\"{}[]:,.-0e9nNaN/\\x \xff".to_vec())), 0..6),
+        cut in any::<Option<prop::sample::Index>>(),
+    ) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut text = br#"{"format": "psf-observations", "version": 1, "image_size": [64, 48],
+            "optical_axis": [32, 24], "channels": ["R", "G"], "pixel_pitch_um": 4.0,
+            "camera": {"focal_length_mm": 50, "focus_distance_m": null, "wavelength_nm": {"R": 620}},
+            "observations": [{"file": "a.exr", "x": 1.5, "y": 2e0, "depth_m": null, "ideal_x": 1,
+            "ideal_y": 2, "noise_sigma": {"R": 0.1}, "background": 0.0, "saturated": false}]}"#.to_vec();
+        for (at, byte) in changes {
+            let at = at.index(text.len());
+            text[at] = byte;
+        }
+        if let Some(cut) = cut {
+            text.truncate(cut.index(text.len()));
+        }
+        fs::write(folder.path().join("manifest.json"), text).expect("writes");
+        for skip_bad in [false, true] {
+            let error = read(folder.path(), ReadOptions { skip_bad }).expect_err("no tile is there");
+            prop_assert!(error.to_string().contains("manifest.json"));
+        }
+    }
+}
