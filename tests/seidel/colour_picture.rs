@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use seidel_image_io::picture::write_png;
 use seidel::pictures::comparison::{Crop, View, comparison};
 use seidel::pictures::display::{DisplayTransform, LinearRgb};
+use seidel_image_io::picture::write_png;
 
 use crate::support::{read_channel, succeeds};
 

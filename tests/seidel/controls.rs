@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use seidel_core::moments::pixels::TileMoments;
 use seidel_core::observations::ObservationSet;
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
 use crate::support::{
     read_channel, seidel_in, succeeds, write_made_lens, write_made_set, write_plate, write_ray_lens,

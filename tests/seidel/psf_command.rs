@@ -1,7 +1,7 @@
 //! `seidel psf`: predicted sets mirror the observed ones and look like them.
 
-use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use seidel_core::moments::pixels::TileMoments;
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
 use crate::support::{seidel_in, succeeds, write_made_lens};
 

@@ -201,7 +201,8 @@ pub(crate) fn write_made_set(folder: &Path, name: &str, channels: &[&str]) {
         ObjectDistance::Infinity,
     ];
     let set = made_set(channels, &distances);
-    seidel_image_io::observation_set::write(&set, &folder.join(name)).expect("the folder is writable");
+    seidel_image_io::observation_set::write(&set, &folder.join(name))
+        .expect("the folder is writable");
 }
 
 /// Fits `folder`/`lens.json` to a made set of `channels`.

@@ -16,14 +16,14 @@ use seidel_core::render::{
 use super::CommandError;
 use crate::demo::scene::{Scene, scene};
 use crate::demo::{lens, observations};
-use seidel_image_io::atomic::{write_folder_whole, write_whole};
-use seidel_image_io::exr::new::{NewChannel, write_new};
-use seidel_image_io::observation_set as manifest;
-use seidel_image_io::picture::write_png;
 use crate::pictures::comparison::{Crop, View, comparison};
 use crate::pictures::display::{DisplayTransform, LinearRgb};
 use crate::pictures::sheet::{SheetOptions, lens_sheet};
 use crate::{Console, Progress};
+use seidel_image_io::atomic::{write_folder_whole, write_whole};
+use seidel_image_io::exr::new::{NewChannel, write_new};
+use seidel_image_io::observation_set as manifest;
+use seidel_image_io::picture::write_png;
 
 /// Options of `seidel demo`.
 #[derive(Debug, Args)]

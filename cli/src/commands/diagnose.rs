@@ -16,11 +16,11 @@ use seidel_core::profile::{LensDescription, LensProfile};
 
 use super::{CommandError, read_lens, short_name};
 use crate::Console;
-use seidel_image_io::error::FileError;
-use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use crate::report::{self, Subject};
 use output::Output;
 use pair::PairArgs;
+use seidel_image_io::error::FileError;
+use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use self_test::SelfTestArgs;
 
 /// Options of `seidel diagnose`.

@@ -13,11 +13,11 @@ use super::choice::ChoiceArgs;
 use super::picture::read_image;
 use super::{CommandError, read_lens, short_name};
 use crate::Console;
+use crate::pictures::shapes::shapes_picture;
 use seidel_image_io::atomic::write_whole;
 use seidel_image_io::error::FileError;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use seidel_image_io::picture::write_png;
-use crate::pictures::shapes::shapes_picture;
 
 /// Options of `seidel eval`.
 #[derive(Debug, Args)]

@@ -8,8 +8,8 @@ use seidel_core::profile::schema;
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
-use seidel_image_io::picture::write_png;
 use crate::pictures::sheet::lens_sheet;
+use seidel_image_io::picture::write_png;
 
 /// What to do with a lens profile.
 #[derive(Debug, Subcommand)]

@@ -8,9 +8,9 @@ use seidel_core::remove::{Removed, Saturation};
 
 use super::CommandError;
 use super::plates::{Light, ReadPlate, Shared, Sight};
+use lens_check::OnDoubt;
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::Plate;
-use lens_check::OnDoubt;
 
 pub(super) use lens_check::LensCheck;
 

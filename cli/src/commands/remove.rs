@@ -12,8 +12,8 @@ use super::CommandError;
 use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared};
 use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
-use seidel_image_io::format::{Format, check_output_name};
 use frame::Job;
+use seidel_image_io::format::{Format, check_output_name};
 
 /// Options of `seidel remove`.
 #[derive(Debug, Args)]

@@ -114,9 +114,9 @@ fn footer(d: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seidel_image_io::atomic::{Output, write_whole};
     use crate::report::made::{diagnosis, subject};
     use seidel_core::diagnose::Verdict;
+    use seidel_image_io::atomic::{Output, write_whole};
 
     const ALL: [Verdict; 4] = [
         Verdict::NoGap,

@@ -52,7 +52,12 @@ pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
             }
         }
     }
-    for path in ["core/src/lib.rs", "cli/src/lib.rs", "cli/image-io/src/lib.rs", "colour/src/lib.rs"] {
+    for path in [
+        "core/src/lib.rs",
+        "cli/src/lib.rs",
+        "cli/image-io/src/lib.rs",
+        "colour/src/lib.rs",
+    ] {
         let text = tree.text(path);
         if !text.is_empty() && !text.contains("#![forbid(unsafe_code)]") {
             problems.push(format!("{path}: must forbid unsafe code"));
@@ -63,7 +68,9 @@ pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
     };
     for (path, text) in tree.each(outside_files) {
         if text.contains("File::open") || text.contains("fs::read") || text.contains("fs::write") {
-            problems.push(format!("{path}: files are opened in cli/image-io and cli/src/files only"));
+            problems.push(format!(
+                "{path}: files are opened in cli/image-io and cli/src/files only"
+            ));
         }
     }
 }

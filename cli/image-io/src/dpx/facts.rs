@@ -181,8 +181,7 @@ pub(crate) fn put_facts(header: &mut [u8], big_endian: bool, facts: &Facts) -> V
     if let Some(code) = &facts.key_code {
         if !put_edge_code(header, code) {
             lost.push(key_code::NAME);
-        } else if (code.perforations_per_frame, code.perforations_per_count) != key_code::USUAL
-        {
+        } else if (code.perforations_per_frame, code.perforations_per_count) != key_code::USUAL {
             lost.push("the perforations per frame and count of keyCode");
         }
     }

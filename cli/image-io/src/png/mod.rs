@@ -13,12 +13,12 @@ use png::{
     Writer,
 };
 
+use self::chunks::{Chunk, PROFILE};
 use crate::atomic::write_whole;
 use crate::error::{FileError, Result};
 use crate::flat_plate::{Container, FlatPlate, SampleDepth, names, to_u8, to_u16};
 use crate::guard::caught;
 use crate::limits::{Limits, open};
-use self::chunks::{Chunk, PROFILE};
 
 /// Most bytes that a packed text may unpack to.
 const TEXT_LIMIT: usize = 16 << 20;

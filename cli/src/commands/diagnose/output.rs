@@ -6,10 +6,10 @@ use seidel_core::diagnose::Diagnosis;
 use seidel_core::observations::ObservationSet;
 
 use super::super::CommandError;
+use crate::report::{self, Subject};
 use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
 use seidel_image_io::error::FileError;
 use seidel_image_io::observation_set as manifest;
-use crate::report::{self, Subject};
 
 const REPORT: &str = "report.json";
 const PAGE: &str = "report.html";
@@ -85,10 +85,10 @@ mod tests {
     use super::*;
     use crate::demo::lens::lens;
     use crate::demo::observations::measured;
-    use seidel_image_io::observation_set::{ReadOptions, read};
     use crate::report::made::{diagnosis, subject};
     use seidel_core::diagnose::Verdict;
     use seidel_core::profile::LensProfile;
+    use seidel_image_io::observation_set::{ReadOptions, read};
     use std::path::Path;
 
     fn names(folder: &Path) -> Vec<String> {

@@ -8,11 +8,11 @@ use std::path::Path;
 
 use super::super::CommandError;
 use crate::Console;
-use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
 use crate::report::self_test::{SelfTest, html, json};
 use clap::Args;
 use rayon::ThreadPool;
 use seidel_core::trial::Size;
+use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
 
 const REPORT: &str = "self-test.json";
 const PAGE: &str = "self-test.html";
