@@ -1,4 +1,4 @@
-//! The self-test of the diagnosis: small cases are answered rightly, and all of them are told.
+//! The self-test of the diagnosis: small cases are diagnosed correctly, and all of them are reported.
 
 use std::fs;
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::support::{listing, seidel_in};
 
-/// Fewer places than the command's cases have, for time.
+/// Fewer places than the command's cases have, to save time.
 const SMALL: Size = Size {
     design: 25,
     real: 14,
@@ -16,7 +16,7 @@ const SMALL: Size = Size {
     tile: 25,
 };
 
-/// What the cases hold and what could be taken for it; all effects would take minutes.
+/// The effects of the cases and their look-alikes; the whole library would take minutes.
 const LIBRARY: [&str; 8] = [
     "defocus_offset",
     "depth_scale",
@@ -28,7 +28,7 @@ const LIBRARY: [&str; 8] = [
     "veiling_glare",
 ];
 
-/// Checks that `keys` are numbers: JSON has null for those that are none.
+/// Checks that `keys` are numbers; a value that is not finite is written as null.
 fn numbers(of: &Value, keys: &[&str]) {
     for key in keys {
         assert!(of[key].is_number(), "{key} of {of}");
@@ -46,23 +46,21 @@ fn self_test() {
     };
     let test = self_test::run(&plan, &|_| ());
     // One effect three times, two effects, an unknown cause, nothing.
-    let told: Vec<String> = test
+    let outcomes: Vec<String> = test
         .cases
         .iter()
         .map(|c| format!("{}: {:?}", c.truth(), c.outcome))
         .collect();
-    assert!(test.right() >= 5, "{}", told.join("\n"));
-    assert_eq!(test.failed(), 0, "{}", told.join("\n"));
+    assert!(test.right() >= 5, "{}", outcomes.join("\n"));
+    assert_eq!(test.failed(), 0, "{}", outcomes.join("\n"));
 
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("out");
     self_test::write(&out, &test).expect("writable");
-    let files = ["self-test.html", "self-test.json"].map(|name| out.join(name));
-    assert_eq!(listing(folder.path()), files);
-    let page = fs::read_to_string(&files[0]).expect("there");
-    assert!(!page.contains("NaN"), "a number that is none");
-    let text = fs::read_to_string(&files[1]).expect("there");
-    assert!(!text.contains("NaN"), "a number that is none");
+    let file = out.join("self-test.json");
+    assert_eq!(listing(folder.path()), [file.clone()]);
+    let text = fs::read_to_string(&file).expect("there");
+    assert!(!text.contains("NaN"), "{text}");
     let report: Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(report["format"], "gap-self-test");
     numbers(&report, &["version", "seed", "count", "right", "failed"]);
@@ -96,7 +94,7 @@ fn self_test() {
 }
 
 #[test]
-fn command_lines_that_cannot_be() {
+fn invalid_command_lines_are_rejected() {
     let folder = tempfile::tempdir().expect("a folder");
     for line in [
         "diagnose --self-test 0",

@@ -1,4 +1,4 @@
-//! `seidel diagnose`: which effect a lens lacks, and how far the gap closes once it is added.
+//! `seidel diagnose`: the effect that a lens lacks, and how far the gap closes once it is added.
 
 mod output;
 mod pair;
@@ -17,7 +17,7 @@ use seidel_core::profile::{LensDescription, LensProfile};
 use super::{CommandError, read_lens, short_name};
 use crate::Console;
 use crate::report::{self, Subject};
-use output::Output;
+use output::OutputFolder;
 use pair::PairArgs;
 use seidel_image_io::error::FileError;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
@@ -26,33 +26,33 @@ use self_test::SelfTestArgs;
 /// Options of `seidel diagnose`.
 #[derive(Debug, Args)]
 pub struct DiagnoseArgs {
-    /// The lens profile: one known ray by ray, as fit --model reduced or extended makes it
+    /// The lens profile, one modelled ray by ray (fit --model reduced or extended)
     #[arg(long, required_unless_present_any = ["schema", "self_test"])]
     lens: Option<PathBuf>,
-    /// The observation set to hold it against
+    /// The observation set to compare it with
     #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference", "self_test"], conflicts_with = "reference")]
     observations: Option<PathBuf>,
     #[command(flatten)]
     pair: PairArgs,
     #[command(flatten)]
     self_test: SelfTestArgs,
-    /// Folder to write report.json, report.html and corrected.json to; estimated PSFs go to its folder
-    /// psf
+    /// Folder for report.json, report.html and corrected.json; PSFs estimated from a picture pair go to
+    /// its subfolder psf
     #[arg(long, value_name = "DIR", required_unless_present_any = ["schema", "self_test"])]
     out: Option<PathBuf>,
-    /// Try these effects only, by identifier; all that there are if left out
+    /// Try only these effects, by identifier; all if left out
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     only: Vec<String>,
-    /// Try effects one by one, not in pairs: faster
+    /// Try effects one at a time and not in pairs: faster
     #[arg(long)]
     no_pairs: bool,
-    /// Threads to use; all cores if left out
+    /// Number of threads; all cores if left out
     #[arg(long)]
     threads: Option<usize>,
-    /// Print report.json (of a self-test self-test.json) instead of a summary
+    /// Print report.json (self-test.json with --self-test) instead of a summary
     #[arg(long)]
     json: bool,
-    /// Print the JSON schema of report.json, and do nothing else
+    /// Print the JSON schema of report.json and exit
     #[arg(long, exclusive = true)]
     schema: bool,
 }
@@ -70,68 +70,73 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
         .build()
         .map_err(|e| CommandError::Usage(format!("--threads: {e}")))?;
     if let Some(count) = args.self_test.count() {
-        let told = (args.out.as_deref(), args.json);
-        return args.self_test.run(count, told, &pool, console);
+        return self_test::run_command(args, count, &pool, console);
     }
     let (Some(lens), Some(out)) = (&args.lens, &args.out) else {
         return Err(CommandError::Usage("give --lens and --out".to_owned()));
     };
-    let output = Output::checked(out, lens, args.pair.reference.is_some())?;
+    let estimates = args.pair.reference.is_some();
+    let entries: &[&str] = if estimates {
+        &output::ENTRIES_OF_PAIR
+    } else {
+        &output::FILES
+    };
+    let output = OutputFolder::check(out, lens, entries)?;
     let profile = read_lens(lens)?;
-    needs_rays(&profile, lens)?;
-    let seen = args.read((&profile, lens), &pool, console)?;
-    let mut found = args
-        .diagnose(&profile, &seen.set, &pool, console)
-        .map_err(|e| FileError::from_core(&seen.path, e))?;
-    found.remarks.extend(seen.remarks);
-    let subject = Subject::new(short_name(lens), seen.name, &seen.set);
-    let json = report::json(&found, &subject)?;
-    let estimated = seen.estimated.then_some(&seen.set);
-    output.write(&found, &subject, &json, estimated)?;
+    check_pupil_lens(&profile, lens)?;
+    let source = args.read_source(&profile, lens, &pool, console)?;
+    let mut diagnosis = args
+        .diagnose(&profile, &source.set, &pool, console)
+        .map_err(|e| FileError::from_core(&source.path, e))?;
+    diagnosis.remarks.extend(source.remarks);
+    let subject = Subject::new(short_name(lens), source.name, &source.set);
+    let json = report::json(&diagnosis, &subject)?;
+    let estimated = estimates.then_some(&source.set);
+    output.write(&diagnosis, &subject, &json, estimated)?;
     if args.json {
         console.say(json.trim_end());
     } else {
-        summary(&found, out, console);
+        print_summary(&diagnosis, out, console);
     }
-    for remark in &found.remarks {
+    for remark in &diagnosis.remarks {
         console.remark(remark);
     }
     Ok(())
 }
 
-/// What a lens is held against.
-struct Seen {
+/// The observations that the lens is compared with.
+struct Source {
     set: ObservationSet,
     /// The file or folder that messages name.
     path: PathBuf,
-    /// What the report calls it.
+    /// Name in the report.
     name: String,
-    /// Whether the set was estimated and stands nowhere yet.
-    estimated: bool,
     remarks: Vec<String>,
 }
 
 impl DiagnoseArgs {
-    /// The observations: a set, or what a pair of pictures says.
-    fn read(
+    /// Reads the observation set, or estimates one from the picture pair.
+    fn read_source(
         &self,
-        lens: (&LensProfile, &Path),
+        lens: &LensProfile,
+        lens_path: &Path,
         pool: &ThreadPool,
         console: &Console,
-    ) -> Result<Seen, CommandError> {
-        if let (Some(sharp), Some(plate)) = (&self.pair.reference, &self.pair.observed) {
-            let found = self.pair.estimate((sharp, plate), lens, pool, console)?;
-            let (count, name) = (found.set.observations.len(), short_name(plate));
+    ) -> Result<Source, CommandError> {
+        if let (Some(sharp), Some(blurred)) = (&self.pair.reference, &self.pair.observed) {
+            let estimate = self
+                .pair
+                .estimate(sharp, blurred, lens, lens_path, pool, console)?;
+            let (count, name) = (estimate.set.observations.len(), short_name(blurred));
             let mut remarks = vec![format!(
-                "{count} PSFs were estimated from {} and {name}; nobody measured them",
+                "{count} PSFs were estimated from {} and {name}; they were not measured",
                 short_name(sharp)
             )];
-            remarks.extend(found.remarks());
-            return Ok(Seen {
-                set: found.set,
-                path: plate.clone(),
+            remarks.extend(estimate.remarks());
+            return Ok(Source {
+                set: estimate.set,
+                path: blurred.clone(),
                 name,
-                estimated: true,
                 remarks,
             });
         }
@@ -141,12 +146,11 @@ impl DiagnoseArgs {
             ));
         };
         let set = manifest::read(path, ReadOptions::default())?.set;
-        same_channels(lens.0, &set, path)?;
-        Ok(Seen {
+        check_channels(lens, &set, path)?;
+        Ok(Source {
             set,
             path: path.clone(),
             name: short_name(path),
-            estimated: false,
             remarks: Vec::new(),
         })
     }
@@ -172,8 +176,8 @@ impl DiagnoseArgs {
     }
 }
 
-/// Refuses a lens described by moments before anything long is begun.
-fn needs_rays(lens: &LensProfile, path: &Path) -> Result<(), FileError> {
+/// Rejects a lens described by moments before any long work starts.
+fn check_pupil_lens(lens: &LensProfile, path: &Path) -> Result<(), FileError> {
     match lens.description {
         LensDescription::Pupil(_) => Ok(()),
         LensDescription::Moments(_) => Err(FileError::new(
@@ -185,37 +189,37 @@ fn needs_rays(lens: &LensProfile, path: &Path) -> Result<(), FileError> {
     }
 }
 
-/// Refuses a set that has a channel the lens has not.
-fn same_channels(lens: &LensProfile, set: &ObservationSet, path: &Path) -> Result<(), FileError> {
+/// Rejects a set with channels that the lens does not have.
+fn check_channels(lens: &LensProfile, set: &ObservationSet, path: &Path) -> Result<(), FileError> {
     let known = lens.channel_names();
-    let strange: Vec<&str> = set
+    let unknown: Vec<&str> = set
         .channels
         .iter()
         .map(String::as_str)
         .filter(|name| !known.contains(name))
         .collect();
-    if strange.is_empty() {
+    if unknown.is_empty() {
         return Ok(());
     }
     Err(FileError::new(
         path,
-        format!("channel {}", strange.join(", ")),
+        format!("channel {}", unknown.join(", ")),
         format!("is not in the lens, which has {}", known.join(", ")),
         "fit the lens to sets with the same channels",
     ))
 }
 
-/// The answer in five lines.
-fn summary(found: &Diagnosis, out: &Path, console: &mut Console) {
-    let gap = &found.gap;
-    let added = match found.added.as_slice() {
+/// Prints the diagnosis in five lines.
+fn print_summary(diagnosis: &Diagnosis, out: &Path, console: &mut Console) {
+    let gap = &diagnosis.gap;
+    let added = match diagnosis.added.as_slice() {
         [] => "nothing".to_owned(),
         ids => ids.join(", "),
     };
-    console.say(format!("verdict: {}", found.verdict.id()));
+    console.say(format!("verdict: {}", diagnosis.verdict.id()));
     console.say(format!("added: {added}"));
     console.say(format!(
-        "gap: {:.4} before, {:.4} after, {:.4} by noise alone; closed {:.1} % ({:.1} to {:.1} %)",
+        "gap: {:.4} before, {:.4} after, {:.4} noise floor; closed {:.1} % (95 % interval {:.1} to {:.1} %)",
         gap.before,
         gap.after,
         gap.noise_floor,
@@ -223,10 +227,10 @@ fn summary(found: &Diagnosis, out: &Path, console: &mut Console) {
         100.0 * gap.closed_ci95.0,
         100.0 * gap.closed_ci95.1
     ));
-    console.say(format!("next capture: {}", found.next_capture));
+    console.say(format!("next capture: {}", diagnosis.next_capture));
     console.say(format!(
         "wrote {} ({})",
         out.display(),
-        output::NAMES.join(", ")
+        output::FILES.join(", ")
     ));
 }

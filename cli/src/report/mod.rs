@@ -1,4 +1,4 @@
-//! A diagnosis put down: as JSON for programs, as one page for people; `self_test`: many of them likewise.
+//! The report of a diagnosis: JSON for programs, and a self-contained HTML page for people.
 //!
 //! Pure functions from values to text; files are written elsewhere.
 
@@ -9,7 +9,6 @@ pub(crate) mod made;
 mod maps;
 mod markup;
 mod page;
-pub mod self_test;
 mod subject;
 mod tables;
 mod tiles;

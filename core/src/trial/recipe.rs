@@ -63,7 +63,7 @@ pub enum Kind {
 }
 
 /// How many places each set holds at each of the two depths, and the size of their tiles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Size {
     /// Places of the design, each at two depths.
     pub design: usize,

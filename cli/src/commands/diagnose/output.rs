@@ -1,4 +1,4 @@
-//! The folder that a diagnosis writes: whole or not at all, and known to be writable beforehand.
+//! The output folder of a diagnosis: checked before long work, written whole or not at all.
 
 use std::path::{Path, PathBuf};
 
@@ -15,33 +15,36 @@ const REPORT: &str = "report.json";
 const PAGE: &str = "report.html";
 const CORRECTED: &str = "corrected.json";
 
-/// Folder of PSFs that were estimated.
+/// Subfolder of PSFs estimated from a picture pair.
 const ESTIMATED: &str = "psf";
 
-/// The files of the folder.
-pub(super) const NAMES: [&str; 3] = [REPORT, PAGE, CORRECTED];
+/// The files that every diagnosis writes.
+pub(super) const FILES: [&str; 3] = [REPORT, PAGE, CORRECTED];
 
-/// Where results go.
-pub(super) struct Output {
-    folder: PathBuf,
+/// The entries of a folder that also gets PSFs estimated from a picture pair.
+pub(super) const ENTRIES_OF_PAIR: [&str; 4] = [REPORT, PAGE, CORRECTED, ESTIMATED];
+
+/// A folder that may be replaced by the results of a diagnosis.
+pub(super) struct OutputFolder {
+    path: PathBuf,
 }
 
-impl Output {
-    /// Checks before long work that the folder can be taken, with estimated PSFs where there will be some, and
-    /// that `lens` would not be lost.
-    pub(super) fn checked(
+impl OutputFolder {
+    /// Checks that `folder` holds nothing but the `entries` to be written, and not the `lens` that is read.
+    ///
+    /// # Errors
+    /// Foreign files in the folder, and a lens that would be overwritten.
+    pub(super) fn check(
         folder: &Path,
         lens: &Path,
-        estimated: bool,
+        entries: &[&str],
     ) -> Result<Self, CommandError> {
-        let mut names = NAMES.to_vec();
-        names.extend(estimated.then_some(ESTIMATED));
-        refuse_foreign(folder, &names)?;
-        let lost = |name: &str| {
+        refuse_foreign(folder, entries)?;
+        let is_lens = |name: &str| {
             let target = folder.join(name).canonicalize();
             target.is_ok_and(|target| lens.canonicalize().is_ok_and(|lens| lens == target))
         };
-        if NAMES.into_iter().any(lost) {
+        if FILES.into_iter().any(is_lens) {
             return Err(FileError::new(
                 lens,
                 "",
@@ -51,22 +54,22 @@ impl Output {
             .into());
         }
         Ok(Self {
-            folder: folder.to_path_buf(),
+            path: folder.to_path_buf(),
         })
     }
 
-    /// Writes the report, for programs and for people, the corrected lens, and PSFs that were estimated.
+    /// Writes `json` as the report, the HTML page, the corrected lens, and the `estimated` PSFs if any.
     pub(super) fn write(
         &self,
-        found: &Diagnosis,
+        diagnosis: &Diagnosis,
         subject: &Subject,
         json: &str,
         estimated: Option<&ObservationSet>,
     ) -> Result<(), CommandError> {
-        let corrected = found.corrected.to_json();
-        let page = report::html(found, subject);
+        let corrected = diagnosis.corrected.to_json();
+        let page = report::html(diagnosis, subject);
         let files = [(REPORT, json), (PAGE, &page), (CORRECTED, &corrected)];
-        write_folder_whole(&self.folder, |at| {
+        write_folder_whole(&self.path, |at| {
             if let Some(set) = estimated {
                 manifest::write(set, &at.join(ESTIMATED))?;
             }
@@ -101,13 +104,13 @@ mod tests {
     }
 
     #[test]
-    fn all_is_written_and_can_be_read_again() {
+    fn all_files_are_written_and_can_be_read_back() {
         let root = tempfile::tempdir().expect("a folder");
         let out = root.path().join("deep/out");
-        let found = diagnosis(Verdict::Explained);
-        let output = Output::checked(&out, Path::new("lens.json"), false).expect("free");
+        let diagnosis = diagnosis(Verdict::Explained);
+        let output = OutputFolder::check(&out, Path::new("lens.json"), &FILES).expect("free");
         output
-            .write(&found, &subject(), "{}\n", None)
+            .write(&diagnosis, &subject(), "{}\n", None)
             .expect("writable");
         assert_eq!(
             names(&out),
@@ -116,19 +119,19 @@ mod tests {
         let text = seidel_image_io::json::read_text(&out.join(CORRECTED), 1 << 20).expect("there");
         assert_eq!(
             LensProfile::from_json(&text).expect("a lens"),
-            found.corrected
+            diagnosis.corrected
         );
-        // Again into the same folder, now with PSFs.
+        // A second report in the same folder, now with PSFs.
         let set = measured(&lens(320, 180).expect("a lens")).expect("a set");
-        let output = Output::checked(&out, Path::new("lens.json"), true).expect("its own files");
+        let output = OutputFolder::check(&out, Path::new("lens.json"), &ENTRIES_OF_PAIR).expect("its own files");
         output
-            .write(&found, &subject(), "{}\n", Some(&set))
+            .write(&diagnosis, &subject(), "{}\n", Some(&set))
             .expect("writable");
         let back = read(&out.join(ESTIMATED), ReadOptions::default()).expect("a set");
         assert_eq!(back.set.observations.len(), set.observations.len());
-        // A later report without them would lose them.
-        assert!(Output::checked(&out, Path::new("lens.json"), false).is_err());
+        // A later report without PSFs would delete them.
+        assert!(OutputFolder::check(&out, Path::new("lens.json"), &FILES).is_err());
         let lens = out.join(CORRECTED);
-        assert!(Output::checked(&out, &lens, true).is_err());
+        assert!(OutputFolder::check(&out, &lens, &ENTRIES_OF_PAIR).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! PSFs estimated from a sharp picture and the same picture through the lens.
+//! PSFs estimated from a registered pair: a sharp picture and the same picture through the lens.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -17,10 +17,10 @@ use seidel_image_io::error::FileError;
 use seidel_image_io::flat_plate::Encoding;
 use seidel_image_io::plate::{Plate, PlateOptions};
 
-/// Options about a pair of pictures.
+/// Options of a picture pair.
 #[derive(Debug, Args)]
 pub(super) struct PairArgs {
-    /// Instead of OBS: a sharp picture of a flat scene full of detail (OpenEXR, PNG, TIFF, DPX, HDR or JPEG)
+    /// Instead of OBS: a sharp picture of a flat scene with fine texture (OpenEXR, PNG, TIFF, DPX, HDR or JPEG)
     #[arg(long, value_name = "SHARP", requires = "observed")]
     pub(super) reference: Option<PathBuf>,
     /// The same picture through the lens, registered pixel by pixel
@@ -29,20 +29,20 @@ pub(super) struct PairArgs {
     /// Distance of the scene in metres, or `inf`
     #[arg(long, value_name = "Z", value_parser = parse_distance, requires = "reference")]
     depth_m: Option<ObjectDistance>,
-    /// Side of the estimated tiles, px, odd: more than the widest blur
+    /// Side of the estimated tiles, px, odd: larger than the widest blur
     #[arg(long, value_name = "PX", default_value_t = 33)]
     patch: usize,
-    /// Where the optical axis is, in frame pixels; where the lens has it if left out
+    /// Position of the optical axis in frame pixels; that of the lens if left out
     #[arg(long, value_name = "X,Y", value_parser = parse_point, requires = "reference")]
     axis: Option<ImagePoint>,
-    /// What integer samples mean; floats are linear
+    /// Encoding of integer samples; floats are scene-linear
     #[arg(long, value_enum, default_value_t = EncodingChoice::Linear)]
     encoding: EncodingChoice,
-    /// Light from which on pixels are clipped and take no part; full scale of integer samples, none of
-    /// floats if left out
+    /// Level from which pixels count as clipped and are ignored; if left out, full scale for integer
+    /// samples and none for floats
     #[arg(long, value_name = "LIGHT", requires = "reference")]
     clip: Option<f32>,
-    /// What a pixel of the sharp picture is
+    /// What a pixel of the sharp picture stands for
     #[arg(long, value_enum, default_value_t = Pixels::Points)]
     reference_pixels: Pixels,
 }
@@ -57,29 +57,30 @@ enum EncodingChoice {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Pixels {
-    /// A point of light: the plate was blurred from it by a program
+    /// A point sample: the plate was blurred from it by a program
     Points,
-    /// The mean over its area: both were photographed
+    /// The mean over the pixel's area: both pictures are photographs
     Areas,
 }
 
-/// Full scale of integer samples, less half a step of eight bits.
+/// Clip level of integer samples: full scale less half a step of eight bits.
 const FULL_SCALE: f32 = 1.0 - 0.5 / 255.0;
 
 impl PairArgs {
-    /// Estimates the PSFs between the two pictures.
+    /// Estimates the PSFs that take `sharp` to `blurred`, at the channels of `lens`.
     pub(super) fn estimate(
         &self,
-        (sharp, plate): (&Path, &Path),
-        (lens, lens_path): (&LensProfile, &Path),
+        sharp: &Path,
+        blurred: &Path,
+        lens: &LensProfile,
+        lens_path: &Path,
         pool: &ThreadPool,
         console: &Console,
     ) -> Result<PairEstimate, CommandError> {
-        let in_lens = |e| FileError::from_core(lens_path, e);
-        let predictor = Predictor::new(lens).map_err(in_lens)?;
+        let predictor = Predictor::new(lens).map_err(|e| FileError::from_core(lens_path, e))?;
         if self.depth_m.is_none() && predictor.knows_depth() {
             return Err(FileError::new(
-                plate,
+                blurred,
                 "object distance",
                 "is unknown, but the lens's blur depends on it",
                 "give --depth-m",
@@ -90,9 +91,9 @@ impl PairArgs {
             Some(axis) => lens.frame.with_axis(axis)?,
             None => lens.frame,
         };
-        let names: Vec<String> = predictor.channel_names().to_vec();
-        let both = [self.read(sharp, &names)?, self.read(plate, &names)?];
-        let integers = both.iter().any(|p| p.integers);
+        let channels = predictor.channel_names();
+        let (reference, observed) = (self.read(sharp, channels)?, self.read(blurred, channels)?);
+        let integers = reference.integers || observed.integers;
         let settings = PairSettings {
             side: self.patch,
             distance: self.depth_m.unwrap_or(ObjectDistance::Unknown),
@@ -106,26 +107,28 @@ impl PairArgs {
             report: &|share| bar.set(share),
             stop: &stop,
         };
-        let [sharp, seen] = [both[0].picture(), both[1].picture()];
-        let estimate = || estimate_pair(&frame, &names, &sharp, &seen, &settings, &progress);
-        let mut found = pool
+        let (reference, observed) = (reference.picture(), observed.picture());
+        let estimate =
+            || estimate_pair(&frame, channels, &reference, &observed, &settings, &progress);
+        let mut estimate = pool
             .install(estimate)
-            .map_err(|e| FileError::from_core(plate, e))?;
-        // The camera is the lens's, as far as that is known.
-        found.set.camera = lens.camera.clone();
-        found.set.pixel_pitch_um = lens.pixel_pitch_um;
-        Ok(found)
+            .map_err(|e| FileError::from_core(blurred, e))?;
+        // The pictures do not say which camera took them.
+        estimate.set.camera = lens.camera.clone();
+        estimate.set.pixel_pitch_um = lens.pixel_pitch_um;
+        Ok(estimate)
     }
 
-    /// The planes of a picture by the lens's channel names.
-    fn read(&self, path: &Path, names: &[String]) -> Result<Planes, CommandError> {
+    /// Reads the planes of a picture in the order of the lens's `channels`.
+    fn read(&self, path: &Path, channels: &[String]) -> Result<Planes, CommandError> {
         let plate = self.open(path)?;
         if let Some(bad) = plate.non_finite().first() {
-            return Err(FileError::new(path, "", bad.to_string(), "mend the picture").into());
+            let remedy = "correct the picture";
+            return Err(FileError::new(path, "", bad.to_string(), remedy).into());
         }
         let present = plate.colour_names();
         let find = |name: &String| present.iter().position(|p| p == name);
-        let missing: Vec<&str> = names
+        let missing: Vec<&str> = channels
             .iter()
             .filter(|name| find(name).is_none())
             .map(String::as_str)
@@ -140,21 +143,18 @@ impl PairArgs {
             .into());
         }
         let all = plate.colour();
+        let planes = channels.iter().filter_map(find).map(|k| all[k].clone());
         Ok(Planes {
             width: plate.width(),
             height: plate.height(),
-            planes: names
-                .iter()
-                .filter_map(find)
-                .map(|k| all[k].clone())
-                .collect(),
+            planes: planes.collect(),
             integers: plate.holds_integers(),
         })
     }
 
-    /// Floats are linear whatever the options say of integers.
+    /// Opens a picture; `--encoding` applies to integer samples only.
     fn open(&self, path: &Path) -> Result<Plate, FileError> {
-        let as_is = |encoding| {
+        let open = |encoding| {
             let options = PlateOptions {
                 layer: None,
                 encoding: Some(encoding),
@@ -162,19 +162,20 @@ impl PairArgs {
             };
             Plate::open(path, &options)
         };
-        let plate = as_is(Encoding::Linear)?;
+        let plate = open(Encoding::Linear)?;
         if self.encoding == EncodingChoice::Srgb && plate.holds_integers() {
-            return as_is(Encoding::Srgb);
+            return open(Encoding::Srgb);
         }
         Ok(plate)
     }
 }
 
-/// A picture as read.
+/// The colour planes of a picture.
 struct Planes {
     width: usize,
     height: usize,
     planes: Vec<Vec<f32>>,
+    /// Whether the file stores integer samples.
     integers: bool,
 }
 

@@ -1,22 +1,27 @@
-//! `--self-test`: sealed cases drawn, diagnosed blind, opened, and scored.
+//! `--self-test`: sealed cases are drawn, diagnosed blind, opened and scored.
 
-mod cases;
+mod aims;
+mod json;
+mod results;
+mod runner;
+#[cfg(test)]
+mod samples;
 
-pub use cases::{Plan, run};
+pub use results::{CaseResult, SelfTest, WithheldResult};
+pub use runner::{Plan, run};
 
 use std::path::Path;
 
 use super::super::CommandError;
+use super::DiagnoseArgs;
 use crate::Console;
-use crate::report::self_test::{SelfTest, html, json};
 use clap::Args;
 use rayon::ThreadPool;
 use seidel_core::trial::Size;
 use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
 
 const REPORT: &str = "self-test.json";
-const PAGE: &str = "self-test.html";
-/// How large the command's cases are.
+/// Number of places and tile size of the command's cases.
 const SIZE: Size = Size {
     design: 25,
     real: 24,
@@ -24,14 +29,14 @@ const SIZE: Size = Size {
     tile: 33,
 };
 const DEFAULT_SEED: u64 = 1;
-/// Larger whole numbers lose digits in JSON readers that hold them as floats.
+/// Largest integer that JSON readers which parse numbers as doubles keep exactly.
 const LARGEST_SEED: u64 = 1 << 53;
 
-/// Options about the self-test.
+/// Options of the self-test.
 #[derive(Debug, Args)]
 pub(super) struct SelfTestArgs {
-    /// Instead of a lens and OBS: draw N sealed cases with known causes, diagnose each blind, and tell how
-    /// often the answer was right; --out gets self-test.json and self-test.html
+    /// Instead of a lens and OBS: draw N sealed cases with known causes, diagnose each blind, and report
+    /// how often the diagnosis was right; --out gets self-test.json
     #[arg(
         long = "self-test",
         value_name = "N",
@@ -39,7 +44,7 @@ pub(super) struct SelfTestArgs {
         conflicts_with_all = ["lens", "observations", "reference", "observed", "only", "no_pairs"]
     )]
     self_test: Option<u32>,
-    /// What the cases follow from; 1 if left out
+    /// Seed from which the cases are drawn; 1 if left out
     #[arg(
         long,
         value_name = "S",
@@ -48,8 +53,8 @@ pub(super) struct SelfTestArgs {
         conflicts_with_all = ["lens", "observations", "reference"]
     )]
     seed: Option<u64>,
-    /// Diagnose each case with one effect once more with that effect left out of the library, and tell how
-    /// often it is called unexplained
+    /// Diagnose each case with a single effect again with that effect removed from the library, and report
+    /// how often the verdict is "unexplained"
     #[arg(
         long,
         requires = "self_test",
@@ -59,63 +64,61 @@ pub(super) struct SelfTestArgs {
 }
 
 impl SelfTestArgs {
-    /// How many cases are asked for, if any.
+    /// Returns the number of cases, if a self-test was requested.
     pub(super) fn count(&self) -> Option<usize> {
         self.self_test.map(|count| count as usize)
     }
-
-    /// Runs the whole test; `out` gets its folder, and stdout JSON or a summary.
-    pub(super) fn run(
-        &self,
-        count: usize,
-        (out, as_json): (Option<&Path>, bool),
-        pool: &ThreadPool,
-        console: &mut Console,
-    ) -> Result<(), CommandError> {
-        if let Some(out) = out {
-            refuse_foreign(out, &[REPORT, PAGE])?;
-        }
-        let plan = Plan {
-            count,
-            seed: self.seed.unwrap_or(DEFAULT_SEED),
-            size: SIZE,
-            library: Vec::new(),
-            withhold: self.withhold,
-        };
-        let test = {
-            let bar = console.progress("diagnosing sealed cases");
-            pool.install(|| cases::run(&plan, &|share| bar.set(share)))
-        };
-        if let Some(out) = out {
-            write(out, &test)?;
-        }
-        if as_json {
-            console.say(json(&test).trim_end());
-        } else {
-            summary(&test, out, console);
-        }
-        Ok(())
-    }
 }
 
-/// Writes both files to `folder`, whole or not at all.
+/// Runs the self-test of `count` cases: writes it to `--out` if given, and prints it.
+pub(super) fn run_command(
+    args: &DiagnoseArgs,
+    count: usize,
+    pool: &ThreadPool,
+    console: &mut Console,
+) -> Result<(), CommandError> {
+    let out = args.out.as_deref();
+    if let Some(out) = out {
+        refuse_foreign(out, &[REPORT])?;
+    }
+    let plan = Plan {
+        count,
+        seed: args.self_test.seed.unwrap_or(DEFAULT_SEED),
+        size: SIZE,
+        library: Vec::new(),
+        withhold: args.self_test.withhold,
+    };
+    let test = {
+        let bar = console.progress("diagnosing sealed cases");
+        pool.install(|| run(&plan, &|share| bar.set(share)))
+    };
+    if let Some(out) = out {
+        write(out, &test)?;
+    }
+    if args.json {
+        console.say(json::json(&test).trim_end());
+    } else {
+        print_summary(&test, out, console);
+    }
+    Ok(())
+}
+
+/// Writes `self-test.json` to `folder`, whole or not at all.
 ///
 /// # Errors
-/// A folder with other content, a file in the way, and a full disk.
+/// A folder with other content, a file in the way, or a full disk.
 pub fn write(folder: &Path, test: &SelfTest) -> Result<(), CommandError> {
-    let files = [(REPORT, json(test)), (PAGE, html(test))];
+    let text = json::json(test);
     write_folder_whole(folder, |at: &Path| {
-        files.iter().try_for_each(|(name, text)| {
-            write_whole(&at.join(name), |out| {
-                std::io::Write::write_all(out, text.as_bytes())
-            })
+        write_whole(&at.join(REPORT), |out| {
+            std::io::Write::write_all(out, text.as_bytes())
         })
     })?;
     Ok(())
 }
 
-/// The headline figures, one a line.
-fn summary(test: &SelfTest, out: Option<&Path>, console: &mut Console) {
+/// Prints the headline figures, one per line.
+fn print_summary(test: &SelfTest, out: Option<&Path>, console: &mut Console) {
     console.say(format!(
         "self-test: {} cases, seed {}: {} right, {} wrong, {} of these failed",
         test.cases.len(),
@@ -133,12 +136,12 @@ fn summary(test: &SelfTest, out: Option<&Path>, console: &mut Console) {
         };
         console.say(format!("{}: {}{state}", aim.name, aim.found()));
     }
-    for (index, tested) in test.cases.iter().enumerate() {
-        if let Some(problem) = &tested.failure {
-            console.remark(format!("case {index} ({}): {problem}", tested.truth()));
+    for (index, result) in test.cases.iter().enumerate() {
+        if let Some(error) = &result.error {
+            console.remark(format!("case {index} ({}): {error}", result.truth()));
         }
     }
     if let Some(out) = out {
-        console.say(format!("wrote {} ({REPORT}, {PAGE})", out.display()));
+        console.say(format!("wrote {} ({REPORT})", out.display()));
     }
 }

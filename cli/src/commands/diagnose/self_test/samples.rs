@@ -1,19 +1,24 @@
-//! A made-up self-test for tests: every kind of case, right and wrong, and one that failed.
+//! A self-test as test data: right and wrong cases of every kind, and one that failed.
 
 use std::collections::BTreeMap;
 
 use seidel_core::trial::{Answer, Outcome, Size};
 
-use super::{FAILED, SelfTest, Tested, Withheld};
+use super::results::{CaseResult, FAILED, SelfTest, WithheldResult};
 
 fn strings(ids: &[&str]) -> Vec<String> {
     ids.iter().map(|&id| id.to_owned()).collect()
 }
 
-fn case(kind: &str, truth: &[&str], verdict: &str, said: (&[&str], &[(&str, f64)])) -> Tested {
-    let (added, ranked) = said;
+fn case(
+    kind: &str,
+    truth: &[&str],
+    verdict: &str,
+    added: &[&str],
+    ranked: &[(&str, f64)],
+) -> CaseResult {
     let unknown = kind == "unknown";
-    Tested {
+    CaseResult {
         outcome: Outcome {
             answer: Answer {
                 kind: kind.to_owned(),
@@ -30,21 +35,21 @@ fn case(kind: &str, truth: &[&str], verdict: &str, said: (&[&str], &[(&str, f64)
             true_closed: if added.is_empty() { 0.0 } else { 0.91 },
             seconds: 12.5,
         },
-        failure: None,
+        error: None,
         withheld: None,
     }
 }
 
-fn withheld(verdict: &str, added: &[&str]) -> Option<Withheld> {
-    Some(Withheld {
+fn withheld(verdict: &str, added: &[&str]) -> Option<WithheldResult> {
+    Some(WithheldResult {
         verdict: verdict.to_owned(),
         added: strings(added),
-        failure: None,
         seconds: 9.0,
+        error: None,
     })
 }
 
-/// Nine cases, the second, fourth, sixth and the last two of them wrong.
+/// Returns nine cases, of which the second, fourth, sixth, eighth and ninth are wrong.
 pub(super) fn self_test() -> SelfTest {
     let first = [
         ("vignetting", 0.94),
@@ -57,63 +62,62 @@ pub(super) fn self_test() -> SelfTest {
             "single",
             &["vignetting"],
             "explained",
-            (&["vignetting"], &first),
+            &["vignetting"], &first,
         ),
         case(
             "single",
             &["higher_order"],
             "explained",
-            (&["vignetting"], &first),
+            &["vignetting"], &first,
         ),
         case(
             "pair",
             &["motion", "decentre"],
             "explained",
-            (
-                &["decentre", "motion"],
-                &[("motion", 0.5), ("decentre", 0.4)],
-            ),
+            &["decentre", "motion"],
+            &[("motion", 0.5), ("decentre", 0.4)],
         ),
         case(
             "pair",
             &["motion", "vignetting"],
             "explained",
-            (&["vignetting"], &first),
+            &["vignetting"], &first,
         ),
         case(
             "none",
             &[],
             "no_gap",
-            (&[], &[("unknown", 0.4), ("motion", 0.3)]),
+            &[],
+            &[("unknown", 0.4), ("motion", 0.3)],
         ),
         case(
             "none",
             &[],
             "explained",
-            (&["apodisation"], &[("apodisation", 0.7)]),
+            &["apodisation"], &[("apodisation", 0.7)],
         ),
         case(
             "unknown",
             &["ghost"],
             "unexplained",
-            (&[], &[("unknown", 0.99)]),
+            &[], &[("unknown", 0.99)],
         ),
         case(
             "unknown",
             &["trefoil"],
             "explained",
-            (&["decentre"], &[("decentre", 0.8)]),
+            &["decentre"], &[("decentre", 0.8)],
         ),
-        case("single", &["sensor_tilt"], FAILED, (&[], &[])),
+        case("single", &["sensor_tilt"], FAILED, &[], &[]),
     ];
-    cases[8].failure = Some("tile: <no light>".to_owned());
+    cases[8].error = Some("tile: <no light>".to_owned());
     cases[0].withheld = withheld("unexplained", &["higher_order"]);
     cases[1].withheld = withheld("explained", &["vignetting"]);
-    cases[8].withheld = Some(Withheld {
+    cases[8].withheld = Some(WithheldResult {
         verdict: FAILED.to_owned(),
         added: Vec::new(),
-        failure: Some("the lens could not be fitted".to_owned()),
         seconds: 0.0,
+        error: Some("the lens could not be fitted".to_owned()),
     });
     SelfTest {
         seed: 7,

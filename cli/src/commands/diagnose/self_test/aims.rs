@@ -1,0 +1,190 @@
+//! The headline figures of a self-test and the values they should reach.
+
+use seidel_core::trial::{Measure, Rate};
+
+use super::results::SelfTest;
+
+/// The bound that a figure should satisfy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Bound {
+    AtLeast(f64),
+    AtMost(f64),
+}
+
+/// A measured figure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Figure {
+    /// How often something held.
+    Rate(Rate),
+    /// A mean or a median.
+    Measure(Measure),
+}
+
+/// A headline figure with its bound.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Aim {
+    /// Key in `self-test.json`.
+    pub(super) key: &'static str,
+    /// Name in the printed summary.
+    pub(super) name: &'static str,
+    pub(super) figure: Figure,
+    /// The bound; `None` for a figure that is only reported.
+    pub(super) bound: Option<Bound>,
+}
+
+impl Aim {
+    /// Returns the measured value; `None` without cases.
+    pub(super) fn value(&self) -> Option<f64> {
+        match self.figure {
+            Figure::Rate(rate) => rate.share,
+            Figure::Measure(measure) => measure.value,
+        }
+    }
+
+    /// Returns the number of cases behind the value.
+    pub(super) fn of(&self) -> usize {
+        match self.figure {
+            Figure::Rate(rate) => rate.of,
+            Figure::Measure(measure) => measure.of,
+        }
+    }
+
+    /// Returns whether the bound is met; `None` without cases or without a bound.
+    pub(super) fn met(&self) -> Option<bool> {
+        let value = self.value()?;
+        Some(match self.bound? {
+            Bound::AtLeast(least) => value >= least,
+            Bound::AtMost(most) => value <= most,
+        })
+    }
+
+    /// Returns the value in words.
+    pub(super) fn found(&self) -> String {
+        match (self.figure, self.value()) {
+            (_, None) => "no such case".to_owned(),
+            (Figure::Rate(rate), Some(share)) => {
+                format!("{} of {} ({:.0} %)", rate.held, rate.of, 100.0 * share)
+            }
+            (Figure::Measure(measure), Some(value)) => {
+                let cases = if measure.of == 1 { "case" } else { "cases" };
+                format!("{value:.3} over {} {cases}", measure.of)
+            }
+        }
+    }
+
+    /// Returns the bound in words; empty where there is none.
+    pub(super) fn wanted(&self) -> String {
+        let number = |v: f64| match self.figure {
+            Figure::Rate(_) => format!("{:.0} %", 100.0 * v),
+            Figure::Measure(_) => format!("{v:.2}"),
+        };
+        match self.bound {
+            Some(Bound::AtLeast(v)) => format!("at least {}", number(v)),
+            Some(Bound::AtMost(v)) => format!("at most {}", number(v)),
+            None => String::new(),
+        }
+    }
+}
+
+impl SelfTest {
+    /// Returns the headline figures in the order in which they are reported.
+    pub(super) fn aims(&self) -> Vec<Aim> {
+        use Bound::{AtLeast, AtMost};
+        let s = self.scores();
+        let aim = |key, name, figure, bound| Aim {
+            key,
+            name,
+            figure,
+            bound,
+        };
+        let rate = |key, name, rate, bound| aim(key, name, Figure::Rate(rate), Some(bound));
+        let measure = |key, name, m, bound| aim(key, name, Figure::Measure(m), bound);
+        let mut aims = vec![
+            rate(
+                "single_top1",
+                "one effect: it comes first",
+                s.single_top1,
+                AtLeast(0.9),
+            ),
+            rate(
+                "single_top3",
+                "one effect: it is among the first three",
+                s.single_top3,
+                AtLeast(0.97),
+            ),
+            rate(
+                "pair_both",
+                "two effects: both are added",
+                s.pair_both,
+                AtLeast(0.7),
+            ),
+            rate(
+                "false_alarms",
+                "no gap: one is found all the same",
+                s.false_alarms,
+                AtMost(0.02),
+            ),
+            rate(
+                "unknown_unexplained",
+                "unknown cause: called unexplained",
+                s.unknown_unexplained,
+                AtLeast(0.8),
+            ),
+            measure(
+                "closed_median",
+                "share of the gap truly closed where the cause was right, median",
+                s.closed_median,
+                Some(AtLeast(0.9)),
+            ),
+            measure(
+                "closed_error",
+                "share claimed less share truly closed, mean size",
+                s.closed_error,
+                Some(AtMost(0.05)),
+            ),
+            measure(
+                "calibration_error",
+                "expected calibration error of the answer's odds",
+                s.calibration_error,
+                Some(AtMost(0.05)),
+            ),
+            measure(
+                "calibration_error_first",
+                "the same of the first cause alone (half a pair has a half at most)",
+                s.calibration_error_first,
+                None,
+            ),
+        ];
+        aims.extend(self.withheld_unexplained().map(|rate| {
+            let name = "withheld effects called unexplained";
+            aim("withheld_unexplained", name, Figure::Rate(rate), None)
+        }));
+        aims
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::self_test;
+
+    #[test]
+    fn figures_are_compared_with_their_bounds() {
+        let aims = self_test().aims();
+        let of = |key: &str| aims.iter().find(|a| a.key == key).expect("an aim");
+        let first = of("single_top1");
+        assert_eq!(first.found(), "1 of 3 (33 %)");
+        assert_eq!(
+            (first.wanted().as_str(), first.met()),
+            ("at least 90 %", Some(false))
+        );
+        assert_eq!(of("closed_median").met(), Some(true));
+        assert_eq!(of("closed_error").wanted(), "at most 0.05");
+        let withheld = of("withheld_unexplained");
+        assert_eq!((withheld.of(), withheld.met()), (3, None));
+        let mut empty = self_test();
+        empty.cases.clear();
+        for aim in empty.aims() {
+            assert_eq!((aim.met(), aim.found().as_str()), (None, "no such case"));
+        }
+    }
+}
