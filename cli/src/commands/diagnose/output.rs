@@ -123,7 +123,8 @@ mod tests {
         );
         // A second report in the same folder, now with PSFs.
         let set = measured(&lens(320, 180).expect("a lens")).expect("a set");
-        let output = OutputFolder::check(&out, Path::new("lens.json"), &ENTRIES_OF_PAIR).expect("its own files");
+        let output = OutputFolder::check(&out, Path::new("lens.json"), &ENTRIES_OF_PAIR)
+            .expect("its own files");
         output
             .write(&diagnosis, &subject(), "{}\n", Some(&set))
             .expect("writable");

@@ -108,8 +108,11 @@ impl PairArgs {
             stop: &stop,
         };
         let (reference, observed) = (reference.picture(), observed.picture());
-        let estimate =
-            || estimate_pair(&frame, channels, &reference, &observed, &settings, &progress);
+        let estimate = || {
+            estimate_pair(
+                &frame, channels, &reference, &observed, &settings, &progress,
+            )
+        };
         let mut estimate = pool
             .install(estimate)
             .map_err(|e| FileError::from_core(blurred, e))?;
