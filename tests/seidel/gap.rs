@@ -11,7 +11,7 @@ use seidel_core::fit::{PupilSettings, fit_pupil};
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_like};
 use seidel_core::profile::LensProfile;
-use seidel_core::trial::{self, Kind, Recipe, Size};
+use seidel_trial::{Kind, Recipe, Size};
 use serde_json::Value;
 
 use crate::support::{real_data, succeeds};
@@ -59,7 +59,7 @@ fn diagnosed(lens: &LensProfile, real: &ObservationSet, library: &[&str]) -> Dia
 
 /// A case of `kind`, fitted and diagnosed with `library` and without its answer.
 fn blind(kind: Kind, seed: u64, library: &[&str]) -> Diagnosis {
-    let case = trial::draw(&Recipe {
+    let case = seidel_trial::draw(&Recipe {
         kind,
         seed,
         size: SIZE,

@@ -3,7 +3,7 @@
 use std::fs;
 
 use seidel::commands::self_test::{self, Plan};
-use seidel_core::trial::Size;
+use seidel_trial::Size;
 use serde_json::Value;
 
 use crate::support::{listing, seidel_in};

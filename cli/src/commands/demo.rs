@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use seidel_core::eval::{EvalSettings, TestImage, evaluate};
+use seidel_core::eval::{EvalSettings, evaluate};
 use seidel_core::fit::{PupilSettings, fit_pupil};
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::Predictor;
@@ -12,6 +12,7 @@ use seidel_core::render::{
     BlurField, Displacement, Edges, Gather, Layered, Occlusion, Plane, PlateMap, Quality, Renderer,
     Scene as Optics, VergencePass,
 };
+use seidel_core::score::TestImage;
 
 use super::CommandError;
 use crate::demo::scene::{Scene, scene};

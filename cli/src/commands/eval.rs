@@ -5,9 +5,10 @@ mod report;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::eval::{EvalSettings, SparseSettings, TestImage, evaluate, shapes};
+use seidel_core::eval::{EvalSettings, SparseSettings, evaluate, shapes};
 use seidel_core::fit::Weighting;
 use seidel_core::moments::support::Support;
+use seidel_core::score::TestImage;
 
 use super::choice::ChoiceArgs;
 use super::picture::read_image;

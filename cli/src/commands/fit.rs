@@ -6,7 +6,8 @@ mod pupil;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::fit::{AxisChoice, Rejection};
+use seidel_core::fit::AxisChoice;
+use seidel_core::measure::Rejection;
 use seidel_core::moments::support::Support;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::LensProfile;

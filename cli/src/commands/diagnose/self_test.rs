@@ -17,8 +17,8 @@ use super::DiagnoseArgs;
 use crate::Console;
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_core::trial::Size;
 use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
+use seidel_trial::Size;
 
 const REPORT: &str = "self-test.json";
 /// Number of places and tile size of the command's cases.

@@ -1,11 +1,11 @@
 //! `--model reduced` and `--model extended`: a lens known ray by ray, and how its fit went.
 
-use seidel_core::eval::TestImage;
 use seidel_core::fit::pixels::{Correlation, Extension, Metric};
 use seidel_core::fit::{PupilFit, PupilSettings, fit_pupil};
 use seidel_core::moments::support::Support;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::HeldOut;
+use seidel_core::score::TestImage;
 use serde_json::{Value, json};
 
 use super::super::CommandError;

@@ -1,6 +1,6 @@
 //! The headline figures of a self-test and the values they should reach.
 
-use seidel_core::trial::{Measure, Rate};
+use seidel_trial::{Measure, Rate};
 
 use super::results::SelfTest;
 

@@ -1,6 +1,6 @@
 //! `self-test.json`: a self-test for programs, with keys in a fixed order.
 
-use seidel_core::trial::{Rate, Scores, Size};
+use seidel_trial::{Rate, Scores, Size};
 use serde::Serialize;
 
 use super::aims::{Aim, Bound};

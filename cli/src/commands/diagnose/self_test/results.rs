@@ -1,6 +1,6 @@
 //! Results of a self-test: the diagnosis of every case beside its true answer.
 
-use seidel_core::trial::{Outcome, Rate, Scores, Size, scores};
+use seidel_trial::{Outcome, Rate, Scores, Size, scores};
 use serde::Serialize;
 
 /// Verdict on a case that could not be fitted or diagnosed; it counts as wrong whatever the truth.

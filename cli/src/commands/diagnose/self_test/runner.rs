@@ -9,8 +9,8 @@ use seidel_core::fit::{PupilSettings, fit_pupil};
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_like};
 use seidel_core::profile::LensProfile;
-use seidel_core::trial::{Answer, Case, Outcome, Size, draw, recipes};
 use seidel_core::{Error, Result};
+use seidel_trial::{Answer, Case, Outcome, Size, draw, recipes};
 
 use super::results::{CaseResult, FAILED, SelfTest, WithheldResult};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use seidel_core::trial::{Answer, Outcome, Size};
+use seidel_trial::{Answer, Outcome, Size};
 
 use super::results::{CaseResult, FAILED, SelfTest, WithheldResult};
 

@@ -1,0 +1,186 @@
+//! A guess at what is missing: effects, and which of their numbers are free in which channels.
+
+use super::seen::Seen;
+use seidel_optics::effects::{self, Effect, Scope, Start};
+use seidel_optics::lens::LocalPupil;
+use seidel_optics::lens::VergenceSeries;
+use seidel_optics::profile::{CarriedEffect, PupilChannel};
+
+/// Effects and free numbers.
+#[derive(Clone)]
+pub(super) struct Hypothesis {
+    /// In acting order, each with where its search starts.
+    pub(super) parts: Vec<(&'static dyn Effect, Start)>,
+    pub(super) slots: Vec<Slot>,
+    channels: usize,
+}
+
+/// A free number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Slot {
+    pub(super) part: usize,
+    pub(super) parameter: usize,
+    /// The channel whose it is; `None` if all share it.
+    pub(super) channel: Option<usize>,
+    pub(super) least: f64,
+    pub(super) most: f64,
+    pub(super) step: f64,
+}
+
+impl Hypothesis {
+    /// `parts`, for a lens of `channels` channels of which `reference` is that of middle wavelength.
+    pub(super) fn new(
+        mut parts: Vec<(&'static dyn Effect, Start)>,
+        channels: usize,
+        reference: usize,
+    ) -> Self {
+        parts.sort_by_key(|(effect, _)| rank(*effect));
+        let mut slots = Vec::new();
+        for (part, (effect, start)) in parts.iter().enumerate() {
+            for (parameter, p) in effect.parameters().iter().enumerate() {
+                if !start.free[parameter] {
+                    continue;
+                }
+                let mut push = |channel| {
+                    slots.push(Slot {
+                        part,
+                        parameter,
+                        channel,
+                        least: p.least,
+                        most: p.most,
+                        step: p.step,
+                    });
+                };
+                match p.scope {
+                    Scope::Lens => push(None),
+                    Scope::Channel => (0..channels).for_each(|c| push(Some(c))),
+                    Scope::Difference => (0..channels)
+                        .filter(|c| *c != reference)
+                        .for_each(|c| push(Some(c))),
+                }
+            }
+        }
+        Self {
+            parts,
+            slots,
+            channels,
+        }
+    }
+
+    /// Where the search starts: one number a slot.
+    pub(super) fn start(&self) -> Vec<f64> {
+        self.slots
+            .iter()
+            .map(|slot| self.parts[slot.part].1.values[slot.parameter])
+            .collect()
+    }
+
+    /// Values at which nothing happens: one number a slot.
+    pub(super) fn neutral(&self) -> Vec<f64> {
+        let of = |slot: &Slot| self.parts[slot.part].0.parameters()[slot.parameter].neutral;
+        self.slots.iter().map(of).collect()
+    }
+
+    /// Identifiers of the effects.
+    pub(super) fn ids(&self) -> Vec<&'static str> {
+        self.parts.iter().map(|(effect, _)| effect.id()).collect()
+    }
+
+    /// The values of every part in `channel`.
+    pub(super) fn values(&self, theta: &[f64], channel: usize) -> Vec<Vec<f64>> {
+        let mut values: Vec<Vec<f64>> = self
+            .parts
+            .iter()
+            .map(|(effect, start)| {
+                // What differs between channels is neutral where it is not free.
+                let own = effect.parameters().iter().zip(&start.values);
+                own.map(|(p, v)| match p.scope {
+                    Scope::Difference => p.neutral,
+                    _ => *v,
+                })
+                .collect()
+            })
+            .collect();
+        for (slot, value) in self.slots.iter().zip(theta) {
+            if slot.channel.is_none_or(|c| c == channel) {
+                values[slot.part][slot.parameter] = *value;
+            }
+        }
+        values
+    }
+
+    /// Whether slot `slot` changes tiles of `channel`.
+    pub(super) fn concerns(&self, slot: usize, channel: usize) -> bool {
+        self.slots[slot].channel.is_none_or(|c| c == channel)
+    }
+
+    /// The light of `seen` with the effects at `values`, and how far its chief ray moves, px.
+    pub(super) fn act(&self, values: &[Vec<f64>], seen: &Seen) -> (LocalPupil, [f64; 2]) {
+        let mut pupil = seen.pupil;
+        let mut moved = [0.0; 2];
+        for ((effect, _), values) in self.parts.iter().zip(values) {
+            effect.act(values, seen.point, &mut pupil);
+            let shift = effect.chief_ray(values, seen.point);
+            moved = [moved[0] + shift[0], moved[1] + shift[1]];
+        }
+        (pupil, moved)
+    }
+
+    /// `channels` with the effects at `theta` added.
+    pub(super) fn added_to(
+        &self,
+        channels: &[PupilChannel],
+        theta: &[f64],
+        sigma: &[f64],
+    ) -> Vec<PupilChannel> {
+        let of_channel = |(index, channel): (usize, &PupilChannel)| {
+            let (values, errors) = (self.values(theta, index), self.errors(sigma, index));
+            let mut added = channel.added.clone();
+            for (((effect, _), values), errors) in self.parts.iter().zip(values).zip(errors) {
+                added.retain(|c| c.effect.id() != effect.id());
+                added.push(CarriedEffect {
+                    effect: *effect,
+                    values: values
+                        .into_iter()
+                        .zip(errors)
+                        .map(|(value, error)| VergenceSeries {
+                            coefficients: vec![value],
+                            sigma: vec![error],
+                            remainders: Vec::new(),
+                        })
+                        .collect(),
+                });
+            }
+            added.sort_by_key(|c| rank(c.effect));
+            PupilChannel {
+                added,
+                ..channel.clone()
+            }
+        };
+        channels.iter().enumerate().map(of_channel).collect()
+    }
+
+    fn errors(&self, sigma: &[f64], channel: usize) -> Vec<Vec<f64>> {
+        let none = self.parts.iter();
+        let mut errors: Vec<Vec<f64>> =
+            none.map(|(e, _)| vec![0.0; e.parameters().len()]).collect();
+        for (slot, error) in self.slots.iter().zip(sigma) {
+            if slot.channel.is_none_or(|c| c == channel) {
+                errors[slot.part][slot.parameter] = *error;
+            }
+        }
+        errors
+    }
+
+    /// Number of channels.
+    pub(super) fn channels(&self) -> usize {
+        self.channels
+    }
+}
+
+/// Place of `effect` in acting order.
+fn rank(effect: &dyn Effect) -> usize {
+    let mut all = effects::ALL.iter();
+    all.position(|e| e.id() == effect.id())
+        .unwrap_or(usize::MAX)
+}

@@ -1,0 +1,135 @@
+//! Convolutions of a picture with a tile, by one-dimensional transforms along a helix.
+//!
+//! Rows laid end to end turn a two-dimensional convolution into a one-dimensional one, right wherever the
+//! tile does not reach over the end of a row. Frequency f of `length` samples is the plane wave whose
+//! phase grows by 2 pi f / length a pixel and by 2 pi f stride / length a row.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+use crate::score::quick_length;
+
+/// Transforms of arrays whose rows are `stride` long.
+pub(super) struct Helix {
+    /// Samples of a row.
+    pub(super) stride: usize,
+    /// Samples in all, a little more than the rows have.
+    pub(super) length: usize,
+    forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
+}
+
+impl Helix {
+    /// For square arrays of side `stride`.
+    pub(super) fn new(stride: usize) -> Self {
+        let length = quick_length(stride * stride);
+        let mut planner = RealFftPlanner::new();
+        Self {
+            stride,
+            length,
+            forward: planner.plan_fft_forward(length),
+            inverse: planner.plan_fft_inverse(length),
+        }
+    }
+
+    /// The transform of `values`, which are used up.
+    pub(super) fn spectrum(&self, mut values: Vec<f64>) -> Vec<Complex<f64>> {
+        let mut spectrum = self.forward.make_output_vec();
+        self.forward
+            .process(&mut values, &mut spectrum)
+            .expect("buffers were made for this length");
+        spectrum
+    }
+
+    /// The values of `spectrum`, which is used up.
+    pub(super) fn values(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
+        // Real values have real sums at these two frequencies; rounding leaves a trace.
+        let last = spectrum.len() - 1;
+        for k in [0, last] {
+            spectrum[k].im = 0.0;
+        }
+        let mut values = self.inverse.make_output_vec();
+        self.inverse
+            .process(&mut spectrum, &mut values)
+            .expect("buffers were made for this length");
+        let scale = 1.0 / self.length as f64;
+        values.iter_mut().for_each(|v| *v *= scale);
+        values
+    }
+
+    /// The rows of a square `tile` of side `side` on the helix, zero elsewhere.
+    pub(super) fn laid_out(&self, tile: &[f64], side: usize) -> Vec<f64> {
+        let mut values = vec![0.0; self.length];
+        for (row, line) in tile.chunks_exact(side).enumerate() {
+            values[row * self.stride..][..side].copy_from_slice(line);
+        }
+        values
+    }
+
+    /// The square tile of side `side` at the start of `values`.
+    pub(super) fn cut_out(&self, values: &[f64], side: usize) -> Vec<f64> {
+        let rows = (0..side).flat_map(|row| &values[row * self.stride..][..side]);
+        rows.copied().collect()
+    }
+
+    /// Index of a lag of `rows` and `columns`, either sign.
+    pub(super) fn lag(&self, rows: isize, columns: isize) -> usize {
+        let flat = rows * self.stride as isize + columns;
+        flat.rem_euclid(self.length as isize) as usize
+    }
+
+    /// Squared response of the Laplacian at every frequency of a spectrum.
+    pub(super) fn laplacian_power(&self) -> Vec<f64> {
+        (0..=self.length / 2)
+            .map(|f| {
+                let across = TAU * f as f64 / self.length as f64;
+                let down = across * self.stride as f64;
+                let response = 4.0 - 2.0 * across.cos() - 2.0 * down.cos();
+                response * response
+            })
+            .collect()
+    }
+
+    /// In how many of the `length` frequencies each of a spectrum's values occurs.
+    pub(super) fn multiplicity(&self, f: usize) -> f64 {
+        if f == 0 || 2 * f == self.length {
+            1.0
+        } else {
+            2.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_of_spectra_are_plane_convolutions() {
+        let (stride, side) = (11, 3);
+        let helix = Helix::new(stride);
+        let picture: Vec<f64> = (0..stride * stride)
+            .map(|k| ((k * k) as f64 * 0.37).sin())
+            .collect();
+        let tile: Vec<f64> = (0..side * side).map(|k| (k as f64 * 1.3).cos()).collect();
+        let a = helix.spectrum(helix.laid_out(&picture, stride));
+        let b = helix.spectrum(helix.laid_out(&tile, side));
+        let got = helix.values(a.iter().zip(&b).map(|(a, b)| a * b).collect());
+        for y in side - 1..stride {
+            for x in side - 1..stride {
+                let mut want = 0.0;
+                for ky in 0..side {
+                    for kx in 0..side {
+                        want += tile[ky * side + kx] * picture[(y - ky) * stride + x - kx];
+                    }
+                }
+                assert!((got[y * stride + x] - want).abs() < 1e-12, "({x}, {y})");
+            }
+        }
+        assert_eq!(helix.cut_out(&helix.laid_out(&tile, side), side), tile);
+        assert_eq!(helix.lag(-1, 2), helix.length - stride + 2);
+    }
+}

@@ -1,0 +1,249 @@
+//! Planted blurs come back out of pairs of pictures.
+
+use std::sync::atomic::AtomicBool;
+
+use super::*;
+use seidel_optics::moments::pixels::TileMoments;
+use seidel_optics::numeric::SplitMix64;
+
+const SIZE: (usize, usize) = (420, 300);
+const SIDE: usize = 21;
+
+/// Variances along x and y at a place, px²: they change over the field.
+fn planted(x: f64, y: f64) -> (f64, f64) {
+    (2.5 + 1.5 * x / SIZE.0 as f64, 3.0 + 0.8 * y / SIZE.1 as f64)
+}
+
+/// A texture of noise with some light of its own.
+fn texture() -> Vec<f32> {
+    let mut random = SplitMix64::new(5);
+    (0..SIZE.0 * SIZE.1)
+        .map(|_| (0.2 + random.unit()) as f32)
+        .collect()
+}
+
+/// Every pixel spread by its own Gaussian, then `noise` added.
+fn blurred(sharp: &[f32], noise: f64) -> Vec<f32> {
+    let (width, height) = SIZE;
+    let mut light = vec![0.0_f64; width * height];
+    let reach = 10_isize;
+    for (k, &value) in sharp.iter().enumerate() {
+        let (x, y) = ((k % width) as isize, (k / width) as isize);
+        let (vx, vy) = planted(x as f64, y as f64);
+        let bell = |variance: f64| -> Vec<f64> {
+            let all: Vec<f64> = (-reach..=reach)
+                .map(|d| (-((d * d) as f64) / (2.0 * variance)).exp())
+                .collect();
+            let sum: f64 = all.iter().sum();
+            all.iter().map(|v| v / sum).collect()
+        };
+        let (across, down) = (bell(vx), bell(vy));
+        for (dy, wy) in (-reach..=reach).zip(&down) {
+            for (dx, wx) in (-reach..=reach).zip(&across) {
+                let (tx, ty) = (x + dx, y + dy);
+                if (0..width as isize).contains(&tx) && (0..height as isize).contains(&ty) {
+                    light[ty as usize * width + tx as usize] += f64::from(value) * wx * wy;
+                }
+            }
+        }
+    }
+    let mut random = SplitMix64::new(9);
+    light
+        .iter()
+        .map(|v| {
+            // Four uniform numbers make a bell of variance 1/3.
+            let sum: f64 = (0..4).map(|_| random.unit() - 0.5).sum();
+            (v + noise * sum * 3.0_f64.sqrt()) as f32
+        })
+        .collect()
+}
+
+fn run(sharp: Vec<f32>, plate: Vec<f32>, settings: &PairSettings) -> Result<PairEstimate> {
+    let (width, height) = SIZE;
+    let frame = Frame::new(width as u32, height as u32, None).expect("a frame");
+    let (sharp, plate) = ([sharp], [plate]);
+    let picture = |planes| Picture {
+        width,
+        height,
+        planes,
+    };
+    let progress = Progress {
+        report: &|_| (),
+        stop: &AtomicBool::new(false),
+    };
+    let names = ["Y".to_owned()];
+    estimate_pair(
+        &frame,
+        &names,
+        &picture(&sharp),
+        &picture(&plate),
+        settings,
+        &progress,
+    )
+}
+
+fn settings() -> PairSettings {
+    PairSettings {
+        side: SIDE,
+        ..PairSettings::default()
+    }
+}
+
+/// Errors of a set.
+#[derive(Debug)]
+struct Errors {
+    /// Mean and root mean square of relative errors of second moments.
+    bias: f64,
+    rms: f64,
+    /// Largest of centroids, px.
+    place: f64,
+}
+
+fn errors(set: &ObservationSet, added: f64) -> Errors {
+    let (mut all, mut place) = (Vec::new(), 0.0_f64);
+    for o in &set.observations {
+        let m = TileMoments::plain(&o.tiles[0], None).expect("lit");
+        let (vx, vy) = planted(o.centre.x_px, o.centre.y_px);
+        for (got, want) in [(m.central.mu20, vx), (m.central.mu02, vy)] {
+            all.push(got / (want + added) - 1.0);
+        }
+        let middle = SIDE as f64 / 2.0;
+        let off = (m.centroid_x - middle).hypot(m.centroid_y - middle);
+        place = place.max(off);
+    }
+    let mean = |f: &dyn Fn(f64) -> f64| all.iter().map(|&e| f(e)).sum::<f64>() / all.len() as f64;
+    Errors {
+        bias: mean(&|e| e),
+        rms: mean(&|e| e * e).sqrt(),
+        place,
+    }
+}
+
+#[test]
+fn planted_gaussians_return() {
+    let sharp = texture();
+    let plate = blurred(&sharp, 0.0);
+    let found = run(sharp.clone(), plate.clone(), &settings()).expect("detail");
+    assert_eq!(found.left_out, 0);
+    assert!(found.at_edges.abs() < 0.01, "{}", found.at_edges);
+    // What the PSF changes within a patch acts as noise.
+    let e = errors(&found.set, 0.0);
+    assert!(
+        e.bias.abs() < 0.005 && e.rms < 0.03 && e.place < 0.08,
+        "{e:?}"
+    );
+    assert!(found.set.faults().is_empty());
+    let areas = PairSettings {
+        area_means: true,
+        ..settings()
+    };
+    let found = run(sharp, plate, &areas).expect("detail");
+    let e = errors(&found.set, 1.0 / 12.0);
+    assert!(e.bias.abs() < 0.005 && e.rms < 0.03, "{e:?}");
+}
+
+#[test]
+fn noise_is_told_and_no_more() {
+    let sharp = texture();
+    let plain = run(sharp.clone(), blurred(&sharp, 0.0), &settings()).expect("detail");
+    let noisy = run(sharp.clone(), blurred(&sharp, 0.003), &settings()).expect("detail");
+    let mut shares = Vec::new();
+    for (a, b) in plain.set.observations.iter().zip(&noisy.set.observations) {
+        let pairs = a.tiles[0].samples().iter().zip(b.tiles[0].samples());
+        let square: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
+        let rms = (square / (SIDE * SIDE) as f64).sqrt();
+        shares.push(rms / b.noise_sigma[0].expect("told"));
+    }
+    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+    assert!((0.5..1.2).contains(&mean), "{mean}");
+    // Noise drowns a second moment long before it drowns the PSF.
+    let e = errors(&noisy.set, 0.0);
+    assert!(e.bias.abs() < 0.02 && e.rms < 0.1 && e.place < 0.1, "{e:?}");
+}
+
+#[test]
+fn clipped_pixels_take_no_part() {
+    let sharp: Vec<f32> = texture().iter().map(|v| 0.55 * v).collect();
+    let clip = 0.42;
+    let mut plate = blurred(&sharp, 0.0);
+    plate.iter_mut().for_each(|v| *v = v.min(clip));
+    let clipped = plate.iter().filter(|v| **v >= clip).count();
+    assert!(clipped > 5000, "{clipped}");
+    // As if the sharp picture had been exposed for less.
+    let sharp: Vec<f32> = sharp.iter().map(|v| 0.5 * v).collect();
+    let with = PairSettings {
+        clip: Some(clip),
+        ..settings()
+    };
+    let found = run(sharp.clone(), plate.clone(), &with).expect("detail");
+    let masked = errors(&found.set, 0.0).rms;
+    let found = run(sharp, plate, &settings()).expect("detail");
+    let trusted = errors(&found.set, 0.0).rms;
+    assert!(
+        masked < 0.06 && trusted > 5.0 * masked,
+        "{masked} {trusted}"
+    );
+}
+
+#[test]
+fn pictures_that_tell_nothing_are_refused() {
+    let flat = vec![0.5; SIZE.0 * SIZE.1];
+    let error = run(flat.clone(), flat.clone(), &settings()).expect_err("no detail");
+    assert!(
+        error.problem.contains("detail") && error.remedy.contains("noise"),
+        "{error}"
+    );
+    let mut random = SplitMix64::new(3);
+    let grain: Vec<f32> = flat
+        .iter()
+        .map(|v| v + 0.01 * random.unit() as f32)
+        .collect();
+    let other: Vec<f32> = flat
+        .iter()
+        .map(|v| v + 0.01 * random.unit() as f32)
+        .collect();
+    run(grain, other, &settings()).expect_err("grain of two pictures has nothing in common");
+    let large = PairSettings {
+        side: 65,
+        ..settings()
+    };
+    let error = run(flat.clone(), flat.clone(), &large).expect_err("too small");
+    assert!(error.problem.contains("too small"), "{error}");
+    let even = PairSettings {
+        side: 20,
+        ..settings()
+    };
+    assert!(run(flat.clone(), flat.clone(), &even).is_err());
+    let frame = Frame::new(SIZE.0 as u32, SIZE.1 as u32, None).expect("a frame");
+    let planes = [flat];
+    let whole = Picture {
+        width: SIZE.0,
+        height: SIZE.1,
+        planes: &planes,
+    };
+    let turned = Picture {
+        width: SIZE.1,
+        height: SIZE.0,
+        planes: &planes,
+    };
+    let progress = Progress {
+        report: &|_| (),
+        stop: &AtomicBool::new(false),
+    };
+    let names = ["Y".to_owned()];
+    let error = estimate_pair(&frame, &names, &turned, &whole, &settings(), &progress)
+        .expect_err("other size");
+    assert!(error.problem.contains("300 x 420 sharp"), "{error}");
+    let error = estimate_pair(&frame, &names, &turned, &turned, &settings(), &progress)
+        .expect_err("other frame");
+    assert!(error.problem.contains("frame"), "{error}");
+}
+
+#[test]
+fn marks_spread_both_ways() {
+    let mut set = vec![false; 49];
+    set[2 * 7 + 1] = true;
+    let spread = spread(set, 7, 2);
+    let want = |k: usize| (0..=4).contains(&(k / 7)) && (0..=3).contains(&(k % 7));
+    assert!((0..49).all(|k| spread[k] == want(k)), "{spread:?}");
+}

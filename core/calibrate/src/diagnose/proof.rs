@@ -1,0 +1,405 @@
+//! The answer proved: fitted to all tiles, and scored on every zone by a fit without it.
+
+use super::captures;
+use super::ceiling;
+use super::descent::Problem;
+use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, TileGap, Value, Verdict};
+use super::hypothesis::Hypothesis;
+use super::picture::Easel;
+use super::places;
+use super::search::{Candidate, Ground, standard_errors};
+use super::seen::{FOLDS, Seen, SeenSet};
+use super::shape;
+use super::verdict::{Decided, Stage};
+use seidel_optics::effects::Effect;
+use seidel_optics::error::Result;
+use seidel_optics::observations::ObservationSet;
+use seidel_optics::profile::{LensDescription, LensProfile, PupilChannel};
+use seidel_optics::psf::pupil::Detail;
+use seidel_optics::tile::Tile;
+
+/// All that was found.
+pub(super) struct Found<'a> {
+    pub(super) lens: &'a LensProfile,
+    pub(super) channels: &'a [PupilChannel],
+    pub(super) set: &'a ObservationSet,
+    pub(super) seen: &'a SeenSet,
+    pub(super) ground: &'a Ground<'a>,
+    pub(super) stage: &'a Stage,
+    pub(super) singles: &'a [Candidate],
+    pub(super) pairs: &'a [Candidate],
+    pub(super) decided: &'a Decided,
+    /// Effects that this lens and set cannot show.
+    pub(super) left: &'a [&'static dyn Effect],
+}
+
+/// The chosen hypothesis on all tiles.
+struct Final {
+    hypothesis: Hypothesis,
+    theta: Vec<f64>,
+    sigma: Vec<f64>,
+    /// Gap of every tile by the fit without its fold.
+    after: Vec<f64>,
+}
+
+pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
+    let tiles: Vec<&Seen> = found.seen.tiles.iter().collect();
+    let nothing = found.ground.nothing();
+    let before = Problem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);
+    let last = finish(&found, &tiles, &before);
+    let gap = summary(&found, &tiles, &before, &last.after);
+    let corrected = LensProfile {
+        description: LensDescription::Pupil(last.hypothesis.added_to(
+            found.channels,
+            &last.theta,
+            &last.sigma,
+        )),
+        held_out: None,
+        ..found.lens.clone()
+    };
+    let shown = if last.hypothesis.parts.is_empty() {
+        (&nothing, &[][..])
+    } else {
+        (&last.hypothesis, &last.theta[..])
+    };
+    let decided = found.decided;
+    let causes = causes(&found, &last);
+    let tile_gaps: Vec<TileGap> = tiles
+        .iter()
+        .zip(before.iter().zip(&last.after))
+        .map(|(tile, (before, after))| TileGap {
+            observation: tile.observation,
+            channel: found.channels[tile.of_lens].name.clone(),
+            distance: tile.distance,
+            at: tile.centre,
+            before: before - tile.noise,
+            after: after - tile.noise,
+            noise: tile.noise,
+        })
+        .collect();
+    let left_shape = shape::shape(&tiles, shown.0, shown.1);
+    let residual = match decided.verdict {
+        Verdict::Unexplained => shape::describe(&left_shape, &tiles, &tile_gaps),
+        _ => String::new(),
+    };
+    Ok(Diagnosis {
+        verdict: decided.verdict,
+        added: decided
+            .added
+            .as_ref()
+            .map(|c| strongest_first(&found, c))
+            .unwrap_or_default(),
+        gap,
+        nothing_missing: decided.nothing_missing,
+        next_capture: captures::next(decided.verdict, &causes, &decided.equivalents),
+        causes,
+        pairs: pairs(&found),
+        equivalents: decided.equivalents.clone(),
+        places: places::places(&tiles, &before, found.channels, found.stage.misfit),
+        shape: shape::shape(&tiles, &nothing, &[]),
+        residual,
+        remarks: remarks(&found),
+        corrected,
+        examples: examples(&tiles, &before, (&nothing, &[]), shown),
+        tiles: tile_gaps,
+    })
+}
+
+/// Fits what is added to all tiles, then to all but each fold.
+fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
+    let Some(added) = &found.decided.added else {
+        return Final {
+            hypothesis: found.ground.nothing(),
+            theta: Vec::new(),
+            sigma: Vec::new(),
+            after: before.to_vec(),
+        };
+    };
+    let hypothesis = added.hypothesis.clone();
+    let whole = Problem::new(&hypothesis, tiles, Detail::FIT);
+    let theta = whole.descend(&added.theta, 3, 1e-3).theta;
+    let sigma = standard_errors(&whole.linear(&theta));
+    let mut after = before.to_vec();
+    for fold in 0..FOLDS {
+        let others: Vec<&Seen> = tiles.iter().filter(|t| t.fold != fold).copied().collect();
+        let own: Vec<&Seen> = tiles.iter().filter(|t| t.fold == fold).copied().collect();
+        if others.is_empty() || own.is_empty() {
+            continue;
+        }
+        let there = Problem::new(&hypothesis, &others, Detail::FIT)
+            .descend(&theta, 1, 1e-2)
+            .theta;
+        let mut gaps = Problem::new(&hypothesis, &own, Detail::FULL)
+            .gaps(&there)
+            .into_iter();
+        for (tile, after) in tiles.iter().zip(&mut after) {
+            if tile.fold == fold {
+                *after = gaps.next().expect("one gap a tile of the fold");
+            }
+        }
+    }
+    Final {
+        hypothesis,
+        theta,
+        sigma,
+        after,
+    }
+}
+
+fn summary(found: &Found, tiles: &[&Seen], before: &[f64], after: &[f64]) -> Gap {
+    let noise: Vec<f64> = tiles.iter().map(|t| t.noise).collect();
+    let (closed, ci) = closed(tiles, before, after);
+    let mean = |values: &[f64]| {
+        let sum: f64 = values.iter().zip(&noise).map(|(g, n)| g - n).sum();
+        sum / values.len() as f64
+    };
+    Gap {
+        before: mean(before),
+        after: mean(after),
+        closed,
+        closed_ci95: ci,
+        noise_floor: noise.iter().sum::<f64>() / noise.len() as f64,
+        lens_misfit: found.stage.misfit,
+        explainable: ceiling::explainable(tiles, &found.ground.nothing()),
+    }
+}
+
+/// Share of the gap that is closed, and its interval: tiles of one observation count as one witness.
+fn closed(tiles: &[&Seen], before: &[f64], after: &[f64]) -> (f64, (f64, f64)) {
+    let mut points: Vec<(usize, f64, f64)> = Vec::new();
+    for (tile, (b, a)) in tiles.iter().zip(before.iter().zip(after)) {
+        let (b, a) = (b - tile.noise, a - tile.noise);
+        match points.last_mut() {
+            Some(last) if last.0 == tile.observation => {
+                last.1 += b;
+                last.2 += a;
+            }
+            _ => points.push((tile.observation, b, a)),
+        }
+    }
+    let total: f64 = points.iter().map(|p| p.1).sum();
+    if total <= 0.0 {
+        return (0.0, (0.0, 0.0));
+    }
+    let left = points.iter().map(|p| p.2).sum::<f64>() / total;
+    let n = points.len() as f64;
+    let spread: f64 = points.iter().map(|p| (p.2 - left * p.1).powi(2)).sum();
+    let sigma = (spread * n / (n - 1.0).max(1.0)).sqrt() / total;
+    let closed = 1.0 - left;
+    (
+        closed,
+        (closed - 1.96 * sigma, (closed + 1.96 * sigma).min(1.0)),
+    )
+}
+
+fn causes(found: &Found, last: &Final) -> Vec<Cause> {
+    let stage = found.stage;
+    let many = found.ground.many();
+    let base = found.ground.nothing();
+    let base = Problem::new(&base, many, Detail::COARSE).gaps(&[]);
+    let share = |after: f64| {
+        if stage.before > 0.0 {
+            (1.0 - after / stage.before).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        }
+    };
+    let mut causes: Vec<Cause> = found
+        .singles
+        .iter()
+        .zip(&found.decided.singles)
+        .map(|(single, probability)| {
+            let id = single.hypothesis.ids()[0];
+            // An effect that was added is shown as it was added.
+            let chosen = last.hypothesis.ids().contains(&id);
+            let parameters = if chosen {
+                values(
+                    &last.hypothesis,
+                    &last.theta,
+                    &last.sigma,
+                    id,
+                    found.channels,
+                )
+            } else {
+                let sigma = single.sigma();
+                values(
+                    &single.hypothesis,
+                    &single.theta,
+                    &sigma,
+                    id,
+                    found.channels,
+                )
+            };
+            let gaps = Problem::new(&single.hypothesis, many, Detail::COARSE).gaps(&single.theta);
+            let gap_closed = share(single.after);
+            let (_, (low, high)) = closed(many, &base, &gaps);
+            let half = (high - low) / 2.0;
+            Cause {
+                effect: id,
+                probability: *probability,
+                gap_closed,
+                gap_closed_ci95: (gap_closed - half, (gap_closed + half).min(1.0)),
+                parameters,
+            }
+        })
+        .collect();
+    causes.push(Cause {
+        effect: "unknown",
+        probability: found.decided.unknown,
+        gap_closed: 0.0,
+        gap_closed_ci95: (0.0, 0.0),
+        parameters: Vec::new(),
+    });
+    for effect in found.left {
+        causes.push(Cause {
+            effect: effect.id(),
+            probability: 0.0,
+            gap_closed: 0.0,
+            gap_closed_ci95: (0.0, 0.0),
+            parameters: Vec::new(),
+        });
+    }
+    causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    causes
+}
+
+/// The values of effect `id` in `hypothesis`; those that are not free are given as they stand.
+fn values(
+    hypothesis: &Hypothesis,
+    theta: &[f64],
+    sigma: &[f64],
+    id: &str,
+    channels: &[PupilChannel],
+) -> Vec<Value> {
+    let Some(part) = hypothesis.parts.iter().position(|(e, _)| e.id() == id) else {
+        return Vec::new();
+    };
+    let (effect, start) = &hypothesis.parts[part];
+    let mut all = Vec::new();
+    for (index, parameter) in effect.parameters().iter().enumerate() {
+        let mut push = |channel: Option<usize>, value: f64, sigma: f64| {
+            all.push(Value {
+                name: parameter.name,
+                channel: channel.map(|c| channels[c].name.clone()),
+                unit: parameter.unit,
+                value,
+                sigma,
+            });
+        };
+        let own = hypothesis.slots.iter().enumerate();
+        let mut free = own
+            .filter(|(_, s)| s.part == part && s.parameter == index)
+            .peekable();
+        if free.peek().is_none() && start.values[index] != parameter.neutral {
+            push(None, start.values[index], 0.0);
+        }
+        for (k, slot) in free {
+            push(slot.channel, theta[k], sigma[k]);
+        }
+    }
+    all
+}
+
+fn pairs(found: &Found) -> Vec<Pair> {
+    let before = found.stage.before;
+    let pairs = found.pairs.iter().zip(&found.decided.pairs);
+    pairs
+        .map(|(pair, probability)| {
+            let ids = pair.hypothesis.ids();
+            Pair {
+                effects: [ids[0], ids[1]],
+                probability: *probability,
+                gap_closed: 1.0 - pair.after / before,
+            }
+        })
+        .collect()
+}
+
+/// The effects of `added`, the one that closes more of the gap alone first.
+fn strongest_first(found: &Found, added: &Candidate) -> Vec<&'static str> {
+    let mut ids = added.hypothesis.ids();
+    let rank = |id: &str| {
+        found
+            .singles
+            .iter()
+            .position(|s| s.hypothesis.ids() == [id])
+    };
+    ids.sort_by_key(|id| rank(id));
+    ids
+}
+
+fn remarks(found: &Found) -> Vec<String> {
+    let mut remarks = found.seen.remarks.clone();
+    if !found.left.is_empty() {
+        let ids: Vec<&str> = found.left.iter().map(|e| e.id()).collect();
+        remarks.push(format!(
+            "not to be seen in these data, with one channel: {}",
+            ids.join(", ")
+        ));
+    }
+    let mut distances: Vec<f64> = found
+        .seen
+        .tiles
+        .iter()
+        .map(|t| t.point.vergence_per_m)
+        .collect();
+    distances.sort_by(f64::total_cmp);
+    distances.dedup();
+    if distances.len() == 1 {
+        remarks.push(
+            "all tiles are at one distance: defocus_offset and depth_scale look alike".to_owned(),
+        );
+    }
+    if found.set.channels.len() < found.channels.len() {
+        remarks.push("the set lacks some of the lens's channels".to_owned());
+    }
+    remarks
+}
+
+/// The worst gaps and some of the middle, no two of one observation.
+fn examples(
+    tiles: &[&Seen],
+    before: &[f64],
+    base: (&Hypothesis, &[f64]),
+    corrected: (&Hypothesis, &[f64]),
+) -> Vec<Example> {
+    const WORST: usize = 3;
+    const ALL: usize = 6;
+    let mut order: Vec<usize> = (0..tiles.len()).collect();
+    order.sort_by(|a, b| before[*b].total_cmp(&before[*a]));
+    let mut chosen: Vec<usize> = Vec::new();
+    let middle = order.len() / 2;
+    for &k in order.iter().take(middle).chain(&order[middle..]) {
+        let fresh = chosen
+            .iter()
+            .all(|c| tiles[*c].observation != tiles[k].observation);
+        let late = chosen.len() >= WORST && before[k] > before[order[middle]];
+        if fresh && !late && chosen.len() < ALL {
+            chosen.push(k);
+        }
+    }
+    let mut easel = Easel::default();
+    let mut draw = |(hypothesis, theta): (&Hypothesis, &[f64]), seen: &Seen| {
+        let values = hypothesis.values(theta, seen.of_lens);
+        let mut picture = Vec::new();
+        easel.predict(hypothesis, &values, seen, Detail::FIT, &mut picture);
+        tile(seen, &picture)
+    };
+    chosen
+        .into_iter()
+        .filter_map(|k| {
+            let seen = tiles[k];
+            Some(Example {
+                tile: k,
+                observed: tile(seen, &seen.light)?,
+                predicted: draw(base, seen)?,
+                corrected: draw(corrected, seen)?,
+            })
+        })
+        .collect()
+}
+
+fn tile(seen: &Seen, samples: &[f64]) -> Option<Tile> {
+    let samples = samples.iter().map(|v| *v as f32).collect();
+    Tile::new(seen.size.0, seen.size.1, samples).ok()
+}

@@ -1,0 +1,302 @@
+//! How well a lens describes a set of PSFs: the tables and figure of section 4 of the paper.
+//!
+//! The protocol, in which details move the figures more than methods differ:
+//! - Every channel at every distance is a data set of its own (a *group*).
+//! - A tile is its light over the support ([`seidel_optics::moments::support`]), scaled to unit sum. Its
+//!   moments are plain sums over pixels; a lens's prediction gains the pixel's 1/12 px² to compare.
+//! - Table 1: the share of each moment's variance over the field that the lens explains
+//!   ([`VarianceExplained`]).
+//! - Table 2: forward-blur signal to noise M_FB ([`crate::score`]) of each way to predict a PSF, mean
+//!   over tiles. Tiles and kernels lie on squares 8 px wider on each side than the group's largest tile,
+//!   or exactly as large where noise masks tiles. Kernels are sampled at pixel centres about the
+//!   tile's measured centroid and have unit sum over the square.
+//! - The averages are over all tiles, the one tested included. Aligned ones are moved by cubic splines
+//!   to a common centroid and back.
+//! - Figure 13: M_FB against the number of PSFs in the fit ([`SparseCurve`]).
+//! - [`shapes()`] gives some of the tiles, the predictions of them and their M_FB, to look at.
+
+mod average;
+mod methods;
+mod remarks;
+mod shapes;
+mod sparse;
+mod spline;
+mod split_mean;
+mod variance_explained;
+
+pub use methods::MethodScore;
+pub use shapes::{SHOWN_RADII, ShapePrediction, ShapeRow, shapes};
+pub use sparse::{SparseCurve, SparsePoint, SparseSettings};
+pub use split_mean::SplitMean;
+pub use variance_explained::VarianceExplained;
+
+use rayon::prelude::*;
+
+use crate::measure::{MeasuredTile, measure};
+use crate::score::{ImageCorrelation, TestImage, place_tiles};
+use seidel_optics::distance::ObjectDistance;
+use seidel_optics::error::{Error, Result};
+use seidel_optics::field::FieldPoint;
+use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
+use seidel_optics::moments::support::Support;
+use seidel_optics::observations::ObservationSet;
+use seidel_optics::predict::Predictor;
+use seidel_optics::profile::LensProfile;
+use seidel_optics::psf::LocalBlur;
+use seidel_render::BlurField;
+
+/// What to evaluate, and how.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct EvalSettings {
+    /// Channels by name; all of the set's if empty.
+    pub channels: Vec<String>,
+    /// Distances; all of the set's if empty.
+    pub distances: Vec<ObjectDistance>,
+    /// Which pixels of a tile count.
+    pub support: Support,
+    /// Draws figure 13 as well.
+    pub sparse: Option<SparseSettings>,
+}
+
+/// How well a lens describes a set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// One entry a channel and distance, channels in the set's order, nearest distance first.
+    pub groups: Vec<GroupEvaluation>,
+    /// What a reader of the figures should know, such as tiles left out.
+    pub remarks: Vec<String>,
+}
+
+/// How well a lens describes one channel at one distance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupEvaluation {
+    /// Channel name.
+    pub channel: String,
+    /// Object distance.
+    pub distance: ObjectDistance,
+    /// Tiles that took part.
+    pub tiles: usize,
+    /// Least and largest measured mu20 as plain sums over pixels give it, px²: 1/12 px² more than that
+    /// of the light before the sensor integrated it.
+    pub mu20_px2: (f64, f64),
+    /// Table 1, in the order of [`seidel_optics::moments::CentralMoments::NAMES`].
+    pub explained: [VarianceExplained; 7],
+    /// Table 2.
+    pub methods: Vec<MethodScore>,
+    /// Figure 13, where asked for.
+    pub sparse: Option<SparseCurve>,
+    /// Side of the squares on which kernels were compared, px.
+    pub square_px: usize,
+}
+
+/// Evaluates `lens` on `set` with the picture `z`. The axis is the lens's, not the set's.
+///
+/// # Errors
+/// Frames of different sizes, channels that the set or the lens lacks, an unknown distance where the
+/// lens's blur depends on it, and settings that leave no tile.
+pub fn evaluate(
+    lens: &LensProfile,
+    set: &ObservationSet,
+    z: &TestImage,
+    settings: &EvalSettings,
+) -> Result<Evaluation> {
+    one_frame(lens, set)?;
+    let predictor = Predictor::new(lens)?;
+    let channels = chosen_channels(lens, set, settings)?;
+    let distances: Vec<ObjectDistance> = set
+        .distances()
+        .into_iter()
+        .filter(|d| settings.distances.is_empty() || settings.distances.contains(d))
+        .collect();
+    let mut rejected = Vec::new();
+    let measured = measure(std::slice::from_ref(set), settings.support, &mut rejected);
+    let mut remarks = remarks::left_out(set, &rejected, &channels, &distances);
+    let correlation = ImageCorrelation::new(z);
+    let mut groups = Vec::new();
+    for &(in_set, in_lens) in &channels {
+        for &distance in &distances {
+            let tiles: Vec<&MeasuredTile> = measured
+                .iter()
+                .filter(|t| t.channel == in_set && t.distance == distance)
+                .collect();
+            let place = format!("channel {} at {distance}", set.channels[in_set]);
+            if tiles.is_empty() {
+                remarks.push(format!("{place}: no usable tile"));
+                continue;
+            }
+            let vergence = predictor
+                .vergence(distance)
+                .map_err(|error| error.within(&place))?;
+            let group = Group {
+                lens: LensHere {
+                    predictor: &predictor,
+                    channel: in_lens,
+                    vergence,
+                },
+                set,
+                tiles: &tiles,
+            };
+            groups.push(group.evaluate(&correlation, settings));
+            remarks.extend(group.remarks(&place));
+            if let Some(curve) = groups.last().and_then(|g| g.sparse.as_ref()) {
+                remarks.extend(remarks::sparse(&place, curve));
+            }
+        }
+    }
+    if groups.is_empty() {
+        return Err(Error::new(
+            "observations",
+            "no tile of the chosen channels and distances is usable",
+            format!(
+                "the set has channels {} and distances {}",
+                set.channels.join(", "),
+                listed(&set.distances())
+            ),
+        ));
+    }
+    Ok(Evaluation { groups, remarks })
+}
+
+/// A lens in one channel at one distance.
+#[derive(Clone, Copy)]
+struct LensHere<'a> {
+    predictor: &'a Predictor,
+    channel: usize,
+    vergence: f64,
+}
+
+impl LensHere<'_> {
+    /// What it does at `field`, before the sensor integrates over pixels.
+    fn blur(&self, field: FieldPoint) -> LocalBlur {
+        let placed = self.predictor.blur_at(self.channel, field, self.vergence);
+        placed.blur
+    }
+}
+
+/// One channel at one distance.
+struct Group<'a> {
+    lens: LensHere<'a>,
+    set: &'a ObservationSet,
+    tiles: &'a [&'a MeasuredTile],
+}
+
+impl Group<'_> {
+    fn evaluate(&self, correlation: &ImageCorrelation, settings: &EvalSettings) -> GroupEvaluation {
+        let frame = &self.lens.predictor.frame();
+        let first = self.tiles[0];
+        let pairs: Vec<([f64; 7], [f64; 7])> = self
+            .tiles
+            .par_iter()
+            .map(|tile| {
+                let predicted = self.lens.blur(tile.field_point(frame)).moments;
+                // Both without the pixel's share, which cancels in their difference.
+                (tile.optical.to_array(), predicted.to_array())
+            })
+            .collect();
+        let explained = std::array::from_fn(|m| {
+            let of_moment: Vec<(f64, f64)> = pairs.iter().map(|(a, b)| (a[m], b[m])).collect();
+            VarianceExplained::of(&of_moment)
+        });
+        let mu20 = || {
+            self.tiles
+                .iter()
+                .map(|t| t.optical.mu20 + PIXEL_VARIANCE_PX2)
+        };
+        let (square_px, placed) = place_tiles(
+            std::slice::from_ref(self.set),
+            self.tiles,
+            frame,
+            settings.support,
+        );
+        let scorer = correlation.scorer(square_px);
+        let squares: Vec<f64> = placed
+            .par_iter()
+            .map(|tile| scorer.mean_square(&tile.truth))
+            .collect();
+        GroupEvaluation {
+            channel: self.set.channels[first.channel].clone(),
+            distance: first.distance,
+            tiles: self.tiles.len(),
+            mu20_px2: (
+                mu20().fold(f64::INFINITY, f64::min),
+                mu20().fold(f64::NEG_INFINITY, f64::max),
+            ),
+            explained,
+            methods: methods::score(&placed, &squares, self.lens, &scorer),
+            sparse: settings
+                .sparse
+                .as_ref()
+                .map(|sparse| sparse::curve(frame, self.tiles, &placed, &squares, &scorer, sparse)),
+            square_px,
+        }
+    }
+
+    fn remarks(&self, place: &str) -> Option<String> {
+        let impossible = self
+            .tiles
+            .iter()
+            .filter(|tile| {
+                let field = tile.field_point(&self.lens.predictor.frame());
+                self.lens.blur(field).moments.least_variance() < 0.0
+            })
+            .count();
+        (impossible > 0).then(|| {
+            format!(
+                "{place}: the lens predicts a negative variance at {impossible} of {} tiles; they are scored with the least a kernel can have",
+                self.tiles.len()
+            )
+        })
+    }
+}
+
+fn one_frame(lens: &LensProfile, set: &ObservationSet) -> Result<()> {
+    let size = |frame: &seidel_optics::field::Frame| {
+        format!("{} x {}", frame.width_px(), frame.height_px())
+    };
+    let (lens, set) = (size(&lens.frame), size(&set.frame));
+    if lens == set {
+        return Ok(());
+    }
+    Err(Error::new(
+        "image_size",
+        format!("is {set} px for the observations and {lens} px for the lens"),
+        "evaluate a lens on observations of the frame that it was fitted for",
+    ))
+}
+
+/// Indices in the set and in the lens of the channels to evaluate.
+fn chosen_channels(
+    lens: &LensProfile,
+    set: &ObservationSet,
+    settings: &EvalSettings,
+) -> Result<Vec<(usize, usize)>> {
+    for name in &settings.channels {
+        set.channel_index(name)?;
+    }
+    set.channels
+        .iter()
+        .enumerate()
+        .filter(|(_, name)| settings.channels.is_empty() || settings.channels.contains(name))
+        .map(|(index, name)| {
+            let in_lens = lens.channel_names().iter().position(|c| c == name);
+            in_lens.map(|k| (index, k)).ok_or_else(|| {
+                Error::new(
+                    format!("channel `{name}`"),
+                    "is in the observations and not in the lens",
+                    format!(
+                        "choose among the lens's channels: {}",
+                        lens.channel_names().join(", ")
+                    ),
+                )
+            })
+        })
+        .collect()
+}
+
+fn listed(distances: &[ObjectDistance]) -> String {
+    let all: Vec<String> = distances.iter().map(ToString::to_string).collect();
+    all.join(", ")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,268 @@
+//! How few PSFs a fit needs: M_FB against the number of tiles it was trained on (figure 13).
+//!
+//! A split is one random order of the tiles. Its first n tiles train S1..S10 for every n asked for;
+//! its last ones, which no n reaches, are scored. So no tile is scored that took part in a fit, and
+//! within a split all n are judged by the same tiles: the curve's shape is not blurred by their choice.
+
+use rayon::prelude::*;
+
+use super::SplitMean;
+use crate::fit::plane::{Weighting, fit_plane};
+use crate::measure::MeasuredTile;
+use crate::score::BlurScorer;
+use crate::score::PlacedTile;
+use crate::score::{draw, on_pixels};
+use seidel_optics::field::Frame;
+use seidel_optics::numeric::SplitMix64;
+use seidel_optics::psf::{Gaussian, LocalBlur, PsfModel, SkewNormal};
+
+/// How to draw figure 13.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseSettings {
+    /// Numbers of training tiles; those above 80 % of a group's tiles are left out.
+    pub counts: Vec<usize>,
+    /// Random splits.
+    pub splits: usize,
+    /// Most tiles scored in a split.
+    pub test_tiles: usize,
+    /// Seed of the splits.
+    pub seed: u64,
+    /// How residuals count in the fits.
+    pub weighting: Weighting,
+}
+
+impl Default for SparseSettings {
+    fn default() -> Self {
+        Self {
+            counts: vec![
+                3, 4, 5, 6, 8, 10, 15, 20, 30, 50, 70, 100, 150, 200, 300, 500,
+            ],
+            splits: 20,
+            test_tiles: 30,
+            seed: 13,
+            weighting: Weighting::default(),
+        }
+    }
+}
+
+/// M_FB against the number of training tiles, for one channel at one distance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseCurve {
+    /// One entry a number of training tiles, rising.
+    pub points: Vec<SparsePoint>,
+    /// Random splits tried for each.
+    pub splits: usize,
+    /// Tiles scored in each split.
+    pub test_tiles: usize,
+}
+
+/// Fits to one number of training tiles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SparsePoint {
+    /// Training tiles.
+    pub training: usize,
+    /// Splits whose tiles did not determine S1..S10, which have no score.
+    pub undetermined: usize,
+    /// Gaussian from the fitted lens; `None` where no split was determined.
+    pub gaussian: Option<SplitMean>,
+    /// Meridional skew-normal from the fitted lens; `None` where no split was determined.
+    pub skew_normal: Option<SplitMean>,
+}
+
+/// Makes the curve of one group; `measured`, `placed` and `squares` (V(P)) go together by index.
+pub(super) fn curve(
+    frame: &Frame,
+    measured: &[&MeasuredTile],
+    placed: &[PlacedTile],
+    squares: &[f64],
+    scorer: &BlurScorer,
+    settings: &SparseSettings,
+) -> SparseCurve {
+    let tiles = measured.len();
+    let mut counts: Vec<usize> = settings
+        .counts
+        .iter()
+        .copied()
+        .filter(|&n| n > 0 && 5 * n <= 4 * tiles)
+        .collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let largest = counts.last().copied().unwrap_or(0);
+    let test_tiles = settings.test_tiles.min(tiles - largest);
+    let splits = if test_tiles == 0 { 0 } else { settings.splits };
+    // By split, then by count: mean dB of the two models, or nothing.
+    let scores: Vec<Vec<Option<[f64; 2]>>> = (0..splits)
+        .into_par_iter()
+        .map(|split| {
+            let order = split_order(settings.seed, split, tiles);
+            let tested = &order[tiles - test_tiles..];
+            counts
+                .iter()
+                .map(|&n| {
+                    let training: Vec<&MeasuredTile> =
+                        order[..n].iter().map(|&k| measured[k]).collect();
+                    let s = fit_plane(frame, &training, settings.weighting).ok()?.s;
+                    let models: [&dyn PsfModel; 2] = [&Gaussian, &SkewNormal];
+                    Some(models.map(|model| {
+                        let total: f64 = tested
+                            .iter()
+                            .map(|&k| {
+                                let field = placed[k].field;
+                                let of_lens =
+                                    LocalBlur::of_moments(s.moments(field), field.meridian());
+                                let blur = on_pixels(of_lens);
+                                let kernel = draw(model, &blur, &placed[k], scorer.side());
+                                scorer.decibels(&placed[k].truth, squares[k], &kernel)
+                            })
+                            .sum();
+                        total / test_tiles as f64
+                    }))
+                })
+                .collect()
+        })
+        .collect();
+    let points = counts
+        .iter()
+        .enumerate()
+        .map(|(at, &training)| {
+            let of_model = |model: usize| {
+                let means: Vec<f64> = scores
+                    .iter()
+                    .filter_map(|split| split[at].map(|pair| pair[model]))
+                    .collect();
+                SplitMean::of(&means)
+            };
+            SparsePoint {
+                training,
+                undetermined: scores.iter().filter(|split| split[at].is_none()).count(),
+                gaussian: of_model(0),
+                skew_normal: of_model(1),
+            }
+        })
+        .collect();
+    SparseCurve {
+        points,
+        splits,
+        test_tiles,
+    }
+}
+
+/// The order of the tiles in split number `split`.
+fn split_order(seed: u64, split: usize, tiles: usize) -> Vec<usize> {
+    // Each split has a generator of its own, so that splits do not depend on how many there are.
+    let mut seeds = SplitMix64::new(seed);
+    let mut own = seeds.next();
+    for _ in 0..split {
+        own = seeds.next();
+    }
+    SplitMix64::new(own).permutation(tiles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::measure;
+    use crate::score::ImageCorrelation;
+    use crate::score::{TestImage, place_tiles};
+    use seidel_optics::field::FieldPoint;
+    use seidel_optics::moments::support::Support;
+
+    #[test]
+    fn no_tile_is_scored_that_was_trained_on() {
+        let lens = crate::eval::tests::lens();
+        let set = crate::eval::tests::drawn(&lens);
+        let mut measured = measure(std::slice::from_ref(&set), Support::Auto, &mut Vec::new());
+        let (tiles, tested) = (measured.len(), 8);
+        let settings = SparseSettings {
+            counts: vec![5, 20, 32, 33],
+            splits: 1,
+            ..SparseSettings::default()
+        };
+        let order = split_order(settings.seed, 0, tiles);
+        // Every tile may do its own part only: the last eight of the order have no moments to train
+        // with, the others nothing to be scored by. Either would show as NaN.
+        for &k in &order[tiles - tested..] {
+            measured[k].optical.mu20 = f64::NAN;
+            measured[k].optical.mu30 = f64::NAN;
+        }
+        let measured: Vec<&MeasuredTile> = measured.iter().collect();
+        let (side, mut placed) = place_tiles(
+            std::slice::from_ref(&set),
+            &measured,
+            &lens.frame,
+            Support::Auto,
+        );
+        for &k in &order[..tiles - tested] {
+            placed[k].truth.fill(f64::NAN);
+        }
+        let scorer = ImageCorrelation::new(&TestImage::natural()).scorer(side);
+        let squares: Vec<f64> = placed
+            .iter()
+            .map(|t| scorer.mean_square(&t.truth))
+            .collect();
+        let curve = curve(
+            &lens.frame,
+            &measured,
+            &placed,
+            &squares,
+            &scorer,
+            &settings,
+        );
+        // 33 of 40 is more than 80 %.
+        let counts: Vec<usize> = curve.points.iter().map(|p| p.training).collect();
+        assert_eq!((counts, curve.test_tiles), (vec![5, 20, 32], tested));
+        for point in &curve.points {
+            assert_eq!(point.undetermined, 0);
+            let mean = point.skew_normal.expect("determined").mean_db;
+            assert!(mean.is_finite() && mean > 20.0, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn tiles_at_one_radius_are_counted_as_undetermined() {
+        let lens = crate::eval::tests::lens();
+        let mut set = crate::eval::tests::drawn(&lens);
+        for (k, observation) in set.observations.iter_mut().enumerate() {
+            let (sin, cos) = (k as f64).sin_cos();
+            observation.ideal = Some(
+                lens.frame
+                    .image_point(FieldPoint::new(0.5 * cos, 0.5 * sin)),
+            );
+        }
+        let measured = measure(std::slice::from_ref(&set), Support::Auto, &mut Vec::new());
+        let measured: Vec<&MeasuredTile> = measured.iter().collect();
+        let (side, placed) = place_tiles(
+            std::slice::from_ref(&set),
+            &measured,
+            &lens.frame,
+            Support::Auto,
+        );
+        let scorer = ImageCorrelation::new(&TestImage::natural()).scorer(side);
+        let squares: Vec<f64> = placed
+            .iter()
+            .map(|t| scorer.mean_square(&t.truth))
+            .collect();
+        let settings = SparseSettings {
+            counts: vec![10],
+            splits: 3,
+            ..SparseSettings::default()
+        };
+        let curve = curve(
+            &lens.frame,
+            &measured,
+            &placed,
+            &squares,
+            &scorer,
+            &settings,
+        );
+        assert_eq!(curve.points[0].undetermined, 3);
+        assert_eq!(curve.points[0].skew_normal, None);
+    }
+
+    #[test]
+    fn splits_differ_and_repeat() {
+        assert_eq!(split_order(1, 3, 50), split_order(1, 3, 50));
+        assert_ne!(split_order(1, 3, 50), split_order(1, 4, 50));
+        assert_ne!(split_order(1, 3, 50), split_order(2, 3, 50));
+    }
+}

@@ -1,0 +1,35 @@
+//! Where PSFs land: centroid against ideal position, which per channel is lateral colour.
+
+use super::linear;
+use crate::measure::MeasuredTile;
+use seidel_optics::field::Frame;
+use seidel_optics::profile::Displacement;
+
+/// Least squares of centroid - ideal = X (magnification + distortion |X|²) over the tiles that know
+/// their ideal position; `None` where fewer than three do. To third order this is the whole law:
+/// coma and a change of magnification give the first term, distortion the second (docs/background/model.md section 3).
+pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Displacement> {
+    let (mut rows, mut targets) = (Vec::new(), Vec::new());
+    let mut count = 0;
+    for tile in tiles {
+        let Some(ideal) = tile.ideal else { continue };
+        count += 1;
+        let x = frame.field_point(ideal);
+        let seen = frame.field_point(tile.centroid);
+        let r2 = x.x * x.x + x.y * x.y;
+        rows.push(vec![x.x, x.x * r2]);
+        targets.push(seen.x - x.x);
+        rows.push(vec![x.y, x.y * r2]);
+        targets.push(seen.y - x.y);
+    }
+    if count < 3 {
+        return None;
+    }
+    let fit = linear::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
+    Some(Displacement {
+        magnification: fit.values[0],
+        distortion: fit.values[1],
+        magnification_sigma: fit.sigma[0],
+        distortion_sigma: fit.sigma[1],
+    })
+}

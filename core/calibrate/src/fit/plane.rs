@@ -1,0 +1,296 @@
+//! S1..S10 of one channel at one object distance (Eqs 18-24).
+
+use super::linear;
+use crate::measure::MeasuredTile;
+use seidel_optics::error::{Error, Result};
+use seidel_optics::field::{FieldPoint, Frame};
+use seidel_optics::lens::MomentCoefficients;
+use seidel_optics::psf::LEAST_VARIANCE_PX2;
+
+/// How residuals count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Weighting {
+    /// Relative to each PSF's own size and to its noise, the same in every orientation, outliers
+    /// rejected. Keeps small PSFs near focus from being drowned by large ones.
+    #[default]
+    Weighted,
+    /// All alike, nothing rejected: as in the paper.
+    Unweighted,
+}
+
+/// The fit of one plane.
+#[derive(Debug, Clone)]
+pub struct PlaneFit<'a> {
+    /// S1..S10: optical moments in px, field in half frame widths.
+    pub s: MomentCoefficients,
+    /// Their standard errors.
+    pub s_sigma: [f64; 10],
+    /// Tiles that took part.
+    pub used: Vec<&'a MeasuredTile>,
+    /// Tiles that did not, and why.
+    pub rejected: Vec<(&'a MeasuredTile, String)>,
+    /// Root mean square residual of second moments relative to size².
+    pub second_residual: f64,
+    /// Root mean square residual of third moments relative to size³.
+    pub third_residual: f64,
+    /// Typical misfit beyond noise of second and third moments, relative to size² and size³, with
+    /// which the last round weighed; zero if it did not.
+    pub misfit: [f64; 2],
+    /// Rounds of reweighting and rejection.
+    pub rounds: usize,
+    /// Whether the last round changed nothing that matters.
+    pub converged: bool,
+}
+
+/// How often each moment occurs in its symmetric tensor: with these weights a sum of squares is the
+/// same in every orientation.
+const TENSOR_WEIGHT: [f64; 7] = [1.0, 2.0, 1.0, 1.0, 3.0, 3.0, 1.0];
+/// Order of each of the seven moments.
+const ORDER: [i32; 7] = [2, 2, 2, 3, 3, 3, 3];
+/// A tile is rejected whose residual exceeds this many times the typical one: with honest scatter
+/// of any shape that real sets have shown, none does by chance.
+const REJECTION_LIMIT: f64 = 8.0;
+const MOST_ROUNDS: usize = 12;
+/// A realisability constraint counts this much more than the weightiest moment: as good as exact.
+const CONSTRAINT_WEIGHT: f64 = 1e3;
+/// Constraints added at most; each removes the worst violation left, and two or three do.
+const MOST_CONSTRAINTS: usize = 24;
+/// Field radii at which variances are checked.
+const FIELD_STEPS: u32 = 60;
+/// Tiles needed: each gives three second and four third moments for five unknowns each.
+const FEWEST_TILES: usize = 3;
+
+/// Fits S1..S10 to `tiles`.
+///
+/// # Errors
+/// Too few tiles, or tiles whose places do not determine S1..S10.
+pub fn fit_plane<'a>(
+    frame: &Frame,
+    tiles: &[&'a MeasuredTile],
+    weighting: Weighting,
+) -> Result<PlaneFit<'a>> {
+    let mut used: Vec<&MeasuredTile> = tiles.to_vec();
+    let mut rejected: Vec<(&MeasuredTile, String)> = Vec::new();
+    // Model misfit relative to PSF size, for second and third moments; found round by round.
+    let mut misfit = [0.0, 0.0];
+    let mut rounds = 0;
+    loop {
+        rounds += 1;
+        if used.len() < FEWEST_TILES {
+            return Err(Error::new(
+                "observations",
+                format!("{} usable tiles, {} rejected", used.len(), rejected.len()),
+                format!("S1..S10 need at least {FEWEST_TILES} at different field positions"),
+            ));
+        }
+        let (s, s_sigma) = solve(frame, &used, weighting, misfit)?;
+        let residuals: Vec<[f64; 7]> = used
+            .iter()
+            .map(|t| relative_residual(frame, t, &s))
+            .collect();
+        let rms = |orders: std::ops::Range<usize>| {
+            let sum: f64 = residuals
+                .iter()
+                .flat_map(|r| r[orders.clone()].iter().map(|x| x * x))
+                .sum();
+            (sum / (residuals.len() * orders.len()) as f64).sqrt()
+        };
+        let done = |converged, misfit| PlaneFit {
+            s,
+            s_sigma,
+            used: used.clone(),
+            rejected: rejected.clone(),
+            second_residual: rms(0..3),
+            third_residual: rms(3..7),
+            misfit,
+            rounds,
+            converged,
+        };
+        if weighting == Weighting::Unweighted {
+            return Ok(done(true, misfit));
+        }
+        let found = typical_misfit(&used, &residuals);
+        let outliers = outliers(&used, &residuals, found);
+        let settled = rounds > 1
+            && (0..2).all(|k| (found[k] - misfit[k]).abs() <= 0.01 * found[k].max(1e-12));
+        let finished = outliers.is_empty() && settled;
+        if finished || rounds == MOST_ROUNDS {
+            return Ok(done(finished, misfit));
+        }
+        misfit = found;
+        for (index, reason) in outliers.into_iter().rev() {
+            rejected.push((used.remove(index), reason));
+        }
+    }
+}
+
+fn solve(
+    frame: &Frame,
+    tiles: &[&MeasuredTile],
+    weighting: Weighting,
+    misfit: [f64; 2],
+) -> Result<(MomentCoefficients, [f64; 10])> {
+    let mut s = [0.0; 10];
+    let mut s_sigma = [0.0; 10];
+    // Second and third moments share no unknown.
+    for (moments, unknowns, kind) in [(0..3, 0..5, 0), (3..7, 5..10, 1)] {
+        let (mut rows, mut targets, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+        for tile in tiles {
+            let basis = MomentCoefficients::basis(tile.field_point(frame));
+            let measured = tile.optical.to_array();
+            for m in moments.clone() {
+                rows.push(basis[m][unknowns.clone()].to_vec());
+                targets.push(measured[m]);
+                weights.push(match weighting {
+                    Weighting::Unweighted => 1.0,
+                    Weighting::Weighted => {
+                        TENSOR_WEIGHT[m].sqrt() / uncertainty(tile, m, misfit[kind])
+                    }
+                });
+            }
+        }
+        let mut fit = linear::solve(&rows, &targets, &weights)?;
+        if weighting == Weighting::Weighted && kind == 0 {
+            let heavy = weights.iter().copied().fold(0.0, f64::max) * CONSTRAINT_WEIGHT;
+            for _ in 0..MOST_CONSTRAINTS {
+                let found = MomentCoefficients(second_only(&fit.values));
+                let Some(row) = violated(frame, &found) else {
+                    break;
+                };
+                rows.push(row);
+                targets.push(LEAST_VARIANCE_PX2);
+                weights.push(heavy);
+                fit = linear::solve(&rows, &targets, &weights)?;
+            }
+        }
+        s[unknowns.clone()].copy_from_slice(&fit.values);
+        s_sigma[unknowns].copy_from_slice(&fit.sigma);
+    }
+    Ok((MomentCoefficients(s), s_sigma))
+}
+
+fn second_only(values: &[f64]) -> [f64; 10] {
+    std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
+}
+
+/// The equation "this variance is as small as can be drawn" for the most negative meridional or
+/// sagittal variance that `s` predicts inside the frame, where there is one: no light has it.
+fn violated(frame: &Frame, s: &MomentCoefficients) -> Option<Vec<f64>> {
+    let edge = frame.corner_radius();
+    let mut worst = (-1e-9 * s.meridional(0.5 * edge).mu20.abs(), None);
+    for step in 0..=FIELD_STEPS {
+        let h = edge * f64::from(step) / f64::from(FIELD_STEPS);
+        let m = s.meridional(h);
+        for (variance, moment) in [(m.mu20, 0), (m.mu02, 2)] {
+            if variance < worst.0 {
+                worst = (variance, Some((h, moment)));
+            }
+        }
+    }
+    worst.1.map(|(h, moment)| {
+        MomentCoefficients::basis(FieldPoint::new(h, 0.0))[moment][0..5].to_vec()
+    })
+}
+
+/// Residuals of all moments of the tiles of `fit`, in the units in which they count, after the best
+/// S1..S10 for `frame`.
+///
+/// # Errors
+/// Tiles whose places do not determine S1..S10.
+pub(super) fn projected_residuals(
+    frame: &Frame,
+    fit: &PlaneFit,
+    weighting: Weighting,
+) -> Result<Vec<f64>> {
+    let (s, _) = solve(frame, &fit.used, weighting, fit.misfit)?;
+    let mut all = Vec::with_capacity(7 * fit.used.len());
+    for tile in &fit.used {
+        let residual = relative_residual(frame, tile, &s);
+        for (m, residual) in residual.into_iter().enumerate() {
+            let size = tile.size_px().powi(ORDER[m]);
+            all.push(match weighting {
+                // The two orders have no common unit: third moments count per size.
+                Weighting::Unweighted => residual * size / tile.size_px().powi(ORDER[m] - 2),
+                Weighting::Weighted => {
+                    let kind = usize::from(m >= 3);
+                    residual * size * TENSOR_WEIGHT[m].sqrt()
+                        / uncertainty(tile, m, fit.misfit[kind])
+                }
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// Standard deviation expected of moment `m` of `tile`: noise, and misfit in proportion to size.
+fn uncertainty(tile: &MeasuredTile, m: usize, misfit: f64) -> f64 {
+    let scale = tile.size_px().powi(ORDER[m]);
+    // Without any misfit known yet all PSFs count in proportion to their size.
+    let misfit = if misfit > 0.0 { misfit } else { 1.0 };
+    (misfit * scale).hypot(tile.noise[m])
+}
+
+fn relative_residual(frame: &Frame, tile: &MeasuredTile, s: &MomentCoefficients) -> [f64; 7] {
+    let model = s.moments(tile.field_point(frame)).to_array();
+    let measured = tile.optical.to_array();
+    std::array::from_fn(|m| (measured[m] - model[m]) / tile.size_px().powi(ORDER[m]))
+}
+
+/// Root mean square of a tile's relative residuals of second (`0..3`) or third (`3..7`) moments, and
+/// of what noise alone gives.
+fn tile_rms(
+    tile: &MeasuredTile,
+    residual: &[f64; 7],
+    moments: std::ops::Range<usize>,
+) -> (f64, f64) {
+    let count = moments.len() as f64;
+    let size = tile.size_px();
+    let (mut square, mut noise) = (0.0, 0.0);
+    for m in moments {
+        square += residual[m] * residual[m];
+        noise += (tile.noise[m] / size.powi(ORDER[m])).powi(2);
+    }
+    ((square / count).sqrt(), (noise / count).sqrt())
+}
+
+/// Typical misfit beyond noise, by the median over tiles: outliers do not move it.
+fn typical_misfit(tiles: &[&MeasuredTile], residuals: &[[f64; 7]]) -> [f64; 2] {
+    [0..3, 3..7].map(|moments| {
+        let mut beyond: Vec<f64> = tiles
+            .iter()
+            .zip(residuals)
+            .map(|(tile, residual)| {
+                let (rms, noise) = tile_rms(tile, residual, moments.clone());
+                rms * rms - noise * noise
+            })
+            .collect();
+        beyond.sort_by(f64::total_cmp);
+        // A floor keeps weights finite where the model fits exactly.
+        beyond[beyond.len() / 2].max(0.0).sqrt().max(1e-6)
+    })
+}
+
+fn outliers(
+    tiles: &[&MeasuredTile],
+    residuals: &[[f64; 7]],
+    misfit: [f64; 2],
+) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    for (index, (tile, residual)) in tiles.iter().zip(residuals).enumerate() {
+        for (moments, kind, name) in [(0..3, 0, "second"), (3..7, 1, "third")] {
+            let (rms, noise) = tile_rms(tile, residual, moments);
+            let expected = misfit[kind].hypot(noise);
+            if rms > REJECTION_LIMIT * expected && rms > 1e-4 {
+                found.push((
+                    index,
+                    format!(
+                        "its {name} moments lie {:.1} times the typical residual off the fit",
+                        rms / expected
+                    ),
+                ));
+                break;
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,177 @@
+//! A number of a lens that changes with object distance: a polynomial in vergence, and what it leaves.
+
+/// A polynomial in vergence v = 1 / distance (1/m), with standard errors of its coefficients, and what
+/// it leaves at the distances that were measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VergenceSeries {
+    /// Coefficients of v^0, v^1 and so on; at least one.
+    pub coefficients: Vec<f64>,
+    /// Their standard errors, as many; zero where nothing is known of them.
+    pub sigma: Vec<f64>,
+    /// Vergences, rising, and what is added there; straight lines between, the same beyond.
+    pub remainders: Vec<(f64, f64)>,
+}
+
+/// A value measured at one vergence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VergencePoint {
+    /// Vergence, 1/m.
+    pub vergence_per_m: f64,
+    /// The value.
+    pub value: f64,
+    /// Its standard error.
+    pub sigma: f64,
+}
+
+impl VergenceSeries {
+    /// Returns the least-squares line in vergence through `points`: a constant through one, zero through none.
+    pub fn fit_line(points: &[VergencePoint]) -> Self {
+        if points.is_empty() {
+            return Self::constant(0.0);
+        }
+        let count = points.len() as f64;
+        let mean_v = points.iter().map(|p| p.vergence_per_m).sum::<f64>() / count;
+        let mean = points.iter().map(|p| p.value).sum::<f64>() / count;
+        let deviation = |p: &VergencePoint| p.vergence_per_m - mean_v;
+        let spread: f64 = points.iter().map(|p| deviation(p).powi(2)).sum();
+        let mean_sigma = points.iter().map(|p| p.sigma.powi(2)).sum::<f64>().sqrt() / count;
+        if spread == 0.0 {
+            return Self {
+                sigma: vec![mean_sigma],
+                ..Self::constant(mean)
+            };
+        }
+        let lever = |p: &VergencePoint| deviation(p) / spread;
+        let slope: f64 = points.iter().map(|p| lever(p) * (p.value - mean)).sum();
+        let slope_sigma = points
+            .iter()
+            .map(|p| (lever(p) * p.sigma).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        Self {
+            sigma: vec![mean_sigma.hypot(slope_sigma * mean_v), slope_sigma],
+            ..Self::new(vec![mean - slope * mean_v, slope])
+        }
+    }
+
+    /// The same value at every distance.
+    pub fn constant(value: f64) -> Self {
+        Self::new(vec![value])
+    }
+
+    /// These coefficients of v^0, v^1 and so on, without standard errors.
+    pub fn new(coefficients: Vec<f64>) -> Self {
+        let sigma = vec![0.0; coefficients.len()];
+        Self {
+            coefficients,
+            sigma,
+            remainders: Vec::new(),
+        }
+    }
+
+    /// The value at vergence `v`.
+    pub fn at(&self, v: f64) -> f64 {
+        let terms = self.coefficients.iter().rev();
+        terms.fold(0.0, |sum, c| sum * v + c) + self.remainder(v)
+    }
+
+    /// What is added to the polynomial at vergence `v`.
+    fn remainder(&self, v: f64) -> f64 {
+        let all = &self.remainders;
+        let (Some(first), Some(last)) = (all.first(), all.last()) else {
+            return 0.0;
+        };
+        if v <= first.0 {
+            return first.1;
+        }
+        let pairs = all.iter().zip(all.iter().skip(1));
+        for (a, b) in pairs {
+            if v <= b.0 {
+                return a.1 + (b.1 - a.1) * (v - a.0) / (b.0 - a.0);
+            }
+        }
+        last.1
+    }
+
+    /// The slope by v of the polynomial at vergence `v`.
+    pub fn slope(&self, v: f64) -> f64 {
+        let terms = self.coefficients.iter().enumerate().skip(1);
+        terms
+            .map(|(k, c)| k as f64 * c * v.powi(k as i32 - 1))
+            .sum()
+    }
+
+    /// Highest power of v.
+    pub fn degree(&self) -> usize {
+        self.coefficients.len().saturating_sub(1)
+    }
+
+    /// The series whose value at v is this one's at v + `by`, exactly; errors as if they were
+    /// independent.
+    #[must_use]
+    pub fn shifted(&self, by: f64) -> Self {
+        let count = self.coefficients.len();
+        let (mut coefficients, mut variances) = (vec![0.0; count], vec![0.0; count]);
+        for (i, (c, s)) in self.coefficients.iter().zip(&self.sigma).enumerate() {
+            // (v + by)^i, power by power from the highest.
+            let mut share = 1.0;
+            for j in (0..=i).rev() {
+                coefficients[j] += share * c;
+                variances[j] += (share * s).powi(2);
+                share *= by * j as f64 / (i - j + 1) as f64;
+            }
+        }
+        Self {
+            coefficients,
+            sigma: variances.into_iter().map(f64::sqrt).collect(),
+            remainders: self.remainders.iter().map(|(v, r)| (v - by, *r)).collect(),
+        }
+    }
+
+    /// Every coefficient and error times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            coefficients: self.coefficients.iter().map(|c| c * factor).collect(),
+            sigma: self.sigma.iter().map(|s| s * factor.abs()).collect(),
+            remainders: self
+                .remainders
+                .iter()
+                .map(|(v, r)| (*v, r * factor))
+                .collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn value_and_slope_are_those_of_the_polynomial() {
+        let series = VergenceSeries::new(vec![2.0, -1.0, 0.5]);
+        assert_eq!(series.at(2.0), 2.0);
+        assert_eq!(series.slope(2.0), 1.0);
+        assert_eq!(series.degree(), 2);
+        assert_eq!(VergenceSeries::constant(3.0).slope(1.0), 0.0);
+    }
+
+    #[test]
+    fn a_shifted_series_is_the_same_further_on() {
+        let series = VergenceSeries {
+            coefficients: vec![2.0, -1.0, 0.5, 3.0],
+            sigma: vec![0.1, 0.2, 0.3, 0.4],
+            remainders: vec![(0.5, 0.3), (1.0, -0.2)],
+        };
+        let shifted = series.shifted(0.7);
+        assert_eq!(series.remainder(0.0), 0.3);
+        assert!((series.remainder(0.75) - 0.05).abs() < 1e-12);
+        assert_eq!(series.remainder(7.0), -0.2);
+        for v in [-1.0, 0.0, 0.4, 2.0] {
+            assert!((shifted.at(v) - series.at(v + 0.7)).abs() < 1e-12, "{v}");
+        }
+        assert_eq!(series.shifted(0.0), series);
+        assert_eq!(shifted.sigma[3], 0.4);
+        assert!((shifted.sigma[2] - 0.3_f64.hypot(0.4 * 3.0 * 0.7)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,228 @@
+//! What a lens profile says about any point: PSFs across field, channel and depth, and where they land.
+
+mod like;
+
+pub use like::predict_like;
+
+use crate::blur_field::{BlurField, PlacedBlur};
+use crate::distance::ObjectDistance;
+use crate::error::{Error, Result};
+use crate::field::{FieldPoint, Frame};
+use crate::lens::{DepthLaw, MomentCoefficients, VergenceSeries};
+use crate::profile::{Displacement, LensDescription, LensProfile, MomentsChannel, PupilChannel};
+use crate::psf::{self, LocalBlur, PsfModel, Pupil, SkewNormal};
+use crate::sensor::Tone;
+
+/// A lens profile made ready to ask.
+#[derive(Debug, Clone)]
+pub struct Predictor {
+    frame: Frame,
+    names: Vec<String>,
+    channels: Channels,
+    knows_depth: bool,
+}
+
+#[derive(Debug, Clone)]
+enum Channels {
+    Moments(Vec<Moments>),
+    Pupil(Vec<PupilChannel>),
+}
+
+/// One channel of a lens described by S1..S10.
+#[derive(Debug, Clone)]
+struct Moments {
+    law: Law,
+    /// Magnification and distortion as lines in vergence.
+    displacement: [VergenceSeries; 2],
+}
+
+#[derive(Debug, Clone)]
+enum Law {
+    Constant(MomentCoefficients),
+    Depth(DepthLaw),
+}
+
+impl Predictor {
+    /// Prepares `profile`.
+    ///
+    /// # Errors
+    /// Planes from which no depth law can be made.
+    pub fn new(profile: &LensProfile) -> Result<Self> {
+        let (channels, knows_depth) = match &profile.description {
+            LensDescription::Moments(channels) => {
+                let ready = channels.iter().zip(profile.depth_laws()?);
+                let ready = ready.map(|(channel, law)| Moments {
+                    law: law.map_or_else(|| Law::Constant(channel.planes[0].s), Law::Depth),
+                    displacement: displacement_lines(channel),
+                });
+                let knows_depth = channels.iter().all(|c| c.planes.len() > 1);
+                (Channels::Moments(ready.collect()), knows_depth)
+            }
+            LensDescription::Pupil(channels) => (
+                Channels::Pupil(channels.clone()),
+                channels.iter().any(|c| c.alpha.degree() > 0),
+            ),
+        };
+        Ok(Self {
+            frame: profile.frame,
+            names: profile
+                .channel_names()
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
+            channels,
+            knows_depth,
+        })
+    }
+
+    /// Index of the lens channel called `name`.
+    ///
+    /// # Errors
+    /// A name the lens has not.
+    pub fn channel_index(&self, name: &str) -> Result<usize> {
+        self.names.iter().position(|n| n == name).ok_or_else(|| {
+            Error::new(
+                format!("channel {name}"),
+                "is not in the lens profile",
+                format!("use a lens with it; this one has {}", self.names.join(", ")),
+            )
+        })
+    }
+
+    /// Names of the channels.
+    pub fn channel_names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The vergence at which to ask for an object at `distance`; any will do for a lens whose blur does
+    /// not depend on depth.
+    ///
+    /// # Errors
+    /// An unknown distance where the blur depends on it.
+    pub fn vergence(&self, distance: ObjectDistance) -> Result<f64> {
+        match distance.vergence_per_m() {
+            Some(v) => Ok(v),
+            None if !self.knows_depth => Ok(0.0),
+            None => Err(Error::new(
+                "object distance",
+                "is unknown, but the lens's blur depends on it",
+                "give depth_m (null for infinity)",
+            )),
+        }
+    }
+
+    /// Whether the blur depends on depth: the lens was measured at more than one object distance.
+    pub fn knows_depth(&self) -> bool {
+        self.knows_depth
+    }
+
+    /// Whether the lens is known ray by ray, which some PSF models need.
+    pub fn knows_rays(&self) -> bool {
+        matches!(self.channels, Channels::Pupil(_))
+    }
+
+    /// Whether `model` can draw this lens.
+    ///
+    /// # Errors
+    /// A model that needs rays where the lens is described by moments.
+    pub fn check_model(&self, model: &dyn PsfModel) -> Result<()> {
+        if !model.needs_rays() || self.knows_rays() {
+            return Ok(());
+        }
+        let id = model.id();
+        let others = psf::ALL.iter().filter(|m| !m.needs_rays());
+        let others: Vec<_> = others.map(|m| m.id()).collect();
+        Err(Error::new(
+            format!("PSF model `{id}`"),
+            "needs a lens known ray by ray; this one is described by moments",
+            format!(
+                "fit the lens with `--model reduced`, or use one of: {}",
+                others.join(", ")
+            ),
+        ))
+    }
+
+    /// The PSF model that draws this lens most truly.
+    pub fn default_model(&self) -> &'static dyn PsfModel {
+        if self.knows_rays() {
+            &Pupil
+        } else {
+            &SkewNormal
+        }
+    }
+}
+
+impl BlurField for Predictor {
+    fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    fn channel_count(&self) -> usize {
+        self.names.len()
+    }
+
+    fn tone(&self, channel: usize) -> Tone {
+        match &self.channels {
+            Channels::Moments(_) => Tone::default(),
+            Channels::Pupil(channels) => {
+                // The sensor's: the middle of the frame will do.
+                let middle = FieldPoint::new(0.0, 0.0);
+                let channel = &channels[channel];
+                channel
+                    .pupil_at(middle, channel.measured_vergence.0)
+                    .sensor
+                    .tone
+            }
+        }
+    }
+
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
+        let unit = self.frame.half_width_px();
+        match &self.channels {
+            Channels::Moments(channels) => {
+                let (blur, stretch) = channels[channel].blur_at(at, vergence_per_m);
+                PlacedBlur {
+                    blur,
+                    displacement_px: (at.x * stretch * unit, at.y * stretch * unit),
+                }
+            }
+            Channels::Pupil(channels) => {
+                let channel = &channels[channel];
+                PlacedBlur {
+                    blur: LocalBlur {
+                        moments: channel.moments_at(at, vergence_per_m),
+                        meridian: at.meridian(),
+                        pupil: Some(channel.pupil_at(at, vergence_per_m)),
+                        pixel_aspect: 1.0,
+                    },
+                    displacement_px: channel.displacement_at(at, vergence_per_m, unit),
+                }
+            }
+        }
+    }
+}
+
+impl Moments {
+    fn blur_at(&self, at: FieldPoint, vergence_per_m: f64) -> (LocalBlur, f64) {
+        let s = match &self.law {
+            Law::Constant(s) => *s,
+            Law::Depth(law) => law.at(vergence_per_m),
+        };
+        let [magnification, distortion] = &self.displacement;
+        let h2 = at.x * at.x + at.y * at.y;
+        let stretch = magnification.at(vergence_per_m) + distortion.at(vergence_per_m) * h2;
+        (LocalBlur::of_moments(s.moments(at), at.meridian()), stretch)
+    }
+}
+
+/// Magnification and distortion of a channel as lines in vergence through its planes'.
+fn displacement_lines(channel: &MomentsChannel) -> [VergenceSeries; 2] {
+    let measured = channel.planes.iter().filter_map(|plane| {
+        let v = plane.distance.vergence_per_m().unwrap_or(0.0);
+        Some((v, plane.displacement?))
+    });
+    Displacement::fit_lines(&measured.collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,94 @@
+//! One channel of a lens described by S1..S10 at the object distances that were measured.
+
+use crate::distance::ObjectDistance;
+use crate::error::Result;
+use crate::lens::{DepthLaw, DepthPlane, MomentCoefficients, VergencePoint, VergenceSeries};
+
+/// One colour channel of a lens.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MomentsChannel {
+    /// Channel name, such as `R` or `Y`.
+    pub name: String,
+    /// The object distances at which it was measured, from infinity inwards.
+    pub planes: Vec<MomentsPlane>,
+}
+
+/// One channel at one object distance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MomentsPlane {
+    /// Object distance.
+    pub distance: ObjectDistance,
+    /// S1..S10 of the light before it is integrated over pixels: PSF in frame pixels, field in half
+    /// frame widths.
+    pub s: MomentCoefficients,
+    /// Standard errors of S1..S10.
+    pub s_sigma: [f64; 10],
+    /// Where PSFs land, where the observations knew their ideal positions.
+    pub displacement: Option<Displacement>,
+    /// Tiles that took part in the fit.
+    pub tiles_used: usize,
+    /// Tiles that were rejected.
+    pub tiles_rejected: usize,
+}
+
+/// Centroid less ideal position: X (magnification + distortion |X|²), in field units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Displacement {
+    /// Relative change of scale, coma's share of the centroid included.
+    pub magnification: f64,
+    /// Distortion per squared half frame width.
+    pub distortion: f64,
+    /// Standard error of `magnification`.
+    pub magnification_sigma: f64,
+    /// Standard error of `distortion`.
+    pub distortion_sigma: f64,
+}
+
+impl Displacement {
+    /// Returns magnification and distortion as least-squares lines in vergence (1/m) through those `measured` at some
+    /// vergences. To third order distortion is linear in vergence (docs/background/model.md section 5).
+    pub fn fit_lines(measured: &[(f64, Self)]) -> [VergenceSeries; 2] {
+        let fit_line = |point: fn(&Self) -> (f64, f64)| {
+            let points = measured.iter().map(|(vergence_per_m, displacement)| {
+                let (value, sigma) = point(displacement);
+                VergencePoint {
+                    vergence_per_m: *vergence_per_m,
+                    value,
+                    sigma,
+                }
+            });
+            VergenceSeries::fit_line(&points.collect::<Vec<_>>())
+        };
+        [
+            fit_line(|d| (d.magnification, d.magnification_sigma)),
+            fit_line(|d| (d.distortion, d.distortion_sigma)),
+        ]
+    }
+}
+
+impl MomentsChannel {
+    /// How S1..S10 go across depth; `None` where the only plane is at an unknown distance. Two planes
+    /// need `defocus_px_per_dioptre`, see [`super::LensProfile::defocus_px_per_dioptre`].
+    pub(super) fn depth_law(
+        &self,
+        defocus_px_per_dioptre: Option<f64>,
+    ) -> Result<Option<DepthLaw>> {
+        let planes: Vec<_> = self
+            .planes
+            .iter()
+            .filter_map(|plane| {
+                Some(DepthPlane {
+                    vergence_per_m: plane.distance.vergence_per_m()?,
+                    s: plane.s,
+                    s_sigma: plane.s_sigma,
+                })
+            })
+            .collect();
+        if planes.is_empty() {
+            return Ok(None);
+        }
+        DepthLaw::fit(&planes, defocus_px_per_dioptre)
+            .map(Some)
+            .map_err(|error| error.within(&format!("channel {}", self.name)))
+    }
+}

@@ -1,0 +1,254 @@
+//! The pupil PSF against rays counted by the million, closed forms and numeric derivatives.
+
+use super::*;
+use crate::field::FieldPoint;
+use crate::lens::ReducedNumbers;
+use crate::numeric::SplitMix64;
+
+/// Light by pixel of `count` evenly spread rays, the first placed by `shift`.
+fn histogram(
+    pupil: &LocalPupil,
+    corner: (f64, f64),
+    side: usize,
+    count: usize,
+    shift: f64,
+) -> Vec<f64> {
+    // The additive recurrence of the plastic number covers the square evenly; the disc by area.
+    let g: f64 = 1.324_717_957_244_746;
+    let (a, b) = (1.0 / g, 1.0 / (g * g));
+    let (mut s, mut t) = (shift, (shift * 7.3).fract());
+    let mut bins = vec![0.0; side * side];
+    let mut passed = 0.0;
+    for _ in 0..count {
+        (s, t) = ((s + a).fract(), (t + b).fract());
+        let (sin, cos) = (std::f64::consts::TAU * t).sin_cos();
+        let r = f64::sqrt(s);
+        let u = [r * cos, r * sin];
+        if !pupil.passes(u) {
+            continue;
+        }
+        passed += 1.0;
+        let p = pupil.wavefront.slope(u);
+        let (x, y) = ((p[0] - corner.0).floor(), (p[1] - corner.1).floor());
+        if x >= 0.0 && y >= 0.0 && x < side as f64 && y < side as f64 {
+            bins[y as usize * side + x as usize] += 1.0;
+        }
+    }
+    bins.iter_mut().for_each(|v| *v /= passed);
+    bins
+}
+
+/// Light over error of `drawn`, dB, against two independent counts of rays: the product of the two
+/// differences is free of the counts' own noise.
+fn decibels(counts: &[Vec<f64>; 2], drawn: &[f64]) -> f64 {
+    let error: f64 = (0..drawn.len())
+        .map(|k| (counts[0][k] - drawn[k]) * (counts[1][k] - drawn[k]))
+        .sum();
+    let light: f64 = counts[0].iter().zip(&counts[1]).map(|(a, b)| a * b).sum();
+    10.0 * (light / error.abs().max(1e-30)).log10()
+}
+
+fn random_lens(random: &mut SplitMix64, radius: f64) -> (ReducedNumbers, FieldPoint) {
+    let mut signed = |size: f64| (2.0 * random.unit() - 1.0) * size;
+    let numbers = ReducedNumbers {
+        alpha: signed(radius),
+        beta: signed(radius / 2.0),
+        gamma: signed(radius / 2.0),
+        delta: signed(radius / 2.0),
+        phi: signed(radius / 4.0),
+    };
+    (numbers, FieldPoint::new(signed(1.0), signed(0.7)))
+}
+
+fn clipped(numbers: &ReducedNumbers, at: FieldPoint, blur: f64) -> LocalPupil {
+    let mut pupil = LocalPupil::round(Wavefront::third_order(numbers, at), blur);
+    pupil.clip(Stop {
+        centre: [0.6 * at.x, 0.6 * at.y],
+        radius: 1.05,
+    });
+    pupil.clip(Stop {
+        centre: [-0.4 * at.x, -0.4 * at.y],
+        radius: 0.95,
+    });
+    pupil
+}
+
+fn drawn(pupil: &LocalPupil, corner: (f64, f64), side: usize) -> Drawn {
+    let mut out = Drawn::default();
+    let space = &mut Workspace::default();
+    let size = (side, side);
+    draw(pupil, corner, size, &[], Detail::FULL, space, &mut out);
+    out
+}
+
+/// Holds lenses of tiles of `side` px against `rays` rays twice; the least figure.
+fn against_rays(side: usize, lenses: usize, rays: usize) -> f64 {
+    let mut random = SplitMix64::new(side as u64);
+    let mut worst = f64::INFINITY;
+    for _ in 0..lenses {
+        let (numbers, at) = random_lens(&mut random, side as f64 / 5.0);
+        let pupil = if random.unit() > 0.5 {
+            clipped(&numbers, at, 0.0)
+        } else {
+            LocalPupil::round(Wavefront::third_order(&numbers, at), 0.0)
+        };
+        let centroid = pupil.centroid();
+        let half = side as f64 / 2.0 + random.unit() - 0.5;
+        let corner = (centroid[0] - half, centroid[1] - half);
+        let counts = [0.31, 0.77].map(|s| histogram(&pupil, corner, side, rays, s));
+        let db = decibels(&counts, &drawn(&pupil, corner, side).light);
+        worst = worst.min(db);
+    }
+    worst
+}
+
+#[test]
+fn rays_counted_by_the_million_agree() {
+    assert!(against_rays(17, 3, 1_000_000) > 68.0);
+    assert!(against_rays(33, 2, 3_000_000) > 68.0);
+}
+
+#[test]
+#[ignore = "a minute; the figures of docs/background/evaluation.md"]
+fn ten_million_rays_agree() {
+    for side in [33, 49, 65, 97, 129] {
+        assert!(against_rays(side, 8, 10_000_000) > 70.0);
+    }
+}
+
+#[test]
+fn light_is_one_and_moments_are_those_of_the_closed_forms() {
+    let mut random = SplitMix64::new(5);
+    for blur in [0.0, 0.4] {
+        for radius in [0.2, 3.0, 12.0] {
+            let (numbers, at) = random_lens(&mut random, radius);
+            let pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), blur);
+            let side = (6.0 * radius) as usize + 21;
+            let c = pupil.centroid();
+            let corner = (c[0] - side as f64 / 2.0 - 0.3, c[1] - side as f64 / 2.0);
+            let light = drawn(&pupil, corner, side).light;
+            assert!((light.iter().sum::<f64>() - 1.0).abs() < 1e-6);
+            let samples = light.iter().map(|v| *v as f32).collect();
+            let tile = crate::tile::Tile::new(side, side, samples).expect("light");
+            // What the pixels' area adds holds on average over phases; a wide PSF sees them all.
+            if numbers.coefficients().moments(at).trace() < 3.0 {
+                continue;
+            }
+            let got = crate::moments::pixels::TileMoments::optical(&tile, None).expect("light");
+            let want = numbers.coefficients().moments(at).with_added_variance(blur);
+            let size = want.trace();
+            for (g, w) in got.central.to_array().iter().zip(want.to_array()) {
+                assert!((g - w).abs() < 2e-3 * size.powf(1.5), "{g} {w} of {size}");
+            }
+            let fourth = numbers.fourth_coefficients().moments(at);
+            if blur == 0.0 {
+                for (g, w) in got.fourth.to_array().iter().zip(fourth.to_array()) {
+                    assert!((g - w).abs() < 4e-3 * size * size, "{g} {w} of {size}");
+                }
+            }
+            assert!((got.centroid_x - (c[0] - corner.0)).abs() < 2e-3 * radius);
+            assert!((got.centroid_y - (c[1] - corner.1)).abs() < 2e-3 * radius);
+        }
+    }
+}
+
+#[test]
+fn derivatives_are_those_of_the_picture() {
+    let numbers = ReducedNumbers {
+        alpha: 5.0,
+        beta: 1.5,
+        gamma: -1.6,
+        delta: 0.8,
+        phi: -0.7,
+    };
+    let at = FieldPoint::new(0.7, 0.4);
+    let pupil = clipped(&numbers, at, 0.2);
+    let mut tangents = vec![
+        Tangent::of_wavefront(Wavefront::tilt(1.0, 0.0)),
+        Tangent::of_wavefront(Wavefront::tilt(0.0, 1.0)),
+    ];
+    for (round, along) in [(1, 0), (2, 0), (0, 2), (1, 1), (3, 0), (0, 3)] {
+        let mut wavefront = Wavefront::default();
+        wavefront.add(round, along, at.meridian(), 0.5);
+        tangents.push(Tangent::of_wavefront(wavefront));
+    }
+    for stop in [1, 2] {
+        for (x, y, radius) in [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)] {
+            let mut tangent = Tangent::of_wavefront(Wavefront::default());
+            tangent.stops[stop] = Stop {
+                centre: [x, y],
+                radius,
+            };
+            tangents.push(tangent);
+        }
+    }
+    let (side, corner) = (25, (-12.3, -12.1));
+    let mut out = Drawn::default();
+    let mut space = Workspace::default();
+    let detail = Detail::FULL;
+    let size = (side, side);
+    draw(
+        &pupil, corner, size, &tangents, detail, &mut space, &mut out,
+    );
+    let plain = |p: &LocalPupil| drawn(p, corner, side).light;
+    let stride = Drawn::stride(tangents.len());
+    let relative = |analytic: &dyn Fn(usize) -> f64, low: &[f64], high: &[f64], step: f64| {
+        let numeric = |k: usize| (high[k] - low[k]) / (2.0 * step);
+        let size: f64 = (0..side * side).map(|k| numeric(k).powi(2)).sum();
+        let error: f64 = (0..side * side)
+            .map(|k| (analytic(k) - numeric(k)).powi(2))
+            .sum();
+        (error / size).sqrt()
+    };
+    let step = 1e-3;
+    for (which, tangent) in tangents.iter().enumerate() {
+        let moved = |by: f64| {
+            let mut p = LocalPupil::round(pupil.wavefront.plus(by, &tangent.wavefront), 0.2);
+            for (stop, rate) in pupil.stops().iter().zip(&tangent.stops).skip(1) {
+                p.clip(Stop {
+                    centre: [0, 1].map(|a| stop.centre[a] + by * rate.centre[a]),
+                    radius: stop.radius + by * rate.radius,
+                });
+            }
+            p
+        };
+        // A mesh whose cusps move is laid anew: a larger step outweighs what that changes.
+        let step = if tangent.moves_stops() { 0.02 } else { step };
+        let (low, high) = (plain(&moved(-step)), plain(&moved(step)));
+        // The slopes leave the growth of the whole light to the light that is free in a fit.
+        let total: f64 = (0..side * side)
+            .map(|k| out.slopes[k * stride + which])
+            .sum();
+        let analytic = |k: usize| out.slopes[k * stride + which] - total * out.light[k];
+        let error = relative(&analytic, &low, &high, step);
+        // Where two stops cross the mesh counts the cusp half to either, which is all that is lost.
+        let bound = if tangent.moves_stops() { 0.08 } else { 0.02 };
+        assert!(error < bound, "tangent {which}: {error}");
+    }
+    let blurred = |by: f64| plain(&pupil.blurred_by(by));
+    let error = relative(&|k| out.by_blur[k], &blurred(-step), &blurred(step), step);
+    assert!(error < 1e-3, "blur: {error}");
+}
+
+#[test]
+fn through_focus_and_far_out_of_it() {
+    // A perfect point stays whole and in place.
+    let sharp = LocalPupil::round(Wavefront::default(), 0.0);
+    let light = drawn(&sharp, (-2.5, -2.5), 5).light;
+    assert!((light[12] - 1.0).abs() < 1e-12);
+    // A large even disc: what is inside has the density 1 / (pi r²).
+    let numbers = ReducedNumbers {
+        alpha: 300.0,
+        ..ReducedNumbers::default()
+    };
+    let disc = LocalPupil::round(
+        Wavefront::third_order(&numbers, FieldPoint::new(0.0, 0.0)),
+        0.0,
+    );
+    let light = drawn(&disc, (-310.0, -310.0), 620).light;
+    let density = 1.0 / (std::f64::consts::PI * 9e4);
+    assert!((light[310 * 620 + 310] / density - 1.0).abs() < 1e-3);
+    assert!((light[310 * 620 + 600] / density - 1.0).abs() < 1e-3);
+    assert!(light[310 * 620 + 611] == 0.0);
+    assert!((light.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+}

@@ -1,0 +1,176 @@
+//! One picture under the lens and some noise, and what becomes of it.
+
+use crate::SIDE;
+use crate::lenses::SkewNormalLens;
+use seidel_optics::error::Result;
+use seidel_optics::field::{Frame, ImagePoint};
+use seidel_optics::psf::SkewNormal;
+use seidel_render::remove::Removal;
+use seidel_render::{
+    Displacement, Edges, Gather, Plane, PlateMap, Renderer, Scatter, Scene, VergencePass,
+};
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// The green one of the lens's channels.
+pub(crate) const WEIGHTS: [f64; 3] = [0.0, 1.0, 0.0];
+/// Standard deviation of kernels in the corners along the meridian, px.
+const CORNER_SIGMA_PX: f64 = 6.0;
+/// Pixels at each edge that figures leave out, as those of peers do.
+const BORDER: usize = 32;
+
+/// What was found of one picture; times are medians, s.
+pub(crate) struct Finding {
+    name: String,
+    noise: f64,
+    noise_told: f64,
+    before_db: f64,
+    after_db: f64,
+    /// Of the lens on the result against the plate, borders left out.
+    back_db: f64,
+    misfit: f64,
+    blur_seconds: f64,
+    seconds: f64,
+    pub(crate) plate: Vec<f32>,
+    pub(crate) sharp: Vec<f32>,
+}
+
+/// The lens of docs/background/performance.md, part B.
+pub(crate) fn lens() -> Result<SkewNormalLens> {
+    let frame = Frame::new(SIDE as u32, SIDE as u32, None)?;
+    Ok(SkewNormalLens::new(frame, CORNER_SIGMA_PX))
+}
+
+pub(crate) fn scene(lens: &SkewNormalLens) -> Scene<'_> {
+    Scene {
+        lens,
+        model: &SkewNormal,
+        width: SIDE,
+        height: SIDE,
+        map: PlateMap {
+            origin: ImagePoint::new(0.0, 0.0),
+            scale: 1.0,
+        },
+        vergence: VergencePass::Constant(0.0),
+        edges: Edges::Mirror,
+        displacement: Displacement::None,
+    }
+}
+
+fn plane(samples: &[f32]) -> [Plane<'_>; 1] {
+    let weights = &WEIGHTS;
+    [Plane { samples, weights }]
+}
+
+/// The picture through the lens, by the exact renderer.
+pub(crate) fn blurred(scene: &Scene, truth: &[f32]) -> Result<Vec<f32>> {
+    Ok(Scatter
+        .render(scene, &plane(truth), &|_| true)?
+        .swap_remove(0))
+}
+
+/// Removes blur from the picture `truth`, called by a name, that the lens and `noise` have made `blurred`.
+pub(crate) fn measure(
+    scene: &Scene,
+    (name, truth): (&str, &[f32]),
+    blurred: &[f32],
+    noise: f64,
+    rounds: usize,
+) -> Result<Finding> {
+    eprintln!("{name} {noise}");
+    let plate = with_noise(blurred, noise);
+    let fast = Gather::default();
+    let blur = |samples: &[f32]| fast.render(scene, &plane(samples), &|_| true);
+    let removal = Removal::default();
+    let remove = || removal.remove(scene, &plane(&plate), &|_| true);
+    let removed = remove()?.swap_remove(0);
+    let sharp = removed.canvas.cropped(&removed.sharp);
+    // With what is about the plate, as an EXR file keeps it.
+    let whole = removed.canvas.scene(scene, None);
+    let back = fast.render(&whole, &plane(&removed.sharp), &|_| true)?;
+    let back = removed.canvas.cropped(&back[0]);
+    let (mut blurs, mut removals) = (Vec::new(), Vec::new());
+    for _ in 0..rounds {
+        blurs.push(timed(|| blur(truth))?);
+        removals.push(timed(remove)?);
+    }
+    Ok(Finding {
+        name: name.to_owned(),
+        noise,
+        noise_told: removed.noise,
+        before_db: psnr_db(&plate, truth),
+        after_db: psnr_db(&sharp, truth),
+        back_db: psnr_db(&back, &plate),
+        misfit: removed.misfit,
+        blur_seconds: median(blurs),
+        seconds: median(removals),
+        plate,
+        sharp,
+    })
+}
+
+fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<f64> {
+    let start = Instant::now();
+    work()?;
+    Ok(start.elapsed().as_secs_f64())
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    let middle = times.len() / 2;
+    times.get(middle).copied().unwrap_or(f64::NAN)
+}
+
+/// Gaussian noise, the same on every machine (a linear congruential generator, Box and Muller).
+fn with_noise(samples: &[f32], deviation: f64) -> Vec<f32> {
+    let mut state = 12345_u64;
+    let mut uniform = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 33) as f64 + 0.5) / (1_u64 << 31) as f64
+    };
+    let noisy = |sample: &f32| {
+        let normal = (-2.0 * uniform().ln()).sqrt() * (TAU * uniform()).cos();
+        sample + (deviation * normal) as f32
+    };
+    samples.iter().map(noisy).collect()
+}
+
+/// Peak signal-to-noise ratio for a peak of one, dB, within the border.
+fn psnr_db(found: &[f32], truth: &[f32]) -> f64 {
+    let inside = BORDER..SIDE - BORDER;
+    let (mut squares, mut count) = (0.0, 0);
+    for row in inside.clone() {
+        for column in inside.clone() {
+            let k = row * SIDE + column;
+            squares += f64::from(found[k] - truth[k]).powi(2);
+            count += 1;
+        }
+    }
+    -10.0 * (squares / f64::from(count)).log10()
+}
+
+impl Finding {
+    pub(crate) fn head() -> &'static str {
+        "| picture | noise | noise told | plate dB | sharp dB | gain dB | there and back dB | misfit | one blur s | seconds | blurs |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    }
+
+    pub(crate) fn line(&self) -> String {
+        format!(
+            "| {} | {} | {:.5} | {:.2} | {:.2} | {:+.2} | {:.1} | {:.2} | {:.3} | {:.3} | {:.1} |",
+            self.name,
+            self.noise,
+            self.noise_told,
+            self.before_db,
+            self.after_db,
+            self.after_db - self.before_db,
+            self.back_db,
+            self.misfit,
+            self.blur_seconds,
+            self.seconds,
+            self.seconds / self.blur_seconds,
+        )
+    }
+}

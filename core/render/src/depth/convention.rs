@@ -1,0 +1,346 @@
+//! What the numbers of a depth pass mean, and object vergence from them.
+
+use seidel_optics::error::{Error, Result};
+use seidel_optics::field::ImagePoint;
+
+/// What the numbers of a depth pass are. All distances are along the optical axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DepthConvention {
+    /// Distance in units of `metres_per_unit`.
+    Distance {
+        /// Metres that make up one unit; negative for passes that count backwards.
+        metres_per_unit: f64,
+    },
+    /// One over the distance in such units; zero is infinity.
+    Inverse {
+        /// Metres that make up one unit of distance.
+        metres_per_unit: f64,
+    },
+    /// 0 at `near_m`, 1 at `far_m`, distance linear between.
+    FarOne {
+        /// Metres at 0.
+        near_m: f64,
+        /// Metres at 1.
+        far_m: f64,
+    },
+    /// 1 at `near_m`, 0 at `far_m`, distance linear between.
+    FarZero {
+        /// Metres at 1.
+        near_m: f64,
+        /// Metres at 0.
+        far_m: f64,
+    },
+}
+
+/// Object vergence from a depth pass, and what was found in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthReading {
+    /// 1 / distance in 1/m of every pixel.
+    pub vergence: Vec<f32>,
+    /// Pixels at infinity.
+    pub infinite: usize,
+    /// Pixels without a distance in front of the camera (zero or negative), taken to be at infinity.
+    pub empty: usize,
+    /// Normalised values outside 0..1, taken to be at the end they passed.
+    pub outside: usize,
+    /// Nearest and farthest finite distance, metres; `None` if every pixel is at infinity.
+    pub range_m: Option<(f64, f64)>,
+}
+
+/// What one sample of a depth pass says.
+enum Sample {
+    Metres(f64),
+    Infinity,
+    Empty,
+    Impossible,
+}
+
+impl DepthReading {
+    /// Turns distances along the ray from the camera, as this was read, into distances along its axis:
+    /// z = r / sqrt(1 + (x² + y²) / F²), x and y being lengths from `axis` and F `focal_px`, all in pixel
+    /// widths. The pass is `width` pixels wide; each is `pixel_aspect` times as wide as it is high.
+    ///
+    /// # Errors
+    /// A focal length that is not above zero, and an axis that is not finite.
+    pub fn turn_along_axis(
+        &mut self,
+        width: usize,
+        axis: ImagePoint,
+        focal_px: f64,
+        pixel_aspect: f64,
+    ) -> Result<()> {
+        let finite = axis.x_px.is_finite() && axis.y_px.is_finite();
+        if !(finite && focal_px.is_finite() && focal_px > 0.0) {
+            return Err(Error::new(
+                "focal length for distances along the ray",
+                format!("is {focal_px} px, the axis at {axis:?}"),
+                "give half the plate's width over the tangent of half its field of view, in plate pixels",
+            ));
+        }
+        let mut range: Option<(f64, f64)> = None;
+        for (index, vergence) in self.vergence.iter_mut().enumerate() {
+            if *vergence <= 0.0 {
+                continue;
+            }
+            let x = (index % width.max(1)) as f64 + 0.5 - axis.x_px;
+            let y = ((index / width.max(1)) as f64 + 0.5 - axis.y_px) / pixel_aspect;
+            let ray = (1.0 + (x * x + y * y) / (focal_px * focal_px)).sqrt();
+            let turned = f64::from(*vergence) * ray;
+            *vergence = turned as f32;
+            let (near, far) = range.unwrap_or((f64::INFINITY, 0.0));
+            range = Some((near.min(1.0 / turned), far.max(1.0 / turned)));
+        }
+        self.range_m = range;
+        Ok(())
+    }
+}
+
+impl DepthConvention {
+    /// Reads a depth pass `width` pixels wide.
+    ///
+    /// # Errors
+    /// A NaN or impossible value (the message names the pixel), a pass in which no pixel has a
+    /// distance in front of the camera, and a unit or range that cannot be.
+    pub fn read(&self, samples: &[f32], width: usize) -> Result<DepthReading> {
+        self.check()?;
+        let mut reading = DepthReading {
+            vergence: Vec::with_capacity(samples.len()),
+            infinite: 0,
+            empty: 0,
+            outside: 0,
+            range_m: None,
+        };
+        for (index, &value) in samples.iter().enumerate() {
+            let normalised = matches!(self, Self::FarOne { .. } | Self::FarZero { .. });
+            if normalised && !(0.0..=1.0).contains(&value) {
+                reading.outside += 1;
+            }
+            let vergence = match self.sample(f64::from(value)) {
+                Sample::Metres(m) => {
+                    let (near, far) = reading.range_m.unwrap_or((m, m));
+                    reading.range_m = Some((near.min(m), far.max(m)));
+                    1.0 / m
+                }
+                Sample::Infinity => {
+                    reading.infinite += 1;
+                    0.0
+                }
+                Sample::Empty => {
+                    reading.empty += 1;
+                    0.0
+                }
+                Sample::Impossible => {
+                    return Err(Error::new(
+                        format!("pixel ({}, {})", index % width.max(1), index / width.max(1)),
+                        format!("is {value}"),
+                        "give every pixel a depth; the background may be at infinity",
+                    ));
+                }
+            };
+            reading.vergence.push(vergence as f32);
+        }
+        if reading.empty == samples.len() {
+            return Err(Error::new(
+                "depth pass",
+                "has no pixel with a distance in front of the camera",
+                "check which channel it is and what its numbers mean; one that counts backwards needs a negative unit",
+            ));
+        }
+        Ok(reading)
+    }
+
+    fn sample(&self, value: f64) -> Sample {
+        if value.is_nan() {
+            return Sample::Impossible;
+        }
+        match *self {
+            Self::Distance { metres_per_unit } => {
+                let metres = value * metres_per_unit;
+                if metres == f64::INFINITY {
+                    Sample::Infinity
+                } else if metres > 0.0 {
+                    Sample::Metres(metres)
+                } else {
+                    Sample::Empty
+                }
+            }
+            Self::Inverse { metres_per_unit } => {
+                if value == 0.0 {
+                    Sample::Infinity
+                } else if value.is_infinite() {
+                    Sample::Impossible
+                } else if value / metres_per_unit > 0.0 {
+                    Sample::Metres(metres_per_unit / value)
+                } else {
+                    Sample::Empty
+                }
+            }
+            Self::FarOne { near_m, far_m } => {
+                Sample::Metres(near_m + value.clamp(0.0, 1.0) * (far_m - near_m))
+            }
+            Self::FarZero { near_m, far_m } => {
+                Sample::Metres(far_m + value.clamp(0.0, 1.0) * (near_m - far_m))
+            }
+        }
+    }
+
+    fn check(&self) -> Result<()> {
+        match *self {
+            Self::Distance { metres_per_unit } | Self::Inverse { metres_per_unit } => {
+                if metres_per_unit.is_finite() && metres_per_unit != 0.0 {
+                    return Ok(());
+                }
+                Err(Error::new(
+                    "depth unit",
+                    format!("is {metres_per_unit} m"),
+                    "give the metres that make up one unit of the pass",
+                ))
+            }
+            Self::FarOne { near_m, far_m } | Self::FarZero { near_m, far_m } => {
+                if near_m > 0.0 && far_m > near_m && far_m.is_finite() {
+                    return Ok(());
+                }
+                Err(Error::new(
+                    "depth range",
+                    format!("is {near_m} m to {far_m} m"),
+                    "give a near distance above zero and a far distance beyond it",
+                ))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_convention_gives_the_same_vergence() {
+        let want = [0.5, 0.125];
+        for (convention, samples) in [
+            (
+                DepthConvention::Distance {
+                    metres_per_unit: 1.0,
+                },
+                [2.0, 8.0],
+            ),
+            (
+                DepthConvention::Distance {
+                    metres_per_unit: -0.01,
+                },
+                [-200.0, -800.0],
+            ),
+            (
+                DepthConvention::Inverse {
+                    metres_per_unit: 1.0,
+                },
+                [0.5, 0.125],
+            ),
+            (
+                DepthConvention::Inverse {
+                    metres_per_unit: 0.01,
+                },
+                [0.005, 0.00125],
+            ),
+            (
+                DepthConvention::FarOne {
+                    near_m: 2.0,
+                    far_m: 10.0,
+                },
+                [0.0, 0.75],
+            ),
+            (
+                DepthConvention::FarZero {
+                    near_m: 2.0,
+                    far_m: 10.0,
+                },
+                [1.0, 0.25],
+            ),
+        ] {
+            let reading = convention.read(&samples, 2).expect("valid");
+            for (got, want) in reading.vergence.iter().zip(want) {
+                assert!((got - want).abs() < 1e-6, "{convention:?}: {got}");
+            }
+            let (near, far) = reading.range_m.expect("finite");
+            assert!((near - 2.0).abs() < 1e-6 && (far - 8.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn empty_infinite_and_outside_pixels_are_counted() {
+        let metres = DepthConvention::Distance {
+            metres_per_unit: 1.0,
+        };
+        let reading = metres
+            .read(&[1.0, f32::INFINITY, 0.0, -3.0], 2)
+            .expect("valid");
+        assert_eq!((reading.infinite, reading.empty), (1, 2));
+        assert_eq!(reading.vergence, [1.0, 0.0, 0.0, 0.0]);
+        let unit = DepthConvention::FarOne {
+            near_m: 1.0,
+            far_m: 2.0,
+        };
+        assert_eq!(unit.read(&[-0.5, 1.5, 0.5], 3).expect("valid").outside, 2);
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let metres = DepthConvention::Distance {
+            metres_per_unit: 1.0,
+        };
+        let error = metres.read(&[1.0, 2.0, f32::NAN], 2).expect_err("NaN");
+        assert!(error.place.contains("(0, 1)"), "{error}");
+        assert!(metres.read(&[0.0, -1.0], 2).is_err());
+        let inverse = DepthConvention::Inverse {
+            metres_per_unit: 1.0,
+        };
+        assert!(inverse.read(&[f32::INFINITY], 1).is_err());
+        for bad in [
+            DepthConvention::Distance {
+                metres_per_unit: 0.0,
+            },
+            DepthConvention::FarOne {
+                near_m: 0.0,
+                far_m: 2.0,
+            },
+            DepthConvention::FarZero {
+                near_m: 3.0,
+                far_m: 2.0,
+            },
+        ] {
+            assert!(bad.read(&[1.0], 1).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn distances_along_the_ray_become_those_along_the_axis() {
+        // A wall square to the axis, 2 m away, seen by a camera of 90 degrees.
+        let (width, focal_px) = (9, 4.5);
+        let axis = ImagePoint::new(4.5, 2.5);
+        let ray = |k: usize| {
+            let (x, y) = ((k % width) as f64 - 4.0, (k / width) as f64 - 2.0);
+            (x * x + y * y + focal_px * focal_px).sqrt() / focal_px
+        };
+        let mut samples: Vec<f32> = (0..45).map(|k| (2.0 * ray(k)) as f32).collect();
+        samples[3] = 0.0;
+        let metres = DepthConvention::Distance {
+            metres_per_unit: 1.0,
+        };
+        let mut reading = metres.read(&samples, width).expect("readable");
+        reading
+            .turn_along_axis(width, axis, focal_px, 1.0)
+            .expect("a camera");
+        for (k, v) in reading.vergence.iter().enumerate() {
+            let want = if k == 3 { 0.0 } else { 0.5 };
+            assert!((v - want).abs() < 1e-6, "{k}: {v}");
+        }
+        let (near, far) = reading.range_m.expect("a range");
+        assert!((near - 2.0).abs() < 1e-6 && (far - 2.0).abs() < 1e-6);
+        for bad in [0.0, -3.0, f64::NAN, f64::INFINITY] {
+            assert!(
+                reading.turn_along_axis(width, axis, bad, 1.0).is_err(),
+                "{bad}"
+            );
+        }
+    }
+}

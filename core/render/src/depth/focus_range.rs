@@ -1,0 +1,300 @@
+//! Focus as compositors set it: a range in focus, blur in front and behind by factors, a largest kernel.
+//!
+//! All of it is a function from vergence to vergence: kernels stay those the lens has at some distance,
+//! with their shape, colour and place in the field.
+
+use crate::{BlurField, PlateMap};
+use seidel_optics::error::{Error, Result};
+use seidel_optics::field::FieldPoint;
+
+/// Largest factor of blur in front of the focus plane or behind it.
+pub const MOST_MULTIPLIER: f64 = 16.0;
+
+/// Vergences farther from focus than this are not asked of a lens, 1/m: one hundredth of a millimetre.
+const FARTHEST_FROM_FOCUS: f64 = 1e5;
+/// Places along each side of a plate where the size of kernels is tried.
+const PLACES: usize = 9;
+/// Halvings of an octave of distance from focus: the largest kernel is met to a part in 10^4.
+const HALVINGS: usize = 14;
+
+/// What is set; the default changes nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FocusControls {
+    /// The focus plane, as vergence, 1/m; where the lens is sharpest if `None`: see [`focus_vergence`].
+    pub focus_per_m: Option<f64>,
+    /// Metres about the focus plane, half of them before it, in which everything is as sharp as there.
+    pub depth_of_field_m: f64,
+    /// How many times as far from focus everything before the focus plane is, in vergence.
+    pub front: f64,
+    /// The same behind it.
+    pub back: f64,
+    /// Largest kernel: two standard deviations where it is widest, plate pixels. That is the radius of an
+    /// even disc.
+    pub maximum_px: Option<f64>,
+}
+
+impl Default for FocusControls {
+    fn default() -> Self {
+        Self {
+            focus_per_m: None,
+            depth_of_field_m: 0.0,
+            front: 1.0,
+            back: 1.0,
+            maximum_px: None,
+        }
+    }
+}
+
+impl FocusControls {
+    /// Whether they change nothing.
+    pub fn is_neutral(&self) -> bool {
+        let Self { focus_per_m, .. } = *self;
+        *self
+            == Self {
+                focus_per_m,
+                ..Self::default()
+            }
+    }
+
+    /// Whether the values can be.
+    ///
+    /// # Errors
+    /// Values that are not finite or out of their range, by name.
+    pub fn check(&self) -> Result<()> {
+        if let Some(focus) = self.focus_per_m.filter(|v| !v.is_finite()) {
+            return Err(Error::new(
+                "focus plane",
+                format!("is at vergence {focus}"),
+                "give one over its distance in metres, 0 for infinity",
+            ));
+        }
+        if !(self.depth_of_field_m >= 0.0 && self.depth_of_field_m.is_finite()) {
+            return Err(Error::new(
+                "depth of field",
+                format!("is {} m", self.depth_of_field_m),
+                "give metres from 0 up",
+            ));
+        }
+        for (name, factor) in [
+            ("front multiplier", self.front),
+            ("back multiplier", self.back),
+        ] {
+            if !(0.0..=MOST_MULTIPLIER).contains(&factor) {
+                return Err(Error::new(
+                    name,
+                    format!("is {factor}"),
+                    format!(
+                        "give a number from 0 (as in focus) to {MOST_MULTIPLIER}; 1 is as the lens says"
+                    ),
+                ));
+            }
+        }
+        match self.maximum_px {
+            Some(size) if !(size > 0.0 && size.is_finite()) => Err(Error::new(
+                "maximum size",
+                format!("is {size} px"),
+                "give a radius above zero, in pixels of the plate",
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A plate as far as the size of its kernels goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlateExtent {
+    /// Where it lies in the lens's frame.
+    pub map: PlateMap,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+/// [`FocusControls`] for a lens and a plate: vergences to draw in place of those that are.
+///
+/// With u the distance in vergence from the nearer end of the range in focus (positive before it), f the
+/// vergence in focus and m the factor of that side, v becomes f + m u, f itself inside the range, held
+/// between the two vergences at which the largest kernel of the plate has the size that is allowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FocusRange {
+    focus: f64,
+    /// Ends of the range in focus, 1/m.
+    near: f64,
+    far: f64,
+    front: f64,
+    back: f64,
+    /// What is drawn at most, either way, 1/m.
+    least: f64,
+    most: f64,
+}
+
+impl FocusRange {
+    /// `controls` for `lens` on `plate`.
+    ///
+    /// # Errors
+    /// Values that cannot be; a lens whose blur does not depend on distance; a range about a focus that
+    /// is not at a finite distance; and a largest kernel smaller than what the lens has in focus.
+    pub fn new(lens: &dyn BlurField, plate: PlateExtent, controls: &FocusControls) -> Result<Self> {
+        controls.check()?;
+        let mut range = Self {
+            focus: 0.0,
+            near: 0.0,
+            far: 0.0,
+            front: controls.front,
+            back: controls.back,
+            least: f64::NEG_INFINITY,
+            most: f64::INFINITY,
+        };
+        if controls.is_neutral() {
+            return Ok(range);
+        }
+        let sharpest = focus_vergence(lens).ok_or_else(|| {
+            Error::new(
+                "focus controls",
+                "need a lens with a focus; the blur of this one does not grow with distance from one",
+                "fit it to sets at three or more distances, or leave out depth of field, multipliers and maximum size",
+            )
+        })?;
+        range.focus = controls.focus_per_m.unwrap_or(sharpest);
+        (range.near, range.far) = ends(range.focus, controls.depth_of_field_m)?;
+        if let Some(size) = controls.maximum_px {
+            let kernels = Kernels::of(lens, plate);
+            range.most = kernels.farthest(range.focus, 1.0, size)?;
+            range.least = kernels.farthest(range.focus, -1.0, size)?;
+        }
+        Ok(range)
+    }
+
+    /// The vergence to draw for an object at vergence `v`, 1/m.
+    pub fn vergence(&self, v: f64) -> f64 {
+        let (end, factor) = if v > self.near {
+            (self.near, self.front)
+        } else if v < self.far {
+            (self.far, self.back)
+        } else {
+            return self.focus;
+        };
+        // Not by way of the focus where nothing changes, so that no bit does.
+        let moved = if factor == 1.0 {
+            v - (end - self.focus)
+        } else {
+            self.focus + factor * (v - end)
+        };
+        moved.clamp(self.least, self.most)
+    }
+}
+
+/// The nearer and the farther end, as vergences, of `range_m` metres about `focus`.
+fn ends(focus: f64, range_m: f64) -> Result<(f64, f64)> {
+    if range_m == 0.0 {
+        return Ok((focus, focus));
+    }
+    if focus <= 1e-9 {
+        return Err(Error::new(
+            "depth of field",
+            format!("is {range_m} m about a focus plane that is at infinity"),
+            "focus the lens at a finite distance, or give a back multiplier below 1",
+        ));
+    }
+    let (middle, half) = (1.0 / focus, range_m / 2.0);
+    let near = if half < middle {
+        1.0 / (middle - half)
+    } else {
+        f64::INFINITY
+    };
+    Ok((near, 1.0 / (middle + half)))
+}
+
+/// The vergence that `lens` draws sharpest on its axis, 1/m: where the variance of its blur, a parabola in
+/// vergence or nearly one, is least in the mean of channels. `None` where blur does not grow on both sides.
+pub fn focus_vergence(lens: &dyn BlurField) -> Option<f64> {
+    let axis = FieldPoint::new(0.0, 0.0);
+    let variance = |v: f64| {
+        let channels = 0..lens.channel_count();
+        let of = |k| lens.blur_at(k, axis, v).blur.moments;
+        channels.map(|k| of(k).mu20 + of(k).mu02).sum::<f64>()
+    };
+    let mut middle = 0.0;
+    // Parabolas through three points, ever nearer; the first is as wide as from infinity to half a metre.
+    for step in [2.0, 1.0, 0.5, 0.25, 0.1, 0.03, 0.01] {
+        let [before, here, after] = [-step, 0.0, step].map(|by| variance(middle + by));
+        let bend = before - 2.0 * here + after;
+        let scale = before.abs() + here.abs() + after.abs();
+        if !bend.is_finite() || bend <= 1e-9 * scale {
+            // Flat at first: no focus; flat close to it: near enough.
+            return (step < 1.0).then_some(middle);
+        }
+        middle += (0.5 * step * (before - after) / bend).clamp(-20.0, 20.0);
+    }
+    Some(middle)
+}
+
+/// The kernels of a plate, tried on a grid of places.
+struct Kernels<'a> {
+    lens: &'a dyn BlurField,
+    places: Vec<FieldPoint>,
+    scale: f64,
+}
+
+impl<'a> Kernels<'a> {
+    fn of(lens: &'a dyn BlurField, plate: PlateExtent) -> Self {
+        let frame = lens.frame();
+        let along = |size: usize, k: usize| (size - 1) as f64 * k as f64 / (PLACES - 1) as f64;
+        let places = (0..PLACES * PLACES).map(|k| {
+            let column = along(plate.width.max(1), k % PLACES).round() as usize;
+            let row = along(plate.height.max(1), k / PLACES).round() as usize;
+            frame.field_point(plate.map.frame_point(column, row))
+        });
+        Self {
+            lens,
+            places: places.collect(),
+            scale: plate.map.scale,
+        }
+    }
+
+    /// Two standard deviations of the widest kernel at vergence `v`, plate px.
+    fn largest(&self, v: f64) -> f64 {
+        let variance = |at: &FieldPoint, channel: usize| {
+            let m = self.lens.blur_at(channel, *at, v).blur.moments;
+            let (mean, half) = ((m.mu20 + m.mu02) / 2.0, (m.mu20 - m.mu02) / 2.0);
+            mean + (half * half + m.mu11 * m.mu11).sqrt()
+        };
+        let channels = || 0..self.lens.channel_count();
+        let all = (self.places.iter()).flat_map(|at| channels().map(move |k| variance(at, k)));
+        2.0 * all.fold(0.0, f64::max).sqrt() * self.scale
+    }
+
+    /// How far from `focus` to the side of `sign` no kernel is larger than `size`.
+    fn farthest(&self, focus: f64, sign: f64, size: f64) -> Result<f64> {
+        let in_focus = self.largest(focus);
+        if in_focus > size {
+            return Err(Error::new(
+                "maximum size",
+                format!(
+                    "is {size} px, but the lens has kernels of {in_focus:.3} px in focus already"
+                ),
+                "give a larger one, or make the whole lens weaker by its amount",
+            ));
+        }
+        let (mut within, mut beyond) = (0.0, 1e-3);
+        while self.largest(focus + sign * beyond) <= size {
+            if beyond > FARTHEST_FROM_FOCUS {
+                return Ok(sign * f64::INFINITY);
+            }
+            (within, beyond) = (beyond, 2.0 * beyond);
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (within + beyond);
+            if self.largest(focus + sign * middle) <= size {
+                within = middle;
+            } else {
+                beyond = middle;
+            }
+        }
+        Ok(focus + sign * within)
+    }
+}
+
+#[cfg(test)]
+mod tests;

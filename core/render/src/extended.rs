@@ -1,0 +1,268 @@
+//! Plates that go on beyond their edges as they are at them.
+
+use crate::scatter::reach_of_pass;
+use crate::{BlurField, Edges, PlacedBlur, Plane, PlateMap, Renderer, Scene, VergencePass, Window};
+use rayon::prelude::*;
+use seidel_optics::error::Result;
+use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
+use seidel_optics::sensor::Tone;
+
+/// A renderer for which every pixel beyond an edge is the nearest one on the plate: its light, its depth and its
+/// blur. At the edges an even plate is as even as in the middle; the sum of light is not kept: what leaves is made up
+/// for by what comes in. The scene's own [`Edges`] are not asked.
+#[derive(Clone, Copy)]
+pub struct Extended<'r> {
+    /// Blurs the plate and what is about it.
+    pub inner: &'r dyn Renderer,
+}
+
+impl Renderer for Extended<'_> {
+    fn id(&self) -> &'static str {
+        self.inner.id()
+    }
+
+    fn render(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>> {
+        self.render_window(scene, planes, Window::whole(scene), progress)
+    }
+
+    fn render_window(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        window: Window,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>> {
+        scene.check(planes)?;
+        window.check(scene)?;
+        let margin = Margin::of(scene);
+        let samples: Vec<Vec<f32>> = planes
+            .par_iter()
+            .map(|plane| margin.padded(plane.samples))
+            .collect();
+        let planes: Vec<Plane> = samples
+            .iter()
+            .zip(planes)
+            .map(|(samples, plane)| Plane {
+                samples,
+                weights: plane.weights,
+            })
+            .collect();
+        let pass = match scene.vergence {
+            VergencePass::Constant(_) => Vec::new(),
+            VergencePass::PerPixel(pass) => margin.padded(pass),
+        };
+        let lens = Held::new(scene);
+        let wider = Scene {
+            lens: &lens,
+            width: scene.width + 2 * margin.x,
+            height: scene.height + 2 * margin.y,
+            map: scene.map.moved(-(margin.x as f64), -(margin.y as f64)),
+            vergence: match scene.vergence {
+                VergencePass::Constant(vergence) => VergencePass::Constant(vergence),
+                VergencePass::PerPixel(_) => VergencePass::PerPixel(&pass),
+            },
+            edges: Edges::Black,
+            ..*scene
+        };
+        let window = Window {
+            column: window.column + margin.x,
+            row: window.row + margin.y,
+            ..window
+        };
+        self.inner.render_window(&wider, &planes, window, progress)
+    }
+}
+
+/// What is added about a plate, px.
+struct Margin {
+    x: usize,
+    y: usize,
+    width: usize,
+    height: usize,
+}
+
+impl Margin {
+    /// As far as kernels reach, but no more than the plate is wide.
+    fn of(scene: &Scene) -> Self {
+        let (x, y) = reach_of_pass(scene);
+        let most = scene.width.max(scene.height);
+        Self {
+            x: (x.ceil() as usize).min(most),
+            y: (y.ceil() as usize).min(most),
+            width: scene.width,
+            height: scene.height,
+        }
+    }
+
+    /// `samples` of the plate with the nearest ones about them.
+    fn padded(&self, samples: &[f32]) -> Vec<f32> {
+        let mut out = Vec::with_capacity((self.width + 2 * self.x) * (self.height + 2 * self.y));
+        for row in 0..self.height + 2 * self.y {
+            let row = row.saturating_sub(self.y).min(self.height - 1);
+            let line = &samples[row * self.width..(row + 1) * self.width];
+            out.extend(std::iter::repeat_n(line[0], self.x));
+            out.extend_from_slice(line);
+            out.extend(std::iter::repeat_n(line[self.width - 1], self.x));
+        }
+        out
+    }
+}
+
+/// A lens that blurs beyond a plate as it does at the plate's edge.
+struct Held<'a> {
+    lens: &'a dyn BlurField,
+    /// Field points of the plate's first and last corner.
+    first: FieldPoint,
+    last: FieldPoint,
+}
+
+impl<'a> Held<'a> {
+    fn new(scene: &Scene<'a>) -> Self {
+        let PlateMap { origin, scale } = scene.map;
+        let corner = |x: usize, y: usize| {
+            scene.lens.frame().field_point(ImagePoint::new(
+                origin.x_px + x as f64 / scale,
+                origin.y_px + y as f64 / scale,
+            ))
+        };
+        Self {
+            lens: scene.lens,
+            first: corner(0, 0),
+            last: corner(scene.width, scene.height),
+        }
+    }
+}
+
+impl BlurField for Held<'_> {
+    fn frame(&self) -> Frame {
+        self.lens.frame()
+    }
+
+    fn channel_count(&self) -> usize {
+        self.lens.channel_count()
+    }
+
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
+        let at = FieldPoint::new(
+            at.x.clamp(self.first.x, self.last.x),
+            at.y.clamp(self.first.y, self.last.y),
+        );
+        self.lens.blur_at(channel, at, vergence_per_m)
+    }
+
+    fn tone(&self, channel: usize) -> Tone {
+        self.lens.tone(channel)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Displacement, Gather, Layered, Occlusion, Scatter};
+    use seidel_optics::moments::MeridionalMoments;
+    use seidel_optics::psf::{Gaussian, LocalBlur};
+
+    /// Blur that grows to the right, and with depth.
+    struct Growing;
+
+    impl BlurField for Growing {
+        fn frame(&self) -> Frame {
+            Frame::new(60, 40, None).expect("a valid frame")
+        }
+
+        fn channel_count(&self) -> usize {
+            1
+        }
+
+        fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+            let sigma = 2.5 + 1.2 * at.x + vergence;
+            let moments = MeridionalMoments {
+                mu20: sigma * sigma,
+                mu02: sigma * sigma,
+                mu30: 0.0,
+                mu12: 0.0,
+            };
+            let meridian = FieldPoint::new(1.0, 0.0).meridian();
+            PlacedBlur {
+                blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+                displacement_px: (0.0, 0.0),
+            }
+        }
+    }
+
+    fn scene(vergence: VergencePass) -> Scene {
+        Scene {
+            lens: &Growing,
+            model: &Gaussian,
+            width: 60,
+            height: 40,
+            map: PlateMap {
+                origin: ImagePoint::new(0.0, 0.0),
+                scale: 1.0,
+            },
+            vergence,
+            edges: Edges::Mirror,
+            displacement: Displacement::None,
+        }
+    }
+
+    fn rendered(inner: &dyn Renderer, scene: &Scene, samples: &[f32]) -> Vec<f32> {
+        let plane = Plane {
+            samples,
+            weights: &[1.0],
+        };
+        let done = Extended { inner }.render(scene, &[plane], &|_| true);
+        done.expect("a sound scene").remove(0)
+    }
+
+    /// Every output pixel from its own definition.
+    #[test]
+    fn what_lies_beyond_is_the_nearest_pixel() {
+        let samples: Vec<f32> = (0..60 * 40)
+            .map(|k| ((k * 7919) % 97) as f32 / 97.0)
+            .collect();
+        let got = rendered(&Scatter, &scene(VergencePass::Constant(0.0)), &samples);
+        for (x, y) in [(0, 0), (59, 39), (59, 20), (30, 0), (30, 20)] {
+            let mut sum = 0.0;
+            for v in -40_i32..80 {
+                for u in -40_i32..100 {
+                    let (near_x, near_y) = (u.clamp(0, 59), v.clamp(0, 39));
+                    let centre = (f64::from(u) + 0.5).clamp(0.0, 60.0);
+                    let sigma = 2.5 + 1.2 * (centre - 30.0) / 30.0;
+                    let square = f64::from((u - x).pow(2) + (v - y).pow(2));
+                    let weight = (-square / (2.0 * sigma * sigma)).exp()
+                        / (std::f64::consts::TAU * sigma * sigma);
+                    sum += weight * f64::from(samples[(near_y * 60 + near_x) as usize]);
+                }
+            }
+            let got = f64::from(got[(y * 60 + x) as usize]);
+            assert!((got - sum).abs() < 1e-4, "({x}, {y}): {got} {sum}");
+        }
+    }
+
+    #[test]
+    fn even_plates_stay_even_with_every_renderer() {
+        let even = vec![0.7_f32; 60 * 40];
+        let pass: Vec<f32> = (0..60 * 40).map(|k| (k % 60) as f32 / 60.0).collect();
+        let layered = Layered {
+            inner: &Gather::default(),
+            settings: Occlusion::default(),
+        };
+        let constant = scene(VergencePass::Constant(0.5));
+        // Growing blur piles light up a little wherever it is scattered.
+        for (renderer, scene, most) in [
+            (&Scatter as &dyn Renderer, &constant, 0.03),
+            (&Gather::default(), &constant, 0.03),
+            (&layered, &scene(VergencePass::PerPixel(&pass)), 0.03),
+        ] {
+            let got = rendered(renderer, scene, &even);
+            let worst = got.iter().map(|v| (v - 0.7).abs()).fold(0.0, f32::max);
+            assert!(worst < most, "{}: {worst}", renderer.id());
+        }
+    }
+}

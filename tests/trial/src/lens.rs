@@ -1,0 +1,222 @@
+//! The bare lens: third-order rays, one set of numbers a channel, on a camera that could exist.
+
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_8;
+
+use seidel_optics::camera::Camera;
+use seidel_optics::distance::ObjectDistance;
+use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
+
+use super::pencil::Pencil;
+use super::rng::Rng;
+
+/// Channel names, in the order of all tiles.
+pub(super) const CHANNELS: [&str; 3] = ["R", "G", "B"];
+/// Wavelengths of the channels, nanometres.
+pub(super) const WAVELENGTHS_NM: [f64; 3] = [620.0, 540.0, 460.0];
+/// Index of the channel that the others are stated against.
+const GREEN: usize = 1;
+
+/// Numbers of one channel, px at the pupil's rim and at h = 1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seidel {
+    /// Extra defocus of the channel.
+    axial: f64,
+    beta: f64,
+    gamma: f64,
+    delta: f64,
+    phi: f64,
+    /// Shift along the radius at h = 1, half widths.
+    distortion: f64,
+    /// The same linear in h, px.
+    lateral: f64,
+}
+
+/// A lens on a camera.
+#[derive(Debug, Clone)]
+pub(super) struct Lens {
+    pub(super) frame: Frame,
+    pub(super) focal_mm: f64,
+    pub(super) f_number: f64,
+    pub(super) pitch_um: f64,
+    pub(super) focus_m: f64,
+    /// The two object distances, metres, far one first.
+    pub(super) depths_m: [f64; 2],
+    channels: [Seidel; 3],
+}
+
+/// What a cause needs of the lens to be seen as itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Demand {
+    /// An aperture so small that the wave shows: q of 1.5 to 4 px.
+    pub(super) slow: bool,
+    /// Least ratio of the two object distances.
+    pub(super) depth_ratio: f64,
+}
+
+/// Which picture is asked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// Where an undistorted lens would put it, frame pixels.
+    pub(super) ideal: [f64; 2],
+    /// The stated object distance, metres.
+    pub(super) depth_m: f64,
+    /// Index of the channel.
+    pub(super) channel: usize,
+}
+
+impl Lens {
+    /// A random lens as `demand` wants it whose pencils stay well inside tiles of `tile` pixels.
+    pub(super) fn draw(rng: &mut Rng, demand: Demand, tile: usize) -> Self {
+        loop {
+            let lens = Self::draw_any(rng, demand.slow);
+            if let Some(lens) = lens
+                && lens.depths_m[0] > demand.depth_ratio * lens.depths_m[1]
+                && lens.reach_px() < tile as f64 / 2.0 - 2.0
+            {
+                return lens;
+            }
+        }
+    }
+
+    fn draw_any(rng: &mut Rng, slow: bool) -> Option<Self> {
+        let (width, height) = if rng.chance(0.5) {
+            (3840, 2160)
+        } else {
+            (1920, 1080)
+        };
+        let focal_mm = [25.0, 28.0, 35.0, 40.0, 50.0, 65.0, 75.0, 85.0][rng.below(8)];
+        let pitch_um = (rng.between(3.5, if slow { 4.6 } else { 6.0 }) * 10.0).round() / 10.0;
+        let f_number = if slow {
+            let q = rng.between(1.5, 4.0);
+            (q * pitch_um / (2.0e-3 * WAVELENGTHS_NM[GREEN]) * 10.0).round() / 10.0
+        } else {
+            [1.4, 1.8, 2.0, 2.8, 4.0, 5.6][rng.below(6)]
+        };
+        let focus_m = (rng.between(1.5, 4.0) * 10.0).round() / 10.0;
+        let blur = rng.between(3.0, 6.0);
+        let (beta, gamma, delta, phi) = (
+            rng.signed(0.8, 2.5),
+            rng.signed(0.4, 2.5),
+            rng.signed(0.4, 2.5),
+            rng.signed(0.4, 1.3),
+        );
+        let distortion = rng.signed(0.001, 0.015);
+        let axial = rng.signed(0.3, 0.6);
+        let lateral = rng.signed(0.0, 0.15);
+        let spread: [f64; 4] = std::array::from_fn(|_| rng.signed(0.01, 0.06));
+        let blue = -rng.between(0.7, 1.1);
+        let channels = [1.0, 0.0, blue].map(|c| Seidel {
+            axial: axial * c,
+            beta: beta * (1.0 + spread[0] * c),
+            gamma: gamma * (1.0 + spread[1] * c),
+            delta: delta * (1.0 + spread[2] * c),
+            phi: phi * (1.0 + spread[3] * c),
+            distortion,
+            lateral: lateral * c,
+        });
+        let frame = Frame::new(width, height, None).expect("the frame is a real one");
+        let mut lens = Self {
+            frame,
+            focal_mm,
+            f_number,
+            pitch_um,
+            focus_m,
+            depths_m: [0.0; 2],
+            channels,
+        };
+        for (depth, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            let defocus = sign * blur * rng.between(0.85, 1.15);
+            let vergence = 1.0 / focus_m + defocus / lens.px_per_dioptre();
+            if vergence < 0.04 {
+                return None;
+            }
+            lens.depths_m[depth] = (1000.0 / vergence).round() / 1000.0;
+        }
+        Some(lens)
+    }
+
+    /// How much defocus, px at the rim, one dioptre makes.
+    pub(super) fn px_per_dioptre(&self) -> f64 {
+        self.focal_mm * self.image_mm() / (2.0 * self.f_number * self.pitch_um)
+    }
+
+    /// Distance of the focused image behind a thin lens, mm.
+    pub(super) fn image_mm(&self) -> f64 {
+        self.focal_mm / (1.0 - self.focal_mm / (1000.0 * self.focus_m))
+    }
+
+    /// Defocus of an object at vergence `v`, 1/m, in px at the rim; without axial colour.
+    pub(super) fn alpha(&self, v: f64) -> f64 {
+        self.px_per_dioptre() * (v - 1.0 / self.focus_m)
+    }
+
+    /// q = 2 N lambda / pitch of a channel, px.
+    pub(super) fn wave_px(&self, channel: usize) -> f64 {
+        2.0 * self.f_number * WAVELENGTHS_NM[channel] * 1e-3 / self.pitch_um
+    }
+
+    /// How much larger the picture gets when the sensor moves so that defocus grows by one px.
+    pub(super) fn growth_per_px(&self) -> f64 {
+        -2.0 * self.f_number * self.pitch_um * 1e-3 / self.image_mm()
+    }
+
+    /// The pencil of the bare lens.
+    pub(super) fn pencil(&self, place: &Place) -> Pencil {
+        let s = &self.channels[place.channel];
+        let [ideal_x, ideal_y] = place.ideal;
+        let FieldPoint { x, y } = self.frame.field_point(ImagePoint::new(ideal_x, ideal_y));
+        let h2 = x * x + y * y;
+        let push = s.distortion * self.frame.half_width_px() * h2 + s.lateral;
+        let mut pencil = Pencil::sharp([x, y], [ideal_x + push * x, ideal_y + push * y]);
+        pencil.defocus(self.alpha(1.0 / place.depth_m) + s.axial + s.delta * h2);
+        pencil.linear[0] += s.gamma * x * x;
+        pencil.linear[1] += s.gamma * x * y;
+        pencil.linear[2] += s.gamma * y * y;
+        pencil.spherical = s.beta;
+        pencil.coma = [s.phi * x, s.phi * y];
+        pencil
+    }
+
+    /// How far a ray lands from its pencil's centroid at most, px; some places and rim points are tried.
+    fn reach_px(&self) -> f64 {
+        let unit = self.frame.half_width_px();
+        let axis = self.frame.axis();
+        let mut most = 0.0_f64;
+        for h in [0.0, 0.5, 0.8, 1.12] {
+            for depth_m in self.depths_m {
+                for channel in 0..CHANNELS.len() {
+                    let pencil = self.pencil(&Place {
+                        ideal: [axis.x_px + h * unit, axis.y_px],
+                        depth_m,
+                        channel,
+                    });
+                    let [cx, cy] = pencil.centroid();
+                    for step in 0..64 {
+                        let (sin, cos) = libm::sincos(f64::from(step % 16) * FRAC_PI_8);
+                        let r = 0.25 * f64::from(step / 16 + 1);
+                        let [px, py] = pencil.slope([r * cos, r * sin]);
+                        let at = [px + pencil.chief[0] - cx, py + pencil.chief[1] - cy];
+                        most = most.max(at[0].hypot(at[1]));
+                    }
+                }
+            }
+        }
+        most
+    }
+
+    /// The camera as a manifest states it.
+    pub(super) fn camera(&self) -> Camera {
+        let wavelength_nm: BTreeMap<String, f64> = CHANNELS
+            .iter()
+            .zip(WAVELENGTHS_NM)
+            .map(|(name, nm)| ((*name).to_owned(), nm))
+            .collect();
+        Camera {
+            focal_length_mm: Some(self.focal_mm),
+            f_number: Some(self.f_number),
+            focus_distance: ObjectDistance::Metres(self.focus_m),
+            wavelength_nm,
+        }
+    }
+}
