@@ -1,15 +1,15 @@
-//! What can go wrong with colour, and how it is said.
+//! Errors of colour management.
 
 /// Result of an operation on colour.
 pub type Result<T> = std::result::Result<T, ColourError>;
 
-/// A refusal that names the config, the place in it, what is wrong and what to do about it.
+/// An error that names the config, the place in it, the problem and a remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{config}: {}{problem}; {remedy}", place(field))]
 pub struct ColourError {
-    /// The config as it was given, or another text at fault.
+    /// Name of the config or other text at fault.
     pub config: String,
-    /// The space, role or line at fault; empty for the config as a whole.
+    /// Space, role or line at fault; empty for the config as a whole.
     pub field: String,
     /// What is wrong with it.
     pub problem: String,
@@ -18,14 +18,15 @@ pub struct ColourError {
 }
 
 fn place(field: &str) -> String {
-    match field {
-        "" => String::new(),
-        field => format!("{field}: "),
+    if field.is_empty() {
+        String::new()
+    } else {
+        format!("{field}: ")
     }
 }
 
 impl ColourError {
-    /// A refusal of one `field` of `config`, or of all of it where `field` is empty.
+    /// Creates an error about one `field` of `config`, or about all of it if `field` is empty.
     pub fn new(
         config: impl Into<String>,
         field: impl Into<String>,

@@ -1,30 +1,51 @@
-//! Colour spaces: OpenColorIO configs, processors between two of their spaces, and the project's own curves.
+//! Colour spaces: OpenColorIO configs, processors between two of their spaces, and Seidel's own camera curves.
 //!
-//! [`Config`] and [`Processor`] are what others use. Behind them an engine does OpenColorIO's work, by the traits of
-//! [`engine`]: by default one in Rust, with the feature `ocio-native` the C++ library. Whatever the engine, alpha stays
-//! aside, samples that are not finite are zeroed and counted before a transform mixes channels, and results do not
-//! depend on the number of threads. Without an engine there are [`curves`] only.
+//! Most callers need [`Config`] and [`Processor`] only. An engine behind the traits of [`engine`] evaluates the
+//! transforms: by default a Rust port of OpenColorIO, with the feature `ocio-native` its C++ library. Three guarantees
+//! hold for either engine:
+//!
+//! - Alpha is not converted.
+//! - Samples that are not finite become zero, and are counted, before a transform mixes channels.
+//! - Results do not depend on the number of threads.
+//!
+//! Without an engine the crate holds [`curves`] and [`tables`] only.
+#![cfg_attr(
+    any(feature = "ocio", feature = "ocio-native"),
+    doc = r#"
+```
+use seidel_colour::{Alphas, Config, Source};
+
+let config = Config::load(&Source::Embedded)?;
+let to_linear = config.processor("ARRI LogC4", "ACEScg")?;
+let mut planes = vec![vec![0.278]; 3];
+let report = to_linear.convert_planes(&mut planes, Alphas::Straight)?;
+assert_eq!(report.non_finite, 0);
+assert!((planes[1][0] - 0.18).abs() < 1e-3);
+# Ok::<(), seidel_colour::ColourError>(())
+```
+"#
+)]
 #![forbid(unsafe_code)]
 
 pub mod curves;
 pub mod engine;
 mod error;
+mod source;
 pub mod tables;
 
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
+mod batch;
+#[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod config;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
-mod pixels;
-#[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod processor;
-mod source;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
-mod spelling;
+mod suggestions;
 
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 pub use config::Config;
 pub use engine::{Display, FileSpace, Space};
 pub use error::{ColourError, Result};
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
-pub use processor::{Alphas, Processor, Report};
-pub use source::{OWN_CONFIG, Source};
+pub use processor::{Alphas, ConversionReport, PixelLayout, Processor};
+pub use source::{EMBEDDED_CONFIG, Source};

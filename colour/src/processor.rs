@@ -1,49 +1,84 @@
-//! What turns pictures in one colour space into pictures in another.
+//! Conversion of images from one colour space to another.
 
 use std::ops::Add;
 
 use rayon::prelude::*;
 
+use crate::batch::PixelBatch;
 use crate::engine::EngineProcessor;
-use crate::pixels::Pixels;
 use crate::{ColourError, Result};
 
-/// Pixels that go through an engine at a time: few enough for the cache, and as many with any number of threads.
+/// Pixels per call of an engine. Small enough for the cache; fixed, so that results do not depend on the number of
+/// threads.
 const CHUNK: usize = 4096;
 
-/// What colours are multiplied by.
+/// The alpha by which the planes of an image are premultiplied.
 #[derive(Debug, Clone, Copy)]
 pub enum Alphas<'a> {
-    /// Nothing: colours are as they are, or alpha goes with them without having been multiplied in.
+    /// None: colour is straight (unpremultiplied), or there is no alpha.
     Straight,
-    /// One alpha for all colours.
+    /// One alpha for all planes.
     Shared(&'a [f32]),
-    /// An alpha for each colour, in the order of the planes.
-    Each(&'a [Vec<f32>]),
+    /// One alpha per plane, in the same order.
+    PerPlane(&'a [Vec<f32>]),
 }
 
-/// How many samples could not go through a transform.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[must_use]
-pub struct Report {
-    /// Those that were NaN or infinite before; zero was put in their place.
-    pub scrubbed: usize,
-    /// Those that the other space has no finite number for; they are zero.
-    pub unheld: usize,
-}
-
-impl Add for Report {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            scrubbed: self.scrubbed + other.scrubbed,
-            unheld: self.unheld + other.unheld,
+impl Alphas<'_> {
+    /// Returns the alphas of the three channels at index `i`.
+    fn at(&self, i: usize) -> [f32; 3] {
+        match self {
+            Self::Straight => [1.0; 3],
+            Self::Shared(alpha) => [alpha[i]; 3],
+            Self::PerPlane([grey]) => [grey[i]; 3],
+            Self::PerPlane(planes) => {
+                std::array::from_fn(|k| planes.get(k).map_or(1.0, |plane| plane[i]))
+            }
         }
     }
 }
 
-/// Turns colours of one space into those of another, on as many threads as there are; the same on each.
+/// The layout of interleaved pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PixelLayout {
+    /// R, G, B.
+    Rgb,
+    /// R, G, B and alpha, not premultiplied.
+    RgbaStraight,
+    /// R, G, B premultiplied by alpha, and alpha.
+    RgbaPremultiplied,
+}
+
+impl PixelLayout {
+    fn channels(self) -> usize {
+        match self {
+            Self::Rgb => 3,
+            Self::RgbaStraight | Self::RgbaPremultiplied => 4,
+        }
+    }
+}
+
+/// Numbers of samples that a conversion replaced by zero.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[must_use]
+pub struct ConversionReport {
+    /// Samples that were NaN or infinite before.
+    pub non_finite: usize,
+    /// Samples that have no finite value in the target space.
+    pub unrepresentable: usize,
+}
+
+impl Add for ConversionReport {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            non_finite: self.non_finite + other.non_finite,
+            unrepresentable: self.unrepresentable + other.unrepresentable,
+        }
+    }
+}
+
+/// A transform of images from one colour space to another.
 pub struct Processor {
     engine: Box<dyn EngineProcessor>,
     config: String,
@@ -55,7 +90,8 @@ impl Processor {
     pub(crate) fn new(
         engine: Box<dyn EngineProcessor>,
         config: &str,
-        (from, to): (&str, &str),
+        from: &str,
+        to: &str,
     ) -> Self {
         Self {
             engine,
@@ -65,171 +101,169 @@ impl Processor {
         }
     }
 
-    /// The space that colours are in before.
+    /// Returns the name of the source space.
     pub fn from(&self) -> &str {
         &self.from
     }
 
-    /// The space that they are in afterwards.
+    /// Returns the name of the target space, or `DISPLAY/VIEW`.
     pub fn to(&self) -> &str {
         &self.to
     }
 
-    /// Whether it leaves all colours as they are, also those that are not finite.
+    /// Returns whether it leaves every sample unchanged, including those that are not finite.
     pub fn is_no_op(&self) -> bool {
         self.engine.is_no_op()
     }
 
-    /// Turns three planes, or one of grey, in place. `alphas` stay as they are, and so does what they cover of nothing.
-    /// What was not finite was zero for the other channels.
+    /// Converts an image in place: three planes R, G, B, or one plane of grey.
     ///
-    /// Of grey, what the second of three equal channels becomes.
+    /// Grey is converted as three equal channels, of which the result is the second. `alphas` are not converted.
+    /// Pixels with neither colour nor alpha stay zero. Samples that are not finite become zero before the conversion.
     ///
     /// # Errors
-    /// Planes that are neither one nor three, or differ in size from each other or from `alphas`.
-    pub fn planes(&self, planes: &mut [Vec<f32>], alphas: Alphas) -> Result<Report> {
-        self.check(planes, alphas)?;
+    /// If there are not one or three planes, or sizes differ between planes and `alphas`.
+    pub fn convert_planes(
+        &self,
+        planes: &mut [Vec<f32>],
+        alphas: Alphas,
+    ) -> Result<ConversionReport> {
+        self.check_planes(planes, alphas)?;
         if self.is_no_op() {
-            return Ok(Report::default());
+            return Ok(ConversionReport::default());
         }
-        let alpha = |k: usize, i: usize| match alphas {
-            Alphas::Straight => 1.0,
-            Alphas::Shared(alpha) => alpha[i],
-            Alphas::Each(all) => all.get(k).or(all.first()).map_or(1.0, |alpha| alpha[i]),
-        };
-        let alphas_at = |i: usize| [alpha(0, i), alpha(1, i), alpha(2, i)];
         let report = match planes {
             [grey] => {
                 let chunks = grey.par_chunks_mut(CHUNK).enumerate();
                 let reports = chunks.map(|(index, grey)| {
                     let first = index * CHUNK;
-                    let pixel = |i: usize| ([grey[i]; 3], alphas_at(first + i));
-                    let (colours, report) = self.chunk(grey.len(), pixel);
+                    let pixels = (0..grey.len()).map(|i| ([grey[i]; 3], alphas.at(first + i)));
+                    let (colours, report) = self.convert_chunk(pixels);
                     for (sample, colour) in grey.iter_mut().zip(colours) {
                         *sample = colour[1];
                     }
-                    // Each sample stood for three.
-                    Report {
-                        scrubbed: report.scrubbed / 3,
-                        unheld: report.unheld / 3,
+                    // Each sample was counted in three channels.
+                    ConversionReport {
+                        non_finite: report.non_finite / 3,
+                        unrepresentable: report.unrepresentable / 3,
                     }
                 });
-                reports.reduce(Report::default, Report::add)
+                reports.reduce(ConversionReport::default, Add::add)
             }
             [red, green, blue] => {
                 let (red, green) = (red.par_chunks_mut(CHUNK), green.par_chunks_mut(CHUNK));
                 let chunks = red.zip(green).zip(blue.par_chunks_mut(CHUNK)).enumerate();
                 let reports = chunks.map(|(index, ((red, green), blue))| {
                     let first = index * CHUNK;
-                    let pixel = |i: usize| ([red[i], green[i], blue[i]], alphas_at(first + i));
-                    let (colours, report) = self.chunk(red.len(), pixel);
+                    let pixels =
+                        (0..red.len()).map(|i| ([red[i], green[i], blue[i]], alphas.at(first + i)));
+                    let (colours, report) = self.convert_chunk(pixels);
                     for (i, colour) in colours.into_iter().enumerate() {
-                        (red[i], green[i], blue[i]) = (colour[0], colour[1], colour[2]);
+                        [red[i], green[i], blue[i]] = colour;
                     }
                     report
                 });
-                reports.reduce(Report::default, Report::add)
+                reports.reduce(ConversionReport::default, Add::add)
             }
-            _ => Report::default(),
+            _ => ConversionReport::default(),
         };
         Ok(report)
     }
 
-    /// Turns rows of pixels of three or four floats, in place; the fourth is alpha, which stays. `premultiplied` says
-    /// whether colours are multiplied by it.
+    /// Converts interleaved pixels in place, except their alpha.
     ///
     /// # Errors
-    /// Pixels of another size, and a length that is no multiple of it.
-    pub fn rows(&self, rows: &mut [f32], channels: usize, premultiplied: bool) -> Result<Report> {
-        self.check_rows(rows, channels)?;
-        if self.is_no_op() {
-            return Ok(Report::default());
-        }
-        let chunks = rows.par_chunks_mut(CHUNK * channels);
-        let reports = chunks.map(|chunk| self.row_chunk(chunk, channels, premultiplied));
-        Ok(reports.reduce(Report::default, Report::add))
-    }
-
-    /// As [`Processor::rows`], on the thread that calls alone: for callers whose threads are their own affair.
-    ///
-    /// # Errors
-    /// Those of [`Processor::rows`].
-    pub fn rows_here(
+    /// If the length is not a multiple of the channels of `layout`.
+    pub fn convert_pixels(
         &self,
-        rows: &mut [f32],
-        channels: usize,
-        premultiplied: bool,
-    ) -> Result<Report> {
-        self.check_rows(rows, channels)?;
+        samples: &mut [f32],
+        layout: PixelLayout,
+    ) -> Result<ConversionReport> {
+        self.check_pixels(samples, layout)?;
+        let chunks = samples.par_chunks_mut(CHUNK * layout.channels());
+        let reports = chunks.map(|chunk| self.convert_pixel_chunk(chunk, layout));
+        Ok(reports.reduce(ConversionReport::default, Add::add))
+    }
+
+    /// Converts interleaved pixels in place on the calling thread only, for callers that manage threads themselves.
+    ///
+    /// # Errors
+    /// If the length is not a multiple of the channels of `layout`.
+    pub fn convert_pixels_serial(
+        &self,
+        samples: &mut [f32],
+        layout: PixelLayout,
+    ) -> Result<ConversionReport> {
+        self.check_pixels(samples, layout)?;
+        let chunks = samples.chunks_mut(CHUNK * layout.channels());
+        let reports = chunks.map(|chunk| self.convert_pixel_chunk(chunk, layout));
+        Ok(reports.fold(ConversionReport::default(), Add::add))
+    }
+
+    fn convert_pixel_chunk(&self, chunk: &mut [f32], layout: PixelLayout) -> ConversionReport {
         if self.is_no_op() {
-            return Ok(Report::default());
+            return ConversionReport::default();
         }
-        let chunks = rows.chunks_mut(CHUNK * channels);
-        let reports = chunks.map(|chunk| self.row_chunk(chunk, channels, premultiplied));
-        Ok(reports.fold(Report::default(), Report::add))
-    }
-
-    fn check_rows(&self, rows: &[f32], channels: usize) -> Result<()> {
-        if matches!(channels, 3 | 4) && rows.len().is_multiple_of(channels) {
-            return Ok(());
-        }
-        Err(self.refused(
-            format!("{} floats in pixels of {channels}", rows.len()),
-            "give whole pixels of 3 or 4 floats",
-        ))
-    }
-
-    fn row_chunk(&self, chunk: &mut [f32], channels: usize, premultiplied: bool) -> Report {
-        let pixel = |i: usize| {
-            let at = &chunk[i * channels..];
-            let alpha = match premultiplied && channels == 4 {
-                true => at[3],
-                false => 1.0,
+        let pixels = chunk.chunks_exact(layout.channels()).map(|pixel| {
+            let alpha = if layout == PixelLayout::RgbaPremultiplied {
+                pixel[3]
+            } else {
+                1.0
             };
-            ([at[0], at[1], at[2]], [alpha; 3])
-        };
-        let (colours, report) = self.chunk(chunk.len() / channels, pixel);
-        for (pixel, colour) in chunk.chunks_exact_mut(channels).zip(colours) {
+            ([pixel[0], pixel[1], pixel[2]], [alpha; 3])
+        });
+        let (colours, report) = self.convert_chunk(pixels);
+        for (pixel, colour) in chunk.chunks_exact_mut(layout.channels()).zip(colours) {
             pixel[..3].copy_from_slice(&colour);
         }
         report
     }
 
-    /// What becomes of `count` pixels, each with its alphas.
-    fn chunk(
+    /// Converts pixels, each given as colour and alpha of its channels.
+    fn convert_chunk(
         &self,
-        count: usize,
-        pixel: impl Fn(usize) -> ([f32; 3], [f32; 3]),
-    ) -> (Vec<[f32; 3]>, Report) {
-        let (mut before, mut after) = (Report::default(), Report::default());
-        let mut pixels = Pixels::new(count);
-        for i in 0..count {
-            let (colour, alpha) = pixel(i);
-            pixels.push(colour, alpha, &mut before);
+        pixels: impl ExactSizeIterator<Item = ([f32; 3], [f32; 3])>,
+    ) -> (Vec<[f32; 3]>, ConversionReport) {
+        let mut batch = PixelBatch::new(pixels.len());
+        for (colour, alpha) in pixels {
+            batch.push(colour, alpha);
         }
-        let colours = pixels.drain(&*self.engine, &mut after).collect();
-        (colours, before + after)
+        batch.convert(&*self.engine)
     }
 
-    fn refused(&self, problem: String, remedy: &str) -> ColourError {
-        let field = format!("{} to {}", self.from, self.to);
-        ColourError::new(&self.config, field, problem, remedy)
-    }
-
-    fn check(&self, planes: &[Vec<f32>], alphas: Alphas) -> Result<()> {
+    fn check_planes(&self, planes: &[Vec<f32>], alphas: Alphas) -> Result<()> {
         let size = planes.first().map_or(0, Vec::len);
-        let fits = |plane: &Vec<f32>| plane.len() == size;
+        let has_size = |plane: &Vec<f32>| plane.len() == size;
         let alphas_fit = match alphas {
             Alphas::Straight => true,
             Alphas::Shared(alpha) => alpha.len() == size,
-            Alphas::Each(all) => all.len() == planes.len() && all.iter().all(fits),
+            Alphas::PerPlane(all) => all.len() == planes.len() && all.iter().all(has_size),
         };
-        if matches!(planes.len(), 1 | 3) && planes.iter().all(fits) && alphas_fit {
+        if matches!(planes.len(), 1 | 3) && planes.iter().all(has_size) && alphas_fit {
             return Ok(());
         }
-        Err(self.refused(
-            format!("{} planes of colour, or their sizes", planes.len()),
+        Err(self.error(
+            format!(
+                "the {} colour planes and their alphas differ in size, or are not 1 or 3",
+                planes.len()
+            ),
             "give R, G and B, or Y alone, and alphas of their size",
         ))
+    }
+
+    fn check_pixels(&self, samples: &[f32], layout: PixelLayout) -> Result<()> {
+        let channels = layout.channels();
+        if samples.len().is_multiple_of(channels) {
+            return Ok(());
+        }
+        Err(self.error(
+            format!("{} samples are no multiple of {channels}", samples.len()),
+            "give whole pixels",
+        ))
+    }
+
+    fn error(&self, problem: String, remedy: &str) -> ColourError {
+        let field = format!("{} to {}", self.from, self.to);
+        ColourError::new(&self.config, field, problem, remedy)
     }
 }

@@ -1,46 +1,38 @@
-//! Look-up tables as text: what other programs read curves and transforms from.
+//! Look-up tables as text, for programs without OpenColorIO.
 
 use std::fmt::Write;
 
-/// A 1D table in the format of Sony Pictures Imageworks, `.spi1d`: what becomes of evenly spaced values from the first
-/// to the last of `range`.
-pub fn spi1d(range: (f32, f32), entries: &[[f32; 3]]) -> String {
+/// Formats a 1D table as Sony Pictures Imageworks' `.spi1d`.
+///
+/// `entries` are the outputs for evenly spaced inputs over `range`, both ends included. They have three `CHANNELS`, or
+/// one that readers use for all three.
+pub fn spi1d<const CHANNELS: usize>(range: (f32, f32), entries: &[[f32; CHANNELS]]) -> String {
     let mut text = format!(
-        "Version 1\nFrom {:?} {:?}\nLength {}\nComponents 3\n{{\n",
-        range.0,
-        range.1,
-        entries.len()
-    );
-    // A String takes all that is written.
-    for [red, green, blue] in entries {
-        let _ = writeln!(text, "    {red:?} {green:?} {blue:?}");
-    }
-    text.push_str("}\n");
-    text
-}
-
-/// The same of a curve that is one for all channels.
-pub fn spi1d_of_one(range: (f32, f32), entries: &[f32]) -> String {
-    let mut text = format!(
-        "Version 1\nFrom {:?} {:?}\nLength {}\nComponents 1\n{{\n",
+        "Version 1\nFrom {:?} {:?}\nLength {}\nComponents {CHANNELS}\n{{\n",
         range.0,
         range.1,
         entries.len()
     );
     for entry in entries {
-        let _ = writeln!(text, "    {entry:?}");
+        text.push_str("   ");
+        for value in entry {
+            // Writing to a String cannot fail.
+            let _ = write!(text, " {value:?}");
+        }
+        text.push('\n');
     }
     text.push_str("}\n");
     text
 }
 
-/// A 3D table in the format of Iridas and Resolve, `.cube`, of `size` entries a side from the first to the last of
-/// `range`; red changes quickest.
+/// Formats a 3D table as `.cube` (Iridas, Resolve), with `size` entries a side over `range`, both ends included.
+///
+/// `entries` are the outputs for the inputs of [`cube_grid`]: red changes fastest.
 pub fn cube(title: &str, size: usize, range: (f32, f32), entries: &[[f32; 3]]) -> String {
     let title = title.replace('"', "'");
     let (low, high) = range;
     let mut text = format!("TITLE \"{title}\"\nLUT_3D_SIZE {size}\n");
-    // All readers take it for granted, and not all know the words.
+    // All readers assume 0 to 1, and some reject the keywords.
     if range != (0.0, 1.0) {
         let _ = writeln!(text, "DOMAIN_MIN {low:?} {low:?} {low:?}");
         let _ = writeln!(text, "DOMAIN_MAX {high:?} {high:?} {high:?}");
@@ -51,17 +43,17 @@ pub fn cube(title: &str, size: usize, range: (f32, f32), entries: &[[f32; 3]]) -
     text
 }
 
-/// `count` values evenly spaced over `range`, its ends included.
-pub fn evenly(range: (f32, f32), count: usize) -> Vec<f32> {
+/// Returns `count` evenly spaced values over `range`, both ends included.
+pub fn linspace(range: (f32, f32), count: usize) -> Vec<f32> {
     let (low, high) = (f64::from(range.0), f64::from(range.1));
     let last = count.saturating_sub(1).max(1) as f64;
-    let at = |i: usize| low + (high - low) * (i as f64 / last);
-    (0..count).map(|i| at(i) as f32).collect()
+    let value = |i: usize| low + (high - low) * (i as f64 / last);
+    (0..count).map(|i| value(i) as f32).collect()
 }
 
-/// The colours of a [`cube`]'s entries before it changes them.
+/// Returns the inputs of the entries of a [`cube`], red changing fastest.
 pub fn cube_grid(size: usize, range: (f32, f32)) -> Vec<[f32; 3]> {
-    let values = evenly(range, size);
+    let values = linspace(range, size);
     let mut grid = Vec::with_capacity(size * size * size);
     for blue in &values {
         for green in &values {
@@ -76,9 +68,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_are_those_of_the_formats() {
+    fn tables_follow_their_formats() {
         assert_eq!(
-            spi1d_of_one((-0.125, 1.125), &[0.0, 1e-7]),
+            spi1d((-0.125, 1.125), &[[0.0], [1e-7]]),
             "Version 1\nFrom -0.125 1.125\nLength 2\nComponents 1\n{\n    0.0\n    1e-7\n}\n"
         );
         assert!(spi1d((0.0, 1.0), &[[0.5, 1.0, 2.0]]).contains("\n    0.5 1.0 2.0\n}"));

@@ -157,11 +157,11 @@ fn the_lens_is_checked_as_by_the_command() {
 
 /// A plate in codes of ARRI LogC4, with lamps.
 fn write_log_plate(folder: &Path) {
-    let table = seidel_colour::curves::own().expect("in order");
-    let curve = &table.curves["logc4"].form;
+    let table = seidel_colour::curves::CurveTable::embedded().expect("in order");
+    let curve = &table.curves["logc4"].transfer;
     let sample = |shade: f32, k: usize| {
         let lamp = if k.is_multiple_of(97) { 40.0 } else { 0.0 };
-        curve.code(f64::from(shade) * (0.18 + lamp + 0.002 * (k % WIDTH) as f64)) as f32
+        curve.encode(f64::from(shade) * (0.18 + lamp + 0.002 * (k % WIDTH) as f64)) as f32
     };
     write_shades(folder, sample);
 }
@@ -203,7 +203,7 @@ fn configs_of_open_color_io_do_as_in_the_command() {
     write_ray_lens(folder, &["R", "G", "B"]);
     write_log_plate(folder);
     let config = folder.join("show.ocio");
-    std::fs::write(&config, seidel_colour::OWN_CONFIG).expect("writable");
+    std::fs::write(&config, seidel_colour::EMBEDDED_CONFIG).expect("writable");
     let config = config.display().to_string();
     let common = [("distance", "1.5"), ("sourceCodes", "By OpenColorIO")];
     let line = "apply --lens @lens.json --distance 1.5";

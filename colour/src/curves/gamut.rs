@@ -1,43 +1,44 @@
-//! Gamuts, and the matrices between them.
+//! Gamuts, and the matrices between them (SMPTE RP 177).
 
 use serde::Deserialize;
 
-/// Three rows of three.
+/// A 3x3 matrix, as rows.
 pub type Matrix = [[f64; 3]; 3];
 
-/// Primaries and white of an RGB space.
+/// Primaries and white point of an RGB space, in CIE 1931 xy.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gamut {
-    /// Where its numbers stand.
+    /// Document that defines it.
     pub document: String,
-    /// Which revision of it.
+    /// Revision of the document.
     pub revision: String,
-    /// CIE 1931 xy of red.
+    /// The red primary.
     pub red: [f64; 2],
-    /// CIE 1931 xy of green.
+    /// The green primary.
     pub green: [f64; 2],
-    /// CIE 1931 xy of blue.
+    /// The blue primary.
     pub blue: [f64; 2],
-    /// CIE 1931 xy of white.
+    /// The white point.
     pub white: [f64; 2],
-    /// How its white becomes that of ACES.
+    /// Chromatic adaptation from its white point to that of ACES.
     pub adaptation: Adaptation,
 }
 
-/// How colours under one white become colours under another: von Kries, on the responses of these cones.
+/// A chromatic adaptation: von Kries scaling of cone responses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Adaptation {
-    /// They stay.
+    /// No adaptation.
     None,
-    /// The cones of Lam's Bradford transform.
+    /// Cone responses of the Bradford transform (Lam 1985).
     Bradford,
-    /// The cones of CIECAM02.
+    /// Cone responses of CIECAM02.
     Cat02,
 }
 
 impl Adaptation {
+    /// Returns the matrix from XYZ to cone responses.
     fn cones(self) -> Option<Matrix> {
         match self {
             Self::None => None,
@@ -56,7 +57,7 @@ impl Adaptation {
 }
 
 impl Gamut {
-    /// What turns its RGB into XYZ, white of Y = 1 into RGB of 1.
+    /// Returns the matrix from linear RGB to XYZ, normalised so that RGB white has Y = 1.
     fn to_xyz(&self) -> Matrix {
         let [r, g, b] = [self.red, self.green, self.blue].map(|[x, y]| [x, y, 1.0 - x - y]);
         let columns = transposed([r, g, b]);
@@ -64,18 +65,15 @@ impl Gamut {
         columns.map(|row| [row[0] * gains[0], row[1] * gains[1], row[2] * gains[2]])
     }
 
-    /// What turns its linear RGB into that of `other`; white is adapted as this one says.
-    pub fn to(&self, other: &Self) -> Matrix {
+    /// Returns the matrix from its linear RGB to that of `other`, with the chromatic adaptation of `self`.
+    pub fn matrix_to(&self, other: &Self) -> Matrix {
         let to_xyz = self.to_xyz();
         let adapted = match self.adaptation.cones() {
             None => to_xyz,
             Some(cones) => {
-                let seen = times_vector(&cones, xyz(self.white));
-                let wanted = times_vector(&cones, xyz(other.white));
-                let mut scaled = cones;
-                for (row, (seen, wanted)) in scaled.iter_mut().zip(seen.into_iter().zip(wanted)) {
-                    *row = row.map(|v| v * wanted / seen);
-                }
+                let from = times_vector(&cones, xyz(self.white));
+                let to = times_vector(&cones, xyz(other.white));
+                let scaled = std::array::from_fn(|i| cones[i].map(|v| v * to[i] / from[i]));
                 times(&times(&inverse(&cones), &scaled), &to_xyz)
             }
         };
@@ -83,6 +81,7 @@ impl Gamut {
     }
 }
 
+/// Returns the XYZ of a chromaticity with Y = 1.
 fn xyz([x, y]: [f64; 2]) -> [f64; 3] {
     [x / y, 1.0, (1.0 - x - y) / y]
 }
@@ -99,7 +98,7 @@ fn times_vector(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
     m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// By cofactors: primaries that span a gamut are far from singular.
+/// Inverts by cofactors; the primaries of a gamut are far from collinear.
 fn inverse(m: &Matrix) -> Matrix {
     let minor = |i: usize, j: usize| {
         let (a, b) = ((i + 1) % 3, (i + 2) % 3);
@@ -127,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn srgb_is_that_of_its_standard() {
+    fn srgb_matrix_matches_its_standard() {
         let srgb = gamut([0.64, 0.33], [0.3, 0.6], [0.15, 0.06], Adaptation::None);
         let want = [
             [0.4124, 0.3576, 0.1805],
@@ -141,16 +140,16 @@ mod tests {
     }
 
     #[test]
-    fn white_stays_white_and_what_goes_comes_back() {
+    fn white_maps_to_white_and_matrices_round_trip() {
         let wide = gamut([0.71, 0.29], [0.2, 0.9], [0.1, -0.05], Adaptation::Cat02);
         let mut other = gamut([0.64, 0.33], [0.3, 0.6], [0.15, 0.06], Adaptation::Cat02);
         other.white = [0.32168, 0.33767];
-        let there = wide.to(&other);
-        for row in &there {
+        let forward = wide.matrix_to(&other);
+        for row in &forward {
             assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         }
-        let both = times(&other.to(&wide), &there);
-        for (i, row) in both.iter().enumerate() {
+        let round_trip = times(&other.matrix_to(&wide), &forward);
+        for (i, row) in round_trip.iter().enumerate() {
             for (j, v) in row.iter().enumerate() {
                 assert!((v - f64::from(u8::from(i == j))).abs() < 1e-12);
             }

@@ -1,78 +1,91 @@
-//! The table of curves, gamuts and spaces as it is kept.
+//! The table of curves, gamuts and spaces.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use serde::Deserialize;
 
-use super::{Form, Gamut};
+use super::{Gamut, TransferFunction};
 use crate::{ColourError, Result};
 
-/// What the table is called in messages.
+/// The name of the table in messages.
 const NAME: &str = "luts/curves.toml";
 
-/// The table.
+/// The table at build time.
+const EMBEDDED: &str = include_str!("../../../luts/curves.toml");
+
+/// Transfer functions, gamuts, and the colour spaces made of them.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Table {
-    /// Curves by their names.
+pub struct CurveTable {
+    /// Curves by name.
     #[serde(rename = "curve")]
     pub curves: BTreeMap<String, Curve>,
-    /// Gamuts by their names.
+    /// Gamuts by name.
     #[serde(rename = "gamut")]
     pub gamuts: BTreeMap<String, Gamut>,
     /// Spaces, in the order of the config.
     #[serde(rename = "space")]
-    pub spaces: Vec<OwnSpace>,
+    pub spaces: Vec<SpaceDefinition>,
 }
 
-/// A curve and where it comes from.
+/// A transfer function and its source.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Curve {
-    /// Where its numbers stand.
+    /// Document that defines it.
     pub document: String,
-    /// Which revision of it.
+    /// Revision of the document.
     pub revision: String,
-    /// The code of 18 % grey by the maker's own table.
+    /// Code of 18 % grey according to the manufacturer.
     pub grey: f64,
-    /// What it is.
+    /// The function.
     #[serde(flatten)]
-    pub form: Form,
+    pub transfer: TransferFunction,
 }
 
-/// A space of the project's own config.
+/// A colour space of Seidel's own config.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct OwnSpace {
+pub struct SpaceDefinition {
     /// Its name.
     pub name: String,
-    /// Other names for it.
+    /// Its other names.
     #[serde(default)]
     pub aliases: Vec<String>,
     /// Its place in menus.
     pub family: String,
-    /// Its curve; linear if none.
+    /// Name of its curve; the space is linear without one.
     pub curve: Option<String>,
-    /// Its gamut.
+    /// Name of its gamut.
     pub gamut: String,
-    /// What its codes are, where that is not a logarithm or linear.
+    /// OpenColorIO encoding; by default `log` with a curve and `scene-linear` without.
     pub encoding: Option<String>,
-    /// The transform of OpenColorIO's own that the config has instead, where no other gives the curve.
+    /// OpenColorIO's built-in transform, for a curve that no parametric transform of a v2.1 config can express.
     pub builtin: Option<String>,
-    /// The display that is sent its codes.
+    /// Display that shows this space.
     pub display: Option<String>,
-    /// The name of the table that is made of its curve.
+    /// File name, without extension, of the 1D table generated from its curve.
     pub table: Option<String>,
 }
 
-impl Table {
-    /// Reads a table.
+impl CurveTable {
+    /// Returns Seidel's own table.
     ///
     /// # Errors
-    /// A text that is no such table, and spaces of curves or gamuts that it lacks.
+    /// If `luts/curves.toml` was invalid at build time.
+    pub fn embedded() -> Result<&'static Self> {
+        static TABLE: LazyLock<Result<CurveTable>> = LazyLock::new(|| CurveTable::parse(EMBEDDED));
+        TABLE.as_ref().map_err(Clone::clone)
+    }
+
+    /// Parses a table.
+    ///
+    /// # Errors
+    /// If the text is not such a table, or a space names a curve or gamut that it lacks.
     pub fn parse(text: &str) -> Result<Self> {
         let table: Self = toml::from_str(text).map_err(|e| {
             let problem = e.to_string().trim_end().replace('\n', " ");
-            ColourError::new(NAME, "", problem, "mend the line")
+            ColourError::new(NAME, "", problem, "correct the line")
         })?;
         for space in &table.spaces {
             table.gamut(space)?;
@@ -81,38 +94,38 @@ impl Table {
         Ok(table)
     }
 
-    /// The gamut of a space.
+    /// Returns the gamut of a space.
     ///
     /// # Errors
-    /// One that is not in the table.
-    pub fn gamut(&self, space: &OwnSpace) -> Result<&Gamut> {
-        (self.gamuts.get(&space.gamut)).ok_or_else(|| missing(space, "gamut", &space.gamut))
+    /// If the table lacks it.
+    pub fn gamut(&self, space: &SpaceDefinition) -> Result<&Gamut> {
+        let gamut = self.gamuts.get(&space.gamut);
+        gamut.ok_or_else(|| missing(space, "gamut", &space.gamut))
     }
 
-    /// The curve of a space, where it has one.
+    /// Returns the curve of a space, or nothing for a linear space.
     ///
     /// # Errors
-    /// One that is not in the table.
-    pub fn curve(&self, space: &OwnSpace) -> Result<Option<&Curve>> {
-        let curve = space.curve.as_ref();
-        let of = |name: &String| {
-            let curve = self.curves.get(name);
-            curve.ok_or_else(|| missing(space, "curve", name))
+    /// If the table lacks it.
+    pub fn curve(&self, space: &SpaceDefinition) -> Result<Option<&Curve>> {
+        let Some(name) = &space.curve else {
+            return Ok(None);
         };
-        curve.map(of).transpose()
+        let curve = self.curves.get(name);
+        curve.map(Some).ok_or_else(|| missing(space, "curve", name))
     }
 
-    /// The space of this name.
-    pub fn space(&self, name: &str) -> Option<&OwnSpace> {
+    /// Returns the space of this name.
+    pub fn space(&self, name: &str) -> Option<&SpaceDefinition> {
         self.spaces.iter().find(|space| space.name == name)
     }
 }
 
-fn missing(space: &OwnSpace, what: &str, name: &str) -> ColourError {
+fn missing(space: &SpaceDefinition, kind: &str, name: &str) -> ColourError {
     ColourError::new(
         NAME,
         format!("space `{}`", space.name),
-        format!("has the {what} `{name}`, which is not there"),
-        format!("add [{what}.{name}], or name another"),
+        format!("unknown {kind} `{name}`"),
+        format!("add [{kind}.{name}], or name another {kind}"),
     )
 }

@@ -1,4 +1,4 @@
-//! What an OpenColorIO has to do for us, whoever wrote it.
+//! The interface to an implementation of OpenColorIO.
 
 #[cfg(feature = "ocio-native")]
 mod native;
@@ -9,7 +9,7 @@ use std::path::Path;
 
 use crate::Source;
 
-/// A pixel as engines have it. The fourth number is alpha, which they are given as 1 and which nobody reads.
+/// A pixel for an engine: R, G, B and an alpha of 1, which is ignored on return.
 pub type Pixel = [f32; 4];
 
 /// A colour space of a config.
@@ -17,20 +17,20 @@ pub type Pixel = [f32; 4];
 pub struct Space {
     /// Its name.
     pub name: String,
-    /// Other names for it.
+    /// Its other names.
     pub aliases: Vec<String>,
-    /// Its place in menus, such as `Input/ARRI`; empty if the config says none.
+    /// Its place in menus, such as `Input/ARRI`; empty if the config does not say.
     pub family: String,
-    /// What its numbers are, such as `scene-linear` or `log`; empty if the config does not say.
+    /// Its encoding, such as `scene-linear` or `log`; empty if the config does not say.
     pub encoding: String,
-    /// What the config says of it.
+    /// Its description in the config.
     pub description: String,
-    /// Whether it holds numbers that are no colour, which nothing converts.
+    /// Whether it holds data, such as depth, which is never converted.
     pub is_data: bool,
 }
 
 impl Space {
-    /// Whether numbers are proportional to the light of the scene, as far as the config says.
+    /// Returns whether the config declares the space proportional to scene light.
     pub fn is_scene_linear(&self) -> bool {
         self.encoding == "scene-linear"
     }
@@ -41,49 +41,52 @@ impl Space {
 pub struct Display {
     /// Its name.
     pub name: String,
-    /// The views there are on it.
+    /// The names of its views.
     pub views: Vec<String>,
 }
 
-/// The space that the file rules of a config give a file.
+/// The space that the file rules of a config assign to a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileSpace {
     /// Its name.
     pub space: String,
-    /// Whether no rule but the last, which is for all files, spoke of it.
+    /// Whether only the last rule matched, which matches every file.
     pub is_default: bool,
 }
 
+/// Result of an engine; the error is the engine's own message.
+pub type EngineResult<T> = std::result::Result<T, String>;
+
 /// An implementation of OpenColorIO.
 pub trait ColourEngine: Send + Sync {
-    /// Which one, with its version.
+    /// Returns its name and version.
     fn name(&self) -> String;
 
-    /// Reads a config; why not, in the engine's words.
+    /// Reads a config.
     fn load(&self, source: &Source) -> EngineResult<Box<dyn EngineConfig>>;
 }
 
 /// A config in memory.
 pub trait EngineConfig: Send + Sync {
-    /// Its active colour spaces, in the order of the config.
+    /// Returns its active colour spaces, in the order of the config.
     fn spaces(&self) -> Vec<Space>;
 
-    /// Its roles, each with the name of a space.
+    /// Returns its roles, each with the name of a space.
     fn roles(&self) -> Vec<(String, String)>;
 
-    /// Its active displays.
+    /// Returns its active displays.
     fn displays(&self) -> Vec<Display>;
 
-    /// The space with this name, alias or role, those not active included.
+    /// Returns the space with this name, alias or role, whether active or not.
     fn space(&self, name: &str) -> Option<Space>;
 
-    /// What the file rules say of a file by its path.
+    /// Applies the file rules to a path.
     fn file_space(&self, path: &Path) -> Option<FileSpace>;
 
-    /// What turns colours of the space `from` into those of `to`; why not, in the engine's words.
+    /// Creates the transform from the space `from` to the space `to`.
     fn processor(&self, from: &str, to: &str) -> EngineResult<Box<dyn EngineProcessor>>;
 
-    /// What turns colours of the space `from` into what `display` is to be sent for `view`.
+    /// Creates the transform from the space `from` to `display`, through `view`.
     fn display_processor(
         &self,
         from: &str,
@@ -92,26 +95,23 @@ pub trait EngineConfig: Send + Sync {
     ) -> EngineResult<Box<dyn EngineProcessor>>;
 }
 
-/// Result of an engine, which on failure gives its own words.
-pub type EngineResult<T> = std::result::Result<T, String>;
-
-/// What turns colours of one space into those of another.
+/// A transform from one colour space to another.
 pub trait EngineProcessor: Send + Sync {
-    /// Whether it leaves all colours as they are.
+    /// Returns whether it leaves every pixel unchanged.
     fn is_no_op(&self) -> bool;
 
-    /// Puts what becomes of pixels in their place.
+    /// Converts pixels in place.
     fn apply(&self, pixels: &mut [Pixel]);
 }
 
-/// The engine that this was built with.
+/// Returns the engine selected by the crate's features.
 #[cfg(feature = "ocio-native")]
-pub(crate) fn built_in() -> crate::Result<Box<dyn ColourEngine>> {
+pub(crate) fn default_engine() -> crate::Result<Box<dyn ColourEngine>> {
     Ok(Box::new(native::Native::new()?))
 }
 
-/// The engine that this was built with.
+/// Returns the engine selected by the crate's features.
 #[cfg(all(feature = "ocio", not(feature = "ocio-native")))]
-pub(crate) fn built_in() -> crate::Result<Box<dyn ColourEngine>> {
+pub(crate) fn default_engine() -> crate::Result<Box<dyn ColourEngine>> {
     Ok(Box::new(port::Port::new()))
 }

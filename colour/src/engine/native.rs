@@ -1,11 +1,11 @@
-//! OpenColorIO's own C++ library: the crate `ocio-rs`, built with the library's source.
+//! The engine on OpenColorIO's own C++ library: the crate `ocio-rs`, built with the library's source.
 //!
-//! Its configs may not leave the thread that made them: each has one, which is asked. Its processors may, but serve one
-//! thread at a time: they are lent.
+//! The crate's configs are not `Send`, so each lives on a thread of its own that runs the calls on it. Its processors
+//! are `Send` but not `Sync`, so a pool lends one to each thread.
 
 use std::path::Path;
 use std::sync::mpsc::{Sender, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use ocio_rs::{
@@ -15,30 +15,32 @@ use ocio_rs::{
 use super::{
     ColourEngine, Display, EngineConfig, EngineProcessor, EngineResult, FileSpace, Pixel, Space,
 };
-use crate::{ColourError, OWN_CONFIG, Result, Source};
+use crate::{ColourError, EMBEDDED_CONFIG, Result, Source};
 
-/// The library that we know how to use; the crate alone, without it, would change no colour and say nothing.
-const VERSION: &str = "2.";
+/// Prefix of supported library versions. Without the library the crate is a stub that silently converts nothing.
+const VERSION_PREFIX: &str = "2.";
 
-/// No quick logarithms and powers: see the other engine.
+/// Disables fast logarithms and powers, which are accurate to about 1e-5 only.
 const EXACT: u64 = OptimizationFlags::LOSSLESS.0 as u64;
 
-/// The engine.
+/// The C++ library.
 pub(super) struct Native {
     version: String,
 }
 
 impl Native {
+    /// Creates the engine.
+    ///
     /// # Errors
-    /// A build in which there is no library behind the crate.
+    /// If the crate was built without a supported library.
     pub(super) fn new() -> Result<Self> {
         let version = ocio_rs::version().unwrap_or_default();
-        if !version.starts_with(VERSION) {
+        if !version.starts_with(VERSION_PREFIX) {
             return Err(ColourError::new(
                 "OpenColorIO",
                 "version",
-                format!("is `{version}`, so there is no library that changes colour"),
-                "build with the feature `bundled` of ocio-rs",
+                format!("`{version}` is not supported"),
+                "build Seidel with the feature `bundled` of ocio-rs",
             ));
         }
         let _ = ocio_rs::try_set_logging_level(LoggingLevel::None);
@@ -56,28 +58,29 @@ impl ColourEngine for Native {
     }
 }
 
-/// What a config's thread is asked to do with it.
-type Question = Box<dyn FnOnce(&Config) + Send>;
+/// A call that the thread of a config runs on it.
+type Job = Box<dyn FnOnce(&Config) + Send>;
 
-/// A config, by the thread that has it. Both end with this: no code may run in a library that hosts unload.
+/// A handle to a config on its own thread. Dropping it joins the thread, because hosts unload the library that contains
+/// this code.
 struct NativeConfig {
-    /// Nothing once it ends.
-    questions: Mutex<Option<Sender<Question>>>,
+    /// Jobs for the thread, which ends when this becomes `None`.
+    jobs: Mutex<Option<Sender<Job>>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Drop for NativeConfig {
     fn drop(&mut self) {
-        let questions = self.questions.get_mut();
-        questions.unwrap_or_else(PoisonError::into_inner).take();
+        let jobs = self.jobs.get_mut();
+        jobs.unwrap_or_else(PoisonError::into_inner).take();
         if let Some(thread) = self.thread.take() {
-            // How it ended tells nothing that answers have not told.
+            // A panic there has already failed the call that caused it.
             let _ = thread.join();
         }
     }
 }
 
-fn space_of(space: &ColorSpace) -> Space {
+fn convert_space(space: &ColorSpace) -> Space {
     Space {
         name: space.name().unwrap_or_default(),
         aliases: (0..space.num_aliases())
@@ -90,9 +93,9 @@ fn space_of(space: &ColorSpace) -> Space {
     }
 }
 
-fn opened(source: &Source) -> EngineResult<Config> {
+fn load(source: &Source) -> EngineResult<Config> {
     let config = match source {
-        Source::Own => Config::from_stream(OWN_CONFIG),
+        Source::Embedded => Config::from_stream(EMBEDDED_CONFIG),
         Source::Text { yaml, .. } => Config::from_stream(yaml),
         Source::BuiltIn(name) => Config::create_from_builtin_config(name),
         Source::File(path) => Config::from_file(path.to_string_lossy()),
@@ -102,67 +105,66 @@ fn opened(source: &Source) -> EngineResult<Config> {
 
 impl NativeConfig {
     fn open(source: Source) -> EngineResult<Self> {
-        let (questions, asked) = channel::<Question>();
-        let (outcome, opening) = channel();
-        let has_it = move || match opened(&source) {
+        let (jobs, received) = channel::<Job>();
+        let (outcome, loaded) = channel();
+        let run = move || match load(&source) {
             Ok(config) => {
                 let _ = outcome.send(Ok(()));
-                for question in asked {
-                    question(&config);
+                for job in received {
+                    job(&config);
                 }
             }
             Err(why) => {
                 let _ = outcome.send(Err(why));
             }
         };
-        let thread = thread::Builder::new().spawn(has_it);
+        let thread = thread::Builder::new().spawn(run);
         let config = Self {
-            questions: Mutex::new(Some(questions)),
+            jobs: Mutex::new(Some(jobs)),
             thread: Some(thread.map_err(|e| e.to_string())?),
         };
-        let opened = opening.recv().map_err(|e| e.to_string())?;
-        opened.map(|()| config)
+        let loaded = loaded.recv().map_err(|e| e.to_string())?;
+        loaded.map(|()| config)
     }
 
-    /// The answer to `question`; none if the config's thread has died.
-    fn ask<T: Send + 'static>(
+    /// Runs `job` on the config's thread and returns its result, or nothing if that thread has died.
+    fn call<T: Send + 'static>(
         &self,
-        question: impl FnOnce(&Config) -> T + Send + 'static,
+        job: impl FnOnce(&Config) -> T + Send + 'static,
     ) -> Option<T> {
-        let (answer, answered) = channel();
-        let question: Question = Box::new(move |config| {
-            let _ = answer.send(question(config));
+        let (sender, receiver) = channel();
+        let job: Job = Box::new(move |config| {
+            let _ = sender.send(job(config));
         });
-        let questions = self.questions.lock();
-        let questions = questions.unwrap_or_else(PoisonError::into_inner);
-        questions.as_ref()?.send(question).ok()?;
-        drop(questions);
-        answered.recv().ok()
+        let jobs = lock(&self.jobs);
+        jobs.as_ref()?.send(job).ok()?;
+        drop(jobs);
+        receiver.recv().ok()
     }
 
-    fn made(
+    fn create_processor(
         &self,
-        make: impl FnOnce(&Config) -> ocio_rs::Result<ocio_rs::Processor> + Send + 'static,
+        create: impl FnOnce(&Config) -> ocio_rs::Result<ocio_rs::Processor> + Send + 'static,
     ) -> EngineResult<Box<dyn EngineProcessor>> {
-        let made = self.ask(|config| make(config).map_err(|e| e.to_string()));
-        let made = made.unwrap_or_else(|| Err("the library has died".to_owned()));
-        Lent::boxed(made?)
+        let processor = self.call(|config| create(config).map_err(|e| e.to_string()));
+        let processor = processor.unwrap_or_else(|| Err("OpenColorIO crashed".to_owned()));
+        Ok(Box::new(ProcessorPool::new(processor?)?))
     }
 }
 
 impl EngineConfig for NativeConfig {
     fn spaces(&self) -> Vec<Space> {
-        let spaces = self.ask(|config| {
+        let spaces = self.call(|config| {
             (0..config.num_color_spaces())
                 .filter_map(|i| config.color_space(config.color_space_name_by_index(i)?))
-                .map(|space| space_of(&space))
+                .map(|space| convert_space(&space))
                 .collect()
         });
         spaces.unwrap_or_default()
     }
 
     fn roles(&self) -> Vec<(String, String)> {
-        let roles = self.ask(|config| {
+        let roles = self.call(|config| {
             let roles = (0..config.num_roles()).filter_map(|i| {
                 let name = config.role_name(i)?;
                 let space = config.role_color_space(&name)?;
@@ -174,7 +176,7 @@ impl EngineConfig for NativeConfig {
     }
 
     fn displays(&self) -> Vec<Display> {
-        let displays = self.ask(|config| {
+        let displays = self.call(|config| {
             let displays = (0..config.num_displays()).filter_map(|i| {
                 let name = config.display(i)?;
                 let views = (0..config.num_views(&name)).filter_map(|v| config.view(&name, v));
@@ -190,13 +192,13 @@ impl EngineConfig for NativeConfig {
 
     fn space(&self, name: &str) -> Option<Space> {
         let name = name.to_owned();
-        let space = self.ask(|config| config.color_space(name).map(|space| space_of(&space)));
+        let space = self.call(|config| config.color_space(name).map(|space| convert_space(&space)));
         space.flatten()
     }
 
     fn file_space(&self, path: &Path) -> Option<FileSpace> {
         let path = path.to_string_lossy().into_owned();
-        let found = self.ask(|config| {
+        let found = self.call(|config| {
             let (space, rule) = config.color_space_from_filepath_with_rule_index(path)?;
             let rules = config.file_rules().ok()?.num_entries();
             let is_default = u64::try_from(rule).is_ok_and(|rule| rule + 1 == rules);
@@ -207,7 +209,7 @@ impl EngineConfig for NativeConfig {
 
     fn processor(&self, from: &str, to: &str) -> EngineResult<Box<dyn EngineProcessor>> {
         let (from, to) = (from.to_owned(), to.to_owned());
-        self.made(|config| config.processor(from, to))
+        self.create_processor(|config| config.processor(from, to))
     }
 
     fn display_processor(
@@ -218,42 +220,37 @@ impl EngineConfig for NativeConfig {
     ) -> EngineResult<Box<dyn EngineProcessor>> {
         let [from, display, view] = [from, display, view].map(str::to_owned);
         let direction = TransformDirection::Forward;
-        self.made(move |config| config.processor_display(from, display, view, direction))
-    }
-}
-
-/// A processor for each thread that needs one at the same time.
-struct Lent {
-    made_of: Mutex<ocio_rs::Processor>,
-    idle: Mutex<Vec<CPUProcessor>>,
-    is_no_op: bool,
-}
-
-impl Lent {
-    fn boxed(processor: ocio_rs::Processor) -> EngineResult<Box<dyn EngineProcessor>> {
-        let first = processor.optimized_cpu_processor(EXACT);
-        let first = first.map_err(|e| e.to_string())?;
-        Ok(Box::new(Self {
-            is_no_op: first.is_no_op(),
-            made_of: Mutex::new(processor),
-            idle: Mutex::new(vec![first]),
-        }))
-    }
-
-    fn one(&self) -> Option<CPUProcessor> {
-        let idle = self
-            .idle
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .pop();
-        idle.or_else(|| {
-            let made_of = self.made_of.lock().unwrap_or_else(PoisonError::into_inner);
-            made_of.optimized_cpu_processor(EXACT).ok()
+        self.create_processor(move |config| {
+            config.processor_display(from, display, view, direction)
         })
     }
 }
 
-impl EngineProcessor for Lent {
+/// A transform with one CPU processor for each thread that uses it at the same time.
+struct ProcessorPool {
+    processor: Mutex<ocio_rs::Processor>,
+    idle: Mutex<Vec<CPUProcessor>>,
+    is_no_op: bool,
+}
+
+impl ProcessorPool {
+    fn new(processor: ocio_rs::Processor) -> EngineResult<Self> {
+        let first = processor.optimized_cpu_processor(EXACT);
+        let first = first.map_err(|e| e.to_string())?;
+        Ok(Self {
+            is_no_op: first.is_no_op(),
+            processor: Mutex::new(processor),
+            idle: Mutex::new(vec![first]),
+        })
+    }
+
+    fn take(&self) -> Option<CPUProcessor> {
+        let idle = lock(&self.idle).pop();
+        idle.or_else(|| lock(&self.processor).optimized_cpu_processor(EXACT).ok())
+    }
+}
+
+impl EngineProcessor for ProcessorPool {
     fn is_no_op(&self) -> bool {
         self.is_no_op
     }
@@ -261,17 +258,18 @@ impl EngineProcessor for Lent {
     fn apply(&self, pixels: &mut [Pixel]) {
         let count = pixels.len() as i64;
         let samples = pixels.as_flattened_mut();
-        let done = self.one().is_some_and(|processor| {
+        let done = self.take().is_some_and(|processor| {
             let done = processor.try_apply_rgba_pixels(samples, count, 4).is_ok();
-            self.idle
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .push(processor);
+            lock(&self.idle).push(processor);
             done
         });
         if !done {
-            // Counted by who called as samples without a value.
+            // The caller counts these as samples that could not be converted.
             samples.fill(f32::NAN);
         }
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! OpenColorIO in Rust: the crate `ocio`.
+//! The engine on the crate `ocio`, a Rust port of OpenColorIO.
 
 use std::path::Path;
 
@@ -8,18 +8,18 @@ use ocio::{Config, CpuProcessor, LoggingLevel, OptimizationFlags};
 use super::{
     ColourEngine, Display, EngineConfig, EngineProcessor, EngineResult, FileSpace, Pixel, Space,
 };
-use crate::{OWN_CONFIG, Source};
+use crate::{EMBEDDED_CONFIG, Source};
 
-/// No quick logarithms and powers, which OpenColorIO uses unless told: they are good to about 1e-5 only, so that 16-bit
-/// codes would not all come back from light.
+/// Disables OpenColorIO's fast logarithms and powers. They are accurate to about 1e-5 only, so 16-bit codes would not
+/// all survive a round trip through linear values.
 const EXACT: OptimizationFlags = OptimizationFlags::LOSSLESS;
 
-/// The engine.
+/// The Rust port of OpenColorIO.
 pub(super) struct Port;
 
 impl Port {
     pub(super) fn new() -> Self {
-        // What there is to say is said by who asks, in their own place.
+        // Errors are returned, and callers report them.
         set_logging_level(LoggingLevel::None);
         Self
     }
@@ -36,7 +36,7 @@ impl ColourEngine for Port {
 
     fn load(&self, source: &Source) -> EngineResult<Box<dyn EngineConfig>> {
         let config = match source {
-            Source::Own => Config::create_from_str(OWN_CONFIG),
+            Source::Embedded => Config::create_from_str(EMBEDDED_CONFIG),
             Source::Text { yaml, .. } => Config::create_from_str(yaml),
             Source::BuiltIn(name) => Config::create_from_builtin_config(name),
             Source::File(path) => Config::create_from_file(&path.to_string_lossy()),
@@ -48,7 +48,7 @@ impl ColourEngine for Port {
 
 struct PortConfig(Config);
 
-fn space_of(space: &ocio::config::ColorSpace) -> Space {
+fn convert_space(space: &ocio::config::ColorSpace) -> Space {
     Space {
         name: space.name().to_owned(),
         aliases: space.aliases().to_vec(),
@@ -59,7 +59,7 @@ fn space_of(space: &ocio::config::ColorSpace) -> Space {
     }
 }
 
-fn boxed(processor: &ocio::Processor) -> Box<dyn EngineProcessor> {
+fn cpu_processor(processor: &ocio::Processor) -> Box<dyn EngineProcessor> {
     Box::new(processor.optimized_cpu_processor(EXACT))
 }
 
@@ -68,7 +68,7 @@ impl EngineConfig for PortConfig {
         let config = &self.0;
         (0..config.num_color_spaces())
             .filter_map(|i| config.get_color_space(config.color_space_name_by_index(i)))
-            .map(space_of)
+            .map(convert_space)
             .collect()
     }
 
@@ -97,7 +97,7 @@ impl EngineConfig for PortConfig {
     }
 
     fn space(&self, name: &str) -> Option<Space> {
-        self.0.get_color_space(name).map(space_of)
+        self.0.get_color_space(name).map(convert_space)
     }
 
     fn file_space(&self, path: &Path) -> Option<FileSpace> {
@@ -112,7 +112,9 @@ impl EngineConfig for PortConfig {
 
     fn processor(&self, from: &str, to: &str) -> EngineResult<Box<dyn EngineProcessor>> {
         let processor = self.0.get_processor(from, to);
-        Ok(boxed(&processor.map_err(|e| e.message().to_owned())?))
+        Ok(cpu_processor(
+            &processor.map_err(|e| e.message().to_owned())?,
+        ))
     }
 
     fn display_processor(
@@ -122,7 +124,9 @@ impl EngineConfig for PortConfig {
         view: &str,
     ) -> EngineResult<Box<dyn EngineProcessor>> {
         let processor = self.0.get_display_view_processor(from, display, view);
-        Ok(boxed(&processor.map_err(|e| e.message().to_owned())?))
+        Ok(cpu_processor(
+            &processor.map_err(|e| e.message().to_owned())?,
+        ))
     }
 }
 

@@ -1,32 +1,36 @@
-//! Configs: which there are, what they are asked, and what is said of what they lack.
+//! Loading configs, looking up spaces, displays and file rules, and the errors of each.
 
 use std::fs;
 use std::path::Path;
 
-use seidel_colour::{Config, Source};
+use seidel_colour::{Config, ConversionReport, PixelLayout, Source};
 
-fn own() -> Config {
-    Config::load(&Source::Own).unwrap()
+fn embedded() -> Config {
+    Config::load(&Source::Embedded).unwrap()
 }
 
 #[test]
-fn every_space_of_our_own_config_goes_to_every_other() {
-    let config = own();
+fn every_embedded_space_converts_to_every_other() {
+    let config = embedded();
     let names: Vec<&str> = config.spaces().iter().map(|s| s.name.as_str()).collect();
     assert!(names.len() >= 24, "{names:?}");
     for from in &names {
         for to in &names {
             let processor = config.processor(from, to).unwrap();
-            let data = [from, to].iter().any(|name| **name == "Raw");
-            assert_eq!(processor.is_no_op(), data || from == to, "{from} to {to}");
+            let has_data = [from, to].iter().any(|name| **name == "Raw");
+            assert_eq!(
+                processor.is_no_op(),
+                has_data || from == to,
+                "{from} to {to}"
+            );
         }
     }
 }
 
 #[test]
-fn spaces_go_by_name_alias_and_role() {
-    let config = own();
-    for (asked, name) in [
+fn spaces_are_found_by_name_alias_and_role() {
+    let config = embedded();
+    for (query, name) in [
         ("ACEScg", "ACEScg"),
         ("acescg", "ACEScg"),
         (" scene_linear ", "ACEScg"),
@@ -34,7 +38,7 @@ fn spaces_go_by_name_alias_and_role() {
         ("logc4", "ARRI LogC4"),
         ("data", "Raw"),
     ] {
-        assert_eq!(config.space(asked).unwrap().name, name, "{asked}");
+        assert_eq!(config.space(query).unwrap().name, name, "{query}");
     }
     assert_eq!(config.scene_linear().unwrap().name, "ACEScg");
     assert!(config.space("Raw").unwrap().is_data);
@@ -43,52 +47,49 @@ fn spaces_go_by_name_alias_and_role() {
     assert!(config.find("").is_none());
 }
 
-#[test]
-fn a_name_that_is_none_gets_the_nearest_ones() {
-    let said = own()
-        .processor("ARRI LogC5", "ACEScg")
-        .err()
-        .unwrap()
-        .to_string();
-    for part in [
-        "Seidel's own config",
-        "ARRI LogC5",
-        "`ARRI LogC4`",
-        "seidel lut --list",
-    ] {
-        assert!(said.contains(part), "{said}");
-    }
-    let said = own()
-        .processor("ACEScg", "qqqqqqq")
-        .err()
-        .unwrap()
-        .to_string();
-    assert!(
-        said.contains("qqqqqqq") && said.contains("--list"),
-        "{said}"
-    );
-    let said = own()
-        .display_processor("ACEScg", "sRGB", "Filmic")
-        .err()
-        .unwrap();
-    assert!(said.to_string().contains("sRGB/Plain"), "{said}");
+/// Returns the message of a failed call.
+fn message<T>(result: seidel_colour::Result<T>) -> String {
+    result.err().unwrap().to_string()
 }
 
 #[test]
-fn displays_have_views() {
-    let config = own();
+fn unknown_names_get_suggestions() {
+    let config = embedded();
+    let text = message(config.processor("ARRI LogC5", "ACEScg"));
+    for part in [
+        "Seidel's own config",
+        "ARRI LogC5",
+        "did you mean `ARRI LogC4`",
+        "seidel lut --list",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+    let text = message(config.processor("ACEScg", "qqqqqqq"));
+    assert!(
+        text.contains("qqqqqqq") && text.contains("--list"),
+        "{text}"
+    );
+    assert!(!text.contains("did you mean"), "{text}");
+    let text = message(config.display_processor("ACEScg", "sRGB", "Filmic"));
+    assert!(text.contains("sRGB/Plain"), "{text}");
+}
+
+#[test]
+fn embedded_config_has_two_displays() {
+    let config = embedded();
     let displays = config.displays();
     let names: Vec<&str> = displays.iter().map(|d| d.name.as_str()).collect();
     assert_eq!(names, ["sRGB", "Rec.709"]);
-    let shown = config.display_processor("ACEScg", "sRGB", "Plain").unwrap();
+    let to_display = config.display_processor("ACEScg", "sRGB", "Plain").unwrap();
     let mut grey = [0.18, 0.18, 0.18];
-    assert_eq!(shown.rows(&mut grey, 3, false).unwrap(), Default::default());
+    let report = to_display.convert_pixels(&mut grey, PixelLayout::Rgb);
+    assert_eq!(report.unwrap(), ConversionReport::default());
     assert!((grey[0] - 0.4614).abs() < 1e-3, "{grey:?}");
 }
 
 #[test]
-fn files_have_spaces_by_their_names() {
-    let config = own();
+fn file_rules_assign_spaces_by_file_name() {
+    let config = embedded();
     for (file, space, is_default) in [
         ("shots/a_logc4_v2.exr", "ARRI LogC4", false),
         ("shots/A_LogC_0001.exr", "ARRI LogC3 (EI800)", false),
@@ -104,39 +105,31 @@ fn files_have_spaces_by_their_names() {
 }
 
 #[test]
-fn configs_come_from_files_and_from_opencolorio() {
+fn configs_load_from_files_and_from_opencolorio() {
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("own.ocio");
-    fs::write(&file, seidel_colour::OWN_CONFIG).unwrap();
+    let file = folder.path().join("copy.ocio");
+    fs::write(&file, seidel_colour::EMBEDDED_CONFIG).unwrap();
     let config = Config::load(&Source::File(file.clone())).unwrap();
-    assert_eq!(config.spaces(), own().spaces());
+    assert_eq!(config.spaces(), embedded().spaces());
     assert_eq!(config.name(), file.display().to_string());
     let studio = Config::load(&Source::named("ocio://studio-config-latest")).unwrap();
     assert!(studio.spaces().len() > 40);
-    assert!(studio.scene_linear().unwrap().name == "ACEScg");
+    assert_eq!(studio.scene_linear().unwrap().name, "ACEScg");
 }
 
 #[test]
-fn configs_that_are_not_there_are_said_with_a_remedy() {
-    let missing = Config::load(&Source::named("nowhere/config.ocio"))
-        .err()
-        .unwrap();
-    let said = missing.to_string();
+fn unreadable_configs_are_reported_with_a_remedy() {
+    let text = message(Config::load(&Source::named("nowhere/config.ocio")));
     assert!(
-        said.contains("nowhere/config.ocio") && said.contains("--ocio"),
-        "{said}"
+        text.contains("nowhere/config.ocio") && text.contains("--ocio"),
+        "{text}"
     );
-    let unknown = Config::load(&Source::named("ocio://no-such-config"))
-        .err()
-        .unwrap();
-    assert!(
-        unknown.to_string().contains("studio-config-latest"),
-        "{unknown}"
-    );
+    let text = message(Config::load(&Source::named("ocio://no-such-config")));
+    assert!(text.contains("studio-config-latest"), "{text}");
     let empty = Source::Text {
         name: "empty.ocio".to_owned(),
         yaml: String::new(),
     };
-    let said = Config::load(&empty).err().unwrap().to_string();
-    assert!(said.starts_with("empty.ocio: "), "{said}");
+    let text = message(Config::load(&empty));
+    assert!(text.starts_with("empty.ocio: "), "{text}");
 }

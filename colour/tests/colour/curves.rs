@@ -1,31 +1,35 @@
-//! The project's own curves: against golden values, there and back, at their joints and at grey.
+//! Seidel's own transfer functions: golden values, round trips, continuity and the code of grey.
 
-use seidel_colour::curves::{Curve, own};
-use seidel_colour::{Alphas, Config, Source};
+use seidel_colour::curves::{Curve, CurveTable};
+use seidel_colour::{Alphas, Config, ConversionReport, Source};
 
 use super::golden::{numbers, read};
 
-/// What a curve may differ by from OpenColorIO's, which works in single precision.
+/// Largest relative difference from OpenColorIO's curves, which are in single precision.
 const TOLERANCE: f64 = 2e-6;
-/// The same of curves that OpenColorIO has a table for: what it has between entries.
+/// The same for curves that OpenColorIO interpolates from a table.
 const TABLE_TOLERANCE: f64 = 2e-5;
-/// Below this size differences count as they are.
+/// Below this value, differences count as if relative to it.
 const FLOOR: f64 = 1e-3;
-/// The same of what OpenColorIO gives in single precision, in which black has a code of which so much is left.
+/// The same for OpenColorIO's values: single-precision codes near black resolve no smaller values.
 const GOLDEN_FLOOR: f64 = 1e-2;
-/// What values that go through the engine and back may differ by, in its single precision.
+/// Largest relative difference after a round trip through the engine, in single precision.
 const ENGINE_TOLERANCE: f32 = 1e-5;
-/// Below this size such differences count as they are: single precision has a code of black to so much.
+/// Below this value, such differences count as if relative to it; see [`GOLDEN_FLOOR`].
 const ENGINE_FLOOR: f32 = 1e-2;
-/// Linear values that come back.
+/// Linear values of round trips.
 const RANGE: (f64, f64) = (-0.5, 60_000.0);
 
-fn all() -> impl Iterator<Item = (&'static str, &'static Curve)> {
-    let curves = own().unwrap().curves.iter();
+fn table() -> &'static CurveTable {
+    CurveTable::embedded().unwrap()
+}
+
+fn curves() -> impl Iterator<Item = (&'static str, &'static Curve)> {
+    let curves = table().curves.iter();
     curves.map(|(name, curve)| (name.as_str(), curve))
 }
 
-/// Linear values over [`RANGE`], dense about black.
+/// Returns linear values over [`RANGE`], dense around black.
 fn linear_values() -> Vec<f64> {
     let steps = 0..=4000;
     let dense = steps.clone().map(|i| -0.5 + f64::from(i) / 4000.0);
@@ -38,9 +42,9 @@ fn linear_values() -> Vec<f64> {
 }
 
 #[test]
-fn curves_are_those_of_opencolorio() {
+fn curves_match_opencolorio() {
     let golden = read("curves.json");
-    for (name, curve) in all() {
+    for (name, curve) in curves() {
         let values = &golden["curves"][name];
         let tolerance = match name {
             "canon-log3" | "acescc" => TABLE_TOLERANCE,
@@ -51,7 +55,7 @@ fn curves_are_those_of_opencolorio() {
             .zip(numbers(&values["linear"]));
         let mut count = 0;
         for (code, linear) in pairs {
-            let found = curve.form.linear(code);
+            let found = curve.transfer.decode(code);
             let off = (found - linear).abs() / linear.abs().max(GOLDEN_FLOOR);
             assert!(
                 off <= tolerance,
@@ -64,25 +68,24 @@ fn curves_are_those_of_opencolorio() {
 }
 
 #[test]
-fn what_goes_comes_back() {
-    for (name, curve) in all() {
+fn curves_round_trip_in_double_precision() {
+    for (name, curve) in curves() {
         for linear in linear_values() {
-            // Black and less have one code in ACEScc, by its document.
+            // ACEScc has one code for all values at or below black.
             if name == "acescc" && linear < 0.0 {
                 continue;
             }
-            let back = curve.form.linear(curve.form.code(linear));
+            let back = curve.transfer.decode(curve.transfer.encode(linear));
             let off = (back - linear).abs() / linear.abs().max(FLOOR);
             assert!(off <= 1e-9, "{name}: {linear} came back as {back}");
         }
     }
 }
 
-/// In single precision, through the engine: code to linear to code, and linear to code to linear.
 #[test]
-fn what_goes_through_the_engine_comes_back() {
-    let config = Config::load(&Source::Own).unwrap();
-    let table = own().unwrap();
+fn curves_round_trip_through_the_engine() {
+    let config = Config::load(&Source::Embedded).unwrap();
+    let table = table();
     for space in &table.spaces {
         let Some(curve) = table.curve(space).unwrap() else {
             continue;
@@ -97,18 +100,20 @@ fn what_goes_through_the_engine_comes_back() {
         let linear = &linear.unwrap().name;
         let to_code = config.processor(linear, &space.name).unwrap();
         let to_linear = config.processor(&space.name, linear).unwrap();
-        let light: Vec<f32> = linear_values().iter().map(|v| *v as f32).collect();
-        let code: Vec<f32> = (light.iter())
-            .map(|v| curve.form.code(f64::from(*v)) as f32)
+        let linear_values: Vec<f32> = linear_values().iter().map(|v| *v as f32).collect();
+        let codes: Vec<f32> = (linear_values.iter())
+            .map(|v| curve.transfer.encode(f64::from(*v)) as f32)
             .collect();
         for (first, second, values) in [
-            (&to_code, &to_linear, &light),
-            (&to_linear, &to_code, &code),
+            (&to_code, &to_linear, &linear_values),
+            (&to_linear, &to_code, &codes),
         ] {
             let mut planes = vec![values.clone(); 3];
-            let there = first.planes(&mut planes, Alphas::Straight).unwrap();
-            let back = second.planes(&mut planes, Alphas::Straight).unwrap();
-            assert_eq!(there + back, Default::default());
+            let forward = first.convert_planes(&mut planes, Alphas::Straight).unwrap();
+            let back = second
+                .convert_planes(&mut planes, Alphas::Straight)
+                .unwrap();
+            assert_eq!(forward + back, ConversionReport::default());
             let off =
                 |(value, back): (&f32, &f32)| (back - value).abs() / value.abs().max(ENGINE_FLOOR);
             let worst = values.iter().zip(&planes[1]).map(off).fold(0.0, f32::max);
@@ -119,21 +124,21 @@ fn what_goes_through_the_engine_comes_back() {
 }
 
 #[test]
-fn every_16_bit_code_comes_back_from_light() {
-    let config = Config::load(&Source::Own).unwrap();
+fn every_16_bit_code_survives_a_round_trip_through_acescg() {
+    let config = Config::load(&Source::Embedded).unwrap();
     let whole: Vec<f32> = (0..=u16::MAX)
         .map(|code| f32::from(code) / 65535.0)
         .collect();
     for space in config.spaces().iter().filter(|space| !space.is_data) {
-        // Of which black and less have one code.
+        // It has one code for all values at or below black.
         if space.name == "ACEScc" {
             continue;
         }
         let mut planes = vec![whole.clone(); 3];
         for (from, to) in [(space.name.as_str(), "ACEScg"), ("ACEScg", &space.name)] {
             let processor = config.processor(from, to).unwrap();
-            let report = processor.planes(&mut planes, Alphas::Straight).unwrap();
-            assert_eq!(report, Default::default());
+            let report = processor.convert_planes(&mut planes, Alphas::Straight);
+            assert_eq!(report.unwrap(), ConversionReport::default());
         }
         for plane in &planes {
             for (code, back) in plane.iter().enumerate() {
@@ -144,10 +149,10 @@ fn every_16_bit_code_comes_back_from_light() {
 }
 
 #[test]
-fn curves_rise_and_have_no_steps() {
-    for (name, curve) in all() {
-        for joint in curve.form.joints() {
-            let [below, at, above] = [-1e-9, 0.0, 1e-9].map(|by| curve.form.linear(joint + by));
+fn curves_are_continuous_and_increasing() {
+    for (name, curve) in curves() {
+        for code in curve.transfer.break_codes() {
+            let [below, at, above] = [-1e-9, 0.0, 1e-9].map(|by| curve.transfer.decode(code + by));
             let size = at.abs().max(FLOOR);
             assert!(
                 (above - below).abs() / size < 1e-5,
@@ -157,7 +162,7 @@ fn curves_rise_and_have_no_steps() {
         let mut last = f64::NEG_INFINITY;
         for i in 0..=20_000 {
             let code = -0.125 + 1.25 * f64::from(i) / 20_000.0;
-            let linear = curve.form.linear(code);
+            let linear = curve.transfer.decode(code);
             assert!(linear > last, "{name} at {code}");
             last = linear;
         }
@@ -165,18 +170,18 @@ fn curves_rise_and_have_no_steps() {
 }
 
 #[test]
-fn grey_has_the_code_that_makers_say() {
-    for (name, curve) in all() {
+fn grey_has_the_published_code() {
+    for (name, curve) in curves() {
         let digits = curve.grey.to_string().len() as i32 - 2;
-        let code = curve.form.code(0.18);
+        let code = curve.transfer.encode(0.18);
         let half_a_digit = 0.51 * 10_f64.powi(-digits);
         assert!((code - curve.grey).abs() <= half_a_digit, "{name}: {code}");
     }
 }
 
 #[test]
-fn every_curve_and_gamut_says_where_it_is_from() {
-    let table = own().unwrap();
+fn every_curve_and_gamut_names_its_document() {
+    let table = table();
     for (name, curve) in &table.curves {
         assert!(
             !curve.document.is_empty() && !curve.revision.is_empty(),

@@ -1,11 +1,11 @@
-//! Tests of colour by its public doors.
+//! Tests of the public API of `seidel-colour`.
 #![cfg(any(feature = "ocio", feature = "ocio-native"))]
-// A failure to set a test up is a failure of the test.
+// A failure to set up a test is a failure of the test.
 #![allow(clippy::unwrap_used)]
 
 mod agreement;
 mod config;
+mod conversion;
 mod curves;
 mod golden;
 mod malformed;
-mod pixels;

@@ -1,24 +1,24 @@
-//! Configs and tables that are none: refused in words, whatever they hold.
+//! Malformed configs and tables: rejected with an error, never a panic.
 
 use std::fs;
 use std::path::Path;
 
 use proptest::prelude::*;
-use seidel_colour::curves::Table;
-use seidel_colour::{Alphas, Config, OWN_CONFIG, Source};
+use seidel_colour::curves::CurveTable;
+use seidel_colour::{Alphas, Config, EMBEDDED_CONFIG, Source};
 
-/// Asks a config for all that it has, as far as it is one.
-fn used(yaml: String) {
+/// Loads a config and uses all that it contains.
+fn load_and_use(yaml: String) {
     let source = Source::Text {
-        name: "made.ocio".to_owned(),
+        name: "malformed.ocio".to_owned(),
         yaml,
     };
     match Config::load(&source) {
-        Err(why) => {
-            let said = why.to_string();
+        Err(error) => {
+            let text = error.to_string();
             assert!(
-                said.starts_with("made.ocio: ") && said.contains("; "),
-                "{said}"
+                text.starts_with("malformed.ocio: ") && text.contains("; "),
+                "{text}"
             );
         }
         Ok(config) => use_all(&config),
@@ -38,16 +38,18 @@ fn use_all(config: &Config) {
         match config.processor(from, "ACEScg") {
             Ok(processor) => {
                 let mut planes = vec![vec![0.1, -3.0, f32::NAN]; 3];
-                let _ = processor.planes(&mut planes, Alphas::Straight).unwrap();
+                let _ = processor
+                    .convert_planes(&mut planes, Alphas::Straight)
+                    .unwrap();
                 assert!(processor.is_no_op() || planes.iter().flatten().all(|v| v.is_finite()));
             }
-            Err(why) => assert!(why.to_string().contains("; "), "{why}"),
+            Err(error) => assert!(error.to_string().contains("; "), "{error}"),
         }
     }
 }
 
-/// A config whose one camera is the table in `file`.
-fn with_table(folder: &Path, file: &str) -> Source {
+/// Returns a config with a space `Camera` that is defined by the table in `file`.
+fn config_with_table(folder: &Path, file: &str) -> Source {
     let yaml = format!(
         "ocio_profile_version: 2.1\nsearch_path: \"{}\"\nroles:\n  default: ACEScg\n  scene_linear: ACEScg\n\
          file_rules:\n  - !<Rule> {{name: Default, colorspace: default}}\n\
@@ -62,16 +64,18 @@ fn with_table(folder: &Path, file: &str) -> Source {
     }
 }
 
-/// Colours through a table of this text, or why not.
-fn through(file: &str, text: &[u8]) -> Result<Vec<Vec<f32>>, String> {
+/// Converts colours with a table of this text, or returns the error message.
+fn convert_with_table(file: &str, text: &[u8]) -> Result<Vec<Vec<f32>>, String> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join(file), text).unwrap();
-    let config = Config::load(&with_table(folder.path(), file)).unwrap();
+    let config = Config::load(&config_with_table(folder.path(), file)).unwrap();
     let processor = config
         .processor("Camera", "ACEScg")
         .map_err(|e| e.to_string())?;
     let mut planes = vec![vec![0.5, -3.0, 0.999, 7.0]; 3];
-    let _ = processor.planes(&mut planes, Alphas::Straight).unwrap();
+    let _ = processor
+        .convert_planes(&mut planes, Alphas::Straight)
+        .unwrap();
     assert!(processor.is_no_op() || planes.iter().flatten().all(|v| v.is_finite()));
     Ok(planes)
 }
@@ -82,21 +86,21 @@ fn table(name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn our_own_tables_are_read() {
-    let grey = seidel_colour::curves::own().unwrap().curves["logc4"]
-        .form
-        .linear(0.5);
-    let planes = through("a.spi1d", &table("camera/arri-logc4.spi1d")).unwrap();
+fn generated_tables_are_read() {
+    let linear = CurveTable::embedded().unwrap().curves["logc4"]
+        .transfer
+        .decode(0.5);
+    let planes = convert_with_table("a.spi1d", &table("camera/arri-logc4.spi1d")).unwrap();
     assert!(
-        (f64::from(planes[0][0]) / grey - 1.0).abs() < 1e-4,
-        "{planes:?} {grey}"
+        (f64::from(planes[0][0]) / linear - 1.0).abs() < 1e-4,
+        "{planes:?} {linear}"
     );
-    let planes = through("a.cube", &table("cube/arri-logc4-to-srgb.cube")).unwrap();
+    let planes = convert_with_table("a.cube", &table("cube/arri-logc4-to-srgb.cube")).unwrap();
     assert!((0.8..=1.0).contains(&planes[0][0]), "{planes:?}");
 }
 
 #[test]
-fn tables_that_are_none_are_refused_in_words() {
+fn malformed_tables_are_rejected() {
     let spi1d = "Version 1\nFrom 0.0 1.0\nLength 4\nComponents 1\n{\n0\n0.2\n}\n";
     let cube = "LUT_3D_SIZE 2\n0 0 0\n1 1 1\n";
     for (file, text) in [
@@ -109,44 +113,40 @@ fn tables_that_are_none_are_refused_in_words() {
         ("a.cube", "LUT_3D_SIZE -2\n"),
         ("a.cube", "LUT_3D_SIZE 2\n0 0 zero\n"),
     ] {
-        let said = through(file, text.as_bytes()).unwrap_err();
+        let message = convert_with_table(file, text.as_bytes()).unwrap_err();
         assert!(
-            said.starts_with("tables.ocio: `Camera` to `ACEScg`"),
-            "{said}"
+            message.starts_with("tables.ocio: `Camera` to `ACEScg`"),
+            "{message}"
         );
     }
-    let nowhere = tempfile::tempdir().unwrap();
-    let config = Config::load(&with_table(nowhere.path(), "lost.cube")).unwrap();
-    let said = config
-        .processor("Camera", "ACEScg")
-        .err()
-        .unwrap()
-        .to_string();
-    assert!(said.contains("lost.cube"), "{said}");
+    let empty = tempfile::tempdir().unwrap();
+    let config = Config::load(&config_with_table(empty.path(), "lost.cube")).unwrap();
+    let error = config.processor("Camera", "ACEScg").err().unwrap();
+    assert!(error.to_string().contains("lost.cube"), "{error}");
 }
 
 #[test]
-fn a_table_of_curves_that_is_none_is_refused_with_the_line() {
+fn malformed_curve_tables_are_rejected() {
     for text in [
         "[curve.a]\nform = 3\n",
         "[[space]]\nname = 1",
         "]",
         "curve = 1",
     ] {
-        let said = Table::parse(text).unwrap_err().to_string();
-        assert!(said.starts_with("luts/curves.toml: "), "{said}");
+        let error = CurveTable::parse(text).unwrap_err().to_string();
+        assert!(error.starts_with("luts/curves.toml: "), "{error}");
     }
-    let own = include_str!("../../../luts/curves.toml");
-    let said = Table::parse(&own.replace("curve = \"logc4\"", "curve = \"logc9\""));
-    let said = said.unwrap_err().to_string();
+    let valid = include_str!("../../../luts/curves.toml");
+    let unknown_curve = valid.replace("curve = \"logc4\"", "curve = \"logc9\"");
+    let error = CurveTable::parse(&unknown_curve).unwrap_err().to_string();
     assert!(
-        said.contains("ARRI LogC4") && said.contains("logc9"),
-        "{said}"
+        error.contains("ARRI LogC4") && error.contains("logc9"),
+        "{error}"
     );
 }
 
-/// A text with some of its bytes changed, left out or doubled.
-fn spoiled(text: &[u8]) -> impl Strategy<Value = Vec<u8>> + use<> {
+/// Mutates a text: changes, deletes, doubles or replaces some of its bytes.
+fn mutated(text: &[u8]) -> impl Strategy<Value = Vec<u8>> + use<> {
     let text = text.to_vec();
     let change = (
         any::<prop::sample::Index>(),
@@ -156,19 +156,19 @@ fn spoiled(text: &[u8]) -> impl Strategy<Value = Vec<u8>> + use<> {
     );
     prop::collection::vec(change, 1..6).prop_map(move |changes| {
         let mut text = text.clone();
-        for (at, kind, byte, length) in changes {
-            let at = at
+        for (position, kind, byte, length) in changes {
+            let start = position
                 .index(text.len().max(1))
                 .min(text.len().saturating_sub(1));
-            let end = (at + length).min(text.len());
+            let end = (start + length).min(text.len());
             match kind {
-                0 => text[at] = byte,
-                1 => drop(text.drain(at..end)),
+                0 => text[start] = byte,
+                1 => drop(text.drain(start..end)),
                 2 => {
-                    let again = text[at..end].to_vec();
-                    text.splice(at..at, again);
+                    let again = text[start..end].to_vec();
+                    text.splice(start..start, again);
                 }
-                _ => drop(text.splice(at..end, *b"-1e99")),
+                _ => drop(text.splice(start..end, *b"-1e99")),
             }
             if text.is_empty() {
                 text.push(byte);
@@ -182,36 +182,36 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_spoiled_config_does_not_break_anything(text in spoiled(OWN_CONFIG.as_bytes())) {
-        used(String::from_utf8_lossy(&text).into_owned());
+    fn mutated_configs_do_not_panic(text in mutated(EMBEDDED_CONFIG.as_bytes())) {
+        load_and_use(String::from_utf8_lossy(&text).into_owned());
     }
 
     #[test]
-    fn any_text_as_a_config_does_not_break_anything(text in "(?s).{0,200}") {
-        used(text.clone());
-        used(format!("ocio_profile_version: 2.1\n{text}"));
+    fn arbitrary_configs_do_not_panic(text in "(?s).{0,200}") {
+        load_and_use(text.clone());
+        load_and_use(format!("ocio_profile_version: 2.1\n{text}"));
     }
 
     #[test]
-    fn a_spoiled_spi1d_does_not_break_anything(
-        text in spoiled(b"Version 1\nFrom -0.125 1.125\nLength 4\nComponents 3\n{\n0 0 0\n.1 .1 .2\n.3 .3 .4\n1 1 9\n}\n")
+    fn mutated_spi1d_tables_do_not_panic(
+        text in mutated(b"Version 1\nFrom -0.125 1.125\nLength 4\nComponents 3\n{\n0 0 0\n.1 .1 .2\n.3 .3 .4\n1 1 9\n}\n")
     ) {
-        let _ = through("a.spi1d", &text);
+        let _ = convert_with_table("a.spi1d", &text);
     }
 
     #[test]
-    fn a_spoiled_cube_does_not_break_anything(
-        text in spoiled(b"TITLE \"x\"\nLUT_3D_SIZE 2\nDOMAIN_MIN 0 0 0\nDOMAIN_MAX 1 1 1\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n")
+    fn mutated_cube_tables_do_not_panic(
+        text in mutated(b"TITLE \"x\"\nLUT_3D_SIZE 2\nDOMAIN_MIN 0 0 0\nDOMAIN_MAX 1 1 1\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n")
     ) {
-        let _ = through("a.cube", &text);
+        let _ = convert_with_table("a.cube", &text);
     }
 
     #[test]
-    fn spoiled_curves_do_not_break_anything(
-        text in spoiled(include_bytes!("../../../luts/curves.toml"))
+    fn mutated_curve_tables_do_not_panic(
+        text in mutated(include_bytes!("../../../luts/curves.toml"))
     ) {
-        if let Err(why) = Table::parse(&String::from_utf8_lossy(&text)) {
-            prop_assert!(why.to_string().starts_with("luts/curves.toml: "));
+        if let Err(error) = CurveTable::parse(&String::from_utf8_lossy(&text)) {
+            prop_assert!(error.to_string().starts_with("luts/curves.toml: "));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Curves of cameras and displays, channel by channel.
 
-use seidel_colour::curves::{Form, own};
+use seidel_colour::curves::{CurveTable, TransferFunction};
 
 use crate::host::{Failure, Result};
 use crate::knobs::colour;
@@ -10,8 +10,8 @@ use crate::rendering::Copied;
 ///
 /// # Errors
 /// None but of a build from a table that is not in order.
-pub(super) fn of(chosen: i32) -> Result<&'static Form> {
-    let table = own().map_err(|why| Failure::failed(why.to_string()))?;
+pub(super) fn of(chosen: i32) -> Result<&'static TransferFunction> {
+    let table = CurveTable::embedded().map_err(|why| Failure::failed(why.to_string()))?;
     let name = usize::try_from(chosen)
         .ok()
         .and_then(|chosen| colour::CURVES.get(chosen));
@@ -19,7 +19,7 @@ pub(super) fn of(chosen: i32) -> Result<&'static Form> {
     let curve = table.curves.get(name);
     let curve = curve
         .ok_or_else(|| Failure::failed(format!("Source Codes: there is no curve `{name}`.")))?;
-    Ok(&curve.form)
+    Ok(&curve.transfer)
 }
 
 /// Changes colours, alpha aside, by which they may be multiplied.

@@ -4,7 +4,7 @@ mod curve;
 mod spaces;
 
 use seidel_c::SeidelRect;
-use seidel_colour::curves::Form;
+use seidel_colour::curves::TransferFunction;
 
 use crate::host::Result;
 use crate::knobs::{Knobs, colour, render};
@@ -25,7 +25,7 @@ pub(crate) struct Codes {
 /// How they become light.
 enum Way {
     /// Channel by channel: gamuts stay as they are, blur is the same in any.
-    Curve(&'static Form),
+    Curve(&'static TransferFunction),
     /// As OpenColorIO has it.
     Spaces(Spaces),
 }
@@ -60,7 +60,7 @@ impl Codes {
         }
         match &self.way {
             Way::Curve(form) => {
-                let change = |code: f64| form.linear(code);
+                let change = |code: f64| form.decode(code);
                 curve::change(&mut light, self.premultiplied, self.threads, change);
             }
             Way::Spaces(spaces) => {
@@ -80,7 +80,7 @@ impl Codes {
         }
         match &self.way {
             Way::Curve(form) => {
-                let change = |light: f64| form.code(light);
+                let change = |light: f64| form.encode(light);
                 curve::change(light, self.premultiplied, self.threads, change);
                 Ok(())
             }

@@ -3,7 +3,7 @@
 use std::ops::Add;
 use std::sync::Arc;
 
-use seidel_colour::{ColourError, Config, Processor, Report, Source};
+use seidel_colour::{ColourError, Config, ConversionReport, PixelLayout, Processor, Source};
 
 use crate::host::{Failure, Result};
 use crate::kept::Shelf;
@@ -78,7 +78,7 @@ impl Spaces {
         scrub: bool,
     ) -> Result<()> {
         let report = through(&self.incoming, source, premultiplied, threads)?;
-        let without = report.scrubbed + report.unheld;
+        let without = report.non_finite + report.unrepresentable;
         if without == 0 || scrub {
             return Ok(());
         }
@@ -96,7 +96,7 @@ impl Spaces {
         threads: u32,
     ) -> Result<()> {
         let report = through(&self.outgoing, light, premultiplied, threads)?;
-        let without = report.scrubbed + report.unheld;
+        let without = report.non_finite + report.unrepresentable;
         if without == 0 {
             return Ok(());
         }
@@ -112,13 +112,17 @@ fn through(
     picture: &mut Copied,
     premultiplied: bool,
     threads: u32,
-) -> Result<Report> {
-    let channels = picture.channels();
+) -> Result<ConversionReport> {
+    let layout = match (picture.channels(), premultiplied) {
+        (3, _) => PixelLayout::Rgb,
+        (_, false) => PixelLayout::RgbaStraight,
+        (_, true) => PixelLayout::RgbaPremultiplied,
+    };
     let parts = picture.parts(threads, |part| {
-        processor.rows_here(part, channels, premultiplied)
+        processor.convert_pixels_serial(part, layout)
     });
     let parts = parts.into_iter();
     parts
         .map(|report| report.map_err(said))
-        .try_fold(Report::default(), |all, part| Ok(all.add(part?)))
+        .try_fold(ConversionReport::default(), |all, part| Ok(all.add(part?)))
 }

@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn every_choice_between_light_and_configs_is_a_curve() {
-        let table = seidel_colour::curves::own().expect("in order");
+        let table = seidel_colour::curves::CurveTable::embedded().expect("in order");
         let Kind::Choice { options, .. } = SOURCE_CODES.kind else {
             panic!("a choice");
         };

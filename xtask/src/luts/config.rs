@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use seidel_colour::curves::{Adaptation, CameraLog, Form, Gamut, Matrix, OwnSpace, Table};
+use seidel_colour::curves::{
+    Adaptation, CameraLog, CurveTable, Gamut, Matrix, SpaceDefinition, TransferFunction,
+};
 
 /// The space that all others are tied to.
 const REFERENCE: &str = "ACES2065-1";
@@ -54,7 +56,7 @@ const RAW: &str = "
 ";
 
 /// The config as it should be.
-pub(super) fn text(table: &Table) -> Result<String, String> {
+pub(super) fn text(table: &CurveTable) -> Result<String, String> {
     let mut text = HEAD.to_owned();
     text.push_str(&displays(table));
     text.push_str("\ncolorspaces:");
@@ -66,7 +68,7 @@ pub(super) fn text(table: &Table) -> Result<String, String> {
     Ok(text)
 }
 
-fn displays(table: &Table) -> String {
+fn displays(table: &CurveTable) -> String {
     let mut text = "\ndisplays:\n".to_owned();
     let mut names = Vec::new();
     for space in &table.spaces {
@@ -87,7 +89,7 @@ fn displays(table: &Table) -> String {
     text
 }
 
-fn space_text(table: &Table, space: &OwnSpace) -> Result<String, String> {
+fn space_text(table: &CurveTable, space: &SpaceDefinition) -> Result<String, String> {
     let curve = table.curve(space).map_err(|e| e.to_string())?;
     let gamut = table.gamut(space).map_err(|e| e.to_string())?;
     let encoding = match (&space.encoding, curve) {
@@ -112,7 +114,7 @@ fn space_text(table: &Table, space: &OwnSpace) -> Result<String, String> {
         );
         return Ok(text);
     }
-    let mut steps = curve.map_or_else(Vec::new, |curve| steps(&curve.form));
+    let mut steps = curve.map_or_else(Vec::new, |curve| steps(&curve.transfer));
     if space.name != REFERENCE {
         let reference = table.space(REFERENCE).map(|space| table.gamut(space));
         let reference = reference.ok_or_else(|| format!("curves.toml: lacks {REFERENCE}"))?;
@@ -137,7 +139,7 @@ fn space_text(table: &Table, space: &OwnSpace) -> Result<String, String> {
 
 fn to_reference(gamut: &Gamut, reference: &Gamut) -> Matrix {
     debug_assert!(gamut.adaptation != Adaptation::None || gamut.white == reference.white);
-    gamut.to(reference)
+    gamut.matrix_to(reference)
 }
 
 fn matrix(m: &Matrix) -> String {
@@ -149,13 +151,13 @@ fn matrix(m: &Matrix) -> String {
 }
 
 /// The transforms from codes to linear values.
-fn steps(form: &Form) -> Vec<String> {
+fn steps(form: &TransferFunction) -> Vec<String> {
     match form {
-        Form::CameraLog(log) => vec![camera_log(log, log.linear_slope)],
-        Form::MirroredLog { half, centre } => {
+        TransferFunction::CameraLog(log) => vec![camera_log(log, log.linear_slope)],
+        TransferFunction::MirroredLog { half, centre } => {
             // OpenColorIO has no logarithm for both signs. The half above black is undone first, which leaves what is
             // below on the line; then, turned over, the half below, by the same logarithm of what the line gave.
-            let slope = half.line_slope();
+            let slope = half.segment_slope();
             let below = CameraLog {
                 log_slope: half.log_slope / slope,
                 log_offset: (half.log_offset - centre) / slope,
@@ -170,11 +172,11 @@ fn steps(form: &Form) -> Vec<String> {
             ]
         }
         // Given by the space's `builtin`.
-        Form::Acescc {} => Vec::new(),
-        Form::PowerWithLine { gamma, offset } => vec![format!(
+        TransferFunction::Acescc {} => Vec::new(),
+        TransferFunction::PowerWithLine { gamma, offset } => vec![format!(
             "!<ExponentWithLinearTransform> {{gamma: {gamma}, offset: {offset}}}"
         )],
-        Form::MirroredPower { gamma } => {
+        TransferFunction::MirroredPower { gamma } => {
             vec![format!(
                 "!<ExponentTransform> {{value: {gamma}, style: mirror}}"
             )]

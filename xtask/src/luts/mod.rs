@@ -7,7 +7,7 @@ mod cube;
 use std::fs;
 use std::path::Path;
 
-use seidel_colour::curves::Table;
+use seidel_colour::curves::CurveTable;
 
 /// The room, from the root.
 const LUTS: &str = "luts";
@@ -51,7 +51,7 @@ pub(crate) fn run(root: &Path, mut args: impl Iterator<Item = String>) -> Result
 fn made(root: &Path) -> Result<Vec<(String, String)>, String> {
     let source = root.join(LUTS).join("curves.toml");
     let text = fs::read_to_string(&source).map_err(|e| format!("{}: {e}", source.display()))?;
-    let table = Table::parse(&text).map_err(|e| e.to_string())?;
+    let table = CurveTable::parse(&text).map_err(|e| e.to_string())?;
     let mut files = vec![("config.ocio".to_owned(), config::text(&table)?)];
     files.extend(camera::files(&table)?);
     files.extend(cube::files(&table)?);

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use seidel_colour::tables::{cube, cube_grid, evenly, spi1d};
-use seidel_colour::{Config, Processor};
+use seidel_colour::tables::{cube, cube_grid, linspace, spi1d};
+use seidel_colour::{Config, PixelLayout, Processor};
 
 use super::LutArgs;
 use crate::Console;
@@ -52,7 +52,7 @@ pub(super) fn run(
         }
         LutKind::Spi1d => {
             let grey = |value: f32| [value; 3];
-            let values = evenly(args.range, size);
+            let values = linspace(args.range, size);
             let entries = turned(
                 &processor,
                 values.iter().map(|v| grey(*v)).collect(),
@@ -80,13 +80,13 @@ fn turned(
     mut colours: Vec<[f32; 3]>,
     output: &Path,
 ) -> Result<Vec<[f32; 3]>, CommandError> {
-    let report = processor.rows(colours.as_flattened_mut(), 3, false)?;
-    if report.unheld == 0 {
+    let report = processor.convert_pixels(colours.as_flattened_mut(), PixelLayout::Rgb)?;
+    if report.unrepresentable == 0 {
         return Ok(colours);
     }
     let problem = format!(
         "{} entries have no finite number in `{}`",
-        report.unheld,
+        report.unrepresentable,
         processor.to()
     );
     Err(FileError::new(output, "", problem, "give a smaller --range").into())

@@ -143,11 +143,11 @@ impl Stages for Job<'_> {
             Some(alpha) if plate.is_premultiplied() => Alphas::Shared(alpha),
             _ => Alphas::Straight,
         };
-        let report = processor.planes(&mut colours, alphas)?;
-        if report.unheld > 0 {
+        let report = processor.convert_planes(&mut colours, alphas)?;
+        if report.unrepresentable > 0 {
             let problem = format!(
                 "{} samples have no finite number in `{}`",
-                report.unheld,
+                report.unrepresentable,
                 processor.to()
             );
             if !scrub {

@@ -301,7 +301,7 @@ fn converted(
     colours: &mut [Vec<f32>],
     alphas: Alphas,
 ) -> Result<usize, CommandError> {
-    let report = processor.planes(colours, alphas);
+    let report = processor.convert_planes(colours, alphas);
     let report = report.map_err(|e| FileError::new(plate.path(), e.field, e.problem, e.remedy))?;
-    Ok(report.unheld)
+    Ok(report.unrepresentable)
 }

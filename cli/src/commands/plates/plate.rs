@@ -218,7 +218,7 @@ fn alphas_of<'a>(
 ) -> Alphas<'a> {
     match alpha {
         Some(_) if unpremultiplied => Alphas::Straight,
-        Some(_) if !own_alphas.is_empty() => Alphas::Each(own_alphas),
+        Some(_) if !own_alphas.is_empty() => Alphas::PerPlane(own_alphas),
         Some(alpha) => Alphas::Shared(alpha),
         None => Alphas::Straight,
     }
