@@ -10,4 +10,4 @@ pub use seidel_optics::{
 pub use seidel_render as render;
 pub use seidel_render::{plate, remove};
 
-pub use error::{Error, Fault, Result};
+pub use error::{Error, ErrorKind, Fault, Result};

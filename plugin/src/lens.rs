@@ -144,7 +144,7 @@ impl Lens {
             return Ok(self.predictor.clone());
         }
         let set = self.profile.with_controls(&controls);
-        let set = set.map_err(|e| match self.predictor.knows_rays() {
+        let set = set.map_err(|e| match self.predictor.has_rays() {
             true => Failure::from(e),
             false => Failure::unsupported(&e),
         })?;
@@ -165,16 +165,16 @@ impl Lens {
         let (profile, lens) = (&self.profile, &self.predictor);
         let camera = &profile.camera;
         let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let (nearest, farthest) = profile.measured_m().unzip();
+        let (nearest, farthest) = profile.measured_range_m().unzip();
         let axis = profile.frame.axis();
         SeidelLensInfo {
-            kind: match lens.knows_rays() {
+            kind: match lens.has_rays() {
                 true => SEIDEL_LENS_RAYS,
                 false => SEIDEL_LENS_MOMENTS,
             },
             channels: lens.channel_names().len() as u32,
             models: self.models().len() as u32,
-            knows_depth: u32::from(lens.knows_depth()),
+            knows_depth: u32::from(lens.depends_on_depth()),
             frame_width: profile.frame.width_px(),
             frame_height: profile.frame.height_px(),
             axis_x: axis.x_px,

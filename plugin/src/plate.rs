@@ -275,12 +275,12 @@ impl Plate {
     ) -> Result<Vergences> {
         let Some(depth) = &self.depth else {
             let distance = settings.distance()?;
-            return match lens.knows_depth() {
+            return match lens.depends_on_depth() {
                 true => Ok(Vergences::Constant(lens.vergence(distance)?)),
                 false => Ok(Vergences::Constant(0.0)),
             };
         };
-        if !lens.knows_depth() {
+        if !lens.depends_on_depth() {
             return Err(Failure::new(
                 SeidelStatus::Unsupported,
                 "plate.depth: the lens was fitted at one object distance, so it cannot follow a depth pass; \

@@ -60,7 +60,7 @@ fn region_of(
         return Ok(ground.extent);
     }
     let distance = settings.distance()?;
-    let vergence = match sight.predictor.knows_depth() {
+    let vergence = match sight.predictor.depends_on_depth() {
         true => sight.predictor.vergence(distance)?,
         false => 0.0,
     };

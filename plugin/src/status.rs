@@ -1,7 +1,5 @@
 //! What every call answers.
 
-use seidel_core::render::stopped;
-
 /// What became of a call. `seidel_last_error` says why in words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
@@ -70,7 +68,7 @@ impl Failure {
 
 impl From<seidel_core::Error> for Failure {
     fn from(error: seidel_core::Error) -> Self {
-        if error == stopped() {
+        if error.is_cancelled() {
             return Self::aborted();
         }
         Self::new(SeidelStatus::Argument, error.to_string())

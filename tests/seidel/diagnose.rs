@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use seidel_core::diagnose::{PairSettings, Picture, Progress, estimate_pair};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::effects;
-use seidel_core::predict::{Predictor, predict_like};
+use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_core::psf::Pupil;
 
@@ -187,7 +187,7 @@ fn rendered_blur_is_estimated_as_it_was_drawn() {
         .expect("grain has detail");
     assert_eq!(found.left_out, 0);
     let predictor = Predictor::new(&lens).expect("a lens");
-    let drawn = predict_like(&predictor, &found.set, &Pupil).expect("drawable");
+    let drawn = predict_set(&predictor, &found.set, &Pupil).expect("drawable");
     for (seen, drawn) in found.set.observations.iter().zip(&drawn.observations) {
         let (a, b) = (&seen.tiles[0], &drawn.tiles[0]);
         let sum = a.sum();

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seidel_core::distance::ObjectDistance;
-use seidel_core::predict::{Predictor, predict_like};
+use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_core::psf::Pupil;
 use seidel_core::tile::Tile;
@@ -29,7 +29,7 @@ fn write_ray_set(folder: &Path) -> LensProfile {
         observation.tiles = vec![dark.clone()];
     }
     let predictor = Predictor::new(&lens).expect("a lens");
-    let set = predict_like(&predictor, &template, &Pupil).expect("drawable");
+    let set = predict_set(&predictor, &template, &Pupil).expect("drawable");
     seidel_image_io::observation_set::write(&set, &folder.join("set")).expect("writable");
     lens
 }

@@ -9,7 +9,7 @@ use seidel_core::diagnose::{Diagnosis, Progress, Settings, Verdict, diagnose};
 use seidel_core::effects;
 use seidel_core::fit::{PupilSettings, fit_pupil};
 use seidel_core::observations::ObservationSet;
-use seidel_core::predict::{Predictor, predict_like};
+use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_trial::{Kind, Recipe, Size};
 use serde_json::Value;
@@ -119,7 +119,7 @@ fn a_cause_outside_the_library_is_called_unexplained() {
 /// Mean over tiles of |o - p|² / |o|², unit sums, less noise.
 fn gap(observed: &ObservationSet, lens: &LensProfile) -> f64 {
     let lens = Predictor::new(lens).expect("a sound lens");
-    let predicted = predict_like(&lens, observed, lens.default_model()).expect("its own frame");
+    let predicted = predict_set(&lens, observed, lens.default_model()).expect("its own frame");
     let pairs = observed.observations.iter().zip(&predicted.observations);
     let gaps: Vec<f64> = pairs
         .flat_map(|(o, p)| {

@@ -266,7 +266,7 @@ fn rays_through_the_pupil_have_the_closed_form_moments() {
         for point in case.json["points"].as_array().expect("points") {
             let [x, y] = numbers(&point["x"]);
             let at = FieldPoint::new(x, y);
-            let rays = LocalPupil::round(Wavefront::third_order(&case.reduced, at), 0.0);
+            let rays = LocalPupil::circular(Wavefront::third_order(&case.reduced, at), 0.0);
             let mut spots = Vec::new();
             for &(t, weight) in &radii {
                 for k in 0..angles {
@@ -364,7 +364,7 @@ fn skew_normal_parameters_and_densities() {
                 &format!("{name} e"),
             );
 
-            let local = LocalBlur::of_moments(moments, meridian);
+            let local = LocalBlur::from_moments(moments, meridian);
             let Mixture::One(density) = SkewNormal.mixture(&local) else {
                 panic!("a meridional skew-normal is one density");
             };
@@ -524,7 +524,7 @@ fn aberrations_across_depth_follow_six_constants() {
         focal_length: number(&shift["f"]),
         magnification: number(&shift["m"]),
         vergence: 0.0,
-        hatted: SeidelAberrations {
+        intrinsic: SeidelAberrations {
             spherical: number(&h["b"]),
             astigmatism: number(&h["c"]),
             field_curvature: number(&h["d"]),

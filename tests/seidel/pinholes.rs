@@ -14,7 +14,7 @@ use rayon_free::rows;
 use seidel_core::field::{FieldPoint, Frame};
 use seidel_core::lens::{LocalPupil, ReducedNumbers, Wavefront};
 use seidel_core::psf::LocalBlur;
-use seidel_core::render::{BlurField, PlacedBlur};
+use seidel_core::render::{BlurField, DisplacedBlur};
 
 /// A thin lens before a sensor.
 #[derive(Debug, Clone, Copy)]
@@ -49,7 +49,7 @@ impl BlurField for ThinLens {
         1
     }
 
-    fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+    fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
         let numbers = ReducedNumbers {
             alpha: self.radius_px(vergence),
             beta: 0.0,
@@ -57,9 +57,9 @@ impl BlurField for ThinLens {
             delta: 0.0,
             phi: 0.0,
         };
-        let pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.0);
-        PlacedBlur {
-            blur: LocalBlur::of_pupil(pupil, at.meridian()),
+        let pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.0);
+        DisplacedBlur {
+            blur: LocalBlur::from_pupil(pupil, at.meridian()),
             displacement_px: (0.0, 0.0),
         }
     }

@@ -12,7 +12,7 @@ use seidel_core::lens::{ReducedNumbers, VergenceSeries};
 use seidel_core::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_core::observations::{Observation, ObservationSet};
 use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
-use seidel_core::psf::{LocalBlur, MirroredPair, PsfModel, Window};
+use seidel_core::psf::{LocalBlur, MirroredPair, PsfModel, SampleGrid};
 use seidel_core::tile::Tile;
 
 /// What a command did.
@@ -175,13 +175,13 @@ fn made_tile(
     let stretch = 1.0 + 0.002 * channel as f64;
     let centroid = frame.image_point(FieldPoint::new(at.x * stretch, at.y * stretch));
     let half = size as f64 / 2.0;
-    let window = Window::of_tile(
+    let window = SampleGrid::for_tile(
         size,
         size,
         centroid.x_px - centre.x_px + half,
         centroid.y_px - centre.y_px + half,
     );
-    let blur = LocalBlur::of_moments(
+    let blur = LocalBlur::from_moments(
         planted(planted_alpha(channel, vergence))
             .coefficients()
             .moments(at)

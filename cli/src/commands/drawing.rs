@@ -74,7 +74,7 @@ impl DrawingArgs {
         };
         let in_file = |e| FileError::from_core(path, e);
         let lens = measured.with_controls(&controls).map_err(in_file)?;
-        said.extend(measured.control_remarks(&controls));
+        said.extend(measured.control_warnings(&controls));
         let predictor = Predictor::new(&lens).map_err(in_file)?;
         let model = named.unwrap_or_else(|| predictor.default_model());
         predictor.check_model(model).map_err(in_file)?;

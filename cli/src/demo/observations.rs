@@ -4,7 +4,7 @@ use seidel_core::Result;
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
 use seidel_core::observations::{Observation, ObservationSet};
-use seidel_core::predict::{Predictor, predict_like};
+use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_core::render::BlurField;
 use seidel_core::tile::Tile;
@@ -39,7 +39,7 @@ pub fn measured(lens: &LensProfile) -> Result<ObservationSet> {
         camera: lens.camera.clone(),
         observations,
     };
-    let mut set = predict_like(&predictor, &template, predictor.default_model())?;
+    let mut set = predict_set(&predictor, &template, predictor.default_model())?;
     for (index, observation) in set.observations.iter_mut().enumerate() {
         for channel in 0..observation.tiles.len() {
             let seed = (index * observation.tiles.len() + channel) as u64;

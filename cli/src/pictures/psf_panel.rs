@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use seidel_core::field::{Frame, ImagePoint};
-use seidel_core::psf::{LocalBlur, PsfModel, Window};
+use seidel_core::psf::{LocalBlur, PsfModel, SampleGrid};
 use seidel_core::render::BlurField;
 
 /// Share of a cell that the largest PSF may fill.
@@ -144,7 +144,7 @@ impl PanelGrid {
         Patch {
             left: left as usize,
             top: top as usize,
-            window: Window {
+            window: SampleGrid {
                 first_x_px: left + 0.5 - centroid.0,
                 first_y_px: top + 0.5 - centroid.1,
                 width,
@@ -157,7 +157,7 @@ impl PanelGrid {
 struct Patch {
     left: usize,
     top: usize,
-    window: Window,
+    window: SampleGrid,
 }
 
 /// `blur`, in px of the sheet, widened so that it shows where it is far below one.

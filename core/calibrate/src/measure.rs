@@ -123,7 +123,7 @@ fn measure_one(
         Some(sigma) if sigma > 0.0 => plain.noise(&light, mask.as_deref(), sigma),
         _ => [0.0; 7],
     };
-    let optical = plain.less_pixel_area();
+    let optical = plain.without_pixel_area();
     Ok(MeasuredTile {
         set,
         observation: index,

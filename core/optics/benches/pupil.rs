@@ -7,7 +7,9 @@ use std::time::Instant;
 
 use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
-use seidel_optics::psf::pupil::{Detail, Drawn, Picture, Tangent, Workspace, draw};
+use seidel_optics::psf::pupil::{
+    Detail, OpticalPsf, PsfImage, PupilDerivative, TileGrid, Workspace, draw,
+};
 use seidel_optics::sensor::{Halo, Sensor};
 
 const SIDE: usize = 65;
@@ -51,6 +53,15 @@ fn count_rays(pupil: &LocalPupil, bins: &mut [f64]) {
     }
 }
 
+/// A square tile about the chief ray.
+fn centred(side: usize) -> TileGrid {
+    TileGrid {
+        corner_px: [-(side as f64) / 2.0; 2],
+        width: side,
+        height: side,
+    }
+}
+
 fn main() {
     let numbers = ReducedNumbers {
         alpha: 22.0,
@@ -60,11 +71,10 @@ fn main() {
         phi: -0.5,
     };
     let at = FieldPoint::new(0.7, 0.4);
-    let pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.1);
-    let half = -(SIDE as f64) / 2.0;
+    let pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.1);
     let mut tangents = vec![
-        Tangent::of_wavefront(Wavefront::tilt(1.0, 0.0)),
-        Tangent::of_wavefront(Wavefront::tilt(0.0, 1.0)),
+        PupilDerivative::from_wavefront(Wavefront::tilt(1.0, 0.0)),
+        PupilDerivative::from_wavefront(Wavefront::tilt(0.0, 1.0)),
     ];
     for (round, along) in [
         (1, 0),
@@ -78,24 +88,22 @@ fn main() {
     ] {
         let mut wavefront = Wavefront::default();
         wavefront.add(round, along, at.meridian(), 1.0);
-        tangents.push(Tangent::of_wavefront(wavefront));
+        tangents.push(PupilDerivative::from_wavefront(wavefront));
     }
-    let (mut space, mut drawn) = (Workspace::default(), Drawn::default());
+    let (mut space, mut drawn) = (Workspace::default(), PsfImage::default());
     let mut bins = vec![0.0; SIDE * SIDE];
     let baseline = milliseconds(|| count_rays(black_box(&pupil), &mut bins));
     println!("one {SIDE} px tile, one core; baseline: {RAYS} rays counted, {baseline:.2} ms");
-    let size = (SIDE, SIDE);
     for (what, count, detail) in [
         ("light alone, full detail", 0, Detail::FULL),
-        ("light alone, as for plates", 0, Detail::PICTURE),
+        ("light alone, as for plates", 0, Detail::RENDER),
         ("6 derivatives and blur, as in fits", 6, Detail::FIT),
         ("10 derivatives and blur, as in fits", 10, Detail::FIT),
     ] {
         row(what, baseline, || {
             draw(
                 black_box(&pupil),
-                (half, half),
-                size,
+                &centred(SIDE),
                 &tangents[..count],
                 detail,
                 &mut space,
@@ -111,29 +119,19 @@ fn main() {
         ("waves, q 0.05 px (most samples)", 0.05, 22.0, 65),
     ] {
         let numbers = ReducedNumbers { alpha, ..numbers };
-        let mut pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.1);
+        let mut pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.1);
         pupil.wave_px = q;
-        let half = -f64::from(side) / 2.0;
-        let size = (side as usize, side as usize);
         row(what, baseline, || {
             let pupil = black_box(&pupil);
             let detail = Detail::FIT;
-            draw(
-                pupil,
-                (half, half),
-                size,
-                &[],
-                detail,
-                &mut space,
-                &mut drawn,
-            );
+            draw(pupil, &centred(side), &[], detail, &mut space, &mut drawn);
         });
     }
     let numbers = ReducedNumbers {
         alpha: 11.0,
         ..numbers
     };
-    let plain = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.1);
+    let plain = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.1);
     let mut wavy = plain;
     wavy.wave_px = 2.0;
     let blurring = Sensor {
@@ -150,10 +148,8 @@ fn main() {
         ..blurring
     };
     for (what, pupil) in [("rays", &plain), ("waves", &wavy)] {
-        let mut picture = || {
-            let (corner, size) = ((-16.5, -16.5), (33, 33));
-            Picture::draw(pupil, corner, size, &scattering, Detail::FIT, &mut space)
-        };
+        let mut picture =
+            || OpticalPsf::draw(pupil, &centred(33), &scattering, Detail::FIT, &mut space);
         let kept = picture();
         row(&format!("picture of {what}, 33 px"), baseline, || {
             black_box(picture());

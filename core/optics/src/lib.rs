@@ -33,5 +33,5 @@ pub mod psf;
 pub mod sensor;
 pub mod tile;
 
-pub use blur_field::{BlurField, PlacedBlur, develop};
-pub use error::{Error, Fault, Result};
+pub use blur_field::{BlurField, DisplacedBlur, apply_tone};
+pub use error::{Error, ErrorKind, Fault, Result};

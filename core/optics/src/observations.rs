@@ -33,7 +33,7 @@ impl Observation {
         let tile = &self.tiles[channel];
         match self.background[channel] {
             0.0 => tile.clone(),
-            constant => tile.less_background(constant),
+            constant => tile.minus_background(constant),
         }
     }
 

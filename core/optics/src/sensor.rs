@@ -98,7 +98,7 @@ impl Tone {
         if !sound(sum) || !sound(total) {
             return None;
         }
-        let seen = |factor: f64| light.iter().map(|l| self.of(factor * l)).sum::<f64>();
+        let seen = |factor: f64| light.iter().map(|l| self.apply(factor * l)).sum::<f64>();
         let (mut low, mut high) = (sum / total, sum / total);
         for _ in 0..MOST_DOUBLINGS {
             if seen(low) <= sum {
@@ -124,7 +124,7 @@ impl Tone {
     }
 
     /// The pixel value of linear light `l`. Negative light keeps its sign.
-    pub fn of(&self, l: f64) -> f64 {
+    pub fn apply(&self, l: f64) -> f64 {
         let g = if self.gamma == 1.0 {
             l.abs()
         } else {
@@ -189,7 +189,7 @@ impl Sensor {
     /// `moments` with what streak, box and copies add. A halo, whose variance need not exist, adds
     /// nothing.
     #[must_use]
-    pub fn widened(&self, moments: CentralMoments) -> CentralMoments {
+    pub fn add_moments(&self, moments: CentralMoments) -> CentralMoments {
         let ([sx, sy], [bx, by], [cx, cy]) = (self.streak_px, self.box_px, self.copies_px);
         CentralMoments {
             mu20: moments.mu20 + (sx * sx + bx * bx) / 12.0 + cx * cx / 4.0,
@@ -209,7 +209,7 @@ mod tests {
         let (sensor, tone) = (Sensor::default(), Tone::default());
         assert!(sensor.is_ideal() && tone.is_linear());
         for light in [-0.1, 0.0, 0.3, 1.0, 40.0] {
-            assert_eq!(tone.of(light), light);
+            assert_eq!(tone.apply(light), light);
         }
     }
 
@@ -220,8 +220,10 @@ mod tests {
             knee: 0.5,
             clip: 0.9,
         };
-        assert!((Tone { clip: 2.0, ..tone }.of(1.0) - 1.0).abs() < 1e-12);
-        assert!(tone.of(0.2) > 0.2 && tone.of(1.0) == 0.9 && tone.of(-0.2) == -tone.of(0.2));
+        assert!((Tone { clip: 2.0, ..tone }.apply(1.0) - 1.0).abs() < 1e-12);
+        assert!(
+            tone.apply(0.2) > 0.2 && tone.apply(1.0) == 0.9 && tone.apply(-0.2) == -tone.apply(0.2)
+        );
     }
     #[test]
     fn exposures_are_found_again() {
@@ -232,7 +234,7 @@ mod tests {
         };
         let light = [0.5, 0.3, 0.1, 0.05, 0.05];
         for exposure in [0.01, 0.4, 1.5] {
-            let sum = light.iter().map(|l| tone.of(exposure * l)).sum();
+            let sum = light.iter().map(|l| tone.apply(exposure * l)).sum();
             let found = tone.exposure(&light, sum).expect("light");
             assert!((found / exposure - 1.0).abs() < 1e-9, "{found} {exposure}");
         }

@@ -69,7 +69,7 @@ impl Tile {
 
     /// The same tile with `background` subtracted from every sample.
     #[must_use]
-    pub fn less_background(&self, background: f64) -> Self {
+    pub fn minus_background(&self, background: f64) -> Self {
         Self {
             samples: self
                 .samples

@@ -1,6 +1,6 @@
 //! A lens used otherwise than it was measured: stronger or weaker, channel by channel, about another axis.
 
-use crate::{BlurField, PlacedBlur};
+use crate::{BlurField, DisplacedBlur};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::sensor::Tone;
@@ -81,11 +81,11 @@ impl BlurField for Adjusted<'_> {
         self.lens.channel_count()
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
         let seen = FieldPoint::new(at.x - self.offset.0, at.y - self.offset.1);
         let placed = self.lens.blur_at(channel, seen, vergence_per_m);
         let (x, y) = placed.displacement_px;
-        PlacedBlur {
+        DisplacedBlur {
             blur: (placed.blur).rescaled(self.amount * self.channel_scales[channel]),
             displacement_px: (x * self.amount, y * self.amount),
         }
@@ -114,11 +114,11 @@ mod tests {
             2
         }
 
-        fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+        fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
             let size = 1.3 + at.x + 0.7 * at.y * at.y + 0.1 * channel as f64 + vergence;
             let moments = CentralMoments::from_array([size, 0.1, 2.0, 0.3, 0.2, at.y, 0.5]);
-            PlacedBlur {
-                blur: LocalBlur::of_moments(moments, FieldPoint::new(1.0, 0.0).meridian()),
+            DisplacedBlur {
+                blur: LocalBlur::from_moments(moments, FieldPoint::new(1.0, 0.0).meridian()),
                 displacement_px: (at.x, 2.0 * at.y),
             }
         }
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn amount_scales_blur_and_displacement_and_channel_scales_blur_alone() {
         let want = Made.blur_at(1, AT, 0.0);
-        let root = |placed: &PlacedBlur| placed.blur.moments.mu20.sqrt();
+        let root = |placed: &DisplacedBlur| placed.blur.moments.mu20.sqrt();
         let lens = Adjusted::new(&Made, 2.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
         let twice = lens.blur_at(1, AT, 0.0);
         assert!((root(&twice) / root(&want) - 2.0).abs() < 1e-12);

@@ -1,7 +1,9 @@
 //! Plates that go on beyond their edges as they are at them.
 
 use crate::scatter::reach_of_pass;
-use crate::{BlurField, Edges, PlacedBlur, Plane, PlateMap, Renderer, Scene, VergencePass, Window};
+use crate::{
+    BlurField, DisplacedBlur, Edges, Plane, PlateMap, Renderer, Scene, VergencePass, Window,
+};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
@@ -147,7 +149,7 @@ impl BlurField for Held<'_> {
         self.lens.channel_count()
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
         let at = FieldPoint::new(
             at.x.clamp(self.first.x, self.last.x),
             at.y.clamp(self.first.y, self.last.y),
@@ -179,7 +181,7 @@ mod tests {
             1
         }
 
-        fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+        fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
             let sigma = 2.5 + 1.2 * at.x + vergence;
             let moments = MeridionalMoments {
                 mu20: sigma * sigma,
@@ -188,8 +190,8 @@ mod tests {
                 mu12: 0.0,
             };
             let meridian = FieldPoint::new(1.0, 0.0).meridian();
-            PlacedBlur {
-                blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+            DisplacedBlur {
+                blur: LocalBlur::from_moments(moments.in_image(meridian), meridian),
                 displacement_px: (0.0, 0.0),
             }
         }

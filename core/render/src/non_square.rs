@@ -1,6 +1,6 @@
 //! A lens seen by pixels that are not square: those of anamorphic plates, and of some video.
 
-use crate::{BlurField, PlacedBlur};
+use crate::{BlurField, DisplacedBlur};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::sensor::Tone;
@@ -62,11 +62,11 @@ impl BlurField for NonSquare<'_> {
         self.lens.channel_count()
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
         let at = FieldPoint::new(at.x * self.units[0], at.y * self.units[1]);
         let placed = self.lens.blur_at(channel, at, vergence_per_m);
         let (x, y) = placed.displacement_px;
-        PlacedBlur {
+        DisplacedBlur {
             blur: placed.blur.on_wider_pixels(self.pixel_aspect),
             displacement_px: (x / self.pixel_aspect, y),
         }

@@ -178,9 +178,9 @@ impl Window {
     }
 }
 
-/// The error of a render that `progress` stopped; compare with `==` to tell it from a failure.
-pub fn stopped() -> Error {
-    Error::new("render", "was stopped on request", "start it again")
+/// Returns the error of a render that its `progress` callback cancelled.
+pub(crate) fn cancelled() -> Error {
+    Error::cancelled("render")
 }
 
 impl Scene<'_> {

@@ -101,7 +101,7 @@ impl Renderer for Spots<'_> {
             }
             out.push(samples);
             if !progress((done + 1) as f64 / planes.len() as f64) {
-                return Err(crate::stopped());
+                return Err(crate::cancelled());
             }
         }
         Ok(out)

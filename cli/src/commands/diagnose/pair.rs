@@ -78,7 +78,7 @@ impl PairArgs {
         console: &Console,
     ) -> Result<PairEstimate, CommandError> {
         let predictor = Predictor::new(lens).map_err(|e| FileError::from_core(lens_path, e))?;
-        if self.depth_m.is_none() && predictor.knows_depth() {
+        if self.depth_m.is_none() && predictor.depends_on_depth() {
             return Err(FileError::new(
                 blurred,
                 "object distance",

@@ -167,7 +167,7 @@ impl DepthSource {
 
     /// Refuses a depth pass that the lens could not follow.
     pub(crate) fn check_lens(&self, lens: &Predictor, file: &Path) -> Result<(), CommandError> {
-        if lens.knows_depth() || self.file_pattern().is_none() {
+        if lens.depends_on_depth() || self.file_pattern().is_none() {
             return Ok(());
         }
         Err(FileError::new(
@@ -200,7 +200,7 @@ impl DepthSource {
                 checked,
             } => (spec, meaning, *checked),
         };
-        if !lens.knows_depth() {
+        if !lens.depends_on_depth() {
             return Ok(Vergences::Constant(0.0));
         }
         let channel = spec.as_ref().and_then(|s| s.channel.as_deref());

@@ -61,7 +61,7 @@ impl<'a> PlateView<'a> {
                 pixel_aspect: self.pixel_aspect,
             },
             lens: LensReach {
-                measured_m: self.lens.measured_m(),
+                measured_m: self.lens.measured_range_m(),
                 focal_length_m: self.lens.camera.focal_length_mm.map(|f| 1e-3 * f),
             },
         };

@@ -1,16 +1,16 @@
 //! A guess at what is missing: effects, and which of their numbers are free in which channels.
 
 use super::seen::Seen;
-use seidel_optics::effects::{self, Effect, Scope, Start};
+use seidel_optics::effects::{self, Effect, Scope, SearchStart};
 use seidel_optics::lens::LocalPupil;
 use seidel_optics::lens::VergenceSeries;
-use seidel_optics::profile::{CarriedEffect, PupilChannel};
+use seidel_optics::profile::{ProfileEffect, PupilChannel};
 
 /// Effects and free numbers.
 #[derive(Clone)]
 pub(super) struct Hypothesis {
     /// In acting order, each with where its search starts.
-    pub(super) parts: Vec<(&'static dyn Effect, Start)>,
+    pub(super) parts: Vec<(&'static dyn Effect, SearchStart)>,
     pub(super) slots: Vec<Slot>,
     channels: usize,
 }
@@ -30,7 +30,7 @@ pub(super) struct Slot {
 impl Hypothesis {
     /// `parts`, for a lens of `channels` channels of which `reference` is that of middle wavelength.
     pub(super) fn new(
-        mut parts: Vec<(&'static dyn Effect, Start)>,
+        mut parts: Vec<(&'static dyn Effect, SearchStart)>,
         channels: usize,
         reference: usize,
     ) -> Self {
@@ -119,7 +119,7 @@ impl Hypothesis {
         let mut pupil = seen.pupil;
         let mut moved = [0.0; 2];
         for ((effect, _), values) in self.parts.iter().zip(values) {
-            effect.act(values, seen.point, &mut pupil);
+            effect.apply(values, seen.point, &mut pupil);
             let shift = effect.chief_ray(values, seen.point);
             moved = [moved[0] + shift[0], moved[1] + shift[1]];
         }
@@ -138,7 +138,7 @@ impl Hypothesis {
             let mut added = channel.added.clone();
             for (((effect, _), values), errors) in self.parts.iter().zip(values).zip(errors) {
                 added.retain(|c| c.effect.id() != effect.id());
-                added.push(CarriedEffect {
+                added.push(ProfileEffect {
                     effect: *effect,
                     values: values
                         .into_iter()

@@ -27,7 +27,7 @@ pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
 };
 pub use pair::{PairEstimate, PairSettings, Picture, estimate_pair};
-pub use settings::{Progress, Settings, stopped};
+pub use settings::{Progress, Settings};
 
 use search::{Candidate, Ground};
 use seen::SeenSet;

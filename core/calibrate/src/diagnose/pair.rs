@@ -15,7 +15,7 @@ use estimate::{Estimate, Patch, estimate};
 use helix::Helix;
 use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
-use seidel_optics::error::{Error, Result};
+use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
@@ -138,7 +138,8 @@ pub fn estimate_pair(
         })
         .collect();
     if progress.stop.load(Ordering::Relaxed) {
-        return Err(Error::new("estimation", "was stopped", "start it again"));
+        let error = Error::new("estimation", "was stopped", "start it again");
+        return Err(error.with_kind(ErrorKind::Cancelled));
     }
     let mut observations = Vec::new();
     for (&(left, top), estimates) in places.iter().zip(found) {

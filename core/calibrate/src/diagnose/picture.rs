@@ -2,13 +2,13 @@
 
 use super::hypothesis::Hypothesis;
 use super::seen::Seen;
-use seidel_optics::psf::pupil::{Detail, Drawn, Workspace, draw};
+use seidel_optics::psf::pupil::{Detail, PsfImage, TileGrid, Workspace, draw};
 
 /// Buffers of predictions, one a thread.
 #[derive(Default)]
 pub(super) struct Easel {
     space: Workspace,
-    drawn: Drawn,
+    drawn: PsfImage,
 }
 
 impl Easel {
@@ -30,8 +30,11 @@ impl Easel {
         };
         draw(
             &pupil,
-            corner,
-            seen.size,
+            &TileGrid {
+                corner_px: [corner.0, corner.1],
+                width: seen.size.0,
+                height: seen.size.1,
+            },
             &[],
             detail,
             &mut self.space,
@@ -48,7 +51,7 @@ impl Easel {
         if !tone.is_linear()
             && let Some(exposure) = tone.exposure(out, seen.exposure)
         {
-            out.iter_mut().for_each(|v| *v = tone.of(exposure * *v));
+            out.iter_mut().for_each(|v| *v = tone.apply(exposure * *v));
         }
         let sum: f64 = out.iter().sum();
         if sum > 0.0 {

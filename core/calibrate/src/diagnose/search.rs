@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::descent::{Fitted, Linear, Problem, weight};
 use super::hypothesis::Hypothesis;
 use super::seen::Seen;
-use seidel_optics::effects::{Effect, Start};
+use seidel_optics::effects::{Effect, SearchStart};
 use seidel_optics::psf::pupil::Detail;
 
 /// A hypothesis at its best values.
@@ -148,7 +148,7 @@ impl<'a> Ground<'a> {
     /// Both effects in one hypothesis: at their values alone, then the other where it would start afresh.
     fn joined(&self, one: &Candidate, other: &Candidate) -> Vec<(Hypothesis, Vec<f64>)> {
         let part = |c: &Candidate| c.hypothesis.parts[0].clone();
-        let alone = |c: &Candidate, start: &Start| {
+        let alone = |c: &Candidate, start: &SearchStart| {
             let fresh = Hypothesis::new(
                 vec![(part(c).0, start.clone())],
                 self.channels,

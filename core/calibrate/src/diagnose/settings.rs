@@ -37,14 +37,9 @@ impl Progress<'_> {
     /// A stop on request.
     pub(super) fn step(&self, share: f64) -> Result<()> {
         if self.stop.load(Ordering::Relaxed) {
-            return Err(stopped());
+            return Err(Error::cancelled("diagnosis"));
         }
         (self.report)(share);
         Ok(())
     }
-}
-
-/// The error of a diagnosis that was stopped.
-pub fn stopped() -> Error {
-    Error::new("diagnosis", "was stopped on request", "start it again")
 }

@@ -142,7 +142,7 @@ pub(super) fn score(
         .zip(squares)
         .map(|(tile, &square)| {
             let predicted = on_pixels(lens.blur(tile.field));
-            let measured = |moments| LocalBlur::of_moments(moments, tile.field.meridian());
+            let measured = |moments| LocalBlur::from_moments(moments, tile.field.meridian());
             let against = |kernel: &[f64]| scorer.decibels(&tile.truth, square, kernel);
             let of_method = |method: &&Method| match method.way {
                 Way::AverageAligned => against(&averages.aligned_to(tile, side)),

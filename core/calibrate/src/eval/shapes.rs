@@ -176,7 +176,7 @@ mod tests {
     use super::super::evaluate;
     use super::super::tests::{drawn, lens, lens_of_rays, picture};
     use super::*;
-    use seidel_optics::predict::predict_like;
+    use seidel_optics::predict::predict_set;
 
     #[test]
     fn ends_and_middle_of_distance_and_field_are_shown() {
@@ -228,7 +228,7 @@ mod tests {
         let lens = lens_of_rays();
         let predictor = Predictor::new(&lens).expect("sound");
         let places = drawn(&super::super::tests::lens());
-        let set = predict_like(&predictor, &places, &Pupil).expect("drawable");
+        let set = predict_set(&predictor, &places, &Pupil).expect("drawable");
         let settings = EvalSettings::default();
         let rows = shapes(&lens, &set, &picture(), &settings).expect("sound");
         assert_eq!(rows.len(), 3);

@@ -109,7 +109,7 @@ pub(super) fn curve(
                             .map(|&k| {
                                 let field = placed[k].field;
                                 let of_lens =
-                                    LocalBlur::of_moments(s.moments(field), field.meridian());
+                                    LocalBlur::from_moments(s.moments(field), field.meridian());
                                 let blur = on_pixels(of_lens);
                                 let kernel = draw(model, &blur, &placed[k], scorer.side());
                                 scorer.decibels(&placed[k].truth, squares[k], &kernel)

@@ -5,11 +5,11 @@ use seidel_optics::camera::Camera;
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::lens::{MomentCoefficients, VergenceSeries};
 use seidel_optics::observations::Observation;
-use seidel_optics::predict::predict_like;
+use seidel_optics::predict::predict_set;
 use seidel_optics::profile::{
     LensDescription, MomentsChannel, MomentsPlane, Provenance, PupilChannel,
 };
-use seidel_optics::psf::{LocalBlur, MirroredPair, PsfModel, Pupil, Window};
+use seidel_optics::psf::{LocalBlur, MirroredPair, PsfModel, Pupil, SampleGrid};
 use seidel_optics::tile::Tile;
 
 /// A lens with mild coma and field curvature, on and off axis about 3 px wide.
@@ -43,14 +43,14 @@ pub(super) fn drawn(lens: &LensProfile) -> ObservationSet {
                 30.5 + f64::from(k / 8) * 55.1,
             );
             let field = lens.frame.field_point(at);
-            let blur = LocalBlur::of_moments(
+            let blur = LocalBlur::from_moments(
                 lens.moments_channels()[0].planes[0]
                     .s
                     .moments(field)
                     .with_added_variance(1.0 / 12.0),
                 field.meridian(),
             );
-            let window = Window::of_tile(41, 41, 20.5, 20.5);
+            let window = SampleGrid::for_tile(41, 41, 20.5, 20.5);
             let mut samples = vec![0.0; window.len()];
             MirroredPair.sample(&blur, &window, &mut samples);
             let samples = samples.iter().map(|v| *v as f32).collect();
@@ -150,7 +150,7 @@ pub(super) fn lens_of_rays() -> LensProfile {
 fn lenses_of_rays_are_drawn_by_their_pupil_too() {
     let (lens, moments) = (lens_of_rays(), lens());
     let predictor = Predictor::new(&lens).expect("sound");
-    let set = predict_like(&predictor, &drawn(&moments), &Pupil).expect("drawable");
+    let set = predict_set(&predictor, &drawn(&moments), &Pupil).expect("drawable");
     let got = evaluate(&lens, &set, &picture(), &EvalSettings::default()).expect("sound");
     let group = &got.groups[0];
     for (m, explained) in group.explained.iter().enumerate() {

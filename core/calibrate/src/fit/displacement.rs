@@ -3,12 +3,12 @@
 use super::linear;
 use crate::measure::MeasuredTile;
 use seidel_optics::field::Frame;
-use seidel_optics::profile::Displacement;
+use seidel_optics::profile::RadialDisplacement;
 
 /// Least squares of centroid - ideal = X (magnification + distortion |X|²) over the tiles that know
 /// their ideal position; `None` where fewer than three do. To third order this is the whole law:
 /// coma and a change of magnification give the first term, distortion the second (docs/background/model.md section 3).
-pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Displacement> {
+pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<RadialDisplacement> {
     let (mut rows, mut targets) = (Vec::new(), Vec::new());
     let mut count = 0;
     for tile in tiles {
@@ -26,7 +26,7 @@ pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Displa
         return None;
     }
     let fit = linear::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
-    Some(Displacement {
+    Some(RadialDisplacement {
         magnification: fit.values[0],
         distortion: fit.values[1],
         magnification_sigma: fit.sigma[0],

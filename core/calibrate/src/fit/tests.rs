@@ -5,7 +5,7 @@ use seidel_optics::camera::Camera;
 use seidel_optics::lens::{MomentCoefficients, ReducedNumbers};
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_optics::observations::Observation;
-use seidel_optics::psf::{LocalBlur, MirroredPair, PsfModel, Window};
+use seidel_optics::psf::{LocalBlur, MirroredPair, PsfModel, SampleGrid};
 use seidel_optics::tile::Tile;
 
 const TRUTH: ReducedNumbers = ReducedNumbers {
@@ -35,13 +35,13 @@ fn planted(axis: ImagePoint, distance: ObjectDistance) -> ObservationSet {
             ));
             let size = 61;
             let centre = ImagePoint::new(centroid.x_px.round() + 0.5, centroid.y_px.round() + 0.5);
-            let window = Window::of_tile(
+            let window = SampleGrid::for_tile(
                 size,
                 size,
                 centroid.x_px - centre.x_px + size as f64 / 2.0,
                 centroid.y_px - centre.y_px + size as f64 / 2.0,
             );
-            let blur = LocalBlur::of_moments(
+            let blur = LocalBlur::from_moments(
                 s.moments(at).with_added_variance(PIXEL_VARIANCE_PX2),
                 at.meridian(),
             );

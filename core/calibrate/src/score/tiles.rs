@@ -6,7 +6,7 @@ use seidel_optics::moments::CentralMoments;
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_optics::moments::support::{self, Support};
 use seidel_optics::observations::ObservationSet;
-use seidel_optics::psf::Window;
+use seidel_optics::psf::SampleGrid;
 
 /// Empty pixels on each side of the largest tile of a group without noise, so that what a model draws
 /// beyond the tile counts against it. Where noise masks the tiles nothing is known beyond their
@@ -34,8 +34,8 @@ impl PlacedTile {
     }
 
     /// The square as a grid about the centroid.
-    pub(crate) fn window(&self, side: usize) -> Window {
-        Window::of_tile(side, side, self.centroid.0, self.centroid.1)
+    pub(crate) fn window(&self, side: usize) -> SampleGrid {
+        SampleGrid::for_tile(side, side, self.centroid.0, self.centroid.1)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The lens has two focal lengths.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `anamorphic`: the lens is another one along x than along y.
@@ -62,7 +62,7 @@ impl Effect for Anamorphic {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         let &[squeeze, width, astigmatism, ..] = values else {
             panic!("one value a parameter");
         };
@@ -79,8 +79,8 @@ impl Effect for Anamorphic {
     }
 
     // Wider or narrower pictures, an elliptical pupil, then all together.
-    fn starts(&self) -> Vec<Start> {
-        let from = |squeeze, pupil, free: [bool; 2]| Start {
+    fn starts(&self) -> Vec<SearchStart> {
+        let from = |squeeze, pupil, free: [bool; 2]| SearchStart {
             values: vec![squeeze, pupil, 0.0, 0.0, 0.0],
             free: vec![free[0], free[1], true, true, true],
         };
@@ -94,7 +94,7 @@ impl Effect for Anamorphic {
 
     // Ratios of the glass stay; astigmatism is a power of the glass that differs by section, R Z2 times it;
     // scales go with the field angle.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         let mut all = values.to_vec();
         all[2] = values[2].scaled(to.pupil * to.image_distance);
         all

@@ -1,7 +1,7 @@
 //! The iris has blades.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
-use crate::lens::{LocalPupil, MOST_STOPS, Stop, VergenceSeries};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
+use crate::lens::{LocalPupil, MAX_STOPS, Stop, VergenceSeries};
 
 /// `aperture_polygon`: the pupil is a polygon of `blades` sides in place of a circle.
 ///
@@ -55,7 +55,7 @@ static PARAMETERS: [Parameter; 4] = [
 ];
 
 const _: () = assert!(
-    1 + 2 + 2 + MOST as usize <= MOST_STOPS,
+    1 + 2 + 2 + MOST as usize <= MAX_STOPS,
     "rim, vignetting twice, blades"
 );
 
@@ -72,7 +72,7 @@ impl Effect for AperturePolygon {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         let &[blades, rotation_deg, reach, roundness] = values else {
             panic!("one value a parameter");
         };
@@ -85,7 +85,7 @@ impl Effect for AperturePolygon {
         let (half_side, apothem) = (reach * half.sin(), reach * half.cos());
         // Negative: beyond the axis, as seen from the blade.
         let off = apothem - (radius * radius - half_side * half_side).sqrt();
-        pupil.bound(reach * (1.0 + CLEARANCE));
+        pupil.set_rim_radius(reach * (1.0 + CLEARANCE));
         for blade in 0..blades as usize {
             let towards = rotation_deg.to_radians() + half * (2 * blade + 1) as f64;
             let (sin, cos) = towards.sin_cos();
@@ -96,10 +96,10 @@ impl Effect for AperturePolygon {
         }
     }
 
-    fn starts(&self) -> Vec<Start> {
+    fn starts(&self) -> Vec<SearchStart> {
         let each = |blades: usize| {
             // Two orientations, half the turn apart that makes a polygon the same again.
-            [0.0, 180.0 / blades as f64].map(|rotation| Start {
+            [0.0, 180.0 / blades as f64].map(|rotation| SearchStart {
                 values: vec![blades as f64, rotation, 1.0, 0.2],
                 free: vec![false, true, true, true],
             })
@@ -109,7 +109,7 @@ impl Effect for AperturePolygon {
 
     // The polygon is the iris and closes with the pupil; its blades keep their own curvature, so that a
     // smaller one has straighter sides.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         let mut all = values.to_vec();
         all[3] = values[3].scaled(to.pupil);
         all
@@ -221,11 +221,11 @@ mod tests {
     fn few_blades_are_none_and_closing_straightens_them() {
         assert_eq!(pupil(2.0, 0.0, 3.0), disc(3.0));
         let values = [7.0, 10.0, 1.0, 0.4].map(VergenceSeries::constant);
-        let to = Resetting {
+        let to = ControlRatios {
             pupil: 0.5,
             image_distance: 1.1,
         };
-        let closed = AperturePolygon.reset(&values, to);
+        let closed = AperturePolygon.rescale(&values, to);
         assert_eq!(closed[..3], values[..3]);
         assert_eq!(closed[3].at(0.0), 0.2);
     }
@@ -242,7 +242,7 @@ mod tests {
                 pupil,
             );
         }
-        assert_eq!(pupil.stops().len(), MOST_STOPS);
-        assert!(pupil.inside().1 > 0.0);
+        assert_eq!(pupil.stops().len(), MAX_STOPS);
+        assert!(pupil.inscribed_circle().1 > 0.0);
     }
 }

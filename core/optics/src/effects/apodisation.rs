@@ -1,6 +1,6 @@
 //! Pupil transmission is not uniform.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `apodisation`: light passes the pupil less easily towards its rim, or in its middle.
@@ -39,22 +39,26 @@ impl Effect for Apodisation {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         pupil.transmission.square += values[0];
         pupil.transmission.fourth += values[1];
     }
 
-    fn starts(&self) -> Vec<Start> {
-        let square = |value| Start {
+    fn starts(&self) -> Vec<SearchStart> {
+        let square = |value| SearchStart {
             values: vec![value, 0.0],
             free: vec![true, false],
         };
-        vec![square(0.5), square(-0.3), Start::all_free(&[0.3, 0.3])]
+        vec![
+            square(0.5),
+            square(-0.3),
+            SearchStart::all_free(&[0.3, 0.3]),
+        ]
     }
 
     // The filter stays; a smaller pupil sees less of it.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         vec![
             values[0].scaled(to.pupil.powi(2)),
             values[1].scaled(to.pupil.powi(4)),

@@ -1,6 +1,6 @@
 //! Focus differs by wavelength.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -35,17 +35,20 @@ impl Effect for AxialColour {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         pupil.wavefront.add(1, 0, Meridian::X, values[0] / 2.0);
     }
 
-    fn starts(&self) -> Vec<Start> {
-        vec![Start::all_free(&[0.3]), Start::all_free(&[-0.3])]
+    fn starts(&self) -> Vec<SearchStart> {
+        vec![
+            SearchStart::all_free(&[0.3]),
+            SearchStart::all_free(&[-0.3]),
+        ]
     }
 
     // The defocus of a power of the glass that differs by channel: R Z2 times it.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         vec![values[0].scaled(to.pupil * to.image_distance)]
     }
 }

@@ -1,6 +1,6 @@
 //! An element is shifted or tilted.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -73,7 +73,7 @@ impl Effect for Decentre {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), COUNT, "one value a parameter");
         let (x, y) = (point.at.x, point.at.y);
         let (a, f) = ([values[2], values[3]], [values[4], values[5]]);
@@ -93,23 +93,23 @@ impl Effect for Decentre {
     }
 
     // Coma and where pictures land alone, then everything.
-    fn starts(&self) -> Vec<Start> {
+    fn starts(&self) -> Vec<SearchStart> {
         let mut values = [0.0; COUNT];
         (values[0], values[1]) = (0.2, 0.2);
         let plain = |k: usize| !(2..8).contains(&k);
         vec![
-            Start {
+            SearchStart {
                 values: values.to_vec(),
                 free: (0..COUNT).map(plain).collect(),
             },
-            Start::all_free(&values),
+            SearchStart::all_free(&values),
         ]
     }
 
     // Terms of the glass by the law of docs/background/model.md section 10, pupil power l and field power a:
     // coma 3 and 0, what is linear in field 2 and 1, astigmatism alike everywhere 2 and 0. Shifts are
     // angles, spread over Z2.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         let (r, k) = (to.pupil, to.image_distance);
         let factor = |index: usize| match index {
             0 | 1 => r * r * k,
@@ -161,8 +161,9 @@ mod tests {
         };
         let (x, y) = (0.6, -0.5);
         let (dx, dy) = (0.11, 0.07);
-        let lens =
-            |x, y| LocalPupil::round(Wavefront::third_order(&numbers, FieldPoint::new(x, y)), 0.0);
+        let lens = |x, y| {
+            LocalPupil::circular(Wavefront::third_order(&numbers, FieldPoint::new(x, y)), 0.0)
+        };
         let (gamma, delta, phi) = (numbers.gamma, numbers.delta, numbers.phi);
         let mut values = [0.0; COUNT];
         values[..8].copy_from_slice(&[

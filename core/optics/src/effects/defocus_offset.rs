@@ -1,6 +1,6 @@
 //! The sensor or the focus ring is not where the camera says.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -38,7 +38,7 @@ impl Effect for DefocusOffset {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         pupil.wavefront.add(1, 0, Meridian::X, values[0] / 2.0);
     }
@@ -48,13 +48,16 @@ impl Effect for DefocusOffset {
     }
 
     // Through focus and back: which side is likelier is not known.
-    fn starts(&self) -> Vec<Start> {
-        vec![Start::all_free(&[0.5, 0.0]), Start::all_free(&[-0.5, 0.0])]
+    fn starts(&self) -> Vec<SearchStart> {
+        vec![
+            SearchStart::all_free(&[0.5, 0.0]),
+            SearchStart::all_free(&[-0.5, 0.0]),
+        ]
     }
 
     // A sensor, or a focusing mount, off by a fixed length s: the cone that it cuts has the slope R / Z2,
     // and the picture grows by s / Z2.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         vec![
             values[0].scaled(to.pupil / to.image_distance),
             values[1].scaled(1.0 / to.image_distance),

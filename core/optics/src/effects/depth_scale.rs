@@ -1,6 +1,6 @@
 //! Object distances are wrong by a factor.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -42,7 +42,7 @@ impl Effect for DepthScale {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         let &[factor, pivot] = values else {
             panic!("one value a parameter");
         };
@@ -51,8 +51,8 @@ impl Effect for DepthScale {
         pupil.wavefront.add(1, 0, Meridian::X, alpha / 2.0);
     }
 
-    fn starts(&self) -> Vec<Start> {
-        let from = |pivot| Start {
+    fn starts(&self) -> Vec<SearchStart> {
+        let from = |pivot| SearchStart {
             values: vec![1.05, pivot],
             free: vec![true, false],
         };
@@ -60,7 +60,7 @@ impl Effect for DepthScale {
     }
 
     // A matter of the tape measure, not of the glass: the lens's own law of depth is reset.
-    fn reset(&self, values: &[VergenceSeries], _to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], _to: ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }

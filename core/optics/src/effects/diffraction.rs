@@ -1,6 +1,6 @@
 //! Light is a wave.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `diffraction`: even in focus light does not land in a point, and its waves interfere.
@@ -37,7 +37,7 @@ impl Effect for Diffraction {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         let &[f_number] = values else {
             panic!("one value a parameter");
         };
@@ -51,12 +51,14 @@ impl Effect for Diffraction {
         }
     }
 
-    fn starts(&self) -> Vec<Start> {
-        [2.8, 5.6, 11.0].map(|n| Start::all_free(&[n])).to_vec()
+    fn starts(&self) -> Vec<SearchStart> {
+        [2.8, 5.6, 11.0]
+            .map(|n| SearchStart::all_free(&[n]))
+            .to_vec()
     }
 
     // N is Z2 / 2 R: a wider pupil makes it smaller, a sensor further off larger.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         vec![values[0].scaled(to.image_distance / to.pupil)]
     }
 }

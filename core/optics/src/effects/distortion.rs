@@ -1,6 +1,6 @@
 //! Magnification changes with field.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `distortion`: pictures land off their ideal place along the meridian, alike in every channel.
@@ -38,7 +38,7 @@ impl Effect for Distortion {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
     }
 
@@ -48,12 +48,12 @@ impl Effect for Distortion {
         [stretch * point.at.x, stretch * point.at.y]
     }
 
-    fn starts(&self) -> Vec<Start> {
-        vec![Start::all_free(&[0.5, 0.5, 0.0])]
+    fn starts(&self) -> Vec<SearchStart> {
+        vec![SearchStart::all_free(&[0.5, 0.5, 0.0])]
     }
 
     // By the field angle X / Z2 to the power a, spread over Z2, as E is in docs/background/model.md section 10.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         let powers = [0, -2, -4].into_iter().zip(values);
         powers
             .map(|(power, series)| series.scaled(to.image_distance.powi(power)))

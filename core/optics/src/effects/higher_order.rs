@@ -1,6 +1,6 @@
 //! Fifth-order aberrations: the eight wave terms of sixth degree in pupil and field.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `higher_order`: spherical aberration of higher order, oblique spherical aberration, coma and
@@ -62,7 +62,7 @@ impl Effect for HigherOrder {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), TERMS.len(), "one value a term");
         let (h, meridian) = (point.at.radius(), point.at.meridian());
         for ((round, along, of_field), value) in TERMS.into_iter().zip(values) {
@@ -74,14 +74,14 @@ impl Effect for HigherOrder {
         }
     }
 
-    fn starts(&self) -> Vec<Start> {
+    fn starts(&self) -> Vec<SearchStart> {
         let mut values = [0.0; TERMS.len()];
         values[0] = 0.1;
-        vec![Start::all_free(&values)]
+        vec![SearchStart::all_free(&values)]
     }
 
     // A slope of pupil power l - 1 at the rim, at a field angle X / Z2 to the power k, spread over Z2.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         let terms = TERMS.into_iter().zip(values);
         terms
             .map(|((round, along, of_field), series)| {
@@ -108,8 +108,8 @@ mod tests {
         for (k, (_, _, of_field)) in TERMS.into_iter().enumerate() {
             let mut values = [0.0; 8];
             values[k] = 2.0;
-            let mut pupil = LocalPupil::round(Wavefront::default(), 0.0);
-            HigherOrder.act(&values, point, &mut pupil);
+            let mut pupil = LocalPupil::circular(Wavefront::default(), 0.0);
+            HigherOrder.apply(&values, point, &mut pupil);
             let slope = pupil.wavefront.slope([0.6, 0.8]);
             let want = 2.0 * 0.8_f64.powi(of_field);
             assert!((slope[0] - 0.6 * want).abs() < 1e-12, "{k} {slope:?}");

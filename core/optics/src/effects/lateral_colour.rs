@@ -1,6 +1,6 @@
 //! Magnification differs by wavelength.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `lateral_colour`: the picture has another size in each channel.
@@ -43,7 +43,7 @@ impl Effect for LateralColour {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, _pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
     }
 
@@ -52,12 +52,12 @@ impl Effect for LateralColour {
         [stretch * point.at.x, stretch * point.at.y]
     }
 
-    fn starts(&self) -> Vec<Start> {
-        vec![Start::all_free(&[0.3, 0.0])]
+    fn starts(&self) -> Vec<SearchStart> {
+        vec![SearchStart::all_free(&[0.3, 0.0])]
     }
 
     // Angles of deviation: by the field angle X / Z2 to the power a, spread over Z2. The pupil has no part.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         vec![
             values[0].clone(),
             values[1].scaled(to.image_distance.powi(-2)),

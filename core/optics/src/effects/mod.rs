@@ -115,14 +115,14 @@ pub enum Scope {
 
 /// Where a search for the values of an effect starts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Start {
+pub struct SearchStart {
     /// One value a parameter, the same in every channel.
     pub values: Vec<f64>,
     /// Whether the search may change it: kinds that are counted, such as blades, are tried one by one.
     pub free: Vec<bool>,
 }
 
-impl Start {
+impl SearchStart {
     /// A search from `values` that may change all of them.
     pub fn all_free(values: &[f64]) -> Self {
         Self {
@@ -153,7 +153,7 @@ pub struct ScenePoint {
 
 /// How a lens is set otherwise than it was measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Resetting {
+pub struct ControlRatios {
     /// New radius of the pupil over the measured one.
     pub pupil: f64,
     /// New distance of the sensor from the pupil over the measured one.
@@ -168,16 +168,16 @@ pub trait Effect: Send + Sync {
     /// What it is and looks like, in a line.
     fn summary(&self) -> &'static str;
 
-    /// What [`Effect::act`] takes, in order.
+    /// What [`Effect::apply`] takes, in order.
     fn parameters(&self) -> &'static [Parameter];
 
     /// Does to `pupil` what the effect does at `point`; `values` are the parameters', in order.
     ///
     /// # Panics
     /// If there are not as many values as parameters.
-    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil);
+    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil);
 
-    /// How far it moves the chief ray, px of the frame; `values` as in [`Effect::act`]. What it does to the
+    /// How far it moves the chief ray, px of the frame; `values` as in [`Effect::apply`]. What it does to the
     /// centroid by way of the rays is not part of it.
     fn chief_ray(&self, _values: &[f64], _point: ScenePoint) -> [f64; 2] {
         [0.0; 2]
@@ -185,10 +185,10 @@ pub trait Effect: Send + Sync {
 
     /// Where to start a search for its values, the likeliest first; none of them neutral in all that
     /// counts.
-    fn starts(&self) -> Vec<Start>;
+    fn starts(&self) -> Vec<SearchStart>;
 
     /// The parameters' `values`, in order, of the same glass with its pupil and sensor reset `to`.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries>;
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries>;
 }
 
 /// Every effect, in the order in which they act.

@@ -1,6 +1,6 @@
 //! The camera moved in the exposure.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `motion`: the picture went along a straight path while the shutter was open.
@@ -43,7 +43,7 @@ impl Effect for Motion {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         for (streak, value) in pupil.sensor.streak_px.iter_mut().zip(values) {
             *streak += value;
@@ -55,14 +55,14 @@ impl Effect for Motion {
     }
 
     // Paths and their opposites look alike, so half of the directions are enough.
-    fn starts(&self) -> Vec<Start> {
+    fn starts(&self) -> Vec<SearchStart> {
         [[2.0, 0.0], [0.0, 2.0], [1.5, 1.5], [1.5, -1.5]]
-            .map(|[x, y]| Start::all_free(&[x, y, 0.0, 0.0]))
+            .map(|[x, y]| SearchStart::all_free(&[x, y, 0.0, 0.0]))
             .to_vec()
     }
 
     // The camera turned by an angle, spread over Z2.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         let each = values.iter();
         each.map(|series| series.scaled(to.image_distance))
             .collect()

@@ -1,6 +1,6 @@
 //! Pixels, and the low-pass filter before them, have a size.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `pixel_footprint`: the sensor gathers light from more than each pixel's own square.
@@ -36,7 +36,7 @@ impl Effect for PixelFootprint {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         let &[side, copies_x, copies_y] = values else {
             panic!("one value a parameter");
         };
@@ -47,22 +47,22 @@ impl Effect for PixelFootprint {
     }
 
     // A box, a filter, then both.
-    fn starts(&self) -> Vec<Start> {
+    fn starts(&self) -> Vec<SearchStart> {
         vec![
-            Start {
+            SearchStart {
                 values: vec![1.5, 0.0, 0.0],
                 free: vec![true, false, false],
             },
-            Start {
+            SearchStart {
                 values: vec![0.0, 1.0, 1.0],
                 free: vec![false, true, true],
             },
-            Start::all_free(&[1.0, 0.7, 0.7]),
+            SearchStart::all_free(&[1.0, 0.7, 0.7]),
         ]
     }
 
     // It is the sensor's own.
-    fn reset(&self, values: &[VergenceSeries], _to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], _to: ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }

@@ -1,6 +1,6 @@
 //! The sensor is not square to the axis.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -43,7 +43,7 @@ impl Effect for SensorTilt {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         let alpha = defocus(values, point);
         pupil.wavefront.add(1, 0, Meridian::X, alpha / 2.0);
@@ -54,16 +54,16 @@ impl Effect for SensorTilt {
         [stretch * point.at.x, stretch * point.at.y]
     }
 
-    fn starts(&self) -> Vec<Start> {
+    fn starts(&self) -> Vec<SearchStart> {
         vec![
-            Start::all_free(&[0.5, 0.0, 0.0]),
-            Start::all_free(&[0.0, 0.5, 0.0]),
+            SearchStart::all_free(&[0.5, 0.0, 0.0]),
+            SearchStart::all_free(&[0.0, 0.5, 0.0]),
         ]
     }
 
     // At each place a sensor off by a fixed length, as for `defocus_offset`: cone R / Z2, growth of the
     // picture 1 / Z2, of which keystone is the ratio.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         let cone = to.pupil / to.image_distance;
         vec![
             values[0].scaled(cone),

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::lens::{ReducedNumbers, Stop, Wavefront};
-use crate::psf::pupil::{Detail, Drawn, Workspace, draw};
+use crate::psf::pupil::{Detail, PsfImage, TileGrid, Workspace, draw};
 
 pub(crate) fn point() -> ScenePoint {
     ScenePoint {
@@ -32,7 +32,7 @@ pub(crate) fn disc(alpha: f64) -> LocalPupil {
         delta: 0.0,
         phi: 0.0,
     };
-    LocalPupil::round(
+    LocalPupil::circular(
         Wavefront::third_order(&numbers, FieldPoint::new(0.0, 0.0)),
         0.0,
     )
@@ -45,7 +45,7 @@ pub(crate) fn behind(
     point: ScenePoint,
     mut pupil: LocalPupil,
 ) -> LocalPupil {
-    effect.act(values, point, &mut pupil);
+    effect.apply(values, point, &mut pupil);
     pupil
 }
 
@@ -58,7 +58,7 @@ fn lens() -> LocalPupil {
         delta: -1.0,
         phi: 0.5,
     };
-    LocalPupil::round(Wavefront::third_order(&numbers, point().at), 0.1)
+    LocalPupil::circular(Wavefront::third_order(&numbers, point().at), 0.1)
 }
 
 /// Pupil and chief ray of that lens behind `effect`.
@@ -149,20 +149,16 @@ fn searches_start_off_neutral_and_every_free_parameter_counts() {
 #[test]
 fn light_is_kept() {
     const SIDE: usize = 96;
-    let corner = (-(SIDE as f64) / 2.0, -(SIDE as f64) / 2.0);
+    let grid = TileGrid {
+        corner_px: [-(SIDE as f64) / 2.0; 2],
+        width: SIDE,
+        height: SIDE,
+    };
     for effect in ALL.iter().filter(|e| e.id() != "tone_curve") {
         for start in effect.starts() {
             let (pupil, _) = all_of(*effect, &start.values);
-            let (mut space, mut drawn) = (Workspace::default(), Drawn::default());
-            draw(
-                &pupil,
-                corner,
-                (SIDE, SIDE),
-                &[],
-                Detail::FIT,
-                &mut space,
-                &mut drawn,
-            );
+            let (mut space, mut drawn) = (Workspace::default(), PsfImage::default());
+            draw(&pupil, &grid, &[], Detail::FIT, &mut space, &mut drawn);
             // Wide skirts end beyond the window.
             let light: f64 = drawn.light.iter().sum();
             assert!((light - 1.0).abs() < 0.02, "{} {light}", effect.id());
@@ -170,14 +166,14 @@ fn light_is_kept() {
     }
 }
 
-fn reset(effect: &dyn Effect, values: &[f64], to: Resetting) -> Vec<f64> {
+fn rescale(effect: &dyn Effect, values: &[f64], to: ControlRatios) -> Vec<f64> {
     let series: Vec<_> = values
         .iter()
         .copied()
         .map(VergenceSeries::constant)
         .collect();
     effect
-        .reset(&series, to)
+        .rescale(&series, to)
         .iter()
         .map(|s| s.at(0.3))
         .collect()
@@ -194,7 +190,7 @@ const RAYS: [[f64; 2]; 3] = [[0.3, -0.4], [-0.8, 0.1], [0.0, 0.9]];
 
 #[test]
 fn a_narrower_pupil_sees_the_same_effect() {
-    let to = Resetting {
+    let to = ControlRatios {
         pupil: 0.5,
         image_distance: 1.0,
     };
@@ -205,7 +201,7 @@ fn a_narrower_pupil_sees_the_same_effect() {
             defocus_px_m: point().defocus_px_m * to.pupil,
             ..point()
         };
-        let now = reset(*effect, &values, to);
+        let now = rescale(*effect, &values, to);
         let got = behind(*effect, &now, narrow, lens().with_pupil(to.pupil));
         let (was, chief) = all_of(*effect, &values);
         let want = was.with_pupil(to.pupil);
@@ -233,11 +229,11 @@ fn a_narrower_pupil_sees_the_same_effect() {
 #[test]
 fn a_sensor_further_off_spreads_angles_and_narrows_cones() {
     let k = 1.25;
-    let to = Resetting {
+    let to = ControlRatios {
         pupil: 1.0,
         image_distance: k,
     };
-    let none = LocalPupil::round(Wavefront::default(), 0.0);
+    let none = LocalPupil::circular(Wavefront::default(), 0.0);
     let rays = |id: &str, values: &[f64], point: ScenePoint| {
         let effect = by_id(id).expect("listed");
         let pupil = behind(effect, values, point, none);
@@ -250,7 +246,7 @@ fn a_sensor_further_off_spreads_angles_and_narrows_cones() {
     let compare = |id: &str, seen_from: ScenePoint, factor: f64| {
         let effect = by_id(id).expect("listed");
         let values = strong(effect);
-        let now = rays(id, &reset(effect, &values, to), point());
+        let now = rays(id, &rescale(effect, &values, to), point());
         for (now, was) in now.into_iter().zip(rays(id, &values, seen_from)) {
             assert_close(now, was.map(|w| w * factor), id);
         }

@@ -1,6 +1,6 @@
 //! Pixel values are not proportional to light.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 use crate::sensor::Tone;
 
@@ -44,7 +44,7 @@ impl Effect for ToneCurve {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         let &[gamma, knee, clip] = values else {
             panic!("one value a parameter");
         };
@@ -59,8 +59,8 @@ impl Effect for ToneCurve {
     }
 
     // An exponent, a shoulder, clipping, then a curve of two numbers.
-    fn starts(&self) -> Vec<Start> {
-        let from = |values: [f64; 3], free: [bool; 3]| Start {
+    fn starts(&self) -> Vec<SearchStart> {
+        let from = |values: [f64; 3], free: [bool; 3]| SearchStart {
             values: values.to_vec(),
             free: free.to_vec(),
         };
@@ -73,7 +73,7 @@ impl Effect for ToneCurve {
     }
 
     // It is the camera's.
-    fn reset(&self, values: &[VergenceSeries], _to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], _to: ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }
@@ -86,7 +86,7 @@ mod tests {
     fn value(values: [f64; 3], light: f64) -> f64 {
         let pupil = behind(&ToneCurve, &values, place(0.2, 0.1), disc(3.0));
         assert_eq!(pupil.wavefront, disc(3.0).wavefront);
-        pupil.sensor.tone.of(light)
+        pupil.sensor.tone.apply(light)
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Light scatters in lens and sensor.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 use crate::sensor::Halo;
 
@@ -42,7 +42,7 @@ impl Effect for VeilingGlare {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
         let &[share, radius_px, steepness] = values else {
             panic!("one value a parameter");
         };
@@ -56,14 +56,14 @@ impl Effect for VeilingGlare {
         }
     }
 
-    fn starts(&self) -> Vec<Start> {
+    fn starts(&self) -> Vec<SearchStart> {
         [3.0, 8.0]
-            .map(|radius| Start::all_free(&[0.1, radius, 2.0]))
+            .map(|radius| SearchStart::all_free(&[0.1, radius, 2.0]))
             .to_vec()
     }
 
     // Taken as the sensor's and its cover glass's, which neither pupil nor focus move.
-    fn reset(&self, values: &[VergenceSeries], _to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], _to: ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }

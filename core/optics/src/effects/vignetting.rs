@@ -1,6 +1,6 @@
 //! Mechanical vignetting: the barrel clips oblique pencils.
 
-use super::{Effect, Parameter, Resetting, ScenePoint, Scope, Start};
+use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::lens::{LocalPupil, Stop, VergenceSeries};
 
 /// `vignetting`: two more circles that light must pass, one before the aperture and one behind it,
@@ -64,7 +64,7 @@ impl Effect for Vignetting {
         &PARAMETERS
     }
 
-    fn act(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
+    fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         for circle in values.chunks_exact(2) {
             // A stop at distance L before the pupil (behind it where negative) is s times the lever
@@ -82,19 +82,19 @@ impl Effect for Vignetting {
     }
 
     // One circle, before the aperture or behind it, then both.
-    fn starts(&self) -> Vec<Start> {
+    fn starts(&self) -> Vec<SearchStart> {
         let one = [true, true, false, false];
-        let single = [0.5, -0.5, 0.2, -0.2].map(|shift| Start {
+        let single = [0.5, -0.5, 0.2, -0.2].map(|shift| SearchStart {
             values: vec![1.0, shift, WIDE, 0.0],
             free: one.to_vec(),
         });
-        let both = Start::all_free(&[1.0, 0.5, 1.0, -0.5]);
+        let both = SearchStart::all_free(&[1.0, 0.5, 1.0, -0.5]);
         single.into_iter().chain([both]).collect()
     }
 
     // The circles stay as large as they are and move with the field angle X / Z2. One that stands still
     // needs no more than the radius that clips nothing.
-    fn reset(&self, values: &[VergenceSeries], to: Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
         let circles = values.chunks_exact(2);
         circles
             .flat_map(|circle| {

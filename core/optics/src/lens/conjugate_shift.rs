@@ -10,10 +10,10 @@ pub struct ConjugateShift {
     pub focal_length: f64,
     /// Pupil magnification M.
     pub magnification: f64,
-    /// Vergence v at which `hatted` holds, 1 / L.
+    /// Vergence v at which `intrinsic` holds, 1 / L.
     pub vergence: f64,
     /// The aberrations at that vergence less their geometric parts.
-    pub hatted: SeidelAberrations,
+    pub intrinsic: SeidelAberrations,
     /// Spherical aberration A of the pupil, L.
     pub pupil_spherical: f64,
 }
@@ -32,7 +32,7 @@ impl ConjugateShift {
             focal_length,
             magnification,
             vergence,
-            hatted: SeidelAberrations {
+            intrinsic: SeidelAberrations {
                 spherical: at_reference.spherical - g.spherical,
                 astigmatism: at_reference.astigmatism - g.astigmatism,
                 field_curvature: at_reference.field_curvature - g.field_curvature,
@@ -45,7 +45,7 @@ impl ConjugateShift {
 
     /// The aberrations for an object at `vergence`.
     pub fn at(&self, vergence: f64) -> SeidelAberrations {
-        let (h, a) = (&self.hatted, self.pupil_spherical);
+        let (h, a) = (&self.intrinsic, self.pupil_spherical);
         let w = vergence - self.vergence;
         let (w2, w3, w4) = (w * w, w * w * w, w * w * w * w);
         let mixed = 2.0 * h.astigmatism + h.field_curvature;

@@ -7,7 +7,7 @@ use crate::sensor::Sensor;
 
 /// Most circles that can bound a pupil, its own rim included: two of vignetting as fitted, two more as
 /// added, thirteen blades of an iris.
-pub const MOST_STOPS: usize = 18;
+pub const MAX_STOPS: usize = 18;
 
 /// How much light passes at pupil point u: `exp(-(square |u|² + fourth |u|⁴))`, one in the middle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -20,7 +20,7 @@ pub struct Transmission {
 
 impl Transmission {
     /// Whether the pupil is evenly lit.
-    pub fn is_even(&self) -> bool {
+    pub fn is_uniform(&self) -> bool {
         self.square == 0.0 && self.fourth == 0.0
     }
 
@@ -57,7 +57,7 @@ impl Stop {
 pub struct LocalPupil {
     /// Where rays land.
     pub wavefront: Wavefront,
-    stops: [Stop; MOST_STOPS],
+    stops: [Stop; MAX_STOPS],
     stop_count: usize,
     /// Variance along any direction of what blurs the picture besides the rays, px²; on pixels that are not
     /// square along y alone.
@@ -76,10 +76,10 @@ pub struct LocalPupil {
 
 impl LocalPupil {
     /// An evenly lit round pupil behind `wavefront`.
-    pub fn round(wavefront: Wavefront, blur_variance_px2: f64) -> Self {
+    pub fn circular(wavefront: Wavefront, blur_variance_px2: f64) -> Self {
         Self {
             wavefront,
-            stops: [Stop::RIM; MOST_STOPS],
+            stops: [Stop::RIM; MAX_STOPS],
             stop_count: 1,
             blur_variance_px2,
             blur_ratio: 1.0,
@@ -92,7 +92,7 @@ impl LocalPupil {
 
     /// Puts a round rim of `radius` pupil radii about the axis in place of the pupil's own; other stops
     /// stay.
-    pub fn bound(&mut self, radius: f64) {
+    pub fn set_rim_radius(&mut self, radius: f64) {
         self.stops[0] = Stop {
             radius,
             ..Stop::RIM
@@ -102,12 +102,12 @@ impl LocalPupil {
     /// Clips the pupil by `stop` as well. One that clips nothing is not kept.
     ///
     /// # Panics
-    /// Where there are [`MOST_STOPS`] already.
+    /// Where there are [`MAX_STOPS`] already.
     pub fn clip(&mut self, stop: Stop) {
         if stop.radius - stop.centre[0].hypot(stop.centre[1]) >= self.stops[0].radius {
             return;
         }
-        assert!(self.stop_count < MOST_STOPS, "at most {MOST_STOPS} stops");
+        assert!(self.stop_count < MAX_STOPS, "at most {MAX_STOPS} stops");
         self.stops[self.stop_count] = stop;
         self.stop_count += 1;
     }
@@ -174,7 +174,7 @@ impl LocalPupil {
             blur_ratio: self.blur_ratio,
             wave_px: self.wave_px / ratio,
             sensor: self.sensor,
-            ..Self::round(self.wavefront.with_pupil(ratio), self.blur_variance_px2)
+            ..Self::circular(self.wavefront.with_pupil(ratio), self.blur_variance_px2)
         };
         changed.stops[0] = self.stops[0];
         for stop in &self.stops()[1..] {
@@ -187,7 +187,7 @@ impl LocalPupil {
     }
 
     /// Whether light is to be drawn as a wave: fringes finer than a pixel can tell are drawn as rays.
-    pub fn is_wavy(&self) -> bool {
+    pub fn diffracts(&self) -> bool {
         self.wave_px >= LEAST_WAVE_PX
     }
 
@@ -199,7 +199,7 @@ impl LocalPupil {
     /// A point well inside the pupil, from which its edge is seen whole, and how deep inside: the
     /// centre and radius of (nearly) the largest circle within. A negative radius means that the
     /// stops let nothing through.
-    pub fn inside(&self) -> ([f64; 2], f64) {
+    pub fn inscribed_circle(&self) -> ([f64; 2], f64) {
         let depth = |u| {
             let depths = self.stops().iter().map(|stop| stop.depth(u));
             depths.fold(f64::INFINITY, f64::min)
@@ -258,7 +258,7 @@ impl LocalPupil {
 
     /// Centroid of the light off the chief ray, px.
     pub fn centroid(&self) -> [f64; 2] {
-        if self.stops() == [Stop::RIM] && self.transmission.is_even() {
+        if self.stops() == [Stop::RIM] && self.transmission.is_uniform() {
             let [x, y] = self.wavefront.mean_slope();
             [self.squeeze[0] * x, self.squeeze[1] * y]
         } else {
@@ -276,14 +276,14 @@ impl LocalPupil {
             ANGLES
         };
         let mut landed: Vec<(f64, [f64; 2])> = Vec::with_capacity(RADII.len() * angles);
-        let (centre, depth) = self.inside();
+        let (centre, depth) = self.inscribed_circle();
         for k in 0..angles {
             let angle = std::f64::consts::TAU * (k as f64 + 0.5) / angles as f64;
             let (sin, cos) = angle.sin_cos();
             let reach = if depth > 0.0 {
                 self.edge(centre, cos, sin).0
             } else {
-                LEAST_REACH
+                PINHOLE_RADIUS
             };
             for (radius, weight) in RADII {
                 let r = reach * radius;
@@ -314,7 +314,7 @@ impl LocalPupil {
         let [along_x, along_y] = self.blur_variances_px2();
         moments.mu20 += along_x;
         moments.mu02 += along_y;
-        (self.sensor.widened(moments), mean)
+        (self.sensor.add_moments(moments), mean)
     }
 }
 
@@ -322,8 +322,8 @@ impl LocalPupil {
 /// and rays then differ by half a per cent of the energy where nothing else blurs.
 const LEAST_WAVE_PX: f64 = 0.2;
 
-/// Reach drawn where the stops let nothing through: a pinhole, so that there is always some light.
-pub const LEAST_REACH: f64 = 0.02;
+/// KernelBounds drawn where the stops let nothing through: a pinhole, so that there is always some light.
+pub const PINHOLE_RADIUS: f64 = 0.02;
 
 /// Directions of the quadrature: exact for products of three slopes (degree 15) and then some, for
 /// the sake of clipped pupils.
@@ -384,7 +384,7 @@ mod tests {
     #[test]
     fn quadrature_agrees_with_the_closed_forms() {
         let at = FieldPoint::new(0.5, -0.7);
-        let pupil = LocalPupil::round(Wavefront::third_order(&numbers(), at), 0.3);
+        let pupil = LocalPupil::circular(Wavefront::third_order(&numbers(), at), 0.3);
         let (got, centroid) = pupil.moments();
         let want = numbers()
             .coefficients()
@@ -400,7 +400,7 @@ mod tests {
 
     #[test]
     fn a_clipped_pupil_is_seen_whole_from_inside() {
-        let mut pupil = LocalPupil::round(Wavefront::default(), 0.0);
+        let mut pupil = LocalPupil::circular(Wavefront::default(), 0.0);
         pupil.clip(Stop {
             centre: [0.8, 0.0],
             radius: 1.0,
@@ -410,7 +410,7 @@ mod tests {
             radius: 2.0,
         });
         assert_eq!(pupil.stops().len(), 2);
-        let (centre, depth) = pupil.inside();
+        let (centre, depth) = pupil.inscribed_circle();
         assert!((centre[0] - 0.4).abs() < 1e-3 && (depth - 0.6).abs() < 1e-3);
         let (reach, stop) = pupil.edge(centre, 1.0, 0.0);
         assert!((centre[0] + reach - 1.0).abs() < 1e-12 && stop == 0);
@@ -421,12 +421,12 @@ mod tests {
 
     #[test]
     fn stops_that_let_nothing_through_are_noticed() {
-        let mut pupil = LocalPupil::round(Wavefront::default(), 0.0);
+        let mut pupil = LocalPupil::circular(Wavefront::default(), 0.0);
         pupil.clip(Stop {
             centre: [3.0, 0.0],
             radius: 1.0,
         });
-        assert!(pupil.inside().1 < 0.0);
+        assert!(pupil.inscribed_circle().1 < 0.0);
         assert!(pupil.moments().0.trace().is_finite());
     }
 }

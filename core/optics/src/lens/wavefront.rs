@@ -107,7 +107,7 @@ impl Wavefront {
 
     /// This plus `factor` times `other`.
     #[must_use]
-    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+    pub fn add_scaled(&self, factor: f64, other: &Self) -> Self {
         let mut sum = *self;
         for (mine, theirs) in sum.coefficients.iter_mut().zip(&other.coefficients) {
             *mine += factor * theirs;
@@ -188,7 +188,7 @@ impl Wavefront {
     }
 
     /// Second derivatives by u (xx, xy, yy): how fast the ray's landing point moves over the pupil.
-    pub fn curvature(&self, u: [f64; 2]) -> [f64; 3] {
+    pub fn hessian(&self, u: [f64; 2]) -> [f64; 3] {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
         let mut sum = [0.0; 3];
         for ((i, j), c) in powers().zip(&self.coefficients) {
@@ -207,7 +207,7 @@ impl Wavefront {
     }
 
     /// Size of the third derivatives by u at `u`: how far the ray map is from linear there, px.
-    pub fn bend(&self, u: [f64; 2]) -> f64 {
+    pub fn third_derivative_norm(&self, u: [f64; 2]) -> f64 {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
         // xxx, xxy, xyy, yyy.
         let mut sum = [0.0; 4];
@@ -310,12 +310,12 @@ mod tests {
         let step = 1e-4;
         let laplacian = wavefront.laplacian();
         let middle = |u: [f64; 2]| {
-            let c = wavefront.curvature(u);
+            let c = wavefront.hessian(u);
             c[0] + c[2]
         };
         for u in [[0.2, 0.5], [-0.7, 0.1], [0.0, 0.0]] {
             let slope = wavefront.slope(u);
-            let curvature = wavefront.curvature(u);
+            let curvature = wavefront.hessian(u);
             for axis in 0..2 {
                 let (mut low, mut high) = (u, u);
                 low[axis] -= step;

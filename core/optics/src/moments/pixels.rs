@@ -53,7 +53,7 @@ impl TileMoments {
     /// Moments of the light before the sensor integrated it over its pixels: plain moments less the
     /// pixel's own (docs/background/model.md section 6).
     pub fn optical(tile: &Tile, mask: Option<&[bool]>) -> Option<Self> {
-        Self::plain(tile, mask).map(|m| m.less_pixel_area())
+        Self::plain(tile, mask).map(|m| m.without_pixel_area())
     }
 
     fn by(tile: &Tile, mask: Option<&[bool]>, power: impl Fn(usize, f64) -> f64) -> Option<Self> {
@@ -112,7 +112,7 @@ impl TileMoments {
 
     /// The moments of the light before it was integrated over unit pixels.
     #[must_use]
-    pub fn less_pixel_area(&self) -> Self {
+    pub fn without_pixel_area(&self) -> Self {
         let central = self.central.with_added_variance(-PIXEL_VARIANCE_PX2);
         let f = &self.fourth;
         Self {
@@ -183,7 +183,7 @@ mod tests {
         assert!((spread.central.mu30 - plain.central.mu30).abs() < 1e-13);
         assert!((spread.central.mu12 - plain.central.mu12).abs() < 1e-13);
         // Taking the pixel away from the spread moments gives the plain ones back, fourth order too.
-        let back = spread.less_pixel_area();
+        let back = spread.without_pixel_area();
         for (a, b) in back.fourth.to_array().iter().zip(plain.fourth.to_array()) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");
         }

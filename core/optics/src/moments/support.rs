@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use crate::field::Meridian;
     use crate::moments::CentralMoments;
-    use crate::psf::{Gaussian, LocalBlur, PsfModel, Window};
+    use crate::psf::{Gaussian, LocalBlur, PsfModel, SampleGrid};
 
     /// Standard normal deviates from a fixed seed.
     struct Noise(u64);
@@ -152,13 +152,13 @@ mod tests {
     }
 
     fn spot(sigma_px: f64, peak_over_noise: f64, noise: &mut Noise) -> (Tile, f64) {
-        let window = Window::of_tile(25, 25, 12.3, 12.8);
+        let window = SampleGrid::for_tile(25, 25, 12.3, 12.8);
         let moments = CentralMoments {
             mu20: sigma_px * sigma_px,
             mu02: sigma_px * sigma_px,
             ..CentralMoments::default()
         };
-        let blur = LocalBlur::of_moments(moments, Meridian::X);
+        let blur = LocalBlur::from_moments(moments, Meridian::X);
         let mut light = vec![0.0; window.len()];
         Gaussian.sample(&blur, &window, &mut light);
         let sigma = light.iter().copied().fold(0.0, f64::max) / peak_over_noise;

@@ -9,7 +9,7 @@ use crate::field::FieldPoint;
 use crate::moments::pixels::PIXEL_VARIANCE_PX2;
 use crate::moments::support::{self, Support};
 use crate::observations::{Observation, ObservationSet};
-use crate::psf::{LocalBlur, PsfModel, Window};
+use crate::psf::{LocalBlur, PsfModel, SampleGrid};
 use crate::tile::Tile;
 
 /// For every observation of `like` the tiles that `lens` predicts with `model`: unit sums, the same
@@ -23,7 +23,7 @@ use crate::tile::Tile;
 /// # Errors
 /// A model that cannot draw the lens, another frame size than the lens's, a channel the lens has not, an
 /// unknown distance where the lens depends on it, and a tile that misses the predicted PSF altogether.
-pub fn predict_like(
+pub fn predict_set(
     lens: &Predictor,
     like: &ObservationSet,
     model: &dyn PsfModel,
@@ -101,7 +101,7 @@ fn tile(
         ..placed.blur
     };
     let (width, height) = (observed.width(), observed.height());
-    let window = Window::of_tile(width, height, centre.0, centre.1);
+    let window = SampleGrid::for_tile(width, height, centre.0, centre.1);
     let mut samples = vec![0.0; window.len()];
     model.sample(&blur, &window, &mut samples);
     let tone = lens.tone(of_lens);
@@ -110,7 +110,7 @@ fn tile(
         let seen = seen.samples().iter().map(|v| f64::from(*v)).sum();
         if let Some(exposure) = tone.exposure(&samples, seen) {
             let values = samples.iter_mut();
-            values.for_each(|v| *v = tone.of(exposure * *v));
+            values.for_each(|v| *v = tone.apply(exposure * *v));
         }
     }
     let sum: f64 = samples.iter().sum();

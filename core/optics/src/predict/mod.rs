@@ -2,14 +2,16 @@
 
 mod like;
 
-pub use like::predict_like;
+pub use like::predict_set;
 
-use crate::blur_field::{BlurField, PlacedBlur};
+use crate::blur_field::{BlurField, DisplacedBlur};
 use crate::distance::ObjectDistance;
 use crate::error::{Error, Result};
 use crate::field::{FieldPoint, Frame};
 use crate::lens::{DepthLaw, MomentCoefficients, VergenceSeries};
-use crate::profile::{Displacement, LensDescription, LensProfile, MomentsChannel, PupilChannel};
+use crate::profile::{
+    LensDescription, LensProfile, MomentsChannel, PupilChannel, RadialDisplacement,
+};
 use crate::psf::{self, LocalBlur, PsfModel, Pupil, SkewNormal};
 use crate::sensor::Tone;
 
@@ -19,7 +21,7 @@ pub struct Predictor {
     frame: Frame,
     names: Vec<String>,
     channels: Channels,
-    knows_depth: bool,
+    depends_on_depth: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -48,15 +50,15 @@ impl Predictor {
     /// # Errors
     /// Planes from which no depth law can be made.
     pub fn new(profile: &LensProfile) -> Result<Self> {
-        let (channels, knows_depth) = match &profile.description {
+        let (channels, depends_on_depth) = match &profile.description {
             LensDescription::Moments(channels) => {
                 let ready = channels.iter().zip(profile.depth_laws()?);
                 let ready = ready.map(|(channel, law)| Moments {
                     law: law.map_or_else(|| Law::Constant(channel.planes[0].s), Law::Depth),
                     displacement: displacement_lines(channel),
                 });
-                let knows_depth = channels.iter().all(|c| c.planes.len() > 1);
-                (Channels::Moments(ready.collect()), knows_depth)
+                let depends_on_depth = channels.iter().all(|c| c.planes.len() > 1);
+                (Channels::Moments(ready.collect()), depends_on_depth)
             }
             LensDescription::Pupil(channels) => (
                 Channels::Pupil(channels.clone()),
@@ -71,7 +73,7 @@ impl Predictor {
                 .map(str::to_owned)
                 .collect(),
             channels,
-            knows_depth,
+            depends_on_depth,
         })
     }
 
@@ -102,7 +104,7 @@ impl Predictor {
     pub fn vergence(&self, distance: ObjectDistance) -> Result<f64> {
         match distance.vergence_per_m() {
             Some(v) => Ok(v),
-            None if !self.knows_depth => Ok(0.0),
+            None if !self.depends_on_depth => Ok(0.0),
             None => Err(Error::new(
                 "object distance",
                 "is unknown, but the lens's blur depends on it",
@@ -112,12 +114,12 @@ impl Predictor {
     }
 
     /// Whether the blur depends on depth: the lens was measured at more than one object distance.
-    pub fn knows_depth(&self) -> bool {
-        self.knows_depth
+    pub fn depends_on_depth(&self) -> bool {
+        self.depends_on_depth
     }
 
     /// Whether the lens is known ray by ray, which some PSF models need.
-    pub fn knows_rays(&self) -> bool {
+    pub fn has_rays(&self) -> bool {
         matches!(self.channels, Channels::Pupil(_))
     }
 
@@ -126,7 +128,7 @@ impl Predictor {
     /// # Errors
     /// A model that needs rays where the lens is described by moments.
     pub fn check_model(&self, model: &dyn PsfModel) -> Result<()> {
-        if !model.needs_rays() || self.knows_rays() {
+        if !model.needs_rays() || self.has_rays() {
             return Ok(());
         }
         let id = model.id();
@@ -144,11 +146,7 @@ impl Predictor {
 
     /// The PSF model that draws this lens most truly.
     pub fn default_model(&self) -> &'static dyn PsfModel {
-        if self.knows_rays() {
-            &Pupil
-        } else {
-            &SkewNormal
-        }
+        if self.has_rays() { &Pupil } else { &SkewNormal }
     }
 }
 
@@ -176,19 +174,19 @@ impl BlurField for Predictor {
         }
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
         let unit = self.frame.half_width_px();
         match &self.channels {
             Channels::Moments(channels) => {
                 let (blur, stretch) = channels[channel].blur_at(at, vergence_per_m);
-                PlacedBlur {
+                DisplacedBlur {
                     blur,
                     displacement_px: (at.x * stretch * unit, at.y * stretch * unit),
                 }
             }
             Channels::Pupil(channels) => {
                 let channel = &channels[channel];
-                PlacedBlur {
+                DisplacedBlur {
                     blur: LocalBlur {
                         moments: channel.moments_at(at, vergence_per_m),
                         meridian: at.meridian(),
@@ -211,7 +209,10 @@ impl Moments {
         let [magnification, distortion] = &self.displacement;
         let h2 = at.x * at.x + at.y * at.y;
         let stretch = magnification.at(vergence_per_m) + distortion.at(vergence_per_m) * h2;
-        (LocalBlur::of_moments(s.moments(at), at.meridian()), stretch)
+        (
+            LocalBlur::from_moments(s.moments(at), at.meridian()),
+            stretch,
+        )
     }
 }
 
@@ -221,7 +222,7 @@ fn displacement_lines(channel: &MomentsChannel) -> [VergenceSeries; 2] {
         let v = plane.distance.vergence_per_m().unwrap_or(0.0);
         Some((v, plane.displacement?))
     });
-    Displacement::fit_lines(&measured.collect::<Vec<_>>())
+    RadialDisplacement::fit_lines(&measured.collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::*;
 use crate::camera::Camera;
 use crate::effects;
 use crate::lens::{ReducedNumbers, VergenceSeries};
-use crate::profile::{CarriedEffect, MomentsPlane, Provenance};
+use crate::profile::{MomentsPlane, ProfileEffect, Provenance};
 
 const DISTANCES: [ObjectDistance; 3] = [
     ObjectDistance::Infinity,
@@ -65,7 +65,7 @@ fn of_moments() -> Predictor {
             distance,
             s: numbers(v).coefficients(),
             s_sigma: [1e-6; 10],
-            displacement: Some(crate::profile::Displacement {
+            displacement: Some(crate::profile::RadialDisplacement {
                 magnification: 2e-3,
                 distortion: -3e-3 + 1e-3 * v,
                 magnification_sigma: 0.0,
@@ -85,8 +85,8 @@ fn of_moments() -> Predictor {
 #[test]
 fn the_same_lens_of_either_kind_blurs_alike() {
     let (rays, moments) = (of_pupil(pupil_channel()), of_moments());
-    assert!(rays.knows_rays() && !moments.knows_rays());
-    assert!(rays.knows_depth() && moments.knows_depth());
+    assert!(rays.has_rays() && !moments.has_rays());
+    assert!(rays.depends_on_depth() && moments.depends_on_depth());
     for v in [0.0, 0.3, 0.5, 0.9] {
         let at = FieldPoint::new(0.7, -0.4);
         let (a, b) = (rays.blur_at(0, at, v), moments.blur_at(0, at, v));
@@ -103,7 +103,7 @@ fn the_same_lens_of_either_kind_blurs_alike() {
         assert!((a.displacement_px.0 - b.displacement_px.0).abs() < 1e-12);
         assert!((a.displacement_px.1 - b.displacement_px.1).abs() < 1e-12);
     }
-    // Displacement keeps its value beyond the measured range.
+    // RadialDisplacement keeps its value beyond the measured range.
     let at = FieldPoint::new(0.7, -0.4);
     let landing = |v| rays.blur_at(0, at, v).displacement_px;
     assert_eq!(landing(1.0), landing(1.7));
@@ -116,7 +116,7 @@ fn closed_forms_and_quadrature_agree() {
     // Vignetting at its neutral values does nothing but call for quadrature.
     let effect = effects::by_id("vignetting").expect("listed");
     let neutral = effects::neutral(effect);
-    channel.effects.push(CarriedEffect {
+    channel.effects.push(ProfileEffect {
         effect,
         values: neutral.into_iter().map(VergenceSeries::constant).collect(),
     });
@@ -133,7 +133,7 @@ fn lenses_of_one_distance_do_not_ask_for_it() {
     let mut channel = pupil_channel();
     channel.alpha = VergenceSeries::constant(3.0);
     let lens = of_pupil(channel);
-    assert!(!lens.knows_depth());
+    assert!(!lens.depends_on_depth());
     assert_eq!(lens.vergence(ObjectDistance::Unknown), Ok(0.0));
     assert!(of_moments().vergence(ObjectDistance::Unknown).is_err());
 }
@@ -182,7 +182,7 @@ fn drawn_tiles_of_rays_have_the_moments_foretold() {
             saturated: false,
         }],
     };
-    let drawn = predict_like(&lens, &like, &Pupil).expect("drawable");
+    let drawn = predict_set(&lens, &like, &Pupil).expect("drawable");
     let seen = &drawn.observations[0];
     let got = TileMoments::plain(&seen.tiles[0], None).expect("lit");
     let at = lens.frame().field_point(ideal);
@@ -197,7 +197,7 @@ fn drawn_tiles_of_rays_have_the_moments_foretold() {
     let landed = seen.frame_point(got.centroid_x, got.centroid_y);
     assert!((landed.x_px - ideal.x_px - want.displacement_px.0).abs() < 5e-3);
     assert!((landed.y_px - ideal.y_px - want.displacement_px.1).abs() < 5e-3);
-    let refused = predict_like(&of_moments(), &like, &Pupil).expect_err("needs rays");
+    let refused = predict_set(&of_moments(), &like, &Pupil).expect_err("needs rays");
     assert!(refused.remedy.contains("--model reduced"), "{refused}");
 }
 
@@ -223,15 +223,15 @@ impl effects::Effect for Toned {
         &[]
     }
 
-    fn act(&self, _: &[f64], _: effects::ScenePoint, pupil: &mut crate::lens::LocalPupil) {
+    fn apply(&self, _: &[f64], _: effects::ScenePoint, pupil: &mut crate::lens::LocalPupil) {
         pupil.sensor.tone = TONE;
     }
 
-    fn starts(&self) -> Vec<effects::Start> {
+    fn starts(&self) -> Vec<effects::SearchStart> {
         Vec::new()
     }
 
-    fn reset(&self, values: &[VergenceSeries], _: effects::Resetting) -> Vec<VergenceSeries> {
+    fn rescale(&self, values: &[VergenceSeries], _: effects::ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }
@@ -242,7 +242,7 @@ fn tone_acts_at_the_exposure_of_the_observed_tile() {
     use crate::observations::{Observation, ObservationSet};
     use crate::tile::Tile;
     let mut toned = pupil_channel();
-    toned.effects.push(CarriedEffect {
+    toned.effects.push(ProfileEffect {
         effect: &Toned,
         values: Vec::new(),
     });
@@ -267,7 +267,7 @@ fn tone_acts_at_the_exposure_of_the_observed_tile() {
     };
     let dark = like(Tile::new(33, 33, vec![0.0; 33 * 33]).expect("valid"));
     let of = |lens: &Predictor, like: &ObservationSet| {
-        let drawn = predict_like(lens, like, &Pupil).expect("drawable");
+        let drawn = predict_set(lens, like, &Pupil).expect("drawable");
         drawn.observations[0].tiles[0].samples().to_vec()
     };
     let light = of(&plain, &dark);
@@ -277,7 +277,7 @@ fn tone_acts_at_the_exposure_of_the_observed_tile() {
     let peak = light.iter().copied().fold(0.0_f32, f32::max);
     let seen: Vec<f32> = light
         .iter()
-        .map(|v| TONE.of(f64::from(*v * 2.0 / peak)) as f32)
+        .map(|v| TONE.apply(f64::from(*v * 2.0 / peak)) as f32)
         .collect();
     let sum: f32 = seen.iter().sum();
     let found = of(
@@ -289,10 +289,10 @@ fn tone_acts_at_the_exposure_of_the_observed_tile() {
     }
     // Plates are developed by the same tone; linear ones stay as they are.
     let mut plane = vec![-0.1, 0.0, 0.2, 1.0, 7.0];
-    crate::blur_field::develop(&plain, &[1.0], &mut plane);
+    crate::blur_field::apply_tone(&plain, &[1.0], &mut plane);
     assert_eq!(plane, [-0.1, 0.0, 0.2, 1.0, 7.0]);
-    crate::blur_field::develop(&toned, &[1.0], &mut plane);
+    crate::blur_field::apply_tone(&toned, &[1.0], &mut plane);
     for (value, light) in plane.iter().zip([-0.1, 0.0, 0.2, 1.0, 7.0]) {
-        assert!((f64::from(*value) - TONE.of(light)).abs() < 1e-6);
+        assert!((f64::from(*value) - TONE.apply(light)).abs() < 1e-6);
     }
 }

@@ -1,6 +1,6 @@
 //! What must hold in a lens profile beyond the keys of its file.
 
-use super::{CarriedEffect, HeldOut, LensDescription, LensProfile, MomentsChannel, PupilChannel};
+use super::{HeldOut, LensDescription, LensProfile, MomentsChannel, ProfileEffect, PupilChannel};
 use crate::distance::ObjectDistance;
 use crate::effects;
 use crate::error::{Error, Result};
@@ -92,7 +92,7 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
     for (name, values) in channel.series() {
         series(values).map_err(|e| e.within(name))?;
     }
-    let order = |carried: &CarriedEffect| {
+    let order = |carried: &ProfileEffect| {
         let mut all = effects::ALL.iter();
         all.position(|e| e.id() == carried.effect.id())
     };
@@ -116,7 +116,7 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
         }
     }
     // Blades bound the pupil once: two irises would need more circles than a pupil can have.
-    let iris = |list: &[CarriedEffect]| list.iter().any(|c| c.effect.id() == IRIS);
+    let iris = |list: &[ProfileEffect]| list.iter().any(|c| c.effect.id() == IRIS);
     if iris(&channel.effects) && iris(&channel.added) {
         return Err(Error::new(
             "added_effects",
@@ -131,7 +131,7 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
     Ok(())
 }
 
-fn effect(carried: &CarriedEffect, (low, high): (f64, f64)) -> Result<()> {
+fn effect(carried: &ProfileEffect, (low, high): (f64, f64)) -> Result<()> {
     /// Vergences at which a series is looked at: its ends and some between.
     const STEPS: usize = 8;
     let parameters = carried.effect.parameters();

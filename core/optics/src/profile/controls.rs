@@ -1,8 +1,8 @@
 //! Focus, aperture and sensor position set otherwise than the lens was measured: docs/background/model.md section 10.
 
-use super::{CarriedEffect, LensDescription, LensProfile, PupilChannel};
+use super::{LensDescription, LensProfile, ProfileEffect, PupilChannel};
 use crate::distance::ObjectDistance;
-use crate::effects::Resetting;
+use crate::effects::ControlRatios;
 use crate::error::{Error, Result};
 
 /// What is set otherwise; `None` stays as measured.
@@ -40,7 +40,7 @@ impl LensProfile {
     /// sensor. What the lens was measured for is scaled and shifted by the laws of docs/background/model.md section
     /// 10: the pupil's magnification is taken as 1 where the sensor moves, and the symmetric blur
     /// stays. A wider pupil than the measured one is extrapolated: see
-    /// [`LensProfile::control_remarks`]. How well the measured lens drew held-out PSFs is not
+    /// [`LensProfile::control_warnings`]. How well the measured lens drew held-out PSFs is not
     /// carried over, and parameters of effects may pass the limits that profiles in files keep.
     ///
     /// # Errors
@@ -75,7 +75,7 @@ impl LensProfile {
                 camera.f_number,
                 self.pixel_pitch_um,
             )?;
-            channels.iter_mut().for_each(|c| defocus.act(c));
+            channels.iter_mut().for_each(|c| defocus.apply(c));
             camera.focus_distance = mean_focus(&channels).map_or(ObjectDistance::Unknown, |v| {
                 // Beyond infinity there is no distance to tell.
                 ObjectDistance::metres(1.0 / v.abs().max(1e-12))
@@ -96,7 +96,7 @@ impl LensProfile {
     }
 
     /// What a user should know of this lens set to `controls`.
-    pub fn control_remarks(&self, controls: &Controls) -> Vec<String> {
+    pub fn control_warnings(&self, controls: &Controls) -> Vec<String> {
         let mut remarks = Vec::new();
         if let (Some(new), Some(old)) = (controls.f_number, self.camera.f_number)
             && new < old
@@ -217,7 +217,7 @@ impl PupilChannel {
         self.delta = self.delta.scaled(ratio);
         self.phi = self.phi.scaled(ratio.powi(2));
         self.stop_lever_m *= ratio;
-        self.reset_effects(Resetting {
+        self.reset_effects(ControlRatios {
             pupil: ratio,
             image_distance: 1.0,
         });
@@ -231,17 +231,17 @@ impl PupilChannel {
         self.delta = self.delta.scaled(1.0 / ratio);
         self.distortion = self.distortion.scaled(ratio.powi(-2));
         self.stop_lever_m *= ratio;
-        self.reset_effects(Resetting {
+        self.reset_effects(ControlRatios {
             pupil: 1.0,
             image_distance: ratio,
         });
     }
 
-    fn reset_effects(&mut self, to: Resetting) {
+    fn reset_effects(&mut self, to: ControlRatios) {
         for carried in self.effects.iter_mut().chain(&mut self.added) {
-            *carried = CarriedEffect {
+            *carried = ProfileEffect {
                 effect: carried.effect,
-                values: carried.effect.reset(&carried.values, to),
+                values: carried.effect.rescale(&carried.values, to),
             };
         }
     }
@@ -284,7 +284,7 @@ impl SensorShift {
         })
     }
 
-    fn act(&self, channel: &mut PupilChannel) {
+    fn apply(&self, channel: &mut PupilChannel) {
         let (low, high) = channel.measured_vergence;
         let middle = (low + high) / 2.0;
         let alpha = &mut channel.alpha;

@@ -8,8 +8,8 @@ mod pupil;
 
 pub use controls::Controls;
 pub use json::schema;
-pub use moments::{Displacement, MomentsChannel, MomentsPlane};
-pub use pupil::{CarriedEffect, PupilChannel};
+pub use moments::{MomentsChannel, MomentsPlane, RadialDisplacement};
+pub use pupil::{ProfileEffect, PupilChannel};
 
 use crate::camera::Camera;
 use crate::distance::ObjectDistance;
@@ -127,7 +127,7 @@ impl LensProfile {
 
     /// Nearest and farthest distance at which the lens was measured, metres; the farthest may be infinite. `None` where
     /// it was measured at no finite distance.
-    pub fn measured_m(&self) -> Option<(f64, f64)> {
+    pub fn measured_range_m(&self) -> Option<(f64, f64)> {
         let vergences: Vec<f64> = match &self.description {
             LensDescription::Moments(channels) => (channels.iter())
                 .flat_map(|channel| &channel.planes)

@@ -24,7 +24,7 @@ pub struct MomentsPlane {
     /// Standard errors of S1..S10.
     pub s_sigma: [f64; 10],
     /// Where PSFs land, where the observations knew their ideal positions.
-    pub displacement: Option<Displacement>,
+    pub displacement: Option<RadialDisplacement>,
     /// Tiles that took part in the fit.
     pub tiles_used: usize,
     /// Tiles that were rejected.
@@ -33,7 +33,7 @@ pub struct MomentsPlane {
 
 /// Centroid less ideal position: X (magnification + distortion |X|²), in field units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Displacement {
+pub struct RadialDisplacement {
     /// Relative change of scale, coma's share of the centroid included.
     pub magnification: f64,
     /// Distortion per squared half frame width.
@@ -44,7 +44,7 @@ pub struct Displacement {
     pub distortion_sigma: f64,
 }
 
-impl Displacement {
+impl RadialDisplacement {
     /// Returns magnification and distortion as least-squares lines in vergence (1/m) through those `measured` at some
     /// vergences. To third order distortion is linear in vergence (docs/background/model.md section 5).
     pub fn fit_lines(measured: &[(f64, Self)]) -> [VergenceSeries; 2] {

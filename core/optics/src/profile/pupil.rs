@@ -24,10 +24,10 @@ pub struct PupilChannel {
     /// Variance of the symmetric blur, px².
     pub blur_variance_px2: VergenceSeries,
     /// What the lens does besides.
-    pub effects: Vec<CarriedEffect>,
+    pub effects: Vec<ProfileEffect>,
     /// What the lens does besides all that was fitted, such as what a diagnosis found: these also move
     /// where PSFs land, which `magnification` and `distortion` hold for the lens without them.
-    pub added: Vec<CarriedEffect>,
+    pub added: Vec<ProfileEffect>,
     /// Relative change of scale of where PSFs land: centroid less ideal position is
     /// X (magnification + distortion |X|²).
     pub magnification: VergenceSeries,
@@ -44,23 +44,23 @@ pub struct PupilChannel {
 
 /// An effect in a profile, its parameters polynomials in vergence.
 #[derive(Clone)]
-pub struct CarriedEffect {
+pub struct ProfileEffect {
     /// Which.
     pub effect: &'static dyn Effect,
     /// One series a parameter, in the effect's order.
     pub values: Vec<VergenceSeries>,
 }
 
-impl std::fmt::Debug for CarriedEffect {
+impl std::fmt::Debug for ProfileEffect {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("CarriedEffect")
+        f.debug_struct("ProfileEffect")
             .field("effect", &self.effect.id())
             .field("values", &self.values)
             .finish()
     }
 }
 
-impl PartialEq for CarriedEffect {
+impl PartialEq for ProfileEffect {
     fn eq(&self, other: &Self) -> bool {
         self.effect.id() == other.effect.id() && self.values == other.values
     }
@@ -83,26 +83,26 @@ impl PupilChannel {
     /// What the lens does to a point of light at field position `at` and vergence `v`.
     pub fn pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
         let mut pupil = self.fitted_pupil_at(at, v);
-        self.act(&self.added, at, v, &mut pupil);
+        self.apply(&self.added, at, v, &mut pupil);
         pupil
     }
 
     /// The same without [`PupilChannel::added`].
     pub fn fitted_pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
         let held = self.held(v);
-        let mut pupil = LocalPupil::round(
+        let mut pupil = LocalPupil::circular(
             Wavefront::third_order(&self.numbers(v), at),
             self.blur_variance_px2.at(held).max(0.0),
         );
-        self.act(&self.effects, at, v, &mut pupil);
+        self.apply(&self.effects, at, v, &mut pupil);
         pupil
     }
 
-    fn act(&self, effects: &[CarriedEffect], at: FieldPoint, v: f64, pupil: &mut LocalPupil) {
+    fn apply(&self, effects: &[ProfileEffect], at: FieldPoint, v: f64, pupil: &mut LocalPupil) {
         let (point, held) = (self.scene_point(at, v), self.held(v));
         for carried in effects {
             let values: Vec<f64> = carried.values.iter().map(|s| s.at(held)).collect();
-            carried.effect.act(&values, point, pupil);
+            carried.effect.apply(&values, point, pupil);
         }
     }
 
@@ -121,7 +121,7 @@ impl PupilChannel {
     /// How far the centroid lands from the ideal position, px (x, y), where half a frame width is
     /// `half_width_px`.
     pub fn displacement_at(&self, at: FieldPoint, v: f64, half_width_px: f64) -> (f64, f64) {
-        let stretch = self.stretch_at(at, v) * half_width_px;
+        let stretch = self.relative_displacement_at(at, v) * half_width_px;
         let mut moved = [at.x * stretch, at.y * stretch];
         if !self.added.is_empty() {
             let with = self.pupil_at(at, v).centroid();
@@ -155,7 +155,7 @@ impl PupilChannel {
 
     /// Where light of a point at field position `at` and vergence `v` lands, relative to `at`: the
     /// centroid lies at X (1 + this), [`PupilChannel::added`] apart.
-    pub fn stretch_at(&self, at: FieldPoint, v: f64) -> f64 {
+    pub fn relative_displacement_at(&self, at: FieldPoint, v: f64) -> f64 {
         let held = self.held(v);
         self.magnification.at(held) + self.distortion.at(held) * (at.x * at.x + at.y * at.y)
     }

@@ -5,7 +5,7 @@ use super::{LocalBlur, PsfModel};
 
 /// A pixel grid placed about a PSF's centroid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Window {
+pub struct SampleGrid {
     /// Offset of the first pixel's centre from the centroid along x, px.
     pub first_x_px: f64,
     /// Offset of the first pixel's centre from the centroid along y, px.
@@ -16,10 +16,10 @@ pub struct Window {
     pub height: usize,
 }
 
-impl Window {
+impl SampleGrid {
     /// The grid of a `width` x `height` tile whose PSF has its centroid at tile coordinates
     /// (`centroid_x`, `centroid_y`).
-    pub fn of_tile(width: usize, height: usize, centroid_x: f64, centroid_y: f64) -> Self {
+    pub fn for_tile(width: usize, height: usize, centroid_x: f64, centroid_y: f64) -> Self {
         Self {
             first_x_px: 0.5 - centroid_x,
             first_y_px: 0.5 - centroid_y,
@@ -64,7 +64,7 @@ pub fn draw_kernel<M: PsfModel + ?Sized>(
     shift_px: (f64, f64),
     kernel: &mut Kernel,
 ) {
-    let (left, top, window) = grid_about(&model.reach_px(blur), shift_px);
+    let (left, top, window) = grid_about(&model.kernel_bounds(blur), shift_px);
     (kernel.left, kernel.top) = (left, top);
     (kernel.width, kernel.height) = (window.width, window.height);
     kernel.weights.resize(window.len(), 0.0);

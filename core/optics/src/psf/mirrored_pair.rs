@@ -46,15 +46,15 @@ impl MomentPsf for MirroredPair {
 mod tests {
     use super::*;
     use crate::moments::CentralMoments;
-    use crate::psf::{PsfModel, Window};
+    use crate::psf::{PsfModel, SampleGrid};
 
     /// mu20, mu02, mu30 and mu12 of the pair drawn for them, by sums over a fine grid.
     fn drawn(mu20: f64, mu02: f64, mu30: f64, mu12: f64) -> [f64; 4] {
-        let blur = LocalBlur::of_moments(
+        let blur = LocalBlur::from_moments(
             CentralMoments::from_array([mu20, 0.0, mu02, mu30, 0.0, mu12, 0.0]),
             Meridian::X,
         );
-        let window = Window::of_tile(101, 101, 50.3, 50.8);
+        let window = SampleGrid::for_tile(101, 101, 50.3, 50.8);
         let mut samples = vec![0.0; window.len()];
         MirroredPair.sample(&blur, &window, &mut samples);
         let mut sums = [0.0; 5];

@@ -1,7 +1,7 @@
 //! What every moment-built PSF is: the mean of one or two bivariate skew-normal densities.
 
 use super::normal::{normal_cdf, sample_rows_f32};
-use super::{Reach, Window};
+use super::{KernelBounds, SampleGrid};
 
 /// sqrt(2 / pi): the mean of a half-normal variable.
 pub const B: f64 = 0.797_884_560_802_865_4;
@@ -95,12 +95,12 @@ impl SkewNormalDensity {
     }
 
     /// The box about the centroid that holds all but a negligible part of the light.
-    pub fn reach(&self) -> Reach {
+    pub fn reach(&self) -> KernelBounds {
         let (sx, sy) = (
             REACH_SIGMAS * self.spread[0].sqrt(),
             REACH_SIGMAS * self.spread[1].sqrt(),
         );
-        Reach {
+        KernelBounds {
             left_px: sx + self.offset[0],
             right_px: sx - self.offset[0],
             up_px: sy + self.offset[1],
@@ -156,10 +156,10 @@ impl Mixture {
     }
 
     /// The box about the centroid that holds all but a negligible part of the light.
-    pub fn reach(&self) -> Reach {
+    pub fn reach(&self) -> KernelBounds {
         let mut parts = self.parts().iter().map(SkewNormalDensity::reach);
         let first = parts.next().expect("a mixture has at least one part");
-        parts.fold(first, |a, b| Reach {
+        parts.fold(first, |a, b| KernelBounds {
             left_px: a.left_px.max(b.left_px),
             right_px: a.right_px.max(b.right_px),
             up_px: a.up_px.max(b.up_px),
@@ -177,7 +177,7 @@ impl Mixture {
     ///
     /// # Panics
     /// If `out` is not as long as the window has pixels.
-    pub fn sample(&self, window: &Window, out: &mut [f64]) {
+    pub fn sample(&self, window: &SampleGrid, out: &mut [f64]) {
         assert_eq!(out.len(), window.len(), "one sample a pixel");
         for (row, line) in out.chunks_exact_mut(window.width).enumerate() {
             let y = window.first_y_px + row as f64;
@@ -191,7 +191,7 @@ impl Mixture {
     ///
     /// # Panics
     /// If `out` is not as long as the window has pixels.
-    pub fn sample_f32(&self, window: &Window, out: &mut [f32]) {
+    pub fn sample_f32(&self, window: &SampleGrid, out: &mut [f32]) {
         assert_eq!(out.len(), window.len(), "one sample a pixel");
         out.fill(0.0);
         let parts = self.parts();
@@ -210,7 +210,7 @@ mod tests {
         let phases = [0.0, 0.13, 0.25, 0.41, 0.5, 0.77];
         let errors = phases.iter().flat_map(|x| phases.map(|y| (*x, y)));
         errors.fold(0.0, |worst, (x, y)| {
-            let window = Window::of_tile(121, 121, 60.0 + x, 60.0 + y);
+            let window = SampleGrid::for_tile(121, 121, 60.0 + x, 60.0 + y);
             let mut samples = vec![0.0; window.len()];
             mixture.sample(&window, &mut samples);
             f64::max(worst, (samples.iter().sum::<f64>() - 1.0).abs())

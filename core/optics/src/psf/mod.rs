@@ -13,12 +13,12 @@ mod skew_normal;
 mod skew_normal_general;
 
 pub use gaussian::Gaussian;
-pub use kernel::{Kernel, Window, draw_kernel};
+pub use kernel::{Kernel, SampleGrid, draw_kernel};
 pub use mirrored_pair::MirroredPair;
 pub use mixture::{B, Mixture, PHI, SKEW_CAP, SkewNormalDensity, T_MAX};
 pub use normal::normal_cdf;
 pub use pupil::Pupil;
-pub use rows::KernelRows;
+pub use rows::{KernelRows, KernelSpan};
 pub use skew_normal::{PaperParameters, SkewNormal, meridional_density, meridional_skew};
 pub use skew_normal_general::{SkewNormalEq43, SkewNormalGeneral, best_skew};
 
@@ -45,7 +45,7 @@ pub struct LocalBlur {
 
 impl LocalBlur {
     /// A blur of which moments alone are known.
-    pub fn of_moments(moments: CentralMoments, meridian: Meridian) -> Self {
+    pub fn from_moments(moments: CentralMoments, meridian: Meridian) -> Self {
         Self {
             moments,
             meridian,
@@ -55,7 +55,7 @@ impl LocalBlur {
     }
 
     /// A blur known ray by ray.
-    pub fn of_pupil(pupil: LocalPupil, meridian: Meridian) -> Self {
+    pub fn from_pupil(pupil: LocalPupil, meridian: Meridian) -> Self {
         Self {
             moments: pupil.moments().0,
             meridian,
@@ -113,24 +113,31 @@ pub trait PsfModel: Send + Sync {
 
     /// The box about the centroid outside which the density is negligible: less than 1e-6 of the
     /// light in all; where waves or a halo carry light far, 0.005 for each.
-    fn reach_px(&self, blur: &LocalBlur) -> Reach;
+    fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds;
 
     /// Light per px² at the pixel centres of `window`, row-major; the whole plane holds one.
     ///
     /// # Panics
     /// If `out` is not as long as the window has pixels.
-    fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]);
+    fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]);
 
     /// As [`PsfModel::sample`] in single precision, for the renderer: within 1e-6 of the peak.
     ///
     /// # Panics
     /// If `out` is not as long as the window has pixels.
-    fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]);
+    fn sample_f32(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f32]);
 
-    /// Whether a renderer may draw two blurs, each with its shift (x, y), by one kernel. Only where they
-    /// are the same, unless a model is costly to draw and says how far apart they may be.
-    fn alike(&self, one: (&LocalBlur, (f64, f64)), other: (&LocalBlur, (f64, f64))) -> bool {
-        one == other
+    /// Whether a renderer may draw two blurs, each with its shift (x, y) in px, with one kernel.
+    ///
+    /// By default only equal ones may share. A model that is costly to draw can allow small differences.
+    fn can_share_kernel(
+        &self,
+        blur: &LocalBlur,
+        shift_px: (f64, f64),
+        other: &LocalBlur,
+        other_shift_px: (f64, f64),
+    ) -> bool {
+        blur == other && shift_px == other_shift_px
     }
 
     /// Whether samples of the density on any grid of unit spacing are known to sum to one within 1e-6,
@@ -164,15 +171,15 @@ impl<M: MomentPsf> PsfModel for M {
         M::ID
     }
 
-    fn reach_px(&self, blur: &LocalBlur) -> Reach {
+    fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds {
         on_grid(self, blur).reach()
     }
 
-    fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
+    fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]) {
         on_grid(self, blur).sample(window, out);
     }
 
-    fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
+    fn sample_f32(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f32]) {
         on_grid(self, blur).sample_f32(window, out);
     }
 
@@ -203,7 +210,7 @@ fn drawable(blur: &LocalBlur) -> LocalBlur {
 
 /// The box about a centroid that holds a PSF, in px from the centroid; all four are positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
+pub struct KernelBounds {
     /// Towards smaller x.
     pub left_px: f64,
     /// Towards larger x.

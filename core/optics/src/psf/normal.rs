@@ -4,7 +4,7 @@
 //! without fused multiply-adds: compiled for any instruction set it gives the same bits. Callers
 //! enter it through `pulp::Arch::dispatch`, which picks the instruction set when the program runs.
 
-use super::{SkewNormalDensity, Window};
+use super::{SampleGrid, SkewNormalDensity};
 use std::ops::Range;
 
 /// The normal distribution function, within 1e-15 (absolute) everywhere and relative in the tails.
@@ -27,7 +27,7 @@ const LEVEL_SLOPE: f64 = 1e-9;
 pub(super) fn sample_rows_f32(
     part: &SkewNormalDensity,
     weight: f64,
-    window: &Window,
+    window: &SampleGrid,
     out: &mut [f32],
 ) {
     if window.is_empty() {
@@ -46,7 +46,7 @@ pub(super) fn sample_rows_f32(
 struct Sampling<'a> {
     part: &'a SkewNormalDensity,
     weight: f64,
-    window: &'a Window,
+    window: &'a SampleGrid,
     out: &'a mut [f32],
 }
 
@@ -95,7 +95,7 @@ pub(super) struct Scan {
 impl Scan {
     /// `weight` times `part` on `window`, which must not be empty.
     #[inline(always)]
-    pub(super) fn new(part: &SkewNormalDensity, weight: f64, window: &Window) -> Self {
+    pub(super) fn new(part: &SkewNormalDensity, weight: f64, window: &SampleGrid) -> Self {
         let [a, b, c] = part.inverse;
         let bits = 0.5 * std::f64::consts::LOG2_E;
         let root = (bits * a).sqrt();
@@ -339,7 +339,7 @@ mod tests {
         SkewNormalDensity::new(covariance, [cos * u - sin * v, sin * u + cos * v])
     }
 
-    fn worst_error(mixture: &Mixture, window: &Window) -> f64 {
+    fn worst_error(mixture: &Mixture, window: &SampleGrid) -> f64 {
         let mut exact = vec![0.0; window.len()];
         let mut fast = vec![0.0; window.len()];
         mixture.sample(window, &mut exact);
@@ -361,7 +361,7 @@ mod tests {
             let density = any_density(&mut draws, largest);
             let width = 1 + (draws.next() * draws.next() * 90.0) as usize;
             let height = 1 + (draws.next() * draws.next() * 90.0) as usize;
-            let window = Window::of_tile(
+            let window = SampleGrid::for_tile(
                 width,
                 height,
                 draws.between(-2.0, width as f64 + 2.0),
@@ -385,7 +385,7 @@ mod tests {
             let first = any_density(&mut draws, size.max(0.04));
             let mut second = first;
             second.eta = [-first.eta[1], first.eta[0]];
-            let window = Window::of_tile(width, 40, width as f64 / 2.0, 20.3);
+            let window = SampleGrid::for_tile(width, 40, width as f64 / 2.0, 20.3);
             for mixture in [Mixture::One(first), Mixture::Two([first, second])] {
                 let error = worst_error(&mixture, &window) / (0.5 * first.peak);
                 assert!(error <= 1e-6, "{width} px: {error:e} of the peak");

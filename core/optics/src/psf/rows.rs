@@ -1,8 +1,8 @@
 //! Kernels as the exact renderer scatters them: only the stretch of each row that holds light.
 
 use super::normal::{Curve, LANES, Scan};
-use super::pupil::{Drawn, Workspace};
-use super::{Kernel, Mixture, Reach, Window};
+use super::pupil::{PsfImage, Workspace};
+use super::{Kernel, KernelBounds, Mixture, SampleGrid};
 use std::ops::Range;
 
 /// A kernel as stretches of rows, in a reusable buffer. The weights are not scaled to unit sum;
@@ -18,7 +18,18 @@ pub struct KernelRows {
     columns: Range<i32>,
     rows: Range<i32>,
     /// Buffers of the model that draws ray by ray.
-    pub(super) scratch: (Workspace, Drawn),
+    pub(super) scratch: (Workspace, PsfImage),
+}
+
+/// A run of neighbouring weights in one row of a kernel.
+#[derive(Debug, Clone, Copy)]
+pub struct KernelSpan<'a> {
+    /// Row relative to the source pixel.
+    pub row: i32,
+    /// Column of the first weight relative to the source pixel.
+    pub column: i32,
+    /// The weights, a multiple of [`KernelRows::PADDING`] of them.
+    pub weights: &'a [f32],
 }
 
 /// Where one stretch lies relative to the source pixel, and its weights in the buffer.
@@ -34,13 +45,13 @@ impl KernelRows {
     /// Every stretch is a multiple of this many weights long.
     pub const PADDING: usize = LANES;
 
-    /// The stretches from top to bottom: row and first column relative to the source pixel, weights.
-    /// A row appears once at most.
+    /// The spans from top to bottom; at most one a row.
     #[inline(always)]
-    pub fn stretches(&self) -> impl Iterator<Item = (i32, i32, &[f32])> {
-        self.spans.iter().map(|span| {
-            let weights = &self.weights[span.start..span.start + span.len];
-            (span.row, span.column, weights)
+    pub fn spans(&self) -> impl Iterator<Item = KernelSpan<'_>> {
+        self.spans.iter().map(|span| KernelSpan {
+            row: span.row,
+            column: span.column,
+            weights: &self.weights[span.start..span.start + span.len],
         })
     }
 
@@ -134,7 +145,7 @@ impl KernelRows {
     }
 
     #[inline(always)]
-    fn draw_on(&mut self, mixture: &Mixture, left: i32, top: i32, window: &Window) {
+    fn draw_on(&mut self, mixture: &Mixture, left: i32, top: i32, window: &SampleGrid) {
         let mut sums = [0.0_f64; LANES];
         match mixture {
             Mixture::One(part) => {
@@ -243,7 +254,7 @@ struct Drawing<'a> {
     mixture: &'a Mixture,
     left: i32,
     top: i32,
-    window: Window,
+    window: SampleGrid,
 }
 
 impl pulp::WithSimd for Drawing<'_> {
@@ -258,13 +269,13 @@ impl pulp::WithSimd for Drawing<'_> {
 
 /// The pixels within `reach` of a centroid `shift_px` from the source pixel's centre, never fewer
 /// than the one nearest to it: first column and row relative to the source pixel, and the window.
-pub(super) fn grid_about(reach: &Reach, shift_px: (f64, f64)) -> (i32, i32, Window) {
+pub(super) fn grid_about(reach: &KernelBounds, shift_px: (f64, f64)) -> (i32, i32, SampleGrid) {
     let (x, y) = shift_px;
     let left = (x - reach.left_px).ceil().min(x.round());
     let right = (x + reach.right_px).floor().max(x.round());
     let top = (y - reach.up_px).ceil().min(y.round());
     let bottom = (y + reach.down_px).floor().max(y.round());
-    let window = Window {
+    let window = SampleGrid {
         first_x_px: left - x,
         first_y_px: top - y,
         width: (right - left) as usize + 1,
@@ -285,10 +296,11 @@ mod tests {
     #[test]
     fn every_instruction_set_gives_the_same_bits() {
         let bits = |rows: &KernelRows| -> Vec<(i32, i32, Vec<u32>)> {
-            let stretch = |(row, column, weights): (i32, i32, &[f32])| {
-                (row, column, weights.iter().map(|w| w.to_bits()).collect())
+            let bits = |span: KernelSpan| {
+                let weights = span.weights.iter().map(|w| w.to_bits());
+                (span.row, span.column, weights.collect())
             };
-            rows.stretches().map(stretch).collect()
+            rows.spans().map(bits).collect()
         };
         let first = SkewNormalDensity::new([30.0, 9.0, 12.0], [6.0, -2.0]);
         let second = SkewNormalDensity::new([30.0, -9.0, 12.0], [0.1, 2.5]);
@@ -326,15 +338,15 @@ mod tests {
             "plain"
         }
 
-        fn reach_px(&self, blur: &LocalBlur) -> Reach {
-            SkewNormal.reach_px(blur)
+        fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds {
+            SkewNormal.kernel_bounds(blur)
         }
 
-        fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
+        fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]) {
             SkewNormal.sample(blur, window, out);
         }
 
-        fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
+        fn sample_f32(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f32]) {
             SkewNormal.sample_f32(blur, window, out);
         }
     }
@@ -356,7 +368,7 @@ mod tests {
                 mu12: 0.4 * sigma2.powf(1.5),
             }
             .in_image(meridian);
-            let blur = LocalBlur::of_moments(moments, meridian);
+            let blur = LocalBlur::from_moments(moments, meridian);
             let plain: &dyn PsfModel = &Plain;
             for model in ALL.iter().filter(|m| !m.needs_rays()).chain([&plain]) {
                 let (mut kernel, mut rows) = (Kernel::default(), KernelRows::default());
@@ -364,7 +376,12 @@ mod tests {
                 model.draw_rows(&blur, shift, &mut rows);
                 let peak = kernel.weights.iter().copied().fold(0.0, f32::max);
                 let mut seen = 0.0;
-                for (row, column, weights) in rows.stretches() {
+                for KernelSpan {
+                    row,
+                    column,
+                    weights,
+                } in rows.spans()
+                {
                     assert!(rows.rows().contains(&row) && weights.len() % LANES == 0);
                     for (k, weight) in weights.iter().enumerate() {
                         let (x, y) = (column + k as i32 - kernel.left, row - kernel.top);

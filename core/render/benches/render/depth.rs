@@ -6,7 +6,7 @@ use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{LocalBlur, PHI, SkewNormal};
 use seidel_render::{
-    BlurField, Displacement, Edges, Layered, Occlusion, PlacedBlur, PlateMap, Renderer, Scene,
+    BlurField, DisplacedBlur, Displacement, Edges, Layered, Occlusion, PlateMap, Renderer, Scene,
     VergencePass,
 };
 
@@ -34,7 +34,7 @@ impl BlurField for DepthLens {
         3
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
         let rho = at.radius() / self.frame.corner_radius();
         let rate = LARGEST_RADIUS_PX / 2.0 / (NEAREST - FOCUS) * [0.95, 1.0, 1.05][channel];
         let sigma = |fall: f64| (rate * (vergence - FOCUS) * (1.0 - fall * rho * rho)).hypot(0.6);
@@ -49,8 +49,8 @@ impl BlurField for DepthLens {
             mu30: PHI * skew.powi(3),
             mu12: 0.0,
         };
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+        DisplacedBlur {
+            blur: LocalBlur::from_moments(moments.in_image(meridian), meridian),
             displacement_px: (0.0, 0.0),
         }
     }

@@ -3,7 +3,7 @@
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{LocalBlur, PHI};
-use seidel_render::{BlurField, PlacedBlur};
+use seidel_render::{BlurField, DisplacedBlur};
 
 /// Sizes of the three channels, R, G and B, against one another.
 pub(crate) const STRENGTHS: [f64; 3] = [0.9, 1.0, 1.15];
@@ -37,7 +37,7 @@ impl BlurField for SkewNormalLens {
         3
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> DisplacedBlur {
         let rho = at.radius() / self.frame.corner_radius();
         let sigma = |edge: f64| {
             let share = CENTRE + (edge - CENTRE) * rho * rho;
@@ -54,8 +54,8 @@ impl BlurField for SkewNormalLens {
             mu30: PHI * skew * skew * skew,
             mu12: 0.0,
         };
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+        DisplacedBlur {
+            blur: LocalBlur::from_moments(moments.in_image(meridian), meridian),
             displacement_px: (0.0, 0.0),
         }
     }

@@ -235,9 +235,10 @@ impl Kernel {
         let (width, height) = (columns.len(), rows.len());
         let mut weights = vec![0.0; width * height];
         let share = (weight / drawn.sum()) as f32;
-        for (row, column, stretch) in drawn.stretches() {
-            let start = (row - rows.start) as usize * width + (column - columns.start) as usize;
-            for (out, weight) in weights[start..].iter_mut().zip(stretch) {
+        for span in drawn.spans() {
+            let (row, column) = (span.row - rows.start, span.column - columns.start);
+            let start = row as usize * width + column as usize;
+            for (out, weight) in weights[start..].iter_mut().zip(span.weights) {
                 *out = share * weight;
             }
         }

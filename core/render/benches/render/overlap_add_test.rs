@@ -11,7 +11,7 @@ use overlap_add::OverlapAdd;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::psf::SkewNormal;
 use seidel_render::{
-    BlurField, Displacement, Edges, PlacedBlur, Plane, PlateMap, Renderer, Scatter, Scene,
+    BlurField, DisplacedBlur, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene,
     VergencePass,
 };
 
@@ -30,7 +30,7 @@ impl BlurField for Constant {
         self.0.channel_count()
     }
 
-    fn blur_at(&self, channel: usize, _at: FieldPoint, vergence: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, _at: FieldPoint, vergence: f64) -> DisplacedBlur {
         self.0
             .blur_at(channel, FieldPoint::new(0.6, -0.3), vergence)
     }

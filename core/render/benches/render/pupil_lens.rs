@@ -4,7 +4,7 @@ use crate::lenses::{CENTRE, STRENGTHS};
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
 use seidel_optics::psf::LocalBlur;
-use seidel_render::{BlurField, PlacedBlur};
+use seidel_render::{BlurField, DisplacedBlur};
 
 /// Variance of what blurs every ray, px².
 const RAY_VARIANCE_PX2: f64 = 0.1;
@@ -45,8 +45,8 @@ impl PupilLens {
 }
 
 fn blur_of(numbers: &ReducedNumbers, at: FieldPoint) -> LocalBlur {
-    let pupil = LocalPupil::round(Wavefront::third_order(numbers, at), RAY_VARIANCE_PX2);
-    LocalBlur::of_pupil(pupil, at.meridian())
+    let pupil = LocalPupil::circular(Wavefront::third_order(numbers, at), RAY_VARIANCE_PX2);
+    LocalBlur::from_pupil(pupil, at.meridian())
 }
 
 impl BlurField for PupilLens {
@@ -58,8 +58,8 @@ impl BlurField for PupilLens {
         3
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> PlacedBlur {
-        PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> DisplacedBlur {
+        DisplacedBlur {
             blur: blur_of(&self.numbers[channel], at),
             displacement_px: (0.0, 0.0),
         }

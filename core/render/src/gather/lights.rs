@@ -5,7 +5,7 @@
 use super::edges::fold_onto;
 use super::image::Image;
 use super::optics::Optics;
-use super::{Plane, stopped};
+use super::{Plane, cancelled};
 use crate::{Scene, Window};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
@@ -108,7 +108,7 @@ impl<'a> Split<'a> {
                 }
             });
             if !progress(1.0) {
-                return Err(stopped());
+                return Err(cancelled());
             }
         }
         Ok(())
@@ -389,11 +389,11 @@ fn make_room(image: &mut Image, kernel: &KernelRows, (column, row): (i32, i32)) 
 
 /// Adds `gain` times the kernel's weights about `place` (column, row), for which there is room.
 fn add(image: &mut Image, kernel: &KernelRows, (column, row): (i32, i32), gain: f32) {
-    for (y, x, weights) in kernel.stretches() {
-        let start = (row + y - image.top) as usize * image.width;
-        let start = start + (column + x - image.left) as usize;
-        let out = &mut image.samples[start..start + weights.len()];
-        for (light, weight) in out.iter_mut().zip(weights) {
+    for span in kernel.spans() {
+        let start = (row + span.row - image.top) as usize * image.width;
+        let start = start + (column + span.column - image.left) as usize;
+        let out = &mut image.samples[start..start + span.weights.len()];
+        for (light, weight) in out.iter_mut().zip(span.weights) {
             *light += gain * weight;
         }
     }

@@ -4,7 +4,7 @@ use super::Gather;
 use super::tests::{HEIGHT, TestLens, WIDTH, lens, plate, render, scene};
 use crate::{Displacement, Edges, Scatter, Scene};
 use seidel_optics::psf::{
-    Gaussian, KernelRows, LocalBlur, PsfModel, Pupil, Reach, SkewNormal, Window,
+    Gaussian, KernelBounds, KernelRows, LocalBlur, PsfModel, Pupil, SampleGrid, SkewNormal,
 };
 
 /// Column, row and side of lights, far from one another.
@@ -77,15 +77,15 @@ impl PsfModel for Unshared {
         true
     }
 
-    fn reach_px(&self, blur: &LocalBlur) -> Reach {
-        Pupil.reach_px(blur)
+    fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds {
+        Pupil.kernel_bounds(blur)
     }
 
-    fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
+    fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]) {
         Pupil.sample(blur, window, out);
     }
 
-    fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
+    fn sample_f32(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f32]) {
         Pupil.sample_f32(blur, window, out);
     }
 

@@ -39,7 +39,7 @@ mod window_tests;
 pub use operator::Operator;
 pub use tolerance::Quality;
 
-use super::{Edges, Methods, Plane, Renderer, Scatter, Scene, VergencePass, Window, stopped};
+use super::{Edges, Methods, Plane, Renderer, Scatter, Scene, VergencePass, Window, cancelled};
 use crate::scatter::Sources;
 use edges::fold_early;
 use image::View;

@@ -2,8 +2,8 @@
 
 use super::Tolerance;
 use super::stencil::Stencil;
+use crate::cancelled;
 use crate::scatter::{Source, Sources};
-use crate::stopped;
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::psf::{KernelRows, PsfModel};
@@ -56,7 +56,7 @@ impl Optics<'_> {
     pub(super) fn go_on(&self) -> Result<()> {
         match (self.progress)(0.0) {
             true => Ok(()),
-            false => Err(stopped()),
+            false => Err(cancelled()),
         }
     }
 
@@ -109,7 +109,7 @@ impl Optics<'_> {
         self.at(at, found)?;
         let mut farthest = 0.0_f64;
         for source in found.iter().flatten() {
-            let reach = self.model.reach_px(&source.blur);
+            let reach = self.model.kernel_bounds(&source.blur);
             let (x, y) = source.shift_px;
             farthest = [
                 reach.left_px - x,

@@ -7,7 +7,7 @@ use super::fir::{Blend, LANES, ROWS};
 use super::image::{Image, View};
 use super::plan::Level;
 use super::pyramid::{Doubling, doubled, halved};
-use crate::{Edges, Window, stopped};
+use crate::{Edges, Window, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -135,7 +135,7 @@ impl Pass {
                     if progress(share) {
                         Ok(())
                     } else {
-                        Err(stopped())
+                        Err(cancelled())
                     }
                 },
             )?;

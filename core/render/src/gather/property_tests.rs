@@ -2,7 +2,7 @@
 
 use super::Gather;
 use super::tests::{HEIGHT, WEIGHTS, WIDTH, lens, plate, render, scene};
-use crate::{BlurField, PlacedBlur, Plane, PlateMap, Renderer, Scene};
+use crate::{BlurField, DisplacedBlur, Plane, PlateMap, Renderer, Scene};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{Gaussian, LocalBlur, SkewNormal};
@@ -23,7 +23,7 @@ impl BlurField for Even {
         3
     }
 
-    fn blur_at(&self, channel: usize, _at: FieldPoint, _vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, _at: FieldPoint, _vergence_per_m: f64) -> DisplacedBlur {
         let meridian = FieldPoint::new(0.6, 0.8).meridian();
         let sigma = [0.9, 1.0, 1.15][channel] * self.sigma_px;
         let moments = MeridionalMoments {
@@ -32,8 +32,8 @@ impl BlurField for Even {
             mu30: 0.2 * sigma.powi(3),
             mu12: 0.0,
         };
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+        DisplacedBlur {
+            blur: LocalBlur::from_moments(moments.in_image(meridian), meridian),
             displacement_px: (0.3 * channel as f64, -0.2),
         }
     }

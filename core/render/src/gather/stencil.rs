@@ -40,10 +40,10 @@ impl Stencil {
             1 - rows.end..1 - rows.start,
         );
         let share = (1.0 / drawn.sum()) as f32;
-        for (row, column, weights) in drawn.stretches() {
-            let y = (-row - stencil.top) as usize;
-            for (k, weight) in weights.iter().enumerate() {
-                let x = (-(column + k as i32) - stencil.left) as usize;
+        for span in drawn.spans() {
+            let y = (-span.row - stencil.top) as usize;
+            for (k, weight) in span.weights.iter().enumerate() {
+                let x = (-(span.column + k as i32) - stencil.left) as usize;
                 stencil.weights[x * stencil.height + y] = share * weight;
             }
         }

@@ -2,7 +2,7 @@
 
 use super::{Gather, Quality};
 use crate::{
-    BlurField, Displacement, Edges, PlacedBlur, Plane, PlateMap, Renderer, Scatter, Scene,
+    BlurField, DisplacedBlur, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene,
     VergencePass,
 };
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
@@ -29,7 +29,7 @@ impl BlurField for TestLens {
         3
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> DisplacedBlur {
         let strength = [0.9, 1.0, 1.15][channel] * self.corner_sigma_px;
         let rho = at.radius() / self.frame.corner_radius();
         let sigma = |edge: f64| strength * (self.centre + (edge - self.centre) * rho * rho);
@@ -42,8 +42,8 @@ impl BlurField for TestLens {
                 delta: 0.2 * strength * rho,
                 phi: 0.0,
             };
-            let round = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.1);
-            LocalBlur::of_pupil(round, meridian)
+            let round = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.1);
+            LocalBlur::from_pupil(round, meridian)
         } else {
             let (along, across) = (sigma(1.0), sigma(0.6));
             let moments = MeridionalMoments {
@@ -52,10 +52,10 @@ impl BlurField for TestLens {
                 mu30: PHI * (self.skew * rho * along).powi(3),
                 mu12: 0.0,
             };
-            LocalBlur::of_moments(moments.in_image(meridian), meridian)
+            LocalBlur::from_moments(moments.in_image(meridian), meridian)
         };
         let drift = (channel as f64 - 1.0) * 1.5 * rho;
-        PlacedBlur {
+        DisplacedBlur {
             blur,
             displacement_px: (drift * meridian.cos, drift * meridian.sin),
         }
@@ -234,5 +234,5 @@ fn stopping_is_told() {
         weights: &WEIGHTS[0],
     }];
     let stopped = Gather::default().render(&scene(&lens, &SkewNormal), &planes, &|_| false);
-    assert_eq!(stopped, Err(crate::stopped()));
+    assert_eq!(stopped, Err(crate::cancelled()));
 }

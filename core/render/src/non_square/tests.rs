@@ -5,7 +5,7 @@ use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, Stop, Wavefront};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{
-    ALL, Gaussian, LocalBlur, MirroredPair, PHI, PsfModel, Pupil, SkewNormal, Window as Tile,
+    ALL, Gaussian, LocalBlur, MirroredPair, PHI, PsfModel, Pupil, SampleGrid as Tile, SkewNormal,
 };
 use seidel_optics::sensor::{Halo, Sensor};
 
@@ -23,7 +23,7 @@ impl BlurField for TestLens {
         3
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, _: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, _: f64) -> DisplacedBlur {
         let strength = [0.9, 1.0, 1.15][channel];
         let h = at.radius();
         let blur = if self.rays {
@@ -35,7 +35,7 @@ impl BlurField for TestLens {
                 phi: -2.0,
             };
             let rays = Wavefront::third_order(&numbers, at);
-            LocalBlur::of_pupil(LocalPupil::round(rays, 0.3), at.meridian())
+            LocalBlur::from_pupil(LocalPupil::circular(rays, 0.3), at.meridian())
         } else {
             let (along, across) = (strength * (2.5 + 4.0 * h * h), strength * (2.5 + h * h));
             let moments = MeridionalMoments {
@@ -44,10 +44,10 @@ impl BlurField for TestLens {
                 mu30: PHI * (0.9 * h.min(1.0) * along).powi(3),
                 mu12: 4.0 * h,
             };
-            LocalBlur::of_moments(moments.in_image(at.meridian()), at.meridian())
+            LocalBlur::from_moments(moments.in_image(at.meridian()), at.meridian())
         };
         let drift = channel as f64 - 0.5;
-        PlacedBlur {
+        DisplacedBlur {
             blur,
             displacement_px: (2.0 * drift * at.x, 3.0 * drift * at.y),
         }
@@ -254,7 +254,7 @@ fn densities_are_stretched() {
         mu30: 90.0,
         mu12: 25.0,
     };
-    let square = LocalBlur::of_moments(moments.in_image(at.meridian()), at.meridian());
+    let square = LocalBlur::from_moments(moments.in_image(at.meridian()), at.meridian());
     for aspect in [2.0, 0.5] {
         let wide = square.on_wider_pixels(aspect);
         for model in ALL.iter().filter(|model| !model.needs_rays()) {
@@ -292,7 +292,7 @@ fn pictures_of_rays_are_those_of_square_pixels_in_pairs() {
         phi: -2.0,
     };
     let at = FieldPoint::new(0.5, -0.7);
-    let plain = LocalPupil::round(Wavefront::third_order(&numbers, at), 1.5);
+    let plain = LocalPupil::circular(Wavefront::third_order(&numbers, at), 1.5);
     let mut clipped = plain;
     clipped.clip(Stop {
         centre: [0.5, 0.2],
@@ -319,7 +319,7 @@ fn pictures_of_rays_are_those_of_square_pixels_in_pairs() {
         ("waves", wavy, 1e-5),
         ("sensor", seen, 1e-5),
     ] {
-        let square = LocalBlur::of_pupil(pupil, at.meridian());
+        let square = LocalBlur::from_pupil(pupil, at.meridian());
         let wide = square.on_wider_pixels(2.0);
         let (columns, rows) = (64, 64);
         let draw = |blur: &LocalBlur, count: usize| {
@@ -341,9 +341,9 @@ fn pictures_of_rays_are_those_of_square_pixels_in_pairs() {
         let lost = got.iter().sum::<f64>() - want.iter().sum::<f64>();
         assert!(apart < bound && lost.abs() < 3e-3, "{name}: {apart} {lost}");
         // The extent holds the light.
-        let reach = Pupil.reach_px(&wide);
+        let reach = Pupil.kernel_bounds(&wide);
         assert!(
-            reach.left_px < 0.75 * Pupil.reach_px(&square).left_px,
+            reach.left_px < 0.75 * Pupil.kernel_bounds(&square).left_px,
             "{name}"
         );
     }

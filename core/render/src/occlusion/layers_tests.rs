@@ -2,7 +2,7 @@
 
 use super::ladder::STEP_SHARE;
 use super::*;
-use crate::{BlurField, Displacement, PlacedBlur, PlateMap, Scatter};
+use crate::{BlurField, DisplacedBlur, Displacement, PlateMap, Scatter};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint, Meridian};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{Gaussian, LocalBlur};
@@ -21,7 +21,7 @@ impl BlurField for Lens {
         3
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
         let rate = 8.0 * (1.0 + 0.1 * channel as f64) * (1.0 + self.field * at.radius());
         let variance = (rate * (vergence - 0.5)).powi(2);
         let moments = MeridionalMoments {
@@ -30,8 +30,8 @@ impl BlurField for Lens {
             mu30: 0.0,
             mu12: 0.0,
         };
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments.in_image(Meridian::X), Meridian::X),
+        DisplacedBlur {
+            blur: LocalBlur::from_moments(moments.in_image(Meridian::X), Meridian::X),
             displacement_px: (0.0, 0.0),
         }
     }
@@ -311,7 +311,7 @@ fn one_who_says_stop_need_not_wait_for_the_first_blur() {
         let goes_on = |_| asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) != stop_at;
         let scene = scene(&EVEN, VergencePass::PerPixel(&depth));
         let stopped_render = layered.render(&scene, &[plane(&samples, RED)], &goes_on);
-        assert_eq!(stopped_render, Err(stopped()), "{stop_at}");
+        assert_eq!(stopped_render, Err(cancelled()), "{stop_at}");
     }
 }
 
@@ -331,7 +331,7 @@ fn stops_are_obeyed_and_bad_mattes_refused() {
     };
     let planes = [plane(&light, RED)];
     let stop = layered(&light).render(&scene, &planes, &|share| share < 0.5);
-    assert_eq!(stop, Err(crate::stopped()));
+    assert_eq!(stop, Err(crate::cancelled()));
     let short = layered(&light[1..]).render(&scene, &planes, &|_| true);
     assert!(short.expect_err("too short").place.contains("holdout"));
     let mut broken = light.clone();

@@ -18,7 +18,7 @@ mod slices;
 
 pub use hidden::HIDDEN_REACH_PX;
 
-use super::{Edges, Plane, Renderer, Scene, VergencePass, stopped};
+use super::{Edges, Plane, Renderer, Scene, VergencePass, cancelled};
 use hidden::{HiddenInput, HiddenRow};
 pub(crate) use ladder::Ladder;
 use rayon::prelude::*;
@@ -196,13 +196,13 @@ impl Layered<'_> {
         };
         let go_on = || match progress(0.0) {
             true => Ok(()),
-            false => Err(stopped()),
+            false => Err(cancelled()),
         };
         go_on()?;
         let mixed = mixed::shared_out(&input);
         go_on()?;
         let sheet = self.sheet(&input, &ladder, &|| progress(0.0));
-        let sheet = sheet.ok_or_else(stopped)?;
+        let sheet = sheet.ok_or_else(cancelled)?;
         let hard = (!self.settings.blur_inside).then(|| covered(&sheet, scene.width));
         let stock = Stock {
             planes,

@@ -1,6 +1,6 @@
 //! The light of a plate: its planes, premultiplied, and what the sensor does to them.
 
-use crate::{BlurField, Plane, develop};
+use crate::{BlurField, Plane, apply_tone};
 use rayon::prelude::*;
 use seidel_optics::predict::Predictor;
 
@@ -116,7 +116,7 @@ impl Light {
     /// Turns the light of blurred colour planes into what the lens's sensor records; alpha stays.
     pub fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
         for (plane, weights) in blurred.iter_mut().take(self.colours).zip(weights) {
-            develop(lens, weights, plane);
+            apply_tone(lens, weights, plane);
         }
     }
 
@@ -129,7 +129,7 @@ impl Light {
             if tones.iter().all(|(tone, _)| tone.is_linear()) {
                 continue;
             }
-            let seen = |light: f64| tones.iter().map(|(tone, w)| w * tone.of(light)).sum();
+            let seen = |light: f64| tones.iter().map(|(tone, w)| w * tone.apply(light)).sum();
             plane.par_iter_mut().for_each(|sample| {
                 *sample = light_of(f64::from(*sample), seen) as f32;
             });
@@ -217,12 +217,12 @@ mod tests {
             clip: 1.2,
         };
         for light in [0.0, 0.001, 0.3, 1.0, -0.4] {
-            let found = light_of(tone.of(light), |l| tone.of(l));
+            let found = light_of(tone.apply(light), |l| tone.apply(l));
             assert!((found - light).abs() < 1e-6, "{light}: {found}");
         }
-        let clipped = light_of(1.2, |l| tone.of(l));
+        let clipped = light_of(1.2, |l| tone.apply(l));
         assert!(
-            clipped < 4.0 && (tone.of(clipped) - 1.2).abs() < 1e-6,
+            clipped < 4.0 && (tone.apply(clipped) - 1.2).abs() < 1e-6,
             "{clipped}"
         );
     }

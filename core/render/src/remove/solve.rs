@@ -11,7 +11,7 @@ use super::prior::{Slopes, slope_lengths, slope_of_noise, slope_products};
 use super::sums::{Typical, add, dot, weighted_products};
 use super::trust::Trust;
 use super::view::{Care, View};
-use crate::stopped;
+use crate::cancelled;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use seidel_optics::error::Result;
@@ -84,7 +84,7 @@ pub(super) fn solve(task: &Task, progress: &dyn Fn(f64) -> bool) -> Result<(Seen
     let mut bowl = Bowl { fit, stiff: 0.0 };
     for round in 0..task.rounds {
         if !progress(round as f64 / task.rounds as f64) {
-            return Err(stopped());
+            return Err(cancelled());
         }
         // Ringing has slopes of its own, which must not be taken for the picture's.
         scale = Typical::of(slope_lengths(&picture.plane, width))

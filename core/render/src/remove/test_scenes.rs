@@ -2,7 +2,7 @@
 
 use super::{Removal, Removed};
 use crate::{
-    BlurField, Displacement, Edges, PlacedBlur, Plane, PlateMap, Renderer, Scatter, Scene,
+    BlurField, DisplacedBlur, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene,
     VergencePass,
 };
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
@@ -29,7 +29,7 @@ impl BlurField for Growing {
         1
     }
 
-    fn blur_at(&self, _channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, _channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
         let rho = at.radius() / self.frame.corner_radius();
         let strength = self.strength * (1.0 + vergence_per_m);
         let radial = strength * (0.8 + 1.4 * rho * rho);
@@ -41,8 +41,8 @@ impl BlurField for Growing {
             mu12: 0.0,
         };
         let meridian = at.meridian();
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+        DisplacedBlur {
+            blur: LocalBlur::from_moments(moments.in_image(meridian), meridian),
             displacement_px: (0.0, 0.0),
         }
     }

@@ -7,7 +7,7 @@ use super::test_scenes::{
 };
 use super::view::View;
 use super::{Lights, Removal, Saturation};
-use crate::{Edges, Plane, Scatter, Scene, VergencePass, Window, stopped};
+use crate::{Edges, Plane, Scatter, Scene, VergencePass, Window, cancelled};
 use rustfft::num_complex::Complex;
 
 /// Above the best that Wiener filters by local spectra reach, their one number chosen by the truth, where edges are all there
@@ -390,5 +390,5 @@ fn what_cannot_be_is_refused() {
         )
         .contains("saturation")
     );
-    assert_eq!(refused(default, false), stopped().to_string());
+    assert_eq!(refused(default, false), cancelled().to_string());
 }

@@ -103,9 +103,10 @@ fn joined(scene: &Scene, found: &[Option<Source>], weights: &[f64]) -> LocalKern
     };
     for (rows, weight) in &drawn {
         let gain = (weight / rows.sum()) as f32;
-        for (row, column, stretch) in rows.stretches() {
-            let start = (row - kernel.top) as usize * width + (column - kernel.left) as usize;
-            for (out, w) in kernel.weights[start..].iter_mut().zip(stretch) {
+        for span in rows.spans() {
+            let (row, column) = (span.row - kernel.top, span.column - kernel.left);
+            let start = row as usize * width + column as usize;
+            for (out, w) in kernel.weights[start..].iter_mut().zip(span.weights) {
                 *out += gain * w;
             }
         }
@@ -116,7 +117,7 @@ fn joined(scene: &Scene, found: &[Option<Source>], weights: &[f64]) -> LocalKern
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BlurField, Displacement, Edges, PlacedBlur, PlateMap, VergencePass};
+    use crate::{BlurField, DisplacedBlur, Displacement, Edges, PlateMap, VergencePass};
     use crate::{Renderer, Scatter};
     use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
     use seidel_optics::moments::MeridionalMoments;
@@ -134,7 +135,7 @@ mod tests {
             2
         }
 
-        fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> PlacedBlur {
+        fn blur_at(&self, channel: usize, at: FieldPoint, _vergence_per_m: f64) -> DisplacedBlur {
             let meridian = at.meridian();
             let moments = MeridionalMoments {
                 mu20: 1.0 + channel as f64,
@@ -142,8 +143,8 @@ mod tests {
                 mu30: 0.0,
                 mu12: 0.0,
             };
-            PlacedBlur {
-                blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+            DisplacedBlur {
+                blur: LocalBlur::from_moments(moments.in_image(meridian), meridian),
                 displacement_px: (1.3 * channel as f64, -0.4),
             }
         }

@@ -1,7 +1,7 @@
 //! How far light goes from its source.
 
 use crate::{Displacement, Scene, VergencePass, Window};
-use seidel_optics::psf::Reach;
+use seidel_optics::psf::KernelBounds;
 
 /// Room about the light beyond what kernels at a few places need: kernels between may be larger.
 const SPARE_SHARE: f64 = 0.1;
@@ -32,7 +32,7 @@ pub(crate) fn reach_of_pass(scene: &Scene) -> (f64, f64) {
 
 /// How far kernels of sources within `light` on the plate reach at `vergence`, plate px, probed at nine places; a
 /// million px for what cannot be drawn.
-pub(crate) fn reach(scene: &Scene, light: Window, vergence: f64) -> Reach {
+pub(crate) fn reach(scene: &Scene, light: Window, vergence: f64) -> KernelBounds {
     let mut far = [0.0_f64; 4];
     let scale = scene.map.scale;
     for (x, y) in (0..9).map(|k| (k % 3, k / 3)) {
@@ -44,7 +44,7 @@ pub(crate) fn reach(scene: &Scene, light: Window, vergence: f64) -> Reach {
             .field_point(scene.map.frame_point(column, row));
         for channel in 0..scene.lens.channel_count() {
             let placed = scene.lens.blur_at(channel, at, vergence);
-            let reach = scene.model.reach_px(&placed.blur.rescaled(scale));
+            let reach = scene.model.kernel_bounds(&placed.blur.rescaled(scale));
             // Towards the mean of channels or not: twice the whole displacement bounds both.
             let shift = match scene.displacement {
                 Displacement::None => 0.0,
@@ -61,7 +61,7 @@ pub(crate) fn reach(scene: &Scene, light: Window, vergence: f64) -> Reach {
         let roomy = far * (1.0 + SPARE_SHARE) + SPARE_PX;
         if roomy < 1e6 { roomy } else { 1e6 }
     });
-    Reach {
+    KernelBounds {
         left_px,
         right_px,
         up_px,

@@ -4,7 +4,7 @@
 
 use crate::scatter::sheet::{Band, Strip};
 use crate::scatter::sources::{Source, Sources, runs};
-use crate::{Methods, Plane, Renderer, Scene, stopped};
+use crate::{Methods, Plane, Renderer, Scene, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::psf::KernelRows;
@@ -98,7 +98,7 @@ impl<'a> Job<'a> {
         let done = self.rows_done.load(Ordering::Relaxed);
         match (self.progress)(done as f64 / self.scene.height as f64) {
             true => Ok(()),
-            false => Err(stopped()),
+            false => Err(cancelled()),
         }
     }
 

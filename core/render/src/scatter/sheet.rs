@@ -133,7 +133,8 @@ impl pulp::WithSimd for Adding<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        for (row, column, weights) in self.kernel.stretches() {
+        for span in self.kernel.spans() {
+            let (row, column, weights) = (span.row, span.column, span.weights);
             let start = (row - self.top) as usize * self.stride + (column - self.left) as usize;
             let out = &mut self.samples[start..start + weights.len()];
             let (out, _) = out.as_chunks_mut::<{ KernelRows::PADDING }>();

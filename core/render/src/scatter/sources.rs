@@ -1,7 +1,7 @@
 //! What a lens does to the light of single source points of a plate, in plate pixels, and which
 //! neighbours share a kernel.
 
-use crate::{Displacement, PlacedBlur, Plane, Scene};
+use crate::{DisplacedBlur, Displacement, Plane, Scene};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::psf::{LocalBlur, PsfModel};
@@ -129,18 +129,18 @@ impl<'a> Sources<'a> {
     }
 
     /// What the lens does to a point in one channel, in plate pixels.
-    fn placed(&self, channel: usize, (x, y): (f64, f64), vergence: f64) -> Result<PlacedBlur> {
+    fn placed(&self, channel: usize, (x, y): (f64, f64), vergence: f64) -> Result<DisplacedBlur> {
         let map = self.scene.map;
         let scale = map.scale;
         let at = self.frame.field_point(ImagePoint::new(
             map.origin.x_px + x / scale,
             map.origin.y_px + y / scale,
         ));
-        let PlacedBlur {
+        let DisplacedBlur {
             blur,
             displacement_px,
         } = self.scene.lens.blur_at(channel, at, vergence);
-        let placed = PlacedBlur {
+        let placed = DisplacedBlur {
             blur: blur.rescaled(scale),
             displacement_px: (displacement_px.0 * scale, displacement_px.1 * scale),
         };
@@ -185,10 +185,7 @@ pub(crate) fn runs<'a>(
     std::iter::from_fn(move || {
         let (_, first) = rest.first()?;
         let alike = |&&(_, source): &&(usize, Source)| {
-            model.alike(
-                (&first.blur, first.shift_px),
-                (&source.blur, source.shift_px),
-            )
+            model.can_share_kernel(&first.blur, first.shift_px, &source.blur, source.shift_px)
         };
         let count = 1 + rest[1..].iter().take_while(alike).count();
         let (run, others) = rest.split_at(count);

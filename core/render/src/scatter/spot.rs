@@ -5,7 +5,7 @@ use crate::scatter::sources::{Source, Sources, runs};
 use crate::{Edges, Plane, Scene, VergencePass};
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
-use seidel_optics::psf::{KernelRows, Window};
+use seidel_optics::psf::{KernelRows, SampleGrid};
 use std::ops::RangeInclusive;
 
 /// The light that [`Scatter`](crate::Scatter) puts on `pixels` (column, row) of `plane`, in their order.
@@ -227,7 +227,7 @@ impl Job<'_> {
 
     /// Where the light of `source` goes, relative to it: never less than what is drawn.
     fn bounds(&self, source: &Source) -> Bounds {
-        let reach = self.scene.model.reach_px(&source.blur);
+        let reach = self.scene.model.kernel_bounds(&source.blur);
         let (x, y) = source.shift_px;
         let around = |shift: f64, before: f64, after: f64, more: i32| {
             (shift - before).floor() as i32..=(shift + after).ceil() as i32 + more
@@ -274,7 +274,7 @@ impl Job<'_> {
         if let Some(kernel) = drawn {
             return weight_of(kernel, place);
         }
-        let window = Window {
+        let window = SampleGrid {
             first_x_px: f64::from(place.0) - source.shift_px.0,
             first_y_px: f64::from(place.1) - source.shift_px.1,
             width: 1,
@@ -287,10 +287,10 @@ impl Job<'_> {
 }
 
 fn weight_of(kernel: &KernelRows, place: (i32, i32)) -> f64 {
-    let stretch = kernel.stretches().find(|&(row, _, _)| row == place.1);
-    let weight = stretch.and_then(|(_, first, weights)| {
-        let column = usize::try_from(place.0 - first).ok()?;
-        weights.get(column)
+    let span = kernel.spans().find(|span| span.row == place.1);
+    let weight = span.and_then(|span| {
+        let column = usize::try_from(place.0 - span.column).ok()?;
+        span.weights.get(column)
     });
     weight.map_or(0.0, |&weight| f64::from(weight) / kernel.sum())
 }

@@ -20,7 +20,7 @@ impl BlurField for Growing {
         1
     }
 
-    fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+    fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
         let h = at.radius().min(1.0);
         let sigma = 0.8 + 5.0 * vergence.abs() + 2.0 * h * h;
         let moments = MeridionalMoments {
@@ -29,8 +29,8 @@ impl BlurField for Growing {
             mu30: 0.1 * h * sigma.powi(3),
             mu12: 0.0,
         };
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments.in_image(at.meridian()), at.meridian()),
+        DisplacedBlur {
+            blur: LocalBlur::from_moments(moments.in_image(at.meridian()), at.meridian()),
             displacement_px: (0.0, 0.0),
         }
     }

@@ -7,7 +7,7 @@ use seidel_core::diagnose::{Diagnosis, Progress, Settings, diagnose};
 use seidel_core::effects;
 use seidel_core::fit::{PupilSettings, fit_pupil};
 use seidel_core::observations::ObservationSet;
-use seidel_core::predict::{Predictor, predict_like};
+use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_core::{Error, Result};
 use seidel_trial::{Answer, Case, Outcome, Size, draw, recipes};
@@ -185,7 +185,7 @@ fn closed_share(blind: &BlindDiagnosis, holdout: &ObservationSet) -> Result<f64>
 /// unit sum, less the contribution of the stated noise.
 fn mean_gap(lens: &LensProfile, set: &ObservationSet) -> Result<f64> {
     let predictor = Predictor::new(lens)?;
-    let predicted = predict_like(&predictor, set, predictor.default_model())?;
+    let predicted = predict_set(&predictor, set, predictor.default_model())?;
     let (mut sum, mut count) = (0.0, 0_usize);
     for (observed, predicted) in set.observations.iter().zip(&predicted.observations) {
         for (channel, p) in predicted.tiles.iter().enumerate() {

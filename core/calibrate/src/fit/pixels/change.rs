@@ -1,9 +1,9 @@
 //! How a pupil changes with one free number of a lens.
 
-use seidel_optics::lens::{LocalPupil, MOST_STOPS, Stop, TERMS, Wavefront};
+use seidel_optics::lens::{LocalPupil, MAX_STOPS, Stop, TERMS, Wavefront};
 
 /// Numbers of the stops besides the rim: centre and radius of each.
-pub(super) const STOP_NUMBERS: usize = 3 * (MOST_STOPS - 1);
+pub(super) const STOP_NUMBERS: usize = 3 * (MAX_STOPS - 1);
 
 /// How a pupil changes with one free number.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@ use super::change::Change;
 use seidel_optics::effects::{Effect, ScenePoint};
 use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, VergenceSeries, Wavefront};
-use seidel_optics::profile::{CarriedEffect, PupilChannel};
+use seidel_optics::profile::{ProfileEffect, PupilChannel};
 
 /// A quantity of the lens that is a polynomial in vergence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -254,7 +254,7 @@ impl Layout {
             delta: number(Quantity::Delta),
             phi: number(Quantity::Phi),
         };
-        let mut pupil = LocalPupil::round(
+        let mut pupil = LocalPupil::circular(
             Wavefront::third_order(&numbers, at),
             number(Quantity::Blur).max(0.0),
         );
@@ -277,7 +277,7 @@ impl Layout {
                     free.clamp(p.least, p.most)
                 })
                 .collect();
-            effect.act(&values, point, &mut pupil);
+            effect.apply(&values, point, &mut pupil);
         }
         pupil
     }
@@ -433,7 +433,7 @@ impl Layout {
             .effects
             .iter()
             .enumerate()
-            .map(|(which, effect)| CarriedEffect {
+            .map(|(which, effect)| ProfileEffect {
                 effect: *effect,
                 values: effect
                     .parameters()

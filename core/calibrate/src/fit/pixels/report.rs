@@ -13,7 +13,7 @@ use seidel_optics::error::Result;
 use seidel_optics::field::ImagePoint;
 use seidel_optics::lens::VergenceSeries;
 use seidel_optics::profile::{
-    Displacement, LensDescription, LensProfile, Provenance, PupilChannel,
+    LensDescription, LensProfile, Provenance, PupilChannel, RadialDisplacement,
 };
 
 /// A fitted lens and how the fit went.
@@ -160,7 +160,7 @@ fn landing(job: &Job, channel: usize) -> [VergenceSeries; 2] {
             Some((v, found))
         })
         .collect();
-    let mut lines = Displacement::fit_lines(&points);
+    let mut lines = RadialDisplacement::fit_lines(&points);
     if points.len() > 2 && !job.settings.law_only {
         // What real lenses leave of a line, which is at most a pixel or two, is kept.
         let [magnification, distortion] = &lines;

@@ -8,7 +8,7 @@ use seidel_optics::lens::VergenceSeries;
 use seidel_optics::numeric::SplitMix64;
 use seidel_optics::observations::Observation;
 use seidel_optics::profile::PupilChannel;
-use seidel_optics::psf::{LocalBlur, PsfModel, Pupil, Window};
+use seidel_optics::psf::{LocalBlur, PsfModel, Pupil, SampleGrid};
 use seidel_optics::tile::Tile;
 
 const FRAME: (u32, u32) = (1600, 1000);
@@ -64,10 +64,10 @@ fn observed(
             let side = 25;
             let centre = ImagePoint::new(ideal.x_px.round() + 0.5, ideal.y_px.round() + 0.5);
             let at = frame.field_point(ideal);
-            let blur = LocalBlur::of_pupil(lens.pupil_at(at, 1.0 / metres), at.meridian());
+            let blur = LocalBlur::from_pupil(lens.pupil_at(at, 1.0 / metres), at.meridian());
             let (x, y) = (ideal.x_px - centre.x_px, ideal.y_px - centre.y_px);
             let half = side as f64 / 2.0;
-            let window = Window::of_tile(side, side, half + x, half + y);
+            let window = SampleGrid::for_tile(side, side, half + x, half + y);
             let mut light = vec![0.0; side * side];
             Pupil.sample(&blur, &window, &mut light);
             let peak = light.iter().copied().fold(0.0, f64::max);

@@ -11,8 +11,8 @@ use super::change::{Change, STOP_NUMBERS};
 use super::layout::Layout;
 use super::metric::Metric;
 use seidel_optics::field::FieldPoint;
-use seidel_optics::lens::{LocalPupil, MOST_STOPS, Stop, TERMS, Wavefront};
-use seidel_optics::psf::pupil::{Detail, Drawn, Tangent, Workspace, draw};
+use seidel_optics::lens::{LocalPupil, MAX_STOPS, Stop, TERMS, Wavefront};
+use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
 
 /// Numbers that every tile has for itself: light, and centre along x and y.
 const OWN: usize = 3;
@@ -99,21 +99,21 @@ impl Directions {
     }
 
     /// The tangents to draw along: tilts first, what moves stops last.
-    fn tangents(&self) -> Vec<Tangent> {
+    fn tangents(&self) -> Vec<PupilDerivative> {
         let tilts = [Wavefront::tilt(1.0, 0.0), Wavefront::tilt(0.0, 1.0)];
         let waves = self
             .waves
             .iter()
             .map(|c| Wavefront::from_coefficients(*c))
             .map(centred);
-        let mut tangents: Vec<Tangent> = tilts
+        let mut tangents: Vec<PupilDerivative> = tilts
             .into_iter()
             .chain(waves)
-            .map(Tangent::of_wavefront)
+            .map(PupilDerivative::from_wavefront)
             .collect();
         for numbers in &self.stops {
-            let mut tangent = Tangent::of_wavefront(Wavefront::default());
-            for (k, rates) in numbers.chunks_exact(3).enumerate().take(MOST_STOPS - 1) {
+            let mut tangent = PupilDerivative::from_wavefront(Wavefront::default());
+            for (k, rates) in numbers.chunks_exact(3).enumerate().take(MAX_STOPS - 1) {
                 tangent.stops[k + 1] = Stop {
                     centre: [rates[0], rates[1]],
                     radius: rates[2],
@@ -147,7 +147,7 @@ impl Directions {
 /// own number.
 fn centred(wavefront: Wavefront) -> Wavefront {
     let [x, y] = wavefront.mean_slope();
-    wavefront.plus(-1.0, &Wavefront::tilt(x, y))
+    wavefront.add_scaled(-1.0, &Wavefront::tilt(x, y))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -189,16 +189,20 @@ pub(super) struct Comparison {
 #[derive(Debug, Default)]
 pub(super) struct Buffers {
     space: Workspace,
-    drawn: Drawn,
+    drawn: PsfImage,
     rows: Vec<f64>,
     weighed: Vec<f64>,
 }
 
 impl FitTile {
-    /// Where the tile's corner lies from the chief ray if its centroid is `centroid`.
-    fn corner(pupil: &LocalPupil, centroid: [f64; 2]) -> (f64, f64) {
+    /// The tile's pixels relative to the chief ray if the PSF's centroid lies at `centroid` in the tile.
+    fn grid(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> TileGrid {
         let off = pupil.centroid();
-        (off[0] - centroid[0], off[1] - centroid[1])
+        TileGrid {
+            corner_px: [off[0] - centroid[0], off[1] - centroid[1]],
+            width: self.size.0,
+            height: self.size.1,
+        }
     }
 
     /// Weight of a residual sample: one over the noise, or over the light's own size.
@@ -227,22 +231,14 @@ impl FitTile {
         buffers: &mut Buffers,
     ) -> f64 {
         let unit = self.unit(comparison, buffers);
-        let corner = Self::corner(pupil, own.centroid);
+        let grid = self.grid(pupil, own.centroid);
         let Buffers {
             space,
             drawn,
             rows,
             weighed,
         } = buffers;
-        draw(
-            pupil,
-            corner,
-            self.size,
-            &[],
-            comparison.detail,
-            space,
-            drawn,
-        );
+        draw(pupil, &grid, &[], comparison.detail, space, drawn);
         rows.clear();
         for (k, &model) in drawn.light.iter().enumerate() {
             let counts = self.counts.as_ref().is_none_or(|c| c[k]);
@@ -281,24 +277,16 @@ impl FitTile {
         let changes = layout.changes(theta, self.channel, self.at, self.vergence);
         let directions = Directions::of(&changes);
         let tangents = directions.tangents();
-        let corner = Self::corner(&pupil, own.centroid);
+        let grid = self.grid(&pupil, own.centroid);
         let Buffers {
             space,
             drawn,
             rows,
             weighed,
         } = buffers;
-        draw(
-            &pupil,
-            corner,
-            self.size,
-            &tangents,
-            comparison.detail,
-            space,
-            drawn,
-        );
+        draw(&pupil, &grid, &tangents, comparison.detail, space, drawn);
         // A row a pixel: residual, light, centre, directions, blur.
-        let stride = Drawn::stride(tangents.len());
+        let stride = PsfImage::stride(tangents.len());
         let width = 1 + OWN + directions.count();
         rows.clear();
         rows.resize(self.light.len() * width, 0.0);
@@ -308,11 +296,11 @@ impl FitTile {
             }
             row[0] = (self.light[k] - own.light * drawn.light[k]) * unit;
             row[1] = drawn.light[k] * unit;
-            let slopes = &drawn.slopes[k * stride..][..tangents.len()];
+            let slopes = &drawn.derivatives[k * stride..][..tangents.len()];
             for (value, slope) in row[2..].iter_mut().zip(slopes) {
                 *value = slope * own.light * unit;
             }
-            row[width - 1] = drawn.by_blur[k] * own.light * unit;
+            row[width - 1] = drawn.blur_derivative[k] * own.light * unit;
         }
         comparison.metric.weigh(rows, width, self.size, weighed);
         let mut sums = vec![0.0; width * width];

@@ -26,11 +26,11 @@ fn channel(name: &str, offset: f64) -> PupilChannel {
         added: Vec::new(),
         wavelength_px: 0.0,
         effects: vec![
-            CarriedEffect {
+            ProfileEffect {
                 effect: effects::by_id("higher_order").expect("listed"),
                 values: higher.map(VergenceSeries::constant).to_vec(),
             },
-            CarriedEffect {
+            ProfileEffect {
                 effect: effects::by_id("vignetting").expect("listed"),
                 values: circles.map(VergenceSeries::constant).to_vec(),
             },
@@ -106,8 +106,8 @@ fn twice_the_f_number_is_half_the_pupil() {
     // And back again, the same lens but for rounding; that opens it wider than it was then.
     let back = stopped.with_controls(&f_number(2.0)).expect("possible");
     assert_eq!(back.description, lens.description);
-    assert_eq!(stopped.control_remarks(&f_number(2.0)).len(), 1);
-    assert!(lens.control_remarks(&f_number(4.0)).is_empty());
+    assert_eq!(stopped.control_warnings(&f_number(2.0)).len(), 1);
+    assert!(lens.control_warnings(&f_number(4.0)).is_empty());
 }
 
 #[test]
@@ -155,8 +155,8 @@ fn focus_moves_where_channels_are_sharp_and_keeps_axial_colour() {
     let to = focus(ObjectDistance::Metres(1.0));
     let set = unknown.with_controls(&to).expect("possible");
     assert_eq!(set.pupil_channels()[0].alpha.slope(0.0), 20.0);
-    assert_eq!(unknown.control_remarks(&to).len(), 1);
-    assert!(lens.control_remarks(&to).is_empty());
+    assert_eq!(unknown.control_warnings(&to).len(), 1);
+    assert!(lens.control_warnings(&to).is_empty());
 }
 
 #[test]

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{distance, optional_metres, present};
 use crate::error::Result;
 use crate::lens::MomentCoefficients;
-use crate::profile::{Displacement, MomentsChannel, MomentsPlane};
+use crate::profile::{MomentsChannel, MomentsPlane, RadialDisplacement};
 
 /// One colour channel, kind `moments`.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
@@ -102,7 +102,7 @@ impl PlaneFile {
             distance: distance("depth_m", self.depth_m)?,
             s: MomentCoefficients(self.s),
             s_sigma: self.s_sigma,
-            displacement: self.displacement.map(|d| Displacement {
+            displacement: self.displacement.map(|d| RadialDisplacement {
                 magnification: d.magnification,
                 distortion: d.distortion,
                 magnification_sigma: d.magnification_sigma,

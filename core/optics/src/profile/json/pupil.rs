@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::effects;
 use crate::error::{Error, Result};
 use crate::lens::VergenceSeries;
-use crate::profile::{CarriedEffect, PupilChannel};
+use crate::profile::{ProfileEffect, PupilChannel};
 
 /// One colour channel, kind `pupil`: where the rays through the pupil land. PSF lengths in frame
 /// pixels, field positions X in half frame widths from the axis, u in the unit pupil disc: a ray
@@ -148,7 +148,7 @@ impl SeriesFile {
 }
 
 impl EffectFile {
-    fn new(carried: &CarriedEffect) -> Self {
+    fn new(carried: &ProfileEffect) -> Self {
         let parameters = carried.effect.parameters().iter().zip(&carried.values);
         Self {
             id: carried.effect.id().to_owned(),
@@ -158,7 +158,7 @@ impl EffectFile {
         }
     }
 
-    fn effect(mut self) -> Result<CarriedEffect> {
+    fn effect(mut self) -> Result<ProfileEffect> {
         let effect = effects::by_id(&self.id)?;
         let place = format!("effect `{}`", self.id);
         let names: Vec<_> = effect.parameters().iter().map(|p| p.name).collect();
@@ -181,7 +181,7 @@ impl EffectFile {
                 format!("has no parameter `{unknown}`"),
                 format!("give all of: {}, and no other", names.join(", ")),
             )),
-            None => Ok(CarriedEffect { effect, values }),
+            None => Ok(ProfileEffect { effect, values }),
         }
     }
 }

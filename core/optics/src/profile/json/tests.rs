@@ -6,7 +6,8 @@ use super::*;
 use crate::effects;
 use crate::lens::{MomentCoefficients, VergenceSeries};
 use crate::profile::{
-    CarriedEffect, Displacement, HeldOut, HeldOutGroup, MomentsChannel, MomentsPlane, PupilChannel,
+    HeldOut, HeldOutGroup, MomentsChannel, MomentsPlane, ProfileEffect, PupilChannel,
+    RadialDisplacement,
 };
 
 fn moments_profile() -> LensProfile {
@@ -14,7 +15,7 @@ fn moments_profile() -> LensProfile {
         distance,
         s: MomentCoefficients([s1, 0.5, -0.25, 0.1, 0.2, 0.0, 0.3, 0.4, -0.5, 0.6]),
         s_sigma: [0.01; 10],
-        displacement: Some(Displacement {
+        displacement: Some(RadialDisplacement {
             magnification: 1e-3,
             distortion: -2e-3,
             magnification_sigma: 1e-5,
@@ -56,7 +57,7 @@ fn series(coefficients: &[f64]) -> VergenceSeries {
 
 /// Every effect there is, a little off neutral.
 fn pupil_profile() -> LensProfile {
-    let effects = effects::ALL.iter().map(|&effect| CarriedEffect {
+    let effects = effects::ALL.iter().map(|&effect| ProfileEffect {
         effect,
         values: effect
             .parameters()
@@ -244,7 +245,7 @@ fn added_effects_are_kept_and_checked_like_those_of_the_fit() {
             let effect = effects::by_id(id).expect("listed");
             let mut values = effects::neutral(effect);
             values[0] = value;
-            CarriedEffect {
+            ProfileEffect {
                 effect,
                 values: values.into_iter().map(VergenceSeries::constant).collect(),
             }

@@ -1,8 +1,8 @@
 //! Where the rays of a pupil land, and how fine a mesh and how large a kernel that asks for.
 
 use super::{Detail, wave};
-use crate::lens::{LEAST_REACH, LocalPupil};
-use crate::psf::Reach;
+use crate::lens::{LocalPupil, PINHOLE_RADIUS};
+use crate::psf::KernelBounds;
 
 /// Rings per root of the extent's radius (px): keeps the rim's polygon within a fiftieth of a pixel.
 const RIM_FINENESS: f64 = 2.7;
@@ -32,7 +32,7 @@ pub(super) struct Extent {
 impl Extent {
     pub(super) fn of(pupil: &LocalPupil) -> Self {
         const ANGLES: usize = 24;
-        let (centre, depth) = pupil.inside();
+        let (centre, depth) = pupil.inscribed_circle();
         let first = pupil.landing(centre);
         let mut extent = Self {
             low: first,
@@ -41,13 +41,13 @@ impl Extent {
         };
         for k in 0..ANGLES {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / ANGLES as f64).sin_cos();
-            let reach = if depth > LEAST_REACH {
+            let reach = if depth > PINHOLE_RADIUS {
                 pupil.edge(centre, cos, sin).0
             } else {
-                LEAST_REACH
+                PINHOLE_RADIUS
             };
             let rim = [centre[0] + reach * cos, centre[1] + reach * sin];
-            extent.bend = extent.bend.max(pupil.wavefront.bend(rim));
+            extent.bend = extent.bend.max(pupil.wavefront.third_derivative_norm(rim));
             for share in [0.3, 0.55, 0.75, 0.9, 1.0] {
                 let r = reach * share;
                 let p = pupil.landing([centre[0] + r * cos, centre[1] + r * sin]);
@@ -60,7 +60,7 @@ impl Extent {
 
     /// The box about `centroid` that holds all light of `pupil`: but for at most [`LEFT_OUT`] each that
     /// waves and a halo carry beyond, or more where they go farther than [`FARTHEST_PX`].
-    pub(super) fn reach(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> Reach {
+    pub(super) fn reach(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> KernelBounds {
         // What the extent's few rays missed, the blur, and the pixel of the outermost ray.
         let margin =
             (pupil.blur_variances_px2()).map(|v| 0.04 * self.radius() + 5.0 * v.sqrt() + 0.5);
@@ -75,7 +75,7 @@ impl Extent {
             let halo = halo.min(FARTHEST_PX);
             margin[axis] + waves + halo + pupil.sensor.reach_px()[axis]
         });
-        Reach {
+        KernelBounds {
             left_px: centroid[0] - self.low[0] + across,
             right_px: self.high[0] - centroid[0] + across,
             up_px: centroid[1] - self.low[1] + down,

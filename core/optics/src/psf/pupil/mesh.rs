@@ -9,8 +9,8 @@
 
 use std::f64::consts::TAU;
 
-use super::Tangent;
-use crate::lens::{DEGREE, LEAST_REACH, LocalPupil, TERMS, Wavefront, powers};
+use super::PupilDerivative;
+use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, TERMS, Wavefront, powers};
 
 /// Mean interpolation error of a function over the mesh's triangles, per Laplacian and squared ring
 /// spacing: a triangle of base b and height h errs by f_bb b²/16 + f_hh h²/12, and here b = 2 pi / 6
@@ -21,7 +21,7 @@ const INTERPOLATION: f64 = ((TAU / 6.0) * (TAU / 6.0) / 16.0 + 1.0 / 12.0) / 2.0
 const SLOPE_TERMS: usize = TERMS - DEGREE;
 
 /// Most tangents that may move stops: centre and radius of each.
-pub(super) const MOST_STOP_TANGENTS: usize = 3 * crate::lens::MOST_STOPS;
+pub(super) const MOST_STOP_TANGENTS: usize = 3 * crate::lens::MAX_STOPS;
 
 /// Values are handled by fours, the width of common vectors.
 pub(super) const LANES: usize = 4;
@@ -53,7 +53,7 @@ pub(super) struct Ring {
 /// The mesh of one pupil, made to be walked through once.
 pub(super) struct Mesh<'a> {
     pupil: &'a LocalPupil,
-    tangents: &'a [Tangent],
+    tangents: &'a [PupilDerivative],
     /// How many of the tangents, the last ones, move stops.
     stop_tangents: usize,
     rings: usize,
@@ -92,11 +92,11 @@ impl<'a> Mesh<'a> {
     /// A mesh of `rings` rings over `pupil`, of whose tangents the last `stop_tangents` move stops.
     pub(super) fn new(
         pupil: &'a LocalPupil,
-        tangents: &'a [Tangent],
+        tangents: &'a [PupilDerivative],
         stop_tangents: usize,
         rings: usize,
     ) -> Self {
-        let (centre, depth) = pupil.inside();
+        let (centre, depth) = pupil.inscribed_circle();
         let mut mesh = Self {
             pupil,
             tangents,
@@ -108,7 +108,7 @@ impl<'a> Mesh<'a> {
             landing: [[0.0; 2]; SLOPE_TERMS],
             velocities: Vec::new(),
         };
-        mesh.lay_rim(depth > LEAST_REACH);
+        mesh.lay_rim(depth > PINHOLE_RADIUS);
         mesh.rim_drift = mesh.drifts();
         let squares = mesh.rim.iter().map(|s| s.reach().powi(2));
         let area = squares.sum::<f64>() / mesh.rim.len() as f64;
@@ -129,7 +129,7 @@ impl<'a> Mesh<'a> {
             let (reach, stop) = if open {
                 self.pupil.edge(self.centre, cos, sin)
             } else {
-                (LEAST_REACH, usize::MAX)
+                (PINHOLE_RADIUS, usize::MAX)
             };
             let edge = [reach * cos, reach * sin];
             Spoke {
@@ -204,7 +204,7 @@ impl<'a> Mesh<'a> {
     }
 
     /// How fast the edge of `stop` moves away from the centre at `spoke`.
-    fn edge_rate(&self, spoke: &Spoke, stop: usize, tangent: &Tangent) -> f64 {
+    fn edge_rate(&self, spoke: &Spoke, stop: usize, tangent: &PupilDerivative) -> f64 {
         let Some(circle) = self.pupil.stops().get(stop) else {
             return 0.0;
         };
@@ -219,7 +219,7 @@ impl<'a> Mesh<'a> {
     /// Lays down the slope polynomials of the wavefront and the tangents, each less its share of the
     /// Laplacian's.
     fn lay_slopes(&mut self, correction: f64) {
-        let corrected = |w: &Wavefront| w.plus(-correction, &w.laplacian());
+        let corrected = |w: &Wavefront| w.add_scaled(-correction, &w.laplacian());
         let half = packs(self.tangents.len());
         self.velocities = vec![Pack::default(); SLOPE_TERMS * 2 * half];
         let [along_x, along_y] = self.pupil.squeeze;
@@ -321,7 +321,7 @@ impl<'a> Mesh<'a> {
         }
         let half = packs(self.tangents.len());
         let start = ring.velocity.len() - 2 * half;
-        let [xx, xy, yy] = self.pupil.wavefront.curvature(u);
+        let [xx, xy, yy] = self.pupil.wavefront.hessian(u);
         let [along_x, along_y] = self.pupil.squeeze;
         for which in 0..self.stop_tangents {
             let [a, b] = from.map(|(rim, weight)| {

@@ -21,13 +21,13 @@ mod wave;
 #[cfg(test)]
 mod wave_tests;
 
-use crate::lens::{LocalPupil, MOST_STOPS, Stop, Transmission, Wavefront};
+use crate::lens::{LocalPupil, MAX_STOPS, Stop, Transmission, Wavefront};
 use crate::psf::rows::grid_about;
-use crate::psf::{KernelRows, LocalBlur, PsfModel, Reach, Window};
+use crate::psf::{KernelBounds, KernelRows, LocalBlur, PsfModel, SampleGrid};
 use extent::Extent;
 use fourier::Fourier;
 use mesh::{Mesh, Ring};
-pub use respond::Picture;
+pub use respond::OpticalPsf;
 use splat::{Canvas, Scratch};
 use taps::Taps;
 
@@ -37,23 +37,23 @@ pub struct Pupil;
 
 /// A direction in which a pupil can change: how its wavefront and its stops move.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tangent {
+pub struct PupilDerivative {
     /// Rate of the wavefront.
     pub wavefront: Wavefront,
     /// Rates of centre and radius of each of [`LocalPupil::stops`].
-    pub stops: [Stop; MOST_STOPS],
+    pub stops: [Stop; MAX_STOPS],
 }
 
-impl Tangent {
+impl PupilDerivative {
     /// A change of the wavefront alone.
-    pub fn of_wavefront(wavefront: Wavefront) -> Self {
+    pub fn from_wavefront(wavefront: Wavefront) -> Self {
         let still = Stop {
             centre: [0.0, 0.0],
             radius: 0.0,
         };
         Self {
             wavefront,
-            stops: [still; MOST_STOPS],
+            stops: [still; MAX_STOPS],
         }
     }
 
@@ -76,15 +76,15 @@ impl Detail {
     pub const FIT: Self = Self(6.0);
     /// For the first steps of fits.
     pub const COARSE: Self = Self(4.0);
-    /// For plates. With kernels shared as `ALIKE_PX` says, a plate of bright points in the corner of
+    /// For plates. With kernels shared as `SHARING_TOLERANCE_PX` says, a plate of bright points in the corner of
     /// a fast lens comes out 57 dB from one fine kernel a pixel; a test holds 45 dB.
-    pub const PICTURE: Self = Self(3.0);
+    pub const RENDER: Self = Self(3.0);
 }
 
 /// Neighbours on a plate whose rays land within this many px of where those of the first land, shift
 /// and blur included, share a kernel: that in their middle, so that most rays are half as far off and
-/// errors cancel from neighbour to neighbour. What that costs: [`Detail::PICTURE`].
-const ALIKE_PX: f64 = 0.1;
+/// errors cancel from neighbour to neighbour. What that costs: [`Detail::RENDER`].
+const SHARING_TOLERANCE_PX: f64 = 0.1;
 /// Rays on the pupil's rim, where they move most, that are compared for it.
 const RIM_POINTS: usize = 8;
 
@@ -99,122 +99,131 @@ pub struct Workspace {
 
 /// What [`draw`] drew; row-major.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Drawn {
+pub struct PsfImage {
     /// Share of the light that each pixel gets.
     pub light: Vec<f64>,
-    /// Its derivatives, pixel by pixel, one along each tangent and room for more: [`Drawn::stride`].
-    pub slopes: Vec<f64>,
+    /// Its derivatives, pixel by pixel, one along each tangent and room for more: [`PsfImage::stride`].
+    pub derivatives: Vec<f64>,
     /// Its derivative by the variance of the symmetric blur, per px².
-    pub by_blur: Vec<f64>,
+    pub blur_derivative: Vec<f64>,
 }
 
-impl Drawn {
-    /// Values of `slopes` per pixel for `tangents` tangents; those beyond are of no meaning.
-    pub fn stride(tangents: usize) -> usize {
-        mesh::packs(tangents) * mesh::LANES
+impl PsfImage {
+    /// Values of `slopes` per pixel for `derivatives` derivatives; those beyond are of no meaning.
+    pub fn stride(derivatives: usize) -> usize {
+        mesh::packs(derivatives) * mesh::LANES
     }
 }
 
-/// Draws `pupil` on `width` x `height` pixels whose top-left outer corner lies at `corner` (x, y) px
-/// from the chief ray, with derivatives along `tangents` and, if there are any, by the blur's variance.
-/// The whole plane's light is one.
-///
-/// Where light is a wave or the sensor is not ideal, both are drawn, but there are no derivatives; the
-/// sensor's tone is not applied.
-///
-/// # Panics
-/// If a tangent that moves stops comes before one that does not; if there are tangents and light is a
-/// wave or the sensor not ideal.
-pub fn draw(
-    pupil: &LocalPupil,
-    corner: (f64, f64),
-    (width, height): (usize, usize),
-    tangents: &[Tangent],
-    detail: Detail,
-    space: &mut Workspace,
-    out: &mut Drawn,
-) {
-    let extent = Extent::of(pupil);
-    draw_within(
-        &extent,
-        pupil,
-        corner,
-        (width, height),
-        tangents,
-        detail,
-        space,
-        out,
-    );
+/// The pixels of a tile, placed relative to the chief ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TileGrid {
+    /// Top-left outer corner (x, y) from the chief ray, px.
+    pub corner_px: [f64; 2],
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
 }
 
-/// As [`draw`], of which the extent is known.
-#[allow(clippy::too_many_arguments)] // Those of `draw` and one more.
+/// Draws the PSF of `pupil` on the pixels of `grid`; the light of the whole plane sums to one.
+///
+/// With any `derivatives`, `out` also gets the derivative of each pixel along each of them, and by the
+/// variance of the symmetric blur.
+///
+/// Diffraction and the sensor's blur are part of the PSF, but have no derivatives. The sensor's tone is not
+/// applied.
+///
+/// # Panics
+/// If a derivative that moves stops comes before one that does not. If there are derivatives and the pupil
+/// diffracts or its sensor is not ideal.
+pub fn draw(
+    pupil: &LocalPupil,
+    grid: &TileGrid,
+    derivatives: &[PupilDerivative],
+    detail: Detail,
+    space: &mut Workspace,
+    out: &mut PsfImage,
+) {
+    let extent = Extent::of(pupil);
+    draw_within(&extent, pupil, grid, derivatives, detail, space, out);
+}
+
+/// Draws like [`draw`], with the extent of the rays already known.
 fn draw_within(
     extent: &Extent,
     pupil: &LocalPupil,
-    corner: (f64, f64),
-    (width, height): (usize, usize),
-    tangents: &[Tangent],
+    grid: &TileGrid,
+    derivatives: &[PupilDerivative],
     detail: Detail,
     space: &mut Workspace,
-    out: &mut Drawn,
+    out: &mut PsfImage,
 ) {
-    if pupil.is_wavy() || !pupil.sensor.is_ideal() {
+    if pupil.diffracts() || !pupil.sensor.is_ideal() {
         assert!(
-            tangents.is_empty(),
+            derivatives.is_empty(),
             "derivatives are those of rays on an ideal sensor"
         );
-        let view = ([corner.0, corner.1], [width, height]);
-        let picture = Picture::within(extent, pupil, view, &pupil.sensor, detail, space);
+        let picture = OpticalPsf::within(extent, pupil, grid, &pupil.sensor, detail, space);
         out.light = picture.through(&pupil.sensor);
-        out.slopes.clear();
-        out.by_blur.clear();
+        out.derivatives.clear();
+        out.blur_derivative.clear();
         return;
     }
-    let moving = tangents.iter().filter(|t| t.moves_stops()).count();
+    let moving = derivatives.iter().filter(|t| t.moves_stops()).count();
     assert!(
-        tangents[tangents.len() - moving..]
+        derivatives[derivatives.len() - moving..]
             .iter()
-            .all(Tangent::moves_stops),
-        "tangents that move stops come last"
+            .all(PupilDerivative::moves_stops),
+        "derivatives that move stops come last"
     );
     let variances = pupil.blur_variances_px2();
     let least = variances[0].min(variances[1]);
     let factor = extent.cells_per_pixel(least);
-    let taps =
-        (factor > 1 || least > 0.0 || !tangents.is_empty()).then(|| Taps::new(variances, factor));
+    let taps = (factor > 1 || least > 0.0 || !derivatives.is_empty())
+        .then(|| Taps::new(variances, factor));
     let margin = taps.as_ref().map_or(0, |t| t.margin);
+    let (width, height) = (grid.width, grid.height);
     let cells = (width * factor + 2 * margin, height * factor + 2 * margin);
     let scale = factor as f64;
     let origin = [
-        corner.0 - margin as f64 / scale,
-        corner.1 - margin as f64 / scale,
+        grid.corner_px[0] - margin as f64 / scale,
+        grid.corner_px[1] - margin as f64 / scale,
     ];
     let rings = extent.rings(detail);
-    spread(pupil, tangents, moving, rings, origin, cells, factor, space);
+    spread(
+        pupil,
+        derivatives,
+        moving,
+        rings,
+        origin,
+        cells,
+        factor,
+        space,
+    );
     let pixels = width * height;
     out.light.resize(pixels, 0.0);
-    out.slopes
-        .resize(pixels * Drawn::stride(tangents.len()), 0.0);
-    out.slopes.fill(0.0);
+    out.derivatives
+        .resize(pixels * PsfImage::stride(derivatives.len()), 0.0);
+    out.derivatives.fill(0.0);
     let Some(taps) = taps else {
         out.light.copy_from_slice(&space.canvas.light);
-        out.by_blur.clear();
+        out.blur_derivative.clear();
         return;
     };
     let size = (width, height);
     taps.apply(&space.canvas.light, 1, size, false, &mut out.light);
-    if !tangents.is_empty() {
-        let depth = Drawn::stride(tangents.len());
+    if !derivatives.is_empty() {
+        let depth = PsfImage::stride(derivatives.len());
         taps.apply(
             space.canvas.slopes.as_flattened(),
             depth,
             size,
             false,
-            &mut out.slopes,
+            &mut out.derivatives,
         );
-        out.by_blur.resize(pixels, 0.0);
-        taps.apply(&space.canvas.light, 1, size, true, &mut out.by_blur);
+        out.blur_derivative.resize(pixels, 0.0);
+        taps.apply(&space.canvas.light, 1, size, true, &mut out.blur_derivative);
     }
 }
 
@@ -223,7 +232,7 @@ fn draw_within(
 #[allow(clippy::too_many_arguments)] // One more than `draw`.
 fn spread(
     pupil: &LocalPupil,
-    tangents: &[Tangent],
+    derivatives: &[PupilDerivative],
     moving: usize,
     rings: usize,
     origin: [f64; 2],
@@ -231,9 +240,9 @@ fn spread(
     factor: usize,
     space: &mut Workspace,
 ) {
-    space.canvas.clear(cells, factor as f64, tangents.len());
+    space.canvas.clear(cells, factor as f64, derivatives.len());
     pulp::Arch::new().dispatch(Spreading {
-        mesh: &Mesh::new(pupil, tangents, moving, rings),
+        mesh: &Mesh::new(pupil, derivatives, moving, rings),
         origin,
         transmission: pupil.transmission,
         space,
@@ -268,7 +277,7 @@ impl pulp::WithSimd for Spreading<'_, '_> {
             std::mem::swap(inner, outer);
         }
         // All light is one. What moving stops do to the total is left in the slopes: the light of a
-        // tile is free in a fit, and a prediction has no tangents.
+        // tile is free in a fit, and a prediction has no derivatives.
         let share = 1.0 / total;
         canvas.light.iter_mut().for_each(|v| *v *= share);
         let slopes = canvas.slopes.as_flattened_mut();
@@ -285,24 +294,19 @@ impl PsfModel for Pupil {
         true
     }
 
-    fn reach_px(&self, blur: &LocalBlur) -> Reach {
+    fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds {
         let pupil = rays(blur);
         Extent::of(&pupil).reach(&pupil, pupil.centroid())
     }
 
-    fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
+    fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]) {
         assert_eq!(out.len(), window.len(), "one sample a pixel");
         let pupil = rays(blur);
         let centroid = pupil.centroid();
-        let corner = (
-            centroid[0] + window.first_x_px - 0.5,
-            centroid[1] + window.first_y_px - 0.5,
-        );
-        let mut drawn = Drawn::default();
+        let mut drawn = PsfImage::default();
         draw(
             &pupil,
-            corner,
-            (window.width, window.height),
+            &tile_grid(window, centroid),
             &[],
             Detail::FULL,
             &mut Workspace::default(),
@@ -311,7 +315,7 @@ impl PsfModel for Pupil {
         out.copy_from_slice(&drawn.light);
     }
 
-    fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
+    fn sample_f32(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f32]) {
         let mut samples = vec![0.0; window.len()];
         self.sample(blur, window, &mut samples);
         for (out, sample) in out.iter_mut().zip(samples) {
@@ -319,15 +323,21 @@ impl PsfModel for Pupil {
         }
     }
 
-    /// Where no ray lands more than `ALIKE_PX` from where the other blur puts it.
-    fn alike(&self, one: (&LocalBlur, (f64, f64)), other: (&LocalBlur, (f64, f64))) -> bool {
-        let (a, b) = (rays(one.0), rays(other.0));
-        let grid = one.0.pixel_aspect == other.0.pixel_aspect;
+    /// True where no ray lands more than [`SHARING_TOLERANCE_PX`] from where the other blur puts it.
+    fn can_share_kernel(
+        &self,
+        blur: &LocalBlur,
+        shift_px: (f64, f64),
+        other: &LocalBlur,
+        other_shift_px: (f64, f64),
+    ) -> bool {
+        let (a, b) = (rays(blur), rays(other));
+        let grid = blur.pixel_aspect == other.pixel_aspect;
         let rest = |p: &LocalPupil| (p.transmission, p.squeeze, p.wave_px, p.sensor);
         if !grid || a.stops().len() != b.stops().len() || rest(&a) != rest(&b) {
             return false;
         }
-        let shifted = (one.1.0 - other.1.0).hypot(one.1.1 - other.1.1);
+        let shifted = (shift_px.0 - other_shift_px.0).hypot(shift_px.1 - other_shift_px.1);
         let blurred = (a.blur_variance_px2.sqrt() - b.blur_variance_px2.sqrt()).abs();
         // Of pupil radii; the light is some two deviations wide on either side.
         let clipped: f64 = (a.stops().iter().zip(b.stops()))
@@ -336,12 +346,12 @@ impl PsfModel for Pupil {
                 moved + (s.radius - t.radius).abs()
             })
             .sum();
-        let clipped = 2.0 * clipped * one.0.moments.trace().max(0.0).sqrt();
-        let left = ALIKE_PX - shifted - blurred - clipped;
+        let clipped = 2.0 * clipped * blur.moments.trace().max(0.0).sqrt();
+        let left = SHARING_TOLERANCE_PX - shifted - blurred - clipped;
         if left <= 0.0 {
             return false;
         }
-        let change = a.wavefront.plus(-1.0, &b.wavefront);
+        let change = a.wavefront.add_scaled(-1.0, &b.wavefront);
         let mean = change.mean_slope();
         (0..RIM_POINTS).all(|k| {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / RIM_POINTS as f64).sin_cos();
@@ -350,30 +360,37 @@ impl PsfModel for Pupil {
         })
     }
 
-    /// Draws with [`Detail::PICTURE`]: a plate asks for a kernel a pixel.
+    /// Draws with [`Detail::RENDER`]: a plate asks for a kernel a pixel.
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
         let pupil = rays(blur);
         let centroid = pupil.centroid();
         let extent = Extent::of(&pupil);
         let reach = extent.reach(&pupil, centroid);
         let (left, top, window) = grid_about(&reach, shift_px);
-        let corner = (
-            centroid[0] + window.first_x_px - 0.5,
-            centroid[1] + window.first_y_px - 0.5,
-        );
         let (mut space, mut drawn) = std::mem::take(&mut rows.scratch);
         draw_within(
             &extent,
             &pupil,
-            corner,
-            (window.width, window.height),
+            &tile_grid(&window, centroid),
             &[],
-            Detail::PICTURE,
+            Detail::RENDER,
             &mut space,
             &mut drawn,
         );
         rows.take_over(&drawn.light, (left, top), window.width);
         rows.scratch = (space, drawn);
+    }
+}
+
+/// Returns the pixels of `window`, which is placed about the centroid, relative to the chief ray.
+fn tile_grid(window: &SampleGrid, centroid: [f64; 2]) -> TileGrid {
+    TileGrid {
+        corner_px: [
+            centroid[0] + window.first_x_px - 0.5,
+            centroid[1] + window.first_y_px - 0.5,
+        ],
+        width: window.width,
+        height: window.height,
     }
 }
 

@@ -10,7 +10,7 @@ use std::fmt;
 use super::extent::Extent;
 use super::fourier::{C, Fourier, Grid, quick_length};
 use super::halo::Moffat;
-use super::{Detail, Workspace, spread, wave};
+use super::{Detail, TileGrid, Workspace, spread, wave};
 use crate::lens::LocalPupil;
 use crate::sensor::{Halo, Sensor};
 
@@ -20,7 +20,7 @@ const CELLS: usize = 3;
 const SMALL_CELLS: usize = 5;
 /// Radius of the rays below which a picture is small, px.
 const SMALL_PX: f64 = 3.0;
-/// Reach of the symmetric blur, standard deviations: 1e-8 of the light is beyond.
+/// KernelBounds of the symmetric blur, standard deviations: 1e-8 of the light is beyond.
 const BLUR_REACH: f64 = 5.7;
 
 /// The tile a picture is drawn for.
@@ -50,7 +50,7 @@ pub(super) struct Spectrum {
 }
 
 /// The picture that a lens draws of one point, to be seen through any [`Sensor`].
-pub struct Picture {
+pub struct OpticalPsf {
     spectrum: Spectrum,
     size: [usize; 2],
     pixels: Grid,
@@ -58,52 +58,44 @@ pub struct Picture {
     padded: Option<Grid>,
 }
 
-impl fmt::Debug for Picture {
+impl fmt::Debug for OpticalPsf {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Picture")
+        f.debug_struct("OpticalPsf")
             .field("size", &self.size)
             .finish_non_exhaustive()
     }
 }
 
-impl Picture {
+impl OpticalPsf {
     /// Draws `pupil`, its own sensor left out, for a tile of `width` x `height` pixels whose top-left outer
     /// corner lies at `corner` (x, y) px from the chief ray. `largest` is as wide as any sensor that is to be
     /// tried: light that it would bring into the tile is drawn too. For a halo that is all of the
     /// light, but for rays that land farther from the tile than it is wide.
     pub fn draw(
         pupil: &LocalPupil,
-        corner: (f64, f64),
-        (width, height): (usize, usize),
+        grid: &TileGrid,
         largest: &Sensor,
         detail: Detail,
         space: &mut Workspace,
     ) -> Self {
         let extent = Extent::of(pupil);
-        let corner = [corner.0, corner.1];
-        Self::within(
-            &extent,
-            pupil,
-            (corner, [width, height]),
-            largest,
-            detail,
-            space,
-        )
+        Self::within(&extent, pupil, grid, largest, detail, space)
     }
 
-    /// As [`Picture::draw`], of which the extent is known.
+    /// As [`OpticalPsf::draw`], of which the extent is known.
     pub(super) fn within(
         extent: &Extent,
         pupil: &LocalPupil,
-        (corner, size): ([f64; 2], [usize; 2]),
+        grid: &TileGrid,
         largest: &Sensor,
         detail: Detail,
         space: &mut Workspace,
     ) -> Self {
         let blur = (pupil.blur_variances_px2()).map(|v| BLUR_REACH * v.max(0.0).sqrt());
         let reach = largest.reach_px();
+        let size = [grid.width, grid.height];
         let view = View {
-            corner,
+            corner: grid.corner_px,
             size,
             room: [0, 1].map(|axis| reach[axis] + blur[axis]),
         };

@@ -17,15 +17,23 @@ fn pupil(q: f64, blur: f64) -> LocalPupil {
         phi: -0.8,
     };
     let at = FieldPoint::new(0.8, 0.5);
-    let mut pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), blur);
+    let mut pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), blur);
     pupil.wave_px = q;
     pupil
 }
 
+fn square(corner: (f64, f64), side: usize) -> TileGrid {
+    TileGrid {
+        corner_px: [corner.0, corner.1],
+        width: side,
+        height: side,
+    }
+}
+
 fn drawn(pupil: &LocalPupil, corner: (f64, f64), side: usize) -> Vec<f64> {
-    let (mut space, mut out) = (Workspace::default(), Drawn::default());
-    let size = (side, side);
-    draw(pupil, corner, size, &[], Detail::FULL, &mut space, &mut out);
+    let (mut space, mut out) = (Workspace::default(), PsfImage::default());
+    let grid = square(corner, side);
+    draw(pupil, &grid, &[], Detail::FULL, &mut space, &mut out);
     out.light
 }
 
@@ -69,8 +77,8 @@ fn an_ideal_sensor_shows_the_picture_as_it_is() {
     );
     for (q, blur) in [(0.0, 0.0), (0.0, 0.4), (1.4, 0.0), (1.4, 0.4)] {
         let space = &mut Workspace::default();
-        let (lens, size) = (pupil(q, blur), (SIDE, SIDE));
-        let picture = Picture::draw(&lens, CORNER, size, &any, Detail::FULL, space);
+        let (lens, grid) = (pupil(q, blur), square(CORNER, SIDE));
+        let picture = OpticalPsf::draw(&lens, &grid, &any, Detail::FULL, space);
         let off = energy(&picture.through(&ideal), &drawn(&lens, CORNER, SIDE));
         // A discrete Gaussian of finer cells, another window for waves.
         assert!(
@@ -157,7 +165,7 @@ fn a_halo_holds_its_share() {
         1.2 / (std::f64::consts::PI * 6.25) * (1.0 + r2).powf(-2.2)
     };
     // A point in the middle of a pixel.
-    let mut point = LocalPupil::round(Wavefront::default(), 0.0);
+    let mut point = LocalPupil::circular(Wavefront::default(), 0.0);
     point.sensor = sensor;
     let light = drawn(&point, (-16.5, -16.5), SIDE);
     let parts = 15;
@@ -218,9 +226,9 @@ fn kernels_hold_waves_and_halo() {
     ] {
         let mut lens = pupil(q, 0.1);
         lens.sensor.halo.share = share;
-        let blur = LocalBlur::of_pupil(lens, meridian);
-        let reach = Pupil.reach_px(&blur);
-        let window = Window {
+        let blur = LocalBlur::from_pupil(lens, meridian);
+        let reach = Pupil.kernel_bounds(&blur);
+        let window = SampleGrid {
             first_x_px: -reach.left_px.floor(),
             first_y_px: -reach.up_px.floor(),
             width: (reach.left_px.floor() + reach.right_px.floor()) as usize + 1,

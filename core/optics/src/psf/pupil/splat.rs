@@ -230,7 +230,7 @@ impl Canvas {
         }
         // Light of the triangle's middle stands for all of it: right to second order in its size.
         let middle = [0, 1].map(|axis| (u[0][axis] + u[1][axis] + u[2][axis]) / 3.0);
-        let light = if transmission.is_even() {
+        let light = if transmission.is_uniform() {
             area
         } else {
             area * transmission.at(middle)

@@ -5,7 +5,7 @@
 //! sampled Gaussian, or one integrated over cells, widens what is narrower than a cell.) Along each
 //! axis apart.
 
-/// Reach of the blur, standard deviations: 1e-8 of the light is beyond.
+/// KernelBounds of the blur, standard deviations: 1e-8 of the light is beyond.
 const REACH: f64 = 5.7;
 
 /// Weights of fine cells in one pixel, and their derivatives by the variance.

@@ -61,7 +61,7 @@ fn random_lens(random: &mut SplitMix64, radius: f64) -> (ReducedNumbers, FieldPo
 }
 
 fn clipped(numbers: &ReducedNumbers, at: FieldPoint, blur: f64) -> LocalPupil {
-    let mut pupil = LocalPupil::round(Wavefront::third_order(numbers, at), blur);
+    let mut pupil = LocalPupil::circular(Wavefront::third_order(numbers, at), blur);
     pupil.clip(Stop {
         centre: [0.6 * at.x, 0.6 * at.y],
         radius: 1.05,
@@ -73,11 +73,25 @@ fn clipped(numbers: &ReducedNumbers, at: FieldPoint, blur: f64) -> LocalPupil {
     pupil
 }
 
-fn drawn(pupil: &LocalPupil, corner: (f64, f64), side: usize) -> Drawn {
-    let mut out = Drawn::default();
+fn square(corner: (f64, f64), side: usize) -> TileGrid {
+    TileGrid {
+        corner_px: [corner.0, corner.1],
+        width: side,
+        height: side,
+    }
+}
+
+fn drawn(pupil: &LocalPupil, corner: (f64, f64), side: usize) -> PsfImage {
+    let mut out = PsfImage::default();
     let space = &mut Workspace::default();
-    let size = (side, side);
-    draw(pupil, corner, size, &[], Detail::FULL, space, &mut out);
+    draw(
+        pupil,
+        &square(corner, side),
+        &[],
+        Detail::FULL,
+        space,
+        &mut out,
+    );
     out
 }
 
@@ -90,7 +104,7 @@ fn against_rays(side: usize, lenses: usize, rays: usize) -> f64 {
         let pupil = if random.unit() > 0.5 {
             clipped(&numbers, at, 0.0)
         } else {
-            LocalPupil::round(Wavefront::third_order(&numbers, at), 0.0)
+            LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.0)
         };
         let centroid = pupil.centroid();
         let half = side as f64 / 2.0 + random.unit() - 0.5;
@@ -122,7 +136,7 @@ fn light_is_one_and_moments_are_those_of_the_closed_forms() {
     for blur in [0.0, 0.4] {
         for radius in [0.2, 3.0, 12.0] {
             let (numbers, at) = random_lens(&mut random, radius);
-            let pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), blur);
+            let pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), blur);
             let side = (6.0 * radius) as usize + 21;
             let c = pupil.centroid();
             let corner = (c[0] - side as f64 / 2.0 - 0.3, c[1] - side as f64 / 2.0);
@@ -164,17 +178,17 @@ fn derivatives_are_those_of_the_picture() {
     let at = FieldPoint::new(0.7, 0.4);
     let pupil = clipped(&numbers, at, 0.2);
     let mut tangents = vec![
-        Tangent::of_wavefront(Wavefront::tilt(1.0, 0.0)),
-        Tangent::of_wavefront(Wavefront::tilt(0.0, 1.0)),
+        PupilDerivative::from_wavefront(Wavefront::tilt(1.0, 0.0)),
+        PupilDerivative::from_wavefront(Wavefront::tilt(0.0, 1.0)),
     ];
     for (round, along) in [(1, 0), (2, 0), (0, 2), (1, 1), (3, 0), (0, 3)] {
         let mut wavefront = Wavefront::default();
         wavefront.add(round, along, at.meridian(), 0.5);
-        tangents.push(Tangent::of_wavefront(wavefront));
+        tangents.push(PupilDerivative::from_wavefront(wavefront));
     }
     for stop in [1, 2] {
         for (x, y, radius) in [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)] {
-            let mut tangent = Tangent::of_wavefront(Wavefront::default());
+            let mut tangent = PupilDerivative::from_wavefront(Wavefront::default());
             tangent.stops[stop] = Stop {
                 centre: [x, y],
                 radius,
@@ -183,15 +197,12 @@ fn derivatives_are_those_of_the_picture() {
         }
     }
     let (side, corner) = (25, (-12.3, -12.1));
-    let mut out = Drawn::default();
+    let mut out = PsfImage::default();
     let mut space = Workspace::default();
-    let detail = Detail::FULL;
-    let size = (side, side);
-    draw(
-        &pupil, corner, size, &tangents, detail, &mut space, &mut out,
-    );
+    let grid = square(corner, side);
+    draw(&pupil, &grid, &tangents, Detail::FULL, &mut space, &mut out);
     let plain = |p: &LocalPupil| drawn(p, corner, side).light;
-    let stride = Drawn::stride(tangents.len());
+    let stride = PsfImage::stride(tangents.len());
     let relative = |analytic: &dyn Fn(usize) -> f64, low: &[f64], high: &[f64], step: f64| {
         let numeric = |k: usize| (high[k] - low[k]) / (2.0 * step);
         let size: f64 = (0..side * side).map(|k| numeric(k).powi(2)).sum();
@@ -203,7 +214,8 @@ fn derivatives_are_those_of_the_picture() {
     let step = 1e-3;
     for (which, tangent) in tangents.iter().enumerate() {
         let moved = |by: f64| {
-            let mut p = LocalPupil::round(pupil.wavefront.plus(by, &tangent.wavefront), 0.2);
+            let mut p =
+                LocalPupil::circular(pupil.wavefront.add_scaled(by, &tangent.wavefront), 0.2);
             for (stop, rate) in pupil.stops().iter().zip(&tangent.stops).skip(1) {
                 p.clip(Stop {
                     centre: [0, 1].map(|a| stop.centre[a] + by * rate.centre[a]),
@@ -217,23 +229,28 @@ fn derivatives_are_those_of_the_picture() {
         let (low, high) = (plain(&moved(-step)), plain(&moved(step)));
         // The slopes leave the growth of the whole light to the light that is free in a fit.
         let total: f64 = (0..side * side)
-            .map(|k| out.slopes[k * stride + which])
+            .map(|k| out.derivatives[k * stride + which])
             .sum();
-        let analytic = |k: usize| out.slopes[k * stride + which] - total * out.light[k];
+        let analytic = |k: usize| out.derivatives[k * stride + which] - total * out.light[k];
         let error = relative(&analytic, &low, &high, step);
         // Where two stops cross the mesh counts the cusp half to either, which is all that is lost.
         let bound = if tangent.moves_stops() { 0.08 } else { 0.02 };
         assert!(error < bound, "tangent {which}: {error}");
     }
     let blurred = |by: f64| plain(&pupil.blurred_by(by));
-    let error = relative(&|k| out.by_blur[k], &blurred(-step), &blurred(step), step);
+    let error = relative(
+        &|k| out.blur_derivative[k],
+        &blurred(-step),
+        &blurred(step),
+        step,
+    );
     assert!(error < 1e-3, "blur: {error}");
 }
 
 #[test]
 fn through_focus_and_far_out_of_it() {
     // A perfect point stays whole and in place.
-    let sharp = LocalPupil::round(Wavefront::default(), 0.0);
+    let sharp = LocalPupil::circular(Wavefront::default(), 0.0);
     let light = drawn(&sharp, (-2.5, -2.5), 5).light;
     assert!((light[12] - 1.0).abs() < 1e-12);
     // A large even disc: what is inside has the density 1 / (pi r²).
@@ -241,7 +258,7 @@ fn through_focus_and_far_out_of_it() {
         alpha: 300.0,
         ..ReducedNumbers::default()
     };
-    let disc = LocalPupil::round(
+    let disc = LocalPupil::circular(
         Wavefront::third_order(&numbers, FieldPoint::new(0.0, 0.0)),
         0.0,
     );

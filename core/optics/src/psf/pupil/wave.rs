@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use super::extent::Extent;
 use super::fourier::{C, Fourier, quick_length, transpose};
 use super::respond::{Spectrum, View, signed, sinc};
-use crate::lens::{DEGREE, LEAST_REACH, LocalPupil, Stop, powers};
+use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, Stop, powers};
 
 /// Least room between the rays and the tile's next repetition, in q over the pupil's narrowest half
 /// width.
@@ -95,9 +95,13 @@ impl Axis {
 /// none where light is not drawn as a wave. A pupil that is all but closed is a pinhole, whose waves would
 /// go everywhere: its rays are drawn.
 pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
-    let wavy = pupil.is_wavy();
-    let depth = if wavy { pupil.inside().1 } else { 0.0 };
-    (depth > LEAST_REACH).then_some(depth.max(0.1))
+    let wavy = pupil.diffracts();
+    let depth = if wavy {
+        pupil.inscribed_circle().1
+    } else {
+        0.0
+    };
+    (depth > PINHOLE_RADIUS).then_some(depth.max(0.1))
 }
 
 /// The spectrum of the picture that waves draw, pixels and symmetric blur included; `half_width` is that of
@@ -187,7 +191,7 @@ fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis, wave: &mut [C]) -> f6
         }
     }
     let mut light = 0.0;
-    let even = pupil.transmission.is_even();
+    let even = pupil.transmission.is_uniform();
     for (column, line) in wave.chunks_exact_mut(y.count).enumerate() {
         let ux = x.first + column as f64 * x.step;
         // The wavefront along this line, in waves: a polynomial of u_y.

@@ -7,9 +7,14 @@ use crate::field::FieldPoint;
 use crate::lens::{ReducedNumbers, Transmission};
 
 fn drawn(pupil: &LocalPupil, corner: (f64, f64), size: (usize, usize)) -> Vec<f64> {
-    let mut out = Drawn::default();
+    let mut out = PsfImage::default();
     let space = &mut Workspace::default();
-    draw(pupil, corner, size, &[], Detail::FULL, space, &mut out);
+    let grid = TileGrid {
+        corner_px: [corner.0, corner.1],
+        width: size.0,
+        height: size.1,
+    };
+    draw(pupil, &grid, &[], Detail::FULL, space, &mut out);
     out.light
 }
 
@@ -20,7 +25,7 @@ fn waving(q: f64, mut pupil: LocalPupil) -> LocalPupil {
 }
 
 fn focused(q: f64) -> LocalPupil {
-    waving(q, LocalPupil::round(Wavefront::default(), 0.0))
+    waving(q, LocalPupil::circular(Wavefront::default(), 0.0))
 }
 
 /// Defocus, coma, astigmatism and spherical aberration behind two more stops, lit and squeezed unevenly.
@@ -33,7 +38,7 @@ fn difficult(q: f64, size: f64) -> LocalPupil {
         phi: 0.25 * size,
     };
     let at = FieldPoint::new(0.8, 0.5);
-    let mut pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.0);
+    let mut pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.0);
     pupil.clip(Stop {
         centre: [0.35, 0.2],
         radius: 1.02,
@@ -147,7 +152,7 @@ fn what_leaves_the_tile_is_what_the_skirts_hold() {
 /// Light of the pixel about (x, y) px from the chief ray, by summing the integral over the pupil.
 fn summed(pupil: &LocalPupil, x: f64, y: f64) -> f64 {
     let (angles, radii) = (480, 160);
-    let (centre, _) = pupil.inside();
+    let (centre, _) = pupil.inscribed_circle();
     let mut samples = Vec::new();
     let mut light = 0.0;
     for a in 0..angles {
@@ -219,7 +224,7 @@ fn large_aberrations_are_those_of_rays() {
             ..ReducedNumbers::default()
         };
         let at = FieldPoint::new(0.6, 0.3);
-        let rays = LocalPupil::round(Wavefront::third_order(&numbers, at), blur);
+        let rays = LocalPupil::circular(Wavefront::third_order(&numbers, at), blur);
         let waves = waving(q, rays);
         let (a, b) = (
             drawn(&waves, corner, (side, side)),
@@ -273,7 +278,7 @@ fn the_centroid_is_that_of_the_rays() {
         ..ReducedNumbers::default()
     };
     let at = FieldPoint::new(0.6, 0.3);
-    let rays = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.0);
+    let rays = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.0);
     let waves = waving(1.5, rays);
     let c = rays.centroid();
     let side = 161;
@@ -291,13 +296,16 @@ fn the_centroid_is_that_of_the_rays() {
 #[test]
 #[should_panic(expected = "derivatives")]
 fn waves_have_no_derivatives() {
-    let tangent = Tangent::of_wavefront(Wavefront::tilt(1.0, 0.0));
-    let (mut space, mut out) = (Workspace::default(), Drawn::default());
-    let corner = (-2.5, -2.5);
+    let tangent = PupilDerivative::from_wavefront(Wavefront::tilt(1.0, 0.0));
+    let (mut space, mut out) = (Workspace::default(), PsfImage::default());
+    let grid = TileGrid {
+        corner_px: [-2.5, -2.5],
+        width: 5,
+        height: 5,
+    };
     draw(
         &focused(1.0),
-        corner,
-        (5, 5),
+        &grid,
         &[tangent],
         Detail::FIT,
         &mut space,

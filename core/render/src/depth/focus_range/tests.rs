@@ -25,13 +25,13 @@ impl BlurField for Made {
         2
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
         let sigma = self.slope * (vergence - FOCUS);
         let field = 1.0 + 0.3 * (at.x * at.x + at.y * at.y);
         let along = (sigma * sigma * field + 0.4) * (1.0 + 0.1 * channel as f64);
         let moments = CentralMoments::from_array([along, 0.1, 0.8 * along, 0.0, 0.0, 0.0, 0.0]);
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments, at.meridian()),
+        DisplacedBlur {
+            blur: LocalBlur::from_moments(moments, at.meridian()),
             displacement_px: (0.0, 0.0),
         }
     }
@@ -195,7 +195,7 @@ fn focus_is_where_the_lens_is_sharpest() {
         fn channel_count(&self) -> usize {
             1
         }
-        fn blur_at(&self, _: usize, at: FieldPoint, v: f64) -> PlacedBlur {
+        fn blur_at(&self, _: usize, at: FieldPoint, v: f64) -> DisplacedBlur {
             let numbers = ReducedNumbers {
                 alpha: 6.0 * (v - 0.8),
                 beta: 1.5,
@@ -203,9 +203,9 @@ fn focus_is_where_the_lens_is_sharpest() {
                 delta: 0.0,
                 phi: 0.0,
             };
-            let pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.0);
-            PlacedBlur {
-                blur: LocalBlur::of_pupil(pupil, at.meridian()),
+            let pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.0);
+            DisplacedBlur {
+                blur: LocalBlur::from_pupil(pupil, at.meridian()),
                 displacement_px: (0.0, 0.0),
             }
         }

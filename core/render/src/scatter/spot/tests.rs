@@ -52,7 +52,7 @@ impl BlurField for RandomLens {
         2
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
         let (meridian, h) = (at.meridian(), at.radius());
         let strength = 1.0 + 0.2 * channel as f64;
         let size = strength * (self.centre + self.growth * h * h + vergence.abs());
@@ -63,8 +63,8 @@ impl BlurField for RandomLens {
             mu12: 0.0,
         };
         let out = strength * self.outwards * h * h;
-        PlacedBlur {
-            blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+        DisplacedBlur {
+            blur: LocalBlur::from_moments(moments.in_image(meridian), meridian),
             displacement_px: (out * meridian.cos, out * meridian.sin),
         }
     }
@@ -82,7 +82,7 @@ impl BlurField for Rays {
         1
     }
 
-    fn blur_at(&self, _: usize, at: FieldPoint, _: f64) -> PlacedBlur {
+    fn blur_at(&self, _: usize, at: FieldPoint, _: f64) -> DisplacedBlur {
         let numbers = ReducedNumbers {
             alpha: 3.0,
             beta: 0.5,
@@ -90,9 +90,9 @@ impl BlurField for Rays {
             delta: 3.0,
             phi: -0.6,
         };
-        let pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.1);
-        PlacedBlur {
-            blur: LocalBlur::of_pupil(pupil, at.meridian()),
+        let pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.1);
+        DisplacedBlur {
+            blur: LocalBlur::from_pupil(pupil, at.meridian()),
             displacement_px: (0.3 * at.x, 0.3 * at.y),
         }
     }

@@ -7,7 +7,7 @@ use seidel_optics::field::Meridian;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::LocalBlur;
-use seidel_optics::psf::{MirroredPair, PsfModel, SkewNormal, Window};
+use seidel_optics::psf::{MirroredPair, PsfModel, SampleGrid, SkewNormal};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A lens given by a function.
@@ -16,7 +16,7 @@ struct Lens<F> {
     blur: F,
 }
 
-impl<F: Fn(usize, FieldPoint, f64) -> PlacedBlur + Sync> BlurField for Lens<F> {
+impl<F: Fn(usize, FieldPoint, f64) -> DisplacedBlur + Sync> BlurField for Lens<F> {
     fn frame(&self) -> Frame {
         Frame::new(24, 16, None).expect("a valid frame")
     }
@@ -25,13 +25,13 @@ impl<F: Fn(usize, FieldPoint, f64) -> PlacedBlur + Sync> BlurField for Lens<F> {
         self.channel_count
     }
 
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> PlacedBlur {
+    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
         (self.blur)(channel, at, vergence_per_m)
     }
 }
 
 /// Grows with field, depth and channel, is skewed outwards and displaced outwards.
-fn varying(channel: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+fn varying(channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
     let (meridian, h) = (at.meridian(), at.radius());
     let size = (0.5 + 0.3 * channel as f64 + h + 1.5 * vergence.abs()).powi(2);
     let moments = MeridionalMoments {
@@ -41,22 +41,22 @@ fn varying(channel: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
         mu12: 0.2 * h * size.powf(1.5),
     };
     let out = 0.8 * h * h * (1.0 + 0.2 * channel as f64);
-    PlacedBlur {
-        blur: LocalBlur::of_moments(moments.in_image(meridian), meridian),
+    DisplacedBlur {
+        blur: LocalBlur::from_moments(moments.in_image(meridian), meridian),
         displacement_px: (out * meridian.cos, out * meridian.sin),
     }
 }
 
 /// The same everywhere: variances (px²) along x and y, third moment along x, no displacement.
-fn constant(mu20: f64, mu02: f64, mu30: f64) -> PlacedBlur {
+fn constant(mu20: f64, mu02: f64, mu30: f64) -> DisplacedBlur {
     let moments = MeridionalMoments {
         mu20,
         mu02,
         mu30,
         mu12: 0.0,
     };
-    PlacedBlur {
-        blur: LocalBlur::of_moments(moments.in_image(Meridian::X), Meridian::X),
+    DisplacedBlur {
+        blur: LocalBlur::from_moments(moments.in_image(Meridian::X), Meridian::X),
         displacement_px: (0.0, 0.0),
     }
 }
@@ -117,7 +117,7 @@ fn brute_force(scene: &Scene, planes: &[Plane]) -> Vec<Vec<f64>> {
                 let (x, y) = placed.displacement_px;
                 let count = channels.len() as f64;
                 let mean = if scene.displacement == Displacement::Lateral {
-                    let sum = |f: fn(&PlacedBlur) -> f64| channels.iter().map(f).sum::<f64>();
+                    let sum = |f: fn(&DisplacedBlur) -> f64| channels.iter().map(f).sum::<f64>();
                     (
                         sum(|placed| placed.displacement_px.0) / count,
                         sum(|placed| placed.displacement_px.1) / count,
@@ -131,10 +131,10 @@ fn brute_force(scene: &Scene, planes: &[Plane]) -> Vec<Vec<f64>> {
                 );
                 blur.moments = blur.moments.with_least_variance(0.1);
             }
-            let reach = scene.model.reach_px(&blur);
+            let reach = scene.model.kernel_bounds(&blur);
             let left = (shift.0 - reach.left_px).floor();
             let top = (shift.1 - reach.up_px).floor();
-            let window = Window {
+            let window = SampleGrid {
                 first_x_px: left - shift.0,
                 first_y_px: top - shift.1,
                 width: (shift.0 + reach.right_px - left) as usize + 2,
@@ -251,7 +251,7 @@ fn kernels_larger_than_the_plate_fold_again_and_again() {
 fn light_is_kept() {
     let lens = Lens {
         channel_count: 1,
-        blur: |_, at: FieldPoint, _| PlacedBlur {
+        blur: |_, at: FieldPoint, _| DisplacedBlur {
             displacement_px: (40.0 * at.x.sin(), -9.0 * at.y),
             ..varying(0, FieldPoint::new(at.x / 200.0, at.y / 200.0), 0.0)
         },
@@ -330,7 +330,7 @@ fn a_point_becomes_its_own_kernel_the_right_way_round() {
         let (x, y) = ((index % width) as f64 - 30.0, (index / width) as f64 - 20.0);
         let blur = constant(9.0, 4.0, 0.9 * 27.0).blur;
         let mut want = [0.0];
-        let window = Window {
+        let window = SampleGrid {
             first_x_px: x,
             first_y_px: y,
             width: 1,
@@ -475,7 +475,7 @@ fn bad_input_is_refused_by_name() {
 
 #[test]
 fn a_blur_that_cannot_be_drawn_is_refused() {
-    let far = PlacedBlur {
+    let far = DisplacedBlur {
         displacement_px: (0.0, f64::INFINITY),
         ..constant(1.0, 1.0, 0.0)
     };
@@ -565,6 +565,6 @@ fn darkness_costs_nothing_and_progress_can_stop() {
         samples: &samples,
         weights,
     }];
-    assert_eq!(Scatter.render(&scene, &lit, &|_| false), Err(stopped()));
+    assert_eq!(Scatter.render(&scene, &lit, &|_| false), Err(cancelled()));
     assert!(asked.load(Ordering::Relaxed) < width * height);
 }

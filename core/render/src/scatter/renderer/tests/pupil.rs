@@ -3,7 +3,7 @@
 use crate::*;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
-use seidel_optics::psf::{LocalBlur, PsfModel, Pupil, Reach, Window};
+use seidel_optics::psf::{KernelBounds, LocalBlur, PsfModel, Pupil, SampleGrid};
 
 /// The upper right corner of a fast lens's frame, 960 px wide.
 struct Corner;
@@ -17,7 +17,7 @@ impl BlurField for Corner {
         1
     }
 
-    fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> PlacedBlur {
+    fn blur_at(&self, _: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
         let numbers = ReducedNumbers {
             alpha: 36.0 * (vergence - 0.5),
             beta: 1.2,
@@ -25,9 +25,9 @@ impl BlurField for Corner {
             delta: 0.8,
             phi: -3.6,
         };
-        let pupil = LocalPupil::round(Wavefront::third_order(&numbers, at), 0.06);
-        PlacedBlur {
-            blur: LocalBlur::of_pupil(pupil, at.meridian()),
+        let pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.06);
+        DisplacedBlur {
+            blur: LocalBlur::from_pupil(pupil, at.meridian()),
             displacement_px: (1.4 * at.x, 1.4 * at.y),
         }
     }
@@ -41,15 +41,15 @@ impl PsfModel for Fine {
         "fine"
     }
 
-    fn reach_px(&self, blur: &LocalBlur) -> Reach {
-        Pupil.reach_px(blur)
+    fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds {
+        Pupil.kernel_bounds(blur)
     }
 
-    fn sample(&self, blur: &LocalBlur, window: &Window, out: &mut [f64]) {
+    fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]) {
         Pupil.sample(blur, window, out);
     }
 
-    fn sample_f32(&self, blur: &LocalBlur, window: &Window, out: &mut [f32]) {
+    fn sample_f32(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f32]) {
         Pupil.sample_f32(blur, window, out);
     }
 }
