@@ -1,57 +1,45 @@
-//! Chores of the project: `cargo xtask tidy` checks the rules of the house, `cargo xtask header` writes the header of
-//! the C ABI, `cargo xtask bundle` makes the OpenFX bundle, `cargo xtask luts` the config and tables of colour.
+//! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `bundle` builds
+//! the OpenFX bundle, and `luts` writes the colour config and its tables.
 
 mod bundle;
 mod header;
 mod luts;
 mod tidy;
+mod workspace;
 
 use std::process::ExitCode;
 
+const USAGE: &str = "usage: cargo xtask TASK
+  tidy                        check the project's rules
+  tidy --language             count breaches of the language rules by rule and folder
+  tidy --language PATH        list the breaches in files whose path begins with PATH
+  header                      write plugin/include/seidel.h
+  bundle [--target TRIPLE] [--install [--to FOLDER]]
+                              build the OpenFX bundle, and install it
+  luts [--check]              write the colour config and tables of luts/, or check that they are up to date";
+
 fn main() -> ExitCode {
-    match std::env::args().nth(1).as_deref() {
-        Some("tidy") => {
-            let problems = tidy::problems(&tidy::root());
-            for problem in &problems {
-                eprintln!("tidy: {problem}");
-            }
-            if problems.is_empty() {
-                println!("tidy: the house is in order");
-                ExitCode::SUCCESS
-            } else {
-                ExitCode::FAILURE
-            }
-        }
-        Some("header") => match header::write(&tidy::root()) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(why) => {
-                eprintln!("header: {why}");
-                ExitCode::FAILURE
-            }
-        },
-        Some("bundle") => match bundle::run(&tidy::root(), std::env::args().skip(2)) {
-            Ok(said) => {
-                println!("{said}");
-                ExitCode::SUCCESS
-            }
-            Err(why) => {
-                eprintln!("bundle: {why}");
-                ExitCode::FAILURE
-            }
-        },
-        Some("luts") => match luts::run(&tidy::root(), std::env::args().skip(2)) {
-            Ok(said) => {
-                println!("{said}");
-                ExitCode::SUCCESS
-            }
-            Err(why) => {
-                eprintln!("luts: {why}");
-                ExitCode::FAILURE
-            }
-        },
+    let mut arguments = std::env::args().skip(1);
+    let task = arguments.next().unwrap_or_default();
+    let root = workspace::root();
+    let result = match task.as_str() {
+        "tidy" => tidy::run(&root, arguments),
+        "header" => header::write(&root),
+        "bundle" => bundle::run(&root, arguments),
+        "luts" => luts::run(&root, arguments),
         _ => {
-            eprintln!("usage: cargo xtask tidy|header|bundle|luts [--check]");
-            ExitCode::from(2)
+            eprintln!("{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    match result {
+        Ok(report) => {
+            println!("{report}");
+            ExitCode::SUCCESS
+        }
+        Err(problem) => {
+            eprintln!("{task}: {problem}");
+            ExitCode::FAILURE
         }
     }
 }

@@ -1,20 +1,57 @@
-//! Copying the bundle to where hosts look for plugins.
+//! Copying the bundle to a folder where hosts look for plugins.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::NAME;
-use super::layout::{failed, remove, replace};
+use super::layout::{failure, remove, replace};
 
-/// Where a bundle goes, and what the user has to know of it.
+/// A folder to install into.
 #[derive(Debug, PartialEq)]
-struct Place {
+struct Destination {
     folder: PathBuf,
-    note: String,
+    /// Advice for the user, empty if none is needed.
+    advice: String,
 }
 
-/// The place that hosts look at by themselves on each platform.
-fn standard() -> PathBuf {
+/// What the destination is chosen from.
+#[derive(Default)]
+struct Candidates<'a> {
+    /// `--to`.
+    argument: Option<PathBuf>,
+    /// The environment variable `OFX_PLUGIN_PATH`.
+    plugin_path: Option<&'a str>,
+    home: Option<PathBuf>,
+    standard_is_writable: bool,
+}
+
+impl Candidates<'_> {
+    /// The first there is of: the argument, the first folder of `OFX_PLUGIN_PATH`, the standard folder if it is
+    /// writable, a folder in the user's home, which hosts need `OFX_PLUGIN_PATH` to find.
+    fn choose(self) -> Result<Destination, String> {
+        // OpenFX: folders are separated by colons on Linux, and by semicolons on Windows and macOS.
+        let is_linux = std::env::consts::OS == "linux";
+        let separator = if is_linux { ':' } else { ';' };
+        let mut folders = self.plugin_path.into_iter().flat_map(|path| path.split(separator));
+        let first = folders.find(|folder| !folder.is_empty()).map(PathBuf::from);
+        let standard = self.standard_is_writable.then(standard_folder);
+        if let Some(folder) = self.argument.or(first).or(standard) {
+            let advice = String::new();
+            return Ok(Destination { folder, advice });
+        }
+        let home = self.home.ok_or("there is no home folder; give --to FOLDER")?;
+        let folder = home.join("OFX").join("Plugins");
+        let advice = format!(
+            "\nHosts do not search this folder by default: set OFX_PLUGIN_PATH to {}, or copy the bundle to {} as administrator.",
+            folder.display(),
+            standard_folder().display()
+        );
+        Ok(Destination { folder, advice })
+    }
+}
+
+/// The folder that every host searches.
+fn standard_folder() -> PathBuf {
     match std::env::consts::OS {
         "macos" => "/Library/OFX/Plugins".into(),
         "windows" => r"C:\Program Files\Common Files\OFX\Plugins".into(),
@@ -22,80 +59,49 @@ fn standard() -> PathBuf {
     }
 }
 
-/// Where to install: as said; else the first folder of OFX_PLUGIN_PATH; else the standard one if it can be written to;
-/// else one of the user's, which hosts must be told of.
-fn place(
-    said: Option<PathBuf>,
-    path: Option<&str>,
-    home: Option<PathBuf>,
-    standard_is_open: bool,
-) -> Result<Place, String> {
-    let quiet = |folder| Place {
-        folder,
-        note: String::new(),
-    };
-    if let Some(folder) = said {
-        return Ok(quiet(folder));
-    }
-    // Windows and macOS part folders by semicolons, Linux by colons.
-    let mark = if std::env::consts::OS == "linux" {
-        ':'
-    } else {
-        ';'
-    };
-    let first = path.and_then(|path| path.split(mark).find(|folder| !folder.is_empty()));
-    if let Some(first) = first {
-        return Ok(quiet(first.into()));
-    }
-    if standard_is_open {
-        return Ok(quiet(standard()));
-    }
-    let home = home.ok_or("there is no home folder; give --to FOLDER")?;
-    let folder = home.join("OFX").join("Plugins");
-    let note = format!(
-        "\nHosts do not look there by themselves: set OFX_PLUGIN_PATH to {}, or copy the bundle to {} as administrator.",
-        folder.display(),
-        standard().display()
-    );
-    Ok(Place { folder, note })
-}
-
-/// Whether a file can be made in the standard folder.
-fn is_open(folder: &Path) -> bool {
+fn is_writable(folder: &Path) -> bool {
     let probe = folder.join(format!(".{NAME}.probe"));
-    let open = fs::create_dir(&probe).is_ok();
-    if open {
+    let is_writable = fs::create_dir(&probe).is_ok();
+    if is_writable {
         let _ = fs::remove_dir(&probe);
     }
-    open
+    is_writable
 }
 
-/// Copies `bundle`, whole or not at all; where to, in words.
+/// Installs `bundle`, as a whole or not at all; returns a report.
+///
+/// # Errors
+/// A folder that cannot be written, and no home folder where one is needed.
 pub(super) fn install(bundle: &Path, to: Option<PathBuf>) -> Result<String, String> {
-    let path = std::env::var("OFX_PLUGIN_PATH").ok();
-    let home = std::env::home_dir();
-    let place = place(to, path.as_deref(), home, is_open(&standard()))?;
-    let folder = &place.folder;
-    fs::create_dir_all(folder).map_err(|e| failed(folder, &e))?;
-    // Hosts skip what begins with @.
+    let plugin_path = std::env::var("OFX_PLUGIN_PATH").ok();
+    let candidates = Candidates {
+        argument: to,
+        plugin_path: plugin_path.as_deref(),
+        home: std::env::home_dir(),
+        standard_is_writable: is_writable(&standard_folder()),
+    };
+    let Destination { folder, advice } = candidates.choose()?;
+    fs::create_dir_all(&folder).map_err(|e| failure(&folder, &e))?;
+    // Hosts skip names that begin with @.
     let part = folder.join(format!("@{NAME}.part"));
     remove(&part)?;
     copy(bundle, &part)?;
     let installed = folder.join(format!("{NAME}.ofx.bundle"));
     replace(&part, &installed)?;
-    Ok(format!("installed: {}{}", installed.display(), place.note))
+    Ok(format!("installed: {}{advice}", installed.display()))
 }
 
 fn copy(from: &Path, to: &Path) -> Result<(), String> {
-    fs::create_dir_all(to).map_err(|e| failed(to, &e))?;
-    let entries = fs::read_dir(from).map_err(|e| failed(from, &e))?;
+    fs::create_dir_all(to).map_err(|e| failure(to, &e))?;
+    let entries = fs::read_dir(from).map_err(|e| failure(from, &e))?;
     for entry in entries {
-        let entry = entry.map_err(|e| failed(from, &e))?;
-        let (old, new) = (entry.path(), to.join(entry.file_name()));
-        if old.is_dir() {
-            copy(&old, &new)?;
+        let entry = entry.map_err(|e| failure(from, &e))?;
+        let source = entry.path();
+        let copied = to.join(entry.file_name());
+        if source.is_dir() {
+            copy(&source, &copied)?;
         } else {
-            fs::copy(&old, &new).map_err(|e| failed(&old, &e))?;
+            fs::copy(&source, &copied).map_err(|e| failure(&source, &e))?;
         }
     }
     Ok(())
@@ -105,43 +111,64 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_place_is_what_is_said_then_what_hosts_look_at() {
-        let home = || Some(PathBuf::from("h"));
-        let folder = |said: Option<&str>, path, open| {
-            let place = place(said.map(PathBuf::from), path, home(), open);
-            place.expect("a place").folder
-        };
-        let two = if std::env::consts::OS == "linux" {
+    fn two_folders() -> &'static str {
+        if std::env::consts::OS == "linux" {
             ":a:b"
         } else {
             ";a;b"
-        };
-        assert_eq!(folder(Some("s"), Some(two), true), PathBuf::from("s"));
-        assert_eq!(folder(None, Some(two), true), PathBuf::from("a"));
-        assert_eq!(folder(None, Some(""), true), standard());
-        let own = place(None, None, home(), false).expect("a place");
-        assert_eq!(own.folder, Path::new("h").join("OFX").join("Plugins"));
-        assert!(own.note.contains("OFX_PLUGIN_PATH"));
-        assert!(place(None, None, None, false).is_err());
+        }
     }
 
     #[test]
-    fn installing_replaces_what_was_there_as_a_whole() {
-        let folder = std::env::temp_dir().join(format!("seidel-install-{}", std::process::id()));
-        let bundle = folder.join("made/Seidel.ofx.bundle");
+    fn the_argument_comes_before_the_variable_and_the_standard_folder() {
+        let folder = |candidates: Candidates<'_>| candidates.choose().expect("a folder").folder;
+        let all = || Candidates {
+            argument: Some("argument".into()),
+            plugin_path: Some(two_folders()),
+            home: Some("home".into()),
+            standard_is_writable: true,
+        };
+        assert_eq!(folder(all()), Path::new("argument"));
+        let without_argument = || Candidates {
+            argument: None,
+            ..all()
+        };
+        assert_eq!(folder(without_argument()), Path::new("a"));
+        let empty_path = Candidates {
+            plugin_path: Some(""),
+            ..without_argument()
+        };
+        assert_eq!(folder(empty_path), standard_folder());
+    }
+
+    #[test]
+    fn the_home_folder_comes_with_advice() {
+        let candidates = Candidates {
+            home: Some("home".into()),
+            ..Candidates::default()
+        };
+        let destination = candidates.choose().expect("a folder");
+        let expected = Path::new("home").join("OFX").join("Plugins");
+        assert_eq!(destination.folder, expected);
+        assert!(destination.advice.contains("OFX_PLUGIN_PATH"));
+        assert!(Candidates::default().choose().is_err());
+    }
+
+    #[test]
+    fn installing_replaces_an_earlier_bundle_as_a_whole() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let bundle = folder.path().join("built/Seidel.ofx.bundle");
         fs::create_dir_all(bundle.join("Contents/Resources")).expect("a folder");
         fs::write(bundle.join("Contents/Info.plist"), "new").expect("written");
-        let to = folder.join("plugins");
-        let old = to.join("Seidel.ofx.bundle/Contents");
-        fs::create_dir_all(&old).expect("a folder");
-        fs::write(old.join("stale"), "old").expect("written");
-        let said = install(&bundle, Some(to.clone())).expect("installed");
-        assert!(said.contains("Seidel.ofx.bundle"));
-        let text = fs::read_to_string(old.join("Info.plist"));
+        let to = folder.path().join("plugins");
+        let installed = to.join("Seidel.ofx.bundle/Contents");
+        fs::create_dir_all(&installed).expect("a folder");
+        fs::write(installed.join("stale"), "old").expect("written");
+        let report = install(&bundle, Some(to.clone())).expect("installed");
+        assert!(report.contains("Seidel.ofx.bundle"));
+        let text = fs::read_to_string(installed.join("Info.plist"));
         assert_eq!(text.expect("copied"), "new");
-        assert!(!old.join("stale").exists());
-        assert_eq!(fs::read_dir(&to).expect("read").count(), 1);
-        fs::remove_dir_all(&folder).expect("removed");
+        assert!(!installed.join("stale").exists());
+        assert_eq!(fs::read_dir(&to).expect("a folder").count(), 1);
     }
 }

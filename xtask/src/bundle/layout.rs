@@ -1,35 +1,35 @@
-//! The folders of a bundle.
+//! The folders and files of the bundle.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{NAME, icon, plist};
+use super::{IDENTIFIER, NAME, icon, plist};
 
-/// Identifier of the plugin; its icon is called after it.
-const IDENTIFIER: &str = "org.seidel.lensblur";
-
-/// A platform that a bundle is for.
+/// A platform that a bundle is built for.
 #[derive(Debug, PartialEq)]
 pub(super) struct Platform {
-    /// Folder of its binary.
+    /// The bundle's folder for the binary, as OpenFX names it.
     folder: &'static str,
-    /// File that cargo builds.
+    /// The file that cargo builds.
     pub(super) library: &'static str,
 }
 
 impl Platform {
-    /// That of a target triple.
-    pub(super) fn of(triple: &str) -> Result<Self, String> {
-        let arm = triple.starts_with("aarch64");
+    /// The platform of a target triple.
+    ///
+    /// # Errors
+    /// A triple that OpenFX has no folder for.
+    pub(super) fn from_triple(triple: &str) -> Result<Self, String> {
+        let is_arm = triple.starts_with("aarch64");
         let (folder, library) = match triple {
-            _ if triple.contains("linux") && arm => ("Linux-aarch64", "libseidel_ofx.so"),
+            _ if triple.contains("linux") && is_arm => ("Linux-aarch64", "libseidel_ofx.so"),
             _ if triple.contains("linux") => ("Linux-x86-64", "libseidel_ofx.so"),
-            // One binary for both kinds of processor, put together by `lipo`, would lie here as well.
+            // A universal binary made with `lipo` has the same place.
             _ if triple.contains("darwin") => ("MacOS", "libseidel_ofx.dylib"),
-            _ if triple.contains("windows") && !arm => ("Win64", "seidel_ofx.dll"),
+            _ if triple.contains("windows") && !is_arm => ("Win64", "seidel_ofx.dll"),
             _ => {
                 return Err(format!(
-                    "{triple}: OpenFX has no folder for it; there are Linux, macOS and 64-bit Windows"
+                    "{triple}: OpenFX has no folder for this platform; build for Linux, macOS or 64-bit Windows"
                 ));
             }
         };
@@ -37,58 +37,74 @@ impl Platform {
     }
 }
 
-/// Puts a bundle in `folder` in place of the one that was there, whole or not at all.
-pub(super) fn lay_out(
+/// The parts of a bundle that are built elsewhere.
+pub(super) struct Contents<'a> {
+    /// The plugin's library.
+    pub(super) binary: &'a Path,
+    /// Licences of the libraries in it.
+    pub(super) notices: &'a str,
+}
+
+/// Writes the bundle into `folder`, replacing an earlier one as a whole; returns its path.
+///
+/// # Errors
+/// Files that cannot be read or written. The earlier bundle then stays.
+pub(super) fn write(
     folder: &Path,
-    binary: &Path,
     platform: &Platform,
+    contents: &Contents<'_>,
 ) -> Result<PathBuf, String> {
     let part = folder.join(format!("{NAME}.ofx.bundle.part"));
     let bundle = folder.join(format!("{NAME}.ofx.bundle"));
     remove(&part)?;
-    let contents = part.join("Contents");
-    let place = contents.join(platform.folder);
-    let resources = contents.join("Resources");
-    for new in [&place, &resources] {
-        fs::create_dir_all(new).map_err(|e| failed(new, &e))?;
+    let inner = part.join("Contents");
+    let binaries = inner.join(platform.folder);
+    let resources = inner.join("Resources");
+    for new in [&binaries, &resources] {
+        fs::create_dir_all(new).map_err(|e| failure(new, &e))?;
     }
-    let version = env!("CARGO_PKG_VERSION");
-    let info = contents.join("Info.plist");
-    fs::write(&info, plist::plist(NAME, version)).map_err(|e| failed(&info, &e))?;
-    let picture = resources.join(format!("{IDENTIFIER}.png"));
-    fs::write(&picture, icon::icon()).map_err(|e| failed(&picture, &e))?;
-    let to = place.join(format!("{NAME}.ofx"));
-    fs::copy(binary, &to).map_err(|e| failed(binary, &e))?;
+    let info = plist::text(env!("CARGO_PKG_VERSION"));
+    let icon = icon::png();
+    for (path, bytes) in [
+        (inner.join("Info.plist"), info.as_bytes()),
+        (resources.join(format!("{IDENTIFIER}.png")), &icon),
+        (resources.join("THIRD-PARTY-NOTICES.txt"), contents.notices.as_bytes()),
+    ] {
+        fs::write(&path, bytes).map_err(|e| failure(&path, &e))?;
+    }
+    let binary = binaries.join(format!("{NAME}.ofx"));
+    fs::copy(contents.binary, &binary).map_err(|e| failure(contents.binary, &e))?;
     replace(&part, &bundle)?;
     Ok(bundle)
 }
 
-/// Puts the folder `new` in the place of `old`, which goes only then.
+/// Moves the folder `new` to `old`. The folder that was there is removed last.
 pub(super) fn replace(new: &Path, old: &Path) -> Result<(), String> {
     let aside = old.with_extension("old");
     remove(&aside)?;
     if old.exists() {
-        fs::rename(old, &aside).map_err(|e| failed(old, &e))?;
+        fs::rename(old, &aside).map_err(|e| failure(old, &e))?;
     }
     if let Err(error) = fs::rename(new, old) {
-        // What was there stays, as far as that can be.
+        // The first error is the one to report, whether or not the old folder can be restored.
         let _ = fs::rename(&aside, old);
-        return Err(failed(old, &error));
+        return Err(failure(old, &error));
     }
     remove(&aside)
 }
 
-/// Removes a folder if it is there.
+/// Removes a folder if it exists.
 pub(super) fn remove(folder: &Path) -> Result<(), String> {
-    match folder.exists() {
-        true => fs::remove_dir_all(folder).map_err(|e| failed(folder, &e)),
-        false => Ok(()),
+    if folder.exists() {
+        fs::remove_dir_all(folder).map_err(|e| failure(folder, &e))?;
     }
+    Ok(())
 }
 
-pub(super) fn failed(path: &Path, error: &std::io::Error) -> String {
+/// A message about a path that could not be read or written.
+pub(super) fn failure(path: &Path, error: &std::io::Error) -> String {
     format!(
-        "{}: {error}; check the folder and its permissions",
+        "{}: {error}; check that the path exists and its permissions",
         path.display()
     )
 }
@@ -98,37 +114,48 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bundles_are_laid_out_as_hosts_look_for_them() {
-        let folder = std::env::temp_dir().join(format!("seidel-bundle-{}", std::process::id()));
-        fs::create_dir_all(&folder).expect("a folder");
+    fn bundles_have_the_layout_of_openfx() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
         let binary = folder.join("binary");
-        for (triple, own) in [
+        let contents = Contents {
+            binary: &binary,
+            notices: "licences",
+        };
+        for (triple, expected) in [
             ("x86_64-unknown-linux-gnu", "Linux-x86-64"),
             ("aarch64-apple-darwin", "MacOS"),
             ("x86_64-pc-windows-msvc", "Win64"),
         ] {
-            fs::write(&binary, own).expect("written");
-            let platform = Platform::of(triple).expect("known");
-            let bundle = lay_out(&folder, &binary, &platform).expect("laid out");
-            let contents = bundle.join("Contents");
-            let inside = fs::read_to_string(contents.join(own).join("Seidel.ofx"));
-            assert_eq!(inside.expect("the binary"), own);
-            let info = fs::read_to_string(contents.join("Info.plist")).expect("a plist");
+            fs::write(&binary, expected).expect("written");
+            let platform = Platform::from_triple(triple).expect("a known triple");
+            let bundle = write(folder, &platform, &contents).expect("written");
+            let inner = bundle.join("Contents");
+            let read = |path: &str| fs::read(inner.join(path)).expect(path);
+            assert_eq!(read(&format!("{expected}/Seidel.ofx")), expected.as_bytes());
+            assert_eq!(read("Resources/THIRD-PARTY-NOTICES.txt"), b"licences");
+            assert!(read("Resources/org.seidel.lensblur.png").starts_with(b"\x89PNG"));
+            let info = String::from_utf8(read("Info.plist")).expect("text");
             assert!(info.contains("<string>Seidel.ofx</string>"));
-            let icon = fs::read(contents.join("Resources/org.seidel.lensblur.png"));
-            assert!(icon.expect("an icon").starts_with(b"\x89PNG"));
-            let folders = fs::read_dir(&contents).expect("read").count();
-            assert_eq!(folders, 3, "nothing is left of the one before");
+            let entries = fs::read_dir(&inner).expect("a folder").count();
+            assert_eq!(entries, 3, "the earlier bundle's binary is gone");
         }
-        // Without a binary the bundle stays as it was.
-        let platform = Platform::of("x86_64-unknown-linux-gnu").expect("known");
-        assert!(lay_out(&folder, &folder.join("none"), &platform).is_err());
-        assert!(
-            folder
-                .join("Seidel.ofx.bundle/Contents/Win64/Seidel.ofx")
-                .exists()
-        );
-        assert!(Platform::of("wasm32-unknown-unknown").is_err());
-        fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn without_a_binary_the_earlier_bundle_stays() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        let earlier = folder.join("Seidel.ofx.bundle");
+        fs::create_dir(&earlier).expect("a folder");
+        fs::write(earlier.join("mark"), "").expect("written");
+        let platform = Platform::from_triple("x86_64-unknown-linux-gnu").expect("a known triple");
+        let contents = Contents {
+            binary: &folder.join("none"),
+            notices: "",
+        };
+        assert!(write(folder, &platform, &contents).is_err());
+        assert!(earlier.join("mark").exists());
+        assert!(Platform::from_triple("wasm32-unknown-unknown").is_err());
     }
 }

@@ -1,67 +1,80 @@
-//! The OpenFX bundle: built, laid out as hosts look for it, and installed.
+//! The OpenFX bundle: built, laid out as hosts expect it, and installed.
 
 mod icon;
 mod install;
 mod layout;
+mod notices;
 mod plist;
-mod png;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use layout::{Platform, lay_out};
+use layout::{Contents, Platform};
 
-/// Name of the bundle, and of the binary in it: hosts want them to be the same.
+/// Name of the bundle and of the binary in it. OpenFX requires them to be equal.
 const NAME: &str = "Seidel";
 
-/// What was asked for.
+/// Identifier of the plugin, which is also the name of its icon.
+const IDENTIFIER: &str = "org.seidel.lensblur";
+
+const USAGE: &str = "cargo xtask bundle [--target TRIPLE] [--install [--to FOLDER]]";
+
+/// The options of the command line.
 #[derive(Debug, Default, PartialEq)]
-struct Choices {
+struct Options {
     target: Option<String>,
     install: bool,
     to: Option<PathBuf>,
 }
 
-pub(crate) const USAGE: &str = "cargo xtask bundle [--target TRIPLE] [--install [--to FOLDER]]";
-
-fn choices(arguments: impl Iterator<Item = String>) -> Result<Choices, String> {
-    let mut chosen = Choices::default();
-    let mut arguments = arguments;
-    while let Some(argument) = arguments.next() {
-        let mut value = || {
-            let value = arguments.next();
-            value.ok_or_else(|| format!("{argument} needs a value; usage: {USAGE}"))
-        };
-        match argument.as_str() {
-            "--install" => chosen.install = true,
-            "--target" => chosen.target = Some(value()?),
-            "--to" => chosen.to = Some(value()?.into()),
-            other => return Err(format!("{other} is not known; usage: {USAGE}")),
+impl Options {
+    fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
+        let mut options = Self::default();
+        while let Some(argument) = arguments.next() {
+            let mut value = || {
+                let value = arguments.next();
+                value.ok_or_else(|| format!("{argument} needs a value; usage: {USAGE}"))
+            };
+            match argument.as_str() {
+                "--install" => options.install = true,
+                "--target" => options.target = Some(value()?),
+                "--to" => options.to = Some(value()?.into()),
+                other => return Err(format!("unknown argument {other}; usage: {USAGE}")),
+            }
         }
+        if options.to.is_some() && !options.install {
+            return Err(format!("--to needs --install; usage: {USAGE}"));
+        }
+        Ok(options)
     }
-    if chosen.to.is_some() && !chosen.install {
-        return Err(format!("--to needs --install; usage: {USAGE}"));
-    }
-    Ok(chosen)
 }
 
-/// Does it; what was done, in words.
+/// Builds the bundle and, if asked to, installs it; returns a report.
+///
+/// # Errors
+/// Wrong arguments, a failed build, a dependency without a licence, and folders that cannot be written.
 pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Result<String, String> {
-    let choices = choices(arguments)?;
-    let triple = choices.target.clone().unwrap_or_else(host_triple);
-    let platform = Platform::of(&triple)?;
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    build(root, &cargo, choices.target.as_deref())?;
-    let target = target_folder(root, &cargo)?;
-    let binary = built_in(&target, choices.target.as_deref()).join(platform.library);
-    let bundle = lay_out(&target, &binary, &platform)?;
-    let mut said = format!("bundle: {}", bundle.display());
-    if choices.install {
-        let place = install::install(&bundle, choices.to)?;
-        said = format!("{said}\n{place}");
+    let options = Options::parse(arguments)?;
+    let target = options.target.as_deref();
+    let triple = target.map_or_else(host_triple, str::to_owned);
+    let platform = Platform::from_triple(&triple)?;
+    let cargo = Cargo::new(root);
+    let notices = notices::generate(&cargo, &triple)?;
+    cargo.build(target)?;
+    let output = cargo.target_folder()?;
+    let binary = release_folder(&output, target).join(platform.library);
+    let contents = Contents {
+        binary: &binary,
+        notices: &notices,
+    };
+    let bundle = layout::write(&output, &platform, &contents)?;
+    let mut report = format!("bundle: {}", bundle.display());
+    if options.install {
+        report.push('\n');
+        report.push_str(&install::install(&bundle, options.to)?);
     }
-    Ok(said)
+    Ok(report)
 }
 
 fn host_triple() -> String {
@@ -73,38 +86,64 @@ fn host_triple() -> String {
     format!("{}-{system}", std::env::consts::ARCH)
 }
 
-fn build(root: &Path, cargo: &OsString, target: Option<&str>) -> Result<(), String> {
-    let mut command = Command::new(cargo);
-    command.current_dir(root);
-    command.args(["build", "--release", "-p", "seidel-ofx"]);
-    command.args(target.iter().flat_map(|triple| ["--target", triple]));
-    let status = command.status().map_err(|e| format!("cargo: {e}"))?;
-    match status.success() {
-        true => Ok(()),
-        false => Err("the plugin could not be built; see above".to_owned()),
+fn release_folder(target_folder: &Path, triple: Option<&str>) -> PathBuf {
+    let folder = triple.map_or_else(
+        || target_folder.to_path_buf(),
+        |triple| target_folder.join(triple),
+    );
+    folder.join("release")
+}
+
+/// The cargo that runs this task.
+struct Cargo<'a> {
+    program: OsString,
+    root: &'a Path,
+}
+
+impl<'a> Cargo<'a> {
+    fn new(root: &'a Path) -> Self {
+        let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        Self { program, root }
     }
-}
 
-/// Where cargo builds, as it says itself.
-fn target_folder(root: &Path, cargo: &OsString) -> Result<PathBuf, String> {
-    let mut command = Command::new(cargo);
-    command.current_dir(root);
-    command.args(["metadata", "--format-version", "1", "--no-deps"]);
-    let output = command.output().map_err(|e| format!("cargo: {e}"))?;
-    let text = String::from_utf8_lossy(&output.stdout);
-    let folder = text
-        .split_once("\"target_directory\":\"")
-        .and_then(|(_, rest)| rest.split_once('"'))
-        .map(|(folder, _)| folder.replace("\\\\", "\\"));
-    folder
-        .map(PathBuf::from)
-        .ok_or_else(|| "cargo metadata did not say where it builds".to_owned())
-}
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(&self.program);
+        command.current_dir(self.root).args(arguments);
+        command
+    }
 
-fn built_in(target: &Path, triple: Option<&str>) -> PathBuf {
-    triple
-        .map_or_else(|| target.to_path_buf(), |triple| target.join(triple))
-        .join("release")
+    /// What a command prints.
+    fn output(&self, arguments: &[&str]) -> Result<String, String> {
+        let output = self.command(arguments).output();
+        let output = output.map_err(|e| format!("cargo: {e}"))?;
+        if output.status.success() {
+            Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+        } else {
+            Err(String::from_utf8_lossy(&output.stderr).into_owned())
+        }
+    }
+
+    fn build(&self, target: Option<&str>) -> Result<(), String> {
+        let mut command = self.command(&["build", "--release", "--locked", "-p", "seidel-ofx"]);
+        command.args(target.iter().flat_map(|triple| ["--target", triple]));
+        let status = command.status().map_err(|e| format!("cargo: {e}"))?;
+        if status.success() {
+            Ok(())
+        } else {
+            Err("the plugin could not be built; see the messages above".to_owned())
+        }
+    }
+
+    /// The folder that cargo builds in.
+    fn target_folder(&self) -> Result<PathBuf, String> {
+        let text = self.output(&["metadata", "--format-version", "1", "--no-deps"])?;
+        let metadata: serde_json::Value =
+            serde_json::from_str(&text).map_err(|e| format!("cargo metadata: {e}"))?;
+        let folder = metadata["target_directory"].as_str();
+        folder
+            .map(PathBuf::from)
+            .ok_or_else(|| "cargo metadata: has no target_directory".to_owned())
+    }
 }
 
 #[cfg(test)]
@@ -112,19 +151,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn choices_are_read_and_others_refused() {
-        let read = |text: &str| choices(text.split_whitespace().map(str::to_owned));
-        let all = read("--install --to a/b --target x86_64-pc-windows-msvc");
+    fn options_are_parsed_and_unknown_ones_refused() {
+        let parse = |text: &str| Options::parse(text.split_whitespace().map(str::to_owned));
+        let all = parse("--install --to a/b --target x86_64-pc-windows-msvc");
         assert_eq!(
             all,
-            Ok(Choices {
+            Ok(Options {
                 target: Some("x86_64-pc-windows-msvc".into()),
                 install: true,
                 to: Some("a/b".into()),
             })
         );
-        for bad in ["--instal", "--to x", "--install --to"] {
-            assert!(read(bad).is_err(), "{bad}");
+        for wrong in ["--instal", "--to x", "--install --to"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
         }
     }
 }

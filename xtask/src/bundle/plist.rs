@@ -1,25 +1,26 @@
-//! `Info.plist` of the bundle; macOS and some hosts read it.
+//! `Info.plist` of the bundle, which macOS and some hosts read.
 
-/// Its text for this `version`.
-pub(super) fn plist(name: &str, version: &str) -> String {
-    let entries = [
+use super::{IDENTIFIER, NAME};
+
+/// The text of the file.
+pub(super) fn text(version: &str) -> String {
+    let executable = format!("{NAME}.ofx");
+    let entries: String = [
         ("CFBundleDevelopmentRegion", "English"),
-        ("CFBundleExecutable", &format!("{name}.ofx")),
-        ("CFBundleIdentifier", "org.seidel.lensblur"),
+        ("CFBundleExecutable", &executable),
+        ("CFBundleIdentifier", IDENTIFIER),
         ("CFBundleInfoDictionaryVersion", "6.0"),
-        ("CFBundleName", name),
+        ("CFBundleName", NAME),
         ("CFBundlePackageType", "BNDL"),
         ("CFBundleShortVersionString", version),
         ("CFBundleVersion", version),
-    ];
-    let entries: Vec<String> = entries
-        .iter()
-        .map(|(key, value)| format!("\t<key>{key}</key>\n\t<string>{value}</string>\n"))
-        .collect();
+    ]
+    .iter()
+    .map(|(key, value)| format!("\t<key>{key}</key>\n\t<string>{value}</string>\n"))
+    .collect();
     format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
          <!DOCTYPE plist PUBLIC \"-//Apple//DTD PLIST 1.0//EN\" \"http://www.apple.com/DTDs/PropertyList-1.0.dtd\">\n\
-         <plist version=\"1.0\">\n<dict>\n{}</dict>\n</plist>\n",
-        entries.concat()
+         <plist version=\"1.0\">\n<dict>\n{entries}</dict>\n</plist>\n"
     )
 }

@@ -64,6 +64,6 @@ mod tests {
     #[test]
     fn the_room_is_up_to_date() {
         let args = ["--check".to_owned()].into_iter();
-        super::run(&crate::tidy::root(), args).expect("up to date");
+        super::run(&crate::workspace::root(), args).expect("up to date");
     }
 }

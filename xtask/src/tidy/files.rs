@@ -1,64 +1,65 @@
-//! Size of files, words that do not belong in them, and documents that must agree.
+//! Rules for single files: their size, their first line, their contents, and documents that must agree.
 
-use super::Tree;
+use crate::workspace::{Package, Tree};
 
-/// Rust files longer than this hold two things.
-const MOST_LINES: usize = 600;
+/// Largest number of lines of a Rust file. A longer one usually holds two subjects.
+const MAX_LINES: usize = 600;
 
 pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
-    for (path, text) in tree.each(|p| p.ends_with(".rs")) {
-        let lines = text.lines().count();
-        if lines > MOST_LINES {
-            problems.push(format!(
-                "{path}: {lines} lines, over {MOST_LINES}; split it"
-            ));
+    for file in tree.rust_files("") {
+        let path = &file.path;
+        let lines = file.text.lines().count();
+        if lines > MAX_LINES {
+            problems.push(format!("{path}: {lines} lines, over {MAX_LINES}; split it"));
         }
-        let documented = text.starts_with("//!") || text.starts_with("#!");
-        if !documented {
-            problems.push(format!("{path}: does not begin by saying what it holds"));
+        if !file.text.starts_with("//!") && !file.text.starts_with("#!") {
+            problems.push(format!("{path}: does not begin with a `//!` comment"));
         }
     }
-    // Written apart, so that this file does not find itself.
-    let homes = [
-        ["/", "work/"].concat(),
-        ["/", "home/"].concat(),
-        ["/", "root/"].concat(),
-    ];
-    for (path, text) in tree.each(|p| p != "Cargo.lock") {
-        for home in &homes {
-            if text.contains(home.as_str()) {
-                problems.push(format!("{path}: names a path of one machine ({home})"));
+    check_machine_paths(tree, problems);
+    check_commands(tree, problems);
+    check_changelog(tree, problems);
+}
+
+fn check_machine_paths(tree: &Tree, problems: &mut Vec<String>) {
+    // In parts, so that this file does not match itself.
+    let starts = ["work", "home", "root"].map(|folder| ["/", folder, "/"].concat());
+    for file in tree.files().filter(|file| file.path != "Cargo.lock") {
+        for start in &starts {
+            if file.text.contains(start) {
+                problems.push(format!("{}: contains a path of one machine ({start})", file.path));
             }
         }
     }
-    readme_and_ci(tree, problems);
 }
 
-/// CI runs what the README tells newcomers to run.
-fn readme_and_ci(tree: &Tree, problems: &mut Vec<String>) {
+/// CI runs the test command that the README gives.
+fn check_commands(tree: &Tree, problems: &mut Vec<String>) {
     let test = "cargo test --workspace";
-    let run = "cargo run --release -- demo";
-    for (path, command) in [("README.md", test), ("README.md", run), (".ci/run", test)] {
+    let demo = "cargo run --release -- demo";
+    for (path, command) in [("README.md", test), ("README.md", demo), (".ci/run", test)] {
         if !tree.text(path).contains(command) {
             problems.push(format!("{path}: lacks the command `{command}`"));
         }
     }
-    let version = tree
-        .text("Cargo.toml")
-        .lines()
-        .find_map(|line| line.strip_prefix("version = "))
-        .unwrap_or("")
-        .trim_matches('"')
-        .to_owned();
+}
+
+fn check_changelog(tree: &Tree, problems: &mut Vec<String>) {
+    let mut lines = tree.text("Cargo.toml").lines();
+    let version = lines.find_map(|line| line.strip_prefix("version = "));
+    let version = version.unwrap_or("").trim_matches('"');
     if !tree.text("CHANGELOG.md").contains(&format!("[{version}]")) {
         problems.push(format!("CHANGELOG.md: has no entry for version {version}"));
     }
+}
+
+/// ARCHITECTURE.md names the folder of every package.
+pub(super) fn check_map(tree: &Tree, packages: &[Package], problems: &mut Vec<String>) {
     let map = tree.text("ARCHITECTURE.md");
-    for folder in [
-        "core", "cli", "colour", "plugin", "ofx-shim", "tests", "luts", "xtask",
-    ] {
-        if !map.contains(&format!("`{folder}/")) && !map.contains(&format!("`{folder}`")) {
-            problems.push(format!("ARCHITECTURE.md: does not name `{folder}`"));
+    for package in packages {
+        let folder = &package.folder;
+        if !map.is_empty() && !map.contains(&format!("`{folder}/`")) {
+            problems.push(format!("ARCHITECTURE.md: does not name `{folder}/`"));
         }
     }
 }

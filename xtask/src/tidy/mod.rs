@@ -1,130 +1,138 @@
-//! The rules of the house, each with the message a breach of it gets.
+//! The project's rules, and a message for each breach.
 
-mod doors;
-mod edges;
+mod c_abi;
+mod dependencies;
 mod files;
+mod language;
+mod modules;
 mod purity;
 mod registries;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// The repository's root, as cargo says it at run time: a binary may outlive the checkout it was built in.
-pub(crate) fn root() -> PathBuf {
-    let package = std::env::var_os("CARGO_MANIFEST_DIR")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")), PathBuf::from);
-    package
-        .parent()
-        .expect("xtask lies in the repository's root")
-        .to_path_buf()
+use crate::workspace::Tree;
+
+/// Runs `cargo xtask tidy` with the arguments after `tidy`.
+///
+/// # Errors
+/// Every breach, one a line. With `--language`, unknown arguments only.
+pub(crate) fn run(
+    root: &Path,
+    mut arguments: impl Iterator<Item = String>,
+) -> Result<String, String> {
+    match arguments.next().as_deref() {
+        None => {
+            let problems = problems(root);
+            if problems.is_empty() {
+                Ok("tidy: every rule is kept".to_owned())
+            } else {
+                Err(problems.join("\ntidy: "))
+            }
+        }
+        Some("--language") => Ok(language::report(&Tree::read(root), arguments.next())),
+        Some(other) => Err(format!("unknown argument {other}; the one there is: --language")),
+    }
 }
 
 /// Every breach of a rule.
-pub(crate) fn problems(root: &Path) -> Vec<String> {
+fn problems(root: &Path) -> Vec<String> {
     let tree = Tree::read(root);
-    let mut problems = Vec::new();
-    edges::check(&tree, &mut problems);
+    let mut problems = check_packages(&tree);
     files::check(&tree, &mut problems);
-    purity::check(&tree, &mut problems);
     registries::check(&tree, &mut problems);
-    doors::check(&tree, &mut problems);
-    doors::header(root, &tree, &mut problems);
+    c_abi::check_header(root, &tree, &mut problems);
+    language::check(&tree, &mut problems);
     problems
 }
 
-/// The project's text files by path from the root, `/` between folders.
-pub(crate) struct Tree {
-    files: Vec<(String, String)>,
-}
-
-impl Tree {
-    fn read(root: &Path) -> Self {
-        let mut files = Vec::new();
-        let mut folders = vec![root.to_path_buf()];
-        while let Some(folder) = folders.pop() {
-            let Ok(entries) = fs::read_dir(&folder) else {
-                continue;
-            };
-            for entry in entries.flatten() {
-                let path = entry.path();
-                let name = entry.file_name().to_string_lossy().into_owned();
-                // In a work tree of its own `.git` is a file.
-                if ["target", ".git", "seidel-demo"].contains(&name.as_str()) {
-                    continue;
-                }
-                if path.is_dir() {
-                    folders.push(path);
-                } else if let Ok(text) = fs::read_to_string(&path)
-                    && let Ok(relative) = path.strip_prefix(root)
-                {
-                    files.push((relative.to_string_lossy().replace('\\', "/"), text));
-                }
-            }
-        }
-        files.sort();
-        Self { files }
-    }
-
-    /// Path and text of every file that `wanted` accepts by path.
-    fn each<'a>(
-        &'a self,
-        wanted: impl Fn(&str) -> bool + 'a,
-    ) -> impl Iterator<Item = (&'a str, &'a str)> {
-        self.files
-            .iter()
-            .filter(move |(path, _)| wanted(path))
-            .map(|(path, text)| (path.as_str(), text.as_str()))
-    }
-
-    /// Text of one file, empty if it is not there.
-    fn text(&self, path: &str) -> &str {
-        self.files
-            .iter()
-            .find(|(p, _)| p == path)
-            .map_or("", |(_, text)| text)
-    }
+/// Breaches of the rules about packages.
+fn check_packages(tree: &Tree) -> Vec<String> {
+    let packages = match tree.packages() {
+        Ok(packages) => packages,
+        Err(problem) => return vec![problem],
+    };
+    let mut problems = Vec::new();
+    dependencies::check(tree, &packages, &mut problems);
+    files::check_map(tree, &packages, &mut problems);
+    modules::check(tree, &packages, &mut problems);
+    purity::check(tree, &packages, &mut problems);
+    c_abi::check_guards(tree, &packages, &mut problems);
+    problems
 }
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
     #[test]
-    fn the_house_is_in_order() {
-        let problems = super::problems(&super::root());
+    fn the_project_keeps_its_rules() {
+        let problems = problems(&crate::workspace::root());
         assert!(problems.is_empty(), "{}", problems.join("\n"));
     }
 
     #[test]
     fn breaches_are_found() {
-        let tree = super::Tree {
-            files: [
-                (
-                    "core/Cargo.toml",
-                    "[dependencies]\nseidel.workspace = true\n",
-                ),
-                ("core/src/bad.rs", "fn f() { std::fs::read(\"x\"); }"),
-                ("cli/src/commands/mod.rs", "mod fit;"),
-                ("cli/src/commands/lost.rs", "//! Lost."),
-                ("core/src/psf/lost.rs", "impl MomentPsf for Lost {"),
-                (
-                    "plugin/src/open.rs",
-                    "#[unsafe(no_mangle)]\npub extern \"C\" fn ajar() {\n    guard(|| 1)\n}\n\
-                     #[unsafe(no_mangle)]\npub extern \"C\" fn gaping() {\n    work();\n    guard(|| 1)\n}\n",
-                ),
-            ]
-            .map(|(path, text)| (path.to_owned(), text.to_owned()))
-            .to_vec(),
-        };
-        let mut problems = Vec::new();
-        super::edges::check(&tree, &mut problems);
-        super::purity::check(&tree, &mut problems);
-        super::registries::check(&tree, &mut problems);
-        super::doors::check(&tree, &mut problems);
-        assert!(!problems.iter().any(|p| p.contains("ajar")), "{problems:?}");
-        for part in ["seidel", "std::fs", "commands/lost.rs", "Lost", "gaping"] {
+        let tree = Tree::of(&[
+            (
+                "Cargo.toml",
+                "[workspace]\nmembers = [\"core\", \"core/optics\", \"cli\", \"plugin\"]",
+            ),
+            (
+                "core/Cargo.toml",
+                "[package]\nname = \"seidel-core\"\n[dependencies]\nseidel.workspace = true\n",
+            ),
+            (
+                "core/optics/Cargo.toml",
+                "[package]\nname = \"seidel-unlisted\"\n",
+            ),
+            ("core/optics/src/lib.rs", "fn f() { std::fs::read(\"x\"); }"),
+            ("cli/Cargo.toml", "[package]\nname = \"seidel\"\n"),
+            ("cli/src/lib.rs", "mod commands;"),
+            ("cli/src/commands/mod.rs", "mod fit;"),
+            ("cli/src/commands/fit.rs", "use std::fs::File;\nfn f() { File::open(\"x\"); }"),
+            ("cli/src/commands/lost.rs", "//! Lost."),
+            ("plugin/Cargo.toml", "[package]\nname = \"seidel-plugin\"\n"),
+            (
+                "plugin/src/open.rs",
+                "#[unsafe(no_mangle)]\npub extern \"C\" fn closed() {\n    crate::guard::guard(|| 1)\n}\n\
+                 #[unsafe(no_mangle)]\npub extern \"C\" fn gaping() {\n    work();\n    guard(|| 1)\n}\n",
+            ),
+        ]);
+        let problems = check_packages(&tree);
+        for part in [
+            "must not depend on seidel",
+            "seidel-unlisted",
+            "std::fs",
+            "forbid unsafe",
+            "commands/lost.rs",
+            "commands/fit.rs: opens a file",
+            "gaping",
+        ] {
             assert!(
                 problems.iter().any(|p| p.contains(part)),
                 "{part} in {problems:?}"
             );
         }
+        for part in ["closed", "commands/mod.rs"] {
+            assert!(
+                !problems.iter().any(|p| p.contains(part)),
+                "{part} in {problems:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn unlisted_parts_are_found() {
+        let tree = Tree::of(&[
+            ("core/src/psf/mod.rs", "pub static ALL: [&dyn PsfModel; 1] = [\n    &Gaussian,\n];"),
+            ("core/src/psf/gaussian.rs", "impl PsfModel for Gaussian {"),
+            ("core/src/psf/lost.rs", "impl MomentPsf for Lost {"),
+        ]);
+        let mut problems = Vec::new();
+        registries::check(&tree, &mut problems);
+        assert!(problems.iter().any(|p| p.contains("Lost")), "{problems:?}");
+        assert!(!problems.iter().any(|p| p.contains("Gaussian")), "{problems:?}");
+        // A list that is not found is a breach too, or a move of its folder would end the check.
+        assert!(problems.iter().any(|p| p.contains("effects")), "{problems:?}");
     }
 }

@@ -1,9 +1,10 @@
-//! What is never where: no files or clocks in core, no unsafe outside the FFI layer.
+//! Layering that Cargo cannot enforce: the core is pure, files are opened in one place, and the sealed trial cases do
+//! not use the model that they test.
 
-use super::Tree;
+use crate::workspace::{Package, TextFile, Tree};
 
-/// Doors to the world that core has not.
-const DOORS: [&str; 7] = [
+/// Access to files, clocks, the environment and global state, which the core must not use.
+const IMPURE: [&str; 7] = [
     "std::fs",
     "std::env",
     "std::net",
@@ -13,64 +14,78 @@ const DOORS: [&str; 7] = [
     "thread_local!",
 ];
 
-/// Rooms that the cases of `core/src/trial` are to test, and so share nothing with.
-const ON_TRIAL: [&str; 10] = [
+/// Packages that may contain `unsafe`: the layers between Rust and C, and their tests.
+const MAY_BE_UNSAFE: [&str; 5] = [
+    "seidel-plugin",
+    "seidel-ofx",
+    "seidel-ofx-host",
+    "seidel-ofx-broken",
+    "seidel-tests",
+];
+
+/// The folders of `cli/` that open files.
+const OPENS_FILES: [&str; 2] = ["cli/src/files", "cli/image-io/"];
+
+/// Modules of the core that the trial cases test. A case computed with them would agree with them by construction.
+const UNDER_TEST: [&str; 10] = [
     "lens", "psf", "effects", "fit", "predict", "profile", "moments", "eval", "render", "diagnose",
 ];
 
-/// Cases made by the model that they test would prove nothing.
-fn trial(tree: &Tree, problems: &mut Vec<String>) {
-    for (path, text) in tree.each(|p| p.starts_with("core/src/trial/") && p.ends_with(".rs")) {
-        for room in ON_TRIAL {
-            for door in ["crate::", "seidel_core::", "super::super::"] {
-                let name = [door, room].concat();
-                let goes_on = |c: char| c.is_alphanumeric() || c == '_';
-                let named = text
-                    .match_indices(name.as_str())
-                    .any(|(at, _)| !text[at + name.len()..].starts_with(goes_on));
-                if named {
-                    problems.push(format!(
-                        "{path}: what puts the model on trial must not use {name}"
-                    ));
-                }
+pub(super) fn check(tree: &Tree, packages: &[Package], problems: &mut Vec<String>) {
+    for package in packages {
+        if package.is_core() {
+            check_pure(tree, package, problems);
+        }
+        if !MAY_BE_UNSAFE.contains(&package.name.as_str()) {
+            let path = package.path("src/lib.rs");
+            let text = tree.text(&path);
+            if !text.is_empty() && !text.contains("#![forbid(unsafe_code)]") {
+                problems.push(format!("{path}: must forbid unsafe code"));
             }
         }
-        if text.contains("use crate::{") {
+    }
+    for file in tree.rust_files("cli/") {
+        let allowed = OPENS_FILES.iter().any(|start| file.path.starts_with(start));
+        let calls = ["File::open", "fs::read", "fs::write"];
+        if !allowed && calls.iter().any(|call| file.text.contains(call)) {
             problems.push(format!(
-                "{path}: name each room of core in a `use` of its own"
+                "{}: opens a file; that is done in {} only",
+                file.path,
+                OPENS_FILES.join(" and ")
             ));
+        }
+    }
+    for file in tree.rust_files("").filter(|file| file.path.contains("/trial/")) {
+        check_trial(file, problems);
+    }
+}
+
+fn check_pure(tree: &Tree, package: &Package, problems: &mut Vec<String>) {
+    for file in tree.rust_files(&package.path("src/")) {
+        for name in IMPURE {
+            if file.text.contains(name) {
+                problems.push(format!("{}: the core must not use {name}", file.path));
+            }
         }
     }
 }
 
-pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
-    trial(tree, problems);
-    for (path, text) in tree.each(|p| p.starts_with("core/src/") && p.ends_with(".rs")) {
-        for door in DOORS {
-            if text.contains(door) {
-                problems.push(format!("{path}: core must not use {door}"));
-            }
+fn check_trial(file: &TextFile, problems: &mut Vec<String>) {
+    // In a package of its own, `crate::lens` is the trial's own module.
+    let within_core = file.path.starts_with("core/");
+    for (at, separator) in file.text.match_indices("::") {
+        let is_name = |c: char| c.is_alphanumeric() || c == '_';
+        let before = &file.text[..at];
+        let root = before.rsplit(|c| !is_name(c)).next().unwrap_or("");
+        let after = &file.text[at + separator.len()..];
+        let module = after.split(|c| !is_name(c)).next().unwrap_or("");
+        let is_core = root.starts_with("seidel_") || (root == "crate" && within_core);
+        let path = &file.path;
+        if is_core && UNDER_TEST.contains(&module) {
+            problems.push(format!("{path}: the trial must not use {root}::{module}"));
         }
-    }
-    for path in [
-        "core/src/lib.rs",
-        "cli/src/lib.rs",
-        "cli/image-io/src/lib.rs",
-        "colour/src/lib.rs",
-    ] {
-        let text = tree.text(path);
-        if !text.is_empty() && !text.contains("#![forbid(unsafe_code)]") {
-            problems.push(format!("{path}: must forbid unsafe code"));
-        }
-    }
-    let outside_files = |p: &str| {
-        p.starts_with("cli/src/") && p.ends_with(".rs") && !p.starts_with("cli/src/files")
-    };
-    for (path, text) in tree.each(outside_files) {
-        if text.contains("File::open") || text.contains("fs::read") || text.contains("fs::write") {
-            problems.push(format!(
-                "{path}: files are opened in cli/image-io and cli/src/files only"
-            ));
+        if is_core && after.starts_with('{') {
+            problems.push(format!("{path}: import each module of {root} in its own `use`"));
         }
     }
 }

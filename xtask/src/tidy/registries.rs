@@ -1,96 +1,103 @@
-//! Lists that must name every file of their folder.
+//! Lists that must name everything in their folder.
 
-use super::Tree;
+use crate::workspace::{TextFile, Tree};
+
+/// A folder with one implementation a file, all in a list `ALL` in its `mod.rs`.
+struct Registry {
+    /// The folder's name, wherever it is.
+    folder: &'static str,
+    /// Traits that its files implement.
+    traits: &'static [&'static str],
+}
+
+const REGISTRIES: [Registry; 2] = [
+    Registry {
+        folder: "psf",
+        traits: &["PsfModel", "MomentPsf"],
+    },
+    Registry {
+        folder: "effects",
+        traits: &["Effect"],
+    },
+];
 
 pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
-    modules_listed(tree, "cli/src/commands", problems);
-    models_listed(tree, problems);
-    effects_listed(tree, problems);
-    tests_listed(tree, problems);
-    checks_listed(tree, problems);
-}
-
-/// Every command file is a module.
-fn modules_listed(tree: &Tree, folder: &str, problems: &mut Vec<String>) {
-    let list = tree.text(&format!("{folder}/mod.rs"));
-    let prefix = format!("{folder}/");
-    for (path, _) in tree.each(|p| p.starts_with(&prefix) && p.ends_with(".rs")) {
-        let name = path[prefix.len()..].trim_end_matches(".rs");
-        let own = !name.contains('/') && name != "mod";
-        if own && !list.contains(&format!("mod {name};")) {
-            problems.push(format!("{path}: not a module of {folder}/mod.rs"));
-        }
+    for registry in &REGISTRIES {
+        check_registry(tree, registry, problems);
     }
+    check_effects_page(tree, problems);
+    check_host_checks(tree, problems);
 }
 
-/// Every PSF model is in the list of all.
-fn models_listed(tree: &Tree, problems: &mut Vec<String>) {
-    let list = tree.text("core/src/psf/mod.rs");
-    let all = list
-        .split_once("static ALL")
-        .map_or("", |(_, after)| after.split("];").next().unwrap_or(""));
-    for (path, text) in tree.each(|p| p.starts_with("core/src/psf/") && p.ends_with(".rs")) {
-        for line in text.lines() {
-            let model = ["impl MomentPsf for ", "impl PsfModel for "]
-                .iter()
-                .find_map(|start| line.strip_prefix(start))
-                .and_then(|rest| rest.split([' ', '{']).next());
-            if let Some(model) = model
-                && !all.contains(&format!("&{model},"))
-            {
-                problems.push(format!("{path}: the PSF model {model} is not in psf::ALL"));
+/// The `mod.rs` that holds the list, and the list.
+fn find_list<'a>(tree: &'a Tree, folder: &str) -> Option<(&'a TextFile, &'a str)> {
+    let end = format!("/{folder}/mod.rs");
+    tree.files().find_map(|file| {
+        let (_, list) = file.text.split_once("pub static ALL")?;
+        let list = list.split("];").next()?;
+        file.path.ends_with(&end).then_some((file, list))
+    })
+}
+
+fn check_registry(tree: &Tree, registry: &Registry, problems: &mut Vec<String>) {
+    let name = registry.folder;
+    let Some((file, list)) = find_list(tree, name) else {
+        problems.push(format!("no file {name}/mod.rs has a `pub static ALL`"));
+        return;
+    };
+    for part in tree.rust_files(file.path.trim_end_matches("mod.rs")) {
+        for implementation in implementations(part, registry.traits) {
+            if !list.contains(&format!("&{implementation},")) {
+                problems.push(format!("{}: {implementation} is not in {name}::ALL", part.path));
             }
         }
     }
 }
 
-/// Every effect is in the list of all, and has its rows in the page about them.
-fn effects_listed(tree: &Tree, problems: &mut Vec<String>) {
-    let list = tree.text("core/src/effects/mod.rs");
-    let all = list
-        .split_once("static ALL")
-        .map_or("", |(_, after)| after.split("];").next().unwrap_or(""));
-    let page = tree.text("docs/background/effects.md");
-    for (path, text) in tree.each(|p| p.starts_with("core/src/effects/") && p.ends_with(".rs")) {
-        let starts = text
-            .lines()
-            .find_map(|line| line.strip_prefix("impl Effect for "));
-        let Some(effect) = starts.and_then(|rest| rest.split([' ', '{']).next()) else {
+/// Types that a file implements one of `traits` for.
+fn implementations<'a>(
+    file: &'a TextFile,
+    traits: &'static [&'static str],
+) -> impl Iterator<Item = &'a str> {
+    file.text.lines().filter_map(|line| {
+        let (of, rest) = line.strip_prefix("impl ")?.split_once(" for ")?;
+        let name = rest.split([' ', '{']).next()?;
+        traits.contains(&of).then_some(name)
+    })
+}
+
+/// Every effect has a row in both tables of its page: what it does, and its parameters.
+fn check_effects_page(tree: &Tree, problems: &mut Vec<String>) {
+    let Some(page) = tree.files().find(|file| file.path.ends_with("/effects.md")) else {
+        problems.push("no page effects.md under docs/".to_owned());
+        return;
+    };
+    let Some((list, _)) = find_list(tree, "effects") else {
+        return;
+    };
+    let folder = list.path.trim_end_matches("mod.rs");
+    for file in tree.rust_files(folder) {
+        if implementations(file, &["Effect"]).next().is_none() {
             continue;
-        };
-        if !all.contains(&format!("&{effect},")) {
-            problems.push(format!(
-                "{path}: the effect {effect} is not in effects::ALL"
-            ));
         }
-        let id = path["core/src/effects/".len()..].trim_end_matches(".rs");
-        if page.matches(&format!("\n| `{id}` |")).count() != 2 {
-            problems.push(format!(
-                "{path}: `{id}` lacks a row in docs/background/effects.md"
-            ));
+        let id = file.path[folder.len()..].trim_end_matches(".rs");
+        if page.text.matches(&format!("\n| `{id}` |")).count() != 2 {
+            problems.push(format!("{}: `{id}` lacks a row in {}", file.path, page.path));
         }
     }
 }
 
-/// Every file of the tests is a module of the one binary.
-fn tests_listed(tree: &Tree, problems: &mut Vec<String>) {
-    let list = tree.text("tests/seidel/main.rs");
-    for (path, _) in tree.each(|p| p.starts_with("tests/seidel/") && p.ends_with(".rs")) {
-        let name = path["tests/seidel/".len()..].trim_end_matches(".rs");
-        if name != "main" && !name.contains('/') && !list.contains(&format!("mod {name};")) {
-            problems.push(format!("{path}: not a module of tests/seidel/main.rs"));
-        }
-    }
-}
-
-/// Every check of the OpenFX test host is on the list of all.
-fn checks_listed(tree: &Tree, problems: &mut Vec<String>) {
-    let folder = "tests/host/src/checks/";
-    let list = tree.text(&format!("{folder}mod.rs"));
-    for (path, text) in tree.each(|p| p.starts_with(folder) && p.ends_with(".rs")) {
-        let name = path[folder.len()..].trim_end_matches(".rs");
-        if text.contains("static CHECK: Check") && !list.contains(&format!("&{name}::CHECK,")) {
-            problems.push(format!("{path}: the check {name} is not in checks::ALL"));
+/// Every check of the OpenFX test host is in its list.
+fn check_host_checks(tree: &Tree, problems: &mut Vec<String>) {
+    let Some((list, all)) = find_list(tree, "checks") else {
+        problems.push("no file checks/mod.rs has a `pub static ALL`".to_owned());
+        return;
+    };
+    let folder = list.path.trim_end_matches("mod.rs");
+    for file in tree.rust_files(folder) {
+        let name = file.path[folder.len()..].trim_end_matches(".rs");
+        if file.text.contains("static CHECK: Check") && !all.contains(&format!("&{name}::CHECK,")) {
+            problems.push(format!("{}: the check {name} is not in checks::ALL", file.path));
         }
     }
 }

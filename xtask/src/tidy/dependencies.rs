@@ -1,0 +1,67 @@
+//! Which package may depend on which other of this project, and what every manifest states.
+
+use crate::workspace::{Package, Tree};
+
+/// The packages of this project that each package may depend on, its tests included.
+const ALLOWED: [(&str, &[&str]); 10] = [
+    ("seidel-core", &[]),
+    ("seidel-colour", &[]),
+    ("seidel-plugin", &["seidel-core"]),
+    // The test host is a dependency of its tests.
+    (
+        "seidel-ofx",
+        &["seidel-colour", "seidel-plugin", "seidel-ofx-host"],
+    ),
+    ("seidel", &["seidel-colour", "seidel-core", "seidel-image-io"]),
+    ("seidel-image-io", &["seidel-core"]),
+    (
+        "seidel-tests",
+        &[
+            "seidel",
+            "seidel-colour",
+            "seidel-core",
+            "seidel-image-io",
+            "seidel-ofx",
+            "seidel-ofx-host",
+            "seidel-plugin",
+        ],
+    ),
+    // The test host shares no code with the plugins it tests, so that a mistake is not made twice.
+    ("seidel-ofx-host", &[]),
+    ("seidel-ofx-broken", &["seidel-ofx-host"]),
+    ("xtask", &["seidel-colour"]),
+];
+
+/// What every manifest contains.
+const REQUIRED: [&str; 3] = [
+    "license.workspace = true",
+    "rust-version.workspace = true",
+    "[lints]\nworkspace = true",
+];
+
+pub(super) fn check(tree: &Tree, packages: &[Package], problems: &mut Vec<String>) {
+    for package in packages {
+        let path = package.path("Cargo.toml");
+        let name = &package.name;
+        for text in REQUIRED {
+            if !package.manifest.contains(text) {
+                problems.push(format!("{path}: lacks `{text}`"));
+            }
+        }
+        let Some((_, allowed)) = ALLOWED.iter().find(|(of, _)| of == name) else {
+            problems.push(format!(
+                "{path}: xtask/src/tidy/dependencies.rs does not list what {name} may depend on"
+            ));
+            continue;
+        };
+        for dependency in package.dependencies() {
+            let is_ours = ALLOWED.iter().any(|(ours, _)| *ours == dependency);
+            if is_ours && !allowed.contains(&dependency.as_str()) {
+                problems.push(format!("{path}: {name} must not depend on {dependency}"));
+            }
+        }
+    }
+    if tree.text("Cargo.lock").contains("git+") {
+        problems.push("Cargo.lock: a dependency comes from a git repository".to_owned());
+    }
+}

@@ -1,0 +1,163 @@
+//! The walk over the syntax of a Rust file.
+
+use proc_macro2::{TokenStream, TokenTree};
+use syn::spanned::Spanned as _;
+use syn::visit::{self, Visit};
+
+use super::words::Words;
+use super::{Finding, Rule, names, signatures, text};
+
+/// Looks for breaches in a Rust file.
+pub(super) fn check(source: &str, words: &Words, found: &mut Vec<Finding>) {
+    text::check_comments(source, words, found);
+    let (Ok(tokens), Ok(syntax)) = (source.parse::<TokenStream>(), syn::parse_file(source)) else {
+        return;
+    };
+    check_strings(tokens, words, found);
+    let mut walk = Walk { words, found };
+    walk.check_docs(&syntax.attrs, Whether::Refused);
+    walk.visit_file(&syntax);
+}
+
+/// Looks for phrases in string literals, those in macro calls included. Doc comments are strings of attributes here and
+/// left out, because they are checked with the comments.
+fn check_strings(tokens: TokenStream, words: &Words, found: &mut Vec<Finding>) {
+    let mut after_doc = 0;
+    for token in tokens {
+        match token {
+            TokenTree::Group(group) => check_strings(group.stream(), words, found),
+            TokenTree::Ident(name) if name == "doc" => after_doc = 2,
+            TokenTree::Literal(literal) if after_doc == 0 => {
+                if let Ok(string) = syn::parse_str::<syn::LitStr>(&literal.to_string()) {
+                    let line = literal.span().start().line;
+                    text::check_phrases(&string.value(), line, words, found);
+                }
+            }
+            _ => after_doc = usize::saturating_sub(after_doc, 1),
+        }
+    }
+}
+
+/// Whether a doc comment may open with "Whether".
+#[derive(Clone, Copy, PartialEq)]
+enum Whether {
+    Allowed,
+    Refused,
+}
+
+struct Walk<'a> {
+    words: &'a Words,
+    found: &'a mut Vec<Finding>,
+}
+
+impl Walk<'_> {
+    fn check_docs(&mut self, attributes: &[syn::Attribute], whether: Whether) {
+        let docs = attributes.iter().filter(|attribute| attribute.path().is_ident("doc"));
+        let mut line = 0;
+        let mut doc = String::new();
+        for attribute in docs {
+            if let syn::Meta::NameValue(meta) = &attribute.meta
+                && let syn::Expr::Lit(literal) = &meta.value
+                && let syn::Lit::Str(string) = &literal.lit
+            {
+                if doc.is_empty() {
+                    line = attribute.span().start().line;
+                }
+                doc.push_str(&string.value());
+            }
+        }
+        if let Some(opening) = text::bad_opening(&doc, whether == Whether::Allowed) {
+            self.found.push(Finding {
+                rule: Rule::Opening,
+                line,
+                message: format!("opens with `{opening}`; open with a noun phrase or a verb"),
+            });
+        }
+    }
+
+    fn check_name(&mut self, name: &syn::Ident) {
+        names::check_whole(name, self.words, self.found);
+        names::check_parts(name, self.words, self.found);
+    }
+
+    fn check_function(&mut self, call: signatures::Call<'_>) {
+        signatures::check(call, self.found);
+    }
+}
+
+fn is_public(visibility: &syn::Visibility) -> bool {
+    !matches!(visibility, syn::Visibility::Inherited)
+}
+
+impl<'ast> Visit<'ast> for Walk<'_> {
+    fn visit_item(&mut self, item: &'ast syn::Item) {
+        if let Some((attributes, name)) = names::of_item(item) {
+            self.check_docs(attributes, Whether::Refused);
+            self.check_name(name);
+        }
+        visit::visit_item(self, item);
+    }
+
+    fn visit_item_fn(&mut self, function: &'ast syn::ItemFn) {
+        self.check_function(signatures::Call {
+            signature: &function.sig,
+            is_public: is_public(&function.vis),
+        });
+        visit::visit_item_fn(self, function);
+    }
+
+    fn visit_impl_item_fn(&mut self, function: &'ast syn::ImplItemFn) {
+        self.check_docs(&function.attrs, Whether::Refused);
+        self.check_name(&function.sig.ident);
+        self.check_function(signatures::Call {
+            signature: &function.sig,
+            is_public: is_public(&function.vis),
+        });
+        visit::visit_impl_item_fn(self, function);
+    }
+
+    fn visit_trait_item_fn(&mut self, function: &'ast syn::TraitItemFn) {
+        self.check_docs(&function.attrs, Whether::Refused);
+        self.check_name(&function.sig.ident);
+        self.check_function(signatures::Call {
+            signature: &function.sig,
+            is_public: true,
+        });
+        visit::visit_trait_item_fn(self, function);
+    }
+
+    fn visit_field(&mut self, field: &'ast syn::Field) {
+        let is_bool = matches!(&field.ty, syn::Type::Path(path) if path.path.is_ident("bool"));
+        let whether = if is_bool { Whether::Allowed } else { Whether::Refused };
+        self.check_docs(&field.attrs, whether);
+        if let Some(name) = &field.ident {
+            self.check_name(name);
+        }
+        visit::visit_field(self, field);
+    }
+
+    fn visit_variant(&mut self, variant: &'ast syn::Variant) {
+        self.check_docs(&variant.attrs, Whether::Refused);
+        self.check_name(&variant.ident);
+        visit::visit_variant(self, variant);
+    }
+
+    fn visit_pat_ident(&mut self, pattern: &'ast syn::PatIdent) {
+        names::check_parts(&pattern.ident, self.words, self.found);
+        visit::visit_pat_ident(self, pattern);
+    }
+
+    fn visit_expr_match(&mut self, expression: &'ast syn::ExprMatch) {
+        let is_bool = |arm: &syn::Arm| {
+            matches!(&arm.pat, syn::Pat::Lit(literal) if matches!(literal.lit, syn::Lit::Bool(_)))
+        };
+        if expression.arms.iter().any(is_bool) {
+            self.found.push(Finding {
+                rule: Rule::Match,
+                line: expression.span().start().line,
+                message: "a match on a bool; write an if".to_owned(),
+            });
+        }
+        visit::visit_expr_match(self, expression);
+    }
+}
