@@ -1,11 +1,11 @@
 /* Seidel's C ABI: real lens blur, learned from measured point-spread functions.
  *
- * Made from plugin/src by `cargo xtask header`; do not edit.
+ * Generated from plugin/src by `cargo xtask header`; do not edit.
  *
- * Every call answers a SeidelStatus; seidel_last_error tells in words why the last call on the same thread failed. All
- * calls may come from any number of threads at once. Structs begin with their size, which the caller sets, so that they
- * can grow. Buffers stay the caller's: nothing is kept of them after a call. No panic leaves the library, and nothing is
- * printed but what Rust itself says of a panic on stderr. */
+ * Every call returns a SeidelStatus; seidel_last_error describes the last failure on the calling thread. All functions
+ * may be called from any number of threads at once. Structs begin with their size, which the caller sets, so that later
+ * versions can add members. Buffers belong to the caller, and the library keeps no pointer to them after a call. No
+ * panic leaves the library, and it prints nothing but Rust's own panic message on stderr. */
 
 #ifndef SEIDEL_H
 #define SEIDEL_H

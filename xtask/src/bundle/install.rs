@@ -32,14 +32,19 @@ impl Candidates<'_> {
         // OpenFX: folders are separated by colons on Linux, and by semicolons on Windows and macOS.
         let is_linux = std::env::consts::OS == "linux";
         let separator = if is_linux { ':' } else { ';' };
-        let mut folders = self.plugin_path.into_iter().flat_map(|path| path.split(separator));
+        let mut folders = self
+            .plugin_path
+            .into_iter()
+            .flat_map(|path| path.split(separator));
         let first = folders.find(|folder| !folder.is_empty()).map(PathBuf::from);
         let standard = self.standard_is_writable.then(standard_folder);
         if let Some(folder) = self.argument.or(first).or(standard) {
             let advice = String::new();
             return Ok(Destination { folder, advice });
         }
-        let home = self.home.ok_or("there is no home folder; give --to FOLDER")?;
+        let home = self
+            .home
+            .ok_or("there is no home folder; give --to FOLDER")?;
         let folder = home.join("OFX").join("Plugins");
         let advice = format!(
             "\nHosts do not search this folder by default: set OFX_PLUGIN_PATH to {}, or copy the bundle to {} as administrator.",

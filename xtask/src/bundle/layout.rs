@@ -68,7 +68,10 @@ pub(super) fn write(
     for (path, bytes) in [
         (inner.join("Info.plist"), info.as_bytes()),
         (resources.join(format!("{IDENTIFIER}.png")), &icon),
-        (resources.join("THIRD-PARTY-NOTICES.txt"), contents.notices.as_bytes()),
+        (
+            resources.join("THIRD-PARTY-NOTICES.txt"),
+            contents.notices.as_bytes(),
+        ),
     ] {
         fs::write(&path, bytes).map_err(|e| failure(&path, &e))?;
     }

@@ -167,14 +167,19 @@ fn licence_texts(library: &Library) -> Result<Vec<String>, String> {
     if !texts.is_empty() {
         return Ok(texts);
     }
-    let is_mit = library.licence.split([' ', '/', '(', ')']).any(|id| id == "MIT");
+    let is_mit = library
+        .licence
+        .split([' ', '/', '(', ')'])
+        .any(|id| id == "MIT");
     if is_mit {
         let title = &library.title;
         let holders = match library.authors.as_str() {
             "" => format!("the authors of {title}"),
             authors => authors.to_owned(),
         };
-        return Ok(vec![format!("MIT License\n\nCopyright (c) {holders}\n\n{MIT}")]);
+        return Ok(vec![format!(
+            "MIT License\n\nCopyright (c) {holders}\n\n{MIT}"
+        )]);
     }
     Err(format!(
         "{}: its licence is \"{}\" and its sources contain no licence file; add its text to the notices by hand",
@@ -198,7 +203,11 @@ mod tests {
                 "source": "registry", "manifest_path": source.join("Cargo.toml"),
             })
         };
-        let packages = [package("a", "MIT"), package("b", "Zlib"), package("c", "MIT")];
+        let packages = [
+            package("a", "MIT"),
+            package("b", "Zlib"),
+            package("c", "MIT"),
+        ];
         json!({ "packages": packages })
     }
 
@@ -215,7 +224,10 @@ mod tests {
         let libraries = libraries(TREE, &metadata).expect("libraries");
         let text = text(&libraries).expect("notices");
         assert!(text.contains("\na 1.0.0: MIT") && text.contains("\nb 1.0.0: Zlib"));
-        assert!(text.contains("a 1.0.0, b 1.0.0\n\nThe shared text.\n"), "{text}");
+        assert!(
+            text.contains("a 1.0.0, b 1.0.0\n\nThe shared text.\n"),
+            "{text}"
+        );
         assert_eq!(text.matches("The shared text.").count(), 1);
         assert!(!text.contains("c 1.0.0"), "not in the tree: {text}");
         assert!(!text.contains("seidel-ofx"), "ours: {text}");
@@ -230,7 +242,10 @@ mod tests {
         fs::write(folder.path().join("b/COPYING"), "Zlib text").expect("written");
         let libraries = libraries(TREE, &metadata).expect("libraries");
         let text = text(&libraries).expect("notices");
-        assert!(text.contains("Copyright (c) An Author\n\nPermission"), "{text}");
+        assert!(
+            text.contains("Copyright (c) An Author\n\nPermission"),
+            "{text}"
+        );
     }
 
     /// The notices of this workspace contain a text for everything the plugin links.
@@ -242,7 +257,10 @@ mod tests {
         for name in ["\nnalgebra ", "\nrustfft ", "\nrayon "] {
             assert!(text.contains(name), "{name}");
         }
-        assert!(!text.contains("\nserde_derive "), "a macro is not in the binary");
+        assert!(
+            !text.contains("\nserde_derive "),
+            "a macro is not in the binary"
+        );
         assert!(!text.contains("\nproptest "), "tests are not in the binary");
     }
 }

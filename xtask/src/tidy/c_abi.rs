@@ -39,7 +39,10 @@ pub(super) fn check_guards(tree: &Tree, packages: &[Package], problems: &mut Vec
                 && !begins_with_guard(function)
             {
                 let name = &function.sig.ident;
-                problems.push(format!("{}: {name} does not begin with the guard", file.path));
+                problems.push(format!(
+                    "{}: {name} does not begin with the guard",
+                    file.path
+                ));
             }
         }
     }

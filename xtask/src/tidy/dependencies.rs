@@ -12,7 +12,10 @@ const ALLOWED: [(&str, &[&str]); 10] = [
         "seidel-ofx",
         &["seidel-colour", "seidel-plugin", "seidel-ofx-host"],
     ),
-    ("seidel", &["seidel-colour", "seidel-core", "seidel-image-io"]),
+    (
+        "seidel",
+        &["seidel-colour", "seidel-core", "seidel-image-io"],
+    ),
     ("seidel-image-io", &["seidel-core"]),
     (
         "seidel-tests",

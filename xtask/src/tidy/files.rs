@@ -27,7 +27,10 @@ fn check_machine_paths(tree: &Tree, problems: &mut Vec<String>) {
     for file in tree.files().filter(|file| file.path != "Cargo.lock") {
         for start in &starts {
             if file.text.contains(start) {
-                problems.push(format!("{}: contains a path of one machine ({start})", file.path));
+                problems.push(format!(
+                    "{}: contains a path of one machine ({start})",
+                    file.path
+                ));
             }
         }
     }

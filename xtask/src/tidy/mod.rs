@@ -30,7 +30,9 @@ pub(crate) fn run(
             }
         }
         Some("--language") => Ok(language::report(&Tree::read(root), arguments.next())),
-        Some(other) => Err(format!("unknown argument {other}; the one there is: --language")),
+        Some(other) => Err(format!(
+            "unknown argument {other}; the one there is: --language"
+        )),
     }
 }
 
@@ -89,7 +91,10 @@ mod tests {
             ("cli/Cargo.toml", "[package]\nname = \"seidel\"\n"),
             ("cli/src/lib.rs", "mod commands;"),
             ("cli/src/commands/mod.rs", "mod fit;"),
-            ("cli/src/commands/fit.rs", "use std::fs::File;\nfn f() { File::open(\"x\"); }"),
+            (
+                "cli/src/commands/fit.rs",
+                "use std::fs::File;\nfn f() { File::open(\"x\"); }",
+            ),
             ("cli/src/commands/lost.rs", "//! Lost."),
             ("plugin/Cargo.toml", "[package]\nname = \"seidel-plugin\"\n"),
             (
@@ -124,15 +129,24 @@ mod tests {
     #[test]
     fn unlisted_parts_are_found() {
         let tree = Tree::of(&[
-            ("core/src/psf/mod.rs", "pub static ALL: [&dyn PsfModel; 1] = [\n    &Gaussian,\n];"),
+            (
+                "core/src/psf/mod.rs",
+                "pub static ALL: [&dyn PsfModel; 1] = [\n    &Gaussian,\n];",
+            ),
             ("core/src/psf/gaussian.rs", "impl PsfModel for Gaussian {"),
             ("core/src/psf/lost.rs", "impl MomentPsf for Lost {"),
         ]);
         let mut problems = Vec::new();
         registries::check(&tree, &mut problems);
         assert!(problems.iter().any(|p| p.contains("Lost")), "{problems:?}");
-        assert!(!problems.iter().any(|p| p.contains("Gaussian")), "{problems:?}");
+        assert!(
+            !problems.iter().any(|p| p.contains("Gaussian")),
+            "{problems:?}"
+        );
         // A list that is not found is a breach too, or a move of its folder would end the check.
-        assert!(problems.iter().any(|p| p.contains("effects")), "{problems:?}");
+        assert!(
+            problems.iter().any(|p| p.contains("effects")),
+            "{problems:?}"
+        );
     }
 }

@@ -40,7 +40,10 @@ fn module(path: &str) -> Option<(&str, Vec<String>)> {
         "mod.rs" => folder.rsplit_once('/')?,
         file => (folder, file.strip_suffix(".rs")?),
     };
-    let mut parents: Vec<String> = ROOTS.iter().map(|root| format!("{folder}/{root}")).collect();
+    let mut parents: Vec<String> = ROOTS
+        .iter()
+        .map(|root| format!("{folder}/{root}"))
+        .collect();
     parents.push(format!("{folder}.rs"));
     Some((name, parents))
 }

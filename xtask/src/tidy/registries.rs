@@ -48,7 +48,10 @@ fn check_registry(tree: &Tree, registry: &Registry, problems: &mut Vec<String>) 
     for part in tree.rust_files(file.path.trim_end_matches("mod.rs")) {
         for implementation in implementations(part, registry.traits) {
             if !list.contains(&format!("&{implementation},")) {
-                problems.push(format!("{}: {implementation} is not in {name}::ALL", part.path));
+                problems.push(format!(
+                    "{}: {implementation} is not in {name}::ALL",
+                    part.path
+                ));
             }
         }
     }
@@ -82,7 +85,10 @@ fn check_effects_page(tree: &Tree, problems: &mut Vec<String>) {
         }
         let id = file.path[folder.len()..].trim_end_matches(".rs");
         if page.text.matches(&format!("\n| `{id}` |")).count() != 2 {
-            problems.push(format!("{}: `{id}` lacks a row in {}", file.path, page.path));
+            problems.push(format!(
+                "{}: `{id}` lacks a row in {}",
+                file.path, page.path
+            ));
         }
     }
 }
@@ -97,7 +103,10 @@ fn check_host_checks(tree: &Tree, problems: &mut Vec<String>) {
     for file in tree.rust_files(folder) {
         let name = file.path[folder.len()..].trim_end_matches(".rs");
         if file.text.contains("static CHECK: Check") && !all.contains(&format!("&{name}::CHECK,")) {
-            problems.push(format!("{}: the check {name} is not in checks::ALL", file.path));
+            problems.push(format!(
+                "{}: the check {name} is not in checks::ALL",
+                file.path
+            ));
         }
     }
 }

@@ -21,17 +21,22 @@ pub(super) fn of_item(item: &Item) -> Option<(&[Attribute], &Ident)> {
     }
 }
 
-/// Looks for a whole name.
-pub(super) fn check_whole(name: &Ident, words: &Words, found: &mut Vec<Finding>) {
-    if let Some(entry) = words.names.iter().find(|entry| name == &entry.words[0]) {
+/// Looks for a whole name; returns whether it is in the list.
+pub(super) fn check_whole(name: &Ident, words: &Words, found: &mut Vec<Finding>) -> bool {
+    let entry = words.names.iter().find(|entry| name == &entry.words[0]);
+    if let Some(entry) = entry {
         found.push(finding(name, entry.message(&name.to_string())));
     }
+    entry.is_some()
 }
 
 /// Looks for a part of a name.
 pub(super) fn check_parts(name: &Ident, words: &Words, found: &mut Vec<Finding>) {
     let parts = parts(&name.to_string());
-    let entry = words.parts.iter().find(|entry| parts.contains(&entry.words[0]));
+    let entry = words
+        .parts
+        .iter()
+        .find(|entry| parts.contains(&entry.words[0]));
     if let Some(entry) = entry {
         found.push(finding(name, entry.message(&name.to_string())));
     }

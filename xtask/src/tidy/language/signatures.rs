@@ -22,30 +22,51 @@ pub(super) struct Call<'a> {
 
 /// Looks for breaches in the signature of a function. Those of C are given by their standard.
 pub(super) fn check(call: Call<'_>, found: &mut Vec<Finding>) {
-    let Call { signature, is_public } = call;
+    let Call {
+        signature,
+        is_public,
+    } = call;
     if signature.abi.is_some() {
         return;
     }
     let name = signature.ident.to_string();
     let is_setter = SETTERS.iter().any(|start| name.starts_with(start));
-    let mut add = |rule, line, message| found.push(Finding { rule, line, message });
+    let mut add = |rule, line, message| {
+        found.push(Finding {
+            rule,
+            line,
+            message,
+        })
+    };
     for input in &signature.inputs {
         let FnArg::Typed(parameter) = input else {
             continue;
         };
         let line = parameter.span().start().line;
         if is_tuple_pattern(&parameter.pat) {
-            add(Rule::Pattern, line, format!("{name}: a parameter destructures a tuple"));
+            add(
+                Rule::Pattern,
+                line,
+                format!("{name}: a parameter destructures a tuple"),
+            );
         }
         if is_public && !is_setter && is_bool(&parameter.ty) {
-            add(Rule::Bool, line, format!("{name}: a bare bool; write an enum"));
+            add(
+                Rule::Bool,
+                line,
+                format!("{name}: a bare bool; write an enum"),
+            );
         }
     }
     if is_public {
         let mut tuples = LargeTuples { lines: Vec::new() };
         tuples.visit_signature(signature);
         for line in tuples.lines {
-            add(Rule::Tuple, line, format!("{name}: a tuple of three or more; write a struct"));
+            add(
+                Rule::Tuple,
+                line,
+                format!("{name}: a tuple of three or more; write a struct"),
+            );
         }
     }
 }

@@ -52,7 +52,9 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn check_docs(&mut self, attributes: &[syn::Attribute], whether: Whether) {
-        let docs = attributes.iter().filter(|attribute| attribute.path().is_ident("doc"));
+        let docs = attributes
+            .iter()
+            .filter(|attribute| attribute.path().is_ident("doc"));
         let mut line = 0;
         let mut doc = String::new();
         for attribute in docs {
@@ -76,8 +78,9 @@ impl Walk<'_> {
     }
 
     fn check_name(&mut self, name: &syn::Ident) {
-        names::check_whole(name, self.words, self.found);
-        names::check_parts(name, self.words, self.found);
+        if !names::check_whole(name, self.words, self.found) {
+            names::check_parts(name, self.words, self.found);
+        }
     }
 
     fn check_function(&mut self, call: signatures::Call<'_>) {
@@ -128,7 +131,11 @@ impl<'ast> Visit<'ast> for Walk<'_> {
 
     fn visit_field(&mut self, field: &'ast syn::Field) {
         let is_bool = matches!(&field.ty, syn::Type::Path(path) if path.path.is_ident("bool"));
-        let whether = if is_bool { Whether::Allowed } else { Whether::Refused };
+        let whether = if is_bool {
+            Whether::Allowed
+        } else {
+            Whether::Refused
+        };
         self.check_docs(&field.attrs, whether);
         if let Some(name) = &field.ident {
             self.check_name(name);
@@ -148,9 +155,7 @@ impl<'ast> Visit<'ast> for Walk<'_> {
     }
 
     fn visit_expr_match(&mut self, expression: &'ast syn::ExprMatch) {
-        let is_bool = |arm: &syn::Arm| {
-            matches!(&arm.pat, syn::Pat::Lit(literal) if matches!(literal.lit, syn::Lit::Bool(_)))
-        };
+        let is_bool = |arm: &syn::Arm| matches!(&arm.pat, syn::Pat::Lit(literal) if matches!(literal.lit, syn::Lit::Bool(_)));
         if expression.arms.iter().any(is_bool) {
             self.found.push(Finding {
                 rule: Rule::Match,

@@ -47,7 +47,11 @@ fn names_are_found_where_they_are_defined() {
     ] {
         assert_eq!(broken_in_rust(text), [Rule::Name], "{text}");
     }
-    for text in ["fn unseen() {}", "fn f() {\n    let given = 1;\n}", "fn retold() {}"] {
+    for text in [
+        "fn unseen() {}",
+        "fn f() {\n    let given = 1;\n}",
+        "fn retold() {}",
+    ] {
         assert_eq!(broken_in_rust(text), [], "{text}");
     }
 }
@@ -65,7 +69,10 @@ fn phrases_are_found_in_comments_strings_and_documents() {
     let two = "A word of `told` here.\nTold.\n```\ntold\n```\n";
     assert_eq!(broken_rules("a.md", two), [Rule::Phrase]);
     assert_eq!(broken_rules("a.txt", two), []);
-    assert_eq!(broken_in_rust("// A tolde word.\nfn f() { g(\"retold\") }"), []);
+    assert_eq!(
+        broken_in_rust("// A tolde word.\nfn f() { g(\"retold\") }"),
+        []
+    );
 }
 
 #[test]
@@ -75,9 +82,15 @@ fn signatures_that_hide_meaning_are_found() {
         ("pub(crate) fn f(a: &[(u8, u8, u8)]) {}", Rule::Tuple),
         ("fn f((a, b): (u8, u8)) {}", Rule::Pattern),
         ("fn f(&(a, b): &(u8, u8)) {}", Rule::Pattern),
-        ("impl S {\n    pub fn f(&self, exact: bool) {}\n}", Rule::Bool),
+        (
+            "impl S {\n    pub fn f(&self, exact: bool) {}\n}",
+            Rule::Bool,
+        ),
         ("trait T {\n    fn f(&self, exact: bool);\n}", Rule::Bool),
-        ("fn f(a: bool) -> u8 {\n    match a {\n        true => 1,\n        false => 2,\n    }\n}", Rule::Match),
+        (
+            "fn f(a: bool) -> u8 {\n    match a {\n        true => 1,\n        false => 2,\n    }\n}",
+            Rule::Match,
+        ),
     ] {
         assert_eq!(broken_in_rust(text), [rule], "{text}");
     }
@@ -118,8 +131,14 @@ fn counts_are_by_folder_and_rule() {
         let cells = line.expect("a row").split_whitespace().skip(1);
         cells.map(str::to_owned).collect::<Vec<_>>()
     };
-    assert_eq!(row("core/src/fit"), ["0", "2", "0", "0", "0", "0", "0", "0"]);
+    assert_eq!(
+        row("core/src/fit"),
+        ["0", "2", "0", "0", "0", "0", "0", "0"]
+    );
     assert_eq!(row("total"), ["0", "2", "1", "0", "0", "0", "0", "0"]);
     let list = super::report(&tree, Some("core/src/fit/".to_owned()));
-    assert!(list.starts_with("core/src/fit/a.rs:1: name: `Seen`"), "{list}");
+    assert!(
+        list.starts_with("core/src/fit/a.rs:1: name: `Seen`"),
+        "{list}"
+    );
 }

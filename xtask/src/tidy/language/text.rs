@@ -5,7 +5,15 @@ use super::{Finding, Rule};
 
 /// Words that open a question, or a clause without a main verb.
 const OPENINGS: [&str; 9] = [
-    "What", "How", "Of what", "By how much", "By which", "By what", "Where", "Whether", "Which",
+    "What",
+    "How",
+    "Of what",
+    "By how much",
+    "By which",
+    "By what",
+    "Where",
+    "Whether",
+    "Which",
 ];
 
 /// Looks for phrases in a Markdown document, code blocks excepted.
@@ -44,7 +52,10 @@ pub(super) fn check_phrases(line: &str, number: usize, words: &Words, found: &mu
     let prose: Vec<&str> = line.split('`').step_by(2).collect();
     let lower = prose.join(" ` ").to_lowercase();
     let is_mark = |c: char| !c.is_alphanumeric() && c != '`' && c != '\'';
-    let tokens: Vec<&str> = lower.split(is_mark).filter(|word| !word.is_empty()).collect();
+    let tokens: Vec<&str> = lower
+        .split(is_mark)
+        .filter(|word| !word.is_empty())
+        .collect();
     let mut at = 0;
     while at < tokens.len() {
         let rest = &tokens[at..];

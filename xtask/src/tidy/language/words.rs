@@ -58,6 +58,10 @@ impl Entry {
     /// Whether the entry matches the beginning of `words`, which are in small letters.
     pub(super) fn matches_start(&self, words: &[&str]) -> bool {
         self.words.len() <= words.len()
-            && self.words.iter().zip(words).all(|(own, word)| own == "*" || own == word)
+            && self
+                .words
+                .iter()
+                .zip(words)
+                .all(|(own, word)| own == "*" || own == word)
     }
 }
