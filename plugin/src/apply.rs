@@ -1,7 +1,7 @@
 //! Putting a lens's blur on a plate, or on a part of it.
 
 use seidel_core::plate::{Rendering, Returned, Vergences, apply_bytes};
-use seidel_core::render::{self, Occlusion, Scene, Window};
+use seidel_core::render::{self, Occlusion, RenderWindow, Scene};
 
 use crate::callbacks::SeidelCallbacks;
 use crate::given::Given;
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn seidel_apply(
 }
 
 /// The window of the extent that is asked for.
-fn window_of(plate: &Plate, rect: SeidelRect, alphas: Option<&View>) -> Result<Window> {
+fn window_of(plate: &Plate, rect: SeidelRect, alphas: Option<&View>) -> Result<RenderWindow> {
     if !plate.extent.contains(rect) {
         return Err(Failure::argument(
             "output.rect",
@@ -77,7 +77,7 @@ fn window_of(plate: &Plate, rect: SeidelRect, alphas: Option<&View>) -> Result<W
             "give pictures of the same pixels",
         ));
     }
-    Ok(Window {
+    Ok(RenderWindow {
         column: (rect.left - plate.extent.left) as usize,
         row: (rect.top - plate.extent.top) as usize,
         width: rect.columns(),
@@ -102,7 +102,12 @@ pub(crate) fn as_it_is(mut parts: seidel_core::plate::LightParts, scrub: bool) -
     }
 }
 
-fn blurred(job: &Job, holdout: Option<Holdout>, window: Window, watch: &Watch) -> Result<Returned> {
+fn blurred(
+    job: &Job,
+    holdout: Option<Holdout>,
+    window: RenderWindow,
+    watch: &Watch,
+) -> Result<Returned> {
     let settings = &job.settings;
     let lens_use = job.sight.lens_use();
     let planes = lens_use.seen(&job.sight.placed, job.vergence.clone(), |seen| {
@@ -133,7 +138,7 @@ fn blurred(job: &Job, holdout: Option<Holdout>, window: Window, watch: &Watch) -
         let tell = |share| watch.tell(share);
         Ok::<_, Failure>(rendering.window_by(&*inner, window, &tell)?)
     });
-    let mut planes = planes?;
+    let mut planes = planes?.planes;
     (job.light).develop(&job.sight.predictor, &job.weights, &mut planes);
     Ok(job.light.returned(planes))
 }

@@ -2,7 +2,7 @@
 
 use seidel_core::plate::{Light, LightParts, Placed, Rectangle, Vergences, plate_weights};
 use seidel_core::predict::Predictor;
-use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT};
+use seidel_core::render::{BlurField, MAX_PIXEL_ASPECT};
 
 use crate::image::{SeidelImage, SeidelRect, View};
 use crate::pointers::{Sized64, sized};
@@ -134,7 +134,7 @@ fn placed(
     settings: &Settings,
 ) -> Result<Placed> {
     let aspect = settings.raw.pixel_aspect;
-    if !(1.0 / MOST_PIXEL_ASPECT..=MOST_PIXEL_ASPECT).contains(&aspect) {
+    if !(1.0 / MAX_PIXEL_ASPECT..=MAX_PIXEL_ASPECT).contains(&aspect) {
         return Err(Failure::argument(
             "settings.pixel_aspect",
             format!("is {aspect}"),

@@ -5,7 +5,7 @@ use crate::pinholes::{self, HEIGHT, ThinLens, WIDTH};
 use seidel_core::field::ImagePoint;
 use seidel_core::psf::Pupil;
 use seidel_core::render::{
-    Displacement, Edges, Layered, Occlusion, Plane, PlateMap, Renderer, Scatter, Scene,
+    Displacement, Edges, LayeredRenderer, Occlusion, Plane, PlateMap, Renderer, Scatter, Scene,
     VergencePass,
 };
 
@@ -41,12 +41,12 @@ fn rendered(by: &dyn Renderer, lens: &ThinLens, light: &[f32], vergence: &[f32])
         weights: &[1.0],
     });
     let done = by.render(&scene(lens, vergence), &planes, &|_| true);
-    let done = done.expect("a valid scene");
-    done.try_into().expect("as many planes as given")
+    let planes = done.expect("a valid scene").planes;
+    planes.try_into().expect("as many planes as given")
 }
 
-fn layered() -> Layered<'static> {
-    Layered {
+fn layered() -> LayeredRenderer<'static> {
+    LayeredRenderer {
         inner: &Scatter,
         settings: Occlusion::default(),
     }

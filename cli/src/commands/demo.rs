@@ -9,8 +9,8 @@ use seidel_core::observations::ObservationSet;
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
 use seidel_core::render::{
-    BlurField, Displacement, Edges, Gather, Layered, Occlusion, Plane, PlateMap, Quality, Renderer,
-    Scene as Optics, VergencePass,
+    BlurField, Displacement, Edges, Gather, LayeredRenderer, Occlusion, Plane, PlateMap, Quality,
+    Renderer, Scene as Optics, VergencePass,
 };
 use seidel_core::score::TestImage;
 
@@ -153,15 +153,18 @@ fn blur(
     let inner = Gather {
         quality: Quality::Final,
     };
-    let renderer = Layered {
+    let renderer = LayeredRenderer {
         inner: &inner,
         settings: Occlusion::default(),
     };
-    let blurred = renderer.render(&optics, &planes, &|share| {
+    let rendered = renderer.render(&optics, &planes, &|share| {
         progress.set(share);
         true
     })?;
-    Ok(blurred.try_into().expect("as many planes come as went"))
+    Ok(rendered
+        .planes
+        .try_into()
+        .expect("one plane for each given"))
 }
 
 fn write_plate(path: &Path, plate: &Scene, rgb: &[Vec<f32>; 3]) -> seidel_image_io::Result<()> {

@@ -1,43 +1,66 @@
-//! Renderers: spatially varying lens blur applied to plates, and removed from them.
+//! Spatially varying lens blur applied to plates, and removed from them.
 //!
-//! A [`Scene`] says through which lens, at which depth and where in the frame a plate is seen; a [`Renderer`]
-//! turns [`Plane`]s of scene-linear samples into blurred ones. [`Scatter`] is the exact reference, [`Gather`] the fast
-//! renderer; [`Layered`] adds occlusion to either. [`remove`] is the inverse, [`plate`] places files' and hosts'
-//! pixels into scenes.
+//! # The model
 //!
-//! The blurred plate is O(x) = sum over source pixels x' of I(x') P_x'(x - x'): the PSF is that of the *source*
-//! pixel. Each source spreads its light with a unit-sum kernel, so energy is kept.
+//! The blurred plate is
+//!
+//! ```text
+//! O(x) = sum over source pixels x' of I(x') P_x'(x - x')
+//! ```
+//!
+//! where I is scene-linear light and P_x' the point-spread function (PSF) of the *source* pixel x': it varies with
+//! field position, channel and depth. Each PSF has unit sum, so the plate keeps its light.
+//!
+//! # Rendering
+//!
+//! A [`Scene`] names the lens ([`BlurField`]), the PSF model, the position of the plate in the lens's frame
+//! ([`PlateMap`]) and the vergence of its pixels. A [`Renderer`] turns [`Plane`]s of samples into blurred ones:
+//!
+//! | renderer | method |
+//! | --- | --- |
+//! | [`Scatter`] | exact: scatters one kernel per source pixel |
+//! | [`Gather`] | fast: tiles of an image pyramid, each gathered with a stencil that varies bilinearly |
+//! | [`LayeredRenderer`] | occlusion: blurs depth layers with another renderer and composites them near over far |
+//! | [`EdgeReplicatingRenderer`] | pads the plate with its edge pixels and renders that |
+//! | [`SpotRenderer`] | exact at chosen pixels only: a reference for the error of the others |
+//!
+//! [`Operator`] is the fast renderer as a linear operator with its adjoint. [`AdjustedLens`] and
+//! [`NonSquarePixelLens`] wrap a lens; [`FocusRemap`] applies focus controls to vergences; [`DepthConvention`] and
+//! [`DepthCheck`] read and check depth passes.
+//!
+//! [`remove`] is the inverse of rendering. [`plate`] converts the pixels of files and hosts to scenes and back.
 #![forbid(unsafe_code)]
 
-mod adjusted;
+mod adjusted_lens;
 mod depth;
-mod extended;
+mod edge_replication;
 mod gather;
-mod methods;
-mod non_square;
+mod non_square_pixel_lens;
 mod occlusion;
 pub mod plate;
 mod plate_map;
 pub mod remove;
 mod scatter;
 mod scene;
-mod spots;
+mod spot_renderer;
+mod statistics;
 
-pub use adjusted::{Adjusted, MOST_AMOUNT};
+pub use adjusted_lens::{AdjustedLens, MAX_AMOUNT};
 pub use depth::{
-    DepthCheck, DepthConvention, DepthProblem, DepthReading, Finding, FocusControls, FocusRange,
-    LensReach, MOST_MULTIPLIER, PlateExtent, Severity, View, focus_vergence,
+    CameraPerspective, DepthCheck, DepthConvention, DepthFinding, DepthProblem, DepthReading,
+    FocusControls, FocusRemap, LensDistances, MAX_MULTIPLIER, PlateExtent, Severity,
+    focus_vergence,
 };
-pub use extended::Extended;
+pub use edge_replication::EdgeReplicatingRenderer;
 pub use gather::{Gather, Operator, Quality};
-pub use methods::{LevelMethods, Methods, Noted};
-pub use non_square::{MOST_PIXEL_ASPECT, NonSquare};
-pub(crate) use occlusion::Ladder;
-pub use occlusion::{HIDDEN_REACH_PX, Holdout, Layered, Occlusion};
+pub use non_square_pixel_lens::{MAX_PIXEL_ASPECT, NonSquarePixelLens};
+pub(crate) use occlusion::{DepthLayers, LayerSpacing};
+pub use occlusion::{HIDDEN_REACH_PX, Holdout, LayeredRenderer, Occlusion};
 pub use plate_map::PlateMap;
-pub use scatter::{LocalKernel, LocalKernels, Scatter, at_pixels};
-pub(crate) use scatter::{reach, reach_of_pass};
+pub(crate) use scatter::kernel_reach;
+pub use scatter::{LocalKernel, LocalKernels, Scatter, exact_at_pixels};
 pub(crate) use scene::cancelled;
-pub use scene::{Displacement, Edges, Plane, Renderer, Scene, VergencePass, Window};
+pub use scene::{Displacement, Edges, Plane, RenderWindow, Renderer, Scene, VergencePass};
 pub use seidel_optics::{BlurField, DisplacedBlur, apply_tone};
-pub use spots::{Spots, psnr_at, spread_pixels};
+pub use spot_renderer::{SpotRenderer, low_discrepancy_pixels, psnr_at};
+pub use statistics::{LevelStatistics, RenderStatistics, Rendered};

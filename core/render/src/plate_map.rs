@@ -3,7 +3,7 @@
 use seidel_optics::field::ImagePoint;
 
 /// Where the pixels of a plate lie in the lens's frame. Plates whose pixels are not square are seen through a
-/// [`NonSquare`] lens.
+/// [`NonSquarePixelLens`] lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateMap {
     /// Lens-frame position of the plate's top-left outer corner.

@@ -1,132 +1,119 @@
-//! What a renderer is given: lens, plate geometry, depth and the planes of samples.
+//! The inputs of a renderer: lens, plate geometry, depth and planes of samples.
 
-use crate::{BlurField, Methods, PlateMap, reach_of_pass};
+use crate::{BlurField, PlateMap, Rendered};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::psf::PsfModel;
 
-/// Object vergence (1 / distance in metres) of every plate pixel.
+/// Object vergence of the plate's pixels: 1 / distance, in 1/m, 0 at infinity.
 #[derive(Debug, Clone, Copy)]
 pub enum VergencePass<'a> {
-    /// The whole plate at one vergence.
+    /// One vergence for the whole plate.
     Constant(f64),
-    /// One value a pixel, row-major, finite.
+    /// One finite value per pixel, row-major.
     PerPixel(&'a [f32]),
 }
 
-/// What lies beyond the plate's edges.
+/// The boundary condition at the plate's edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Edges {
-    /// The mirrored plate seen through the mirrored lens: light that would leave is folded back at
-    /// the edge, so the plate keeps all its light.
+    /// Mirrored plate and mirrored lens: light that would leave is folded back at the edge. The plate keeps all its
+    /// light.
     #[default]
     Mirror,
-    /// Nothing: light that leaves is lost.
+    /// Black surroundings: light that leaves is lost.
     Black,
 }
 
-/// Whether a PSF lands where the ideal chief ray would or where the lens puts it.
+/// Which part of the lens's geometric displacement a render keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Displacement {
-    /// Every PSF has its centroid on its source pixel: blur alone.
+    /// None: every PSF has its centroid on its source pixel.
     #[default]
     None,
-    /// Each channel is displaced relative to the mean over all lens channels: lateral colour, with
-    /// the plate itself left undistorted.
+    /// Lateral colour: each channel is displaced relative to the mean of all lens channels. The plate itself stays
+    /// undistorted.
     Lateral,
-    /// The whole displacement: distortion and lateral colour.
+    /// All: distortion and lateral colour.
     Full,
 }
 
-/// A plate's optics: everything about a render but the samples.
+/// Lens, plate geometry and depth: everything a render needs but the samples.
 pub struct Scene<'a> {
     /// The lens.
     pub lens: &'a dyn BlurField,
-    /// What turns the lens's moments into light densities.
+    /// The PSF model that turns the lens's local blur into kernels.
     pub model: &'a dyn PsfModel,
     /// Columns of the plate.
     pub width: usize,
     /// Rows of the plate.
     pub height: usize,
-    /// Where the plate lies in the lens's frame.
+    /// Position and scale of the plate in the lens's frame.
     pub map: PlateMap,
-    /// Depth of the plate.
+    /// Depth of the plate's pixels.
     pub vergence: VergencePass<'a>,
-    /// What lies beyond the plate.
+    /// Boundary condition at the plate's edges.
     pub edges: Edges,
-    /// Whether PSFs are displaced.
+    /// Which displacement of PSFs is kept.
     pub displacement: Displacement,
 }
 
-/// One plane of samples to blur, such as red or alpha. Samples are linear light, premultiplied where
-/// there is an alpha plane.
+/// A plane of samples to blur, such as red or alpha. Samples are scene-linear, and premultiplied where the plate has
+/// alpha.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane<'a> {
-    /// One sample a pixel, row-major, finite; negative and very large ones are welcome.
+    /// One finite sample per pixel, row-major; negative and very large values are allowed.
     pub samples: &'a [f32],
-    /// How much each lens channel contributes to this plane. (1, 0, 0) for red; (1/3, 1/3, 1/3) for
-    /// alpha, the coverage seen by all three. They must sum to one for the plane to keep its light.
+    /// Weight of each lens channel in this plane: (1, 0, 0) for red, (1/3, 1/3, 1/3) for alpha, the coverage seen by
+    /// all three. Weights that sum to one keep the plane's light.
     pub weights: &'a [f64],
 }
 
-/// Applies a lens to planes.
+/// Blurs planes with a lens.
 pub trait Renderer: Sync {
     /// Stable identifier, as the command line names it.
     fn id(&self) -> &'static str;
 
-    /// The planes as seen through the lens, in the order given.
+    /// Renders the pixels of `window` from all light of the plate.
     ///
-    /// `progress` is called with the share done, from 0 to 1, from any thread; calls from different
-    /// threads can arrive slightly out of order. If it returns false the render stops.
+    /// The planes come back in the order given, row-major and as large as the window. They equal the same part of
+    /// [`Renderer::render`]'s planes to the bit.
+    ///
+    /// `progress` is called with the share done, from 0 to 1, from any thread. Calls from different threads can
+    /// arrive slightly out of order. The render stops when it returns false.
     ///
     /// # Errors
-    /// - [`Scene::check`]'s;
+    /// - those of [`Scene::check`];
+    /// - a window that is empty or not wholly on the plate;
     /// - a lens whose blur is not finite or too large to draw at some pixel;
-    /// - [`stopped`], if `progress` said so.
+    /// - a cancelled operation, if `progress` returned false.
+    fn render_window(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        window: RenderWindow,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Rendered>;
+
+    /// Renders the whole plate: [`Renderer::render_window`] with a window as large as the plate.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render_window`].
     fn render(
         &self,
         scene: &Scene,
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>>;
-
-    /// Renders the `window` of a plate alone, from all of its light: to the bit what [`Renderer::render`] gives
-    /// there, row-major and as large as the window. A renderer that has no way of its own renders the whole.
-    ///
-    /// # Errors
-    /// Those of [`Renderer::render`], and a window that is empty or not wholly on the plate.
-    fn render_window(
-        &self,
-        scene: &Scene,
-        planes: &[Plane],
-        window: Window,
-        progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
-        window.check(scene)?;
-        let whole = self.render(scene, planes, progress)?;
-        let part = |plane: &Vec<f32>| window.cut(scene.width, plane);
-        Ok(whole.iter().map(part).collect())
-    }
-
-    /// By which ways [`Renderer::render`] would render; nothing is drawn. A renderer that chooses nothing says
-    /// that it renders once; one made of others leaves it to them: [`Noted`](crate::Noted).
-    ///
-    /// # Errors
-    /// Those of [`Renderer::render`].
-    fn methods(&self, scene: &Scene, planes: &[Plane]) -> Result<Methods> {
-        scene.check(planes)?;
-        Ok(Methods {
-            renders: 1,
-            ..Methods::default()
-        })
+    ) -> Result<Rendered> {
+        self.render_window(scene, planes, RenderWindow::whole(scene), progress)
     }
 }
 
 /// A rectangle of a plate's pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Window {
-    /// Its first column.
+pub struct RenderWindow {
+    /// First column.
     pub column: usize,
-    /// Its first row.
+    /// First row.
     pub row: usize,
     /// Columns.
     pub width: usize,
@@ -134,14 +121,14 @@ pub struct Window {
     pub height: usize,
 }
 
-impl Window {
-    /// All of a plate.
+impl RenderWindow {
+    /// The whole plate of `scene`.
     pub(crate) fn whole(scene: &Scene) -> Self {
-        Self::all_of((scene.width, scene.height))
+        Self::from_size(scene.width, scene.height)
     }
 
-    /// All of a plate of some columns and rows.
-    pub(crate) fn all_of((width, height): (usize, usize)) -> Self {
+    /// The whole of a plate of `width` x `height` pixels.
+    pub(crate) fn from_size(width: usize, height: usize) -> Self {
         Self {
             column: 0,
             row: 0,
@@ -150,12 +137,21 @@ impl Window {
         }
     }
 
-    /// Its part of a plate's `samples`, `width` columns wide.
+    /// Returns this part of `samples`, a plane `width` columns wide.
     pub(crate) fn cut(&self, width: usize, samples: &[f32]) -> Vec<f32> {
         let rows = samples.chunks_exact(width).skip(self.row).take(self.height);
         rows.flat_map(|row| &row[self.column..self.column + self.width])
             .copied()
             .collect()
+    }
+
+    /// Cuts whole planes of `scene` to this window.
+    pub(crate) fn cut_planes(&self, scene: &Scene, planes: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
+        if *self == Self::whole(scene) {
+            return planes;
+        }
+        let cut = |plane: &Vec<f32>| self.cut(scene.width, plane);
+        planes.iter().map(cut).collect()
     }
 
     pub(crate) fn check(&self, scene: &Scene) -> Result<()> {
@@ -184,18 +180,12 @@ pub(crate) fn cancelled() -> Error {
 }
 
 impl Scene<'_> {
-    /// Number of pixels of the plate.
+    /// Returns the number of pixels of the plate.
     pub fn pixel_count(&self) -> usize {
         self.width * self.height
     }
 
-    /// How far along x and along y light of any pixel of the plate lands, plate pixels, tried at nine places and with room
-    /// to spare; a million where the lens cannot be drawn.
-    pub fn reach_px(&self) -> (f64, f64) {
-        reach_of_pass(self)
-    }
-
-    /// Vergence of the pixel at row-major `index`, m^-1.
+    /// Returns the vergence of the pixel at row-major `index`, 1/m.
     pub fn vergence_at(&self, index: usize) -> f64 {
         match self.vergence {
             VergencePass::Constant(vergence) => vergence,
@@ -203,14 +193,14 @@ impl Scene<'_> {
         }
     }
 
-    /// Whether this scene and `planes` can be rendered.
+    /// Checks that this scene and `planes` can be rendered.
     ///
     /// # Errors
-    /// An empty plate or one too large to index, a scale that is not positive, a plane or depth pass
-    /// of the wrong size, the wrong number of channel weights, and samples, weights or depths that
-    /// are not finite: the first one found is named by plane and pixel.
+    /// An empty plate or one too large to index, a scale that is not positive, a plane or depth pass of the wrong
+    /// size, the wrong number of channel weights, and samples, weights or depths that are not finite. The error
+    /// names the first plane and pixel found.
     pub fn check(&self, planes: &[Plane]) -> Result<()> {
-        // A quarter of i32's range leaves room for kernels beyond the edges.
+        // A quarter of the range of i32 leaves room for kernels beyond the edges.
         let largest = 1 << 29;
         if self.width == 0 || self.height == 0 || self.width > largest || self.height > largest {
             return Err(Error::new(
@@ -271,7 +261,7 @@ impl Scene<'_> {
                 ),
             ));
         }
-        // Block by block without a branch a sample: every renderer looks at every plane.
+        // No branch per sample: every renderer scans every plane.
         let sound = |block: &[f32]| block.iter().fold(true, |all, v| all & v.is_finite());
         let bad = samples.chunks(64).position(|block| !sound(block));
         let bad = bad.and_then(|block| {

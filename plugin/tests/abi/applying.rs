@@ -7,7 +7,7 @@ use seidel_core::plate::{LensUse, Light, LightParts, Placed, Rectangle, Vergence
 use seidel_core::predict::Predictor;
 use seidel_core::psf::Gaussian;
 use seidel_core::render::{
-    BlurField, Displacement, FocusControls, Gather, Layered, Occlusion, Renderer,
+    BlurField, Displacement, FocusControls, Gather, LayeredRenderer, Occlusion, Renderer,
 };
 
 use crate::support::{
@@ -60,13 +60,13 @@ fn by_core(picture: &Picture, vergences: Vergences) -> Vec<Vec<f32>> {
     };
     let rendered = used.seen(&placed, vergences, |seen| {
         let inner = Gather::default();
-        let layered = Layered {
+        let layered = LayeredRenderer {
             inner: &inner,
             settings: Occlusion::default(),
         };
         layered.render(&seen.scene, &light.with_weights(&weights), &|_| true)
     });
-    rendered.expect("drawable")
+    rendered.expect("drawable").planes
 }
 
 #[test]

@@ -98,7 +98,7 @@ impl Job<'_> {
         let rendering = self.rendering(&scene, &planes, holdout);
         let inner = args.quality.renderer();
         if !args.verbose {
-            return rendering.by(&*inner, &progress);
+            return Ok(rendering.by(&*inner, &progress)?.planes);
         }
         let about = (args, light.colour_count(), light.peak());
         let (blurred, told) = verbose::rendered(&rendering, &*inner, about, &progress)?;
@@ -180,7 +180,7 @@ impl Stages for Job<'_> {
                     let scene = self.scene(sight);
                     let inner = self.args.quality.renderer();
                     let rendering = self.rendering(&scene, planes, holdout.as_ref());
-                    rendering.by(&*inner, &|_| true)
+                    Ok(rendering.by(&*inner, &|_| true)?.planes)
                 };
                 residual::add(kept, (&light, sight.weights), &mut blurred, blur)
                     .map_err(in_plate)?;

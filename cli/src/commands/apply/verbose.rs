@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use clap::ValueEnum;
 use seidel_core::Result;
 use seidel_core::render::{
-    LevelMethods, Methods, Noted, Renderer, Spots, VergencePass, psnr_at, spread_pixels,
+    LevelStatistics, RenderStatistics, Rendered, Renderer, SpotRenderer, VergencePass,
+    low_discrepancy_pixels, psnr_at,
 };
 
 use super::ApplyArgs;
@@ -27,26 +28,23 @@ pub(super) fn rendered(
     (args, colours, peak): (&ApplyArgs, usize, f64),
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<(Vec<Vec<f32>>, String)> {
-    let noted = Noted::new(inner);
-    let planes = rendering.by(&noted, progress)?;
-    let methods = noted.methods();
+    let Rendered { planes, statistics } = rendering.by(inner, progress)?;
     let mut told = heading(rendering, args, inner.id());
     let mut line = |text: String| {
         // A string takes all that is written to it.
         let _ = write!(told, "\n    {text}");
     };
-    line(depth(rendering, noted.slices(), &methods));
-    for (index, level) in methods.levels.iter().enumerate() {
+    line(depth(rendering, &statistics));
+    for (index, level) in statistics.levels.iter().enumerate() {
         line(of_level(index, level));
     }
-    let is_exact = methods.scattered == methods.renders;
-    if is_exact {
+    if statistics.exact == statistics.renders {
         line("every source pixel has its own kernel; nothing to estimate".into());
         return Ok((planes, told));
     }
     line(format!(
         "small lights scattered exactly: {} px",
-        methods.lights
+        statistics.highlights
     ));
     line(error(rendering, &planes[..colours], peak)?);
     Ok((planes, told))
@@ -65,15 +63,16 @@ fn heading(rendering: &Rendering, args: &ApplyArgs, id: &str) -> String {
     )
 }
 
-fn depth(rendering: &Rendering, slices: usize, methods: &Methods) -> String {
+fn depth(rendering: &Rendering, statistics: &RenderStatistics) -> String {
     match (rendering.scene.vergence, rendering.occlusion) {
         (VergencePass::Constant(_), _) => "one distance".to_owned(),
         (VergencePass::PerPixel(_), None) => "every pixel at its distance, no occlusion".to_owned(),
         (VergencePass::PerPixel(_), Some(occlusion)) => {
             let switch = |on: bool| if on { "on" } else { "off" };
             format!(
-                "{slices} slices of depth with occlusion in {} renders, fill foreground {}, blur inside {}, holdout {}",
-                methods.renders,
+                "{} slices of depth with occlusion in {} renders, fill foreground {}, blur inside {}, holdout {}",
+                statistics.layers,
+                statistics.renders,
                 switch(occlusion.fill_foreground),
                 switch(occlusion.blur_inside),
                 switch(occlusion.holdout.is_some()),
@@ -82,31 +81,33 @@ fn depth(rendering: &Rendering, slices: usize, methods: &Methods) -> String {
     }
 }
 
-fn of_level(index: usize, level: &LevelMethods) -> String {
-    let sides = match level.sides_px {
-        (least, most) if least == most => format!("{least}"),
-        (least, most) => format!("{least} to {most}"),
+fn of_level(index: usize, level: &LevelStatistics) -> String {
+    let (min, max) = (level.min_tile_px, level.max_tile_px);
+    let sides = if min == max {
+        format!("{min}")
+    } else {
+        format!("{min} to {max}")
     };
     format!(
         "level {index} (1/{} resolution): {} tiles gathered, {} from the level above, side {sides} px",
         1_u64 << index.min(63),
         level.gathered,
-        level.doubled
+        level.upsampled
     )
 }
 
 /// The exact light at a few pixels against what was rendered there.
 fn error(rendering: &Rendering, planes: &[Vec<f32>], peak: f64) -> Result<String> {
     let scene = rendering.scene;
-    let pixels = spread_pixels(scene.width, scene.height, PIXELS);
+    let pixels = low_discrepancy_pixels(scene.width, scene.height, PIXELS);
     let shared = scene.pixel_count() > LARGE;
-    let spots = Spots {
+    let spots = SpotRenderer {
         map: scene.map,
         pixels: &pixels,
         cell_px: if shared { CELL_PX } else { 1 },
     };
-    let exact = rendering.by(&spots, &|_| true)?;
-    let psnr = psnr_at((planes, &exact), scene.width, &pixels, peak);
+    let exact = rendering.by(&spots, &|_| true)?.planes;
+    let psnr = psnr_at(planes, &exact, scene.width, &pixels, peak);
     Ok(match psnr {
         Some(db) => format!(
             "estimated error: PSNR {db:.1} dB of peak {peak:.4}, from the exact light of {PIXELS} pixels"

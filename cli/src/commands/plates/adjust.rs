@@ -3,7 +3,7 @@
 use clap::Args;
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
-use seidel_core::render::Adjusted;
+use seidel_core::render::AdjustedLens;
 use seidel_core::{Error, Result};
 
 use crate::commands::parse_point;
@@ -106,7 +106,7 @@ impl AdjustArgs {
     /// Values that cannot be, and channels that the lens has not.
     pub(crate) fn check(&self, lens: &Predictor) -> Result<()> {
         let scales = self.channel_scales(lens)?;
-        Adjusted::new(lens, self.amount, scales, self.axis_offset_px()).map(|_| ())
+        AdjustedLens::new(lens, self.amount, scales, self.axis_offset_px()).map(|_| ())
     }
 }
 

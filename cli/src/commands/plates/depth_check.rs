@@ -4,7 +4,9 @@ use seidel_core::Result;
 use seidel_core::field::ImagePoint;
 use seidel_core::plate::Placed;
 use seidel_core::profile::LensProfile;
-use seidel_core::render::{DepthCheck, DepthConvention, LensReach, Severity, View};
+use seidel_core::render::{
+    CameraPerspective, DepthCheck, DepthConvention, LensDistances, Severity,
+};
 
 use seidel_image_io::plate::Plate;
 
@@ -55,12 +57,12 @@ impl<'a> PlateView<'a> {
             height: plate.height(),
             convention,
             alpha: alpha.as_deref(),
-            view: View {
+            view: CameraPerspective {
                 axis: self.axis,
                 focal_px: self.focal_px(),
                 pixel_aspect: self.pixel_aspect,
             },
-            lens: LensReach {
+            lens: LensDistances {
                 measured_m: self.lens.measured_range_m(),
                 focal_length_m: self.lens.camera.focal_length_mm.map(|f| 1e-3 * f),
             },

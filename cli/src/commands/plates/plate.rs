@@ -8,7 +8,7 @@ use seidel_colour::Alphas;
 use seidel_core::Result;
 use seidel_core::plate::{self, LightParts, Placed, Rectangle};
 use seidel_core::predict::Predictor;
-use seidel_core::render::{BlurField, MOST_PIXEL_ASPECT};
+use seidel_core::render::{BlurField, MAX_PIXEL_ASPECT};
 
 use super::colour::{ColourArgs, PlateColour};
 use crate::commands::CommandError;
@@ -128,7 +128,7 @@ impl PlateArgs {
     /// One that no renderer follows.
     pub(crate) fn pixel_aspect(&self, plate: &Plate) -> std::result::Result<f64, CommandError> {
         let aspect = self.pixel_aspect.unwrap_or_else(|| plate.pixel_aspect());
-        if (1.0 / MOST_PIXEL_ASPECT..=MOST_PIXEL_ASPECT).contains(&aspect) {
+        if (1.0 / MAX_PIXEL_ASPECT..=MAX_PIXEL_ASPECT).contains(&aspect) {
             return Ok(aspect);
         }
         let source = match self.pixel_aspect {
@@ -140,7 +140,7 @@ impl PlateArgs {
             source,
             format!("is {aspect}"),
             format!(
-                "give --pixel-aspect from 1/{MOST_PIXEL_ASPECT} to {MOST_PIXEL_ASPECT}, 1 for square pixels"
+                "give --pixel-aspect from 1/{MAX_PIXEL_ASPECT} to {MAX_PIXEL_ASPECT}, 1 for square pixels"
             ),
         )
         .into())

@@ -309,7 +309,9 @@ impl<'a> Shared<'a> {
                 true
             };
             let blurred = rendering.by(&Gather::default(), &tell);
-            let mut blurred = blurred.map_err(|e| FileError::from_core(plate.path(), e))?;
+            let mut blurred = blurred
+                .map_err(|e| FileError::from_core(plate.path(), e))?
+                .planes;
             light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
             Ok(blurred)
         })

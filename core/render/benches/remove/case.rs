@@ -66,6 +66,7 @@ fn plane(samples: &[f32]) -> [Plane<'_>; 1] {
 pub(crate) fn blurred(scene: &Scene, truth: &[f32]) -> Result<Vec<f32>> {
     Ok(Scatter
         .render(scene, &plane(truth), &|_| true)?
+        .planes
         .swap_remove(0))
 }
 
@@ -88,7 +89,7 @@ pub(crate) fn measure(
     // With what is about the plate, as an EXR file keeps it.
     let whole = removed.canvas.scene(scene, None);
     let back = fast.render(&whole, &plane(&removed.sharp), &|_| true)?;
-    let back = removed.canvas.cropped(&back[0]);
+    let back = removed.canvas.cropped(&back.planes[0]);
     let (mut blurs, mut removals) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
         blurs.push(timed(|| blur(truth))?);

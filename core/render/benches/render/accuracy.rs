@@ -2,7 +2,7 @@
 
 use crate::cases::Truth;
 use seidel_optics::error::Result;
-use seidel_render::{Plane, Renderer, Scatter, Scene, at_pixels};
+use seidel_render::{Plane, Renderer, Scatter, Scene, exact_at_pixels};
 
 /// What is right.
 pub(crate) struct Reference {
@@ -18,7 +18,7 @@ impl Reference {
         match truth {
             Truth::None => Ok(None),
             Truth::Whole => {
-                let exact = Scatter.render(scene, planes, &|_| true)?;
+                let exact = Scatter.render(scene, planes, &|_| true)?.planes;
                 let wide = |plane: Vec<f32>| plane.into_iter().map(f64::from).collect();
                 Ok(Some(Self {
                     planes: exact.into_iter().map(wide).enumerate().collect(),
@@ -33,7 +33,7 @@ impl Reference {
                     0..planes.len()
                 };
                 let light = looked_at.map(|plane| {
-                    let light = at_pixels(scene, &planes[plane], &spots, cell_px)?;
+                    let light = exact_at_pixels(scene, &planes[plane], &spots, cell_px)?;
                     Ok((plane, light))
                 });
                 Ok(Some(Self {

@@ -6,8 +6,8 @@ use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{LocalBlur, PHI, SkewNormal};
 use seidel_render::{
-    BlurField, DisplacedBlur, Displacement, Edges, Layered, Occlusion, PlateMap, Renderer, Scene,
-    VergencePass,
+    BlurField, DisplacedBlur, Displacement, Edges, LayeredRenderer, Occlusion, PlateMap, Renderer,
+    Scene, VergencePass,
 };
 
 /// Name of the case on the command line.
@@ -98,7 +98,7 @@ pub(crate) fn line(rounds: usize) -> Result<String> {
         edges: Edges::Mirror,
         displacement: Displacement::None,
     };
-    let layered = Layered {
+    let layered = LayeredRenderer {
         inner: &FAST,
         settings: Occlusion::default(),
     };

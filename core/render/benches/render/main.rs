@@ -119,11 +119,13 @@ fn planes_of(samples: &[Vec<f32>]) -> Vec<Plane<'_>> {
 fn memory_of(case: &Case, lights: bool) -> Result<Option<u64>> {
     let lens = case.lens.on(case.size, case.corner_sigma_px);
     let samples = plate::plate(case.size.0, case.size.1, lights);
-    let out = FAST.render(
-        &case.scene(&*lens, case.lens),
-        &planes_of(&samples),
-        &|_| true,
-    )?;
+    let out = FAST
+        .render(
+            &case.scene(&*lens, case.lens),
+            &planes_of(&samples),
+            &|_| true,
+        )?
+        .planes;
     let images = samples.iter().chain(&out).map(Vec::len).sum::<usize>() * size_of::<f32>();
     Ok(memory::peak_bytes().map(|peak| peak.saturating_sub(images as u64)))
 }
@@ -204,7 +206,7 @@ impl Times {
     fn fast(&mut self, scene: &Scene, planes: &[Plane]) -> Result<Vec<Vec<f32>>> {
         let (found, seconds) = timed(|| FAST.render(scene, planes, &|_| true));
         self.fast.push(seconds);
-        found
+        Ok(found?.planes)
     }
 }
 

@@ -61,7 +61,8 @@ fn difference(lens: &dyn BlurField, edges: Edges, spacing: usize) -> f32 {
     });
     let exact = Scatter
         .render(&scene, &planes, &|_| true)
-        .expect("a sound scene");
+        .expect("a sound scene")
+        .planes;
     let rival = OverlapAdd {
         spacing,
         left_out: 0.0,

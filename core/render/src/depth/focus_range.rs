@@ -8,7 +8,7 @@ use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
 
 /// Largest factor of blur in front of the focus plane or behind it.
-pub const MOST_MULTIPLIER: f64 = 16.0;
+pub const MAX_MULTIPLIER: f64 = 16.0;
 
 /// Vergences farther from focus than this are not asked of a lens, 1/m: one hundredth of a millimetre.
 const FARTHEST_FROM_FOCUS: f64 = 1e5;
@@ -79,12 +79,12 @@ impl FocusControls {
             ("front multiplier", self.front),
             ("back multiplier", self.back),
         ] {
-            if !(0.0..=MOST_MULTIPLIER).contains(&factor) {
+            if !(0.0..=MAX_MULTIPLIER).contains(&factor) {
                 return Err(Error::new(
                     name,
                     format!("is {factor}"),
                     format!(
-                        "give a number from 0 (as in focus) to {MOST_MULTIPLIER}; 1 is as the lens says"
+                        "give a number from 0 (as in focus) to {MAX_MULTIPLIER}; 1 is as the lens says"
                     ),
                 ));
             }
@@ -117,7 +117,7 @@ pub struct PlateExtent {
 /// vergence in focus and m the factor of that side, v becomes f + m u, f itself inside the range, held
 /// between the two vergences at which the largest kernel of the plate has the size that is allowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FocusRange {
+pub struct FocusRemap {
     focus: f64,
     /// Ends of the range in focus, 1/m.
     near: f64,
@@ -129,7 +129,7 @@ pub struct FocusRange {
     most: f64,
 }
 
-impl FocusRange {
+impl FocusRemap {
     /// `controls` for `lens` on `plate`.
     ///
     /// # Errors

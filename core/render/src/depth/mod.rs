@@ -4,6 +4,8 @@ mod check;
 mod convention;
 mod focus_range;
 
-pub use check::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
+pub use check::{
+    CameraPerspective, DepthCheck, DepthFinding, DepthProblem, LensDistances, Severity,
+};
 pub use convention::{DepthConvention, DepthReading};
-pub use focus_range::{FocusControls, FocusRange, MOST_MULTIPLIER, PlateExtent, focus_vergence};
+pub use focus_range::{FocusControls, FocusRemap, MAX_MULTIPLIER, PlateExtent, focus_vergence};

@@ -9,7 +9,7 @@ use super::image::{Image, View};
 use super::pass::{Pass, gathered_size, set_blend};
 use super::plan::Level;
 use super::pyramid::{Doubling, MARGIN, doubled, halved};
-use crate::{Edges, Window};
+use crate::{Edges, RenderWindow};
 use rayon::prelude::*;
 
 /// Side of the squares in which light is taken down the pyramid, pixels.
@@ -61,7 +61,12 @@ impl Pass {
         let margin = 2 * MARGIN as usize;
         let seen = ((-MARGIN, -MARGIN), (size.0 + margin, size.1 + margin));
         let seen = light.cropped(seen);
-        let folded = cut(&seen, size, Edges::Mirror, Window::all_of(size));
+        let folded = cut(
+            &seen,
+            size,
+            Edges::Mirror,
+            RenderWindow::from_size(size.0, size.1),
+        );
         unfolded(&folded, size, self.edges_at(level), place)
     }
 

@@ -7,7 +7,7 @@ use super::image::Image;
 use super::plan::Level;
 use super::pyramid::MARGIN;
 use crate::scatter::fold;
-use crate::{Edges, Window};
+use crate::{Edges, RenderWindow};
 
 /// The level at which light beyond the edges of a plate of `size` is folded back: the coarsest below
 /// which all tiles are doubled, and of whose pixels the plate is made up. Finer levels then need nothing
@@ -40,7 +40,7 @@ pub(super) fn cut(
     image: &Image,
     (width, height): (usize, usize),
     edges: Edges,
-    window: Window,
+    window: RenderWindow,
 ) -> Vec<f32> {
     let mut out = vec![0.0_f32; window.width * window.height];
     fold_onto(image, (width, height), edges, window, &mut out);
@@ -52,7 +52,7 @@ pub(super) fn fold_onto(
     image: &Image,
     (width, height): (usize, usize),
     edges: Edges,
-    window: Window,
+    window: RenderWindow,
     out: &mut [f32],
 ) {
     let end = image.left + image.width as i32;
@@ -165,7 +165,7 @@ mod tests {
         }
         let (size, above) = ((16, 12), (8, 6));
         let all = |image: &Image, (width, height): (usize, usize), edges: Edges| {
-            let window = Window {
+            let window = RenderWindow {
                 column: 0,
                 row: 0,
                 width,

@@ -6,7 +6,7 @@ use super::edges::fold_onto;
 use super::image::Image;
 use super::optics::Optics;
 use super::{Plane, cancelled};
-use crate::{Scene, Window};
+use crate::{RenderWindow, Scene};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::psf::KernelRows;
@@ -88,7 +88,7 @@ impl<'a> Split<'a> {
     /// A lens that cannot be drawn at a light; `progress` said stop.
     pub(super) fn scatter(
         &self,
-        (scene, window): (&Scene, Window),
+        (scene, window): (&Scene, RenderWindow),
         optics: &Optics,
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),

@@ -7,40 +7,32 @@
 //! what is about them are taken off first and scattered exactly.
 
 mod adjoint;
-#[cfg(test)]
-mod adjoint_tests;
 mod corners;
 mod edges;
 mod fir;
 mod grid;
 mod image;
 mod lights;
-#[cfg(test)]
-mod lights_tests;
-mod methods;
 mod narrow;
 mod operator;
 mod optics;
 mod pass;
 mod passband;
 mod plan;
-#[cfg(test)]
-mod property_tests;
 mod pyramid;
-#[cfg(test)]
-mod random_lens_tests;
 mod stencil;
 #[cfg(test)]
 mod tests;
 mod tolerance;
-#[cfg(test)]
-mod window_tests;
 
 pub use operator::Operator;
 pub use tolerance::Quality;
 
-use super::{Edges, Methods, Plane, Renderer, Scatter, Scene, VergencePass, Window, cancelled};
 use crate::scatter::Sources;
+use crate::{
+    Edges, LevelStatistics, Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scatter,
+    Scene, VergencePass, cancelled,
+};
 use edges::fold_early;
 use image::View;
 use lights::Split;
@@ -68,22 +60,13 @@ impl Renderer for Gather {
         }
     }
 
-    fn render(
-        &self,
-        scene: &Scene,
-        planes: &[Plane],
-        progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
-        self.render_window(scene, planes, Window::whole(scene), progress)
-    }
-
     fn render_window(
         &self,
         scene: &Scene,
         planes: &[Plane],
-        window: Window,
+        window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
+    ) -> Result<Rendered> {
         scene.check(planes)?;
         window.check(scene)?;
         let vergence = match scene.vergence {
@@ -92,30 +75,6 @@ impl Renderer for Gather {
                 return Scatter.render_window(scene, planes, window, progress);
             }
         };
-        let place = (window, vergence);
-        self.with_job(scene, planes, place, progress, |job| job.render(planes))
-    }
-
-    fn methods(&self, scene: &Scene, planes: &[Plane]) -> Result<Methods> {
-        scene.check(planes)?;
-        let VergencePass::Constant(vergence) = scene.vergence else {
-            return Scatter.methods(scene, planes);
-        };
-        let place = (Window::whole(scene), vergence);
-        self.with_job(scene, planes, place, &|_| true, |job| job.methods(planes))
-    }
-}
-
-impl Gather {
-    /// Does `work` with the render of `planes`, all at one vergence.
-    fn with_job<T>(
-        &self,
-        scene: &Scene,
-        planes: &[Plane],
-        (window, vergence): (Window, f64),
-        progress: &(dyn Fn(f64) -> bool + Sync),
-        work: impl FnOnce(&Job) -> Result<T>,
-    ) -> Result<T> {
         let sources = Sources::new(scene);
         let (mixes, mix_of) = mixes(planes);
         let tolerance = self.quality.tolerance();
@@ -127,13 +86,14 @@ impl Gather {
             tolerance: &tolerance,
             progress,
         };
-        work(&Job {
+        let job = Job {
             scene,
             optics,
             mix_of,
             window,
             progress,
-        })
+        };
+        job.render(planes)
     }
 }
 
@@ -158,12 +118,12 @@ struct Job<'a> {
     scene: &'a Scene<'a>,
     optics: Optics<'a>,
     mix_of: Vec<usize>,
-    window: Window,
+    window: RenderWindow,
     progress: &'a (dyn Fn(f64) -> bool + Sync),
 }
 
 impl Job<'_> {
-    fn render(&self, planes: &[Plane]) -> Result<Vec<Vec<f32>>> {
+    fn render(&self, planes: &[Plane]) -> Result<Rendered> {
         let Some(sides) = self.sides()? else {
             return Scatter.render_window(self.scene, planes, self.window, self.progress);
         };
@@ -173,7 +133,22 @@ impl Job<'_> {
         let mut plates = pass.forward(&views, self.window, self.progress)?;
         let place = (self.scene, self.window);
         split.scatter(place, &self.optics, planes, self.progress, &mut plates)?;
-        Ok(plates)
+        let levels = pass.levels.iter().map(|level| LevelStatistics {
+            gathered: level.gathered.len(),
+            upsampled: level.doubled.len(),
+            min_tile_px: level.grid.tile,
+            max_tile_px: level.grid.tile,
+        });
+        Ok(Rendered {
+            planes: plates,
+            statistics: RenderStatistics {
+                layers: 1,
+                renders: 1,
+                exact: 0,
+                levels: levels.collect(),
+                highlights: split.count(),
+            },
+        })
     }
 
     /// How wide tiles may be; none where blur changes by too much of itself from pixel to pixel, as only a
@@ -240,7 +215,7 @@ impl Job<'_> {
             lit,
         });
         let folded = fold_early((width, height), self.scene.edges, &mut levels);
-        if self.window != Window::whole(self.scene) {
+        if self.window != RenderWindow::whole(self.scene) {
             let plate = ((width, height), self.scene.edges);
             narrow(&mut levels, folded, plate, self.window);
         }

@@ -5,7 +5,7 @@
 use super::grid::Grid;
 use super::plan::{Level, tiles_about, tiles_below};
 use crate::scatter::fold;
-use crate::{Edges, Window};
+use crate::{Edges, RenderWindow};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
@@ -17,7 +17,7 @@ pub(super) fn narrow(
     levels: &mut [Level],
     folded: usize,
     (size, edges): ((usize, usize), Edges),
-    window: Window,
+    window: RenderWindow,
 ) {
     let Some(first) = levels.first() else {
         return;

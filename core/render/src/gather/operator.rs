@@ -5,7 +5,7 @@ use super::pass::Pass;
 use super::plan::Lit;
 use super::{Job, Quality, mixes};
 use crate::scatter::Sources;
-use crate::{Plane, Scene, VergencePass, Window};
+use crate::{Plane, RenderWindow, Scene, VergencePass};
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 
@@ -53,7 +53,7 @@ impl Operator {
                 progress: &|_| true,
             },
             mix_of,
-            window: Window::whole(scene),
+            window: RenderWindow::whole(scene),
             progress: &|_| true,
         };
         let sides = job.optics.sides((scene.width, scene.height))?;
@@ -75,7 +75,7 @@ impl Operator {
     pub fn apply(&self, planes: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
         self.check(planes)?;
         let views: Vec<_> = planes.iter().map(|plane| self.pass.view(plane)).collect();
-        let window = Window::all_of(self.pass.size);
+        let window = RenderWindow::from_size(self.pass.size.0, self.pass.size.1);
         self.pass.forward(&views, window, &|_| true)
     }
 

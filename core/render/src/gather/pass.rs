@@ -7,7 +7,7 @@ use super::fir::{Blend, LANES, ROWS};
 use super::image::{Image, View};
 use super::plan::Level;
 use super::pyramid::{Doubling, doubled, halved};
-use crate::{Edges, Window, cancelled};
+use crate::{Edges, RenderWindow, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -35,7 +35,7 @@ impl Pass {
     pub(super) fn forward(
         &self,
         planes: &[View],
-        window: Window,
+        window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Vec<Vec<f32>>> {
         let images = self.finest(planes, progress)?;
@@ -151,7 +151,12 @@ impl Pass {
             return images;
         }
         let (size, edges) = (self.size_at(level), self.edges_at(level));
-        let close = |image: &Image| mirrored(&cut(image, size, edges, Window::all_of(size)), size);
+        let close = |image: &Image| {
+            mirrored(
+                &cut(image, size, edges, RenderWindow::from_size(size.0, size.1)),
+                size,
+            )
+        };
         images.par_iter().map(close).collect()
     }
 }

@@ -9,9 +9,9 @@
 
 use rayon::prelude::*;
 
-/// Sides of an edge differ by more than this many rungs.
+/// Sides of an edge differ by more than this many layers.
 const LEAST_SPAN: f32 = 2.0;
-/// A value nearer to a side than this is on it, rungs.
+/// A value nearer to a side than this is on it, layers.
 const ON_A_SIDE: f32 = 0.5;
 /// On either side the line may go on changing by this share of the edge.
 const LARGEST_SLOPE: f32 = 0.25;
@@ -25,7 +25,7 @@ const BLOCK: usize = 32;
 /// How far from a pixel the test of an edge looks.
 const REACH: usize = 3;
 
-/// `places` (of pixels on the ladder, row-major) with values in the middle of edges put on a side.
+/// `places` (of pixels on the layers, row-major) with values in the middle of edges put on a side.
 pub(super) fn snapped(places: &[f32], width: usize, height: usize) -> Vec<f32> {
     let spans: Vec<Vec<(f32, f32)>> = places.par_chunks(width).map(spans).collect();
     let mut out = places.to_vec();

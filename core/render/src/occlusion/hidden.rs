@@ -6,7 +6,7 @@
 //! the blur of both reaches. The rule is local ([`HIDDEN_REACH_PX`]) and cells lie on a grid fixed to
 //! the frame, so that tiles with that much margin give what the whole gives.
 
-use super::ladder::Ladder;
+use super::depth_layers::DepthLayers;
 use super::pyramid::{self, JUMP, Level};
 use crate::{Plane, PlateMap};
 use rayon::prelude::*;
@@ -28,7 +28,7 @@ pub(super) struct HiddenInput<'a> {
     pub(super) height: usize,
     /// Where the plate's first pixel is on the frame's grid of cells.
     pub(super) origin: [usize; 2],
-    /// Place of every pixel on the ladder.
+    /// Place of every pixel on the layers.
     pub(super) places: &'a [f32],
     pub(super) planes: &'a [Plane<'a>],
 }
@@ -55,10 +55,10 @@ pub(super) struct HiddenRow {
 /// The hidden samples of all rows; nothing where `goes_on` once said no.
 pub(super) fn sheet(
     input: &HiddenInput,
-    ladder: &Ladder,
+    layers: &DepthLayers,
     goes_on: &(dyn Fn() -> bool + Sync),
 ) -> Option<Vec<HiddenRow>> {
-    let largest = input.places.par_iter().map(|place| ladder.size(*place));
+    let largest = input.places.par_iter().map(|place| layers.size(*place));
     let reach = 2.0 * largest.reduce(|| 0.0, f32::max);
     let levels = (1..MOST_LEVELS)
         .find(|level| (1 << level) as f32 >= 6.0 * (reach + SPARE_PX))
@@ -66,14 +66,19 @@ pub(super) fn sheet(
     let pyramid = pyramid::build(input, levels);
     (0..input.height)
         .into_par_iter()
-        .map(|row| goes_on().then(|| hidden_row(input, ladder, &pyramid, row)))
+        .map(|row| goes_on().then(|| hidden_row(input, layers, &pyramid, row)))
         .collect()
 }
 
 /// Reach beyond that of the blur, px.
 const SPARE_PX: f32 = 2.0;
 
-fn hidden_row(input: &HiddenInput, ladder: &Ladder, pyramid: &[Level], row: usize) -> HiddenRow {
+fn hidden_row(
+    input: &HiddenInput,
+    layers: &DepthLayers,
+    pyramid: &[Level],
+    row: usize,
+) -> HiddenRow {
     let mut out = HiddenRow::default();
     let mut guess = Guess {
         samples: vec![0.0; input.planes.len()],
@@ -86,7 +91,7 @@ fn hidden_row(input: &HiddenInput, ladder: &Ladder, pyramid: &[Level], row: usiz
         .collect();
     for column in 0..input.width {
         let place = input.places[row * input.width + column];
-        guess.look(&lines, ladder, column + input.origin[0], place);
+        guess.look(&lines, layers, column + input.origin[0], place);
         if guess.weight > LEAST_WEIGHT {
             out.columns.push(column as u32);
             let presence = (ENOUGH * guess.weight).min(1.0);
@@ -147,11 +152,11 @@ struct Guess {
 }
 
 impl Guess {
-    /// Looks behind the pixel in column `x` of the frame's grid, which is at `place` on the ladder.
-    fn look(&mut self, lines: &[Line], ladder: &Ladder, x: usize, place: f32) {
+    /// Looks behind the pixel in column `x` of the frame's grid, which is at `place` on the layers.
+    fn look(&mut self, lines: &[Line], layers: &DepthLayers, x: usize, place: f32) {
         (self.weight, self.place) = (0.0, 0.0);
         self.samples.fill(0.0);
-        let size = ladder.size(place);
+        let size = layers.size(place);
         for line in lines {
             let left = 1.0 - self.weight;
             if left < LEAST_WEIGHT {
@@ -170,7 +175,7 @@ impl Guess {
                         continue;
                     }
                     let cell = first + column as usize - line.level.first[0];
-                    self.take((line, cell), left * across * down, (place, size), ladder);
+                    self.take((line, cell), left * across * down, (place, size), layers);
                 }
             }
         }
@@ -182,7 +187,7 @@ impl Guess {
         (line, cell): (&Line, usize),
         share: f32,
         (place, size): (f32, f32),
-        ladder: &Ladder,
+        layers: &DepthLayers,
     ) {
         let level = line.level;
         let behind = (place - level.place[cell] - JUMP / 2.0).clamp(0.0, 1.0);
@@ -190,7 +195,7 @@ impl Guess {
             return;
         }
         // Cells twice as large as the blur reaches still count in full.
-        let reach = size + ladder.size(level.place[cell]) + SPARE_PX;
+        let reach = size + layers.size(level.place[cell]) + SPARE_PX;
         let near = (3.0 * reach / line.side - 0.5).clamp(0.0, 1.0);
         // A cell of mixed pixels alone says little where a larger one knows better.
         let known = level.weight[cell].min(1.0);

@@ -1,26 +1,29 @@
 //! Occlusion on top of any renderer: near over far, and what a blurred foreground uncovers.
 //!
-//! The plate is cut into slices of nearly equal blur (`ladder`, `slices`), each is blurred on its own
+//! The plate is cut into slices of nearly equal blur (`layers`, `slices`), each is blurred on its own
 //! by the inner renderer together with its *presence*, one for every pixel, and the slices are put
 //! behind each other from the nearest on (`resolve`). What lies behind near sides of depth edges is
 //! guessed (`hidden`, `pyramid`); anti-aliased edges of the depth pass are made sharp (`depth_edges`), those
 //! of the plate are shared out to both sides (`mixed`).
 
 mod depth_edges;
+mod depth_layers;
 mod hidden;
-mod ladder;
-#[cfg(test)]
-mod layers_tests;
 mod mixed;
 mod pyramid;
 mod resolve;
 mod slices;
+#[cfg(test)]
+mod tests;
 
 pub use hidden::HIDDEN_REACH_PX;
 
-use super::{Edges, Plane, Renderer, Scene, VergencePass, cancelled};
+use crate::{
+    Edges, Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scene, VergencePass,
+    cancelled,
+};
+pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
 use hidden::{HiddenInput, HiddenRow};
-pub(crate) use ladder::Ladder;
 use rayon::prelude::*;
 use resolve::{Blurred, Resolve, Sharp};
 use seidel_optics::error::{Error, Result};
@@ -64,37 +67,44 @@ impl Default for Occlusion<'_> {
 /// Plates at constant vergence are rendered by the inner renderer alone. On others the brightness of
 /// even surfaces is kept, rather than the sum of light.
 #[derive(Clone, Copy)]
-pub struct Layered<'r> {
+pub struct LayeredRenderer<'r> {
     /// Blurs the slices.
     pub inner: &'r dyn Renderer,
     /// How depth edges are treated.
     pub settings: Occlusion<'r>,
 }
 
-impl Renderer for Layered<'_> {
+impl Renderer for LayeredRenderer<'_> {
     fn id(&self) -> &'static str {
         "layers"
     }
 
-    fn render(
+    fn render_window(
         &self,
         scene: &Scene,
         planes: &[Plane],
+        window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
+    ) -> Result<Rendered> {
         scene.check(planes)?;
+        window.check(scene)?;
         self.settings.check(scene)?;
-        match scene.vergence {
+        let mut rendered = match scene.vergence {
             VergencePass::Constant(vergence) => {
-                let mut done = self.inner.render(scene, planes, progress)?;
-                self.settings.hold_out(vergence, &mut done);
-                Ok(done)
+                let mut rendered = self.inner.render(scene, planes, progress)?;
+                self.settings.hold_out(vergence, &mut rendered.planes);
+                rendered
             }
             VergencePass::PerPixel(pass) if !planes.is_empty() => {
-                self.render_layers(scene, pass, planes, progress)
+                self.render_layers(scene, pass, planes, progress)?
             }
-            VergencePass::PerPixel(_) => Ok(Vec::new()),
-        }
+            VergencePass::PerPixel(_) => Rendered {
+                planes: Vec::new(),
+                statistics: RenderStatistics::default(),
+            },
+        };
+        rendered.planes = window.cut_planes(scene, rendered.planes);
+        Ok(rendered)
     }
 }
 
@@ -160,31 +170,30 @@ impl Holdout<'_> {
 
 type Planes = Vec<Vec<f32>>;
 
-impl Layered<'_> {
+impl LayeredRenderer<'_> {
     fn render_layers(
         &self,
         scene: &Scene,
         pass: &[f32],
         planes: &[Plane],
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
+    ) -> Result<Rendered> {
         let fold = |start: f32, pick: fn(f32, f32) -> f32| pass.iter().copied().fold(start, pick);
         let (least, largest) = (
             fold(f32::INFINITY, f32::min),
             fold(f32::NEG_INFINITY, f32::max),
         );
         // What a holdout is in front of may be as blurred as what it is behind.
-        let fine = matches!(
-            self.settings.holdout,
+        let spacing = match self.settings.holdout {
             Some(Holdout {
-                vergence: Some(_),
-                ..
-            })
-        );
-        let ladder = Ladder::new(scene, (f64::from(least), f64::from(largest)), fine);
+                vergence: Some(_), ..
+            }) => LayerSpacing::Fine,
+            _ => LayerSpacing::ByBlur,
+        };
+        let layers = DepthLayers::new(scene, f64::from(least), f64::from(largest), spacing);
         let places: Vec<f32> = pass
             .par_iter()
-            .map(|v| ladder.place(f64::from(*v)))
+            .map(|v| layers.coordinate(f64::from(*v)))
             .collect();
         let places = depth_edges::snapped(&places, scene.width, scene.height);
         let input = HiddenInput {
@@ -201,7 +210,7 @@ impl Layered<'_> {
         go_on()?;
         let mixed = mixed::shared_out(&input);
         go_on()?;
-        let sheet = self.sheet(&input, &ladder, &|| progress(0.0));
+        let sheet = self.sheet(&input, &layers, &|| progress(0.0));
         let sheet = sheet.ok_or_else(cancelled)?;
         let hard = (!self.settings.blur_inside).then(|| covered(&sheet, scene.width));
         let stock = Stock {
@@ -221,20 +230,25 @@ impl Layered<'_> {
         let views = Views::new(planes);
         let size = (scene.width, scene.height);
         let mut resolve = Resolve::new(size, views.mix.clone(), views.view_of.clone());
-        let crops = stock.crops(scene, &ladder);
+        let crops = stock.crops(scene, &layers);
         let count = crops.iter().flatten().count() as f64;
+        let mut statistics = RenderStatistics {
+            layers: crops.iter().filter(|crops| !crops.is_empty()).count(),
+            ..RenderStatistics::default()
+        };
         let nearest_first = crops.iter().enumerate().rev();
         let all =
-            nearest_first.flat_map(|(rung, crops)| crops.iter().map(move |crop| (rung, *crop)));
-        for (done, (rung, crop)) in all.enumerate() {
-            let vergence = ladder.vergence(rung);
+            nearest_first.flat_map(|(layer, crops)| crops.iter().map(move |crop| (layer, *crop)));
+        for (done, (layer, crop)) in all.enumerate() {
+            let vergence = layers.vergence(layer);
             let progress = |share: f64| progress((done as f64 + share) / count);
-            let slice = stock.slice(ladder.place_of(rung), crop);
+            let slice = stock.slice(layers.coordinate_of(layer), crop);
             let cropped = slices::cropped(scene, crop, vergence);
-            let (blurred, presence) = self.blur(&cropped, &views, planes, slice, &progress)?;
+            let (blurred, presence) =
+                self.blur(&cropped, &views, planes, slice, &progress, &mut statistics)?;
             let blurred = Blurred {
-                rung,
-                place: ladder.place_of(rung),
+                layer,
+                place: layers.coordinate_of(layer),
                 vergence,
                 crop,
                 planes: &blurred,
@@ -242,20 +256,23 @@ impl Layered<'_> {
             };
             resolve.put(&blurred, &sharp);
         }
-        Ok(resolve.finish())
+        Ok(Rendered {
+            planes: resolve.finish(),
+            statistics,
+        })
     }
 
     /// What is behind near sides of edges, if it is needed.
     fn sheet(
         &self,
         input: &HiddenInput,
-        ladder: &Ladder,
+        layers: &DepthLayers,
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Option<Vec<HiddenRow>> {
         if !self.settings.fill_foreground && self.settings.blur_inside {
             return Some(Vec::new());
         }
-        hidden::sheet(input, ladder, goes_on)
+        hidden::sheet(input, layers, goes_on)
     }
 
     /// Planes and presence planes of one slice, blurred.
@@ -266,6 +283,7 @@ impl Layered<'_> {
         planes: &[Plane],
         (samples, presence): (Planes, Vec<f32>),
         progress: &(dyn Fn(f64) -> bool + Sync),
+        statistics: &mut RenderStatistics,
     ) -> Result<(Planes, Planes)> {
         let light = samples.iter().zip(planes).map(|(samples, plane)| Plane {
             samples,
@@ -278,8 +296,9 @@ impl Layered<'_> {
         if scene.edges == Edges::Mirror {
             let all: Vec<_> = light.chain(presences).collect();
             let mut done = self.inner.render(scene, &all, progress)?;
-            let presence = done.split_off(planes.len());
-            return Ok((done, presence));
+            statistics.add_part(&done.statistics);
+            let presence = done.planes.split_off(planes.len());
+            return Ok((done.planes, presence));
         }
         // Light may leave the plate; that is no reason to make up for it. Presence stays.
         let light: Vec<_> = light.collect();
@@ -294,7 +313,9 @@ impl Layered<'_> {
         let presence = self
             .inner
             .render(&mirrored, &presences, &|done| progress(0.5 + 0.5 * done))?;
-        Ok((done, presence))
+        statistics.add_part(&done.statistics);
+        statistics.add_part(&presence.statistics);
+        Ok((done.planes, presence.planes))
     }
 }
 

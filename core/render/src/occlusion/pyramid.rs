@@ -6,7 +6,7 @@
 use super::HiddenInput;
 use rayon::prelude::*;
 
-/// A jump from one pixel to the next is more than this many rungs; what is within as much of the
+/// A jump from one pixel to the next is more than this many layers; what is within as much of the
 /// farthest is one surface.
 pub(super) const JUMP: f32 = 1.5;
 /// How wide the band along a jump is, px.
@@ -25,7 +25,7 @@ pub(super) struct Level {
     rows: usize,
     /// How much of the farther surface is in each cell; zero: none.
     pub(super) weight: Vec<f32>,
-    /// Its place on the ladder.
+    /// Its place on the layers.
     pub(super) place: Vec<f32>,
     /// Its samples, those of a cell together.
     pub(super) samples: Vec<f32>,

@@ -17,7 +17,7 @@
 //! and a transparent one as transparent as it is.
 
 use super::Holdout;
-use crate::Window;
+use crate::RenderWindow;
 use rayon::prelude::*;
 
 /// Presence below which a slice begins to close the surface before it.
@@ -51,11 +51,11 @@ struct ViewRow {
 
 /// A blurred slice.
 pub(super) struct Blurred<'a> {
-    pub(super) rung: usize,
-    /// Its place on the ladder, and its vergence.
+    pub(super) layer: usize,
+    /// Its place on the layers, and its vergence.
     pub(super) place: f32,
     pub(super) vergence: f64,
-    pub(super) crop: Window,
+    pub(super) crop: RenderWindow,
     pub(super) planes: &'a [Vec<f32>],
     pub(super) presence: &'a [Vec<f32>],
 }
@@ -97,7 +97,7 @@ impl Resolve {
 
     /// Puts a slice behind those before.
     pub(super) fn put(&mut self, slice: &Blurred, sharp: &Sharp) {
-        let Window { row, height, .. } = slice.crop;
+        let RenderWindow { row, height, .. } = slice.crop;
         let (views, view_of) = (&self.views, &self.view_of);
         let rows = self.rows[row..row + height].par_iter_mut().enumerate();
         rows.for_each_init(Scratch::default, |scratch, (line, row)| {
@@ -147,7 +147,7 @@ impl Row {
         let columns = crop.column..crop.column + crop.width;
         let from = line * crop.width..(line + 1) * crop.width;
         let first = (crop.row + line) * self.last.len() + crop.column;
-        self.close_missed(slice.rung as i32, columns.clone());
+        self.close_missed(slice.layer as i32, columns.clone());
         sharp.fill(slice, first..first + crop.width, scratch);
         scratch.shares.resize(views.len(), Vec::new());
         for (index, (view, shares)) in self.views.iter_mut().zip(views).enumerate() {
@@ -175,17 +175,17 @@ impl Row {
         }
     }
 
-    /// Closes surfaces where slices between the last one and `rung` were empty.
-    fn close_missed(&mut self, rung: i32, columns: std::ops::Range<usize>) {
+    /// Closes surfaces where slices between the last one and `layer` were empty.
+    fn close_missed(&mut self, layer: i32, columns: std::ops::Range<usize>) {
         for column in columns {
             let last = &mut self.last[column];
-            if *last != rung + 1 {
+            if *last != layer + 1 {
                 for view in &mut self.views {
                     view.passing[column] *= 1.0 - view.surface[column];
                     view.surface[column] = 0.0;
                 }
             }
-            *last = rung;
+            *last = layer;
         }
     }
 }
@@ -237,7 +237,7 @@ impl Sharp<'_> {
         if let Some((places, kept)) = self.hard {
             let pixels = places[range.clone()].iter().zip(&kept[range.clone()]);
             for (counted, (place, kept)) in counted.iter_mut().zip(pixels) {
-                // The farther of the two slices of the pixel's own surface is less than one rung off.
+                // The farther of the two slices of the pixel's own surface is less than one layer off.
                 if slice.place <= place - 1.0 {
                     *counted = 1.0 - kept;
                 }

@@ -1,12 +1,12 @@
-//! The plate cut into slices: which rungs have light where, and what the inner renderer is given.
+//! The plate cut into slices: which layers have light where, and what the inner renderer is given.
 //!
-//! A pixel between two rungs gives each the share that is linear in vergence, so that a tilted surface
+//! A pixel between two layers gives each the share that is linear in vergence, so that a tilted surface
 //! has no bands.
 
+use super::depth_layers::DepthLayers;
 use super::hidden::HiddenRow;
-use super::ladder::Ladder;
-use crate::scatter::reach;
-use crate::{Plane, Scene, Window};
+use crate::scatter::kernel_reach;
+use crate::{Plane, RenderWindow, Scene};
 use rayon::prelude::*;
 
 /// Windows are made of blocks of this side on a grid fixed to the frame, px.
@@ -14,7 +14,7 @@ const BLOCK_PX: usize = 32;
 /// What is to be cut: the visible samples and those hidden behind them.
 pub(super) struct Stock<'a> {
     pub(super) planes: &'a [Plane<'a>],
-    /// Place of every pixel on the ladder.
+    /// Place of every pixel on the layers.
     pub(super) places: &'a [f32],
     /// Samples besides, hidden ones and corrections of those at edges.
     pub(super) further: &'a [&'a [HiddenRow]],
@@ -58,9 +58,9 @@ impl Blocks {
     }
 
     /// The part of the plate under a rectangle of blocks.
-    fn crop(&self, [left, top, right, bottom]: Box4) -> Window {
+    fn crop(&self, [left, top, right, bottom]: Box4) -> RenderWindow {
         let (column, row) = (self.first(0, left), self.first(1, top));
-        Window {
+        RenderWindow {
             column,
             row,
             width: self.first(0, right) - column,
@@ -82,25 +82,25 @@ fn joined(a: Box4, b: Box4) -> Box4 {
 }
 
 impl Stock<'_> {
-    /// The parts of the plate that the light of each rung reaches; no light of one reaches another.
-    pub(super) fn crops(&self, scene: &Scene, ladder: &Ladder) -> Vec<Vec<Window>> {
+    /// The parts of the plate that the light of each layer reaches; no light of one reaches another.
+    pub(super) fn crops(&self, scene: &Scene, layers: &DepthLayers) -> Vec<Vec<RenderWindow>> {
         let blocks = Blocks::of(scene);
-        let lit = self.lit(&blocks, ladder);
+        let lit = self.lit(&blocks, layers);
         lit.par_iter()
             .enumerate()
-            .map(|(rung, lit)| reached(scene, &blocks, lit, ladder.vergence(rung)))
+            .map(|(layer, lit)| reached(scene, &blocks, lit, layers.vergence(layer)))
             .collect()
     }
 
-    /// Of each rung, which blocks have light, row-major.
-    fn lit(&self, blocks: &Blocks, ladder: &Ladder) -> Vec<Vec<bool>> {
+    /// Of each layer, which blocks have light, row-major.
+    fn lit(&self, blocks: &Blocks, layers: &DepthLayers) -> Vec<Vec<bool>> {
         let row_of_blocks = |block_row: usize| {
-            let mut lit = vec![vec![false; blocks.columns]; ladder.len()];
+            let mut lit = vec![vec![false; blocks.columns]; layers.len()];
             let mut add = |place: f32, column: usize| {
-                let (low, high) = ladder.about(place);
-                for rung in [low, high] {
-                    if share(place, ladder.place_of(rung)) > 0.0 {
-                        lit[rung][blocks.holding(0, column)] = true;
+                let (low, high) = layers.around(place);
+                for layer in [low, high] {
+                    if share(place, layers.coordinate_of(layer)) > 0.0 {
+                        lit[layer][blocks.holding(0, column)] = true;
                     }
                 }
             };
@@ -123,20 +123,20 @@ impl Stock<'_> {
             .into_par_iter()
             .map(row_of_blocks)
             .collect();
-        let of_rung = |rung: usize| {
+        let of_layer = |layer: usize| {
             rows.iter()
-                .flat_map(|row| row[rung].iter().copied())
+                .flat_map(|row| row[layer].iter().copied())
                 .collect()
         };
-        (0..ladder.len()).map(of_rung).collect()
+        (0..layers.len()).map(of_layer).collect()
     }
 
     fn row(&self, row: usize) -> &[f32] {
         &self.places[row * self.width..(row + 1) * self.width]
     }
 
-    /// The planes and the presence of the slice at `place` on the ladder, within `crop`.
-    pub(super) fn slice(&self, place: f32, crop: Window) -> (Vec<Vec<f32>>, Vec<f32>) {
+    /// The planes and the presence of the slice at `place` on the layers, within `crop`.
+    pub(super) fn slice(&self, place: f32, crop: RenderWindow) -> (Vec<Vec<f32>>, Vec<f32>) {
         let size = crop.width * crop.height;
         let mut presence = vec![0.0; size];
         let lines = presence.par_chunks_mut(crop.width).enumerate();
@@ -170,7 +170,7 @@ impl Stock<'_> {
 fn add(
     rows: &[HiddenRow],
     place: f32,
-    crop: Window,
+    crop: RenderWindow,
     planes: &mut [Vec<f32>],
     presence: &mut [f32],
 ) {
@@ -201,7 +201,7 @@ fn share(own: f32, place: f32) -> f32 {
 }
 
 /// The parts of the plate that light from the blocks `lit`, all at `vergence`, reaches.
-fn reached(scene: &Scene, blocks: &Blocks, lit: &[bool], vergence: f64) -> Vec<Window> {
+fn reached(scene: &Scene, blocks: &Blocks, lit: &[bool], vergence: f64) -> Vec<RenderWindow> {
     let place = |index: usize| (index % blocks.columns, index / blocks.columns);
     let one = |index: usize| {
         let (x, y) = place(index);
@@ -211,7 +211,7 @@ fn reached(scene: &Scene, blocks: &Blocks, lit: &[bool], vergence: f64) -> Vec<W
     let Some(all) = indices().map(one).reduce(joined) else {
         return Vec::new();
     };
-    let far = reach(scene, blocks.crop(all), vergence);
+    let far = kernel_reach(scene, blocks.crop(all), vergence);
     let wider = |start: usize, end: usize, axis: usize, before: f64, after: f64| {
         let first = blocks
             .first(axis, start)
@@ -279,7 +279,7 @@ fn apart(mut boxes: Vec<Box4>) -> Vec<Box4> {
 }
 
 /// The scene of a slice: `crop` of the plate, all at one vergence.
-pub(super) fn cropped<'a>(scene: &Scene<'a>, crop: Window, vergence: f64) -> Scene<'a> {
+pub(super) fn cropped<'a>(scene: &Scene<'a>, crop: RenderWindow, vergence: f64) -> Scene<'a> {
     Scene {
         width: crop.width,
         height: crop.height,

@@ -20,7 +20,7 @@ pub struct Rectangle {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed {
     /// Where its pixels lie in the lens's frame, or where pixels are not square in that of
-    /// [`NonSquare`](crate::NonSquare).
+    /// [`NonSquarePixelLens`](crate::NonSquarePixelLens).
     pub map: PlateMap,
     /// Columns.
     pub width: usize,

@@ -1,6 +1,9 @@
 //! What a frame is rendered with: a renderer within occlusion and extended edges, as far as asked for.
 
-use crate::{Extended, Layered, Occlusion, Plane, Renderer, Scene, Window};
+use crate::{
+    EdgeReplicatingRenderer, LayeredRenderer, Occlusion, Plane, RenderWindow, Rendered, Renderer,
+    Scene,
+};
 use seidel_optics::error::Result;
 
 /// A frame to be rendered, by whatever is given for the innermost renderer.
@@ -25,7 +28,7 @@ impl Rendering<'_> {
         &self,
         inner: &dyn Renderer,
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
+    ) -> Result<Rendered> {
         self.with(inner, |renderer| {
             renderer.render(self.scene, self.planes, progress)
         })
@@ -38,21 +41,23 @@ impl Rendering<'_> {
     pub fn window_by(
         &self,
         inner: &dyn Renderer,
-        window: Window,
+        window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
+    ) -> Result<Rendered> {
         self.with(inner, |renderer| {
             renderer.render_window(self.scene, self.planes, window, progress)
         })
     }
 
     fn with<T>(&self, inner: &dyn Renderer, render: impl FnOnce(&dyn Renderer) -> T) -> T {
-        let layered = self.occlusion.map(|settings| Layered { inner, settings });
+        let layered = self
+            .occlusion
+            .map(|settings| LayeredRenderer { inner, settings });
         let renderer: &dyn Renderer = match &layered {
             Some(layered) => layered,
             None => inner,
         };
-        let extended = Extended { inner: renderer };
+        let extended = EdgeReplicatingRenderer { inner: renderer };
         render(if self.extended { &extended } else { renderer })
     }
 }

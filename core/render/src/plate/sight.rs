@@ -1,7 +1,9 @@
 //! A plate through a lens that is used as settings say: adjusted, on the plate's own pixels, focused.
 
 use super::{Placed, Vergences};
-use crate::{Adjusted, BlurField, Displacement, Edges, FocusControls, NonSquare, Scene};
+use crate::{
+    AdjustedLens, BlurField, Displacement, Edges, FocusControls, NonSquarePixelLens, Scene,
+};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::predict::Predictor;
 use seidel_optics::psf::PsfModel;
@@ -37,8 +39,8 @@ impl LensUse<'_> {
     /// Does `then` with what there is to draw of the plate `placed`, at some vergences.
     ///
     /// # Errors
-    /// Settings that cannot be: those of [`Adjusted::new`], [`NonSquare::new`] and
-    /// [`FocusRange::new`](crate::FocusRange::new); and those of `then`.
+    /// Settings that cannot be: those of [`AdjustedLens::new`], [`NonSquarePixelLens::new`] and
+    /// [`FocusRemap::new`](crate::FocusRemap::new); and those of `then`.
     pub fn seen<T, E: From<Error>>(
         &self,
         placed: &Placed,
@@ -47,7 +49,7 @@ impl LensUse<'_> {
     ) -> std::result::Result<T, E> {
         let (map, aspect) = (placed.map, placed.pixel_aspect);
         let offset = self.axis_offset_px;
-        let adjusted = Adjusted::new(
+        let adjusted = AdjustedLens::new(
             self.lens,
             self.amount,
             self.channel_scales.clone(),
@@ -55,7 +57,7 @@ impl LensUse<'_> {
         )?;
         let non_square = match aspect == 1.0 {
             true => None,
-            false => Some(NonSquare::new(&adjusted, aspect)?),
+            false => Some(NonSquarePixelLens::new(&adjusted, aspect)?),
         };
         let lens: &dyn BlurField = match &non_square {
             Some(lens) => lens,

@@ -180,7 +180,7 @@ impl Unblurred {
             occlusion: Some(Occlusion::default()),
             extended: false,
         };
-        let blurred = rendering.by(&Gather::default(), progress)?;
+        let blurred = rendering.by(&Gather::default(), progress)?.planes;
         let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.cropped(plane)).collect();
         self.hold_coverage(&mut planes);
         self.add_grain(&mut planes, true);

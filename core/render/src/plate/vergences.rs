@@ -1,6 +1,6 @@
 //! Object vergence of a plate, owned, and what settings about focus make of it.
 
-use crate::{BlurField, FocusControls, FocusRange, PlateExtent, VergencePass};
+use crate::{BlurField, FocusControls, FocusRemap, PlateExtent, VergencePass};
 use seidel_optics::error::Result;
 
 /// Object vergence of a plate's pixels, 1/m.
@@ -24,7 +24,7 @@ impl Vergences {
     /// The vergences to draw in place of these on `plate` by `controls`.
     ///
     /// # Errors
-    /// Those of [`FocusRange::new`].
+    /// Those of [`FocusRemap::new`].
     pub fn refocused(
         self,
         lens: &dyn BlurField,
@@ -34,7 +34,7 @@ impl Vergences {
         if controls.is_neutral() {
             return Ok(self);
         }
-        let range = FocusRange::new(lens, plate, controls)?;
+        let range = FocusRemap::new(lens, plate, controls)?;
         Ok(match self {
             Self::Constant(v) => Self::Constant(range.vergence(v)),
             Self::PerPixel(mut pass) => {

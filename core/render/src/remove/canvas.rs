@@ -1,6 +1,6 @@
 //! The plate and what is about it: light from beyond its edges is sought as well, for it lands on the plate.
 
-use crate::{Scene, VergencePass, Window, reach_of_pass};
+use crate::{RenderWindow, Scene, VergencePass};
 use rayon::prelude::*;
 
 /// Share of how far kernels reach that is added about a plate: what comes from farther is next to nothing.
@@ -20,7 +20,7 @@ pub struct Canvas {
 impl Canvas {
     /// As much about the plate as its lens brings light from, but no more than half the plate.
     pub(super) fn of(scene: &Scene) -> Self {
-        let (x, y) = reach_of_pass(scene);
+        let (x, y) = scene.reach_px();
         let most = scene.width.max(scene.height) / 2;
         Self {
             margin_x: ((REACH_SHARE * x).ceil() as usize).min(most),
@@ -108,7 +108,7 @@ impl Canvas {
 }
 
 /// `scene` of a window of its plate; its vergence is still that of the whole.
-pub(super) fn part_of<'a>(scene: &Scene<'a>, window: Window) -> Scene<'a> {
+pub(super) fn part_of<'a>(scene: &Scene<'a>, window: RenderWindow) -> Scene<'a> {
     Scene {
         width: window.width,
         height: window.height,

@@ -5,7 +5,7 @@ use super::canvas::part_of;
 use super::prior::{all_slope_lengths, slope_lengths, slope_of_noise};
 use super::sums::Typical;
 use super::{Lights, Removal, Removed};
-use crate::{Adjusted, Plane, Scene, VergencePass, Window, reach};
+use crate::{AdjustedLens, Plane, RenderWindow, Scene, VergencePass, kernel_reach};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 
@@ -141,7 +141,7 @@ fn is_even(samples: &[f32]) -> bool {
 fn unevenness(
     scene: &Scene,
     (removal, plane): (Removal, Plane),
-    window: Window,
+    window: RenderWindow,
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Option<[f64; TRIED.len()]>> {
     let samples = window.cut(scene.width, plane.samples);
@@ -151,7 +151,7 @@ fn unevenness(
     };
     let removed = |share: f64, done: usize| -> Result<Vec<Removed>> {
         let scales = vec![share; scene.lens.channel_count()];
-        let lens = Adjusted::new(scene.lens, 1.0, scales, (0.0, 0.0))?;
+        let lens = AdjustedLens::new(scene.lens, 1.0, scales, (0.0, 0.0))?;
         let part = Scene {
             lens: &lens,
             vergence: match scene.vergence {
@@ -217,16 +217,16 @@ fn spread(sharp: &[f32], width: usize, told: &[bool]) -> f64 {
 }
 
 /// The squares of a plate in which blur shows most: much detail, large kernels.
-fn squares(scene: &Scene, planes: &[(Removal, Plane)]) -> Vec<Window> {
+fn squares(scene: &Scene, planes: &[(Removal, Plane)]) -> Vec<RenderWindow> {
     let starts = |size: usize| {
         let count = size.div_ceil(SIDE).max(1);
         let last = size.saturating_sub(SIDE);
         (0..count).map(move |k| if count > 1 { last * k / (count - 1) } else { 0 })
     };
-    let mut found: Vec<(f64, Window)> = starts(scene.height)
+    let mut found: Vec<(f64, RenderWindow)> = starts(scene.height)
         .flat_map(|row| starts(scene.width).map(move |column| (column, row)))
         .map(|(column, row)| {
-            let window = Window {
+            let window = RenderWindow {
                 column,
                 row,
                 width: SIDE.min(scene.width),
@@ -242,7 +242,7 @@ fn squares(scene: &Scene, planes: &[(Removal, Plane)]) -> Vec<Window> {
         });
         let middle =
             (window.row + window.height / 2) * scene.width + window.column + window.width / 2;
-        let far = reach(scene, *window, scene.vergence_at(middle));
+        let far = kernel_reach(scene, *window, scene.vergence_at(middle));
         *score = detail.sum::<f64>() * far.right_px.max(far.up_px);
     });
     found.sort_by(|a, b| b.0.total_cmp(&a.0));

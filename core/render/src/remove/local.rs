@@ -4,7 +4,7 @@
 use super::prior::response;
 use super::squares::Squares;
 use super::transform::{Space, Transform};
-use crate::{LocalKernels, Scene, Window, reach};
+use crate::{LocalKernels, RenderWindow, Scene, kernel_reach};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use seidel_optics::error::Result;
@@ -34,7 +34,7 @@ impl Local {
     /// A lens that cannot be drawn, and a vergence that varies.
     pub(super) fn new(scene: &Scene, weights: &[f64]) -> Result<Self> {
         let kernels = LocalKernels::new(scene, weights)?;
-        let far = reach(scene, Window::whole(scene), kernels.vergence_per_m());
+        let far = kernel_reach(scene, RenderWindow::whole(scene), kernels.vergence_per_m());
         let widest = (far.left_px + far.right_px).max(far.up_px + far.down_px);
         let mut side = SIDES[0];
         while side < SIDES[1] && (side as f64) < WIDTHS * widest {

@@ -151,7 +151,7 @@ pub(super) fn seen(
         weights: &WEIGHTS,
     }];
     let rendered = renderer.render(scene, &planes, &|_| true);
-    let mut plane = rendered.expect("a sound scene").swap_remove(0);
+    let mut plane = rendered.expect("a sound scene").planes.swap_remove(0);
     let mut deviates = Deviates(9);
     for sample in &mut plane {
         *sample += (noise * deviates.next()) as f32;

@@ -7,7 +7,7 @@ use super::test_scenes::{
 };
 use super::view::View;
 use super::{Lights, Removal, Saturation};
-use crate::{Edges, Plane, Scatter, Scene, VergencePass, Window, cancelled};
+use crate::{Edges, Plane, RenderWindow, Scatter, Scene, VergencePass, cancelled};
 use rustfft::num_complex::Complex;
 
 /// Above the best that Wiener filters by local spectra reach, their one number chosen by the truth, where edges are all there
@@ -27,7 +27,7 @@ fn more_comes_back_than_by_wiener_filters() {
     ] {
         let plate = seen(&scene, &Scatter, sharp, noise);
         // The plate is mirrored beyond its edges, lens and all, which neither can know.
-        let inside = Window {
+        let inside = RenderWindow {
             column: 12,
             row: 12,
             width: WIDTH - 24,
@@ -64,7 +64,7 @@ fn edges_do_not_ring() {
     let lens = lens(1.0);
     let whole = scene(&lens);
     let sharp = discs(WIDTH, HEIGHT);
-    let window = Window {
+    let window = RenderWindow {
         column: 30,
         row: 25,
         width: 110,

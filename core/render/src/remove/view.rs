@@ -1,11 +1,14 @@
 //! What a lens makes of the light on a canvas: one layer where all is at one distance, otherwise one for each rung of
-//! the depth ladder.
+//! the depth layers.
 
 use super::canvas::{Canvas, part_of};
 use super::detail::{Found, change};
 use super::local::Local;
 use super::prior::all_slope_lengths;
-use crate::{Edges, Ladder, Operator, Quality, Scene, VergencePass, Window, reach};
+use crate::{
+    DepthLayers, Edges, LayerSpacing, Operator, Quality, RenderWindow, Scene, VergencePass,
+    kernel_reach,
+};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use seidel_optics::error::Result;
@@ -37,7 +40,7 @@ struct Layer {
     exact: Operator,
     local: Local,
     /// The part of the canvas that its light reaches.
-    window: Window,
+    window: RenderWindow,
     /// How much of each of the window's pixels is in this layer; all if there are no other layers.
     share: Option<Vec<f32>>,
 }
@@ -56,7 +59,7 @@ impl View {
         };
         let size = canvas.size();
         let VergencePass::PerPixel(pass) = scene.vergence else {
-            let layer = Layer::new(&whole, weights, Window::whole(&whole), None)?;
+            let layer = Layer::new(&whole, weights, RenderWindow::whole(&whole), None)?;
             return Ok(Self {
                 layers: vec![layer],
                 size,
@@ -221,29 +224,34 @@ impl View {
 fn layers(scene: &Scene, pass: &[f32], weights: &[f64]) -> Result<Vec<Layer>> {
     let ends = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
     let (least, most) = pass.iter().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
-    let ladder = Ladder::new(scene, (f64::from(least), f64::from(most)), false);
+    let depths = DepthLayers::new(
+        scene,
+        f64::from(least),
+        f64::from(most),
+        LayerSpacing::ByBlur,
+    );
     let places: Vec<f32> = pass
         .par_iter()
-        .map(|vergence| ladder.place(f64::from(*vergence)))
+        .map(|vergence| depths.coordinate(f64::from(*vergence)))
         .collect();
     let of_rung = |rung: usize| {
-        let share = |place: &f32| (1.0 - (place - ladder.place_of(rung)).abs()).max(0.0);
+        let share = |place: &f32| (1.0 - (place - depths.coordinate_of(rung)).abs()).max(0.0);
         let shares: Vec<f32> = places.iter().map(share).collect();
         let at_rung = Scene {
-            vergence: VergencePass::Constant(ladder.vergence(rung)),
+            vergence: VergencePass::Constant(depths.vergence(rung)),
             ..*scene
         };
         let lit = lit(&shares, scene.width)?;
         Some(Layer::of_rung(&at_rung, weights, lit, &shares))
     };
-    (0..ladder.len())
+    (0..depths.len())
         .into_par_iter()
         .filter_map(of_rung)
         .collect()
 }
 
 /// The smallest window that holds all shares above zero.
-fn lit(shares: &[f32], width: usize) -> Option<Window> {
+fn lit(shares: &[f32], width: usize) -> Option<RenderWindow> {
     let (mut left, mut right, mut top, mut bottom) = (usize::MAX, 0, usize::MAX, 0);
     for (y, row) in shares.chunks_exact(width).enumerate() {
         let Some(first) = row.iter().position(|share| *share > 0.0) else {
@@ -253,7 +261,7 @@ fn lit(shares: &[f32], width: usize) -> Option<Window> {
         (left, right) = (left.min(first), right.max(last + 1));
         (top, bottom) = (top.min(y), y + 1);
     }
-    (left < right).then(|| Window {
+    (left < right).then(|| RenderWindow {
         column: left,
         row: top,
         width: right - left,
@@ -263,16 +271,16 @@ fn lit(shares: &[f32], width: usize) -> Option<Window> {
 
 impl Layer {
     /// The layer of a canvas at one vergence whose light is within `lit`.
-    fn of_rung(scene: &Scene, weights: &[f64], lit: Window, shares: &[f32]) -> Result<Self> {
+    fn of_rung(scene: &Scene, weights: &[f64], lit: RenderWindow, shares: &[f32]) -> Result<Self> {
         let VergencePass::Constant(vergence) = scene.vergence else {
             unreachable!("layers are at one vergence");
         };
-        let far = reach(scene, lit, vergence);
+        let far = kernel_reach(scene, lit, vergence);
         let column = lit.column.saturating_sub(far.left_px as usize);
         let row = lit.row.saturating_sub(far.up_px as usize);
         let right = (lit.column + lit.width + far.right_px as usize).min(scene.width);
         let bottom = (lit.row + lit.height + far.down_px as usize).min(scene.height);
-        let window = Window {
+        let window = RenderWindow {
             column,
             row,
             width: right - column,
@@ -281,7 +289,12 @@ impl Layer {
         Self::new(scene, weights, window, Some(shares))
     }
 
-    fn new(scene: &Scene, weights: &[f64], window: Window, shares: Option<&[f32]>) -> Result<Self> {
+    fn new(
+        scene: &Scene,
+        weights: &[f64],
+        window: RenderWindow,
+        shares: Option<&[f32]>,
+    ) -> Result<Self> {
         let part = part_of(scene, window);
         let operator = |quality| Operator::new(&part, &[weights.to_vec()], quality);
         let (quick, (exact, local)) = rayon::join(

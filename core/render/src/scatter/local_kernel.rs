@@ -175,7 +175,7 @@ mod tests {
             weights: &weights,
         };
         let picture = Scatter.render(&scene, &[plane], &|_| true);
-        let picture = picture.expect("a sound scene").swap_remove(0);
+        let picture = picture.expect("a sound scene").planes.swap_remove(0);
         let at = (column as f64 + 0.5, row as f64 + 0.5);
         let kernel = LocalKernels::new(&scene, &weights)
             .and_then(|kernels| kernels.at(at))

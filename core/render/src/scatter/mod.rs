@@ -1,15 +1,15 @@
 //! The exact renderer and what it is made of: kernels scattered pixel by pixel.
 
+mod accumulators;
+mod exact_pixels;
 mod local_kernel;
 mod reach;
 mod renderer;
-mod sheet;
 mod sources;
-mod spot;
 
+pub(crate) use accumulators::fold;
+pub use exact_pixels::exact_at_pixels;
 pub use local_kernel::{LocalKernel, LocalKernels};
-pub(crate) use reach::{reach, reach_of_pass};
+pub(crate) use reach::kernel_reach;
 pub use renderer::Scatter;
-pub(crate) use sheet::fold;
 pub(crate) use sources::{Source, Sources};
-pub use spot::at_pixels;

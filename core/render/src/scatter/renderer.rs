@@ -2,9 +2,9 @@
 //! faster renderers are held against. Kernels drawn ray by ray are shared by neighbours that differ
 //! by less than can be seen ([`PsfModel::alike`](seidel_optics::psf::PsfModel::alike)).
 
-use crate::scatter::sheet::{Band, Strip};
+use crate::scatter::accumulators::{Band, Strip};
 use crate::scatter::sources::{Source, Sources, runs};
-use crate::{Methods, Plane, Renderer, Scene, cancelled};
+use crate::{Plane, RenderWindow, Rendered, Renderer, Scene, VergencePass, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::psf::KernelRows;
@@ -31,13 +31,15 @@ impl Renderer for Scatter {
         "exact"
     }
 
-    fn render(
+    fn render_window(
         &self,
         scene: &Scene,
         planes: &[Plane],
+        window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
+    ) -> Result<Rendered> {
         scene.check(planes)?;
+        window.check(scene)?;
         let job = Job::new(scene, planes, progress);
         let mut total = vec![vec![0.0_f64; scene.pixel_count()]; planes.len()];
         let band_count = scene.height.div_ceil(BAND_ROWS);
@@ -60,12 +62,12 @@ impl Renderer for Scatter {
             first = last;
         }
         let narrow = |plane: Vec<f64>| plane.into_iter().map(|light| light as f32).collect();
-        Ok(total.into_iter().map(narrow).collect())
-    }
-
-    fn methods(&self, scene: &Scene, planes: &[Plane]) -> Result<Methods> {
-        scene.check(planes)?;
-        Ok(Methods::exact())
+        let planes = total.into_iter().map(narrow).collect();
+        let layers = match scene.vergence {
+            VergencePass::Constant(_) => 1,
+            VergencePass::PerPixel(_) => 0,
+        };
+        Ok(Rendered::exact(window.cut_planes(scene, planes), layers))
     }
 }
 

@@ -2,7 +2,7 @@
 //! pixels hang in the air before the surface and draw a rim of wrong blur.
 
 use super::super::DepthConvention;
-use super::{DepthCheck, DepthProblem, Finding, Severity};
+use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
 
 /// Coverages that can tell a product from the surface.
 const PARTIAL: std::ops::RangeInclusive<f32> = 0.15..=0.85;
@@ -18,7 +18,7 @@ const LEAST_PIXELS: usize = 40;
 const LEAST_SHARE: f64 = 0.6;
 
 /// Whether depth is mixed with zero at edges.
-pub(super) fn filtered(check: &DepthCheck) -> Option<Finding> {
+pub(super) fn filtered(check: &DepthCheck) -> Option<DepthFinding> {
     let (pixels, products) = match check.alpha {
         Some(alpha) => against_alpha(check, alpha),
         None => (0, 0),
@@ -34,9 +34,9 @@ pub(super) fn filtered(check: &DepthCheck) -> Option<Finding> {
     })
 }
 
-fn finding(pixels: usize, products: usize) -> Option<Finding> {
+fn finding(pixels: usize, products: usize) -> Option<DepthFinding> {
     let share = products as f64 / pixels.max(1) as f64;
-    (pixels >= LEAST_PIXELS && share >= LEAST_SHARE).then(|| Finding {
+    (pixels >= LEAST_PIXELS && share >= LEAST_SHARE).then(|| DepthFinding {
         problem: DepthProblem::Premultiplied { pixels, share },
         severity: Severity::Warning,
         remedy:

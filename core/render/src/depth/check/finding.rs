@@ -15,7 +15,7 @@ pub enum Severity {
 
 /// One thing found in a depth pass.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
+pub struct DepthFinding {
     /// What it is, with its evidence.
     pub problem: DepthProblem,
     /// How sure it is.
@@ -151,7 +151,7 @@ impl fmt::Display for DepthProblem {
     }
 }
 
-impl fmt::Display for Finding {
+impl fmt::Display for DepthFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}; {}", self.problem, self.remedy)
     }

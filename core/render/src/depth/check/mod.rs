@@ -11,7 +11,7 @@ mod scenes;
 mod tests;
 mod values;
 
-pub use finding::{DepthProblem, Finding, Severity};
+pub use finding::{DepthFinding, DepthProblem, Severity};
 
 use super::DepthConvention;
 use seidel_optics::error::{Error, Result};
@@ -33,14 +33,14 @@ pub struct DepthCheck<'a> {
     /// The plate's alpha, where it has one.
     pub alpha: Option<&'a [f32]>,
     /// The camera's perspective.
-    pub view: View,
+    pub view: CameraPerspective,
     /// What the lens tells about distances.
-    pub lens: LensReach,
+    pub lens: LensDistances,
 }
 
 /// The perspective of the camera, in pixels of the pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
+pub struct CameraPerspective {
     /// Where the optical axis meets the picture.
     pub axis: ImagePoint,
     /// Distance of the image plane: half the picture's width over the tangent of half its field of
@@ -52,7 +52,7 @@ pub struct View {
 
 /// What a lens tells about the distances it is used at; every part may be missing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct LensReach {
+pub struct LensDistances {
     /// Nearest and farthest distance at which it was measured, metres; the farthest may be infinite.
     pub measured_m: Option<(f64, f64)>,
     /// Focal length, metres.
@@ -64,7 +64,7 @@ impl DepthCheck<'_> {
     ///
     /// # Errors
     /// Planes of another size than the pass, and a perspective that cannot be.
-    pub fn findings(&self) -> Result<Vec<Finding>> {
+    pub fn findings(&self) -> Result<Vec<DepthFinding>> {
         self.check()?;
         if let Some(finding) = values::constant(self) {
             return Ok(vec![finding]);
@@ -99,7 +99,7 @@ impl DepthCheck<'_> {
                 "give depth, vergence and alpha of one size",
             ));
         }
-        let View { axis, focal_px, .. } = self.view;
+        let CameraPerspective { axis, focal_px, .. } = self.view;
         let finite = axis.x_px.is_finite() && axis.y_px.is_finite();
         if !finite || focal_px.is_some_and(|f| !(f.is_finite() && f > 0.0)) {
             return Err(Error::new(

@@ -2,7 +2,7 @@
 
 use super::finding::{along_ray_remedy, inversion_remedy};
 use super::patches::{GUESSES, Guess, Patch, Sampled, patches};
-use super::{DepthCheck, DepthProblem, Finding, Severity};
+use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
 
 /// A patch votes for a guess that leaves it this much flatter than another.
 const FLATTER: f64 = 0.2;
@@ -46,7 +46,7 @@ impl Quorum {
 }
 
 /// The wrong meaning that the pass turns out to have.
-pub(super) fn meaning(check: &DepthCheck) -> Option<Finding> {
+pub(super) fn meaning(check: &DepthCheck) -> Option<DepthFinding> {
     let sampled = patches(check);
     // Only patches that are bent as read can speak against the reading.
     let bent = sampled.iter().filter(|p| is_bent(p.as_read())).count();
@@ -158,7 +158,7 @@ impl Votes {
 }
 
 impl Verdict {
-    fn finding(&self, check: &DepthCheck) -> Option<Finding> {
+    fn finding(&self, check: &DepthCheck) -> Option<DepthFinding> {
         let (patches, against) = (self.patches, self.against);
         let along_ray = self.guess == Guess::InvertedAlongRay;
         let (problem, remedy) = match self.guess {
@@ -191,7 +191,7 @@ impl Verdict {
                 },
             ),
         };
-        Some(Finding {
+        Some(DepthFinding {
             problem,
             severity: Severity::Warning,
             remedy,

@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::scenes::{MadeScene, SIZE};
-use super::{DepthCheck, DepthProblem, Finding, LensReach, Severity, View};
+use super::{CameraPerspective, DepthCheck, DepthFinding, DepthProblem, LensDistances, Severity};
 use crate::DepthConvention;
 use seidel_optics::numeric::SplitMix64;
 
@@ -25,7 +25,7 @@ struct Made {
     alpha: Option<Vec<f32>>,
 }
 
-fn findings(made: &Made, focal_px: Option<f64>) -> Vec<Finding> {
+fn findings(made: &Made, focal_px: Option<f64>) -> Vec<DepthFinding> {
     let reading = made
         .convention
         .read(&made.samples, SIZE.0)
@@ -37,12 +37,12 @@ fn findings(made: &Made, focal_px: Option<f64>) -> Vec<Finding> {
         height: SIZE.1,
         convention: made.convention,
         alpha: made.alpha.as_deref(),
-        view: View {
+        view: CameraPerspective {
             axis: MadeScene::axis(),
             focal_px,
             pixel_aspect: 1.0,
         },
-        lens: LensReach {
+        lens: LensDistances {
             measured_m: Some((0.5, 20.0)),
             focal_length_m: Some(0.035),
         },
@@ -388,12 +388,12 @@ fn empty_passes_are_named_and_other_sizes_refused() {
         height: SIZE.1,
         convention: METRES,
         alpha: None,
-        view: View {
+        view: CameraPerspective {
             axis: MadeScene::axis(),
             focal_px: None,
             pixel_aspect: 1.0,
         },
-        lens: LensReach::default(),
+        lens: LensDistances::default(),
     };
     assert!(check.findings().is_err());
 }

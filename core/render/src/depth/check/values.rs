@@ -1,7 +1,7 @@
 //! What the numbers of a depth pass tell by themselves: their range, their levels, their number.
 
 use super::super::DepthConvention;
-use super::{DepthCheck, DepthProblem, Finding, Severity};
+use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
 
 /// Share of pixels left out at either end of a range.
 const TAIL: f64 = 0.02;
@@ -23,12 +23,12 @@ const LEAST_STEPS: usize = 200;
 const LEAST_FILLED: f64 = 0.001;
 
 /// A pass with nothing in it, or the same everywhere.
-pub(super) fn constant(check: &DepthCheck) -> Option<Finding> {
+pub(super) fn constant(check: &DepthCheck) -> Option<DepthFinding> {
     let mut depths = check.vergence.iter().zip(check.samples);
     let filled = check.vergence.iter().filter(|v| **v > 0.0).count();
     let share = filled as f64 / check.vergence.len() as f64;
     if share < LEAST_FILLED {
-        return Some(Finding {
+        return Some(DepthFinding {
             problem: DepthProblem::Empty { share },
             severity: Severity::Warning,
             remedy: "check which channel and frame it is, and what its numbers mean".to_owned(),
@@ -36,7 +36,7 @@ pub(super) fn constant(check: &DepthCheck) -> Option<Finding> {
     }
     let (first, sample) = depths.find(|(v, _)| **v > 0.0)?;
     let same = depths.all(|(v, _)| *v <= 0.0 || v == first);
-    same.then(|| Finding {
+    same.then(|| DepthFinding {
         problem: DepthProblem::Constant {
             value: f64::from(*sample),
         },
@@ -47,7 +47,7 @@ pub(super) fn constant(check: &DepthCheck) -> Option<Finding> {
 }
 
 /// Numbers from 0 to 1 that are read as metres.
-pub(super) fn normalised(check: &DepthCheck) -> Option<Finding> {
+pub(super) fn normalised(check: &DepthCheck) -> Option<DepthFinding> {
     let DepthConvention::Distance { metres_per_unit } = check.convention else {
         return None;
     };
@@ -63,7 +63,7 @@ pub(super) fn normalised(check: &DepthCheck) -> Option<Finding> {
     let ends = check.samples.iter().filter(|v| **v == 1.0).count() as f64;
     // A whole background at one metre to the last bit is where far was put.
     let far_fill = (0.0..1.0).contains(&least) && largest == 1.0 && ends > 0.01 * filled;
-    (metres_per_unit == 1.0 && (fills || far_fill)).then(|| Finding {
+    (metres_per_unit == 1.0 && (fills || far_fill)).then(|| DepthFinding {
         problem: DepthProblem::Normalised {
             least: f64::from(least),
             largest: f64::from(largest),
@@ -74,7 +74,7 @@ pub(super) fn normalised(check: &DepthCheck) -> Option<Finding> {
 }
 
 /// Distances where no scene is, or far from where the lens was measured.
-pub(super) fn unit(check: &DepthCheck) -> Option<Finding> {
+pub(super) fn unit(check: &DepthCheck) -> Option<DepthFinding> {
     let (near_m, middle_m, far_m) = middle_range(check.vergence)?;
     let nearest = check
         .lens
@@ -82,7 +82,7 @@ pub(super) fn unit(check: &DepthCheck) -> Option<Finding> {
         .unwrap_or(NEAREST_M)
         .max(NEAREST_M);
     if middle_m < nearest || near_m > FARTHEST_M {
-        return Some(Finding {
+        return Some(DepthFinding {
             problem: DepthProblem::ImplausibleRange { near_m, far_m },
             severity: Severity::Warning,
             remedy: format!(
@@ -94,7 +94,7 @@ pub(super) fn unit(check: &DepthCheck) -> Option<Finding> {
     }
     let measured_m = check.lens.measured_m?;
     let off = near_m > BEYOND_LENS * measured_m.1 || far_m * BEYOND_LENS < measured_m.0;
-    off.then(|| Finding {
+    off.then(|| DepthFinding {
         problem: DepthProblem::OffTheLens {
             near_m,
             far_m,
@@ -170,7 +170,7 @@ fn middle_range(vergence: &[f32]) -> Option<(f64, f64, f64)> {
 }
 
 /// A pass of 8 bits stretched to floats.
-pub(super) fn quantised(check: &DepthCheck) -> Option<Finding> {
+pub(super) fn quantised(check: &DepthCheck) -> Option<DepthFinding> {
     let levels = levels(check.samples)?;
     let even =
         |f: &dyn Fn(f32) -> f64| evenly_spaced(&levels.iter().map(|v| f(*v)).collect::<Vec<_>>());
@@ -182,7 +182,7 @@ pub(super) fn quantised(check: &DepthCheck) -> Option<Finding> {
         return None;
     }
     let (steps, lone) = steps(check, &levels);
-    (steps >= LEAST_STEPS && 2 * lone > steps).then(|| Finding {
+    (steps >= LEAST_STEPS && 2 * lone > steps).then(|| DepthFinding {
         problem: DepthProblem::Quantised {
             levels: levels.len(),
         },

@@ -49,8 +49,8 @@ const PLATE: PlateExtent = PlateExtent {
     height: 400,
 };
 
-fn set(controls: FocusControls) -> FocusRange {
-    FocusRange::new(&MADE, PLATE, &controls).expect("valid")
+fn set(controls: FocusControls) -> FocusRemap {
+    FocusRemap::new(&MADE, PLATE, &controls).expect("valid")
 }
 
 /// Vergences from beyond infinity to 5 cm.
@@ -224,7 +224,7 @@ fn focus_is_where_the_lens_is_sharpest() {
 #[test]
 fn what_cannot_be_is_refused_by_name() {
     let refused = |lens: &Made, controls: FocusControls| {
-        let error = FocusRange::new(lens, PLATE, &controls).expect_err("refused");
+        let error = FocusRemap::new(lens, PLATE, &controls).expect_err("refused");
         error.to_string()
     };
     let neutral = FocusControls::default();

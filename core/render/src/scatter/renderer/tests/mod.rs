@@ -79,7 +79,7 @@ fn scene<'a>(lens: &'a dyn BlurField, width: usize, height: usize) -> Scene<'a> 
 
 fn render(scene: &Scene, planes: &[Plane]) -> Vec<Vec<f32>> {
     let done = Scatter.render(scene, planes, &|_| true);
-    done.expect("a valid scene")
+    done.expect("a valid scene").planes
 }
 
 /// An uneven plate with some zeros.
@@ -557,7 +557,11 @@ fn darkness_costs_nothing_and_progress_can_stop() {
         *last = last.max(share);
         true
     });
-    assert!(done.expect("rendered")[0].iter().all(|&light| light == 0.0));
+    assert!(
+        done.expect("rendered").planes[0]
+            .iter()
+            .all(|&light| light == 0.0)
+    );
     assert_eq!(asked.load(Ordering::Relaxed), 0);
     assert_eq!(*last.lock().expect("not poisoned"), 1.0);
     samples.fill(1.0);

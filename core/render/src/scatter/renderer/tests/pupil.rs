@@ -89,7 +89,7 @@ fn shared_and_coarser_kernels_cannot_be_seen() {
             weights: &[1.0],
         }];
         let done = Scatter.render(&scene, &planes, &|_| true);
-        done.expect("a valid scene").remove(0)
+        done.expect("a valid scene").planes.remove(0)
     };
     let (fine, shared) = (by(&Fine), by(&Pupil));
     let energy = |light: &dyn Fn(usize) -> f32| -> f64 {

@@ -1,9 +1,9 @@
 //! The fast renderer against the exact one over lenses drawn by chance: small plates over which blur
 //! changes by much of itself, narrow and wide, even and growing or shrinking eightfold, skewed, in colour.
 
-use super::tests::{TestLens, plate_of, psnr_db, render};
-use super::{Gather, Quality};
+use super::{TestLens, plate_of, psnr_db, render};
 use crate::{Displacement, Edges, PlateMap, Scatter, Scene, VergencePass};
+use crate::{Gather, Quality};
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::psf::{Gaussian, PsfModel, SkewNormal};
 

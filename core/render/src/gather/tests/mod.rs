@@ -1,5 +1,11 @@
 //! The fast renderer against the exact one, and its own properties.
 
+mod adjoint;
+mod lights;
+mod properties;
+mod random_lenses;
+mod windows;
+
 use super::{Gather, Quality};
 use crate::{
     BlurField, DisplacedBlur, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene,
@@ -118,6 +124,7 @@ pub(super) fn render(renderer: &dyn Renderer, scene: &Scene, samples: &[f32]) ->
     renderer
         .render(scene, &planes, &|_| true)
         .expect("a sound scene")
+        .planes
 }
 
 pub(super) fn psnr_db(ours: &[Vec<f32>], exact: &[Vec<f32>]) -> f64 {

@@ -129,9 +129,9 @@ fn pixels() -> Vec<(usize, usize)> {
 
 /// Largest relative difference from the exact renderer.
 fn worst(scene: &Scene, plane: &Plane) -> f64 {
-    let got = at_pixels(scene, plane, &pixels(), 1).expect("a valid scene");
+    let got = exact_at_pixels(scene, plane, &pixels(), 1).expect("a valid scene");
     let exact = Scatter.render(scene, &[*plane], &|_| true);
-    let exact = &exact.expect("a valid scene")[0];
+    let exact = &exact.expect("a valid scene").planes[0];
     let differences = got.iter().zip(pixels()).map(|(got, (column, row))| {
         let want = f64::from(exact[row * WIDTH + column]);
         (got / want - 1.0).abs()
@@ -188,9 +188,9 @@ fn rays_agree_with_the_exact_renderer_and_cells_nearly() {
         (scene.edges, scene.displacement) = (edges, displacement);
         let off = worst(&scene, &plane);
         assert!(off < 1e-5, "{edges:?} {displacement:?}: {off:e}");
-        let exact = at_pixels(&scene, &plane, &pixels(), 1).expect("valid");
+        let exact = exact_at_pixels(&scene, &plane, &pixels(), 1).expect("valid");
         let db = |side: usize| {
-            let got = at_pixels(&scene, &plane, &pixels(), side).expect("valid");
+            let got = exact_at_pixels(&scene, &plane, &pixels(), side).expect("valid");
             let squares = got.iter().zip(&exact).map(|(a, b)| (a - b).powi(2));
             -10.0 * (squares.sum::<f64>() / exact.len() as f64).log10()
         };
@@ -209,7 +209,7 @@ fn any_number_of_threads_gives_the_same_bits() {
     };
     let with_threads = |count| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
-        let at = || at_pixels(&scene, &plane, &pixels(), 1).expect("valid");
+        let at = || exact_at_pixels(&scene, &plane, &pixels(), 1).expect("valid");
         let light = pool.expect("a pool").install(at);
         light.into_iter().map(f64::to_bits).collect::<Vec<_>>()
     };
@@ -227,15 +227,15 @@ fn bad_requests_are_refused() {
         vec![0.1; WIDTH * HEIGHT],
     );
     let mut scene = scene(&Rays, &Pupil);
-    assert!(at_pixels(&scene, &plane, &[(WIDTH, 0)], 1).is_err());
-    assert!(at_pixels(&scene, &plane, &[(0, HEIGHT)], 1).is_err());
-    assert!(at_pixels(&scene, &plane, &[(0, 0)], 0).is_err());
+    assert!(exact_at_pixels(&scene, &plane, &[(WIDTH, 0)], 1).is_err());
+    assert!(exact_at_pixels(&scene, &plane, &[(0, HEIGHT)], 1).is_err());
+    assert!(exact_at_pixels(&scene, &plane, &[(0, 0)], 0).is_err());
     scene.vergence = VergencePass::PerPixel(&depth);
-    assert!(at_pixels(&scene, &plane, &[(0, 0)], 4).is_err());
-    assert!(at_pixels(&scene, &plane, &[(0, 0)], 1).is_ok());
+    assert!(exact_at_pixels(&scene, &plane, &[(0, 0)], 4).is_err());
+    assert!(exact_at_pixels(&scene, &plane, &[(0, 0)], 1).is_ok());
     let bare = Plane {
         samples: &samples[1..],
         ..plane
     };
-    assert!(at_pixels(&scene, &bare, &[(0, 0)], 1).is_err());
+    assert!(exact_at_pixels(&scene, &bare, &[(0, 0)], 1).is_err());
 }

@@ -6,7 +6,7 @@ use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::sensor::Tone;
 
 /// Most that a pixel's width may be of its height, or its height of its width.
-pub const MOST_PIXEL_ASPECT: f64 = 16.0;
+pub const MAX_PIXEL_ASPECT: f64 = 16.0;
 
 /// A lens in whose frame pixels are `pixel_aspect` times as wide as they are high.
 ///
@@ -14,7 +14,7 @@ pub const MOST_PIXEL_ASPECT: f64 = 16.0;
 /// given on such pixels ([`LocalBlur::on_wider_pixels`](seidel_optics::psf::LocalBlur::on_wider_pixels)). Whatever asks a
 /// [`BlurField`] can ask this one: a [`PlateMap`](crate::PlateMap) then is in pixels of its frame, of one scale
 /// along both axes. With square pixels use the lens itself.
-pub struct NonSquare<'a> {
+pub struct NonSquarePixelLens<'a> {
     lens: &'a dyn BlurField,
     pixel_aspect: f64,
     frame: Frame,
@@ -22,19 +22,19 @@ pub struct NonSquare<'a> {
     units: [f64; 2],
 }
 
-impl<'a> NonSquare<'a> {
+impl<'a> NonSquarePixelLens<'a> {
     /// `lens` seen by pixels `pixel_aspect` times as wide as they are high.
     ///
     /// # Errors
-    /// An aspect that is not from 1 / [`MOST_PIXEL_ASPECT`] to [`MOST_PIXEL_ASPECT`].
+    /// An aspect that is not from 1 / [`MAX_PIXEL_ASPECT`] to [`MAX_PIXEL_ASPECT`].
     pub fn new(lens: &'a dyn BlurField, pixel_aspect: f64) -> Result<Self> {
-        if !(1.0 / MOST_PIXEL_ASPECT..=MOST_PIXEL_ASPECT).contains(&pixel_aspect) {
+        if !(1.0 / MAX_PIXEL_ASPECT..=MAX_PIXEL_ASPECT).contains(&pixel_aspect) {
             return Err(Error::new(
                 "pixel aspect",
                 format!("is {pixel_aspect}"),
                 format!(
-                    "give the width of a pixel over its height, from 1/{MOST_PIXEL_ASPECT} to \
-                     {MOST_PIXEL_ASPECT}; 1 for square pixels"
+                    "give the width of a pixel over its height, from 1/{MAX_PIXEL_ASPECT} to \
+                     {MAX_PIXEL_ASPECT}; 1 for square pixels"
                 ),
             ));
         }
@@ -53,7 +53,7 @@ impl<'a> NonSquare<'a> {
     }
 }
 
-impl BlurField for NonSquare<'_> {
+impl BlurField for NonSquarePixelLens<'_> {
     fn frame(&self) -> Frame {
         self.frame
     }

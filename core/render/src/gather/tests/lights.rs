@@ -1,7 +1,7 @@
 //! Plates with small lights far brighter than the rest: their pictures against the exact renderer's.
 
-use super::Gather;
-use super::tests::{HEIGHT, TestLens, WIDTH, lens, plate, render, scene};
+use super::{HEIGHT, TestLens, WIDTH, lens, plate, render, scene};
+use crate::Gather;
 use crate::{Displacement, Edges, Scatter, Scene};
 use seidel_optics::psf::{
     Gaussian, KernelBounds, KernelRows, LocalBlur, PsfModel, Pupil, SampleGrid, SkewNormal,

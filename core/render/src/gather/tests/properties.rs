@@ -1,7 +1,7 @@
 //! What holds of the fast renderer whatever it is given: linear, keeping light, moving with the plate.
 
-use super::Gather;
-use super::tests::{HEIGHT, WEIGHTS, WIDTH, lens, plate, render, scene};
+use super::{HEIGHT, WEIGHTS, WIDTH, lens, plate, render, scene};
+use crate::Gather;
 use crate::{BlurField, DisplacedBlur, Plane, PlateMap, Renderer, Scene};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::MeridionalMoments;
@@ -166,7 +166,7 @@ fn a_crop_with_a_margin_is_like_the_whole() {
             weights,
         });
         let part = Gather::default().render(&crop, &planes, &|_| true);
-        let part = part.expect("a sound scene");
+        let part = part.expect("a sound scene").planes;
         let all = render(&Gather::default(), &whole, &samples);
         let inside = (margin..width - margin, margin..height - margin);
         let found = worst((&part, width), (&all, WIDTH), (left, top), inside);

@@ -23,7 +23,7 @@ use std::ops::RangeInclusive;
 /// # Errors
 /// [`Scene::check`]'s, a pixel outside the plate, a lens whose blur cannot be drawn, `cell_px` zero, or
 /// above one where the model needs rays and depth varies by pixel.
-pub fn at_pixels(
+pub fn exact_at_pixels(
     scene: &Scene,
     plane: &Plane,
     pixels: &[(usize, usize)],
@@ -296,7 +296,7 @@ fn weight_of(kernel: &KernelRows, place: (i32, i32)) -> f64 {
 }
 
 /// Every place of an axis within `range` from which light ends at `index` of `size`: the inverse of
-/// [`fold`](crate::scatter::sheet::fold).
+/// [`fold`](crate::scatter::accumulators::fold).
 fn unfolded(
     index: usize,
     size: usize,
@@ -324,7 +324,7 @@ fn unfolded(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scatter::sheet::fold;
+    use crate::scatter::accumulators::fold;
 
     #[test]
     fn unfolding_inverts_folding() {

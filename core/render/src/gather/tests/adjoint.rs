@@ -1,8 +1,8 @@
 //! The operator and its adjoint, held to <A x, y> = <x, A^T y> on random fields.
 
-use super::tests::{TestLens, lens, plate_of, render, scene};
-use super::{Gather, Operator, Quality};
+use super::{TestLens, lens, plate_of, render, scene};
 use crate::{Edges, Scene};
+use crate::{Gather, Operator, Quality};
 use seidel_optics::psf::{Gaussian, PsfModel, Pupil, SkewNormal};
 
 /// Independent values of either sign.
@@ -90,7 +90,7 @@ fn the_operator_renders() {
     let scene = scene(&lens, &SkewNormal);
     let samples = plate_of(8, (scene.width, scene.height));
     let rendered = render(&Gather::default(), &scene, &samples);
-    let weights: Vec<Vec<f64>> = super::tests::WEIGHTS.iter().map(|w| w.to_vec()).collect();
+    let weights: Vec<Vec<f64>> = super::WEIGHTS.iter().map(|w| w.to_vec()).collect();
     let operator = Operator::new(&scene, &weights, Quality::Final).expect("a sound scene");
     let applied = operator.apply(&[samples.clone(), samples]).expect("planes");
     assert!(applied == rendered);

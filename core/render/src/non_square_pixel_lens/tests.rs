@@ -88,7 +88,7 @@ fn rendered(
     aspect: usize,
     samples: &[f32],
 ) -> Vec<Vec<f32>> {
-    let wide = NonSquare::new(lens, aspect as f64).expect("an aspect");
+    let wide = NonSquarePixelLens::new(lens, aspect as f64).expect("an aspect");
     let lens: &dyn BlurField = if aspect == 1 { lens } else { &wide };
     let scene = scene(lens, model, aspect);
     let weights = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
@@ -96,6 +96,7 @@ fn rendered(
     renderer
         .render(&scene, &planes, &|_| true)
         .expect("a sound scene")
+        .planes
 }
 
 fn scene<'a>(lens: &'a dyn BlurField, model: &'a dyn PsfModel, aspect: usize) -> Scene<'a> {
@@ -203,7 +204,7 @@ fn moments_of_kernels_go_with_the_pixels() {
 #[test]
 fn square_pixels_change_nothing() {
     let lens = lens(true);
-    let one = NonSquare::new(&lens, 1.0).expect("an aspect");
+    let one = NonSquarePixelLens::new(&lens, 1.0).expect("an aspect");
     let samples = plate(1);
     let planes = [Plane {
         samples: &samples,
@@ -211,13 +212,13 @@ fn square_pixels_change_nothing() {
     }];
     let by = |lens: &dyn BlurField, model| {
         let done = Scatter.render(&scene(lens, model, 1), &planes, &|_| true);
-        done.expect("a sound scene")
+        done.expect("a sound scene").planes
     };
     for model in [&MirroredPair as &dyn PsfModel, &Pupil] {
         assert_eq!(by(&one, model), by(&lens, model), "{}", model.id());
     }
     for bad in [0.0, -1.0, 17.0, f64::NAN, f64::INFINITY] {
-        assert!(NonSquare::new(&lens, bad).is_err(), "{bad}");
+        assert!(NonSquarePixelLens::new(&lens, bad).is_err(), "{bad}");
     }
 }
 
@@ -225,7 +226,7 @@ fn square_pixels_change_nothing() {
 fn single_pixels_agree_with_the_exact_renderer() {
     for (rays, model) in [(false, &MirroredPair as &dyn PsfModel), (true, &Pupil)] {
         let lens = lens(rays);
-        let wide = NonSquare::new(&lens, 2.0).expect("an aspect");
+        let wide = NonSquarePixelLens::new(&lens, 2.0).expect("an aspect");
         let samples = plate(2);
         let plane = Plane {
             samples: &samples,
@@ -235,9 +236,10 @@ fn single_pixels_agree_with_the_exact_renderer() {
         let all = Scatter
             .render(&scene, &[plane], &|_| true)
             .expect("sound")
+            .planes
             .remove(0);
         let pixels = [(0, 0), (63, 63), (30, 40), (3, 50)];
-        let spots = at_pixels(&scene, &plane, &pixels, 1).expect("sound");
+        let spots = exact_at_pixels(&scene, &plane, &pixels, 1).expect("sound");
         for ((x, y), spot) in pixels.iter().zip(spots) {
             assert!((spot - f64::from(all[y * 64 + x])).abs() < 2e-5);
         }

@@ -1,6 +1,6 @@
 //! Occlusion in scenes small enough to say what must come out.
 
-use super::ladder::STEP_SHARE;
+use super::depth_layers::STEP_SHARE;
 use super::*;
 use crate::{BlurField, DisplacedBlur, Displacement, PlateMap, Scatter};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint, Meridian};
@@ -66,13 +66,14 @@ fn plane<'a>(samples: &'a [f32], weights: &'a [f64]) -> Plane<'a> {
 }
 
 fn render(settings: Occlusion, scene: &Scene, planes: &[Plane]) -> Vec<Vec<f32>> {
-    let layered = Layered {
+    let layered = LayeredRenderer {
         inner: &Scatter,
         settings,
     };
     layered
         .render(scene, planes, &|_| true)
         .expect("a valid scene")
+        .planes
 }
 
 /// One value for columns left of 32, another for the rest.
@@ -99,7 +100,8 @@ fn without_depth_the_inner_renderer_is_left_alone() {
     let constant = scene(&Lens { field: 1.0 }, VergencePass::Constant(0.9));
     let want = Scatter
         .render(&constant, &planes, &|_| true)
-        .expect("valid");
+        .expect("valid")
+        .planes;
     assert_eq!(render(Occlusion::default(), &constant, &planes), want);
     // A depth pass that is even: the same but for the share of two slices.
     let pass = vec![0.9; light.len()];
@@ -107,7 +109,8 @@ fn without_depth_the_inner_renderer_is_left_alone() {
     let constant = scene(&EVEN, VergencePass::Constant(f64::from(0.9_f32)));
     let want = Scatter
         .render(&constant, &planes, &|_| true)
-        .expect("valid");
+        .expect("valid")
+        .planes;
     for (got, want) in render(Occlusion::default(), &even, &planes)
         .iter()
         .zip(&want)
@@ -148,7 +151,7 @@ fn a_sharp_foreground_does_not_leak_into_a_blurred_background() {
     assert!(largest_difference(done, &light) < 1e-4);
     let plain = Scatter.render(&scene, &[plane(&light, RED)], &|_| true);
     // Without occlusion the background's light falls on the card.
-    let worst = largest_difference(&plain.expect("valid")[0], &light);
+    let worst = largest_difference(&plain.expect("valid").planes[0], &light);
     assert!(worst > 0.2, "{worst}");
 }
 
@@ -226,7 +229,8 @@ fn light_may_leave_at_black_edges() {
     };
     let planes = [plane(&light, RED)];
     let done = render(Occlusion::default(), &scene, &planes);
-    let plain = Scatter.render(&scene, &planes, &|_| true).expect("valid");
+    let plain = Scatter.render(&scene, &planes, &|_| true);
+    let plain = plain.expect("valid").planes;
     assert!((0.2..0.4).contains(&done[0][0]), "{}", done[0][0]);
     assert!(largest_difference(&done[0], &plain[0]) < 0.02);
 }
@@ -288,12 +292,13 @@ impl Renderer for Never {
         "never"
     }
 
-    fn render(
+    fn render_window(
         &self,
         _: &Scene,
         _: &[Plane],
+        _: RenderWindow,
         _: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
+    ) -> Result<Rendered> {
         panic!("nothing was to be blurred")
     }
 }
@@ -301,7 +306,7 @@ impl Renderer for Never {
 #[test]
 fn one_who_says_stop_need_not_wait_for_the_first_blur() {
     let (samples, depth) = (textured(), halves(0.9, 0.3));
-    let layered = Layered {
+    let layered = LayeredRenderer {
         inner: &Never,
         settings: Occlusion::default(),
     };
@@ -319,7 +324,7 @@ fn one_who_says_stop_need_not_wait_for_the_first_blur() {
 fn stops_are_obeyed_and_bad_mattes_refused() {
     let (pass, light) = (halves(0.9, 0.2), textured());
     let scene = scene(&EVEN, VergencePass::PerPixel(&pass));
-    let layered = |matte| Layered {
+    let layered = |matte| LayeredRenderer {
         inner: &Scatter,
         settings: Occlusion {
             holdout: Some(Holdout {
@@ -344,15 +349,15 @@ fn stops_are_obeyed_and_bad_mattes_refused() {
 fn rungs_depend_on_the_lens_alone_and_are_close() {
     let flat = scene(&EVEN, VergencePass::Constant(0.0));
     let (short, long) = (
-        Ladder::new(&flat, (0.3, 0.6), false),
-        Ladder::new(&flat, (-0.4, 3.0), false),
+        DepthLayers::new(&flat, 0.3, 0.6, LayerSpacing::ByBlur),
+        DepthLayers::new(&flat, -0.4, 3.0, LayerSpacing::ByBlur),
     );
     for vergence in [0.0, 0.31, 0.5, 0.577] {
-        assert_eq!(short.place(vergence), long.place(vergence));
+        assert_eq!(short.coordinate(vergence), long.coordinate(vergence));
     }
     assert!((long.vergence(0)..=long.vergence(long.len() - 1)).contains(&3.0));
-    for rung in 1..long.len() {
-        let (a, b) = (long.vergence(rung - 1), long.vergence(rung));
+    for layer in 1..long.len() {
+        let (a, b) = (long.vergence(layer - 1), long.vergence(layer));
         assert!(a < b);
         // Sizes in the channel that blurs most: twice the deviation.
         let size = |v: f64| 2.0 * 9.6 * (v - 0.5);

@@ -1,47 +1,39 @@
-//! Plates that go on beyond their edges as they are at them.
+//! A renderer that replicates the plate's edge pixels beyond its edges.
 
-use crate::scatter::reach_of_pass;
 use crate::{
-    BlurField, DisplacedBlur, Edges, Plane, PlateMap, Renderer, Scene, VergencePass, Window,
+    BlurField, DisplacedBlur, Edges, Plane, PlateMap, RenderWindow, Rendered, Renderer, Scene,
+    VergencePass,
 };
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::sensor::Tone;
 
-/// A renderer for which every pixel beyond an edge is the nearest one on the plate: its light, its depth and its
-/// blur. At the edges an even plate is as even as in the middle; the sum of light is not kept: what leaves is made up
-/// for by what comes in. The scene's own [`Edges`] are not asked.
+/// A renderer for which every pixel beyond an edge repeats the nearest one on the plate: its light, depth and blur.
+///
+/// An even plate stays as even at its edges as in the middle. The sum of light is not kept: incoming light replaces
+/// what leaves. The scene's own [`Edges`] are ignored.
 #[derive(Clone, Copy)]
-pub struct Extended<'r> {
-    /// Blurs the plate and what is about it.
+pub struct EdgeReplicatingRenderer<'r> {
+    /// The renderer of the plate with its margin.
     pub inner: &'r dyn Renderer,
 }
 
-impl Renderer for Extended<'_> {
+impl Renderer for EdgeReplicatingRenderer<'_> {
     fn id(&self) -> &'static str {
         self.inner.id()
-    }
-
-    fn render(
-        &self,
-        scene: &Scene,
-        planes: &[Plane],
-        progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
-        self.render_window(scene, planes, Window::whole(scene), progress)
     }
 
     fn render_window(
         &self,
         scene: &Scene,
         planes: &[Plane],
-        window: Window,
+        window: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Vec<Vec<f32>>> {
+    ) -> Result<Rendered> {
         scene.check(planes)?;
         window.check(scene)?;
-        let margin = Margin::of(scene);
+        let margin = Margin::new(scene);
         let samples: Vec<Vec<f32>> = planes
             .par_iter()
             .map(|plane| margin.padded(plane.samples))
@@ -58,8 +50,8 @@ impl Renderer for Extended<'_> {
             VergencePass::Constant(_) => Vec::new(),
             VergencePass::PerPixel(pass) => margin.padded(pass),
         };
-        let lens = Held::new(scene);
-        let wider = Scene {
+        let lens = ClampedLens::new(scene);
+        let padded = Scene {
             lens: &lens,
             width: scene.width + 2 * margin.x,
             height: scene.height + 2 * margin.y,
@@ -71,16 +63,16 @@ impl Renderer for Extended<'_> {
             edges: Edges::Black,
             ..*scene
         };
-        let window = Window {
+        let window = RenderWindow {
             column: window.column + margin.x,
             row: window.row + margin.y,
             ..window
         };
-        self.inner.render_window(&wider, &planes, window, progress)
+        self.inner.render_window(&padded, &planes, window, progress)
     }
 }
 
-/// What is added about a plate, px.
+/// The margin of replicated pixels about a plate, px.
 struct Margin {
     x: usize,
     y: usize,
@@ -89,19 +81,19 @@ struct Margin {
 }
 
 impl Margin {
-    /// As far as kernels reach, but no more than the plate is wide.
-    fn of(scene: &Scene) -> Self {
-        let (x, y) = reach_of_pass(scene);
-        let most = scene.width.max(scene.height);
+    /// The margin that kernels reach into, at most the longer side of the plate.
+    fn new(scene: &Scene) -> Self {
+        let (x, y) = scene.reach_px();
+        let longest = scene.width.max(scene.height);
         Self {
-            x: (x.ceil() as usize).min(most),
-            y: (y.ceil() as usize).min(most),
+            x: (x.ceil() as usize).min(longest),
+            y: (y.ceil() as usize).min(longest),
             width: scene.width,
             height: scene.height,
         }
     }
 
-    /// `samples` of the plate with the nearest ones about them.
+    /// Returns the plate's `samples` with the margin around them.
     fn padded(&self, samples: &[f32]) -> Vec<f32> {
         let mut out = Vec::with_capacity((self.width + 2 * self.x) * (self.height + 2 * self.y));
         for row in 0..self.height + 2 * self.y {
@@ -115,15 +107,16 @@ impl Margin {
     }
 }
 
-/// A lens that blurs beyond a plate as it does at the plate's edge.
-struct Held<'a> {
+/// A lens whose blur beyond the plate is that at the plate's edge.
+struct ClampedLens<'a> {
     lens: &'a dyn BlurField,
-    /// Field points of the plate's first and last corner.
+    /// Field point of the plate's top-left outer corner.
     first: FieldPoint,
+    /// Field point of its bottom-right outer corner.
     last: FieldPoint,
 }
 
-impl<'a> Held<'a> {
+impl<'a> ClampedLens<'a> {
     fn new(scene: &Scene<'a>) -> Self {
         let PlateMap { origin, scale } = scene.map;
         let corner = |x: usize, y: usize| {
@@ -140,7 +133,7 @@ impl<'a> Held<'a> {
     }
 }
 
-impl BlurField for Held<'_> {
+impl BlurField for ClampedLens<'_> {
     fn frame(&self) -> Frame {
         self.lens.frame()
     }
@@ -165,11 +158,11 @@ impl BlurField for Held<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Displacement, Gather, Layered, Occlusion, Scatter};
+    use crate::{Displacement, Gather, LayeredRenderer, Occlusion, Scatter};
     use seidel_optics::moments::MeridionalMoments;
     use seidel_optics::psf::{Gaussian, LocalBlur};
 
-    /// Blur that grows to the right, and with depth.
+    /// A lens whose blur grows to the right and with vergence.
     struct Growing;
 
     impl BlurField for Growing {
@@ -218,13 +211,13 @@ mod tests {
             samples,
             weights: &[1.0],
         };
-        let done = Extended { inner }.render(scene, &[plane], &|_| true);
-        done.expect("a sound scene").remove(0)
+        let rendered = EdgeReplicatingRenderer { inner }.render(scene, &[plane], &|_| true);
+        rendered.expect("a valid scene").planes.remove(0)
     }
 
-    /// Every output pixel from its own definition.
+    /// Output pixels equal their definition, summed directly.
     #[test]
-    fn what_lies_beyond_is_the_nearest_pixel() {
+    fn pixels_beyond_the_edge_repeat_the_nearest_one() {
         let samples: Vec<f32> = (0..60 * 40)
             .map(|k| ((k * 7919) % 97) as f32 / 97.0)
             .collect();
@@ -251,20 +244,20 @@ mod tests {
     fn even_plates_stay_even_with_every_renderer() {
         let even = vec![0.7_f32; 60 * 40];
         let pass: Vec<f32> = (0..60 * 40).map(|k| (k % 60) as f32 / 60.0).collect();
-        let layered = Layered {
+        let layered = LayeredRenderer {
             inner: &Gather::default(),
             settings: Occlusion::default(),
         };
         let constant = scene(VergencePass::Constant(0.5));
-        // Growing blur piles light up a little wherever it is scattered.
-        for (renderer, scene, most) in [
+        // Growing blur does not keep an even plate exactly even, wherever it is.
+        for (renderer, scene, limit) in [
             (&Scatter as &dyn Renderer, &constant, 0.03),
             (&Gather::default(), &constant, 0.03),
             (&layered, &scene(VergencePass::PerPixel(&pass)), 0.03),
         ] {
             let got = rendered(renderer, scene, &even);
             let worst = got.iter().map(|v| (v - 0.7).abs()).fold(0.0, f32::max);
-            assert!(worst < most, "{}: {worst}", renderer.id());
+            assert!(worst < limit, "{}: {worst}", renderer.id());
         }
     }
 }

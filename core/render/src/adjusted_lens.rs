@@ -6,10 +6,10 @@ use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::sensor::Tone;
 
 /// Largest amount and channel scale.
-pub const MOST_AMOUNT: f64 = 16.0;
+pub const MAX_AMOUNT: f64 = 16.0;
 
 /// A lens with its effect adjusted. Neutral values leave it as it is, to the bit.
-pub struct Adjusted<'a> {
+pub struct AdjustedLens<'a> {
     lens: &'a dyn BlurField,
     amount: f64,
     channel_scales: Vec<f64>,
@@ -17,13 +17,13 @@ pub struct Adjusted<'a> {
     offset: (f64, f64),
 }
 
-impl<'a> Adjusted<'a> {
+impl<'a> AdjustedLens<'a> {
     /// `lens` with blur and displacement scaled by `amount` (0: none, 1: as the lens says), the blur of
     /// each channel scaled by its own of `channel_scales` besides, and its axis moved by
     /// `axis_offset_px` (x, y), pixels of the lens's frame. What the sensor does to pixel values stays.
     ///
     /// # Errors
-    /// An amount that is not from 0 to [`MOST_AMOUNT`], a scale that is not above 0 and up to it, the wrong
+    /// An amount that is not from 0 to [`MAX_AMOUNT`], a scale that is not above 0 and up to it, the wrong
     /// number of scales, and an offset that is not finite.
     pub fn new(
         lens: &'a dyn BlurField,
@@ -31,11 +31,11 @@ impl<'a> Adjusted<'a> {
         channel_scales: Vec<f64>,
         axis_offset_px: (f64, f64),
     ) -> Result<Self> {
-        if !(0.0..=MOST_AMOUNT).contains(&amount) {
+        if !(0.0..=MAX_AMOUNT).contains(&amount) {
             return Err(Error::new(
                 "amount",
                 format!("is {amount}"),
-                format!("give a number from 0 (no blur) to {MOST_AMOUNT}; 1 is as the lens says"),
+                format!("give a number from 0 (no blur) to {MAX_AMOUNT}; 1 is as the lens says"),
             ));
         }
         if channel_scales.len() != lens.channel_count() {
@@ -48,11 +48,11 @@ impl<'a> Adjusted<'a> {
                 ),
             ));
         }
-        if let Some(bad) = (channel_scales.iter()).find(|s| !(**s > 0.0 && **s <= MOST_AMOUNT)) {
+        if let Some(bad) = (channel_scales.iter()).find(|s| !(**s > 0.0 && **s <= MAX_AMOUNT)) {
             return Err(Error::new(
                 "channel scale",
                 format!("is {bad}"),
-                format!("give a number above 0 and up to {MOST_AMOUNT}; 1 is as the lens says"),
+                format!("give a number above 0 and up to {MAX_AMOUNT}; 1 is as the lens says"),
             ));
         }
         if !(axis_offset_px.0.is_finite() && axis_offset_px.1.is_finite()) {
@@ -72,7 +72,7 @@ impl<'a> Adjusted<'a> {
     }
 }
 
-impl BlurField for Adjusted<'_> {
+impl BlurField for AdjustedLens<'_> {
     fn frame(&self) -> Frame {
         self.lens.frame()
     }
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn neutral_values_change_no_bit() {
-        let same = Adjusted::new(&Made, 1.0, vec![1.0; 2], (0.0, 0.0)).expect("neutral");
+        let same = AdjustedLens::new(&Made, 1.0, vec![1.0; 2], (0.0, 0.0)).expect("neutral");
         for channel in 0..2 {
             assert_eq!(
                 same.blur_at(channel, AT, 0.4),
@@ -141,16 +141,16 @@ mod tests {
     fn amount_scales_blur_and_displacement_and_channel_scales_blur_alone() {
         let want = Made.blur_at(1, AT, 0.0);
         let root = |placed: &DisplacedBlur| placed.blur.moments.mu20.sqrt();
-        let lens = Adjusted::new(&Made, 2.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
+        let lens = AdjustedLens::new(&Made, 2.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
         let twice = lens.blur_at(1, AT, 0.0);
         assert!((root(&twice) / root(&want) - 2.0).abs() < 1e-12);
         assert_eq!(twice.displacement_px.0, 2.0 * want.displacement_px.0);
-        let lens = Adjusted::new(&Made, 1.0, vec![1.0, 2.0], (0.0, 0.0)).expect("valid");
+        let lens = AdjustedLens::new(&Made, 1.0, vec![1.0, 2.0], (0.0, 0.0)).expect("valid");
         let wide = lens.blur_at(1, AT, 0.0);
         assert!((root(&wide) / root(&want) - 2.0).abs() < 1e-12);
         assert_eq!(wide.displacement_px, want.displacement_px);
         assert_eq!(lens.blur_at(0, AT, 0.0), Made.blur_at(0, AT, 0.0));
-        let lens = Adjusted::new(&Made, 0.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
+        let lens = AdjustedLens::new(&Made, 0.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
         let none = lens.blur_at(1, AT, 0.0);
         assert_eq!(none.displacement_px, (0.0, 0.0));
         assert_eq!(none.blur.moments.to_array(), [0.0; 7]);
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn an_axis_offset_is_a_shift_of_the_frame() {
-        let lens = Adjusted::new(&Made, 1.0, vec![1.0; 2], (30.0, -12.0)).expect("valid");
+        let lens = AdjustedLens::new(&Made, 1.0, vec![1.0; 2], (30.0, -12.0)).expect("valid");
         let frame = Made.frame();
         let point = frame.image_point(AT);
         let moved = frame.field_point(seidel_optics::field::ImagePoint::new(
@@ -173,7 +173,8 @@ mod tests {
 
     #[test]
     fn values_that_cannot_be_are_refused() {
-        let all = |amount, scale, x| Adjusted::new(&Made, amount, vec![1.0, scale], (x, 0.0)).err();
+        let all =
+            |amount, scale, x| AdjustedLens::new(&Made, amount, vec![1.0, scale], (x, 0.0)).err();
         assert!(all(4.0, 1.5, 3.0).is_none());
         for (amount, scale, x) in [
             (-0.1, 1.0, 0.0),
@@ -185,6 +186,6 @@ mod tests {
         ] {
             assert!(all(amount, scale, x).is_some(), "{amount} {scale} {x}");
         }
-        assert!(Adjusted::new(&Made, 1.0, vec![1.0], (0.0, 0.0)).is_err());
+        assert!(AdjustedLens::new(&Made, 1.0, vec![1.0], (0.0, 0.0)).is_err());
     }
 }

@@ -1,8 +1,8 @@
 //! Windows of a plate against the whole, to the bit.
 
-use super::tests::{HEIGHT, WIDTH, lens, plate, scene};
-use super::{Gather, Quality};
-use crate::{Edges, Plane, Renderer, Scatter, Scene, Window};
+use super::{HEIGHT, WIDTH, lens, plate, scene};
+use crate::{Edges, Plane, RenderWindow, Renderer, Scatter, Scene};
+use crate::{Gather, Quality};
 use seidel_optics::psf::{Gaussian, PsfModel, Pupil, SkewNormal};
 
 const WEIGHTS: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [0.5, 0.5, 0.0]];
@@ -14,7 +14,8 @@ fn windows_are_parts(renderer: &dyn Renderer, scene: &Scene, plates: [&[f32]; 2]
         .zip(&WEIGHTS)
         .map(|(samples, weights)| Plane { samples, weights })
         .collect();
-    let whole = renderer.render(scene, &planes, &|_| true).expect("sound");
+    let whole = renderer.render(scene, &planes, &|_| true);
+    let whole = whole.expect("sound").planes;
     let (w, h) = (scene.width, scene.height);
     let windows = [
         (0, 0, w, h),
@@ -25,14 +26,14 @@ fn windows_are_parts(renderer: &dyn Renderer, scene: &Scene, plates: [&[f32]; 2]
         (5, h - 1, w - 9, 1),
     ];
     windows.into_iter().all(|(column, row, width, height)| {
-        let window = Window {
+        let window = RenderWindow {
             column,
             row,
             width,
             height,
         };
         let part = renderer.render_window(scene, &planes, window, &|_| true);
-        let part = part.expect("sound");
+        let part = part.expect("sound").planes;
         part.iter().zip(&whole).all(|(part, whole)| {
             let rows = part.chunks_exact(width).zip(row..);
             part.len() == width * height
@@ -107,7 +108,7 @@ fn the_exact_renderer_cuts_them_and_bad_ones_are_refused() {
     let plates = [&plate(1)[..], &plate(2)];
     assert!(windows_are_parts(&Scatter, &scene, plates));
     for (column, width) in [(0, 0), (WIDTH - 3, 4), (usize::MAX, 2)] {
-        let window = Window {
+        let window = RenderWindow {
             column,
             row: 0,
             width,
