@@ -113,8 +113,8 @@ class Recorder:
             raise Failure(f"status {done.returncode}: {shlex.join(words)}\n{said}")
 
     def record(self, case):
-        """Runs a case and returns its lines: names and checksums."""
-        start = time.monotonic()
+        """Runs a case and returns its lines: names and checksums. Prints wall-clock time and CPU time of the commands."""
+        start, used = time.monotonic(), cpu_time()
         try:
             out = self.outputs[case.name]
             took = time.monotonic() - start
@@ -125,7 +125,8 @@ class Recorder:
             took = time.monotonic() - start
             print(f"{case.name}: {why}", file=sys.stderr)
             lines = [(case.name, "failed")]
-        print(f"{took:8.1f} s  {case.name}", file=sys.stderr, flush=True)
+        cpu = f"{cpu_time() - used:8.1f} s CPU" if self.options.jobs == 1 else ""
+        print(f"{took:8.1f} s{cpu}  {case.name}", file=sys.stderr, flush=True)
         if case.name.split("/")[0] != "fit" and case.name != "demo":
             shutil.rmtree(self.folder / case.name, ignore_errors=True)
         return lines
@@ -157,6 +158,12 @@ class Recorder:
             folder = self.options.numbers / "lenses"
             folder.mkdir(parents=True, exist_ok=True)
             shutil.copy(path, folder / f"{case.removeprefix('fit/')}.json")
+
+
+def cpu_time():
+    """Returns the CPU time of all commands so far, in seconds."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def stored_at(folder, name, ending):
@@ -212,7 +219,7 @@ def run(options):
     print(f"# processor: {processor()}")
     for note in options.note:
         print(f"# {note}")
-    start = time.monotonic()
+    start, used = time.monotonic(), cpu_time()
     failed = 0
     with tempfile.TemporaryDirectory(prefix="seidel-checksums-") as folder:
         recorder = Recorder(options, Path(folder))
@@ -221,7 +228,7 @@ def run(options):
                 for name, digest in lines:
                     failed += digest == "failed"
                     print(f"{digest}  {name}", flush=True)
-    print(f"{time.monotonic() - start:8.1f} s  in all, {failed} failed", file=sys.stderr)
+    print(f"{time.monotonic() - start:8.1f} s{cpu_time() - used:8.1f} s CPU  in all, {failed} failed", file=sys.stderr)
     return 1 if failed else 0
 
 
