@@ -256,6 +256,9 @@ def compare(options):
         if difference is None:
             print(f"{name}: differs")
             bad += 1
+        elif difference[0] == 0:
+            print(f"{name}: differs: the values are the same, but not windows, types or order")
+            bad += 1
         else:
             size, text = difference
             within = size <= options.tolerance
