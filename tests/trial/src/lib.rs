@@ -11,6 +11,8 @@
 //! Way of a tile: `lens` -> pencil -> `perturb` or `unknown` change it -> `rays` or `waves` ->
 //! fine grid -> `sensor` -> tile.
 
+#![forbid(unsafe_code)]
+
 mod case;
 mod draw;
 mod expose;

@@ -61,8 +61,8 @@ pub(super) fn check_map(tree: &Tree, packages: &[Package], problems: &mut Vec<St
     let map = tree.text("ARCHITECTURE.md");
     for package in packages {
         let folder = &package.folder;
-        if !map.is_empty() && !map.contains(&format!("`{folder}/`")) {
-            problems.push(format!("ARCHITECTURE.md: does not name `{folder}/`"));
+        if !map.is_empty() && !map.contains(folder.as_str()) {
+            problems.push(format!("ARCHITECTURE.md: does not name {folder}"));
         }
     }
 }
