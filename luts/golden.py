@@ -1,11 +1,11 @@
-"""Golden values from OpenColorIO itself: what curves and spaces of this folder are checked against.
+"""Computes reference values with OpenColorIO, against which the curves and spaces of this folder are tested.
 
     pip install opencolorio numpy
     python luts/golden.py
 
 Writes golden/curves.json (codes and linear values of each curve) and golden/acescg.json (colours of each space and of
-ACEScg), in single precision, with the versions they came from. Nothing of this folder goes into them: the spaces are
-those of OpenColorIO's own studio config.
+ACEScg) in single precision, with the version of OpenColorIO. The spaces are those of OpenColorIO's own studio config;
+no file of this folder is read.
 """
 
 import json
@@ -16,7 +16,7 @@ import PyOpenColorIO
 
 CONFIG = "studio-config-v2.1.0_aces-v1.3_ocio-v2.3"
 
-# Curves by their names in curves.toml, each with two spaces that it alone lies between.
+# Names of curves in curves.toml, each with two spaces whose only difference is this curve.
 CURVES = {
     "logc3-ei800": ("ARRI LogC3 (EI800)", "Linear ARRI Wide Gamut 3"),
     "logc4": ("ARRI LogC4", "Linear ARRI Wide Gamut 4"),
@@ -32,7 +32,7 @@ CURVES = {
     "bt1886": ("Gamma 2.4 Rec.709 - Texture", "Linear Rec.709 (sRGB)"),
 }
 
-# Where OpenColorIO has a table or clamps, it says nothing of codes outside.
+# Curves that OpenColorIO clamps: reference values inside the range only.
 ONLY_0_TO_1 = {"canon-log3", "bt1886"}
 FROM_ZERO_LIGHT = {"acescc"}
 
@@ -41,13 +41,13 @@ PIXELS = 48
 
 
 def numbers(values):
-    """As short as single precision allows."""
+    """Values rounded to single precision, with as few digits as that needs."""
     return [float(str(numpy.float32(v))) for v in values]
 
 
-def applied(config, source, target, pixels):
+def apply(config, source, target, pixels):
     pixels = numpy.ascontiguousarray(pixels, dtype=numpy.float32)
-    # Without this logarithms and powers are good to about 1e-5 only.
+    # The default optimisation approximates logarithms and powers to about 1e-5.
     exact = PyOpenColorIO.OPTIMIZATION_LOSSLESS
     config.getProcessor(source, target).getOptimizedCPUProcessor(exact).applyRGB(pixels)
     return pixels
@@ -61,36 +61,36 @@ def codes_of(name):
 
 
 def curves(config):
-    made = {}
+    values = {}
     for name, (log, linear) in CURVES.items():
         codes = codes_of(name).astype(numpy.float32)
         grey = numpy.repeat(codes[:, None], 3, axis=1)
-        light = applied(config, log, linear, grey)[:, 1]
-        made[name] = {"spaces": [log, linear], "code": numbers(codes), "linear": numbers(light)}
-    return made
+        light = apply(config, log, linear, grey)[:, 1]
+        values[name] = {"spaces": [log, linear], "code": numbers(codes), "linear": numbers(light)}
+    return values
 
 
 def spaces(config):
-    made = {}
+    values = {}
     random = numpy.random.default_rng(8)
     names = sorted({name for pair in CURVES.values() for name in pair} | {"ACES2065-1"})
     for name in names:
         codes = random.uniform(-0.05, 1.05, (PIXELS, 3)).astype(numpy.float32)
         light = numpy.exp2(random.uniform(-10, 6, (PIXELS, 3)))
         light = (light * random.choice([1, 1, 1, -0.1], (PIXELS, 3))).astype(numpy.float32)
-        made[name] = {
+        values[name] = {
             "in": [numbers(p) for p in codes],
-            "acescg": [numbers(p) for p in applied(config, name, "ACEScg", codes.copy())],
+            "acescg": [numbers(p) for p in apply(config, name, "ACEScg", codes.copy())],
             "light": [numbers(p) for p in light],
-            "out": [numbers(p) for p in applied(config, "ACEScg", name, light.copy())],
+            "out": [numbers(p) for p in apply(config, "ACEScg", name, light.copy())],
         }
-    return made
+    return values
 
 
-def write(folder, name, what, values):
-    made = {"opencolorio": PyOpenColorIO.__version__, "config": CONFIG, what: values}
+def write(folder, name, key, values):
+    document = {"opencolorio": PyOpenColorIO.__version__, "config": CONFIG, key: values}
     with open(os.path.join(folder, name), "w", encoding="ascii", newline="\n") as file:
-        json.dump(made, file, indent=1)
+        json.dump(document, file, indent=1)
         file.write("\n")
 
 

@@ -1,14 +1,14 @@
-//! One-dimensional tables of the cameras' curves, code to linear: for programs without OpenColorIO.
+//! One-dimensional tables from camera codes to linear values, for programs without OpenColorIO.
 
 use seidel_colour::curves::CurveTable;
 use seidel_colour::tables::{linspace, spi1d};
 
-/// Codes from below black to above white, which footage has.
+/// First and last code of a table. Footage has codes below black and above white.
 const RANGE: (f32, f32) = (-0.125, 1.125);
 
 const ENTRIES: usize = 4096;
 
-/// Each table with its path in the room.
+/// Path in `luts/` and text of each table.
 pub(super) fn files(table: &CurveTable) -> Result<Vec<(String, String)>, String> {
     let mut files = Vec::new();
     for space in &table.spaces {

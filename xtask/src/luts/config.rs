@@ -1,4 +1,4 @@
-//! The config: cameras as transforms by formula, so that it needs no tables beside it.
+//! The OpenColorIO config. Cameras are transforms by formula, so that the config needs no table files.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use seidel_colour::curves::{
     Adaptation, CameraLog, CurveTable, Gamut, Matrix, SpaceDefinition, TransferFunction,
 };
 
-/// The space that all others are tied to.
+/// The reference space of the config.
 const REFERENCE: &str = "ACES2065-1";
 
 const HEAD: &str = "# Made from curves.toml by `cargo xtask luts`; do not edit. README.md says where its numbers come from.
@@ -55,7 +55,7 @@ const RAW: &str = "
     encoding: data
 ";
 
-/// The config as it should be.
+/// The text of the config.
 pub(super) fn text(table: &CurveTable) -> Result<String, String> {
     let mut text = HEAD.to_owned();
     text.push_str(&displays(table));
@@ -73,7 +73,7 @@ fn displays(table: &CurveTable) -> String {
     let mut names = Vec::new();
     for space in &table.spaces {
         if let Some(display) = &space.display {
-            // A String takes all that is written.
+            // Writing to a String does not fail.
             let _ = writeln!(text, "  {display}:");
             let _ = writeln!(
                 text,
@@ -151,27 +151,27 @@ fn matrix(m: &Matrix) -> String {
 }
 
 /// The transforms from codes to linear values.
-fn steps(form: &TransferFunction) -> Vec<String> {
-    match form {
+fn steps(curve: &TransferFunction) -> Vec<String> {
+    match curve {
         TransferFunction::CameraLog(log) => vec![camera_log(log, log.linear_slope)],
         TransferFunction::MirroredLog { half, centre } => {
-            // OpenColorIO has no logarithm for both signs. The half above black is undone first, which leaves what is
-            // below on the line; then, turned over, the half below, by the same logarithm of what the line gave.
+            // OpenColorIO has no logarithm for both signs. The first transform inverts the half above black and maps
+            // the codes below it by the straight line. After a change of sign, the same logarithm inverts those.
             let slope = half.segment_slope();
             let below = CameraLog {
                 log_slope: half.log_slope / slope,
                 log_offset: (half.log_offset - centre) / slope,
                 ..*half
             };
-            let turned = matrix(&[[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]);
+            let negated = matrix(&[[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]);
             vec![
                 camera_log(half, Some(slope)),
-                turned.clone(),
+                negated.clone(),
                 camera_log(&below, Some(1.0)),
-                turned,
+                negated,
             ]
         }
-        // Given by the space's `builtin`.
+        // The space names a built-in transform instead.
         TransferFunction::Acescc {} => Vec::new(),
         TransferFunction::PowerWithLine { gamma, offset } => vec![format!(
             "!<ExponentWithLinearTransform> {{gamma: {gamma}, offset: {offset}}}"

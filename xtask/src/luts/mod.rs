@@ -1,4 +1,4 @@
-//! `cargo xtask luts`: the config and the tables of `luts/`, made of `luts/curves.toml`.
+//! `cargo xtask luts`: the OpenColorIO config and the tables of `luts/`, generated from `luts/curves.toml`.
 
 mod camera;
 mod config;
@@ -9,20 +9,27 @@ use std::path::Path;
 
 use seidel_colour::curves::CurveTable;
 
-/// The room, from the root.
+/// The folder, from the root.
 const LUTS: &str = "luts";
 
-/// Writes what is to be there, or with `--check` compares; what was done or is amiss.
+/// Writes the files that are missing or out of date; returns a report. With `--check` it writes nothing.
 ///
 /// # Errors
-/// A table that is not in order, files that cannot be written, and with `--check` those that are out of date.
-pub(crate) fn run(root: &Path, mut args: impl Iterator<Item = String>) -> Result<String, String> {
-    let check = match args.next().as_deref() {
+/// An invalid `curves.toml`, files that cannot be written, and with `--check` files that are out of date.
+pub(crate) fn run(
+    root: &Path,
+    mut arguments: impl Iterator<Item = String>,
+) -> Result<String, String> {
+    let check = match arguments.next().as_deref() {
         None => false,
         Some("--check") => true,
-        Some(other) => return Err(format!("does not know {other}; there is --check")),
+        Some(other) => {
+            return Err(format!(
+                "unknown argument {other}; the one there is: --check"
+            ));
+        }
     };
-    let files = made(root)?;
+    let files = generate(root)?;
     let folder = root.join(LUTS);
     let mut stale = Vec::new();
     for (name, text) in &files {
@@ -37,18 +44,18 @@ pub(crate) fn run(root: &Path, mut args: impl Iterator<Item = String>) -> Result
             written.map_err(|e| format!("{LUTS}/{name}: {e}"))?;
         }
     }
-    match (stale.is_empty(), check) {
-        (true, _) => Ok(format!("luts: {} files are up to date", files.len())),
-        (false, false) => Ok(format!("luts: wrote {}", stale.join(", "))),
-        (false, true) => Err(format!(
-            "{} are out of date; run `cargo xtask luts`",
-            stale.join(", ")
-        )),
+    let list = stale.join(", ");
+    if stale.is_empty() {
+        Ok(format!("luts: {} files are up to date", files.len()))
+    } else if check {
+        Err(format!("out of date: {list}; run `cargo xtask luts`"))
+    } else {
+        Ok(format!("luts: wrote {list}"))
     }
 }
 
-/// Every file that is made, by its path in the room.
-fn made(root: &Path) -> Result<Vec<(String, String)>, String> {
+/// Path in the folder and text of every generated file.
+fn generate(root: &Path) -> Result<Vec<(String, String)>, String> {
     let source = root.join(LUTS).join("curves.toml");
     let text = fs::read_to_string(&source).map_err(|e| format!("{}: {e}", source.display()))?;
     let table = CurveTable::parse(&text).map_err(|e| e.to_string())?;
@@ -60,10 +67,9 @@ fn made(root: &Path) -> Result<Vec<(String, String)>, String> {
 
 #[cfg(test)]
 mod tests {
-    /// What is kept is what its source says, to the byte.
     #[test]
-    fn the_room_is_up_to_date() {
-        let args = ["--check".to_owned()].into_iter();
-        super::run(&crate::workspace::root(), args).expect("up to date");
+    fn the_files_are_up_to_date() {
+        let arguments = ["--check".to_owned()].into_iter();
+        super::run(&crate::workspace::root(), arguments).expect("up to date");
     }
 }
