@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{must_refuse, read_channel, succeeds, write_exr, write_made_lens};
+use crate::support::{must_refuse, read_channel, succeeds, write_exr, write_moments_lens};
 
 const WIDTH: usize = 90;
 const HEIGHT: usize = 60;
@@ -25,7 +25,7 @@ fn plane(of: impl Fn(usize) -> f32) -> Vec<f32> {
 
 /// A lens whose channels are displaced and blurred differently, and an element of one colour.
 fn write_element(folder: &Path) {
-    write_made_lens(folder, &COLOURS);
+    write_moments_lens(folder, &COLOURS);
     let colour = |shade: f32| plane(|k| shade * coverage(k));
     let channels = [
         ("R", colour(0.8)),

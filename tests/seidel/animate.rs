@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
-use crate::support::{must_refuse, read_channel, seidel_in, succeeds, write_plate, write_ray_lens};
+use crate::support::{
+    must_refuse, read_channel, seidel_in, succeeds, write_plate, write_pupil_lens,
+};
 
 const APPLY: &str =
     "apply --lens @lens.json @plate.%02d.exr -o @out.%02d.exr --frames 1-3 --distance 2";
 
 fn write_frames(folder: &Path) {
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     for frame in 1..=3 {
         write_plate(&folder.join(format!("plate.{frame:02}.exr")), 34, 26);
     }

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::support::{
-    listing, read_channel, real_data, seidel_in, succeeds, write_exr, write_made_lens, write_plate,
+    listing, read_channel, real_data, seidel_in, succeeds, write_exr, write_moments_lens,
+    write_plate,
 };
 
 fn total(path: &Path, channel: &str) -> f64 {
@@ -26,7 +27,7 @@ fn difference(a: &[f32], b: &[f32]) -> f32 {
 #[test]
 fn light_is_kept_and_depth_comes_out_as_it_went_in() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     let plate = folder.path().join("plate.exr");
     write_plate(&plate, 90, 60);
     let outcome = succeeds(
@@ -60,7 +61,7 @@ fn light_is_kept_and_depth_comes_out_as_it_went_in() {
 #[test]
 fn edges_lose_light_or_bring_it_back() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     let even = |name| (name, vec![0.5; 80 * 60]);
     let channels = ["R", "G", "B"].map(even);
     write_exr(&folder.path().join("plate.exr"), 80, 60, &channels);
@@ -85,7 +86,7 @@ fn edges_lose_light_or_bring_it_back() {
 #[test]
 fn qualities_differ_by_little() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     write_plate(&folder.path().join("plate.exr"), 90, 60);
     let blurred = |quality: &str, depth: &str| {
         let line =
@@ -111,7 +112,7 @@ fn qualities_differ_by_little() {
 #[test]
 fn every_way_to_say_the_same_depth_gives_the_same_plate() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     let (width, height) = (60, 40);
     write_plate(&folder.path().join("plate.exr"), width, height);
     let metres = read_channel(&folder.path().join("plate.exr"), "Z");
@@ -163,7 +164,7 @@ fn every_way_to_say_the_same_depth_gives_the_same_plate() {
 fn the_lens_covers_the_plate_whatever_its_size() {
     // The same light on a plate twice as wide: PSFs are twice as wide in its pixels.
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     for (name, width, height) in [("small.exr", 150, 100), ("large.exr", 300, 200)] {
         let mut light = vec![0.0; width * height];
         light[(height / 4) * width + width / 4] = 1.0;
@@ -191,7 +192,7 @@ fn the_lens_covers_the_plate_whatever_its_size() {
 #[test]
 fn sequences_render_frame_by_frame() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     for frame in [7, 8] {
         write_plate(&folder.path().join(format!("plate.{frame:04}.exr")), 40, 30);
     }
@@ -212,7 +213,7 @@ fn sequences_render_frame_by_frame() {
 #[test]
 fn png_and_tiff_plates_come_back_in_kind() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     let picture = image::RgbImage::from_fn(48, 32, |x, y| {
         image::Rgb([(x * 5) as u8, (y * 7) as u8, if x > 20 { 200 } else { 30 }])
     });
@@ -237,7 +238,7 @@ fn png_and_tiff_plates_come_back_in_kind() {
 fn colour_is_premultiplied_before_it_is_blurred() {
     // One colour under an alpha with an edge: only alpha changes, whichever way the plate stores colour.
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     let covered = |x: u32| if x < 24 { 255 } else { 0 };
     let straight = image::RgbaImage::from_fn(48, 32, |x, _| image::Rgba([200, 90, 40, covered(x)]));
     straight

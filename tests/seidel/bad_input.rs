@@ -4,14 +4,14 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{
-    TILE, must_refuse, seidel_in, write_exr, write_made_lens, write_made_set, write_plate,
+    TILE, must_refuse, seidel_in, write_exr, write_generated_set, write_moments_lens, write_plate,
 };
 
 /// Sets up a sound lens, set and plate, spoils them with `spoil`, and runs `line`, which must fail
 /// with exit status 1 and a message that holds all of `says`, leaving the folder as it was.
 fn refused(spoil: impl Fn(&Path), line: &str, says: &[&str]) {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     write_plate(&folder.path().join("plate.exr"), 40, 30);
     spoil(folder.path());
     must_refuse(folder.path(), line, says);
@@ -94,7 +94,7 @@ fn truncated_files() {
 fn mismatched_sets_and_sizes() {
     refused(
         |folder| {
-            write_made_set(folder, "other", &["R", "G", "B"]);
+            write_generated_set(folder, "other", &["R", "G", "B"]);
             edit(&folder.join("other/manifest.json"), "300", "310");
         },
         "fit @set @other -o @new.json",
@@ -251,7 +251,7 @@ fn depth_passes_that_do_not_fit() {
     );
     refused(
         |folder| {
-            let set = crate::support::made_set(
+            let set = crate::support::generated_set(
                 &["Y"],
                 &[seidel_core::distance::ObjectDistance::Metres(2.0)],
             );
@@ -362,7 +362,7 @@ fn the_command_line_itself() {
         assert_eq!(outcome.status, 2, "{line}: {}", outcome.stderr);
         assert!(!outcome.stderr.is_empty());
     }
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     write_plate(&folder.path().join("plate.exr"), 8, 8);
     let outcome = seidel_in(folder.path(), &format!("{APPLY} --depth-kind far-one"));
     assert_eq!(outcome.status, 2, "{}", outcome.stderr);

@@ -6,7 +6,7 @@ use std::ptr::{null, null_mut};
 
 use seidel_c::*;
 
-use crate::support::{read_channel, succeeds, write_exr, write_plate, write_ray_lens};
+use crate::support::{read_channel, succeeds, write_exr, write_plate, write_pupil_lens};
 
 const WIDTH: usize = 90;
 const HEIGHT: usize = 64;
@@ -140,7 +140,7 @@ fn are_the_same(abi: &[f32], command: &[f32], folder: &Path) {
 fn apply_gives_the_same_samples() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
     let common = "apply --lens @lens.json --psf skew-normal --no-depth-check";
     let model = c"skew-normal".as_ptr();
@@ -183,9 +183,9 @@ fn apply_gives_the_same_samples() {
 fn remove_and_relens_give_the_same_samples() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     std::fs::rename(folder.join("lens.json"), folder.join("other.json")).expect("writable");
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     // Another lens than the first: one channel's defocus in all of them.
     let text = std::fs::read_to_string(folder.join("other.json")).expect("readable");
     let mut lens = seidel_core::profile::LensProfile::from_json(&text).expect("a lens");

@@ -2,13 +2,13 @@
 
 use serde_json::Value;
 
-use crate::support::{seidel_in, succeeds, write_made_lens};
+use crate::support::{seidel_in, succeeds, write_moments_lens};
 
 #[test]
 fn named_observations_alone_or_all_but_those_take_part() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     // The first 24 are those of one distance; every third of them is kept aside.
     let names: Vec<String> = (0..24).map(|k| format!("psf/{k:04}.exr")).collect();
     let aside: Vec<&String> = names.iter().step_by(3).collect();
@@ -48,7 +48,7 @@ fn named_observations_alone_or_all_but_those_take_part() {
 fn names_that_no_observation_has_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     std::fs::write(folder.join("odd.txt"), "psf/0003.exr\npsf/9999.exr\nx\n").expect("writable");
     std::fs::write(folder.join("none.txt"), "# nobody\n").expect("writable");
     for (line, told) in [

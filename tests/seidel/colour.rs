@@ -6,7 +6,7 @@ use std::path::Path;
 use exr::prelude::*;
 
 use crate::support::{
-    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_plate,
+    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_moments_lens, write_plate,
 };
 
 const COLOURS: [&str; 3] = ["R", "G", "B"];
@@ -19,7 +19,7 @@ const OWN: &str = "--ocio seidel";
 /// A folder with a lens and `light.exr`, a scene-linear plate with alpha and depth.
 fn made() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &COLOURS);
+    write_moments_lens(folder.path(), &COLOURS);
     write_plate(&folder.path().join("light.exr"), SIZE.0, SIZE.1);
     folder
 }

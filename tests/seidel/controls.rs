@@ -7,7 +7,8 @@ use seidel_core::observations::ObservationSet;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
 use crate::support::{
-    read_channel, seidel_in, succeeds, write_made_lens, write_made_set, write_plate, write_ray_lens,
+    read_channel, seidel_in, succeeds, write_generated_set, write_moments_lens, write_plate,
+    write_pupil_lens,
 };
 
 fn read(folder: &Path, name: &str) -> ObservationSet {
@@ -35,8 +36,8 @@ fn sizes(set: &ObservationSet) -> Vec<f64> {
 fn stopping_down_and_focusing_change_the_blur_as_they_should() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_set(folder, "set", &["R", "G"]);
-    write_ray_lens(folder, &["R", "G"]);
+    write_generated_set(folder, "set", &["R", "G"]);
+    write_pupil_lens(folder, &["R", "G"]);
     let drawn = |name: &str, extra: &str| {
         let line = format!("psf --lens @lens.json --like @set --out @{name} {extra}");
         succeeds(folder, &line);
@@ -66,7 +67,7 @@ fn stopping_down_and_focusing_change_the_blur_as_they_should() {
 fn plates_and_sheets_obey_the_controls() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     write_plate(&folder.join("plate.exr"), 34, 26);
     let peak = |name: &str, extra: &str| {
         let line =
@@ -90,7 +91,7 @@ fn plates_and_sheets_obey_the_controls() {
 #[test]
 fn lenses_of_moments_say_what_they_lack() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     for extra in ["--psf pupil", "--f-number 4", "--focus-distance 1"] {
         for line in [
             "psf --lens @lens.json --like @set --out @out",
@@ -112,13 +113,13 @@ fn lenses_of_moments_say_what_they_lack() {
 fn rays_are_scored_where_the_lens_has_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_set(folder, "set", &["Y"]);
-    write_ray_lens(folder, &["Y"]);
+    write_generated_set(folder, "set", &["Y"]);
+    write_pupil_lens(folder, &["Y"]);
     let text = succeeds(folder, "eval --lens @lens.json @set").stdout;
     assert!(text.contains("rays lens"), "{text}");
     let json = succeeds(folder, "eval --lens @lens.json @set --json").stdout;
     assert!(json.contains("\"pupil-model\""), "{json}");
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     let json = succeeds(folder, "eval --lens @lens.json @set --json").stdout;
     assert!(!json.contains("\"pupil-model\""), "{json}");
 }
@@ -127,7 +128,7 @@ fn rays_are_scored_where_the_lens_has_them() {
 fn amount_channel_scale_and_axis_offset_act_on_plates() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    crate::support::write_made_lens(folder, &["R", "G", "B"]);
+    crate::support::write_moments_lens(folder, &["R", "G", "B"]);
     crate::support::write_plate(&folder.join("plate.exr"), 60, 40);
     let red = |name: &str| crate::support::read_channel(&folder.join(name), "R");
     let render = |name: &str, options: &str| {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{read_channel, seidel_in, succeeds, write_exr, write_made_lens};
+use crate::support::{read_channel, seidel_in, succeeds, write_exr, write_moments_lens};
 
 const SIZE: (usize, usize) = (160, 90);
 /// Half a field of view of 38.7 degrees across the width.
@@ -42,7 +42,7 @@ fn write(path: &Path, depth: &dyn Fn(f64, f64) -> f64) {
 fn wrong_conventions_are_told_of_and_sound_ones_are_not() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     let said = |options: &str| {
         // Nothing need be blurred for a look.
         let line = format!("apply --lens @lens.json @plate.exr -o @out.exr --amount 0 {options}");
@@ -77,7 +77,7 @@ fn wrong_conventions_are_told_of_and_sound_ones_are_not() {
 fn distances_along_the_ray_are_told_of_and_can_be_turned() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     write(&folder.join("axis.exr"), &|z, _| z);
     write(&folder.join("ray.exr"), &|_, ray| ray);
     let rendered = |plate: &str, options: &str| {
@@ -103,7 +103,7 @@ fn distances_along_the_ray_are_told_of_and_can_be_turned() {
 fn only_the_first_frame_of_a_run_is_looked_at() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     for frame in 3..6 {
         write(&folder.join(format!("plate.{frame}.exr")), &|z, _| 1.0 / z);
     }

@@ -13,16 +13,16 @@ use seidel_core::profile::LensProfile;
 use seidel_core::psf::Pupil;
 
 use crate::support::{
-    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_made_set,
-    write_ray_lens,
+    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_generated_set,
+    write_moments_lens, write_pupil_lens,
 };
 
 /// Sets up a ray lens of R, G and B and a set of its PSFs, spoils them with `spoil`, and runs `line`, which
 /// must fail with a message that holds all of `says` and leave the folder as it was.
 fn refused(spoil: impl Fn(&Path), line: &str, says: &[&str]) {
     let folder = tempfile::tempdir().expect("a folder");
-    write_ray_lens(folder.path(), &["R", "G", "B"]);
-    write_made_set(folder.path(), "set", &["R", "G", "B"]);
+    write_pupil_lens(folder.path(), &["R", "G", "B"]);
+    write_generated_set(folder.path(), "set", &["R", "G", "B"]);
     spoil(folder.path());
     must_refuse(folder.path(), line, says);
 }
@@ -63,12 +63,12 @@ fn lenses_and_sets_that_do_not_go_together() {
         &["set", "manifest.json"],
     );
     refused(
-        |folder| write_made_lens(folder, &["R", "G", "B"]),
+        |folder| write_moments_lens(folder, &["R", "G", "B"]),
         DIAGNOSE,
         &["lens.json", "moments", "--model reduced"],
     );
     refused(
-        |folder| write_ray_lens(folder, &["R", "B"]),
+        |folder| write_pupil_lens(folder, &["R", "B"]),
         DIAGNOSE,
         &["set", "channel G", "R, B"],
     );
@@ -159,7 +159,7 @@ fn pairs_that_tell_nothing() {
 #[test]
 fn rendered_blur_is_estimated_as_it_was_drawn() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_ray_lens(folder.path(), &["Y"]);
+    write_pupil_lens(folder.path(), &["Y"]);
     picture(folder.path(), "sharp.exr", &["Y"], grain);
     succeeds(
         folder.path(),

@@ -6,12 +6,12 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::reference_tables::{REFERENCES, Reference};
-use crate::support::{real_data, seidel, seidel_in, succeeds, write_exr, write_made_lens};
+use crate::support::{real_data, seidel, seidel_in, succeeds, write_exr, write_moments_lens};
 
 #[test]
 fn tables_json_markdown_and_plot() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G"]);
+    write_moments_lens(folder.path(), &["R", "G"]);
     let text = succeeds(folder.path(), "eval --lens @lens.json @set --channel G");
     assert!(text.stdout.contains("Table 1") && text.stdout.contains("Table 2"));
     assert!(!text.stdout.contains("Figure 13"));
@@ -51,7 +51,7 @@ fn tables_json_markdown_and_plot() {
 #[test]
 fn shapes_are_drawn_by_the_models_that_suit_the_lens() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G"]);
+    write_moments_lens(folder.path(), &["R", "G"]);
     let line = "eval --lens @lens.json @set --channel G --shapes @shapes.png";
     let text = succeeds(folder.path(), line);
     assert!(text.stdout.contains("wrote") && text.stdout.contains("shapes.png"));
@@ -69,7 +69,7 @@ fn shapes_are_drawn_by_the_models_that_suit_the_lens() {
 #[test]
 fn the_test_image_can_be_chosen_and_is_checked() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     let score = |line: &str| -> f64 {
         let json = succeeds(folder.path(), line).stdout;
         let document: Value = serde_json::from_str(&json).expect("one document");

@@ -6,7 +6,7 @@ use seidel_core::profile::LensProfile;
 use seidel_core::render::BlurField;
 
 use crate::support::{
-    planted, planted_alpha, seidel_in, succeeds, write_made_lens, write_made_set,
+    seidel_in, succeeds, true_alpha, true_numbers, write_generated_set, write_moments_lens,
 };
 
 fn profile(path: &std::path::Path) -> LensProfile {
@@ -16,14 +16,14 @@ fn profile(path: &std::path::Path) -> LensProfile {
 #[test]
 fn a_planted_lens_comes_back_in_every_channel_and_plane() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     let lens = profile(&folder.path().join("lens.json"));
     assert_eq!(lens.channel_names(), ["R", "G", "B"]);
     assert_eq!(lens.provenance.sources, ["set"]);
     for (channel, fitted) in lens.moments_channels().iter().enumerate() {
         for plane in &fitted.planes {
             let v = plane.distance.vergence_per_m().expect("known");
-            let truth = planted(planted_alpha(channel, v)).coefficients();
+            let truth = true_numbers(true_alpha(channel, v)).coefficients();
             let distance = plane.s.distance(&truth, 1.0);
             assert!(distance < 5e-3, "{channel} {}: {distance}", plane.distance);
             let moved = plane.displacement.expect("ideal positions are given");
@@ -34,7 +34,7 @@ fn a_planted_lens_comes_back_in_every_channel_and_plane() {
     let predictor = Predictor::new(&lens).expect("a lens");
     let v: f64 = 0.65;
     let at = FieldPoint::new(0.6, -0.4);
-    let want = planted(planted_alpha(0, v)).coefficients().moments(at);
+    let want = true_numbers(true_alpha(0, v)).coefficients().moments(at);
     let got = predictor.blur_at(0, at, v).blur.moments;
     for (got, want_one) in got.to_array().iter().zip(want.to_array()) {
         assert!(
@@ -48,13 +48,13 @@ fn a_planted_lens_comes_back_in_every_channel_and_plane() {
 fn sets_of_single_distances_fit_as_one_with_all() {
     use seidel_core::distance::ObjectDistance;
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     for (name, distance) in [
         ("near", ObjectDistance::Metres(1.2)),
         ("mid", ObjectDistance::Metres(2.5)),
         ("far", ObjectDistance::Infinity),
     ] {
-        let set = crate::support::made_set(&["Y"], &[distance]);
+        let set = crate::support::generated_set(&["Y"], &[distance]);
         seidel_image_io::observation_set::write(&set, &folder.path().join(name)).expect("writable");
     }
     succeeds(
@@ -72,7 +72,8 @@ fn sets_of_single_distances_fit_as_one_with_all() {
 #[test]
 fn the_report_is_text_or_json_and_one_distance_is_remarked_on() {
     let folder = tempfile::tempdir().expect("a folder");
-    let set = crate::support::made_set(&["Y"], &[seidel_core::distance::ObjectDistance::Unknown]);
+    let set =
+        crate::support::generated_set(&["Y"], &[seidel_core::distance::ObjectDistance::Unknown]);
     seidel_image_io::observation_set::write(&set, &folder.path().join("set")).expect("writable");
     let text = succeeds(
         folder.path(),
@@ -92,7 +93,7 @@ fn the_report_is_text_or_json_and_one_distance_is_remarked_on() {
 #[test]
 fn bad_observations_are_left_out_only_when_asked_and_named() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_set(folder.path(), "set", &["Y"]);
+    write_generated_set(folder.path(), "set", &["Y"]);
     std::fs::remove_file(folder.path().join("set/psf/0003.exr")).expect("it is there");
     let refused = seidel_in(folder.path(), "fit @set -o @lens.json --model moments");
     assert_eq!(refused.status, 1);

@@ -9,7 +9,7 @@ use seidel_core::psf::Pupil;
 use seidel_core::tile::Tile;
 use serde_json::Value;
 
-use crate::support::{made_set, seidel_in, succeeds, write_exr, write_ray_lens};
+use crate::support::{generated_set, seidel_in, succeeds, write_exr, write_pupil_lens};
 
 /// Side of the tiles, px.
 const SIDE: usize = 25;
@@ -18,12 +18,12 @@ fn profile(path: &Path) -> LensProfile {
     LensProfile::from_json(&std::fs::read_to_string(path).expect("written")).expect("valid")
 }
 
-/// Writes `folder`/`set`: what the lens of [`write_ray_lens`] draws at two distances, 48 PSFs.
-fn write_ray_set(folder: &Path) -> LensProfile {
-    write_ray_lens(folder, &["Y"]);
+/// Writes `folder`/`set`: what the lens of [`write_pupil_lens`] draws at two distances, 48 PSFs.
+fn write_pupil_set(folder: &Path) -> LensProfile {
+    write_pupil_lens(folder, &["Y"]);
     let lens = profile(&folder.join("lens.json"));
     let distances = [ObjectDistance::Metres(2.5), ObjectDistance::Infinity];
-    let mut template = made_set(&["Y"], &distances);
+    let mut template = generated_set(&["Y"], &distances);
     let dark = Tile::new(SIDE, SIDE, vec![0.0; SIDE * SIDE]).expect("a size");
     for observation in &mut template.observations {
         observation.tiles = vec![dark.clone()];
@@ -42,7 +42,7 @@ fn json(text: &str) -> Value {
 fn a_planted_lens_comes_back_ray_by_ray() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    let planted = write_ray_set(folder);
+    let planted = write_pupil_set(folder);
     let text = succeeds(folder, "fit @set -o @fitted.json").stdout;
     for part in ["alpha", "infinity", "kept aside: ", " dB", "wrote"] {
         assert!(text.contains(part), "{part}: {text}");
@@ -81,7 +81,7 @@ fn a_planted_lens_comes_back_ray_by_ray() {
 fn the_extended_model_and_its_options_are_reported_whole() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_set(folder);
+    write_pupil_set(folder);
     let picture: Vec<f32> = (0..64 * 64).map(|k| ((k * k) % 97) as f32).collect();
     write_exr(&folder.join("z.exr"), 64, 64, &[("Y", picture)]);
     let line = "fit @set -o @a.json --model extended --axis free --image @z.exr --json";

@@ -3,7 +3,9 @@
 
 use std::path::Path;
 
-use crate::support::{must_refuse, read_channel, succeeds, write_exr, write_plate, write_ray_lens};
+use crate::support::{
+    must_refuse, read_channel, succeeds, write_exr, write_plate, write_pupil_lens,
+};
 
 fn rendered(folder: &Path, options: &str) -> Vec<f32> {
     let line = format!("apply --lens @lens.json @plate.exr -o @out.exr {options}");
@@ -15,7 +17,7 @@ fn rendered(folder: &Path, options: &str) -> Vec<f32> {
 fn neutral_controls_leave_every_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     write_plate(&folder.join("plate.exr"), 60, 40);
     let psf = "--psf skew-normal --lens-scale 1";
     let plain = rendered(folder, &format!("{psf} --focus-distance 2"));
@@ -52,7 +54,7 @@ fn spread(light: &[f32], width: usize) -> f64 {
 fn a_point_of_light_is_drawn_where_the_controls_put_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["Y"]);
+    write_pupil_lens(folder, &["Y"]);
     let (width, height) = (81, 61);
     let mut light = vec![0.0; width * height];
     light[30 * width + 40] = 1.0;
@@ -87,7 +89,7 @@ fn a_point_of_light_is_drawn_where_the_controls_put_it() {
 fn values_that_cannot_be_are_refused_before_anything_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["Y"]);
+    write_pupil_lens(folder, &["Y"]);
     write_plate(&folder.join("plate.exr"), 30, 20);
     let line = "apply --lens @lens.json @plate.exr -o @no.exr --focus-plane 2";
     for (options, name) in [

@@ -6,14 +6,14 @@ use std::path::Path;
 use image::{ImageBuffer, Rgb};
 
 use crate::support::{
-    listing, must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens,
-    write_plate, write_ray_lens,
+    listing, must_refuse, read_channel, seidel_in, succeeds, write_exr, write_moments_lens,
+    write_plate, write_pupil_lens,
 };
 
 /// A folder with a lens and the PNG plates `plate.1.png` and `plate.2.png` of 30 x 20 pixels.
 fn made() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     for frame in 1..=2_u32 {
         let pixel = |x: u32, y: u32| {
             let light = if (x / 3 + y / 4 + frame).is_multiple_of(3) {
@@ -146,7 +146,7 @@ fn remove_writes_other_formats_but_for_residuals() {
 fn exr_files_are_packed_as_asked_for_and_data_are_spared() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     write_plate(&folder.join("depth.exr"), 64, 40);
     let colours = ["R", "G", "B"].map(|name| (name, read_channel(&folder.join("depth.exr"), name)));
     write_exr(&folder.join("plate.exr"), 64, 40, &colours);

@@ -12,7 +12,7 @@ use seidel_ofx_host::shot::Shot;
 
 use crate::remove_lens_check;
 use crate::support::{
-    read_channel, succeeds, write_exr, write_made_lens, write_plate, write_ray_lens,
+    read_channel, succeeds, write_exr, write_moments_lens, write_plate, write_pupil_lens,
 };
 
 const WIDTH: usize = 90;
@@ -82,7 +82,7 @@ fn is_as_by_command(host: &Picture, folder: &Path, line: &str) {
 fn apply_is_that_of_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
     let depth = [("math", "depth"), ("worldScale", "metres")];
     let host = in_host(folder, true, &depth);
@@ -114,7 +114,7 @@ fn apply_is_that_of_the_command() {
 fn remove_and_relens_are_those_of_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     std::fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
     let sample = |shade: f32, k: usize| {
         let tile = (k % WIDTH / 20 + k / WIDTH / 15) % 2;
@@ -145,7 +145,7 @@ fn the_lens_is_checked_as_by_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let channels = ["R", "G", "B"];
-    write_made_lens(folder, &channels);
+    write_moments_lens(folder, &channels);
     remove_lens_check::write_plate(folder, "plate.exr", &channels, 0.7);
     let knobs = [("mode", "Remove"), ("lensScale", "1"), ("distance", "1.6")];
     let pressed = [&knobs[..], &[("checkLens", "")]].concat();
@@ -170,7 +170,7 @@ fn write_log_plate(folder: &Path) {
 fn log_plates_are_blurred_as_light() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     write_log_plate(folder);
     let host = in_host(
         folder,
@@ -200,7 +200,7 @@ fn log_plates_are_blurred_as_light() {
 fn configs_of_open_color_io_do_as_in_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     write_log_plate(folder);
     let config = folder.join("show.ocio");
     std::fs::write(&config, seidel_colour::EMBEDDED_CONFIG).expect("writable");

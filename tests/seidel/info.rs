@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{must_refuse, seidel_in, succeeds, write_plate, write_ray_lens};
+use crate::support::{must_refuse, seidel_in, succeeds, write_plate, write_pupil_lens};
 
 fn info(folder: &Path, file: &str) -> String {
     succeeds(folder, &format!("info @{file}")).stdout
@@ -12,7 +12,7 @@ fn info(folder: &Path, file: &str) -> String {
 fn outputs_say_what_made_them_in_every_format() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_ray_lens(folder, &["R", "G", "B"]);
+    write_pupil_lens(folder, &["R", "G", "B"]);
     write_plate(&folder.join("plate.exr"), 40, 30);
     let pixels = image::Rgb32FImage::from_fn(20, 16, |x, y| {
         image::Rgb([x as f32 / 20.0, y as f32 / 16.0, 0.5])

@@ -1,11 +1,11 @@
 //! `seidel lens`: the sheet and the schema.
 
-use crate::support::{seidel_in, succeeds, write_made_lens, write_ray_lens};
+use crate::support::{seidel_in, succeeds, write_moments_lens, write_pupil_lens};
 
 #[test]
 fn the_sheet_is_a_picture_that_shows_something() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     succeeds(folder.path(), "lens show @lens.json -o @sheet.png");
     let sheet = image::open(folder.path().join("sheet.png"))
         .expect("a PNG")
@@ -27,7 +27,7 @@ fn profiles_have_no_key_that_the_schema_lacks() {
     let schema = succeeds(folder.path(), "lens schema").stdout;
     let parsed: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
     assert_eq!(parsed["additionalProperties"], false);
-    for write in [write_made_lens, write_ray_lens] {
+    for write in [write_moments_lens, write_pupil_lens] {
         write(folder.path(), &["Y"]);
         let lens = std::fs::read_to_string(folder.path().join("lens.json")).expect("written");
         every_key_is_in(&schema, &serde_json::from_str(&lens).expect("JSON"));

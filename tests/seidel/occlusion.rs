@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::support::{
-    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_plate,
+    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_moments_lens, write_plate,
 };
 
 const WIDTH: usize = 90;
@@ -32,7 +32,7 @@ fn farthest_from(samples: &[f32], value: f32) -> f32 {
 fn even_light_stays_even_and_opaque_over_a_depth_edge() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["R", "G", "B"]);
+    write_moments_lens(folder, &["R", "G", "B"]);
     write_two_cards(&folder.join("plate.exr"));
     let blurred = |extra: &str| {
         let line =
@@ -60,7 +60,7 @@ fn even_light_stays_even_and_opaque_over_a_depth_edge() {
 fn holdouts_keep_back_what_is_behind_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["R", "G", "B"]);
+    write_moments_lens(folder, &["R", "G", "B"]);
     write_two_cards(&folder.join("plate.exr"));
     let upper = |k: usize| f32::from(u8::from(k / WIDTH < HEIGHT / 2));
     let matte: Vec<f32> = (0..WIDTH * HEIGHT).map(upper).collect();
@@ -90,7 +90,7 @@ fn holdouts_keep_back_what_is_behind_them() {
 fn holdouts_that_cannot_be_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["R", "G", "B"]);
+    write_moments_lens(folder, &["R", "G", "B"]);
     write_plate(&folder.join("plate.exr"), WIDTH, HEIGHT);
     write_exr(&folder.join("small.exr"), 9, 9, &[("A", vec![1.0; 81])]);
     let over = vec![1.5; WIDTH * HEIGHT];

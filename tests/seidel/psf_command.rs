@@ -3,12 +3,12 @@
 use seidel_core::moments::pixels::TileMoments;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
-use crate::support::{seidel_in, succeeds, write_made_lens};
+use crate::support::{seidel_in, succeeds, write_moments_lens};
 
 #[test]
 fn predictions_match_a_planted_lens_in_place_size_and_moments() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["R", "G", "B"]);
+    write_moments_lens(folder.path(), &["R", "G", "B"]);
     succeeds(
         folder.path(),
         "psf --lens @lens.json --like @set --out @predicted --psf mirrored-pair",
@@ -44,7 +44,7 @@ fn predictions_match_a_planted_lens_in_place_size_and_moments() {
 #[test]
 fn without_ideal_positions_the_centroid_is_the_observed_one() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     let path = folder.path().join("set/manifest.json");
     let mut json: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(&path).expect("there")).expect("JSON");
@@ -77,7 +77,7 @@ fn without_ideal_positions_the_centroid_is_the_observed_one() {
 #[test]
 fn a_model_nobody_knows_is_named_with_those_there_are() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_made_lens(folder.path(), &["Y"]);
+    write_moments_lens(folder.path(), &["Y"]);
     let outcome = seidel_in(
         folder.path(),
         "psf --lens @lens.json --like @set --out @out --psf moffat",

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{
-    Outcome, listing, must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens,
-    write_ray_lens,
+    Outcome, listing, must_refuse, read_channel, seidel_in, succeeds, write_exr,
+    write_moments_lens, write_pupil_lens,
 };
 
 const WIDTH: usize = 96;
@@ -57,7 +57,7 @@ fn noisy(samples: &mut [f32], size: f32, seed: usize) {
 
 /// Writes the lens, `truth.exr`, and `plate.exr`, which is what the lens and grain make of it.
 fn made(folder: &Path, grain: f32) {
-    write_made_lens(folder, &COLOURS);
+    write_moments_lens(folder, &COLOURS);
     write_exr(&folder.join("truth.exr"), WIDTH, HEIGHT, &sharp());
     let line = format!("apply @truth.exr -o @plate.exr --quality exact {SIGHT}");
     succeeds(folder, &line);
@@ -246,7 +246,7 @@ fn a_lens_that_does_not_explain_the_plate_is_told() {
 fn png_plates_are_cropped() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &COLOURS);
+    write_moments_lens(folder, &COLOURS);
     let truth = picture(1.0);
     let code = |k: usize| (255.0 * truth[k]) as u8;
     let rgb = image::RgbImage::from_fn(WIDTH as u32, HEIGHT as u32, |x, y| {
@@ -330,7 +330,7 @@ fn depth_goes_on_beyond_the_plate() {
 fn sequences_go_on_where_they_stopped_and_bad_frames_stop_no_others() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
     for frame in 1..=3 {
         let light = picture(0.2 * frame as f32)[..48 * 40].to_vec();
@@ -425,7 +425,7 @@ fn a_plate_gets_the_blur_of_another_lens() {
     let folder = folder.path();
     made(folder, 0.002);
     fs::rename(folder.join("lens.json"), folder.join("from.json")).expect("movable");
-    write_ray_lens(folder, &COLOURS);
+    write_pupil_lens(folder, &COLOURS);
     let sight = "--lens-scale 0.6 --distance 1.6";
     let line = format!("apply @truth.exr -o @want.exr --lens @lens.json {sight} --edges extend");
     succeeds(folder, &line);

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{Outcome, read_channel, seidel_in, succeeds, write_exr, write_made_lens};
+use crate::support::{Outcome, read_channel, seidel_in, succeeds, write_exr, write_moments_lens};
 
 const WIDTH: usize = 200;
 const HEIGHT: usize = 170;
@@ -106,7 +106,7 @@ fn a_plate_with_less_blur_than_the_lens_does_not_ring() {
         (["Y"].as_slice(), ""),
         (&["R", "G", "B"], "--noise 0.002,0.003,0.002"),
     ] {
-        write_made_lens(folder, channels);
+        write_moments_lens(folder, channels);
         write_plate(folder, "plate.exr", channels, 0.7);
         let said = removed(folder, "less.exr", &format!("--grain solved {noise}")).stderr;
         let off = format!("--grain solved {noise} --lens-check off");
@@ -132,7 +132,7 @@ fn a_plate_with_less_blur_than_the_lens_does_not_ring() {
 fn the_right_lens_is_left_alone_and_so_is_what_is_not_to_be_removed() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     write_plate(folder, "plate.exr", &["Y"], 1.0);
     let said = removed(folder, "checked.exr", "").stderr;
     assert!(!said.contains(SHOWS), "{said}");
@@ -162,7 +162,7 @@ fn the_right_lens_is_left_alone_and_so_is_what_is_not_to_be_removed() {
 fn warnings_change_nothing_and_no_more_is_removed_than_the_lens_has() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     let of = |name: &str| read_channel(&folder.join(name), "Y");
     let adjust: (&str, &str) = ("", "removed no more than the lens's");
     let warn = ("--lens-check warn", "removed no more than the lens's");
@@ -185,7 +185,7 @@ fn warnings_change_nothing_and_no_more_is_removed_than_the_lens_has() {
 fn frames_are_all_held_to_what_the_first_shows() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     for (frame, amount) in [(7, 0.7), (8, 1.0), (9, 0.7)] {
         write_plate(folder, &format!("plate.{frame}.exr"), &["Y"], amount);
     }
@@ -232,7 +232,7 @@ fn frames_are_all_held_to_what_the_first_shows() {
 fn what_was_removed_is_put_back_with_the_amount_told() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     write_plate(folder, "plate.exr", &["Y"], 0.6);
     let sight = "--lens @lens.json --lens-scale 1 --distance 1.6";
     let line = format!("remove @plate.exr -o @sharp.exr --residual @rest.exr {sight} --amount 0.9");
@@ -269,7 +269,7 @@ fn what_was_removed_is_put_back_with_the_amount_told() {
 fn another_lens_is_put_on_as_it_is() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     write_plate(folder, "plate.exr", &["Y"], 0.7);
     // Another of the same make: only what was removed too much or too little tells them apart.
     fs::copy(folder.join("lens.json"), folder.join("from.json")).expect("writable");
@@ -305,7 +305,7 @@ fn the_c_abi_tells_the_share_that_the_command_goes_by() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let channels = ["R", "G", "B"];
-    write_made_lens(folder, &channels);
+    write_moments_lens(folder, &channels);
     write_plate(folder, "plate.exr", &channels, 0.7);
     let wanted = amount_in(&removed(folder, "less.exr", "").stderr);
     let planes = channels.map(|name| read_channel(&folder.join("plate.exr"), name));

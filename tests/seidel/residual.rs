@@ -6,7 +6,7 @@ use std::path::Path;
 use exr::prelude::*;
 
 use crate::support::{
-    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_ray_lens,
+    must_refuse, read_channel, seidel_in, succeeds, write_exr, write_moments_lens, write_pupil_lens,
 };
 
 const WIDTH: usize = 72;
@@ -87,8 +87,8 @@ fn off_and_on_again_is_the_plate() {
     let folder = folder.path();
     for rays in [false, true] {
         match rays {
-            true => write_ray_lens(folder, &COLOURS),
-            false => write_made_lens(folder, &COLOURS),
+            true => write_pupil_lens(folder, &COLOURS),
+            false => write_moments_lens(folder, &COLOURS),
         }
         for half in [false, true] {
             write_plate(&folder.join("plate.exr"), half);
@@ -118,7 +118,7 @@ fn off_and_on_again_is_the_plate() {
 fn whole_numbers_come_back_too() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &COLOURS);
+    write_moments_lens(folder, &COLOURS);
     let light = samples(1.0, 3);
     let rgb = image::RgbImage::from_fn(WIDTH as u32, HEIGHT as u32, |x, y| {
         let code = (250.0 * light[y as usize * WIDTH + x as usize]) as u8;
@@ -140,7 +140,7 @@ fn whole_numbers_come_back_too() {
 fn what_was_painted_is_new_and_the_rest_is_the_plate() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &COLOURS);
+    write_moments_lens(folder, &COLOURS);
     write_plate(&folder.join("plate.exr"), false);
     let sight = "--lens @lens.json --lens-scale 0.6 --distance 1.6";
     let line =
@@ -183,7 +183,7 @@ fn what_was_painted_is_new_and_the_rest_is_the_plate() {
 fn sequences_have_a_residual_a_frame() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &COLOURS);
+    write_moments_lens(folder, &COLOURS);
     for frame in [1, 2] {
         write_plate(&folder.join(format!("plate.{frame:04}.exr")), frame == 1);
     }
@@ -219,7 +219,7 @@ fn sequences_have_a_residual_a_frame() {
 fn residuals_of_other_plates_are_refused_and_other_settings_are_told() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &COLOURS);
+    write_moments_lens(folder, &COLOURS);
     write_plate(&folder.join("plate.exr"), false);
     let sight = "--lens @lens.json --lens-scale 0.6";
     let line =

@@ -5,13 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{
-    listing, read_channel, seidel_in, succeeds, write_exr, write_made_lens, write_plate,
+    listing, read_channel, seidel_in, succeeds, write_exr, write_moments_lens, write_plate,
 };
 
 const RUN: &str = "apply --lens @lens.json @plate.%04d.exr -o @out.%04d.exr --frames 1-5";
 
 fn made(folder: &Path) {
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     for frame in 1..=5 {
         // Later frames are smaller, so that some are done before others that came first.
         write_plate(

@@ -1,4 +1,4 @@
-//! What the tests share: running commands in process, and data made on the spot.
+//! Helpers of the tests: commands run in process, and generated data.
 
 use std::ffi::OsString;
 use std::io::Write as _;
@@ -15,13 +15,13 @@ use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChanne
 use seidel_core::psf::{LocalBlur, MirroredPair, PsfModel, SampleGrid};
 use seidel_core::tile::Tile;
 
-/// What a command did.
+/// The result of a command.
 pub(crate) struct Outcome {
     /// Exit status.
     pub(crate) status: u8,
-    /// What it wrote to stdout.
+    /// Its output on stdout.
     pub(crate) stdout: String,
-    /// What it wrote to stderr.
+    /// Its output on stderr.
     pub(crate) stderr: String,
 }
 
@@ -44,7 +44,7 @@ pub(crate) fn seidel<S: Into<OsString> + Clone>(args: &[S]) -> Outcome {
     }
 }
 
-/// Runs a command line split at spaces, `{name}` standing for paths in `folder`.
+/// Runs a command line, split at spaces. `@name` is replaced by the path of `name` in `folder`.
 pub(crate) fn seidel_in(folder: &Path, line: &str) -> Outcome {
     let args: Vec<OsString> = line
         .split_whitespace()
@@ -56,20 +56,20 @@ pub(crate) fn seidel_in(folder: &Path, line: &str) -> Outcome {
     seidel(&args)
 }
 
-/// As [`seidel_in`], which must succeed.
+/// Runs a command line as [`seidel_in`] and asserts that it succeeds.
 pub(crate) fn succeeds(folder: &Path, line: &str) -> Outcome {
     let outcome = seidel_in(folder, line);
     assert_eq!(outcome.status, 0, "{line}: {}", outcome.stderr);
     outcome
 }
 
-/// Runs `line` in `folder`, which must fail with exit status 1 and a message that holds all of `says` and a
-/// remedy, and leave the folder as it was.
-pub(crate) fn must_refuse(folder: &Path, line: &str, says: &[&str]) {
+/// Runs a command line as [`seidel_in`] and asserts that it fails with exit status 1, that its message contains all
+/// `parts` and a remedy, and that the folder is unchanged.
+pub(crate) fn must_refuse(folder: &Path, line: &str, parts: &[&str]) {
     let before = listing(folder);
     let outcome = seidel_in(folder, line);
     assert_eq!(outcome.status, 1, "{line}: {}", outcome.stderr);
-    for part in says {
+    for part in parts {
         assert!(
             outcome.stderr.contains(part),
             "{line}: `{part}` is missing in: {}",
@@ -77,11 +77,11 @@ pub(crate) fn must_refuse(folder: &Path, line: &str, says: &[&str]) {
         );
     }
     assert!(outcome.stderr.contains(';'), "a remedy: {}", outcome.stderr);
-    assert_eq!(listing(folder), before, "{line} left something");
+    assert_eq!(listing(folder), before, "{line} changed the folder");
 }
 
-/// Where real data lie: `SEIDEL_DATA`, or the folder `shared` beside the repository; `None`, with a
-/// word to the reader of the test's output, where there are none.
+/// The path of measured data: below `SEIDEL_DATA`, or below `shared/data` beside the repository. `None` if it does not
+/// exist; the test's output then contains a line `SKIPPED`.
 pub(crate) fn real_data(part: &str) -> Option<PathBuf> {
     let root = std::env::var_os("SEIDEL_DATA").map_or_else(
         || {
@@ -95,7 +95,7 @@ pub(crate) fn real_data(part: &str) -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    // Past the capture of passing tests' words, so that it is seen.
+    // `writeln!` is not captured as `eprintln!` is, so the line appears although the test passes.
     let _ = writeln!(
         std::io::stderr(),
         "SKIPPED: no real data at {} (set SEIDEL_DATA)",
@@ -104,14 +104,14 @@ pub(crate) fn real_data(part: &str) -> Option<PathBuf> {
     None
 }
 
-/// Defocus of the planted lens in `channel` at `vergence`: never so near focus that tiles a pixel
-/// grid wide could not show the moments.
-pub(crate) fn planted_alpha(channel: usize, vergence: f64) -> f64 {
+/// Defocus of the generated lens in `channel` at `vergence`. It stays large enough for the moments to be measurable on
+/// a pixel grid.
+pub(crate) fn true_alpha(channel: usize, vergence: f64) -> f64 {
     3.5 + 5.0 * vergence + 0.3 * channel as f64
 }
 
-/// The lens planted in made observation sets, defocus apart.
-pub(crate) fn planted(alpha: f64) -> ReducedNumbers {
+/// Reduced numbers of the generated lens with a given defocus.
+pub(crate) fn true_numbers(alpha: f64) -> ReducedNumbers {
     ReducedNumbers {
         alpha,
         beta: 0.4,
@@ -121,9 +121,9 @@ pub(crate) fn planted(alpha: f64) -> ReducedNumbers {
     }
 }
 
-/// Observations of [`planted`] lenses on a 300 x 200 frame: one tile a channel of `channels`, whose
-/// defocus differs by channel, on a 6 x 4 grid, at each of `distances`.
-pub(crate) fn made_set(channels: &[&str], distances: &[ObjectDistance]) -> ObservationSet {
+/// Observations of the lens of [`true_numbers`] on a 300 x 200 frame, at 6 x 4 places and each of `distances`. Defocus
+/// differs by channel.
+pub(crate) fn generated_set(channels: &[&str], distances: &[ObjectDistance]) -> ObservationSet {
     let frame = Frame::new(300, 200, None).expect("a valid frame");
     let mut observations = Vec::new();
     for &distance in distances {
@@ -136,7 +136,7 @@ pub(crate) fn made_set(channels: &[&str], distances: &[ObjectDistance]) -> Obser
             let at = frame.field_point(ideal);
             let centre = ImagePoint::new(ideal.x_px.round() + 0.5, ideal.y_px.round() + 0.5);
             let tiles = (0..channels.len())
-                .map(|channel| made_tile(&frame, at, centre, vergence, channel))
+                .map(|channel| generated_tile(&frame, at, centre, vergence, channel))
                 .collect();
             observations.push(Observation {
                 file: format!("psf/{:04}.exr", observations.len()),
@@ -160,10 +160,10 @@ pub(crate) fn made_set(channels: &[&str], distances: &[ObjectDistance]) -> Obser
     }
 }
 
-/// Side of made tiles, px.
+/// Side of generated tiles, px.
 pub(crate) const TILE: usize = 45;
 
-fn made_tile(
+fn generated_tile(
     frame: &Frame,
     at: FieldPoint,
     centre: ImagePoint,
@@ -171,7 +171,7 @@ fn made_tile(
     channel: usize,
 ) -> Tile {
     let size = TILE;
-    // Lateral colour of 0.3 px a channel at the edge of the field.
+    // Lateral chromatic aberration of 0.3 px between channels at the edge of the field.
     let stretch = 1.0 + 0.002 * channel as f64;
     let centroid = frame.image_point(FieldPoint::new(at.x * stretch, at.y * stretch));
     let half = size as f64 / 2.0;
@@ -182,7 +182,7 @@ fn made_tile(
         centroid.y_px - centre.y_px + half,
     );
     let blur = LocalBlur::from_moments(
-        planted(planted_alpha(channel, vergence))
+        true_numbers(true_alpha(channel, vergence))
             .coefficients()
             .moments(at)
             .with_added_variance(PIXEL_VARIANCE_PX2),
@@ -193,34 +193,33 @@ fn made_tile(
     Tile::new(size, size, samples.iter().map(|&v| v as f32).collect()).expect("finite")
 }
 
-/// Writes [`made_set`] of `channels` at 1.2 m, 2.5 m and infinity into `folder`/`name`.
-pub(crate) fn write_made_set(folder: &Path, name: &str, channels: &[&str]) {
+/// Writes a [`generated_set`] at 1.2 m, 2.5 m and infinity into `folder`/`name`.
+pub(crate) fn write_generated_set(folder: &Path, name: &str, channels: &[&str]) {
     let distances = [
         ObjectDistance::Metres(1.2),
         ObjectDistance::Metres(2.5),
         ObjectDistance::Infinity,
     ];
-    let set = made_set(channels, &distances);
+    let set = generated_set(channels, &distances);
     seidel_image_io::observation_set::write(&set, &folder.join(name))
         .expect("the folder is writable");
 }
 
-/// Fits `folder`/`lens.json` to a made set of `channels`.
-pub(crate) fn write_made_lens(folder: &Path, channels: &[&str]) {
-    write_made_set(folder, "set", channels);
+/// Fits `folder`/`lens.json` by moments to a [`generated_set`].
+pub(crate) fn write_moments_lens(folder: &Path, channels: &[&str]) {
+    write_generated_set(folder, "set", channels);
     succeeds(folder, "fit @set -o @lens.json --model moments");
 }
 
-/// Writes `folder`/`lens.json`: the lens of [`made_set`] known ray by ray, in `channels`, focused at
-/// infinity at f/2.
-pub(crate) fn write_ray_lens(folder: &Path, channels: &[&str]) {
+/// Writes `folder`/`lens.json`: the lens of [`generated_set`] as a `pupil` profile, focused at infinity at f/2.
+pub(crate) fn write_pupil_lens(folder: &Path, channels: &[&str]) {
     let constant = VergenceSeries::constant;
-    let numbers = planted(0.0);
+    let numbers = true_numbers(0.0);
     let of_channel = |(index, name): (usize, &&str)| PupilChannel {
         name: (*name).to_owned(),
         alpha: VergenceSeries::new(vec![
-            planted_alpha(index, 0.0),
-            planted_alpha(index, 1.0) - planted_alpha(index, 0.0),
+            true_alpha(index, 0.0),
+            true_alpha(index, 1.0) - true_alpha(index, 0.0),
         ]),
         beta: constant(numbers.beta),
         gamma: constant(numbers.gamma),
@@ -250,7 +249,7 @@ pub(crate) fn write_ray_lens(folder: &Path, channels: &[&str]) {
     std::fs::write(folder.join("lens.json"), lens.to_json()).expect("the folder is writable");
 }
 
-/// Writes an EXR of float channels.
+/// Writes an EXR file of 32-bit float channels.
 pub(crate) fn write_exr(path: &Path, width: usize, height: usize, channels: &[(&str, Vec<f32>)]) {
     let list = channels
         .iter()
@@ -268,7 +267,7 @@ pub(crate) fn write_exr(path: &Path, width: usize, height: usize, channels: &[(&
         .expect("the folder is writable");
 }
 
-/// The samples of one channel of an EXR.
+/// Returns the samples of one channel of an EXR file.
 pub(crate) fn read_channel(path: &Path, name: &str) -> Vec<f32> {
     let plate = seidel_image_io::exr::plate::ExrPlate::open(path).expect("readable");
     let id = plate
@@ -280,7 +279,7 @@ pub(crate) fn read_channel(path: &Path, name: &str) -> Vec<f32> {
     plate.samples(id)
 }
 
-/// A plate of R, G, B, A and Z with small lights, an edge and a plane that goes from 1 m to 5 m.
+/// Writes an R, G, B, A and Z plate with point lights, an edge, and a plane from 1 m to 5 m.
 pub(crate) fn write_plate(path: &Path, width: usize, height: usize) {
     let pixel = |f: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
         (0..width * height)
@@ -315,7 +314,7 @@ pub(crate) fn write_plate(path: &Path, width: usize, height: usize) {
     );
 }
 
-/// Every file below `folder`, sorted, so that tests can see what a command left.
+/// Every file below `folder`, sorted.
 pub(crate) fn listing(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     let mut folders = vec![folder.to_path_buf()];

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{read_channel, succeeds, write_exr, write_made_lens};
+use crate::support::{read_channel, succeeds, write_exr, write_moments_lens};
 
 const WIDTH: usize = 120;
 const HEIGHT: usize = 80;
@@ -52,7 +52,7 @@ fn told(words: &str) -> f64 {
 fn the_error_told_is_that_of_the_plate() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["R", "G", "B"]);
+    write_moments_lens(folder, &["R", "G", "B"]);
     write_busy(&folder.join("plate.exr"));
     let peak = colours(&folder.join("plate.exr"))
         .into_iter()

@@ -5,7 +5,7 @@ use std::path::Path;
 use exr::meta::attribute::IntegerBounds;
 use exr::prelude::*;
 
-use crate::support::{must_refuse, read_channel, succeeds, write_made_lens, write_ray_lens};
+use crate::support::{must_refuse, read_channel, succeeds, write_moments_lens, write_pupil_lens};
 
 /// Left, top, width and height.
 type Rectangle = (i32, i32, usize, usize);
@@ -101,8 +101,8 @@ fn anamorphic_plates_are_seen_as_wide_as_their_pixels_make_them() {
         let folder = tempfile::tempdir().expect("a folder");
         let folder = folder.path();
         match rays {
-            true => write_ray_lens(folder, &["R", "G", "B"]),
-            false => write_made_lens(folder, &["R", "G", "B"]),
+            true => write_pupil_lens(folder, &["R", "G", "B"]),
+            false => write_moments_lens(folder, &["R", "G", "B"]),
         }
         let (square, wide) = ((0, 0, 150, 100), (0, 0, 75, 100));
         let colours = |samples: Vec<f32>| ["R", "G", "B"].map(|name| (name, samples.clone()));
@@ -161,7 +161,7 @@ fn anamorphic_plates_are_seen_as_wide_as_their_pixels_make_them() {
 fn anamorphic_pixels_count_for_axis_and_depth() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["Y"]);
+    write_moments_lens(folder, &["Y"]);
     let depth = |x: f64, y: f64| 1.0 + 0.002 * x + 0.001 * y;
     for (name, window, aspect) in [
         ("square", (0, 0, 150, 100), 1),
@@ -214,7 +214,7 @@ fn anamorphic_pixels_count_for_axis_and_depth() {
 fn overscan_is_used_and_kept() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["R", "G", "B"]);
+    write_moments_lens(folder, &["R", "G", "B"]);
     let display: Rectangle = (0, 0, 150, 100);
     // Not the same on all sides, and not beginning at zero.
     let (overscan, larger) = ((-60, -50, 260, 190), (-75, -75, 300, 250));
@@ -268,7 +268,7 @@ fn overscan_is_used_and_kept() {
 fn small_data_windows_lie_where_they_are() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write_made_lens(folder, &["R", "G", "B"]);
+    write_moments_lens(folder, &["R", "G", "B"]);
     let (display, small): (Rectangle, Rectangle) = ((10, -20, 150, 100), (90, -5, 60, 40));
     let light = seen(busy, small, 1);
     let mut whole = vec![0.0; display.2 * display.3];

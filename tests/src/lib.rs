@@ -1,2 +1,1 @@
-//! Seidel's tests by public doors live in this package's one test binary, `seidel`; the library
-//! part is empty.
+//! The library of a package of tests, and empty. The tests are in the test binary `seidel`.

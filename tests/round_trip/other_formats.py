@@ -1,10 +1,10 @@
-"""What `seidel apply --amount 0` keeps of DPX, HDR, PNG and TIFF files, seen by another reader: samples and metadata.
+"""Checks with another reader that `seidel apply --amount 0` keeps samples and metadata of DPX, HDR, PNG and TIFF files.
 
-Makes files of different kinds with OpenImageIO (PyPI OpenImageIO and numpy), runs the command on each, and compares what
-OpenImageIO reads of what went in and of what came out. An EXR goes to DPX and back besides. Prints a line a file; exit
-status 1 if anything differs or is refused.
+Writes files of different kinds with OpenImageIO (PyPI OpenImageIO and numpy), runs the command on each, and compares
+input and output as OpenImageIO reads them. Also converts an EXR to DPX and back. Prints one line per file; exit status 1
+if anything differs or is refused.
 
-    python3 tests/other_formats/round_trip.py target/release/seidel LENS.json
+    python3 tests/round_trip/other_formats.py target/release/seidel LENS.json
 """
 
 import struct
@@ -18,7 +18,7 @@ import OpenImageIO as oiio
 
 WIDTH, HEIGHT = 53, 37
 
-# How a file is stored, which may change: docs/guide/files.md says that TIFF is written as deflated strips.
+# Storage attributes, which may change: TIFF is written as deflated strips (docs/guide/files.md).
 STORAGE = {
     "compression",
     "planarconfig",
@@ -31,7 +31,7 @@ STORAGE = {
 
 
 def typed(kind, value):
-    """A value of a type that has no class of its own."""
+    """A value of a type that Python has no class for."""
     return (oiio.TypeDesc(kind), value)
 
 
@@ -70,14 +70,14 @@ TIFF = {
 
 
 def samples(seed, channels, lift=0.0):
-    """Some for each pixel; with `lift` also negative ones and those above one."""
-    chance = np.random.default_rng(seed)
-    values = chance.random((HEIGHT, WIDTH, channels))
+    """Random samples, 0 to 1; with `lift` also negative ones and some above one."""
+    rng = np.random.default_rng(seed)
+    values = rng.random((HEIGHT, WIDTH, channels))
     return (values * (1 + 3 * lift) - lift).astype(np.float32)
 
 
 def write(path, kind, channels, attributes, bits=None, tile=None, lift=0.0):
-    """Writes a file by OpenImageIO; nothing if it cannot."""
+    """Writes a file by OpenImageIO; returns its path."""
     spec = oiio.ImageSpec(WIDTH, HEIGHT, channels, kind)
     if channels == 2:
         spec.channelnames, spec.alpha_channel = ("Y", "A"), 1
@@ -102,12 +102,12 @@ def write(path, kind, channels, attributes, bits=None, tile=None, lift=0.0):
 
 
 def hash_of(name):
-    """A seed that is the same in every run."""
+    """A seed that depends on the name only."""
     return sum(ord(letter) * (at + 1) for at, letter in enumerate(name))
 
 
 def half_tiff(path):
-    """A TIFF of half floats, which OpenImageIO writes as floats: laid out here."""
+    """Writes a TIFF of half floats, which OpenImageIO would write as floats; returns its path."""
     halves = samples(7, 3, 1.0).astype("<f2").tobytes()
     text = b"half floats\0"
     entries = [
@@ -134,7 +134,7 @@ def half_tiff(path):
 
 
 def files(folder):
-    """Writes files of different kinds; their paths."""
+    """Writes files of different kinds; returns their paths."""
     paths = []
     for bits in (8, 10, 12, 16):
         kind = "uint8" if bits == 8 else "uint16"
@@ -151,9 +151,9 @@ def files(folder):
     spaces = {"srgb": "srgb_rec709_scene", "linear": "lin_rec709_scene", "gamma": "g22_rec709_scene", "none": None}
     for channels, name in names.items():
         for kind in ("uint8", "uint16"):
-            for called, space in spaces.items():
+            for suffix, space in spaces.items():
                 attributes = {**USUAL, **SIZE, "oiio:ColorSpace": space}
-                path = folder / f"{kind}-{name}-{called}.png"
+                path = folder / f"{kind}-{name}-{suffix}.png"
                 paths.append(write(path, kind, channels, attributes))
     for channels, name in names.items():
         for kind in ("uint8", "uint16", "float"):
@@ -171,7 +171,7 @@ def files(folder):
 
 
 def read(path):
-    """Samples as they lie in a file, and what it says."""
+    """Shape, stored samples and attributes of a file."""
     plain = oiio.ImageSpec()
     plain.attribute("oiio:UnassociatedAlpha", 1)
     file = oiio.ImageInput.open(str(path), plain)
@@ -179,37 +179,37 @@ def read(path):
         raise RuntimeError(f"{path.name}: {oiio.geterror()}")
     spec = file.spec()
     pixels = file.read_image(spec.format)
-    said = {own.name: (str(own.type), own.value) for own in spec.extra_attribs}
+    attributes = {own.name: (str(own.type), own.value) for own in spec.extra_attribs}
     shape = (str(spec.format), spec.width, spec.height, tuple(spec.channelnames), spec.alpha_channel)
     file.close()
-    return shape, pixels, said
+    return shape, pixels, attributes
 
 
 def same(a, b):
-    """Whether two values of attributes are the same."""
+    """Whether two attribute values are equal."""
     if isinstance(a[1], np.ndarray) or isinstance(b[1], np.ndarray):
         return a[0] == b[0] and np.array_equal(a[1], b[1])
     return a == b
 
 
 def differences(before, after):
-    """What differs between two files."""
-    (shape, pixels, said), (new_shape, new_pixels, new_said) = read(before), read(after)
+    """Differences between two files, and the number of attributes compared."""
+    (shape, pixels, attributes), (new_shape, new_pixels, new_attributes) = read(before), read(after)
     wrong = []
     if shape != new_shape:
         wrong.append(f"{shape} is {new_shape}")
     elif pixels.tobytes() != new_pixels.tobytes():
         wrong.append(f"{np.count_nonzero(pixels != new_pixels)} samples")
-    for name in sorted((set(said) | set(new_said)) - STORAGE):
-        if name not in said or name not in new_said:
+    for name in sorted((set(attributes) | set(new_attributes)) - STORAGE):
+        if name not in attributes or name not in new_attributes:
             wrong.append(f"{name} is in one only")
-        elif not same(said[name], new_said[name]):
-            wrong.append(f"{name}: {said[name][1]} is {new_said[name][1]}")
-    return wrong, len(said)
+        elif not same(attributes[name], new_attributes[name]):
+            wrong.append(f"{name}: {attributes[name][1]} is {new_attributes[name][1]}")
+    return wrong, len(attributes)
 
 
 def through_dpx(folder, run):
-    """An EXR to DPX and back: what the three say of the same things."""
+    """Converts an EXR to DPX and back; returns the attributes that changed."""
     attributes = {
         **TIME,
         "FramesPerSecond": typed("rational", (24000, 1001)),
@@ -225,7 +225,7 @@ def through_dpx(folder, run):
     if problem:
         return [problem]
     (_, _, one), (_, _, two), (_, _, three) = read(first), read(dpx), read(last)
-    # OpenImageIO writes its own name and reads the format's as it stands.
+    # OpenImageIO writes this attribute under another name than it reads.
     names = {name: name for name in attributes} | {"FramesPerSecond": "framesPerSecond"}
     nothing = ("", None)
     wrong = [f"EXR {name}" for name, new in names.items() if not same(one[name], three.get(new, nothing))]

@@ -1,10 +1,10 @@
-"""What `seidel apply --amount 0` keeps of EXR files, seen by another reader: every pixel bit and every attribute.
+"""Checks with another reader that `seidel apply --amount 0` keeps every pixel bit and every attribute of EXR files.
 
-Makes files of different kinds with OpenEXR's own library (PyPI OpenEXR and numpy), adds those named on the command line,
-runs the command on each, and compares what went in with what came out. Exit status 1 if anything differs that is not
-said to.
+Writes files of different kinds with the OpenEXR library (PyPI OpenEXR and numpy), adds those named on the command line,
+runs the command on each, and compares input and output. Exit status 1 if anything differs except the documented changes
+of compression.
 
-    python3 tests/exr/round_trip.py target/release/seidel LENS.json [PLATE.exr ...]
+    python3 tests/round_trip/exr.py target/release/seidel LENS.json [PLATE.exr ...]
 """
 
 import subprocess
@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
-# What the library writes of its own accord, or what cannot be kept and is said (docs/guide/colour.md).
+# Attributes that the library adds, and lossy compressions, which become ZIP (docs/guide/files.md).
 ADDED = {"chunkCount"}
 LOSSY = {
     OpenEXR.B44_COMPRESSION,
@@ -27,12 +27,12 @@ WIDTH, HEIGHT = 53, 37
 
 
 def noise(seed, kind):
-    """Samples over many powers of two, some negative, as `kind`."""
-    chance = np.random.default_rng(seed)
-    values = np.exp2(chance.uniform(-12, 12, (HEIGHT, WIDTH)))
-    values = values * np.where(chance.random((HEIGHT, WIDTH)) < 0.2, -1, 1)
+    """Random samples over 24 powers of two, some negative, of a numpy type."""
+    rng = np.random.default_rng(seed)
+    values = np.exp2(rng.uniform(-12, 12, (HEIGHT, WIDTH)))
+    values = values * np.where(rng.random((HEIGHT, WIDTH)) < 0.2, -1, 1)
     if kind == np.uint32:
-        return chance.integers(0, 2**32, (HEIGHT, WIDTH), dtype=np.uint32)
+        return rng.integers(0, 2**32, (HEIGHT, WIDTH), dtype=np.uint32)
     return values.astype(kind)
 
 
@@ -53,7 +53,7 @@ def header(compression, **more):
 
 
 def attributes():
-    """One of every kind."""
+    """Attributes of every type."""
     return {
         "timeCode": OpenEXR.TimeCode(1, 2, 3, 4, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8),
         "chromaticities": (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329),
@@ -85,7 +85,7 @@ CRYPTO = {
 
 
 def files(folder):
-    """Writes files of different kinds; their paths."""
+    """Writes files of different kinds; returns their paths."""
     whole = {
         "half-zip-attributes": (header(OpenEXR.ZIP_COMPRESSION, **attributes()), colour(np.float16)),
         "float-piz": (header(OpenEXR.PIZ_COMPRESSION), colour(np.float32)),
@@ -138,13 +138,13 @@ def files(folder):
 
 
 def tiles():
-    made = OpenEXR.TileDescription()
-    made.xSize, made.ySize = 16, 8
-    return made
+    description = OpenEXR.TileDescription()
+    description.xSize, description.ySize = 16, 8
+    return description
 
 
 def same(a, b):
-    """Whether two values of attributes are the same."""
+    """Whether two attribute values are equal."""
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         return np.array_equal(np.asarray(a), np.asarray(b))
     if isinstance(a, (tuple, list)):
@@ -155,18 +155,18 @@ def same(a, b):
 
 
 def differences(before, after):
-    """What differs between two files, and what is said to."""
-    wrong, said = [], []
+    """Differences between two files: unexpected ones, and documented ones."""
+    wrong, expected = [], []
     before, after = (OpenEXR.File(str(p), separate_channels=True) for p in (before, after))
     if len(before.parts) != len(after.parts):
-        return [f"{len(before.parts)} parts are {len(after.parts)}"], said
+        return [f"{len(before.parts)} parts are {len(after.parts)}"], expected
     for old, new in zip(before.parts, after.parts):
-        lost = old.header["compression"] in LOSSY
+        is_lossy = old.header["compression"] in LOSSY
         for name in sorted(set(old.header) | set(new.header)):
             if name in ADDED or name == "channels":
                 continue
-            if name == "compression" and lost:
-                said.append("lossy compression becomes ZIP")
+            if name == "compression" and is_lossy:
+                expected.append("lossy compression becomes ZIP")
             elif name not in old.header or name not in new.header:
                 wrong.append(f"{name} is in one only")
             elif not same(old.header[name], new.header[name]):
@@ -178,7 +178,7 @@ def differences(before, after):
             pixels = new.channels[name].pixels
             if channel.pixels.dtype != pixels.dtype or channel.pixels.tobytes() != pixels.tobytes():
                 wrong.append(f"pixels of {name}")
-    return wrong, sorted(set(said))
+    return wrong, sorted(set(expected))
 
 
 def main(seidel, lens, *plates):
@@ -189,12 +189,12 @@ def main(seidel, lens, *plates):
             out = folder / f"out-{path.name}"
             line = [seidel, "apply", path, "-o", out, "--lens", lens, "--distance", "2", "--amount", "0"]
             done = subprocess.run([*line, "--no-provenance"], capture_output=True, text=True, check=False)
-            wrong, said = [done.stderr.strip()], []
+            wrong, expected = [done.stderr.strip()], []
             if done.returncode == 0:
-                wrong, said = differences(path, out)
+                wrong, expected = differences(path, out)
             bad += bool(wrong)
             state = "differs" if wrong else "same"
-            print(f"{path.name:32} {state} {'; '.join(wrong + said)}")
+            print(f"{path.name:32} {state} {'; '.join(wrong + expected)}")
     return 1 if bad else 0
 
 
