@@ -1,11 +1,10 @@
-//! What the program carries to show itself: a CG plate with depth and a lens to blur it with.
+//! The data of `seidel demo`: a CG plate with depth, a lens, and PSFs of that lens with noise.
 
-mod lamps;
 pub mod lens;
 mod noise;
 pub mod observations;
-mod patterns;
 mod props;
+mod ray;
 pub mod scene;
+mod slate;
 mod street;
-mod vector;

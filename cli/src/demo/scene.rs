@@ -1,21 +1,21 @@
-//! The demo's plate: a wet street at night, drawn ray by ray from formulas, with its depth.
+//! The demo's plate: a wet street at night, ray-traced from formulas, with its depth.
 //!
-//! It is made to show a lens: small bright lights behind the focus out to the corners, fine detail
-//! on the plane that the built-in lens is focused on, a hard edge before it, ground from near to far, wire.
+//! It is composed to show what a lens does: small bright lights behind the focus out to the corners,
+//! fine detail on the focused plane, a hard edge in front of it, ground from near to far, and thin wires.
 
 use rayon::prelude::*;
 
-use super::lamps::{Cable, Lamp, cables, lamps};
 use super::lens::{FOCAL_LENGTH_MM, SENSOR_WIDTH_MM};
 use super::noise::hash;
-use super::vector::{Hit, Ray, V3};
-use super::{props, street};
+use super::props;
+use super::ray::{Hit, Ray, V3, nearest};
+use super::street::{SKY_M, Street};
 
 /// Height of the camera above the ground, m.
-pub(super) const CAMERA_M: f64 = 0.36;
-/// Sine of how far the camera looks down.
-pub(super) const LOOK_DOWN: f64 = 0.040;
-/// Rays a pixel are this number squared.
+const CAMERA_M: f64 = 0.36;
+/// Sine of the angle by which the camera looks down.
+const LOOK_DOWN: f64 = 0.040;
+/// Antialiasing: each pixel takes the square of this number of rays.
 const RAYS_ACROSS: u32 = 3;
 
 /// A scene-linear plate with depth, all planes row-major from the top-left pixel.
@@ -25,22 +25,41 @@ pub struct Scene {
     pub width: usize,
     /// Height, pixels.
     pub height: usize,
-    /// Scene-linear R, G and B; unpremultiplied, the plate being opaque everywhere.
+    /// Scene-linear R, G and B; the plate is opaque everywhere.
     pub rgb: [Vec<f32>; 3],
-    /// Distance along the optical axis of what the centre of each pixel sees, metres; finite, and
-    /// not anti-aliased, as depth passes are delivered.
+    /// Distance along the optical axis at the centre of each pixel, m; finite, and not antialiased, as
+    /// depth passes are delivered.
     pub depth_m: Vec<f32>,
 }
 
-/// Draws the scene at `width` x `height` pixels: the view of the built-in lens without any blur.
+/// Renders the scene at `width` x `height` pixels through the built-in lens without any blur.
 /// The same size gives the same plate.
 pub fn scene(width: usize, height: usize) -> Scene {
-    let view = View::new(width, height);
-    let pixels: Vec<[f32; 4]> = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|row| view.draw_row(row))
-        .collect();
-    let plane = |k: usize| pixels.iter().map(|p| p[k]).collect::<Vec<f32>>();
+    let street = Street::new();
+    // Image slope (x / z) per pixel.
+    let scale = SENSOR_WIDTH_MM / FOCAL_LENGTH_MM / width.max(1) as f64;
+    let look = |x_px: f64, y_px: f64| {
+        let (u, v) = (x_px - width as f64 / 2.0, y_px - height as f64 / 2.0);
+        look(&street, u * scale, v * scale)
+    };
+    let pixel = |index: usize| {
+        let (column, row) = (index % width, index / width);
+        let mut light = V3::zeros();
+        for k in 0..RAYS_ACROSS * RAYS_ACROSS {
+            // Each ray takes a random position in its own part of the pixel.
+            let offset = |part: u32, salt| {
+                let random = hash(column as i64, row as i64, salt + 2 * u64::from(k));
+                (f64::from(part) + random) / f64::from(RAYS_ACROSS)
+            };
+            let (x, y) = (offset(k % RAYS_ACROSS, 101), offset(k / RAYS_ACROSS, 102));
+            light += look(column as f64 + x, row as f64 + y).light;
+        }
+        light /= f64::from(RAYS_ACROSS * RAYS_ACROSS);
+        let depth = look(column as f64 + 0.5, row as f64 + 0.5).t;
+        [light.x, light.y, light.z, depth].map(|v| v as f32)
+    };
+    let pixels: Vec<[f32; 4]> = (0..width * height).into_par_iter().map(pixel).collect();
+    let plane = |k: usize| pixels.iter().map(|p| p[k]).collect();
     Scene {
         width,
         height,
@@ -49,144 +68,25 @@ pub fn scene(width: usize, height: usize) -> Scene {
     }
 }
 
-/// The camera and what is drawn in its image directly.
-struct View {
-    width: usize,
-    height: usize,
-    /// Image slope (x / z) per pixel.
-    slope: f64,
-    lamps: Vec<Lamp>,
-    world_lamps: Vec<Lamp>,
-    cables: Vec<Cable>,
-}
-
-impl View {
-    fn new(width: usize, height: usize) -> Self {
-        let lamps = lamps();
-        let world_lamps = lamps
-            .iter()
-            .map(|lamp| Lamp {
-                at: to_world(lamp.at) + V3(0.0, CAMERA_M, 0.0),
-                ..*lamp
-            })
-            .collect();
-        Self {
-            width,
-            height,
-            slope: SENSOR_WIDTH_MM / FOCAL_LENGTH_MM / width.max(1) as f64,
-            lamps,
-            world_lamps,
-            cables: cables(),
-        }
-    }
-
-    /// Image slopes (x / z, y / z) of a place in the image, pixels.
-    fn slopes(&self, x_px: f64, y_px: f64) -> (f64, f64) {
-        (
-            (x_px - self.width as f64 / 2.0) * self.slope,
-            (y_px - self.height as f64 / 2.0) * self.slope,
-        )
-    }
-
-    /// R, G, B and depth of one row.
-    fn draw_row(&self, row: usize) -> Vec<[f32; 4]> {
-        let (_, top) = self.slopes(0.0, row as f64 - 1.0);
-        let (_, bottom) = self.slopes(0.0, row as f64 + 2.0);
-        let near = |at: V3, radius: f64| {
-            (at.1 + 1.1 * radius) / at.2 >= top && (at.1 - 1.1 * radius) / at.2 <= bottom
-        };
-        let lamps: Vec<&Lamp> = self.lamps.iter().filter(|l| near(l.at, l.radius)).collect();
-        let cables: Vec<&Cable> = self
-            .cables
-            .iter()
-            .filter(|c| {
-                let [a, b] = c.ends.map(|p| p.1 / p.2);
-                let reach = c.radius / c.ends[0].2.min(c.ends[1].2);
-                a.max(b) + reach >= top && a.min(b) - reach <= bottom
-            })
-            .collect();
-        (0..self.width)
-            .map(|column| {
-                let across = f64::from(RAYS_ACROSS);
-                let mut sum = V3::ZERO;
-                for k in 0..RAYS_ACROSS * RAYS_ACROSS {
-                    let (i, j) = (f64::from(k % RAYS_ACROSS), f64::from(k / RAYS_ACROSS));
-                    // Each ray somewhere in its own part of the pixel.
-                    let shift = |salt| hash(column as i64, row as i64, salt + 2 * u64::from(k));
-                    let (x, y) = ((i + shift(101)) / across, (j + shift(102)) / across);
-                    let (u, v) = self.slopes(column as f64 + x, row as f64 + y);
-                    sum = sum + self.look(u, v, &lamps, &cables).light;
-                }
-                let light = sum * (1.0 / (across * across));
-                let (u, v) = self.slopes(column as f64 + 0.5, row as f64 + 0.5);
-                let depth = self.look(u, v, &lamps, &cables).t;
-                [light.0 as f32, light.1 as f32, light.2 as f32, depth as f32]
-            })
-            .collect()
-    }
-
-    /// What is seen along image slopes (`u`, `v`): light, and depth along the axis as `t`.
-    fn look(&self, u: f64, v: f64, lamps: &[&Lamp], cables: &[&Cable]) -> Hit {
-        // A direction with one unit along the axis: lengths of it are depth.
-        let ray = Ray {
-            from: V3(0.0, CAMERA_M, 0.0),
-            along: to_world(V3(u, v, 1.0)),
-        };
-        let mut nearest = Hit {
-            t: street::SKY_M,
-            light: V3::ZERO,
-        };
-        let world = [
-            props::meet(&ray, &self.world_lamps),
-            street::meet(&ray, &self.world_lamps),
-        ];
-        let drawn = lamps
-            .iter()
-            .map(|lamp| meet_lamp(lamp, u, v))
-            .chain(cables.iter().map(|cable| meet_cable(cable, u, v)));
-        let mut found = false;
-        for hit in world.into_iter().chain(drawn).flatten() {
-            if !found || hit.t < nearest.t {
-                nearest = hit;
-                found = true;
-            }
-        }
-        nearest.t = nearest.t.min(street::SKY_M);
-        nearest
-    }
-}
-
-/// A direction or offset in camera axes (y down) turned into world axes (y up).
-fn to_world(camera: V3) -> V3 {
+/// Returns the light along image slopes `u` and `v` (down), and the depth along the axis as `t`.
+fn look(street: &Street, u: f64, v: f64) -> Hit {
     let cos = (1.0 - LOOK_DOWN * LOOK_DOWN).sqrt();
-    V3(
-        camera.0,
-        -camera.1 * cos - camera.2 * LOOK_DOWN,
-        camera.2 * cos - camera.1 * LOOK_DOWN,
+    let ray = Ray {
+        origin: V3::new(0.0, CAMERA_M, 0.0),
+        // One unit along the optical axis, so that t is depth.
+        direction: V3::new(u, -v * cos - LOOK_DOWN, cos - v * LOOK_DOWN),
+    };
+    let hit = nearest([props::look(&ray, street), street.look(&ray)]);
+    hit.map_or(
+        Hit {
+            t: SKY_M,
+            light: V3::zeros(),
+        },
+        |hit| Hit {
+            t: hit.t.min(SKY_M),
+            ..hit
+        },
     )
-}
-
-fn meet_lamp(lamp: &Lamp, u: f64, v: f64) -> Option<Hit> {
-    let (dx, dy) = (u * lamp.at.2 - lamp.at.0, v * lamp.at.2 - lamp.at.1);
-    let off = (dx * dx + dy * dy) / (lamp.radius * lamp.radius);
-    (off < 1.0).then(|| Hit {
-        t: lamp.at.2,
-        light: lamp.light * (0.45 + 0.55 * (1.0 - off).sqrt()),
-    })
-}
-
-fn meet_cable(cable: &Cable, u: f64, v: f64) -> Option<Hit> {
-    let [a, b] = cable.ends;
-    let (au, av) = (a.0 / a.2, a.1 / a.2);
-    let (bu, bv) = (b.0 / b.2 - au, b.1 / b.2 - av);
-    let share = (((u - au) * bu + (v - av) * bv) / (bu * bu + bv * bv)).clamp(0.0, 1.0);
-    let off = (u - au - share * bu).hypot(v - av - share * bv);
-    // Along a line in the image inverse depth is what runs evenly.
-    let depth = 1.0 / ((1.0 - share) / a.2 + share / b.2);
-    (off * depth < cable.radius).then_some(Hit {
-        t: depth,
-        light: V3(0.010, 0.013, 0.015),
-    })
 }
 
 #[cfg(test)]

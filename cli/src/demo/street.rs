@@ -1,214 +1,287 @@
-//! The street: wet setts, house fronts on both sides, a night sky.
+//! A wet street at night: setts, house fronts, sky, and chains of lamps.
+//!
+//! World axes in m: x right, y up, z into the street; the ground is y = 0.
 
-use super::lamps::Lamp;
 use super::noise::{cloudy, hash, smooth};
-use super::vector::{Hit, Ray, V3, nearer, smooth_step};
+use super::ray::{Hit, Ray, V3, nearest, smooth_step, v3};
 
-/// Distance of what is furthest away, m. Finite, as depth passes are usually delivered.
+/// Distance of the sky, m; finite, as depth passes usually are.
 pub(super) const SKY_M: f64 = 400.0;
+/// Light of the sky, and of all lamps together, on surfaces in the street.
+pub(super) const SKY_LIGHT: V3 = v3(0.020, 0.050, 0.062);
+pub(super) const LAMP_LIGHT: V3 = v3(0.62, 0.36, 0.16);
 
-/// Light from the sky overhead.
-pub(super) const SKY_LIGHT: V3 = V3(0.020, 0.050, 0.062);
-/// Light from the lamps, all together.
-pub(super) const LAMP_LIGHT: V3 = V3(0.62, 0.36, 0.16);
-
-/// Half the width of the street, m.
+/// The planes of the house fronts, m.
 const LEFT_M: f64 = -3.3;
 const RIGHT_M: f64 = 3.5;
-const FAR_END_M: f64 = 75.0;
-/// Side of one sett, m.
+/// Side of a sett, m.
 const SETT_M: f64 = 0.085;
+const CABLE_RADIUS_M: f64 = 0.002;
 
-/// What a ray meets of ground, fronts and sky. World axes: x right, y up, z into the street, the
-/// ground at y = 0. `lamps` are in these axes too.
-pub(super) fn meet(ray: &Ray, lamps: &[Lamp]) -> Option<Hit> {
-    let ground = ground(ray, lamps);
-    nearer(ground, backdrop(ray))
+const WARM: V3 = v3(1.0, 0.56, 0.20);
+const AMBER: V3 = v3(1.0, 0.38, 0.07);
+const TEAL: V3 = v3(0.10, 0.80, 0.85);
+const PINK: V3 = v3(1.0, 0.16, 0.42);
+const RED: V3 = v3(3.0, 0.15, 0.09);
+const WHITE: V3 = v3(12.0, 12.5, 13.0);
+
+/// From before the focus to far behind it; three across the street; along both kerbs; lights of cars and
+/// signs.
+const CHAINS: [LampChain; 9] = [
+    chain(v3(-0.22, 0.56, 1.36), v3(3.3, 1.08, 11.0), 22, &[WARM]),
+    chain(
+        v3(LEFT_M, 1.4, 8.0),
+        v3(RIGHT_M, 1.6, 9.5),
+        13,
+        &[AMBER, WARM, TEAL],
+    ),
+    chain(
+        v3(LEFT_M, 2.2, 14.0),
+        v3(RIGHT_M, 2.0, 15.0),
+        13,
+        &[WARM, PINK],
+    ),
+    chain(
+        v3(LEFT_M, 2.2, 26.0),
+        v3(RIGHT_M, 2.4, 29.0),
+        12,
+        &[WARM, WARM, TEAL],
+    ),
+    chain(v3(-0.58, 0.01, 1.3), v3(-0.95, 0.01, 9.0), 5, &[AMBER]),
+    chain(v3(0.58, 0.01, 1.3), v3(0.95, 0.01, 8.0), 6, &[TEAL]),
+    chain(v3(-3.0, 0.7, 21.0), v3(-1.0, 0.7, 21.1), 2, &[WHITE]),
+    chain(v3(1.2, 0.7, 14.0), v3(3.0, 0.7, 14.1), 2, &[RED]),
+    chain(v3(3.4, 1.3, 9.0), v3(3.4, 0.5, 13.0), 3, &[TEAL, PINK]),
+];
+
+/// A cable that sags between two points, with lamps on it.
+struct LampChain {
+    from: V3,
+    to: V3,
+    count: u32,
+    /// Colours of the lamps in turn.
+    colours: &'static [V3],
 }
 
-/// What a ray meets of fronts and sky.
-fn backdrop(ray: &Ray) -> Option<Hit> {
-    let left = front(ray, LEFT_M, 3);
-    let right = front(ray, RIGHT_M, 7);
-    nearer(nearer(left, right), Some(sky(ray)))
-}
-
-fn ground(ray: &Ray, lamps: &[Lamp]) -> Option<Hit> {
-    if ray.along.1 >= -1e-9 {
-        return None;
+const fn chain(from: V3, to: V3, count: u32, colours: &'static [V3]) -> LampChain {
+    LampChain {
+        from,
+        to,
+        count,
+        colours,
     }
-    let t = -ray.from.1 / ray.along.1;
-    let at = ray.at(t);
-    if t <= 1e-6 || at.2 > SKY_M {
-        return None;
-    }
-    let view = ray.along.unit();
-    let (sett, tint, joint) = sett(at);
-    let wet = smooth_step(0.42, 0.66, cloudy(at.0 * 1.1 + 3.0, at.2 * 0.8, 21));
-    // Water fills the joints and lies flat; setts stand out of it, each tilted a little.
-    let flat = (wet * 0.75).max(joint * 0.3);
-    let normal = (sett * (1.0 - flat) + V3(0.0, 1.0, 0.0) * flat).unit();
-    let mut bounce = view.mirrored(normal);
-    bounce.1 = bounce.1.abs().max(0.004);
-    let cosine = (-view.dot(normal)).clamp(0.02, 1.0);
-    let shine = (0.03 + 0.97 * (1.0 - cosine).powi(5)) * (0.34 + 0.5 * wet) * (1.0 - 0.75 * joint);
-    let mirrored = Ray {
-        from: at,
-        along: bounce,
-    };
-    let mut reflected = backdrop(&mirrored).map_or(V3::ZERO, |hit| hit.light * 0.8);
-    reflected = reflected + lamp_glow(&mirrored, lamps, 0.016 - 0.008 * wet);
-    let dry = 0.075 * tint * (1.0 - 0.55 * wet) * (1.0 - 0.8 * joint);
-    let pool = 0.35 + 0.65 * (-(at.0 * at.0 + (at.2 - 2.3).powi(2)) / 3.0).exp();
-    let under = SKY_LIGHT + LAMP_LIGHT * pool;
-    let light = under.times(V3(1.0, 0.95, 0.92)) * (dry * occlusion(at))
-        + reflected * (shine * occlusion(at).sqrt());
-    Some(Hit {
-        t,
-        light: hazy(light, t),
-    })
 }
 
-/// How much of the sky the props leave to the ground at `at`.
-fn occlusion(at: V3) -> f64 {
-    super::props::FOOTPRINTS
-        .iter()
-        .map(|&(x, z, half_width, half_depth)| {
-            let dx = ((at.0 - x).abs() - half_width).max(0.0);
-            let dz = ((at.2 - z).abs() - half_depth).max(0.0);
-            1.0 - 0.8 * (-dx.hypot(dz) / 0.035).exp()
+/// A glowing ball.
+struct Lamp {
+    at: V3,
+    radius: f64,
+    /// Light at the middle of the ball.
+    light: V3,
+}
+
+/// The street with all its lamps.
+pub(super) struct Street {
+    lamps: Vec<Lamp>,
+}
+
+impl LampChain {
+    /// Returns the point of the cable at `share` of its span.
+    fn point(&self, share: f64) -> V3 {
+        let sag = self.from.y * 0.8 * share * (1.0 - share);
+        self.from.lerp(&self.to, share) - V3::y() * sag
+    }
+
+    /// Returns the lamps, whose size and brightness grow with distance, so that far ones still show.
+    fn lamps(&self) -> impl Iterator<Item = Lamp> {
+        (0..self.count).map(|k| {
+            let at = self.point((f64::from(k) + 0.5) / f64::from(self.count));
+            let colour = self.colours[k as usize % self.colours.len()];
+            let flicker = 0.75 + 0.5 * hash(k.into(), self.count.into(), 11);
+            Lamp {
+                at,
+                radius: 0.008 * at.z.sqrt(),
+                light: colour * (flicker * (30.0 + 5.5 * at.z)),
+            }
         })
-        .product()
-}
-
-/// Normal and tint of the sett at `at`, and 1 in the joints between setts.
-fn sett(at: V3) -> (V3, f64, f64) {
-    // Every row is shifted, and the courses wander.
-    let wander = 0.35 * (smooth(at.0 * 1.3, at.2 * 1.3, 31) - 0.5);
-    let z = at.2 / SETT_M + wander;
-    let row = z.floor();
-    let x = at.0 / (SETT_M * 1.15)
-        + 0.5 * (row as i64).rem_euclid(2) as f64
-        + 0.3 * hash(0, row as i64, 32);
-    let column = x.floor();
-    let (u, v) = (x - column - 0.5, z - row - 0.5);
-    let (i, j) = (column as i64, row as i64);
-    // Finer than a sample can show far away: fade to the mean.
-    let fade = 1.0 / (1.0 + (at.2 / 9.0).powi(2));
-    let edge = u.abs().max(v.abs());
-    let joint = smooth_step(0.42, 0.47, edge) * fade;
-    let rounding = smooth_step(0.20, 0.46, edge);
-    let grain = smooth(at.0 * 160.0, at.2 * 160.0, 35);
-    let tilt = |salt| hash(i, j, salt) - 0.5;
-    let normal = V3(
-        (0.05 * tilt(33) + 0.34 * u * rounding + 0.03 * (grain - 0.5)) * fade,
-        1.0,
-        (0.05 * tilt(34) + 0.34 * v * rounding) * fade,
-    );
-    let tint =
-        0.55 + 0.9 * hash(i, j, 36) * fade + 0.45 * (1.0 - fade) + 0.5 * (grain - 0.5) * fade;
-    (normal.unit(), tint, joint)
-}
-
-/// The house fronts in the plane x = `x_m`: piers, shop windows below, windows above.
-fn front(ray: &Ray, x_m: f64, salt: u64) -> Option<Hit> {
-    let t = (x_m - ray.from.0) / ray.along.0;
-    let at = ray.at(t);
-    if !t.is_finite() || t <= 1e-6 || at.1 < 0.0 || at.2 < 4.0 || at.2 > FAR_END_M {
-        return None;
     }
-    let house = (at.2 / 9.0).floor() as i64;
+
+    /// Hits the cable where the ray crosses the vertical plane that it hangs in.
+    fn cable(&self, ray: &Ray) -> Option<Hit> {
+        let run = self.to - self.from;
+        let plane = ray.plane(self.from, v3(run.z, 0.0, -run.x))?;
+        let share = (plane.at - self.from).z / run.z;
+        let off = plane.at.y - self.point(share).y;
+        let on = (0.0..1.0).contains(&share) && off.abs() < CABLE_RADIUS_M;
+        on.then(|| plane.lit(v3(0.010, 0.013, 0.015)))
+    }
+}
+
+impl Lamp {
+    fn hit(&self, ray: &Ray) -> Option<Hit> {
+        let off = self.at - ray.origin;
+        // Most rays pass most lamps by far.
+        if (off.x * ray.direction.z - off.z * ray.direction.x).abs() > 1.5 * self.radius {
+            return None;
+        }
+        let surface = ray.sphere(self.at, self.radius)?;
+        let facing = -surface.normal.dot(&ray.direction.normalize());
+        Some(surface.lit(self.light * (0.45 + 0.55 * facing)))
+    }
+
+    /// Returns the light in a mirror that spreads reflections by `spread` rad, for a unit direction.
+    fn glow(&self, ray: &Ray, spread: f64) -> V3 {
+        let to = self.at - ray.origin;
+        let along = to.dot(&ray.direction);
+        let off2 = (to.norm_squared() - along * along).max(0.0);
+        let size2 = self.radius * self.radius;
+        let width2 = size2 + (spread * along).powi(2);
+        if along <= 0.0 || off2 > 8.0 * width2 {
+            return V3::zeros();
+        }
+        self.light * (size2 / width2 * (-off2 / width2).exp())
+    }
+}
+
+impl Street {
+    pub(super) fn new() -> Self {
+        Self {
+            lamps: CHAINS.iter().flat_map(LampChain::lamps).collect(),
+        }
+    }
+
+    /// Returns what the ray hits first in the street, at the latest the sky.
+    pub(super) fn look(&self, ray: &Ray) -> Option<Hit> {
+        let lamps = self.lamps.iter().map(|lamp| lamp.hit(ray));
+        let cables = CHAINS.iter().map(|chain| chain.cable(ray));
+        nearest(lamps.chain(cables).chain([self.ground(ray), backdrop(ray)]))
+    }
+
+    /// Returns what a surface mirrors of the street, for a unit direction; lamps are spread by `spread`
+    /// rad.
+    pub(super) fn reflection(&self, ray: &Ray, spread: f64) -> V3 {
+        let hit = nearest([self.ground(ray), backdrop(ray)]);
+        hit.map_or(V3::zeros(), |hit| hit.light) + self.glow(ray, spread)
+    }
+
+    fn glow(&self, ray: &Ray, spread: f64) -> V3 {
+        self.lamps.iter().map(|lamp| lamp.glow(ray, spread)).sum()
+    }
+
+    fn ground(&self, ray: &Ray) -> Option<Hit> {
+        let mut surface = ray.plane(V3::zeros(), V3::y())?;
+        let at = surface.at;
+        if at.z > SKY_M || ray.direction.y >= 0.0 {
+            return None;
+        }
+        let sett = Sett::at(at);
+        let wet = smooth_step(0.42, 0.66, cloudy(at.x * 1.1 + 3.0, at.z * 0.8, 21));
+        // Water fills the joints and lies flat; the setts stand out of it.
+        let flat = (wet * 0.75).max(sett.joint * 0.3);
+        surface.normal = sett.normal.lerp(&V3::y(), flat).normalize();
+        let mut mirrored = ray.mirrored(&surface);
+        mirrored.direction.y = mirrored.direction.y.abs().max(0.004);
+        let cosine = -ray.direction.normalize().dot(&surface.normal);
+        let fresnel = 0.03 + 0.97 * (1.0 - cosine.clamp(0.02, 1.0)).powi(5);
+        let shine = fresnel * (0.34 + 0.5 * wet) * (1.0 - 0.75 * sett.joint);
+        let houses = backdrop(&mirrored).map_or(V3::zeros(), |hit| hit.light * 0.8);
+        let reflected = (houses + self.glow(&mirrored, 0.016 - 0.008 * wet)) * shine;
+        let pool = 0.35 + 0.65 * (-(at.x * at.x + (at.z - 2.3).powi(2)) / 3.0).exp();
+        let dry = 0.075 * sett.tint * (1.0 - 0.55 * wet) * (1.0 - 0.8 * sett.joint);
+        let light = (SKY_LIGHT + LAMP_LIGHT * pool) * dry + reflected;
+        Some(surface.lit(hazy(light * super::props::openness(at), surface.t)))
+    }
+}
+
+/// The paving at a point of the ground.
+struct Sett {
+    normal: V3,
+    /// Reflectance relative to the mean.
+    tint: f64,
+    /// 1 in the joints between setts, 0 elsewhere.
+    joint: f64,
+}
+
+impl Sett {
+    fn at(at: V3) -> Self {
+        // The courses wander, and every other one is shifted by half a sett.
+        let z = at.z / SETT_M + 0.35 * smooth(at.x * 1.3, at.z * 1.3, 31);
+        let row = z.floor() as i64;
+        let x = at.x / (SETT_M * 1.15) + 0.5 * row.rem_euclid(2) as f64 + 0.3 * hash(0, row, 32);
+        let column = x.floor() as i64;
+        let (u, v) = (x - column as f64 - 0.5, z - row as f64 - 0.5);
+        let edge = u.abs().max(v.abs());
+        // Detail finer than a pixel fades to its mean.
+        let fade = 1.0 / (1.0 + (at.z / 9.0).powi(2));
+        let slope = 0.34 * smooth_step(0.20, 0.46, edge);
+        let grain = smooth(at.x * 160.0, at.z * 160.0, 35) - 0.5;
+        let tilt = |salt| 0.05 * (hash(column, row, salt) - 0.5);
+        let (x, z) = (tilt(33) + slope * u + 0.03 * grain, tilt(34) + slope * v);
+        Self {
+            normal: v3(x * fade, 1.0, z * fade).normalize(),
+            tint: 1.0 + (0.9 * (hash(column, row, 36) - 0.5) + 0.5 * grain) * fade,
+            joint: smooth_step(0.42, 0.47, edge) * fade,
+        }
+    }
+}
+
+/// Returns the house fronts on both sides and the sky.
+fn backdrop(ray: &Ray) -> Option<Hit> {
+    let fronts = [house_front(ray, LEFT_M, 3), house_front(ray, RIGHT_M, 7)];
+    nearest(fronts).or_else(|| Some(sky(ray)))
+}
+
+/// House fronts in the plane x = `x_m`: shop windows under signs, then storeys of smaller windows.
+fn house_front(ray: &Ray, x_m: f64, salt: u64) -> Option<Hit> {
+    let surface = ray.plane(V3::x() * x_m, V3::x())?;
+    let at = surface.at;
+    let house = (at.z / 9.0).floor() as i64;
     let height = 7.0 + 6.0 * hash(house, 1, salt);
-    if at.1 > height {
+    if !(0.0..height).contains(&at.y) || !(4.0..75.0).contains(&at.z) {
         return None;
     }
-    let plaster = 0.8 + 0.4 * cloudy(at.2 * 0.7, at.1 * 0.7, salt + 2);
-    let warm = hash(house, 2, salt);
-    let wall = V3(0.020, 0.034, 0.042).mix(V3(0.050, 0.030, 0.020), warm) * plaster;
-    // Light climbs the wall from the street.
-    let mut light = wall * (0.35 + 1.2 * (-at.1 / 2.2).exp());
-    let shop = at.1 < 2.7;
-    let (wide, tall, foot) = if shop {
-        (3.0, 2.7, 0.0)
-    } else {
-        (1.5, 2.4, 2.7)
+    let shop = at.y < 2.7;
+    let (x, y) = (at.z / if shop { 3.0 } else { 1.5 }, at.y / 2.7);
+    let (u, v) = (x - x.floor() - 0.5, y - y.floor() - 0.5);
+    let lit = hash(x as i64, y as i64, salt + 3);
+    let strip = |per_m: f64| hash((at.z * per_m) as i64, (at.y * 3.2) as i64, salt + 4);
+    let glow = match lit {
+        ..0.2 => TEAL * 0.5,
+        ..0.35 => TEAL * 0.05,
+        _ => AMBER.lerp(&WARM, 0.5 * lit),
     };
-    let (column, row) = ((at.2 / wide).floor(), ((at.1 - foot) / tall).floor());
-    let u = at.2 / wide - column - 0.5;
-    let v = (at.1 - foot) / tall - row - 0.5;
-    let pane = |half_u: f64, half_v: f64| u.abs() < half_u && v.abs() < half_v;
-    let chance = hash(column as i64, row as i64, salt + 3);
-    if shop && pane(0.40, 0.30) {
-        let glow = match (chance * 5.0) as u32 {
-            0 => V3(0.05, 0.42, 0.46),
-            1 => V3(0.03, 0.04, 0.05),
-            2 => V3(1.5, 0.46, 0.10),
-            _ => V3(1.25, 0.62, 0.22),
-        };
-        let shelf = ((at.1 * 3.2).fract() > 0.16) as u32 as f64;
-        let goods = 0.45
-            + 0.8
-                * hash(
-                    (at.2 * 9.0).floor() as i64,
-                    (at.1 * 3.2).floor() as i64,
-                    salt + 4,
-                );
-        light = glow * (goods * (0.35 + 0.65 * shelf));
-    } else if shop && v > 0.34 && v < 0.46 && u.abs() < 0.46 {
-        // The sign above the window.
-        let sign = if chance < 0.4 {
-            V3(0.08, 2.2, 2.4)
+    let light = if shop && u.abs() < 0.40 && v.abs() < 0.30 {
+        let shelf = if (at.y * 3.2).fract() > 0.16 {
+            1.0
         } else {
-            V3(2.8, 0.75, 0.12)
+            0.35
         };
-        let stroke = hash((at.2 * 14.0).floor() as i64, 0, salt + 5) > 0.45;
-        light = sign * if stroke && chance > 0.2 { 1.0 } else { 0.06 };
-    } else if !shop && pane(0.26, 0.33) {
-        light = if chance > 0.62 {
-            V3(0.95, 0.50, 0.18) * (0.3 + 0.9 * hash(column as i64, row as i64, salt + 6))
-        } else {
-            V3(0.012, 0.022, 0.030)
-        };
-    }
-    Some(Hit {
-        t,
-        light: hazy(light, t),
-    })
+        glow * (shelf * (0.45 + 0.8 * strip(9.0)))
+    } else if shop && u.abs() < 0.46 && v > 0.34 {
+        glow * if strip(14.0) > 0.45 { 2.2 } else { 0.06 }
+    } else if !shop && u.abs() < 0.26 && v.abs() < 0.33 && lit > 0.62 {
+        WARM * (2.4 * lit - 1.2)
+    } else {
+        // Light from the street climbs the plaster.
+        let paint = v3(0.020, 0.034, 0.042).lerp(&v3(0.050, 0.030, 0.020), hash(house, 2, salt));
+        let plaster = 0.8 + 0.4 * cloudy(at.z * 0.7, at.y * 0.7, salt + 5);
+        paint * (plaster * (0.35 + 1.2 * (-at.y / 2.2).exp()))
+    };
+    Some(surface.lit(hazy(light, surface.t)))
 }
 
 fn sky(ray: &Ray) -> Hit {
-    let d = ray.along.unit();
-    let rise = d.1.max(0.0);
-    let glow = (-rise * 14.0).exp();
-    let above = V3(0.006, 0.022, 0.034).mix(V3(0.020, 0.085, 0.105), (-rise * 5.0).exp());
-    let cloud = 0.75 + 0.5 * cloudy(d.0 * 9.0, rise * 34.0, 51);
-    let light = above * cloud + V3(0.42, 0.17, 0.055) * (glow * 0.55);
+    let d = ray.direction.normalize();
+    let rise = d.y.max(0.0);
+    let above = v3(0.006, 0.022, 0.034).lerp(&v3(0.020, 0.085, 0.105), (-rise * 5.0).exp());
+    let cloud = 0.75 + 0.5 * cloudy(d.x * 9.0, rise * 34.0, 51);
     Hit {
-        t: SKY_M / ray.along.length(),
-        light,
+        t: SKY_M / ray.direction.norm(),
+        light: above * cloud + v3(0.23, 0.094, 0.03) * (-rise * 14.0).exp(),
     }
 }
 
-/// The night air between the camera and something `distance_m` away.
+/// Returns `light` after `distance_m` of night air.
 fn hazy(light: V3, distance_m: f64) -> V3 {
-    light.mix(V3(0.055, 0.060, 0.058), 1.0 - (-distance_m / 110.0).exp())
-}
-
-/// Lamps seen in a surface that spreads a reflection by `spread` radians.
-pub(super) fn lamp_glow(ray: &Ray, lamps: &[Lamp], spread: f64) -> V3 {
-    let d = ray.along.unit();
-    lamps.iter().fold(V3::ZERO, |sum, lamp| {
-        let to = lamp.at - ray.from;
-        let along = to.dot(d);
-        if along <= 0.0 {
-            return sum;
-        }
-        let off2 = (to.dot(to) - along * along).max(0.0);
-        let size2 = lamp.radius * lamp.radius;
-        let width2 = size2 + (spread * along).powi(2);
-        if off2 > 8.0 * width2 {
-            return sum;
-        }
-        sum + lamp.light * (size2 / width2 * (-off2 / width2).exp())
-    })
+    light.lerp(&v3(0.055, 0.060, 0.058), 1.0 - (-distance_m / 110.0).exp())
 }
