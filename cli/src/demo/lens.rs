@@ -1,12 +1,9 @@
-//! The built-in lens: a fast 50 mm prime of the old kind, wide open.
+//! The built-in lens: a fast vintage 50 mm prime, wide open.
 //!
-//! Known ray by ray: five reduced numbers a channel (docs/background/model.md section 3), defocus alone changing with
-//! distance. Its
-//! character is that of such lenses: highlights in the corners drawn out and tear-shaped (coma and
-//! astigmatism), green rims behind the focus and purple ones before it (axial colour), red and blue
-//! pulled apart towards the corners (lateral colour), sharp only near the centre of the focused plane.
-
-use std::collections::BTreeMap;
+//! It is given by five reduced numbers per channel (docs/background/model.md section 3), of which defocus alone
+//! varies with distance. Its character: tear-shaped highlights in the corners (coma and astigmatism),
+//! green rims behind the focus and purple ones in front of it (axial colour), red and blue fringes
+//! towards the corners (lateral colour), and a sharp image near the centre of the focused plane only.
 
 use seidel_core::Result;
 use seidel_core::camera::Camera;
@@ -21,47 +18,20 @@ pub const FOCAL_LENGTH_MM: f64 = 50.0;
 pub const F_NUMBER: f64 = 0.95;
 /// Focused distance, m.
 pub const FOCUS_M: f64 = 2.0;
-/// Width of the sensor, mm: with the focal length this is the view that the scene is drawn in.
+/// Sensor width, mm; with the focal length it gives the field of view of the scene.
 pub const SENSOR_WIDTH_MM: f64 = 36.0;
 
-/// Frame width in whose pixels the numbers below are given.
+/// Width of the frame that the pixels below refer to, px; lengths in the field are half frame widths.
 const DESIGN_WIDTH_PX: f64 = 1280.0;
 
-/// One channel's numbers in pixels of a frame [`DESIGN_WIDTH_PX`] wide, field in half frame widths.
-struct ChannelDesign {
-    name: &'static str,
-    wavelength_nm: f64,
-    /// Defocus on the focused plane: axial colour.
-    alpha_focus_px: f64,
-    /// Coma.
-    phi_px: f64,
-    /// Magnification relative to the mean channel: lateral colour.
-    magnification: f64,
-}
-
-const CHANNELS: [ChannelDesign; 3] = [
-    ChannelDesign {
-        name: "R",
-        wavelength_nm: 620.0,
-        alpha_focus_px: 1.0,
-        phi_px: -4.9,
-        magnification: 0.0028,
-    },
-    ChannelDesign {
-        name: "G",
-        wavelength_nm: 540.0,
-        alpha_focus_px: 0.0,
-        phi_px: -4.5,
-        magnification: 0.0,
-    },
-    ChannelDesign {
-        name: "B",
-        wavelength_nm: 460.0,
-        alpha_focus_px: 1.8,
-        phi_px: -4.0,
-        magnification: -0.0034,
-    },
-];
+const CHANNELS: [&str; 3] = ["R", "G", "B"];
+const WAVELENGTH_NM: [f64; 3] = [620.0, 540.0, 460.0];
+/// Defocus on the focused plane by channel (axial colour), px.
+const ALPHA_FOCUS_PX: [f64; 3] = [1.0, 0.0, 1.8];
+/// Coma by channel, px.
+const PHI_PX: [f64; 3] = [-4.9, -4.5, -4.0];
+/// Magnification by channel, relative to the mean (lateral colour).
+const MAGNIFICATION: [f64; 3] = [0.0028, 0.0, -0.0034];
 
 /// Spherical aberration, px.
 const BETA_PX: f64 = 1.6;
@@ -69,23 +39,23 @@ const BETA_PX: f64 = 1.6;
 const GAMMA_PX: f64 = -7.0;
 /// Field curvature, px per squared half frame width.
 const DELTA_PX: f64 = 1.0;
-/// Distortion per squared half frame width: slightly barrel.
+/// Distortion per squared half frame width: slight barrel.
 const DISTORTION: f64 = -0.004;
 
-/// Variance of the symmetric blur, px²: diffraction, the sensor's filter and what else keeps a lens from
-/// being perfect in focus.
+/// Variance of the symmetric blur, px²: diffraction and the sensor's low-pass filter.
 const BLUR_VARIANCE_PX2: f64 = 0.1;
 
-/// Vergences between which the lens is said to have been measured, 1/m: infinity to 1.2 m.
+/// Range of measured vergences that the profile states, 1/m: infinity to 1.2 m.
 const MEASURED_PER_M: (f64, f64) = (0.0, 1.0 / 1.2);
 
-/// The built-in lens for a frame of `width_px` x `height_px`, its axis at the centre.
+/// Returns the built-in lens for a frame of `width_px` x `height_px` with its axis at the centre.
 ///
 /// # Errors
-/// A frame of no size.
+/// An empty frame.
 pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
     let frame = Frame::new(width_px, height_px, None)?;
-    let channels = CHANNELS.iter().map(|design| channel(design, &frame));
+    let channels = (0..CHANNELS.len()).map(|index| channel(index, &frame));
+    let wavelengths = CHANNELS.map(str::to_owned).into_iter().zip(WAVELENGTH_NM);
     Ok(LensProfile {
         frame,
         pixel_pitch_um: Some(SENSOR_WIDTH_MM * 1e3 / f64::from(width_px)),
@@ -93,10 +63,7 @@ pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
             focal_length_mm: Some(FOCAL_LENGTH_MM),
             f_number: Some(F_NUMBER),
             focus_distance: ObjectDistance::Metres(FOCUS_M),
-            wavelength_nm: CHANNELS
-                .iter()
-                .map(|c| (c.name.to_owned(), c.wavelength_nm))
-                .collect::<BTreeMap<_, _>>(),
+            wavelength_nm: wavelengths.collect(),
         },
         description: LensDescription::Pupil(channels.collect()),
         held_out: None,
@@ -108,7 +75,8 @@ pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
     })
 }
 
-/// Radius of the on-axis disc in design pixels per 1/m of vergence: Z2 R / M for pupils in the lens.
+/// Returns the radius of the on-axis disc in design pixels per 1/m of vergence: Z2 R / M for a pupil in
+/// the lens.
 fn defocus_px_per_dioptre() -> f64 {
     let f_m = FOCAL_LENGTH_MM * 1e-3;
     let image_m = f_m / (1.0 - f_m / FOCUS_M);
@@ -116,21 +84,21 @@ fn defocus_px_per_dioptre() -> f64 {
     image_m * f_m / (2.0 * F_NUMBER) / pitch_m
 }
 
-fn channel(design: &ChannelDesign, frame: &Frame) -> PupilChannel {
+fn channel(index: usize, frame: &Frame) -> PupilChannel {
     let scale = f64::from(frame.width_px()) / DESIGN_WIDTH_PX;
     let px = |value: f64| VergenceSeries::constant(value * scale);
     let slope = defocus_px_per_dioptre();
     PupilChannel {
-        name: design.name.to_owned(),
-        alpha: VergenceSeries::new(vec![design.alpha_focus_px - slope / FOCUS_M, slope])
+        name: CHANNELS[index].to_owned(),
+        alpha: VergenceSeries::new(vec![ALPHA_FOCUS_PX[index] - slope / FOCUS_M, slope])
             .scaled(scale),
         beta: px(BETA_PX),
         gamma: px(GAMMA_PX),
         delta: px(DELTA_PX),
-        phi: px(design.phi_px),
+        phi: px(PHI_PX[index]),
         blur_variance_px2: VergenceSeries::constant(BLUR_VARIANCE_PX2 * scale * scale),
         effects: Vec::new(),
-        magnification: VergenceSeries::constant(design.magnification),
+        magnification: VergenceSeries::constant(MAGNIFICATION[index]),
         distortion: VergenceSeries::constant(DISTORTION),
         measured_vergence: MEASURED_PER_M,
         stop_lever_m: 0.0,
@@ -147,7 +115,7 @@ mod tests {
     use seidel_core::render::BlurField;
 
     #[test]
-    fn the_lens_is_realisable_everywhere() {
+    fn blur_variances_are_positive_everywhere() {
         let lens = lens(1280, 720).expect("a frame");
         let read = LensProfile::from_json(&lens.to_json()).expect("a valid profile");
         assert_eq!(read.channel_names(), ["R", "G", "B"]);

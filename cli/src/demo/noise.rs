@@ -1,6 +1,6 @@
-//! Repeatable randomness: the same plate on every machine.
+//! Deterministic noise: the same plate on every machine.
 
-/// A number in 0..1 that depends on three whole numbers and nothing else.
+/// Returns a number in 0..1, a hash of three integers.
 pub(super) fn hash(x: i64, y: i64, salt: u64) -> f64 {
     let mut h = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
         ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
@@ -13,7 +13,7 @@ pub(super) fn hash(x: i64, y: i64, salt: u64) -> f64 {
     (h >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Smooth noise in 0..1 with features one unit large.
+/// Returns value noise in 0..1 with features of size one.
 pub(super) fn smooth(x: f64, y: f64, salt: u64) -> f64 {
     let (column, row) = (x.floor(), y.floor());
     let ease = |t: f64| t * t * (3.0 - 2.0 * t);
@@ -25,7 +25,7 @@ pub(super) fn smooth(x: f64, y: f64, salt: u64) -> f64 {
     top * (1.0 - v) + bottom * v
 }
 
-/// Smooth noise of three octaves in 0..1.
+/// Returns value noise of three octaves in 0..1.
 pub(super) fn cloudy(x: f64, y: f64, salt: u64) -> f64 {
     (smooth(x, y, salt) * 4.0
         + smooth(x * 2.1, y * 2.1, salt + 1) * 2.0
@@ -33,7 +33,7 @@ pub(super) fn cloudy(x: f64, y: f64, salt: u64) -> f64 {
         / 7.0
 }
 
-/// A standard normal deviate that depends on two whole numbers and nothing else.
+/// Returns a standard normal deviate (Box and Muller), a hash of two integers.
 pub(super) fn normal(seed: u64, index: u64) -> f64 {
     let uniform = |salt| hash(index as i64, seed as i64, salt);
     let radius = (-2.0 * (1.0 - uniform(1)).ln()).sqrt();

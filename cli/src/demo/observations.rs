@@ -1,4 +1,4 @@
-//! PSFs of the built-in lens as if they had been photographed: points of light with noise.
+//! PSFs of the built-in lens with noise, as if points of light had been photographed.
 
 use seidel_core::Result;
 use seidel_core::distance::ObjectDistance;
@@ -11,17 +11,17 @@ use seidel_core::tile::Tile;
 
 use super::noise::normal;
 
-/// Points of light across and down the frame.
+/// Point lights across and down the frame.
 const GRID: (u32, u32) = (6, 4);
-/// Distances at which they stand, m.
+/// Their distances, m.
 const DISTANCES_M: [f64; 4] = [f64::INFINITY, 4.0, 2.0, 1.2];
-/// Peak of a tile over its noise.
+/// Ratio of a tile's peak to its noise.
 const PEAK_OVER_NOISE: f64 = 400.0;
 
-/// One observation a point and distance, by the built-in `lens`, ray by ray.
+/// Returns one observation per point light and distance, predicted by `lens` and with noise added.
 ///
 /// # Errors
-/// A lens from which no depth law can be made.
+/// A lens without a depth law.
 pub fn measured(lens: &LensProfile) -> Result<ObservationSet> {
     let predictor = Predictor::new(lens)?;
     let mut observations = Vec::new();
@@ -51,7 +51,7 @@ pub fn measured(lens: &LensProfile) -> Result<ObservationSet> {
     Ok(set)
 }
 
-/// An observation whose tiles are large enough and still dark.
+/// Returns an observation with empty tiles large enough for its PSFs.
 fn blank(
     lens: &Predictor,
     place: u32,
@@ -72,7 +72,7 @@ fn blank(
             m.mu20.max(m.mu02).max(0.0).sqrt()
         })
         .fold(0.0, f64::max);
-    // Five deviations of the widest channel, lateral colour and distortion.
+    // Five standard deviations of the widest channel, and room for lateral colour and distortion.
     let side = 2 * (5.0 * widest + 0.01 * frame.half_width_px()).ceil() as usize + 9;
     let dark = Tile::new(side, side, vec![0.0; side * side])?;
     let channels = lens.channel_count();
@@ -88,7 +88,7 @@ fn blank(
     })
 }
 
-/// The tile with normal noise, and its standard deviation.
+/// Returns the tile with Gaussian noise, and the standard deviation of the noise.
 fn with_noise(tile: &Tile, seed: u64) -> Result<(Tile, f64)> {
     let peak = tile.samples().iter().copied().fold(0.0, f32::max);
     let sigma = f64::from(peak) / PEAK_OVER_NOISE;

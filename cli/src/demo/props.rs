@@ -22,6 +22,7 @@ const POST: V3 = v3(-0.337, 0.0, 1.21);
 const POST_RADIUS_M: f64 = 0.047;
 
 const BLACK: V3 = v3(0.030, 0.034, 0.038);
+const GREY: V3 = v3(0.18, 0.18, 0.18);
 const WHITE: V3 = v3(0.72, 0.71, 0.68);
 const ORANGE: V3 = v3(0.80, 0.20, 0.018);
 
@@ -35,22 +36,18 @@ struct Ball {
 }
 
 const BALLS: [Ball; 3] = [
-    Ball {
-        centre: v3(-0.235, 0.078, 1.99),
-        squares: [BLACK; 2],
-        gloss: 0.75,
-    },
-    Ball {
-        centre: v3(-0.40, 0.058, 2.10),
-        squares: [v3(0.18, 0.18, 0.18); 2],
-        gloss: 0.0,
-    },
-    Ball {
-        centre: v3(0.335, 0.066, 1.96),
-        squares: [ORANGE, BLACK],
-        gloss: 0.05,
-    },
+    ball(v3(-0.235, 0.078, 1.99), [BLACK; 2], 0.75),
+    ball(v3(-0.40, 0.058, 2.10), [GREY; 2], 0.0),
+    ball(v3(0.335, 0.066, 1.96), [ORANGE, BLACK], 0.05),
 ];
+
+const fn ball(centre: V3, squares: [V3; 2], gloss: f64) -> Ball {
+    Ball {
+        centre,
+        squares,
+        gloss,
+    }
+}
 
 /// Returns the nearest object that `ray` hits.
 pub(super) fn look(ray: &Ray, street: &Street) -> Option<Hit> {

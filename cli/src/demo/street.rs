@@ -29,24 +29,9 @@ const WHITE: V3 = v3(12.0, 12.5, 13.0);
 /// signs.
 const CHAINS: [LampChain; 9] = [
     chain(v3(-0.22, 0.56, 1.36), v3(3.3, 1.08, 11.0), 22, &[WARM]),
-    chain(
-        v3(LEFT_M, 1.4, 8.0),
-        v3(RIGHT_M, 1.6, 9.5),
-        13,
-        &[AMBER, WARM, TEAL],
-    ),
-    chain(
-        v3(LEFT_M, 2.2, 14.0),
-        v3(RIGHT_M, 2.0, 15.0),
-        13,
-        &[WARM, PINK],
-    ),
-    chain(
-        v3(LEFT_M, 2.2, 26.0),
-        v3(RIGHT_M, 2.4, 29.0),
-        12,
-        &[WARM, WARM, TEAL],
-    ),
+    across(1.4, 8.0, &[AMBER, WARM, TEAL]),
+    across(2.2, 14.0, &[WARM, PINK]),
+    across(2.2, 26.0, &[WARM, WARM, TEAL]),
     chain(v3(-0.58, 0.01, 1.3), v3(-0.95, 0.01, 9.0), 5, &[AMBER]),
     chain(v3(0.58, 0.01, 1.3), v3(0.95, 0.01, 8.0), 6, &[TEAL]),
     chain(v3(-3.0, 0.7, 21.0), v3(-1.0, 0.7, 21.1), 2, &[WHITE]),
@@ -70,6 +55,11 @@ const fn chain(from: V3, to: V3, count: u32, colours: &'static [V3]) -> LampChai
         count,
         colours,
     }
+}
+
+/// Returns a chain from house to house at height `y` and distance `z`.
+const fn across(y: f64, z: f64, colours: &'static [V3]) -> LampChain {
+    chain(v3(LEFT_M, y, z), v3(RIGHT_M, 1.1 * y, 1.1 * z), 13, colours)
 }
 
 /// A glowing ball.
