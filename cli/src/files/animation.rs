@@ -89,7 +89,8 @@ impl Animation {
         if from == to || a == b {
             return Some(*a);
         }
-        let share = (frame - from) as f64 / (to - from) as f64;
+        // In floats, because the difference of two frame numbers may exceed an i64.
+        let share = (frame as f64 - *from as f64) / (*to as f64 - *from as f64);
         let mix = |a: f64, b: f64| a + share * (b - a);
         Some(match between {
             Between::Values => mix(*a, *b),
@@ -245,6 +246,44 @@ mod tests {
         ] {
             let said = opened(text).expect_err(text).to_string();
             assert!(said.contains(says), "{text}: {said}");
+        }
+    }
+
+    /// Sound tables to damage. Their frames are as far apart as can be.
+    const SOUND: [&str; 2] = [
+        "# comment\nframe,amount,f-number\n-9223372036854775808,1,2.8\n9223372036854775807,2,inf\n",
+        "{\"-9223372036854775808\": {\"amount\": 1}, \"9223372036854775807\": {\"amount\": \"inf\"}}",
+    ];
+
+    proptest::proptest! {
+        #[test]
+        fn damaged_tables_are_read_or_refused_with_a_remedy(
+            which in 0..SOUND.len(),
+            changes in proptest::collection::vec(
+                (proptest::prelude::any::<proptest::sample::Index>(),
+                 proptest::sample::select(b"\"{}[]:,.-0e9nN#\n \xff".to_vec())), 0..6),
+            frame in proptest::prelude::any::<i64>(),
+        ) {
+            let mut bytes = SOUND[which].as_bytes().to_vec();
+            for (at, byte) in changes {
+                let at = at.index(bytes.len());
+                bytes[at] = byte;
+            }
+            let folder = tempfile::tempdir().expect("a folder");
+            let path = folder.path().join("values");
+            std::fs::write(&path, bytes).expect("writable");
+            match Animation::open(&path) {
+                Ok(table) => {
+                    for name in table.names() {
+                        let value = table.at(name, frame, Between::Values);
+                        proptest::prop_assert!(value.is_some());
+                    }
+                }
+                Err(error) => {
+                    let message = error.to_string();
+                    proptest::prop_assert!(message.contains("values") && message.contains("; "), "{}", message);
+                }
+            }
         }
     }
 }
