@@ -72,7 +72,7 @@ fn main() {
     };
     let at = FieldPoint::new(0.7, 0.4);
     let pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.1);
-    let mut tangents = vec![
+    let mut derivatives = vec![
         PupilDerivative::from_wavefront(Wavefront::tilt(1.0, 0.0)),
         PupilDerivative::from_wavefront(Wavefront::tilt(0.0, 1.0)),
     ];
@@ -88,7 +88,7 @@ fn main() {
     ] {
         let mut wavefront = Wavefront::default();
         wavefront.add(round, along, at.meridian(), 1.0);
-        tangents.push(PupilDerivative::from_wavefront(wavefront));
+        derivatives.push(PupilDerivative::from_wavefront(wavefront));
     }
     let (mut space, mut drawn) = (Workspace::default(), PsfImage::default());
     let mut bins = vec![0.0; SIDE * SIDE];
@@ -104,7 +104,7 @@ fn main() {
             draw(
                 black_box(&pupil),
                 &centred(SIDE),
-                &tangents[..count],
+                &derivatives[..count],
                 detail,
                 &mut space,
                 &mut drawn,

@@ -1,31 +1,38 @@
-//! A lens as a renderer sees it.
+//! The interface between a lens and a renderer.
 
 use crate::field::{FieldPoint, Frame};
 use crate::psf::LocalBlur;
 use crate::sensor::Tone;
 
-/// A lens as a renderer sees it: what it does to a point of light anywhere in field and depth.
+/// The blur of a lens as a function of channel, field position and vergence.
+///
+/// Renderers read lenses through this trait only. [`crate::predict::Predictor`] implements it for lens profiles.
 pub trait BlurField: Sync {
-    /// The lens's own full frame, in whose pixels blur and displacement are given.
+    /// The full frame of the lens. Blur and displacement are in its pixels.
     fn frame(&self) -> Frame;
 
     /// Number of colour channels.
     fn channel_count(&self) -> usize;
 
-    /// Blur and displacement of `channel` at `at`, for an object at vergence `vergence_per_m` (1 /
-    /// distance, 0 at infinity).
+    /// Returns the blur and the displacement of `channel` at field position `at`, for an object at
+    /// `vergence_per_m` (1 / distance in 1/m, 0 at infinity).
+    ///
+    /// # Panics
+    /// May panic if `channel` is not below [`BlurField::channel_count`].
     fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur;
 
-    /// How the sensor's pixel values of `channel` follow from light: the same everywhere. Renderers
-    /// leave it to [`apply_tone`].
+    /// The tone curve of the sensor in `channel`, the same over the whole frame.
+    ///
+    /// Renderers work on linear light and do not apply it; [`apply_tone`] does.
     fn tone(&self, _channel: usize) -> Tone {
         Tone::default()
     }
 }
 
-/// Turns a rendered plane of light, in which white is one, into what the sensor behind `lens` records:
-/// by the tone of each lens channel, weighed by the plane's channel `weights`. Coverage is not light:
-/// alpha planes stay as they are.
+/// Applies the tone curve of the sensor behind `lens` to a rendered plane of linear light, in place.
+///
+/// White is one. A sample becomes the mean of the tone curves of the lens channels, weighted by `weights` (one
+/// a lens channel, summing to one). Alpha planes hold coverage, not light: do not pass them.
 pub fn apply_tone(lens: &dyn BlurField, weights: &[f64], plane: &mut [f32]) {
     let shares = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
     let tones: Vec<_> = shares.map(|(k, w)| (lens.tone(k), *w)).collect();
@@ -41,11 +48,11 @@ pub fn apply_tone(lens: &dyn BlurField, weights: &[f64], plane: &mut [f32]) {
     }
 }
 
-/// The blur of a point and where its centroid lands.
+/// The blur of a point of light and the displacement of its centroid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DisplacedBlur {
-    /// Moments in pixels of the lens's frame, without any pixel's area.
+    /// The optical blur in pixels of the lens's frame, before integration over pixels.
     pub blur: LocalBlur,
-    /// Centroid less ideal position, pixels of the lens's frame (x, y).
+    /// Centroid minus ideal position (x, y), in pixels of the lens's frame.
     pub displacement_px: (f64, f64),
 }

@@ -1,10 +1,10 @@
-//! What is known of the camera that took a set of observations.
+//! The known settings of the camera that took a set of observations.
 
 use std::collections::BTreeMap;
 
 use crate::distance::ObjectDistance;
 
-/// The camera as far as it is known; every part may be missing.
+/// The known settings of a camera; every one may be missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     /// Focal length, millimetres.

@@ -1,25 +1,25 @@
-//! Object distance, and its inverse in which the depth law is polynomial.
+//! Object distance and vergence, its inverse, in which the depth law is a polynomial.
 
 use crate::error::{Error, Result};
 
 /// Distance of an object along the optical axis from the entrance pupil, away from the camera.
 ///
-/// In files the three differ: a key left out, `null`, and a number.
+/// Files write the three cases as a missing key, `null`, and a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ObjectDistance {
-    /// Not known.
+    /// Unknown.
     Unknown,
-    /// So far that its light arrives parallel.
+    /// At infinity: light arrives collimated.
     Infinity,
-    /// This many metres, finite and positive.
+    /// A distance in metres, finite and positive.
     Metres(f64),
 }
 
 impl ObjectDistance {
-    /// A known distance in metres; positive infinity becomes [`ObjectDistance::Infinity`].
+    /// Creates a known distance from metres; positive infinity becomes [`ObjectDistance::Infinity`].
     ///
     /// # Errors
-    /// NaN, zero and negative distances.
+    /// Rejects NaN, zero and negative distances.
     pub fn metres(metres: f64) -> Result<Self> {
         if metres.is_nan() || metres <= 0.0 {
             return Err(Error::new(
@@ -35,7 +35,7 @@ impl ObjectDistance {
         })
     }
 
-    /// Vergence v = 1 / distance in 1/m (dioptres), 0 at infinity; `None` where unknown.
+    /// Returns the vergence v = 1 / distance in 1/m (dioptres): 0 at infinity, `None` if unknown.
     pub fn vergence_per_m(self) -> Option<f64> {
         match self {
             Self::Unknown => None,

@@ -1,9 +1,10 @@
-//! Places in the frame: pixels, and the field coordinates in which the model is polynomial.
+//! Frame pixels, and the field coordinates in which the lens model is polynomial.
 
 use crate::error::{Error, Result};
 
-/// A place in frame pixels: x right, y down, (0, 0) the outer corner of the top-left pixel, so that
-/// the centre of pixel (column c, row r) is (c + 0.5, r + 0.5).
+/// A position in frame pixels: x right, y down, (0, 0) at the outer corner of the top-left pixel.
+///
+/// The centre of the pixel in column c and row r is (c + 0.5, r + 0.5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImagePoint {
     /// Pixels to the right of the frame's left edge.
@@ -13,15 +14,15 @@ pub struct ImagePoint {
 }
 
 impl ImagePoint {
-    /// The point (`x_px`, `y_px`).
+    /// Creates the point (`x_px`, `y_px`).
     pub const fn new(x_px: f64, y_px: f64) -> Self {
         Self { x_px, y_px }
     }
 }
 
-/// A place in the field: from the optical axis, in half frame widths, x right and y down.
+/// A field position: offset from the optical axis in half frame widths, x right and y down.
 ///
-/// This is the X-frame of the model: where the unaberrated chief ray meets the sensor.
+/// This is the X-frame of the model: the point where the unaberrated chief ray meets the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FieldPoint {
     /// Half frame widths to the right of the optical axis.
@@ -31,17 +32,17 @@ pub struct FieldPoint {
 }
 
 impl FieldPoint {
-    /// The field point (`x`, `y`), in half frame widths from the axis.
+    /// Creates the field point (`x`, `y`), in half frame widths from the axis.
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
 
-    /// Distance from the axis h, in half frame widths.
+    /// Returns the distance h from the axis, in half frame widths.
     pub fn radius(self) -> f64 {
         self.x.hypot(self.y)
     }
 
-    /// The meridional (radial) direction here; along x on the axis itself, where every one will do.
+    /// Returns the meridional (radial) direction; on the axis, where any is valid, the x direction.
     pub fn meridian(self) -> Meridian {
         let h = self.radius();
         if h > 0.0 {
@@ -57,7 +58,7 @@ impl FieldPoint {
 
 /// The direction of the meridional plane in the image: the unit vector (cos, sin) away from the axis.
 ///
-/// Radial and sagittal offsets of an image offset (i, j): r = cos i + sin j, t = -sin i + cos j.
+/// An image offset (i, j) has the radial part r = cos i + sin j and the sagittal part t = -sin i + cos j.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meridian {
     /// Component along image x.
@@ -70,7 +71,7 @@ impl Meridian {
     /// The meridian along image x.
     pub const X: Self = Self { cos: 1.0, sin: 0.0 };
 
-    /// The rotation that undoes this one: turns meridional offsets back into image offsets.
+    /// Returns the inverse rotation, from meridional offsets back to image offsets.
     #[must_use]
     pub fn inverse(self) -> Self {
         Self {
@@ -80,7 +81,16 @@ impl Meridian {
     }
 }
 
-/// The full frame of a camera: its size and where the optical axis meets it.
+/// The full frame of a camera: its size in pixels and the position of the optical axis.
+///
+/// ```
+/// use seidel_optics::field::{Frame, ImagePoint};
+///
+/// let frame = Frame::new(1920, 1080, None)?; // axis at the centre
+/// let corner = frame.field_point(ImagePoint::new(0.0, 0.0));
+/// assert_eq!((corner.x, corner.y), (-1.0, -0.5625)); // in half frame widths
+/// # Ok::<(), seidel_optics::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     width_px: u32,
@@ -89,10 +99,10 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame of `width_px` x `height_px` whose axis meets it at `axis`, or at its centre if `None`.
+    /// Creates a frame of `width_px` x `height_px` with its optical axis at `axis`, or at the centre if `None`.
     ///
     /// # Errors
-    /// A zero size, or an axis that is not finite or further outside than one frame size.
+    /// Rejects a zero size, and an axis that is not finite or lies more than one frame size outside.
     pub fn new(width_px: u32, height_px: u32, axis: Option<ImagePoint>) -> Result<Self> {
         if width_px == 0 || height_px == 0 {
             return Err(Error::new(
@@ -130,12 +140,12 @@ impl Frame {
         self.height_px
     }
 
-    /// Where the optical axis meets the frame.
+    /// Position of the optical axis, frame pixels.
     pub fn axis(&self) -> ImagePoint {
         self.axis
     }
 
-    /// The same frame with its axis elsewhere.
+    /// Returns the same frame with its axis at `axis`.
     ///
     /// # Errors
     /// As [`Frame::new`].
@@ -148,7 +158,7 @@ impl Frame {
         f64::from(self.width_px) / 2.0
     }
 
-    /// Field coordinates of an image point.
+    /// Converts frame pixels to field coordinates.
     pub fn field_point(&self, at: ImagePoint) -> FieldPoint {
         let unit = self.half_width_px();
         FieldPoint::new(
@@ -157,13 +167,13 @@ impl Frame {
         )
     }
 
-    /// Image point of field coordinates.
+    /// Converts field coordinates to frame pixels.
     pub fn image_point(&self, at: FieldPoint) -> ImagePoint {
         let unit = self.half_width_px();
         ImagePoint::new(self.axis.x_px + at.x * unit, self.axis.y_px + at.y * unit)
     }
 
-    /// Field radius of the corner furthest from the axis, half frame widths.
+    /// Returns the field radius of the corner farthest from the axis, half frame widths.
     pub fn corner_radius(&self) -> f64 {
         let (w, h) = (f64::from(self.width_px), f64::from(self.height_px));
         [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)]
@@ -188,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_frames_are_refused() {
+    fn invalid_frames_are_rejected() {
         assert!(Frame::new(0, 10, None).is_err());
         assert!(Frame::new(10, 10, Some(ImagePoint::new(f64::NAN, 1.0))).is_err());
         assert!(Frame::new(10, 10, Some(ImagePoint::new(500.0, 1.0))).is_err());

@@ -1,4 +1,4 @@
-//! Observation sets: measured or simulated PSFs at known places of a frame.
+//! Observation sets: measured or simulated PSFs at known positions of a frame.
 
 use crate::camera::Camera;
 use crate::distance::ObjectDistance;
@@ -6,29 +6,29 @@ use crate::error::{Error, Fault, Result};
 use crate::field::{Frame, ImagePoint};
 use crate::tile::Tile;
 
-/// One point of light as the camera saw it: one tile a channel.
+/// An observed point of light: one tile a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
-    /// The tile's file as the manifest names it; a label here.
+    /// The tile's file as the manifest names it. Used as a label only.
     pub file: String,
-    /// Frame position of the tile's centre, that is of tile coordinate (width / 2, height / 2).
+    /// Frame position of the tile's centre, which is the tile coordinate (width / 2, height / 2).
     pub centre: ImagePoint,
     /// Distance of the object.
     pub distance: ObjectDistance,
-    /// Where an undistorted lens would have put the point, where known.
+    /// Image position of the point through an undistorted lens, if known.
     pub ideal: Option<ImagePoint>,
-    /// One tile a channel, in the set's order, all of one size.
+    /// One tile a channel, in the channel order of the set, all of one size.
     pub tiles: Vec<Tile>,
-    /// Standard deviation of one pixel's noise in the tile's own units, by channel, where known.
+    /// Standard deviation of the pixel noise by channel, in the tile's units, if known.
     pub noise_sigma: Vec<Option<f64>>,
-    /// Constant under the tile, still to be subtracted, by channel; zero where none was given.
+    /// Constant background by channel, not yet subtracted from the tile; zero if none was given.
     pub background: Vec<f64>,
-    /// Whether a pixel of the tile clipped.
+    /// Whether a pixel of the tile is saturated.
     pub saturated: bool,
 }
 
 impl Observation {
-    /// The tile of `channel` less its background.
+    /// Returns the tile of `channel` with its background subtracted.
     pub fn light(&self, channel: usize) -> Tile {
         let tile = &self.tiles[channel];
         match self.background[channel] {
@@ -37,7 +37,7 @@ impl Observation {
         }
     }
 
-    /// Frame position of a point given in tile coordinates of this observation's tiles.
+    /// Converts tile coordinates to a frame position.
     pub fn frame_point(&self, tile_x: f64, tile_y: f64) -> ImagePoint {
         let tile = &self.tiles[0];
         ImagePoint::new(
@@ -46,7 +46,7 @@ impl Observation {
         )
     }
 
-    /// Tile coordinates of a frame position; the inverse of [`Observation::frame_point`].
+    /// Converts a frame position to tile coordinates (x, y); the inverse of [`Observation::frame_point`].
     pub fn tile_point(&self, at: ImagePoint) -> (f64, f64) {
         let tile = &self.tiles[0];
         (
@@ -56,25 +56,25 @@ impl Observation {
     }
 }
 
-/// PSFs of one camera at one setting.
+/// A set of PSFs observed with one camera at one setting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservationSet {
     /// The full frame and its optical axis.
     pub frame: Frame,
-    /// Whether the manifest stated the axis, or the frame's centre stands in.
+    /// Whether the manifest states the axis; otherwise the centre of the frame is assumed.
     pub axis_stated: bool,
-    /// Sensor pixel pitch, micrometres, where known.
+    /// Sensor pixel pitch, micrometres, if known.
     pub pixel_pitch_um: Option<f64>,
-    /// Channel names, in the order of every observation's tiles.
+    /// Channel names, in the order of the tiles of every observation.
     pub channels: Vec<String>,
-    /// What is known of the camera.
+    /// Known settings of the camera.
     pub camera: Camera,
     /// The observations.
     pub observations: Vec<Observation>,
 }
 
 impl ObservationSet {
-    /// Every fault in the set: what a fit could not use or would be misled by. Empty if sound.
+    /// Returns every fault of the set that would fail or mislead a fit; empty if the set is valid.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
         let set_fault = |field: &str, problem: String, remedy: &str| Fault {
@@ -122,7 +122,7 @@ impl ObservationSet {
         faults
     }
 
-    /// The distinct object distances of the set, nearest first, infinity then unknown last.
+    /// Returns the distinct object distances of the set: nearest first, then infinity, then unknown.
     pub fn distances(&self) -> Vec<ObjectDistance> {
         let mut all: Vec<ObjectDistance> = Vec::new();
         for observation in &self.observations {
@@ -134,10 +134,10 @@ impl ObservationSet {
         all
     }
 
-    /// Whether the set has the frame size of a lens, `frame`.
+    /// Checks that the set has the frame size of a lens, `frame`.
     ///
     /// # Errors
-    /// Another one.
+    /// Rejects a set of another frame size.
     pub fn check_frame(&self, frame: Frame) -> Result<()> {
         let (ours, theirs) = (frame, self.frame);
         if (ours.width_px(), ours.height_px()) == (theirs.width_px(), theirs.height_px()) {
@@ -156,16 +156,16 @@ impl ObservationSet {
         ))
     }
 
-    /// Wavelength of the channel called `name` over the pixel pitch, where both are known.
+    /// Returns the wavelength of the channel called `name` over the pixel pitch, if both are known.
     pub fn wavelength_px(&self, name: &str) -> Option<f64> {
         let nanometres = self.camera.wavelength_nm.get(name)?;
         Some(nanometres * 1e-3 / self.pixel_pitch_um?)
     }
 
-    /// Index of a channel by name.
+    /// Returns the index of the channel called `name`.
     ///
     /// # Errors
-    /// A name that the set has not.
+    /// Rejects a name that is not in the set; the message lists those that are.
     pub fn channel_index(&self, name: &str) -> Result<usize> {
         self.channels.iter().position(|c| c == name).ok_or_else(|| {
             Error::new(
@@ -288,8 +288,9 @@ impl Observation {
     }
 }
 
-/// A pixel this many standard deviations of noise below zero is bad. Real skies, whose noise is no
-/// perfect Gaussian and whose background is only nearly constant, reach eight.
+/// Negative pixels beyond this many standard deviations of the noise are faults. Real skies reach eight: their
+/// noise is not quite Gaussian and their background not quite constant.
 const NEGATIVE_SIGMAS: f64 = 12.0;
-/// Or this share of the tile's peak, whichever is more: resampling and black levels reach a percent.
+/// Negative pixels beyond this share of the tile's peak are faults, if that is more than [`NEGATIVE_SIGMAS`].
+/// Resampling and black levels reach one per cent.
 const NEGATIVE_SHARE: f64 = 0.01;

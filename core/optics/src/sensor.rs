@@ -1,43 +1,42 @@
-//! What the sensor does to the picture that a lens draws on it: the same everywhere in the frame.
+//! The sensor model: shift-invariant blur and a tone curve, applied to the image that the lens forms.
 //!
-//! Four things in this order: the picture moves during the exposure ([`Sensor::streak_px`]), a low-pass
-//! filter copies it and pixels integrate over more than their own square ([`Sensor::copies_px`],
-//! [`Sensor::box_px`]), a part of the light scatters ([`Halo`]), and values are not proportional to
-//! light ([`Tone`]). All but the last are linear and keep light.
+//! In this order: motion blur ([`Sensor::streak_px`]); an optical low-pass filter ([`Sensor::copies_px`]) and a
+//! pixel aperture larger than the pixel ([`Sensor::box_px`]); scattered light ([`Halo`]); the tone curve
+//! ([`Tone`]). All but the tone curve are linear and conserve energy.
 
 use crate::moments::CentralMoments;
 
-/// A sensor, lengths in px. The default one is ideal and does nothing.
+/// A sensor, lengths in px. The default is the ideal sensor, which changes nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sensor {
-    /// The picture's path (x, y) in the exposure: light is spread evenly along it, middle where the
-    /// picture would be at rest.
+    /// Motion of the image during the exposure (x, y), at constant speed. The path is centred on the position at
+    /// rest.
     pub streak_px: [f64; 2],
-    /// Sides (x, y) of the box that light is spread over besides the pixel's own square.
+    /// Sides (x, y) of an extra box blur, besides integration over the pixel itself.
     pub box_px: [f64; 2],
-    /// Distances along x and y between the four copies of the picture behind a low-pass filter.
+    /// Distances along x and y between the four copies that a birefringent low-pass filter makes.
     pub copies_px: [f64; 2],
-    /// Light that scatters far.
+    /// Scattered light.
     pub halo: Halo,
-    /// How pixel values follow from light.
+    /// Pixel value as a function of light.
     pub tone: Tone,
 }
 
-/// A share of the light that lands about its point with a density of `(1 + r²/radius²)^-steepness`.
+/// Scattered light: a Moffat profile, with density proportional to `(1 + r²/radius²)^-steepness`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Halo {
     /// Share of the light, 0 to 1.
     pub share: f64,
     /// Radius, px.
     pub radius_px: f64,
-    /// How fast it falls off: above one; the larger, the more like a Gaussian.
+    /// Exponent of the profile, above one; the larger, the closer to a Gaussian.
     pub steepness: f64,
-    /// How many times as far it goes along x: other than one on pixels that are not square.
+    /// Stretch along x; differs from one on pixels that are not square.
     pub stretch_x: f64,
 }
 
 impl Halo {
-    /// The radius along y beyond which it carries no more than `share` of all light, px.
+    /// Returns the radius along y, px, beyond which the halo holds no more than `share` of all light.
     pub fn radius_holding(&self, share: f64) -> f64 {
         if self.share <= share {
             return 0.0;
@@ -58,19 +57,20 @@ impl Default for Halo {
     }
 }
 
-/// Pixel values v of linear values l in which white is one: `l' = l^gamma / (1 + knee l^gamma)` scaled to
-/// keep one at one, then clipped.
+/// A tone curve: a power law with a shoulder, `l^gamma (1 + knee) / (1 + knee l^gamma)`, then clipping.
+///
+/// White is one, and stays one unless clipped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tone {
-    /// Exponent; below one lifts the dark.
+    /// Exponent; below one brightens dark values.
     pub gamma: f64,
-    /// How strongly the bright are compressed; negative stretches them. Above -1.
+    /// Compression of bright values, above -1; negative values expand them.
     pub knee: f64,
-    /// Values above are cut off. Infinite: none.
+    /// Largest value; infinite for no clipping.
     pub clip: f64,
 }
 
-/// Doublings of an exposure's first guess either way before the search gives up.
+/// Most doublings of the first guess of an exposure, in either direction, before the bisection starts.
 const MOST_DOUBLINGS: usize = 40;
 
 impl Default for Tone {
@@ -84,37 +84,38 @@ impl Default for Tone {
 }
 
 impl Tone {
-    /// Whether values are proportional to light.
+    /// Whether pixel values equal light.
     pub fn is_linear(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The factor on `light` at which its pixel values sum to `sum`: the exposure at which a picture of that
-    /// sum was taken. By bisection, values grow with light; where clipping keeps them all below, the
-    /// largest factor tried. None where there is no light or no positive sum.
+    /// Returns the factor on `light` at which its pixel values sum to `sum`: the exposure of an image with that sum.
+    ///
+    /// Found by bisection, as values grow with light. If clipping keeps every sum below `sum`, returns the largest
+    /// factor tried. `None` if there is no light or `sum` is not positive.
     pub fn exposure(&self, light: &[f64], sum: f64) -> Option<f64> {
         let total: f64 = light.iter().sum();
         let sound = |x: f64| x > 0.0 && x.is_finite();
         if !sound(sum) || !sound(total) {
             return None;
         }
-        let seen = |factor: f64| light.iter().map(|l| self.apply(factor * l)).sum::<f64>();
+        let recorded = |factor: f64| light.iter().map(|l| self.apply(factor * l)).sum::<f64>();
         let (mut low, mut high) = (sum / total, sum / total);
         for _ in 0..MOST_DOUBLINGS {
-            if seen(low) <= sum {
+            if recorded(low) <= sum {
                 break;
             }
             low /= 2.0;
         }
         for _ in 0..MOST_DOUBLINGS {
-            if seen(high) >= sum {
+            if recorded(high) >= sum {
                 break;
             }
             high *= 2.0;
         }
         for _ in 0..60 {
             let middle = (low + high) / 2.0;
-            if seen(middle) < sum {
+            if recorded(middle) < sum {
                 low = middle;
             } else {
                 high = middle;
@@ -123,38 +124,38 @@ impl Tone {
         Some((low + high) / 2.0)
     }
 
-    /// The pixel value of linear light `l`. Negative light keeps its sign.
+    /// Returns the pixel value of linear light `l`. Negative light keeps its sign.
     pub fn apply(&self, l: f64) -> f64 {
         let g = if self.gamma == 1.0 {
             l.abs()
         } else {
             l.abs().powf(self.gamma)
         };
-        let bent = g * (1.0 + self.knee) / (1.0 + self.knee * g).max(1e-9);
-        bent.min(self.clip).copysign(l)
+        let value = g * (1.0 + self.knee) / (1.0 + self.knee * g).max(1e-9);
+        value.min(self.clip).copysign(l)
     }
 }
 
 impl Sensor {
-    /// Whether the picture stays as the lens draws it; tone apart.
+    /// Whether the sensor leaves light unchanged, apart from the tone curve.
     pub fn is_ideal(&self) -> bool {
         !self.blurs() && self.halo.share == 0.0
     }
 
-    /// Whether streak, box or copies blur the picture.
+    /// Whether streak, box or copies blur the image.
     pub fn blurs(&self) -> bool {
         [self.streak_px, self.box_px, self.copies_px] != [[0.0; 2]; 3]
     }
 
-    /// How far streak, box and copies carry light along x and y, px.
-    pub fn reach_px(&self) -> [f64; 2] {
+    /// Returns how far streak, box and copies carry light along x and y, px.
+    pub fn blur_radius_px(&self) -> [f64; 2] {
         [0, 1].map(|axis| {
             (self.streak_px[axis].abs() + self.box_px[axis].abs() + self.copies_px[axis].abs())
                 / 2.0
         })
     }
 
-    /// The same sensor in px of which `scale` make up one of the present ones.
+    /// Returns the sensor on a grid with `scale` times as many pixels along each axis.
     #[must_use]
     pub fn rescaled(&self, scale: f64) -> Self {
         let by = |v: [f64; 2]| v.map(|x| x * scale);
@@ -170,7 +171,7 @@ impl Sensor {
         }
     }
 
-    /// The same sensor on a picture stretched along x by `factor`.
+    /// Returns the sensor for an image stretched along x by `factor`.
     #[must_use]
     pub fn stretched_x(&self, factor: f64) -> Self {
         let by = |[x, y]: [f64; 2]| [x * factor, y];
@@ -186,10 +187,10 @@ impl Sensor {
         }
     }
 
-    /// `moments` with what streak, box and copies add. A halo, whose variance need not exist, adds
-    /// nothing.
+    /// Returns `moments` with the variance of streak, box and copies added. A halo adds nothing: its variance may
+    /// not exist.
     #[must_use]
-    pub fn add_moments(&self, moments: CentralMoments) -> CentralMoments {
+    pub fn blurred_moments(&self, moments: CentralMoments) -> CentralMoments {
         let ([sx, sy], [bx, by], [cx, cy]) = (self.streak_px, self.box_px, self.copies_px);
         CentralMoments {
             mu20: moments.mu20 + (sx * sx + bx * bx) / 12.0 + cx * cx / 4.0,
@@ -214,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn tone_keeps_white_and_bends_what_is_darker() {
+    fn tone_keeps_white_and_changes_darker_values() {
         let tone = Tone {
             gamma: 0.8,
             knee: 0.5,
@@ -226,7 +227,7 @@ mod tests {
         );
     }
     #[test]
-    fn exposures_are_found_again() {
+    fn exposures_are_recovered() {
         let tone = Tone {
             gamma: 0.7,
             knee: 0.8,
@@ -243,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_halo_reaches_where_its_share_is_left() {
+    fn the_holding_radius_leaves_the_asked_share_outside() {
         let halo = Halo {
             share: 0.2,
             radius_px: 3.0,

@@ -13,10 +13,10 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// A tile of `width` x `height` samples.
+    /// Creates a tile of `width` x `height` samples, row-major.
     ///
     /// # Errors
-    /// A zero size, a sample count that differs from it, or a sample that is not finite.
+    /// Rejects a zero size, a sample count other than `width` x `height`, and samples that are not finite.
     pub fn new(width: usize, height: usize, samples: Vec<f32>) -> Result<Self> {
         if width == 0 || height == 0 || width.checked_mul(height) != Some(samples.len()) {
             return Err(Error::new(
@@ -62,12 +62,12 @@ impl Tile {
         &self.samples
     }
 
-    /// Sum of all samples.
+    /// Returns the sum of all samples.
     pub fn sum(&self) -> f64 {
         self.samples.iter().map(|&s| f64::from(s)).sum()
     }
 
-    /// The same tile with `background` subtracted from every sample.
+    /// Returns the tile with `background` subtracted from every sample.
     #[must_use]
     pub fn minus_background(&self, background: f64) -> Self {
         Self {
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn broken_tiles_are_refused_with_the_place() {
+    fn invalid_tiles_are_rejected_with_the_sample_position() {
         assert!(Tile::new(2, 2, vec![0.0; 3]).is_err());
         assert!(Tile::new(0, 0, vec![]).is_err());
         let error = Tile::new(2, 2, vec![0.0, 1.0, 2.0, f32::NAN]).expect_err("NaN");

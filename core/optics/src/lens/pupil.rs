@@ -314,7 +314,7 @@ impl LocalPupil {
         let [along_x, along_y] = self.blur_variances_px2();
         moments.mu20 += along_x;
         moments.mu02 += along_y;
-        (self.sensor.add_moments(moments), mean)
+        (self.sensor.blurred_moments(moments), mean)
     }
 }
 
@@ -322,7 +322,7 @@ impl LocalPupil {
 /// and rays then differ by half a per cent of the energy where nothing else blurs.
 const LEAST_WAVE_PX: f64 = 0.2;
 
-/// KernelBounds drawn where the stops let nothing through: a pinhole, so that there is always some light.
+/// Radius of the pinhole, in pupil radii, that is drawn if the stops pass no light: a PSF always has light.
 pub const PINHOLE_RADIUS: f64 = 0.02;
 
 /// Directions of the quadrature: exact for products of three slopes (degree 15) and then some, for

@@ -1,8 +1,8 @@
 //! What a lens profile says about any point: PSFs across field, channel and depth, and where they land.
 
-mod like;
+mod set;
 
-pub use like::predict_set;
+pub use set::predict_set;
 
 use crate::blur_field::{BlurField, DisplacedBlur};
 use crate::distance::ObjectDistance;

@@ -103,7 +103,7 @@ fn the_same_lens_of_either_kind_blurs_alike() {
         assert!((a.displacement_px.0 - b.displacement_px.0).abs() < 1e-12);
         assert!((a.displacement_px.1 - b.displacement_px.1).abs() < 1e-12);
     }
-    // RadialDisplacement keeps its value beyond the measured range.
+    // Displacement keeps its value beyond the measured range.
     let at = FieldPoint::new(0.7, -0.4);
     let landing = |v| rays.blur_at(0, at, v).displacement_px;
     assert_eq!(landing(1.0), landing(1.7));

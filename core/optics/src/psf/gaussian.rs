@@ -1,8 +1,8 @@
-//! The Gaussian PSF: right in position, size and elongation, symmetric by nature.
+//! The Gaussian PSF: matches centroid and covariance; always symmetric.
 
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};
 
-/// A bivariate normal density with the covariance of the moments; third moments are dropped.
+/// A bivariate normal density with the covariance of the blur; third moments are ignored.
 #[derive(Debug, Clone, Copy)]
 pub struct Gaussian;
 

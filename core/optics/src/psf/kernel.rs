@@ -1,9 +1,9 @@
-//! Pixel windows, and unit-sum kernels drawn on them.
+//! Sampling grids and unit-sum kernels.
 
-use super::rows::grid_about;
+use super::rows::KernelGrid;
 use super::{LocalBlur, PsfModel};
 
-/// A pixel grid placed about a PSF's centroid.
+/// A grid of pixels on which a PSF is sampled, placed relative to its centroid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampleGrid {
     /// Offset of the first pixel's centre from the centroid along x, px.
@@ -17,7 +17,7 @@ pub struct SampleGrid {
 }
 
 impl SampleGrid {
-    /// The grid of a `width` x `height` tile whose PSF has its centroid at tile coordinates
+    /// Returns the pixels of a `width` x `height` tile whose PSF has its centroid at tile coordinates
     /// (`centroid_x`, `centroid_y`).
     pub fn for_tile(width: usize, height: usize, centroid_x: f64, centroid_y: f64) -> Self {
         Self {
@@ -33,13 +33,13 @@ impl SampleGrid {
         self.width * self.height
     }
 
-    /// Whether the window has no pixel.
+    /// Whether the grid has no pixel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// A kernel: unit-sum weights around a pixel. A reusable buffer, redrawn by [`draw_kernel`].
+/// A kernel: unit-sum weights around a source pixel. A reusable buffer that [`draw_kernel`] fills.
 #[derive(Debug, Clone, Default)]
 pub struct Kernel {
     /// Column of the first weight relative to the source pixel.
@@ -54,18 +54,19 @@ pub struct Kernel {
     pub weights: Vec<f32>,
 }
 
-/// Draws the PSF of `blur` into `kernel`: its density at pixel centres, scaled to unit sum, with the
-/// centroid `shift_px` (x, y) from the source pixel's centre. Holds all but 1e-6 of the light.
+/// Draws the PSF of `blur` into `kernel`, sampled at pixel centres and scaled to unit sum.
 ///
-/// A PSF much narrower than a pixel becomes the single pixel nearest its centroid.
+/// The centroid lies `shift_px` (x, y) from the centre of the source pixel. The kernel covers
+/// [`PsfModel::kernel_bounds`]. A PSF that no pixel centre samples becomes the single pixel nearest to its centroid.
 pub fn draw_kernel<M: PsfModel + ?Sized>(
     model: &M,
     blur: &LocalBlur,
     shift_px: (f64, f64),
     kernel: &mut Kernel,
 ) {
-    let (left, top, window) = grid_about(&model.kernel_bounds(blur), shift_px);
-    (kernel.left, kernel.top) = (left, top);
+    let grid = KernelGrid::new(&model.kernel_bounds(blur), shift_px);
+    (kernel.left, kernel.top) = (grid.left, grid.top);
+    let window = grid.samples;
     (kernel.width, kernel.height) = (window.width, window.height);
     kernel.weights.resize(window.len(), 0.0);
     model.sample_f32(blur, &window, &mut kernel.weights);
@@ -74,7 +75,7 @@ pub fn draw_kernel<M: PsfModel + ?Sized>(
         let scale = (1.0 / sum) as f32;
         kernel.weights.iter_mut().for_each(|w| *w *= scale);
     } else {
-        // So narrow that no pixel centre sees it: all light goes to the nearest pixel.
+        // The PSF falls between the pixel centres.
         kernel.left = shift_px.0.round() as i32;
         kernel.top = shift_px.1.round() as i32;
         (kernel.width, kernel.height) = (1, 1);

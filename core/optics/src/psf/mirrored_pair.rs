@@ -1,15 +1,17 @@
-//! The mirrored pair: the mean of two skew-normals mirrored in the meridian. It carries mu12, which a
-//! single skew-normal cannot without breaking the symmetry (docs/background/model.md section 7).
+//! The mirrored pair: the mean of two skew-normal densities mirrored in the meridian.
+//!
+//! It represents mu12, which a single skew-normal cannot without breaking the mirror symmetry
+//! (docs/background/model.md section 7).
 
 use super::mixture::{PHI, SKEW_CAP, T_MAX};
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};
 use crate::field::Meridian;
 
-/// Matches all seven moments where mu12 / mu30 is not negative and the skew is admissible.
+/// The mean of two skew-normal densities with the skew vectors (s1, s2) and (s1, -s2) in the meridional frame.
 ///
-/// Otherwise the skew along the meridian comes first: s1 is shortened to what is admissible alone, and
-/// s2² is what is then left of mu12 / (PHI s1), at least zero and at most what keeps the pair
-/// admissible. So mu30 is right wherever a skew-normal can have it, and mu12 as nearly as it allows.
+/// It matches all seven moments if mu12 / mu30 is not negative and the skew is admissible. Otherwise mu30 comes
+/// first: s1 is clamped to the admissible range, and s2² = mu12 / (PHI s1) to what then keeps the pair admissible.
+/// So mu30 is exact wherever a skew-normal can have it, and mu12 as close as that allows.
 #[derive(Debug, Clone, Copy)]
 pub struct MirroredPair;
 
@@ -21,7 +23,7 @@ impl MomentPsf for MirroredPair {
         let largest = SKEW_CAP * SKEW_CAP * T_MAX;
         let longest = (largest * m.mu20).sqrt();
         let along = (m.mu30 / PHI).cbrt().clamp(-longest, longest);
-        // Where s1 had to be shortened no room is left, so that this is the free s1 wherever it counts.
+        // Uses the clamped s1: where clamping changed it, `room` is zero.
         let free = if along == 0.0 {
             0.0
         } else {

@@ -1,4 +1,4 @@
-//! What every moment-built PSF is: the mean of one or two bivariate skew-normal densities.
+//! Bivariate skew-normal densities and means of two, the form of all PSFs built from moments.
 
 use super::normal::{normal_cdf, sample_rows_f32};
 use super::{KernelBounds, SampleGrid};
@@ -9,36 +9,38 @@ pub const B: f64 = 0.797_884_560_802_865_4;
 pub const PHI: f64 = 0.218_013_614_144_990_15;
 /// 1 / (1 - 2 / pi): supremum of s' Sigma^-1 s.
 pub const T_MAX: f64 = 2.751_938_393_884_109;
-/// How much of the admissible skew is used at most, so that the density stays finite.
+/// Largest used share of the admissible skew; below one, so that the density stays finite.
 pub const SKEW_CAP: f64 = 0.999;
 
-/// How many standard deviations of the underlying normal a kernel reaches: 6e-7 of its light is beyond.
+/// Half size of a kernel in standard deviations of the underlying normal: 6e-7 of the light lies outside.
 const REACH_SIGMAS: f64 = 5.0;
 
-/// Least variance along any direction of the normal part of a density whose samples at pixels sum to
-/// one. By Poisson's summation the sum is off by the density's spectrum at whole frequencies: less
-/// than exp(-2 pi² v) each for variance v, 3e-9 for one.
+/// Smallest variance of the normal part of a density whose samples sum to one, along its narrowest direction, px².
+///
+/// By Poisson summation, the sum is off by the spectrum of the density at whole frequencies: each less than
+/// exp(-2 pi² v) for variance v, 3e-9 for one.
 const RESOLVED_VARIANCE_PX2: f64 = 1.0;
 
-/// A bivariate skew-normal density with zero mean, covariance Sigma and third central moments
-/// PHI s_i s_j s_k (Eqs 36-42 in frame-free form).
+/// A bivariate skew-normal density with zero mean, covariance Sigma and third central moments PHI s_i s_j s_k
+/// (Eqs 36-42, without reference to axes).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkewNormalDensity {
-    /// Offset b s of the centroid from the centre of the underlying normal, px.
+    /// Offset b s of the centroid from the mean of the underlying normal, px.
     pub offset: [f64; 2],
     /// Inverse of Psi = Sigma + b² s s': xx, xy, yy, px^-2.
     pub inverse: [f64; 3],
-    /// eta: the argument of the normal distribution function per px of offset.
+    /// eta: gradient of the argument of the normal distribution function, px^-1.
     pub eta: [f64; 2],
-    /// Psi's diagonal, px².
+    /// Diagonal of Psi, px².
     pub spread: [f64; 2],
     /// 1 / (pi sqrt(det Psi)), px^-2.
     pub peak: f64,
 }
 
 impl SkewNormalDensity {
-    /// From the covariance (xx, xy, yy; px²), which must be positive definite, and the skew vector s
-    /// (px), which must satisfy s' Sigma^-1 s < [`T_MAX`].
+    /// Creates the density from the covariance (xx, xy, yy; px²) and the skew vector s (px).
+    ///
+    /// The covariance must be positive definite, and s' Sigma^-1 s must be below [`T_MAX`].
     pub fn new(covariance: [f64; 3], s: [f64; 2]) -> Self {
         let [xx, xy, yy] = covariance;
         let psi = [
@@ -68,7 +70,7 @@ impl SkewNormalDensity {
         }
     }
 
-    /// Light per px² at (`x`, `y`) px from the centroid.
+    /// Returns the density at (`x`, `y`) px from the centroid, in light per px².
     pub fn density(&self, x: f64, y: f64) -> f64 {
         let (z1, z2) = (x + self.offset[0], y + self.offset[1]);
         let [a, b, c] = self.inverse;
@@ -81,7 +83,7 @@ impl SkewNormalDensity {
         self.peak * (-0.5 * quadratic).exp() * cdf
     }
 
-    /// The same density stretched along x by `factor`.
+    /// Returns the density stretched along x by `factor`.
     #[must_use]
     pub fn stretched_x(&self, factor: f64) -> Self {
         let [xx, xy, yy] = self.inverse;
@@ -94,8 +96,8 @@ impl SkewNormalDensity {
         }
     }
 
-    /// The box about the centroid that holds all but a negligible part of the light.
-    pub fn reach(&self) -> KernelBounds {
+    /// Returns the box about the centroid that holds all but a negligible part of the light.
+    pub fn bounds(&self) -> KernelBounds {
         let (sx, sy) = (
             REACH_SIGMAS * self.spread[0].sqrt(),
             REACH_SIGMAS * self.spread[1].sqrt(),
@@ -110,8 +112,10 @@ impl SkewNormalDensity {
 }
 
 impl SkewNormalDensity {
-    /// Variance along the narrowest direction of the normal with which a half-normal along s is
-    /// convolved to give this density: its covariance is Psi - s s'. It governs how sharp the density is.
+    /// Returns the variance of the normal part along its narrowest direction, px².
+    ///
+    /// The density is a half-normal along s convolved with a normal of covariance Psi - s s', which limits how sharp
+    /// the density is.
     fn normal_part_variance(&self) -> f64 {
         let root = 1.0 / (std::f64::consts::PI * self.peak);
         let s = [self.offset[0] / B, self.offset[1] / B];
@@ -132,7 +136,7 @@ pub enum Mixture {
 }
 
 impl Mixture {
-    /// The densities of which this is the mean.
+    /// Returns the densities of which this is the mean.
     pub fn parts(&self) -> &[SkewNormalDensity] {
         match self {
             Self::One(density) => std::slice::from_ref(density),
@@ -140,7 +144,7 @@ impl Mixture {
         }
     }
 
-    /// The same density stretched along x by `factor`.
+    /// Returns the density stretched along x by `factor`.
     #[must_use]
     pub fn stretched_x(&self, factor: f64) -> Self {
         match self {
@@ -149,15 +153,15 @@ impl Mixture {
         }
     }
 
-    /// Light per px² at (`x`, `y`) px from the centroid.
+    /// Returns the density at (`x`, `y`) px from the centroid, in light per px².
     pub fn density(&self, x: f64, y: f64) -> f64 {
         let parts = self.parts();
         parts.iter().map(|p| p.density(x, y)).sum::<f64>() / parts.len() as f64
     }
 
-    /// The box about the centroid that holds all but a negligible part of the light.
-    pub fn reach(&self) -> KernelBounds {
-        let mut parts = self.parts().iter().map(SkewNormalDensity::reach);
+    /// Returns the box about the centroid that holds all but a negligible part of the light.
+    pub fn bounds(&self) -> KernelBounds {
+        let mut parts = self.parts().iter().map(SkewNormalDensity::bounds);
         let first = parts.next().expect("a mixture has at least one part");
         parts.fold(first, |a, b| KernelBounds {
             left_px: a.left_px.max(b.left_px),
@@ -173,30 +177,30 @@ impl Mixture {
         parts.all(|part| part.normal_part_variance() >= RESOLVED_VARIANCE_PX2)
     }
 
-    /// Samples the density at the pixel centres of `window`.
+    /// Samples the density at the pixel centres of `grid` into `out`, row-major.
     ///
     /// # Panics
-    /// If `out` is not as long as the window has pixels.
-    pub fn sample(&self, window: &SampleGrid, out: &mut [f64]) {
-        assert_eq!(out.len(), window.len(), "one sample a pixel");
-        for (row, line) in out.chunks_exact_mut(window.width).enumerate() {
-            let y = window.first_y_px + row as f64;
+    /// If the length of `out` is not the number of pixels of `grid`.
+    pub fn sample(&self, grid: &SampleGrid, out: &mut [f64]) {
+        assert_eq!(out.len(), grid.len(), "one sample a pixel");
+        for (row, line) in out.chunks_exact_mut(grid.width).enumerate() {
+            let y = grid.first_y_px + row as f64;
             for (column, sample) in line.iter_mut().enumerate() {
-                *sample = self.density(window.first_x_px + column as f64, y);
+                *sample = self.density(grid.first_x_px + column as f64, y);
             }
         }
     }
 
-    /// As [`Mixture::sample`] in single precision, by vector code.
+    /// Samples like [`Mixture::sample`] in single precision, with SIMD code.
     ///
     /// # Panics
-    /// If `out` is not as long as the window has pixels.
-    pub fn sample_f32(&self, window: &SampleGrid, out: &mut [f32]) {
-        assert_eq!(out.len(), window.len(), "one sample a pixel");
+    /// If the length of `out` is not the number of pixels of `grid`.
+    pub fn sample_f32(&self, grid: &SampleGrid, out: &mut [f32]) {
+        assert_eq!(out.len(), grid.len(), "one sample a pixel");
         out.fill(0.0);
         let parts = self.parts();
         for part in parts {
-            sample_rows_f32(part, 1.0 / parts.len() as f64, window, out);
+            sample_rows_f32(part, 1.0 / parts.len() as f64, grid, out);
         }
     }
 }
@@ -205,7 +209,7 @@ impl Mixture {
 mod tests {
     use super::*;
 
-    /// The worst sum over grids of many phases, less one.
+    /// Returns the largest deviation of the sum of samples from one, over many grid phases.
     fn sum_error(mixture: &Mixture) -> f64 {
         let phases = [0.0, 0.13, 0.25, 0.41, 0.5, 0.77];
         let errors = phases.iter().flat_map(|x| phases.map(|y| (*x, y)));

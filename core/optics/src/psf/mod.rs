@@ -1,6 +1,20 @@
-//! Instantaneous PSF models: from what a lens does at one point to the light density there.
+//! PSF models: the point-spread function of a lens at one point.
 //!
-//! A model knows one point, never the field. One model a file; all of them are in [`ALL`].
+//! A [`PsfModel`] turns a [`LocalBlur`] into a light density. It knows one point only; the variation over the field
+//! is that of the lens model. Each model has a file; all of them are listed in [`ALL`].
+//!
+//! ```
+//! use seidel_optics::field::Meridian;
+//! use seidel_optics::moments::CentralMoments;
+//! use seidel_optics::psf::{Gaussian, Kernel, LocalBlur, draw_kernel};
+//!
+//! let moments = CentralMoments { mu20: 4.0, mu02: 2.25, ..CentralMoments::default() }; // px²
+//! let blur = LocalBlur::from_moments(moments, Meridian::X);
+//! let mut kernel = Kernel::default();
+//! draw_kernel(&Gaussian, &blur, (0.0, 0.0), &mut kernel);
+//! assert_eq!((kernel.width, kernel.height), (21, 15)); // five standard deviations each way
+//! assert!((kernel.weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
+//! ```
 
 mod gaussian;
 mod kernel;
@@ -27,24 +41,24 @@ use crate::field::Meridian;
 use crate::lens::LocalPupil;
 use crate::moments::CentralMoments;
 
-/// What a lens does to one point of light in one channel: all a PSF model may draw on.
+/// The blur of one point of light in one channel: the input of a PSF model.
 ///
-/// Lengths in pixels of whatever grid the PSF is drawn on.
+/// Lengths are in pixels of the grid that the PSF is drawn on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalBlur {
     /// Second and third central moments in image axes.
     pub moments: CentralMoments,
     /// The meridional direction at this point.
     pub meridian: Meridian,
-    /// The same blur ray by ray, where the lens is known so: what [`Pupil`] draws.
+    /// Wavefront and pupil of the same blur, which [`Pupil`] draws; `None` for a lens described by moments.
     pub pupil: Option<LocalPupil>,
-    /// Width of the grid's pixels over their height. Lengths along x are in widths, those along y in
-    /// heights; the meridian is as on square pixels.
+    /// Width over height of the grid's pixels. Lengths along x are in pixel widths, lengths along y in pixel
+    /// heights; the meridian is that on square pixels.
     pub pixel_aspect: f64,
 }
 
 impl LocalBlur {
-    /// A blur of which moments alone are known.
+    /// Creates a blur from its moments alone.
     pub fn from_moments(moments: CentralMoments, meridian: Meridian) -> Self {
         Self {
             moments,
@@ -54,7 +68,7 @@ impl LocalBlur {
         }
     }
 
-    /// A blur known ray by ray.
+    /// Creates a blur from wavefront and pupil; computes the moments from them.
     pub fn from_pupil(pupil: LocalPupil, meridian: Meridian) -> Self {
         Self {
             moments: pupil.moments().0,
@@ -64,7 +78,7 @@ impl LocalBlur {
         }
     }
 
-    /// The same blur on a grid of which `scale` pixels make up one of the present ones.
+    /// Returns the blur on a grid with `scale` times as many pixels along each axis.
     #[must_use]
     pub fn rescaled(&self, scale: f64) -> Self {
         Self {
@@ -74,7 +88,7 @@ impl LocalBlur {
         }
     }
 
-    /// The same blur on a grid whose pixels are `aspect` times as wide as the present ones, and as high.
+    /// Returns the blur on a grid whose pixels are `aspect` times as wide, and as high as before.
     #[must_use]
     pub fn on_wider_pixels(&self, aspect: f64) -> Self {
         Self {
@@ -85,7 +99,7 @@ impl LocalBlur {
         }
     }
 
-    /// The same blur, widened where its variance along any direction is below `floor_px2`.
+    /// Returns the blur, widened so that its variance is at least `floor_px2` along every direction.
     #[must_use]
     pub fn with_least_variance(&self, floor_px2: f64) -> Self {
         let lacking = (floor_px2 - self.moments.least_variance()).max(0.0);
@@ -97,35 +111,38 @@ impl LocalBlur {
     }
 }
 
-/// Least variance a density is drawn with, px²: a thirtieth of a pixel squared, far below what a
-/// pixel grid can show. Freely fitted moments can fall below it, even below zero.
+/// Smallest variance of a drawn density, px²: a standard deviation of a thirtieth of a pixel, far below what a pixel
+/// grid can show. Freely fitted moments can be smaller, even negative.
 pub const LEAST_VARIANCE_PX2: f64 = 1e-3;
 
-/// A PSF model: turns a [`LocalBlur`] into a light density about its centroid.
+/// A PSF model: the light density of a [`LocalBlur`] about its centroid.
 pub trait PsfModel: Send + Sync {
-    /// Stable identifier, as the command line and files name it.
+    /// The stable identifier used on the command line and in files.
     fn id(&self) -> &'static str;
 
-    /// Whether the model draws on [`LocalBlur::pupil`], which only lenses known ray by ray have.
+    /// Whether the model needs [`LocalBlur::pupil`], which only profiles of the kind `pupil` have.
     fn needs_rays(&self) -> bool {
         false
     }
 
-    /// The box about the centroid outside which the density is negligible: less than 1e-6 of the
-    /// light in all; where waves or a halo carry light far, 0.005 for each.
+    /// Returns the box about the centroid outside which the density is negligible.
+    ///
+    /// It leaves out less than 1e-6 of the light; diffraction and a halo may each leave out 0.005.
     fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds;
 
-    /// Light per px² at the pixel centres of `window`, row-major; the whole plane holds one.
+    /// Samples the density at the pixel centres of `grid` into `out`, row-major, in light per px².
+    ///
+    /// The density integrates to one over the plane.
     ///
     /// # Panics
-    /// If `out` is not as long as the window has pixels.
-    fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]);
+    /// If the length of `out` is not the number of pixels of `grid`.
+    fn sample(&self, blur: &LocalBlur, grid: &SampleGrid, out: &mut [f64]);
 
-    /// As [`PsfModel::sample`] in single precision, for the renderer: within 1e-6 of the peak.
+    /// Samples like [`PsfModel::sample`], in single precision, within 1e-6 of the peak.
     ///
     /// # Panics
-    /// If `out` is not as long as the window has pixels.
-    fn sample_f32(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f32]);
+    /// If the length of `out` is not the number of pixels of `grid`.
+    fn sample_f32(&self, blur: &LocalBlur, grid: &SampleGrid, out: &mut [f32]);
 
     /// Whether a renderer may draw two blurs, each with its shift (x, y) in px, with one kernel.
     ///
@@ -140,15 +157,17 @@ pub trait PsfModel: Send + Sync {
         blur == other && shift_px == other_shift_px
     }
 
-    /// Whether samples of the density on any grid of unit spacing are known to sum to one within 1e-6,
-    /// so that a kernel need not be drawn whole to scale one of its weights.
+    /// Whether the samples on any grid of unit spacing sum to one within 1e-6.
+    ///
+    /// If so, single weights of a kernel can be computed without drawing all of it to normalise them.
     fn sums_to_one(&self, _blur: &LocalBlur) -> bool {
         false
     }
 
-    /// Draws the PSF into `rows`, its centroid `shift_px` (x, y) from the source pixel's centre: the
-    /// same kernel as [`draw_kernel`], in the form the exact renderer scatters fastest. A model costly
-    /// to draw may draw it coarser and says by how much.
+    /// Draws the kernel of [`draw_kernel`] into `rows`, the form that the exact renderer scatters fastest.
+    ///
+    /// The centroid lies `shift_px` (x, y) from the centre of the source pixel. A model that is costly to draw may
+    /// use a coarser approximation and documents its error.
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
         let mut kernel = Kernel::default();
         draw_kernel(self, blur, shift_px, &mut kernel);
@@ -156,13 +175,13 @@ pub trait PsfModel: Send + Sync {
     }
 }
 
-/// A PSF model that draws on moments alone and is a mean of skew-normal densities.
+/// A PSF model that needs moments only: one skew-normal density or the mean of two.
 pub trait MomentPsf: Send + Sync {
     /// See [`PsfModel::id`].
     const ID: &'static str;
 
-    /// The density for `blur`, whose covariance has no eigenvalue below [`LEAST_VARIANCE_PX2`]; its pixels are
-    /// square.
+    /// Returns the density of `blur`, which has square pixels and no covariance eigenvalue below
+    /// [`LEAST_VARIANCE_PX2`].
     fn mixture(&self, blur: &LocalBlur) -> Mixture;
 }
 
@@ -172,15 +191,15 @@ impl<M: MomentPsf> PsfModel for M {
     }
 
     fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds {
-        on_grid(self, blur).reach()
+        on_grid(self, blur).bounds()
     }
 
-    fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]) {
-        on_grid(self, blur).sample(window, out);
+    fn sample(&self, blur: &LocalBlur, grid: &SampleGrid, out: &mut [f64]) {
+        on_grid(self, blur).sample(grid, out);
     }
 
-    fn sample_f32(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f32]) {
-        on_grid(self, blur).sample_f32(window, out);
+    fn sample_f32(&self, blur: &LocalBlur, grid: &SampleGrid, out: &mut [f32]) {
+        on_grid(self, blur).sample_f32(grid, out);
     }
 
     fn sums_to_one(&self, blur: &LocalBlur) -> bool {
@@ -192,8 +211,10 @@ impl<M: MomentPsf> PsfModel for M {
     }
 }
 
-/// The density of `model` on the grid of `blur`. Models look along the meridian, which pixels that are not
-/// square turn: there the density is that on square pixels, stretched.
+/// Returns the density of `model` on the grid of `blur`.
+///
+/// Pixels that are not square would change the direction of the meridian, so the density is built on square pixels
+/// and then stretched.
 fn on_grid<M: MomentPsf>(model: &M, blur: &LocalBlur) -> Mixture {
     let blur = drawable(blur);
     if blur.pixel_aspect == 1.0 {
@@ -208,20 +229,20 @@ fn drawable(blur: &LocalBlur) -> LocalBlur {
     blur.with_least_variance(LEAST_VARIANCE_PX2)
 }
 
-/// The box about a centroid that holds a PSF, in px from the centroid; all four are positive.
+/// The box about the centroid that bounds a PSF, in px from the centroid; all four are positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KernelBounds {
-    /// Towards smaller x.
+    /// Extent towards smaller x.
     pub left_px: f64,
-    /// Towards larger x.
+    /// Extent towards larger x.
     pub right_px: f64,
-    /// Towards smaller y.
+    /// Extent towards smaller y.
     pub up_px: f64,
-    /// Towards larger y.
+    /// Extent towards larger y.
     pub down_px: f64,
 }
 
-/// Every PSF model, by the order in which they are listed to users.
+/// All PSF models, in the order in which they are listed to users.
 pub static ALL: &[&dyn PsfModel] = &[
     &Gaussian,
     &SkewNormal,
@@ -231,10 +252,10 @@ pub static ALL: &[&dyn PsfModel] = &[
     &Pupil,
 ];
 
-/// The model called `id`.
+/// Returns the model called `id`.
 ///
 /// # Errors
-/// A name that no model has; the message lists those that exist.
+/// Rejects an unknown name; the message lists the known ones.
 pub fn by_id(id: &str) -> Result<&'static dyn PsfModel> {
     ALL.iter()
         .copied()

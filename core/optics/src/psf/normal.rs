@@ -1,29 +1,29 @@
-//! The normal distribution function, and the vector code that samples skew-normal densities.
+//! The normal distribution function, and SIMD code that samples skew-normal densities.
 //!
-//! The vector code is plain single-precision arithmetic in blocks of [`LANES`], without branches and
-//! without fused multiply-adds: compiled for any instruction set it gives the same bits. Callers
-//! enter it through `pulp::Arch::dispatch`, which picks the instruction set when the program runs.
+//! The SIMD code is plain single-precision arithmetic in blocks of [`LANES`], without branches and without fused
+//! multiply-adds, so that every instruction set gives the same bits. Callers enter it through
+//! `pulp::Arch::dispatch`, which selects the instruction set at run time.
 
 use super::{SampleGrid, SkewNormalDensity};
 use std::ops::Range;
 
-/// The normal distribution function, within 1e-15 (absolute) everywhere and relative in the tails.
+/// Returns the normal distribution function, within 1e-15 (absolute; relative in the tails).
 pub fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
 }
 
-/// Samples worked on at once: the widest vector of 32-bit numbers on today's machines.
+/// Samples per block: the widest SIMD vector of 32-bit numbers (AVX-512).
 pub(super) const LANES: usize = 16;
 
-/// Samples below 2^-23 of the underlying normal's peak are drawn as zero: they are less than the
-/// rounding of the peak, and leaving them out spares the corners of slanted kernels.
+/// Samples below 2^-23 of the peak of the underlying normal are drawn as zero. They are below the rounding of the
+/// peak, and skipping them saves the corners of slanted kernels.
 const CUT_BITS: f64 = 23.0;
-/// Where the distribution function is taken as 0 or 1: it is within 6e-8 of either.
+/// Argument beyond which the distribution function is taken as 0 or 1: it is within 6e-8 of either.
 const CDF_REACH: f64 = 5.3;
-/// Below this slope (px^-1) the distribution function is level along a row of any sane length.
+/// Slope (px^-1) below which the distribution function is constant along a row of any realistic length.
 const LEVEL_SLOPE: f64 = 1e-9;
 
-/// Adds `weight` times `part`'s density at the pixel centres of `window` to `out`.
+/// Adds `weight` times the density of `part` at the pixel centres of `window` to `out`.
 pub(super) fn sample_rows_f32(
     part: &SkewNormalDensity,
     weight: f64,
@@ -41,8 +41,8 @@ pub(super) fn sample_rows_f32(
     });
 }
 
-/// [`sample_rows_f32`] for `dispatch`. A type and not a closure: the compiler's own shim around a
-/// closure is not always inlined, and what it holds is then compiled without the vector instructions.
+/// [`sample_rows_f32`] for `pulp::Arch::dispatch`. Not a closure: the shim around a closure is not always inlined,
+/// and its body is then compiled without the vector instructions.
 struct Sampling<'a> {
     part: &'a SkewNormalDensity,
     weight: f64,
@@ -71,21 +71,21 @@ impl pulp::WithSimd for Sampling<'_> {
     }
 }
 
-/// A density prepared for sampling row by row on one window.
+/// A density prepared for sampling row by row on one grid.
 ///
-/// With z the offset from the centre of the underlying normal, the exponent is written as
-/// `root² (z1 + tilt z2)² + across z2²` in bits (powers of two). Both terms are non-negative, so that
-/// no digits cancel for long slanted kernels, as they do in the expanded quadratic.
+/// With z the offset from the mean of the underlying normal, the exponent is `root² (z1 + tilt z2)² + across z2²` in
+/// bits (powers of two). Both terms are non-negative, which avoids the cancellation that the expanded quadratic
+/// suffers for long slanted kernels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scan {
     root: f64,
     per_root: f64,
     tilt: f64,
     across: f64,
-    /// Offset of column 0 and row 0 from the centre of the underlying normal, px.
+    /// Offset of column 0 and row 0 from the mean of the underlying normal, px.
     first: [f64; 2],
     eta: [f64; 2],
-    /// 1 / eta[0], or 0 where the distribution function is level along rows.
+    /// 1 / eta[0], or 0 if the distribution function is constant along rows.
     per_eta: f64,
     peak: f32,
     skewed: bool,
@@ -93,7 +93,7 @@ pub(super) struct Scan {
 }
 
 impl Scan {
-    /// `weight` times `part` on `window`, which must not be empty.
+    /// Prepares `weight` times `part` on `window`, which must not be empty.
     #[inline(always)]
     pub(super) fn new(part: &SkewNormalDensity, weight: f64, window: &SampleGrid) -> Self {
         let [a, b, c] = part.inverse;
@@ -120,8 +120,7 @@ impl Scan {
         }
     }
 
-    /// The density along `row` of the window and the columns where it is not negligible; `None` if
-    /// there are none.
+    /// Returns the density along `row` and the columns where it is not negligible; `None` if there are none.
     #[inline(always)]
     pub(super) fn row(&self, row: usize) -> Option<(Curve, Range<usize>)> {
         let z2 = self.first[1] + row as f64;
@@ -149,8 +148,8 @@ impl Scan {
         if low > high {
             return None;
         }
-        // Positions are split into a whole column, exact in single precision, and what both curves
-        // have there: small where the curve is steep, so that it keeps all its digits.
+        // Positions are split into a whole column, exact in single precision, and the value there,
+        // which is small where the curve is steep and so keeps its precision.
         let origin = centre.round_ties_even().clamp(0.0, self.last_column);
         let cdf_origin = (-cdf_start * self.per_eta)
             .round_ties_even()
@@ -201,7 +200,7 @@ impl Curve {
         }
         if self.skewed {
             let start = first - self.cdf_origin;
-            // A straight line: where both ends are past the reach, all are, and the factor is 1.
+            // The argument is linear: if both ends are past the reach, the factor is 1 everywhere.
             let reach = CDF_REACH as f32;
             if self.cdf_argument(start) >= reach
                 && self.cdf_argument(start + (LANES - 1) as f32) >= reach
@@ -214,17 +213,17 @@ impl Curve {
         }
     }
 
-    /// The argument of the distribution function `columns` from where it is steepest.
+    /// Returns the argument of the distribution function `columns` away from where it is steepest.
     #[inline(always)]
     fn cdf_argument(&self, columns: f32) -> f32 {
         columns * self.slope + self.cdf_at_origin
     }
 }
 
-/// 2^-`bits` for `bits` of at least 0, within 2.5e-7 relative; zero beyond [`CUT_BITS`].
+/// Returns 2^-`bits` for `bits` of at least 0, within 2.5e-7 relative; zero beyond [`CUT_BITS`].
 #[inline(always)]
 fn exp2_of_minus(bits: f32) -> f32 {
-    // Adding 1.5 * 2^23 rounds to a whole number and leaves it in the low bits.
+    // Adding 1.5 * 2^23 rounds to an integer and leaves it in the low bits.
     const ROUND: f32 = 12_582_912.0;
     const ONE: u32 = 127 << 23;
     // Minimax (relative) on [-1/2, 1/2].
@@ -246,7 +245,7 @@ fn exp2_of_minus(bits: f32) -> f32 {
     if bits <= cut { p * power } else { 0.0 }
 }
 
-/// The normal distribution function within 3e-7, never negative.
+/// Returns the normal distribution function within 3e-7; never negative.
 #[inline(always)]
 fn cdf(w: f32) -> f32 {
     // cdf(w) - 1/2 = w P(w²) / Q(w²), minimax (absolute) on [-CDF_REACH, CDF_REACH]: 7.2e-8.
@@ -318,7 +317,7 @@ mod tests {
         }
     }
 
-    /// Any density: sizes from a thirtieth of a pixel to `largest` px, slant, skew up to the limit.
+    /// Returns a random density: sizes from a thirtieth of a pixel to `largest` px, any slant, any admissible skew.
     fn any_density(draws: &mut Draws, largest: f64) -> SkewNormalDensity {
         let size = |d: &mut Draws| d.between(0.0316_f64.ln(), largest.ln()).exp();
         let (along, across) = (size(draws), size(draws));
@@ -328,7 +327,7 @@ mod tests {
             (along * along - across * across) * cos * sin,
             (along * sin).powi(2) + (across * cos).powi(2),
         ];
-        // Skew towards any direction in the units of the ellipse; a third have none, a third the limit.
+        // Skew in units of the ellipse: a third of the densities have none, a third the limit.
         let skew = match (draws.next() * 3.0) as u32 {
             0 => 0.0,
             1 => 0.999 * T_MAX.sqrt(),
@@ -351,7 +350,7 @@ mod tests {
             .fold(0.0, f64::max)
     }
 
-    /// The true peak is at least half of the normal's: there the distribution function is 1/2.
+    /// The peak is at least half that of the normal: the distribution function is 1/2 there.
     #[test]
     fn vector_samples_are_within_a_millionth_of_the_peak() {
         let mut draws = Draws(7);

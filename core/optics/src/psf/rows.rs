@@ -1,15 +1,14 @@
-//! Kernels as the exact renderer scatters them: only the stretch of each row that holds light.
+//! Kernels stored as one span of weights a row, for the exact renderer.
 
 use super::normal::{Curve, LANES, Scan};
 use super::pupil::{PsfImage, Workspace};
 use super::{Kernel, KernelBounds, Mixture, SampleGrid};
 use std::ops::Range;
 
-/// A kernel as stretches of rows, in a reusable buffer. The weights are not scaled to unit sum;
-/// [`KernelRows::sum`] is what to divide by, which costs a renderer nothing.
+/// A kernel as spans of weights, one a row, in a reusable buffer.
 ///
-/// Stretches are padded to whole vectors, so that loops over them have no remainder; the padding
-/// holds true samples of the density or zeros.
+/// The weights are not normalised; divide by [`KernelRows::sum`]. Spans are padded to whole SIMD vectors, so that
+/// loops over them have no remainder. The padding holds samples of the density or zeros.
 #[derive(Debug, Default)]
 pub struct KernelRows {
     spans: Vec<Span>,
@@ -17,7 +16,7 @@ pub struct KernelRows {
     sum: f64,
     columns: Range<i32>,
     rows: Range<i32>,
-    /// Buffers of the model that draws ray by ray.
+    /// Buffers of the `pupil` model.
     pub(super) scratch: (Workspace, PsfImage),
 }
 
@@ -32,7 +31,7 @@ pub struct KernelSpan<'a> {
     pub weights: &'a [f32],
 }
 
-/// Where one stretch lies relative to the source pixel, and its weights in the buffer.
+/// The place of a span relative to the source pixel and in the buffer.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     row: i32,
@@ -42,7 +41,7 @@ struct Span {
 }
 
 impl KernelRows {
-    /// Every stretch is a multiple of this many weights long.
+    /// The length of every span is a multiple of this.
     pub const PADDING: usize = LANES;
 
     /// The spans from top to bottom; at most one a row.
@@ -55,22 +54,22 @@ impl KernelRows {
         })
     }
 
-    /// Sum of all weights; positive.
+    /// Returns the sum of all weights, which is positive.
     pub fn sum(&self) -> f64 {
         self.sum
     }
 
-    /// Columns that hold weights, relative to the source pixel, padding included.
+    /// Returns the columns that hold weights, relative to the source pixel, including padding.
     pub fn columns(&self) -> Range<i32> {
         self.columns.clone()
     }
 
-    /// Rows that hold weights, relative to the source pixel.
+    /// Returns the rows that hold weights, relative to the source pixel.
     pub fn rows(&self) -> Range<i32> {
         self.rows.clone()
     }
 
-    /// Takes over a dense kernel, whose weights sum to one.
+    /// Copies a dense kernel, whose weights sum to one.
     pub fn copy_from(&mut self, kernel: &Kernel) {
         self.clear();
         self.reserve(kernel.height, kernel.width);
@@ -89,9 +88,10 @@ impl KernelRows {
         self.sum = kernel.weights.iter().map(|&w| f64::from(w)).sum();
     }
 
-    /// Takes over what was drawn on rows of `width` pixels, the first at `place` (column, row) from the
-    /// source pixel: of each row the stretch that is lit.
-    pub(super) fn take_over(&mut self, light: &[f64], (left, top): (i32, i32), width: usize) {
+    /// Copies the nonzero span of each row of an image with `width` columns.
+    ///
+    /// Its first pixel lies at column `left` and row `top` relative to the source pixel.
+    pub(super) fn copy_from_image(&mut self, light: &[f64], left: i32, top: i32, width: usize) {
         self.clear();
         self.reserve(light.len() / width, width);
         let mut start = 0;
@@ -117,18 +117,17 @@ impl KernelRows {
         }
     }
 
-    /// Draws `mixture` with its centroid `shift_px` (x, y) from the source pixel's centre. One so
-    /// narrow that no pixel centre sees it becomes the single pixel nearest its centroid.
+    /// Draws `mixture` with its centroid `shift_px` (x, y) from the centre of the source pixel.
+    ///
+    /// A density that no pixel centre samples becomes the single pixel nearest to its centroid.
     pub(super) fn draw(&mut self, mixture: &Mixture, shift_px: (f64, f64)) {
-        let (left, top, window) = grid_about(&mixture.reach(), shift_px);
+        let grid = KernelGrid::new(&mixture.bounds(), shift_px);
         self.clear();
-        self.reserve(window.height, window.width);
+        self.reserve(grid.samples.height, grid.samples.width);
         pulp::Arch::new().dispatch(Drawing {
             rows: self,
             mixture,
-            left,
-            top,
-            window,
+            grid,
         });
         if self.sum <= 0.0 {
             self.clear();
@@ -145,7 +144,13 @@ impl KernelRows {
     }
 
     #[inline(always)]
-    fn draw_on(&mut self, mixture: &Mixture, left: i32, top: i32, window: &SampleGrid) {
+    fn draw_on(&mut self, mixture: &Mixture, grid: &KernelGrid) {
+        let KernelGrid {
+            left,
+            top,
+            samples: window,
+        } = grid;
+        let (left, top) = (*left, *top);
         let mut sums = [0.0_f64; LANES];
         match mixture {
             Mixture::One(part) => {
@@ -178,9 +183,10 @@ impl KernelRows {
         self.sum = sums.iter().sum();
     }
 
-    /// Adds the stretch over `columns` of a window's row, whose first column and row lie at `place`,
-    /// and adds its weights to the sums of each lane: in single precision along the row, in double
-    /// from row to row. The weights are the sum of the `curves`.
+    /// Appends the span over `columns` of a row, whose first pixel lies at `place` (column, row).
+    ///
+    /// The weights are the sum of the `curves`. They are added to the sum of each lane: in single precision along
+    /// the row, in double precision from row to row.
     #[inline(always)]
     fn fill<const N: usize>(
         &mut self,
@@ -236,8 +242,8 @@ impl KernelRows {
         self.sum = 0.0;
     }
 
-    /// Room for `height` stretches over `width` columns. The buffer only grows: stale weights are
-    /// overwritten before they are read.
+    /// Reserves space for `height` spans over `width` columns. The buffer only grows; stale weights are overwritten
+    /// before they are read.
     fn reserve(&mut self, height: usize, width: usize) {
         let room = height.max(1) * width.next_multiple_of(LANES).max(LANES);
         if self.weights.len() < room {
@@ -247,14 +253,12 @@ impl KernelRows {
     }
 }
 
-/// [`KernelRows::draw_on`] for `dispatch`. A type and not a closure: the compiler's own shim around a
-/// closure is not always inlined, and what it holds is then compiled without the vector instructions.
+/// [`KernelRows::draw_on`] for `pulp::Arch::dispatch`. Not a closure: the shim around a closure is not always
+/// inlined, and its body is then compiled without the vector instructions.
 struct Drawing<'a> {
     rows: &'a mut KernelRows,
     mixture: &'a Mixture,
-    left: i32,
-    top: i32,
-    window: SampleGrid,
+    grid: KernelGrid,
 }
 
 impl pulp::WithSimd for Drawing<'_> {
@@ -262,26 +266,41 @@ impl pulp::WithSimd for Drawing<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        self.rows
-            .draw_on(self.mixture, self.left, self.top, &self.window);
+        self.rows.draw_on(self.mixture, &self.grid);
     }
 }
 
-/// The pixels within `reach` of a centroid `shift_px` from the source pixel's centre, never fewer
-/// than the one nearest to it: first column and row relative to the source pixel, and the window.
-pub(super) fn grid_about(reach: &KernelBounds, shift_px: (f64, f64)) -> (i32, i32, SampleGrid) {
-    let (x, y) = shift_px;
-    let left = (x - reach.left_px).ceil().min(x.round());
-    let right = (x + reach.right_px).floor().max(x.round());
-    let top = (y - reach.up_px).ceil().min(y.round());
-    let bottom = (y + reach.down_px).floor().max(y.round());
-    let window = SampleGrid {
-        first_x_px: left - x,
-        first_y_px: top - y,
-        width: (right - left) as usize + 1,
-        height: (bottom - top) as usize + 1,
-    };
-    (left as i32, top as i32, window)
+/// The pixels of a kernel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct KernelGrid {
+    /// First column relative to the source pixel.
+    pub(super) left: i32,
+    /// First row relative to the source pixel.
+    pub(super) top: i32,
+    /// The same pixels relative to the centroid.
+    pub(super) samples: SampleGrid,
+}
+
+impl KernelGrid {
+    /// Returns the pixels within `bounds` of a centroid `shift_px` from the centre of the source pixel: at least the
+    /// pixel nearest to the centroid.
+    pub(super) fn new(bounds: &KernelBounds, shift_px: (f64, f64)) -> Self {
+        let (x, y) = shift_px;
+        let left = (x - bounds.left_px).ceil().min(x.round());
+        let right = (x + bounds.right_px).floor().max(x.round());
+        let top = (y - bounds.up_px).ceil().min(y.round());
+        let bottom = (y + bounds.down_px).floor().max(y.round());
+        Self {
+            left: left as i32,
+            top: top as i32,
+            samples: SampleGrid {
+                first_x_px: left - x,
+                first_y_px: top - y,
+                width: (right - left) as usize + 1,
+                height: (bottom - top) as usize + 1,
+            },
+        }
+    }
 }
 
 #[cfg(test)]
@@ -292,7 +311,7 @@ mod tests {
     use crate::psf::{ALL, LocalBlur, PsfModel, SkewNormal, SkewNormalDensity, draw_kernel};
     use pulp::WithSimd;
 
-    /// Without vector instructions, with those of most machines and with all there are.
+    /// Compares scalar code with AVX2 and with the best instruction set of the machine.
     #[test]
     fn every_instruction_set_gives_the_same_bits() {
         let bits = |rows: &KernelRows| -> Vec<(i32, i32, Vec<u32>)> {
@@ -305,16 +324,14 @@ mod tests {
         let first = SkewNormalDensity::new([30.0, 9.0, 12.0], [6.0, -2.0]);
         let second = SkewNormalDensity::new([30.0, -9.0, 12.0], [0.1, 2.5]);
         for mixture in [Mixture::One(first), Mixture::Two([first, second])] {
-            let (left, top, window) = grid_about(&mixture.reach(), (0.3, -0.6));
+            let grid = KernelGrid::new(&mixture.bounds(), (0.3, -0.6));
             let drawn_by = |draw: &dyn Fn(Drawing)| {
                 let mut rows = KernelRows::default();
-                rows.reserve(window.height, window.width);
+                rows.reserve(grid.samples.height, grid.samples.width);
                 draw(Drawing {
                     rows: &mut rows,
                     mixture: &mixture,
-                    left,
-                    top,
-                    window,
+                    grid,
                 });
                 rows
             };
@@ -330,7 +347,7 @@ mod tests {
         }
     }
 
-    /// A model that knows nothing of [`KernelRows`].
+    /// A model with the default [`PsfModel::draw_rows`].
     struct Plain;
 
     impl PsfModel for Plain {
@@ -351,7 +368,6 @@ mod tests {
         }
     }
 
-    /// Both forms of a kernel hold the same weights.
     #[test]
     fn rows_agree_with_the_dense_kernel() {
         for (sigma2, shift) in [

@@ -1,13 +1,17 @@
-//! The skew-normal PSF of the paper, fitted in the meridional frame: mirror-symmetric, as the PSFs
-//! of a rotationally symmetric lens are (docs/background/model.md section 7, Eqs 36-42 and 46-54 with errata mended).
+//! The skew-normal PSF of the paper, fitted in the meridional frame (Eqs 36-42 and 46-54, corrected).
+//!
+//! It is mirror-symmetric about the meridian, like the PSFs of a rotationally symmetric lens
+//! (docs/background/model.md section 7).
 
 use super::mixture::{B, PHI, SKEW_CAP, T_MAX};
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};
 use crate::field::Meridian;
 use crate::moments::MeridionalMoments;
 
-/// Skewed along the meridian only: mu20, mu02 and mu11, mu21, mu03 are exact, mu30 is exact unless it
-/// exceeds what a skew-normal can carry (skewness 0.995), mu12 is zero.
+/// A skew-normal density skewed along the meridian.
+///
+/// It matches mu20, mu02, mu11, mu21 and mu03, and mu30 up to a skewness of 0.995, the largest that a skew-normal can
+/// have. Its mu12 is zero.
 #[derive(Debug, Clone, Copy)]
 pub struct SkewNormal;
 
@@ -20,8 +24,8 @@ impl MomentPsf for SkewNormal {
     }
 }
 
-/// The skew e = s / sqrt(mu20) along the meridian that gives skewness mu30 / mu20^1.5, capped at what
-/// is admissible, and whether the cap was reached.
+/// Returns the skew e = s / sqrt(mu20) along the meridian that gives the skewness mu30 / mu20^1.5, and whether it
+/// was capped at the admissible range.
 pub fn meridional_skew(m: &MeridionalMoments) -> (f64, bool) {
     let skewness = m.mu30 / (m.mu20 * m.mu20.sqrt());
     let free = (skewness.abs() / PHI).cbrt();
@@ -34,7 +38,7 @@ pub fn meridional_skew(m: &MeridionalMoments) -> (f64, bool) {
     (e, free > cap)
 }
 
-/// The meridional fit as a density in image axes. Both variances must be positive.
+/// Returns the meridional fit as a density in image axes. Both variances must be positive.
 pub fn meridional_density(m: &MeridionalMoments, meridian: Meridian) -> SkewNormalDensity {
     let (e, _) = meridional_skew(m);
     let s = e * m.mu20.sqrt();
@@ -43,8 +47,7 @@ pub fn meridional_density(m: &MeridionalMoments, meridian: Meridian) -> SkewNorm
     SkewNormalDensity::new(covariance, [s * cos, s * sin])
 }
 
-/// A skew-normal density in the paper's own parameters (Eqs 37-42 and 47-54), kappa being inverse
-/// scales.
+/// A skew-normal density in the parameters of the paper (Eqs 37-42 and 47-54); kappa are inverse scales.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaperParameters {
     /// Inverse scale along x, px^-1.
@@ -64,7 +67,8 @@ pub struct PaperParameters {
 }
 
 impl PaperParameters {
-    /// From the covariance (xx, xy, yy) and the skew vector s, as [`SkewNormalDensity::new`].
+    /// Creates the parameters from the covariance (xx, xy, yy) and the skew vector s, like
+    /// [`SkewNormalDensity::new`].
     pub fn new(covariance: [f64; 3], s: [f64; 2]) -> Self {
         let [xx, xy, yy] = covariance;
         let kappa1 = 1.0 / (xx + B * B * s[0] * s[0]).sqrt();

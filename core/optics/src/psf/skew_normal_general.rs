@@ -1,11 +1,12 @@
-//! The skew-normal PSF fitted without assuming mirror symmetry: for measured moments.
+//! The skew-normal PSF fitted without mirror symmetry, for measured moments.
 
 use super::mixture::{PHI, SKEW_CAP, T_MAX};
 use super::{LocalBlur, Mixture, MomentPsf, SkewNormalDensity};
 use crate::moments::CentralMoments;
 
-/// The skew-normal closest in third moments with weights (1, 3, 3, 1), which makes the fit the same
-/// in every orientation.
+/// The skew-normal density closest in third moments, with weights (1, 3, 3, 1).
+///
+/// These weights make the fit invariant to rotation of the axes.
 #[derive(Debug, Clone, Copy)]
 pub struct SkewNormalGeneral;
 
@@ -17,8 +18,9 @@ impl MomentPsf for SkewNormalGeneral {
     }
 }
 
-/// As [`SkewNormalGeneral`] with the paper's equal weights (Eq 43), which depend on the orientation
-/// of the axes. Kept for comparison with the paper.
+/// [`SkewNormalGeneral`] with the paper's equal weights (Eq 43), for comparison with the paper.
+///
+/// The fit depends on the orientation of the axes.
 #[derive(Debug, Clone, Copy)]
 pub struct SkewNormalEq43;
 
@@ -35,15 +37,16 @@ fn density(m: &CentralMoments, weights: [f64; 4]) -> Mixture {
     Mixture::One(SkewNormalDensity::new([m.mu20, m.mu11, m.mu02], s))
 }
 
-/// Directions tried over the full turn before refinement; the misfit has at most a few minima.
+/// Directions sampled over the full turn before refinement; the misfit has at most a few minima.
 const DIRECTIONS: usize = 360;
 /// Golden-section steps: the bracket of two directions shrinks below 1e-10 rad.
 const REFINEMENTS: usize = 44;
 
-/// The skew vector s (px) whose third moments PHI s_i s_j s_k come closest to those of `m`, as the
-/// weighted sum of squares over (mu30, mu21, mu12, mu03), within s' Sigma^-1 s <= 0.999² T_MAX; and
-/// that sum of squares. The global minimum: for a fixed direction the best length has a closed form,
-/// so only the direction is searched. The covariance must be positive definite.
+/// Returns the skew vector s (px) whose third moments PHI s_i s_j s_k are closest to those of `m`, and the misfit.
+///
+/// The misfit is the sum of squares over (mu30, mu21, mu12, mu03) with `weights`. It is minimised globally over the
+/// admissible s' Sigma^-1 s <= 0.999² T_MAX: the best length has a closed form, so only the direction is searched. The
+/// covariance must be positive definite.
 pub fn best_skew(m: &CentralMoments, weights: [f64; 4]) -> ([f64; 2], f64) {
     let target = [m.mu30, m.mu21, m.mu12, m.mu03];
     if target == [0.0; 4] {
@@ -95,7 +98,7 @@ pub fn best_skew(m: &CentralMoments, weights: [f64; 4]) -> ([f64; 2], f64) {
     (best.1, best.0)
 }
 
-/// Golden-section search for the least misfit between two angles.
+/// Returns the angle of the least misfit between two angles, by golden-section search.
 fn least_angle(at: &impl Fn(f64) -> (f64, [f64; 2]), mut low: f64, mut high: f64) -> f64 {
     let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
     for _ in 0..REFINEMENTS {

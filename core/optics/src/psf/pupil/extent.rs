@@ -1,32 +1,34 @@
-//! Where the rays of a pupil land, and how fine a mesh and how large a kernel that asks for.
+//! The extent of the rays of a pupil, and the mesh resolution and kernel size that follow from it.
 
 use super::{Detail, wave};
 use crate::lens::{LocalPupil, PINHOLE_RADIUS};
 use crate::psf::KernelBounds;
 
-/// Rings per root of the extent's radius (px): keeps the rim's polygon within a fiftieth of a pixel.
+/// Rings per square root of the radius of the extent (px): keeps the polygon of the rim within a fiftieth of a pixel.
 const RIM_FINENESS: f64 = 2.7;
-/// Least number of rings, and the largest that is ever needed by what can be drawn, and by what fits.
+/// Smallest number of rings, and the largest for [`Detail::FULL`] and for other details.
 const LEAST_RINGS: usize = 8;
 const MOST_RINGS: usize = 1000;
 const MOST_FIT_RINGS: usize = 120;
-/// Share of the light beyond a kernel that is let go, for waves and for a halo; a kernel's sum is one
-/// all the same.
+/// Share of the light outside a kernel that is dropped, each for diffraction and for a halo; kernels sum to one all
+/// the same.
 const LEFT_OUT: f64 = 0.005;
-/// Share of a point's light that waves carry out of a box of half width r, in q over r and the pupil's
-/// narrowest half width: a round pupil sends 1 / pi² beyond a circle, times
-/// 2 sqrt(2) / pi for the square about it; others send by their edge's length over their area.
-const WAVES_BEYOND: f64 = 0.0912;
-/// Farthest that waves and a halo are drawn beyond the rays, px.
+/// Share of the light that diffraction carries out of a box of half width r, times r and the smallest half width of the
+/// pupil over q.
+///
+/// A round pupil carries 1 / pi² out of a circle, and 2 sqrt(2) / pi of that out of the square about it. For other
+/// pupils it is proportional to the length of the edge over the area.
+const DIFFRACTED_SHARE: f64 = 0.0912;
+/// Largest distance from the rays to which diffraction and a halo are drawn, px.
 const FARTHEST_PX: f64 = 200.0;
 
-/// The box about the chief ray in which rays land, px.
+/// The box about the chief ray that holds the landing points of all rays, px.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
     pub(super) low: [f64; 2],
     pub(super) high: [f64; 2],
     /// Largest second derivative of the landing point by the pupil point, px.
-    bend: f64,
+    second_derivative: f64,
 }
 
 impl Extent {
@@ -37,7 +39,7 @@ impl Extent {
         let mut extent = Self {
             low: first,
             high: first,
-            bend: 0.0,
+            second_derivative: 0.0,
         };
         for k in 0..ANGLES {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / ANGLES as f64).sin_cos();
@@ -47,7 +49,9 @@ impl Extent {
                 PINHOLE_RADIUS
             };
             let rim = [centre[0] + reach * cos, centre[1] + reach * sin];
-            extent.bend = extent.bend.max(pupil.wavefront.third_derivative_norm(rim));
+            extent.second_derivative = extent
+                .second_derivative
+                .max(pupil.wavefront.third_derivative_norm(rim));
             for share in [0.3, 0.55, 0.75, 0.9, 1.0] {
                 let r = reach * share;
                 let p = pupil.landing([centre[0] + r * cos, centre[1] + r * sin]);
@@ -58,22 +62,23 @@ impl Extent {
         extent
     }
 
-    /// The box about `centroid` that holds all light of `pupil`: but for at most [`LEFT_OUT`] each that
-    /// waves and a halo carry beyond, or more where they go farther than [`FARTHEST_PX`].
-    pub(super) fn reach(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> KernelBounds {
-        // What the extent's few rays missed, the blur, and the pixel of the outermost ray.
+    /// Returns the box about `centroid` that holds the light of `pupil`.
+    ///
+    /// Diffraction and a halo may each leave out [`LEFT_OUT`], or more if they extend beyond [`FARTHEST_PX`].
+    pub(super) fn kernel_bounds(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> KernelBounds {
+        // Rays between those traced, the blur, and the pixel of the outermost ray.
         let margin =
             (pupil.blur_variances_px2()).map(|v| 0.04 * self.radius() + 5.0 * v.sqrt() + 0.5);
         let half_width = wave::half_width(pupil);
         let [across, down] = [0, 1].map(|axis| {
             let waves = half_width.map_or(0.0, |half_width| {
                 let unit = pupil.wave_px * pupil.squeeze[axis].abs() / half_width;
-                (WAVES_BEYOND / LEFT_OUT * unit).min(FARTHEST_PX)
+                (DIFFRACTED_SHARE / LEFT_OUT * unit).min(FARTHEST_PX)
             });
             let stretch = [pupil.sensor.halo.stretch_x, 1.0][axis];
             let halo = stretch * pupil.sensor.halo.radius_holding(LEFT_OUT);
             let halo = halo.min(FARTHEST_PX);
-            margin[axis] + waves + halo + pupil.sensor.reach_px()[axis]
+            margin[axis] + waves + halo + pupil.sensor.blur_radius_px()[axis]
         });
         KernelBounds {
             left_px: centroid[0] - self.low[0] + across,
@@ -83,15 +88,14 @@ impl Extent {
         }
     }
 
-    /// Half the larger side, px.
+    /// Returns half the larger side, px.
     pub(super) fn radius(&self) -> f64 {
         (self.high[0] - self.low[0]).max(self.high[1] - self.low[1]) / 2.0
     }
 
-    /// Rings of the mesh. Within a triangle the map is taken as linear: what matters is how much it
-    /// bends, and how round the rim is.
+    /// Returns the number of rings of the mesh, from the second derivative of the ray map and the size of the rim.
     pub(super) fn rings(&self, detail: Detail) -> usize {
-        let inside = detail.0 * self.bend.sqrt();
+        let inside = detail.0 * self.second_derivative.sqrt();
         let rim = RIM_FINENESS * self.radius().sqrt();
         let most = if detail == Detail::FULL {
             MOST_RINGS
@@ -101,8 +105,8 @@ impl Extent {
         (inside.max(rim).ceil() as usize).clamp(LEAST_RINGS, most)
     }
 
-    /// Cells per pixel on which light is spread before it is blurred: more where the picture has
-    /// detail within a pixel and there is a blur that would see it.
+    /// Returns the number of cells along a pixel's side for rasterisation before the blur: more for a small PSF with
+    /// a blur narrow enough to keep detail within a pixel.
     pub(super) fn cells_per_pixel(&self, blur_variance_px2: f64) -> usize {
         if blur_variance_px2 <= 0.0 || blur_variance_px2 > 4.0 {
             1

@@ -1,7 +1,7 @@
-//! Two-dimensional Fourier transforms of real pictures, planned once and kept.
+//! Two-dimensional Fourier transforms of real images, with cached plans.
 //!
-//! A spectrum holds the half plane of frequencies 0..=columns / 2 along x, as lines of all
-//! frequencies along y; the other half is its conjugate.
+//! A spectrum holds the half plane of frequencies 0..=columns / 2 along x, as lines of all frequencies along y. The
+//! other half is its complex conjugate.
 
 use std::fmt;
 use std::sync::Arc;
@@ -13,10 +13,10 @@ use rustfft::{Fft, FftPlanner};
 /// A value of a spectrum.
 pub(super) type C = Complex<f64>;
 
-/// The two kinds of plans.
+/// Planners of complex and real transforms.
 type Planners = (FftPlanner<f64>, RealFftPlanner<f64>);
 
-/// Plans of transforms, made when first asked for, and buffers to be used again.
+/// Cached transform plans and reusable buffers.
 #[derive(Default)]
 pub(super) struct Fourier {
     planners: Option<Box<Planners>>,
@@ -35,7 +35,7 @@ impl Fourier {
             .get_or_insert_with(|| Box::new((FftPlanner::new(), RealFftPlanner::new())))
     }
 
-    /// A buffer of `length` zeros.
+    /// Returns a buffer of `length` zeros.
     pub(super) fn buffer(&mut self, length: usize) -> Vec<C> {
         let mut buffer = self.spare.pop().unwrap_or_default();
         buffer.clear();
@@ -43,17 +43,17 @@ impl Fourier {
         buffer
     }
 
-    /// Takes back what [`Fourier::buffer`] gave.
+    /// Takes a buffer back for reuse by [`Fourier::buffer`].
     pub(super) fn keep(&mut self, buffer: Vec<C>) {
         self.spare.push(buffer);
     }
 
-    /// The transform of `length` complex values.
+    /// Returns the forward transform of `length` complex values.
     pub(super) fn line(&mut self, length: usize) -> Arc<dyn Fft<f64>> {
         self.planners().0.plan_fft_forward(length)
     }
 
-    /// Transforms of real pictures of `columns` x `rows`.
+    /// Returns the transforms of real images of `columns` x `rows`.
     pub(super) fn grid(&mut self, [columns, rows]: [usize; 2]) -> Grid {
         let (complex, real) = self.planners();
         Grid {
@@ -67,7 +67,7 @@ impl Fourier {
     }
 }
 
-/// The least even number not below `least` that has no prime factors but 2, 3 and 5.
+/// Returns the smallest even number of at least `least` with no prime factors but 2, 3 and 5.
 pub(super) fn quick_length(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for p in [2, 3, 5] {
@@ -84,7 +84,7 @@ pub(super) fn quick_length(least: usize) -> usize {
     n
 }
 
-/// Transforms of real pictures of one size.
+/// Forward and inverse transforms of real images of one size.
 #[derive(Clone)]
 pub(super) struct Grid {
     pub(super) columns: usize,
@@ -96,13 +96,14 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// How many frequencies along x a spectrum has.
+    /// Returns the number of frequencies along x that a spectrum holds.
     pub(super) fn half(&self) -> usize {
         self.columns / 2 + 1
     }
 
-    /// The unnormalised spectrum of `picture`, row-major, which serves as working space; of the
-    /// frequencies along x the first `kept`. `lines` is working space.
+    /// Returns the unnormalised spectrum of `picture` (row-major), for the first `kept` frequencies along x.
+    ///
+    /// Overwrites `picture` and `lines`.
     pub(super) fn forward(&self, picture: &mut [f64], kept: usize, lines: &mut Vec<C>) -> Vec<C> {
         let kept = kept.min(self.half());
         let mut line = vec![C::default(); self.half()];
@@ -123,7 +124,7 @@ impl Grid {
         spectrum
     }
 
-    /// The picture, row-major, of a whole `spectrum`, columns x rows times as bright.
+    /// Returns the image (row-major) of a whole `spectrum`, scaled by columns x rows. Overwrites `spectrum`.
     pub(super) fn inverse(&self, spectrum: &mut [C]) -> Vec<f64> {
         let half = self.half();
         let mut scratch = vec![C::default(); self.down_back.get_inplace_scratch_len()];
@@ -134,7 +135,7 @@ impl Grid {
         let mut scratch = self.across_back.make_scratch_vec();
         let rows = picture.chunks_exact_mut(self.columns);
         for (line, row) in lines.chunks_exact_mut(half).zip(rows) {
-            // Rounding apart these are real already.
+            // Real up to rounding; the transform requires exact zeros.
             line[0].im = 0.0;
             if self.columns.is_multiple_of(2) {
                 line[half - 1].im = 0.0;
@@ -147,7 +148,7 @@ impl Grid {
     }
 }
 
-/// Writes the `rows` lines of `columns` values of `from` as columns of lines that are `stride` long.
+/// Transposes `from`, `rows` x `columns`, into `to`, whose lines are `stride` long.
 pub(super) fn transpose(from: &[C], columns: usize, rows: usize, to: &mut [C], stride: usize) {
     const BLOCK: usize = 16;
     for first in (0..rows).step_by(BLOCK) {
@@ -166,7 +167,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_and_back() {
+    fn the_inverse_recovers_the_image() {
         for size in [[10, 7], [9, 12], [36, 30]] {
             let grid = Fourier::default().grid(size);
             let picture: Vec<f64> = (0..size[0] * size[1])

@@ -1,17 +1,17 @@
-//! The light of a halo, integrated over pixels.
+//! The Moffat profile of a halo, integrated over pixels.
 
 use std::f64::consts::PI;
 
 use crate::sensor::Halo;
 
-/// The density of a halo, which holds one over the plane.
+/// The density of a halo; it integrates to one over the plane.
 pub(super) struct Moffat {
     /// Radius squared, px².
     radius2: f64,
     steepness: f64,
-    /// Density in the middle, px^-2.
+    /// Density at the centre, px^-2.
     peak: f64,
-    /// How many times as far it goes along x.
+    /// Stretch along x.
     stretch_x: f64,
 }
 
@@ -26,8 +26,9 @@ impl Moffat {
         }
     }
 
-    /// The mean density over a rectangle of `sides` about (x, y), all lengths along x over the stretch: that in
-    /// its middle, and what second derivatives add.
+    /// Returns the mean density over a rectangle with these sides (x, y) about (`x`, `y`), to second order.
+    ///
+    /// Lengths along x are divided by the stretch.
     fn mean(&self, x: f64, y: f64, [across, down]: [f64; 2]) -> f64 {
         let b = self.steepness;
         let r = (x * x + y * y) / self.radius2;
@@ -43,15 +44,15 @@ impl Moffat {
         density * (1.0 + (across * across * bend(x) + down * down * bend(y)) / 24.0)
     }
 
-    /// Light of the pixels from 0 to `count` (x, y) px away, row-major.
+    /// Returns the light of the pixels from 0 up to `columns` and `rows` px away, row-major.
     pub(super) fn table(&self, [columns, rows]: [usize; 2]) -> Vec<f64> {
         let mut table = Vec::with_capacity(columns * rows);
-        // A pixel's sides, along x over the stretch.
+        // Sides of a pixel; that along x is divided by the stretch.
         let pixel = [1.0 / self.stretch_x, 1.0];
         for y in 0..rows {
             for x in 0..columns {
                 let (x, y) = (x as f64 / self.stretch_x, y as f64);
-                // Parts of a pixel so small that the density hardly bends in one.
+                // Subdivides the pixel until the density is nearly quadratic in each part.
                 let far = (self.radius2 + x * x + y * y).sqrt();
                 let parts = pixel.map(|side| (6.0 * side / far).ceil().clamp(1.0, 64.0));
                 if parts == [1.0; 2] {

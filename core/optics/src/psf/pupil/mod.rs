@@ -1,51 +1,49 @@
-//! `pupil`: the light of all rays through the pupil, where they land.
+//! `pupil`: the PSF of the ray map over the pupil, and of diffraction.
 //!
-//! The exact density of the ray map over the pupil, integrated over pixels, from defocus far below a
-//! pixel to hundreds of pixels, through focus and caustics: a mesh over the pupil (`mesh`) whose
-//! triangles are spread over the pixels by area (`splat`), then the symmetric blur (`taps`).
-//! No ray is a sample, so there is neither noise nor moire. Derivatives by whatever the wavefront and
-//! the stops depend on come with it, for fitting.
+//! The ray density is integrated exactly over pixels, from defocus far below a pixel to hundreds of pixels, through
+//! focus and caustics. A triangle mesh over the pupil (`mesh`) is mapped to the sensor and rasterised with exact area
+//! coverage (`rasterise`), then the symmetric blur is applied (`gaussian_blur`). Rays are not sampled, so there is
+//! neither noise nor moiré. Derivatives by parameters of the wavefront and the stops are available for fits.
+//!
+//! A pupil that diffracts is drawn by Fourier transform instead (`wave`). The sensor acts on the spectrum of either
+//! ([`OpticalPsf`]).
 
 mod extent;
 mod fourier;
+mod gaussian_blur;
 mod halo;
 mod mesh;
-mod respond;
-#[cfg(test)]
-mod respond_tests;
-mod splat;
-mod taps;
+mod optical_psf;
+mod rasterise;
 #[cfg(test)]
 mod tests;
 mod wave;
-#[cfg(test)]
-mod wave_tests;
 
 use crate::lens::{LocalPupil, MAX_STOPS, Stop, Transmission, Wavefront};
-use crate::psf::rows::grid_about;
+use crate::psf::rows::KernelGrid;
 use crate::psf::{KernelBounds, KernelRows, LocalBlur, PsfModel, SampleGrid};
 use extent::Extent;
 use fourier::Fourier;
+use gaussian_blur::GaussianBlur;
 use mesh::{Mesh, Ring};
-pub use respond::OpticalPsf;
-use splat::{Canvas, Scratch};
-use taps::Taps;
+pub use optical_psf::OpticalPsf;
+use rasterise::{Canvas, Scratch};
 
-/// The ray-exact PSF of [`LocalBlur::pupil`].
+/// The PSF model that draws [`LocalBlur::pupil`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pupil;
 
-/// A direction in which a pupil can change: how its wavefront and its stops move.
+/// The derivative of a pupil with respect to one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PupilDerivative {
-    /// Rate of the wavefront.
+    /// Derivative of the wavefront.
     pub wavefront: Wavefront,
-    /// Rates of centre and radius of each of [`LocalPupil::stops`].
+    /// Derivatives of centre and radius of each of [`LocalPupil::stops`].
     pub stops: [Stop; MAX_STOPS],
 }
 
 impl PupilDerivative {
-    /// A change of the wavefront alone.
+    /// Creates the derivative of a parameter that changes the wavefront only.
     pub fn from_wavefront(wavefront: Wavefront) -> Self {
         let still = Stop {
             centre: [0.0, 0.0],
@@ -64,31 +62,32 @@ impl PupilDerivative {
     }
 }
 
-/// How fine the mesh is: rings per root of the map's bend (px).
+/// The resolution of the mesh: rings per square root of the largest second derivative of the ray map (px).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detail(f64);
 
 impl Detail {
-    /// Keeps the error of every lens tried, caustics included, 70 dB below the light.
+    /// For predictions: the error is 70 dB below the light for every lens tried, including caustics.
     pub const FULL: Self = Self(12.0);
-    /// For fits: 60 dB with strong caustics, 70 dB with weak ones. The error falls by 12 dB with
-    /// every doubling.
+    /// For fits: 60 dB with strong caustics, 70 dB with weak ones. Each doubling lowers the error by 12 dB.
     pub const FIT: Self = Self(6.0);
-    /// For the first steps of fits.
+    /// For the first iterations of fits.
     pub const COARSE: Self = Self(4.0);
-    /// For plates. With kernels shared as `SHARING_TOLERANCE_PX` says, a plate of bright points in the corner of
-    /// a fast lens comes out 57 dB from one fine kernel a pixel; a test holds 45 dB.
+    /// For rendering. With kernels shared within `SHARING_TOLERANCE_PX`, a plate of bright points in the corner of a
+    /// fast lens is 57 dB from rendering with one fine kernel a pixel; a test holds 45 dB.
     pub const RENDER: Self = Self(3.0);
 }
 
-/// Neighbours on a plate whose rays land within this many px of where those of the first land, shift
-/// and blur included, share a kernel: that in their middle, so that most rays are half as far off and
-/// errors cancel from neighbour to neighbour. What that costs: [`Detail::RENDER`].
+/// Largest difference between the landing points of the rays of two source pixels that share a kernel, px, including
+/// shift and blur.
+///
+/// A run of pixels shares the kernel of its middle, so most rays are off by half as much and errors cancel between
+/// neighbours. [`Detail::RENDER`] states the resulting error.
 const SHARING_TOLERANCE_PX: f64 = 0.1;
-/// Rays on the pupil's rim, where they move most, that are compared for it.
+/// Rays on the rim of the pupil, where they differ most, that [`Pupil`] compares for kernel sharing.
 const RIM_POINTS: usize = 8;
 
-/// Buffers of [`draw`], to be used again.
+/// Reusable buffers of [`draw`].
 #[derive(Debug, Default)]
 pub struct Workspace {
     inner: Ring,
@@ -97,19 +96,19 @@ pub struct Workspace {
     fourier: Fourier,
 }
 
-/// What [`draw`] drew; row-major.
+/// A PSF drawn by [`draw`] and its derivatives, row-major.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PsfImage {
-    /// Share of the light that each pixel gets.
+    /// Share of the light in each pixel.
     pub light: Vec<f64>,
-    /// Its derivatives, pixel by pixel, one along each tangent and room for more: [`PsfImage::stride`].
+    /// Derivatives of `light`, [`PsfImage::stride`] values a pixel: one for each parameter, then padding.
     pub derivatives: Vec<f64>,
-    /// Its derivative by the variance of the symmetric blur, per px².
+    /// Derivative of `light` by the variance of the symmetric blur, per px².
     pub blur_derivative: Vec<f64>,
 }
 
 impl PsfImage {
-    /// Values of `slopes` per pixel for `derivatives` derivatives; those beyond are of no meaning.
+    /// Returns the number of values a pixel in [`PsfImage::derivatives`] for that many `derivatives`.
     pub fn stride(derivatives: usize) -> usize {
         mesh::packs(derivatives) * mesh::LANES
     }
@@ -180,84 +179,70 @@ fn draw_within(
     let variances = pupil.blur_variances_px2();
     let least = variances[0].min(variances[1]);
     let factor = extent.cells_per_pixel(least);
-    let taps = (factor > 1 || least > 0.0 || !derivatives.is_empty())
-        .then(|| Taps::new(variances, factor));
-    let margin = taps.as_ref().map_or(0, |t| t.margin);
+    let blur = (factor > 1 || least > 0.0 || !derivatives.is_empty())
+        .then(|| GaussianBlur::new(variances, factor));
+    let margin = blur.as_ref().map_or(0, |blur| blur.margin);
     let (width, height) = (grid.width, grid.height);
-    let cells = (width * factor + 2 * margin, height * factor + 2 * margin);
     let scale = factor as f64;
-    let origin = [
-        grid.corner_px[0] - margin as f64 / scale,
-        grid.corner_px[1] - margin as f64 / scale,
-    ];
-    let rings = extent.rings(detail);
-    spread(
-        pupil,
-        derivatives,
-        moving,
-        rings,
-        origin,
-        cells,
-        factor,
-        space,
-    );
+    let cells = CellGrid {
+        origin: grid.corner_px.map(|x| x - margin as f64 / scale),
+        columns: width * factor + 2 * margin,
+        rows: height * factor + 2 * margin,
+        per_pixel: factor,
+    };
+    let mesh = Mesh::new(pupil, derivatives, moving, extent.rings(detail));
+    rasterise(&mesh, pupil.transmission, &cells, space);
     let pixels = width * height;
     out.light.resize(pixels, 0.0);
     out.derivatives
         .resize(pixels * PsfImage::stride(derivatives.len()), 0.0);
     out.derivatives.fill(0.0);
-    let Some(taps) = taps else {
+    let Some(blur) = blur else {
         out.light.copy_from_slice(&space.canvas.light);
         out.blur_derivative.clear();
         return;
     };
     let size = (width, height);
-    taps.apply(&space.canvas.light, 1, size, false, &mut out.light);
+    blur.apply(&space.canvas.light, 1, size, &mut out.light);
     if !derivatives.is_empty() {
         let depth = PsfImage::stride(derivatives.len());
-        taps.apply(
-            space.canvas.slopes.as_flattened(),
-            depth,
-            size,
-            false,
-            &mut out.derivatives,
-        );
+        let unblurred = space.canvas.derivatives.as_flattened();
+        blur.apply(unblurred, depth, size, &mut out.derivatives);
         out.blur_derivative.resize(pixels, 0.0);
-        taps.apply(&space.canvas.light, 1, size, true, &mut out.blur_derivative);
+        blur.apply_variance_derivative(&space.canvas.light, size, &mut out.blur_derivative);
     }
 }
 
-/// Spreads light and its derivatives over the canvas of `space`: `cells` (columns, rows) of which `factor`
-/// make up a pixel's side, from `origin` px from the chief ray on.
-#[allow(clippy::too_many_arguments)] // One more than `draw`.
-fn spread(
-    pupil: &LocalPupil,
-    derivatives: &[PupilDerivative],
-    moving: usize,
-    rings: usize,
+/// A grid of cells, finer than the pixels, on which light is rasterised.
+struct CellGrid {
+    /// Top-left outer corner from the chief ray, px.
     origin: [f64; 2],
-    cells: (usize, usize),
-    factor: usize,
-    space: &mut Workspace,
-) {
-    space.canvas.clear(cells, factor as f64, derivatives.len());
-    pulp::Arch::new().dispatch(Spreading {
-        mesh: &Mesh::new(pupil, derivatives, moving, rings),
-        origin,
-        transmission: pupil.transmission,
+    columns: usize,
+    rows: usize,
+    /// Cells along the side of a pixel.
+    per_pixel: usize,
+}
+
+/// Rasterises the light of `mesh` and its derivatives on the canvas of `space`; the sum over the plane is one.
+fn rasterise(mesh: &Mesh, transmission: Transmission, cells: &CellGrid, space: &mut Workspace) {
+    space.canvas.clear(cells, mesh.derivative_count());
+    pulp::Arch::new().dispatch(Rasterising {
+        mesh,
+        origin: cells.origin,
+        transmission,
         space,
     });
 }
 
-/// Walks through the mesh and spreads its light, compiled for the machine's vector instructions.
-struct Spreading<'a, 'b> {
+/// [`rasterise`] for `pulp::Arch::dispatch`.
+struct Rasterising<'a, 'b> {
     mesh: &'a Mesh<'b>,
     origin: [f64; 2],
     transmission: Transmission,
     space: &'a mut Workspace,
 }
 
-impl pulp::WithSimd for Spreading<'_, '_> {
+impl pulp::WithSimd for Rasterising<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -273,15 +258,15 @@ impl pulp::WithSimd for Spreading<'_, '_> {
         for k in 1..=self.mesh.rings() {
             self.mesh.ring(k, outer);
             let rings = (&*inner, &*outer);
-            total += canvas.spread(k, rings, self.origin, self.transmission, &mut scratch);
+            total += canvas.add_ring(k, rings, self.origin, self.transmission, &mut scratch);
             std::mem::swap(inner, outer);
         }
-        // All light is one. What moving stops do to the total is left in the slopes: the light of a
-        // tile is free in a fit, and a prediction has no derivatives.
+        // Normalises the light to one. The derivatives keep the change of the total by moving stops: fits
+        // have a free gain for each tile.
         let share = 1.0 / total;
         canvas.light.iter_mut().for_each(|v| *v *= share);
-        let slopes = canvas.slopes.as_flattened_mut();
-        slopes.iter_mut().for_each(|v| *v *= share);
+        let derivatives = canvas.derivatives.as_flattened_mut();
+        derivatives.iter_mut().for_each(|v| *v *= share);
     }
 }
 
@@ -296,7 +281,7 @@ impl PsfModel for Pupil {
 
     fn kernel_bounds(&self, blur: &LocalBlur) -> KernelBounds {
         let pupil = rays(blur);
-        Extent::of(&pupil).reach(&pupil, pupil.centroid())
+        Extent::of(&pupil).kernel_bounds(&pupil, pupil.centroid())
     }
 
     fn sample(&self, blur: &LocalBlur, window: &SampleGrid, out: &mut [f64]) {
@@ -339,7 +324,7 @@ impl PsfModel for Pupil {
         }
         let shifted = (shift_px.0 - other_shift_px.0).hypot(shift_px.1 - other_shift_px.1);
         let blurred = (a.blur_variance_px2.sqrt() - b.blur_variance_px2.sqrt()).abs();
-        // Of pupil radii; the light is some two deviations wide on either side.
+        // In pupil radii; the light extends about two standard deviations to either side.
         let clipped: f64 = (a.stops().iter().zip(b.stops()))
             .map(|(s, t)| {
                 let moved = (s.centre[0] - t.centre[0]).hypot(s.centre[1] - t.centre[1]);
@@ -360,13 +345,13 @@ impl PsfModel for Pupil {
         })
     }
 
-    /// Draws with [`Detail::RENDER`]: a plate asks for a kernel a pixel.
+    /// Draws with [`Detail::RENDER`].
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
         let pupil = rays(blur);
         let centroid = pupil.centroid();
         let extent = Extent::of(&pupil);
-        let reach = extent.reach(&pupil, centroid);
-        let (left, top, window) = grid_about(&reach, shift_px);
+        let grid = KernelGrid::new(&extent.kernel_bounds(&pupil, centroid), shift_px);
+        let window = grid.samples;
         let (mut space, mut drawn) = std::mem::take(&mut rows.scratch);
         draw_within(
             &extent,
@@ -377,7 +362,7 @@ impl PsfModel for Pupil {
             &mut space,
             &mut drawn,
         );
-        rows.take_over(&drawn.light, (left, top), window.width);
+        rows.copy_from_image(&drawn.light, grid.left, grid.top, window.width);
         rows.scratch = (space, drawn);
     }
 }
@@ -394,11 +379,11 @@ fn tile_grid(window: &SampleGrid, centroid: [f64; 2]) -> TileGrid {
     }
 }
 
-/// The rays of `blur`.
+/// Returns wavefront and pupil of `blur`.
 ///
 /// # Panics
-/// Where it has none: callers ask [`PsfModel::needs_rays`] and the lens first.
+/// If there are none: callers check [`PsfModel::needs_rays`] against the lens first.
 fn rays(blur: &LocalBlur) -> LocalPupil {
     blur.pupil
-        .expect("the pupil model is asked only of lenses known ray by ray")
+        .expect("the model `pupil` needs a lens of the kind `pupil`")
 }

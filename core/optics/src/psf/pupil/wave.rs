@@ -1,51 +1,56 @@
-//! Light as a wave: the picture is the squared size of the Fourier transform of what leaves the pupil.
+//! Diffraction: the PSF is the squared modulus of the Fourier transform of the pupil function.
 //!
-//! With W the wavefront (its slope is where rays land, px), T the transmission and q twice the f-number
-//! times the wavelength in px, the field at x is the integral over the pupil of
-//! `sqrt(T) exp(2 pi i (W(u) - x.u) / q)`: its phase stands still where the ray through u lands on x. The
-//! pupil is sampled so finely that the field repeats beyond all that is asked for, and the field so finely
-//! that its square is whole; the picture's spectrum then follows exactly, with pixels and blur as factors.
+//! W is the wavefront (its slope is the landing point of the ray, px), T the transmission and q twice the f-number
+//! times the wavelength in px. The field at x is the integral over the pupil of `sqrt(T) exp(2 pi i (W(u) - x.u) / q)`,
+//! whose phase is stationary where the ray through u lands on x.
+//!
+//! The pupil is sampled finely enough that the periodic field repeats outside the needed window, and the field finely
+//! enough that its square does not alias. The spectrum of the PSF is then exact; pixels and blur are factors of it.
 
 use std::f64::consts::{PI, TAU};
 
 use super::extent::Extent;
 use super::fourier::{C, Fourier, quick_length, transpose};
-use super::respond::{Spectrum, View, signed, sinc};
+use super::optical_psf::{Spectrum, View, signed, sinc};
 use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, Stop, powers};
 
-/// Least room between the rays and the tile's next repetition, in q over the pupil's narrowest half
-/// width.
+/// Smallest distance between the rays and the next period of the tile, in q over the smallest half width of the pupil.
 const SKIRT: f64 = 8.0;
-/// Half width, in the same unit, beyond the rays where the picture ends however large the tile is:
-/// 0.25 % of the light of a round pupil lies beyond.
+/// Largest distance from the rays to which the PSF is drawn, in the unit of [`SKIRT`]: 0.25 % of the light of a round
+/// pupil lies beyond.
 const MOST_SKIRT: f64 = 40.0;
-/// Most samples of the field along an axis: enough for a window of 256 q. Where it is wider (rays
-/// over more than some 240 q, or a large tile and tiny q), q is taken larger, until so many do: waves so
-/// small show only as fringes that pixels and blur hide, and these become coarser.
+/// Largest number of field samples along an axis: enough for a window of 256 q.
+///
+/// For a wider window (rays over more than about 240 q, or a large tile and tiny q), q is raised until this many
+/// samples suffice. The fringes of so small a q are hidden by pixels and blur; they only become coarser.
 const MOST_SAMPLES: usize = 1024;
 
-/// One axis of the sampling.
+/// Sampling of pupil and field along one axis.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
-    /// Pixels after which the picture repeats.
+    /// Period of the PSF, pixels.
     pixels: usize,
-    /// The tile's pixel on whose middle the field is centred.
+    /// Tile pixel on whose centre the field is centred.
     pixel: i64,
-    /// That middle from the chief ray, px before the squeeze.
+    /// Position of that centre from the chief ray, px before the squeeze.
     centre: f64,
-    /// Samples of the pupil, their spacing and the first of them.
+    /// Number of pupil samples.
     count: usize,
+    /// Spacing of pupil samples, pupil radii.
     step: f64,
+    /// Position of the first pupil sample.
     first: f64,
-    /// Samples of the field.
+    /// Number of field samples.
     field: usize,
 }
 
 impl Axis {
-    /// Along `axis` for waves of `q` px, whose skirts are `unit` px wide before the squeeze.
+    /// Plans the sampling along `axis` for diffraction of scale `q` px; `unit` is q over the smallest half width of the
+    /// pupil.
     fn new(
         pupil: &LocalPupil,
-        (q, unit): (f64, f64),
+        q: f64,
+        unit: f64,
         extent: &Extent,
         view: &View,
         axis: usize,
@@ -71,7 +76,7 @@ impl Axis {
             ends.fold(f64::INFINITY, f64::min)
         };
         let (left, right) = (-side(-1.0), side(1.0));
-        // And a cell on either side for what sharpens the edge.
+        // One more cell on either side for the edge correction.
         let count = ((right - left) / step).ceil() as usize + 2;
         Self {
             pixels,
@@ -84,19 +89,19 @@ impl Axis {
         }
     }
 
-    /// What integration over pixels and a blur of `variance_px2` do to frequency `k`.
-    fn passes(&self, k: i64, variance_px2: f64) -> f64 {
+    /// Returns the transfer of integration over pixels and a blur of `variance_px2` at frequency `k`.
+    fn transfer(&self, k: i64, variance_px2: f64) -> f64 {
         let f = k as f64 / self.pixels as f64;
         sinc(f) * (-2.0 * PI * PI * f * f * variance_px2).exp()
     }
 }
 
-/// Half width, in pupil radii, of the pupil of `pupil` where it is narrowest, a slit counting as a tenth;
-/// none where light is not drawn as a wave. A pupil that is all but closed is a pinhole, whose waves would
-/// go everywhere: its rays are drawn.
+/// Returns the smallest half width of the pupil in pupil radii, at least 0.1; `None` if it is drawn by rays.
+///
+/// An almost closed pupil is drawn by rays as well: the diffraction of a pinhole would have no bounds.
 pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
-    let wavy = pupil.diffracts();
-    let depth = if wavy {
+    let diffracts = pupil.diffracts();
+    let depth = if diffracts {
         pupil.inscribed_circle().1
     } else {
         0.0
@@ -104,8 +109,9 @@ pub(super) fn half_width(pupil: &LocalPupil) -> Option<f64> {
     (depth > PINHOLE_RADIUS).then_some(depth.max(0.1))
 }
 
-/// The spectrum of the picture that waves draw, pixels and symmetric blur included; `half_width` is that of
-/// [`half_width`].
+/// Returns the spectrum of the diffraction PSF, including pixels and symmetric blur.
+///
+/// `half_width` is that returned by [`half_width`].
 pub(super) fn spectrum(
     pupil: &LocalPupil,
     half_width: f64,
@@ -114,7 +120,7 @@ pub(super) fn spectrum(
     fourier: &mut Fourier,
 ) -> Spectrum {
     let mut q = pupil.wave_px;
-    let lay = |q: f64| [0, 1].map(|axis| Axis::new(pupil, (q, q / half_width), extent, view, axis));
+    let lay = |q: f64| [0, 1].map(|axis| Axis::new(pupil, q, q / half_width, extent, view, axis));
     let mut axes = lay(q);
     for _ in 0..20 {
         let most = axes[0].field.max(axes[1].field);
@@ -126,9 +132,9 @@ pub(super) fn spectrum(
     }
     let [x, y] = &axes;
     let mut wave = fourier.buffer(x.count * y.count);
-    let light = leaving(pupil, q, x, y, &mut wave);
+    let light = fill_pupil_function(pupil, q, x, y, &mut wave);
 
-    // The field, lines along y of samples along x at the end.
+    // Computes the field; its lines end up along x.
     let plan = fourier.line(y.field);
     let mut lines = fourier.buffer(x.count * y.field);
     for (line, from) in lines
@@ -147,20 +153,20 @@ pub(super) fn spectrum(
 
     let mut bright: Vec<f64> = field.iter().map(C::norm_sqr).collect();
     let grid = fourier.grid([x.field, y.field]);
-    // Beyond these frequencies the spectrum is empty.
+    // The spectrum is zero beyond these frequencies.
     let kept = x.count;
     let mut values = grid.forward(&mut bright, kept, &mut field);
     for buffer in [wave, lines, field] {
         fourier.keep(buffer);
     }
-    // The pupil's energy, not the window's: what goes beyond the window is lost, not spread over it.
+    // Normalises by the energy in the pupil: light outside the window is lost, not moved into it.
     let share = 1.0 / (light * (x.field * y.field) as f64);
     let [along_x, along_y] = pupil.blur_variances_px2().map(|v| v.max(0.0));
     let down: Vec<f64> = (0..y.field)
-        .map(|k| y.passes(signed(k, y.field), along_y))
+        .map(|k| y.transfer(signed(k, y.field), along_y))
         .collect();
     for (k, line) in values.chunks_exact_mut(y.field).enumerate() {
-        let across = share * x.passes(k as i64, along_x);
+        let across = share * x.transfer(k as i64, along_x);
         for (value, down) in line.iter_mut().zip(&down) {
             *value *= across * down;
         }
@@ -176,12 +182,13 @@ pub(super) fn spectrum(
     }
 }
 
-/// Fills `wave` with the wave in the pupil, samples along y for each along x, its tilt such that the field's
-/// first sample is on the axes' centres; returns the light that it stands for.
-fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis, wave: &mut [C]) -> f64 {
+/// Fills `wave` with the pupil function and returns its energy.
+///
+/// Samples along y for each sample along x, tilted so that the first field sample lies at the centres of the axes.
+fn fill_pupil_function(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis, wave: &mut [C]) -> f64 {
     let mut open = vec![0.0; x.count * y.count];
     let cell = [x.step, y.step];
-    // The outermost cells are closed.
+    // The outermost cells are opaque.
     for column in 1..x.count - 1 {
         let ux = x.first + column as f64 * x.step;
         for row in 1..y.count - 1 {
@@ -204,8 +211,8 @@ fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis, wave: &mut [C]) -> f6
         let at = |column: usize, row: usize| open[column * y.count + row];
         for (row, sample) in line.iter_mut().enumerate() {
             let here = at(column, row);
-            // Shares of cells are the pupil blurred by a cell, which dims what it sends far off: the
-            // second difference takes the blur's variance off, to fourth order in the cell.
+            // Cell coverage is the pupil blurred by a cell, which dims the far field. The second
+            // difference removes the variance of that blur, to fourth order in the cell size.
             let (before, above) = (column.saturating_sub(1), row.saturating_sub(1));
             let (after, below) = ((column + 1).min(x.count - 1), (row + 1).min(y.count - 1));
             let around = at(before, row) + at(after, row) + at(column, above) + at(column, below);
@@ -225,7 +232,7 @@ fn leaving(pupil: &LocalPupil, q: f64, x: &Axis, y: &Axis, wave: &mut [C]) -> f6
     light
 }
 
-/// Share of the cell of these sides about `u` that lies within `stop`, whose edge is taken as straight.
+/// Returns the share of the `cell` (sides along x and y) about `u` that lies within `stop`, with its edge as a line.
 fn share_within(stop: &Stop, u: [f64; 2], cell: [f64; 2]) -> f64 {
     let (dx, dy) = (u[0] - stop.centre[0], u[1] - stop.centre[1]);
     let far2 = dx * dx + dy * dy;
@@ -242,8 +249,8 @@ fn share_within(stop: &Stop, u: [f64; 2], cell: [f64; 2]) -> f64 {
     if far == 0.0 {
         return 1.0;
     }
-    // What the cell's sides measure along the edge's normal: the depths in it are a sum of two even
-    // distributions of these widths.
+    // Projections of the sides on the normal of the edge: depths in the cell are distributed as the sum
+    // of two uniform distributions of these widths.
     let (a, b) = ((dx / far).abs() * cell[0], (dy / far).abs() * cell[1]);
     let (wide, narrow) = (a.max(b), a.min(b));
     let half = (wide + narrow) / 2.0;
@@ -262,7 +269,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_on_the_edge_are_shared() {
+    fn cell_coverage_sums_to_the_area_of_the_stop() {
         let stop = Stop {
             centre: [0.1, -0.2],
             radius: 0.7,
@@ -275,7 +282,7 @@ mod tests {
                 sum += share_within(&stop, u, cell) * cell[0] * cell[1];
             }
         }
-        // The chord of a curved edge cuts off a sagitta of cell² / (24 radius) or so.
+        // The straight edge loses a sagitta of about cell² / (24 radius).
         let area = PI * 0.49;
         assert!((sum / area - 1.0).abs() < 4e-4, "{}", sum / area);
     }

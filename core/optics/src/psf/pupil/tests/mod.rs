@@ -177,32 +177,39 @@ fn derivatives_are_those_of_the_picture() {
     };
     let at = FieldPoint::new(0.7, 0.4);
     let pupil = clipped(&numbers, at, 0.2);
-    let mut tangents = vec![
+    let mut derivatives = vec![
         PupilDerivative::from_wavefront(Wavefront::tilt(1.0, 0.0)),
         PupilDerivative::from_wavefront(Wavefront::tilt(0.0, 1.0)),
     ];
     for (round, along) in [(1, 0), (2, 0), (0, 2), (1, 1), (3, 0), (0, 3)] {
         let mut wavefront = Wavefront::default();
         wavefront.add(round, along, at.meridian(), 0.5);
-        tangents.push(PupilDerivative::from_wavefront(wavefront));
+        derivatives.push(PupilDerivative::from_wavefront(wavefront));
     }
     for stop in [1, 2] {
         for (x, y, radius) in [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)] {
-            let mut tangent = PupilDerivative::from_wavefront(Wavefront::default());
-            tangent.stops[stop] = Stop {
+            let mut derivative = PupilDerivative::from_wavefront(Wavefront::default());
+            derivative.stops[stop] = Stop {
                 centre: [x, y],
                 radius,
             };
-            tangents.push(tangent);
+            derivatives.push(derivative);
         }
     }
     let (side, corner) = (25, (-12.3, -12.1));
     let mut out = PsfImage::default();
     let mut space = Workspace::default();
     let grid = square(corner, side);
-    draw(&pupil, &grid, &tangents, Detail::FULL, &mut space, &mut out);
+    draw(
+        &pupil,
+        &grid,
+        &derivatives,
+        Detail::FULL,
+        &mut space,
+        &mut out,
+    );
     let plain = |p: &LocalPupil| drawn(p, corner, side).light;
-    let stride = PsfImage::stride(tangents.len());
+    let stride = PsfImage::stride(derivatives.len());
     let relative = |analytic: &dyn Fn(usize) -> f64, low: &[f64], high: &[f64], step: f64| {
         let numeric = |k: usize| (high[k] - low[k]) / (2.0 * step);
         let size: f64 = (0..side * side).map(|k| numeric(k).powi(2)).sum();
@@ -212,11 +219,11 @@ fn derivatives_are_those_of_the_picture() {
         (error / size).sqrt()
     };
     let step = 1e-3;
-    for (which, tangent) in tangents.iter().enumerate() {
+    for (which, derivative) in derivatives.iter().enumerate() {
         let moved = |by: f64| {
             let mut p =
-                LocalPupil::circular(pupil.wavefront.add_scaled(by, &tangent.wavefront), 0.2);
-            for (stop, rate) in pupil.stops().iter().zip(&tangent.stops).skip(1) {
+                LocalPupil::circular(pupil.wavefront.add_scaled(by, &derivative.wavefront), 0.2);
+            for (stop, rate) in pupil.stops().iter().zip(&derivative.stops).skip(1) {
                 p.clip(Stop {
                     centre: [0, 1].map(|a| stop.centre[a] + by * rate.centre[a]),
                     radius: stop.radius + by * rate.radius,
@@ -225,7 +232,7 @@ fn derivatives_are_those_of_the_picture() {
             p
         };
         // A mesh whose cusps move is laid anew: a larger step outweighs what that changes.
-        let step = if tangent.moves_stops() { 0.02 } else { step };
+        let step = if derivative.moves_stops() { 0.02 } else { step };
         let (low, high) = (plain(&moved(-step)), plain(&moved(step)));
         // The slopes leave the growth of the whole light to the light that is free in a fit.
         let total: f64 = (0..side * side)
@@ -234,8 +241,8 @@ fn derivatives_are_those_of_the_picture() {
         let analytic = |k: usize| out.derivatives[k * stride + which] - total * out.light[k];
         let error = relative(&analytic, &low, &high, step);
         // Where two stops cross the mesh counts the cusp half to either, which is all that is lost.
-        let bound = if tangent.moves_stops() { 0.08 } else { 0.02 };
-        assert!(error < bound, "tangent {which}: {error}");
+        let bound = if derivative.moves_stops() { 0.08 } else { 0.02 };
+        assert!(error < bound, "derivative {which}: {error}");
     }
     let blurred = |by: f64| plain(&pupil.blurred_by(by));
     let error = relative(

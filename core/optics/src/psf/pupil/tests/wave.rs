@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::*;
+use super::super::*;
 use crate::field::FieldPoint;
 use crate::lens::{ReducedNumbers, Transmission};
 
@@ -296,7 +296,7 @@ fn the_centroid_is_that_of_the_rays() {
 #[test]
 #[should_panic(expected = "derivatives")]
 fn waves_have_no_derivatives() {
-    let tangent = PupilDerivative::from_wavefront(Wavefront::tilt(1.0, 0.0));
+    let derivative = PupilDerivative::from_wavefront(Wavefront::tilt(1.0, 0.0));
     let (mut space, mut out) = (Workspace::default(), PsfImage::default());
     let grid = TileGrid {
         corner_px: [-2.5, -2.5],
@@ -306,7 +306,7 @@ fn waves_have_no_derivatives() {
     draw(
         &focused(1.0),
         &grid,
-        &[tangent],
+        &[derivative],
         Detail::FIT,
         &mut space,
         &mut out,

@@ -1,32 +1,32 @@
-//! Symmetric Gaussian blur of light on a fine grid, gathered into the pixels of a coarse one.
+//! Separable Gaussian blur of light on a grid of cells, combined with summation of the cells into pixels.
 //!
-//! The blur is the discrete Gaussian e^-t I_n(t), n cells off, t the variance in cells squared: it has
-//! exactly the variance asked for however narrow it is, and none leaves every cell as it is. (A
-//! sampled Gaussian, or one integrated over cells, widens what is narrower than a cell.) Along each
-//! axis apart.
+//! The kernel is the discrete Gaussian e^-t I_n(t) at n cells, with t the variance in cells². Its variance is exact
+//! at any width, and at zero it is the identity. (A sampled Gaussian, or one integrated over cells, is too wide where
+//! it is narrower than a cell.)
 
-/// KernelBounds of the blur, standard deviations: 1e-8 of the light is beyond.
+/// Half width of the kernel, standard deviations: 1e-8 of the light lies outside.
 const REACH: f64 = 5.7;
 
-/// Weights of fine cells in one pixel, and their derivatives by the variance.
-pub(super) struct Taps {
-    /// Fine cells per pixel along an axis.
+/// The weights of cells in a pixel, and their derivatives by the variance.
+pub(super) struct GaussianBlur {
+    /// Cells along the side of a pixel.
     factor: usize,
-    /// Fine cells that a pixel sees beyond its own on either side.
+    /// Cells beyond a pixel, on either side, from which it gets light.
     pub(super) margin: usize,
     down: Line,
-    /// Along x, where that is another.
+    /// Weights along x, if they differ from those along y.
     across: Option<Line>,
 }
 
 /// Weights along one axis.
 struct Line {
     weights: Vec<f64>,
-    slopes: Vec<f64>,
+    /// Derivatives of the weights by the variance, per px².
+    derivatives: Vec<f64>,
 }
 
-impl Taps {
-    /// For a blur of these variances along x and y and `factor` fine cells a pixel.
+impl GaussianBlur {
+    /// Creates a blur with these variances (x, y), px², for `factor` cells along the side of a pixel.
     pub(super) fn new([along_x, along_y]: [f64; 2], factor: usize) -> Self {
         let cells = (factor * factor) as f64;
         let t = along_x.max(along_y).max(0.0) * cells;
@@ -39,35 +39,47 @@ impl Taps {
         }
     }
 
-    /// Blurs `fine`, `depth` values a cell, `width` x `height` pixels with a margin of
-    /// [`Taps::margin`] cells on every side, into `out`. With `by_variance` the derivative by the
-    /// variance instead.
-    pub(super) fn apply(
+    /// Blurs `cells` into the pixels of `out`, an image of `size` (width, height) with `depth` values a pixel.
+    ///
+    /// `cells` extends [`GaussianBlur::margin`] cells beyond the image on every side.
+    pub(super) fn apply(&self, cells: &[f64], depth: usize, size: (usize, usize), out: &mut [f64]) {
+        out.fill(0.0);
+        let (x, y) = (self.across.as_ref().unwrap_or(&self.down), &self.down);
+        self.add_separable(cells, depth, size, [&x.weights, &y.weights], out);
+    }
+
+    /// Computes the derivative of the blurred light by the variance, per px², into `out`; otherwise like
+    /// [`GaussianBlur::apply`] with one value a pixel.
+    pub(super) fn apply_variance_derivative(
         &self,
-        fine: &[f64],
-        depth: usize,
+        cells: &[f64],
         size: (usize, usize),
-        by_variance: bool,
         out: &mut [f64],
     ) {
         out.fill(0.0);
         let (x, y) = (self.across.as_ref().unwrap_or(&self.down), &self.down);
-        let passes: &[(&[f64], &[f64])] = if by_variance {
-            &[(&x.slopes, &y.weights), (&x.weights, &y.slopes)]
-        } else {
-            &[(&x.weights, &y.weights)]
-        };
-        for &(across, down) in passes {
-            pulp::Arch::new().dispatch(Blurring {
-                taps: self,
-                fine,
-                depth,
-                size,
-                across,
-                down,
-                out,
-            });
-        }
+        self.add_separable(cells, 1, size, [&x.derivatives, &y.weights], out);
+        self.add_separable(cells, 1, size, [&x.weights, &y.derivatives], out);
+    }
+
+    /// Adds `cells`, filtered with `weights` along x and y, to `out`.
+    fn add_separable(
+        &self,
+        cells: &[f64],
+        depth: usize,
+        size: (usize, usize),
+        [across, down]: [&[f64]; 2],
+        out: &mut [f64],
+    ) {
+        pulp::Arch::new().dispatch(Blurring {
+            blur: self,
+            cells,
+            depth,
+            size,
+            across,
+            down,
+            out,
+        });
     }
 }
 
@@ -78,7 +90,7 @@ impl Line {
         let kernel = discrete_gaussian(t, margin + factor + 2);
         let at = |n: isize| kernel[n.unsigned_abs()];
         let count = factor + 2 * margin;
-        // A pixel sees the sum of what its own cells get.
+        // A pixel is the sum of its own cells.
         let gathered = |value: &dyn Fn(isize) -> f64| -> Vec<f64> {
             (0..count)
                 .map(|k| {
@@ -88,20 +100,21 @@ impl Line {
                 .collect()
         };
         let mut weights = gathered(&at);
-        // Every fine cell gives all its light away: what lies beyond the reach is shared out.
+        // Conserves the light of every cell: renormalises the truncated kernel.
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w *= factor as f64 / sum);
         // The discrete Gaussian obeys the discrete diffusion equation.
         let slope = |n: isize| cells / 2.0 * (at(n - 1) - 2.0 * at(n) + at(n + 1));
         Self {
             weights,
-            slopes: gathered(&slope),
+            derivatives: gathered(&slope),
         }
     }
 }
 
-/// e^-t I_n(t) for n = 0..`count`, by Miller's downward recurrence I_(n-1) = I_(n+1) + 2 n / t I_n,
-/// scaled so that the sum over all n of both signs is one.
+/// Returns e^-t I_n(t) for n in 0..`count`, by Miller's downward recurrence I_(n-1) = I_(n+1) + 2 n / t I_n.
+///
+/// Scaled so that the sum over all n of both signs is one.
 fn discrete_gaussian(t: f64, count: usize) -> Vec<f64> {
     let mut kernel = vec![0.0; count];
     if t < 1e-12 {
@@ -128,10 +141,10 @@ fn discrete_gaussian(t: f64, count: usize) -> Vec<f64> {
     kernel
 }
 
-/// One separable blur, compiled for the machine's vector instructions.
+/// [`GaussianBlur::add_separable`] for `pulp::Arch::dispatch`.
 struct Blurring<'a> {
-    taps: &'a Taps,
-    fine: &'a [f64],
+    blur: &'a GaussianBlur,
+    cells: &'a [f64],
     depth: usize,
     size: (usize, usize),
     across: &'a [f64],
@@ -145,18 +158,18 @@ impl pulp::WithSimd for Blurring<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let (width, height) = self.size;
-        let (factor, depth) = (self.taps.factor, self.depth);
-        let columns = width * factor + 2 * self.taps.margin;
-        let rows = height * factor + 2 * self.taps.margin;
+        let (factor, depth) = (self.blur.factor, self.depth);
+        let columns = width * factor + 2 * self.blur.margin;
+        let rows = height * factor + 2 * self.blur.margin;
         let mut line = vec![0.0; width * depth];
         for row in 0..rows {
-            let source = &self.fine[row * columns * depth..(row + 1) * columns * depth];
+            let source = &self.cells[row * columns * depth..(row + 1) * columns * depth];
             let Some(first) = source.iter().position(|v| *v != 0.0) else {
                 continue;
             };
             let end = source.iter().rposition(|v| *v != 0.0).unwrap_or(first) / depth + 1;
             let first = first / depth;
-            // Pixels that see a lit cell.
+            // Pixels that get light from a nonzero cell.
             let lit = first.saturating_sub(self.across.len() - 1).div_ceil(factor)
                 ..end.div_ceil(factor).min(width);
             for column in lit.clone() {
@@ -172,7 +185,7 @@ impl pulp::WithSimd for Blurring<'_> {
                 }
             }
             let lit = lit.start * depth..lit.end.max(lit.start) * depth;
-            // Pixel rows that see this fine row: start <= row < start + taps.
+            // Pixel rows that get light from this row of cells.
             for pixel in (0..=(row / factor).min(height - 1)).rev() {
                 let Some(&weight) = self.down.get(row - pixel * factor) else {
                     break;
@@ -208,19 +221,19 @@ mod tests {
     #[test]
     fn a_point_becomes_a_gaussian_of_the_right_width() {
         for factor in [1, 2, 4] {
-            let taps = Taps::new([0.7; 2], factor);
+            let blur = GaussianBlur::new([0.7; 2], factor);
             let size = 17;
-            let columns = size * factor + 2 * taps.margin;
+            let columns = size * factor + 2 * blur.margin;
             let mut fine = vec![0.0; columns * columns];
             // The cells of the middle pixel.
-            let middle = taps.margin + 8 * factor;
+            let middle = blur.margin + 8 * factor;
             for y in 0..factor {
                 for x in 0..factor {
                     fine[(middle + y) * columns + middle + x] = 1.0 / (factor * factor) as f64;
                 }
             }
             let mut out = vec![0.0; size * size];
-            taps.apply(&fine, 1, (size, size), false, &mut out);
+            blur.apply(&fine, 1, (size, size), &mut out);
             let sum: f64 = out.iter().sum();
             let variance: f64 = out
                 .iter()
@@ -228,19 +241,19 @@ mod tests {
                 .map(|(k, v)| v * ((k % size) as f64 - 8.0).powi(2))
                 .sum();
             assert!((sum - 1.0).abs() < 1e-7, "{factor}: {sum}");
-            // The evenly lit pixel's own area, seen by cells of an area of theirs.
+            // Variance of the uniformly lit pixel on the grid of cells.
             let area = (1.0 - 1.0 / (factor * factor) as f64) / 12.0;
-            // Only nearly: what a narrow discrete Gaussian passes beyond the pixels' Nyquist frequency
-            // folds back, by the place of the point in its pixel.
-            let seen = 0.7 + area + pixels(factor);
+            // Approximate: a narrow discrete Gaussian passes frequencies above the pixels' Nyquist
+            // frequency, which alias depending on the place of the point in its pixel.
+            let expected = 0.7 + area + pixels(factor);
             assert!(
-                (variance - seen).abs() < 1e-3,
-                "{factor}: {variance} {seen}"
+                (variance - expected).abs() < 1e-3,
+                "{factor}: {variance} {expected}"
             );
         }
     }
 
-    /// What gathering `factor` cells a pixel adds to the variance of light spread over cells.
+    /// Returns the variance that summing `factor` cells into a pixel adds.
     fn pixels(factor: usize) -> f64 {
         (1.0 - 1.0 / (factor * factor) as f64) / 12.0
     }
@@ -261,17 +274,23 @@ mod tests {
     #[test]
     fn the_derivative_is_that_by_the_variance() {
         let step = 1e-5;
-        let draw = |variance: f64, by_variance: bool| {
-            let taps = Taps::new([variance; 2], 2);
-            let columns = 18 + 2 * taps.margin;
-            let mut fine = vec![0.0; columns * columns];
-            fine[(taps.margin + 8) * columns + taps.margin + 9] = 1.0;
+        let point = |blur: &GaussianBlur| {
+            let columns = 18 + 2 * blur.margin;
+            let mut cells = vec![0.0; columns * columns];
+            cells[(blur.margin + 8) * columns + blur.margin + 9] = 1.0;
+            cells
+        };
+        let draw = |variance: f64| {
+            let blur = GaussianBlur::new([variance; 2], 2);
             let mut out = vec![0.0; 81];
-            taps.apply(&fine, 1, (9, 9), by_variance, &mut out);
+            blur.apply(&point(&blur), 1, (9, 9), &mut out);
             out
         };
-        let (low, high) = (draw(0.3 - step, false), draw(0.3 + step, false));
-        for (k, slope) in draw(0.3, true).iter().enumerate() {
+        let (low, high) = (draw(0.3 - step), draw(0.3 + step));
+        let blur = GaussianBlur::new([0.3; 2], 2);
+        let mut derivative = vec![0.0; 81];
+        blur.apply_variance_derivative(&point(&blur), (9, 9), &mut derivative);
+        for (k, slope) in derivative.iter().enumerate() {
             let numeric = (high[k] - low[k]) / (2.0 * step);
             assert!((slope - numeric).abs() < 1e-6, "{k}: {slope} {numeric}");
         }

@@ -1,39 +1,43 @@
-//! Light of pupil triangles spread over the pixels they land on, area by area, with derivatives.
+//! Rasterisation of pupil triangles on the cells they land on, with exact area coverage and derivatives.
 //!
-//! A triangle of the pupil holds light in proportion to its area and lands as a triangle in which
-//! the light is even. The share that each pixel gets is the area of the part of the *pupil*
-//! triangle whose rays fall into the pixel: a polygon in barycentric coordinates, so that triangles
-//! folded to a line by a caustic need no care. A pixel's light changes only by what crosses its
-//! sides: along each chord that a side cuts out of a triangle, density times velocity.
+//! A triangle of the pupil holds light in proportion to its area, and lands as a triangle of even light. The share of a
+//! cell is the area of the part of the *pupil* triangle whose rays fall into the cell. That part is a polygon in
+//! barycentric coordinates, so triangles that a caustic folds to a line need no special case.
+//!
+//! The derivative of the light in a cell is the flux through its sides: density times velocity, along each chord that a
+//! side cuts out of a triangle.
 
+use super::CellGrid;
+use super::mesh::{LANES, MAX_STOP_DERIVATIVES, Pack, Ring, packs};
 use crate::lens::Transmission;
 
-use super::mesh::{LANES, MOST_STOP_TANGENTS, Pack, Ring, packs};
-
-/// A pixel grid that takes up light and its derivatives.
+/// A grid of cells that accumulates light and its derivatives.
 #[derive(Debug, Default)]
 pub(super) struct Canvas {
     width: usize,
     height: usize,
-    tangents: usize,
-    /// Canvas pixels per px.
+    /// Number of derivatives.
+    derivative_count: usize,
+    /// Cells per px.
     scale: f64,
-    /// Light of each pixel, row-major.
+    /// Light of each cell, row-major.
     pub(super) light: Vec<f64>,
-    /// Derivatives of it, pixel by pixel, one along each tangent, packed.
-    pub(super) slopes: Vec<Pack>,
+    /// Derivatives of the light, cell by cell, in packs.
+    pub(super) derivatives: Vec<Pack>,
 }
 
 impl Canvas {
-    /// An empty grid.
-    pub(super) fn clear(&mut self, (width, height): (usize, usize), scale: f64, tangents: usize) {
-        (self.width, self.height, self.tangents) = (width, height, tangents);
-        self.scale = scale;
+    /// Resizes the canvas to `cells`, with all values zero.
+    pub(super) fn clear(&mut self, cells: &CellGrid, derivative_count: usize) {
+        let count = cells.columns * cells.rows;
+        (self.width, self.height) = (cells.columns, cells.rows);
+        self.derivative_count = derivative_count;
+        self.scale = cells.per_pixel as f64;
         self.light.clear();
-        self.light.resize(width * height, 0.0);
-        self.slopes.clear();
-        self.slopes
-            .resize(width * height * packs(tangents), Pack::default());
+        self.light.resize(count, 0.0);
+        self.derivatives.clear();
+        self.derivatives
+            .resize(count * packs(derivative_count), Pack::default());
     }
 
     #[inline(always)]
@@ -45,36 +49,36 @@ impl Canvas {
         inside.then(|| row as usize * self.width + column as usize)
     }
 
-    /// Adds light that grows by `growth` along the last tangents, relative to it.
+    /// Adds light to a cell; `growth` holds its relative derivatives by the last parameters.
     #[inline(always)]
     fn add(&mut self, column: i32, row: i32, light: f64, growth: &[f64]) {
         if let Some(index) = self.index(column, row) {
             self.light[index] += light;
             if !growth.is_empty() {
-                let first = self.tangents - growth.len();
-                let start = index * packs(self.tangents);
+                let first = self.derivative_count - growth.len();
+                let start = index * packs(self.derivative_count);
                 for (k, g) in growth.iter().enumerate() {
                     let k = first + k;
-                    self.slopes[start + k / LANES][k % LANES] += light * g;
+                    self.derivatives[start + k / LANES][k % LANES] += light * g;
                 }
             }
         }
     }
 }
 
-/// The corners of one triangle.
+/// A triangle of the mesh, mapped to the canvas.
 struct Triangle<'a> {
-    /// Where they land, pixels of the canvas.
+    /// Landing points of the corners, cells.
     at: [[f64; 2]; 3],
-    /// Their velocities, all x then all y, packed.
+    /// Derivatives of the landing points: all x, then all y, in packs.
     velocity: [&'a [Pack]; 3],
     /// The light it holds.
     light: f64,
-    /// How much that grows along the last tangents, relative to it.
+    /// Relative derivatives of that light by the last parameters.
     growth: &'a [f64],
 }
 
-/// A point of a triangle: where it lands, and its second and third barycentric coordinates.
+/// A point of a triangle: its landing point, and its second and third barycentric coordinates.
 #[derive(Debug, Clone, Copy, Default)]
 struct Point {
     at: [f64; 2],
@@ -83,7 +87,7 @@ struct Point {
 }
 
 impl Point {
-    /// The point between `self` and `other` at which coordinate `axis` is `value`.
+    /// Returns the point between `self` and `other` at which coordinate `axis` is `value`.
     #[inline(always)]
     fn cut(&self, other: &Self, axis: usize, value: f64) -> Self {
         let t = ((value - self.at[axis]) / (other.at[axis] - self.at[axis])).clamp(0.0, 1.0);
@@ -101,7 +105,7 @@ impl Point {
     }
 }
 
-/// A convex polygon of a few corners.
+/// A convex polygon of up to eight corners.
 #[derive(Debug, Clone, Copy, Default)]
 struct Polygon {
     points: [Point; 8],
@@ -111,14 +115,14 @@ struct Polygon {
 impl Polygon {
     #[inline(always)]
     fn push(&mut self, point: Point) {
-        // Seven is the most that two cuts leave of a triangle; rounding cannot add an eighth twice.
+        // Two cuts leave at most seven corners of a triangle; rounding adds at most one.
         if self.count < self.points.len() {
             self.points[self.count] = point;
             self.count += 1;
         }
     }
 
-    /// Twice the area in barycentric coordinates: the share of the triangle's light.
+    /// Returns twice the area in barycentric coordinates: the share of the light of the triangle.
     #[inline(always)]
     fn share(&self) -> f64 {
         let first = &self.points[0];
@@ -130,8 +134,7 @@ impl Polygon {
         sum.abs()
     }
 
-    /// Cuts along `value` of coordinate `axis` into the parts below and above, whose common side is
-    /// the chord that is returned.
+    /// Cuts the polygon at `value` of coordinate `axis` into the parts below and above; returns the chord between them.
     #[inline(always)]
     fn cut(
         &self,
@@ -165,15 +168,16 @@ impl Polygon {
     }
 }
 
-/// Polygons to cut up triangles in, used again and again.
+/// Reusable polygons for cutting triangles.
 #[derive(Debug, Default)]
 pub(super) struct Scratch([Polygon; 5]);
 
 impl Canvas {
-    /// Spreads the triangles between two neighbouring rings, ring `k` outside; returns their area.
-    /// The canvas's first corner lies at `origin`, px from the chief ray.
+    /// Rasterises the triangles between two neighbouring rings, the outer one being ring `k`; returns their light.
+    ///
+    /// The top-left corner of the canvas lies at `origin`, px from the chief ray.
     #[inline(always)]
-    pub(super) fn spread(
+    pub(super) fn add_ring(
         &mut self,
         k: usize,
         (inner, outer): (&Ring, &Ring),
@@ -189,19 +193,20 @@ impl Canvas {
                 let next = if o + 1 == outer_count { 0 } else { o + 1 };
                 let here = if i == inner_count { 0 } else { i };
                 let corners = [(outer, o), (outer, next), (inner, here)];
-                total += self.corners(corners, origin, transmission, scratch);
+                total += self.add_corners(corners, origin, transmission, scratch);
                 if j + 1 < k {
                     let ahead = if i + 1 == inner_count { 0 } else { i + 1 };
                     let corners = [(inner, here), (outer, next), (inner, ahead)];
-                    total += self.corners(corners, origin, transmission, scratch);
+                    total += self.add_corners(corners, origin, transmission, scratch);
                 }
             }
         }
         total
     }
 
+    /// Rasterises the triangle between three mesh corners, each a ring and an index in it; returns its light.
     #[inline(always)]
-    fn corners(
+    fn add_corners(
         &mut self,
         corners: [(&Ring, usize); 3],
         origin: [f64; 2],
@@ -216,10 +221,10 @@ impl Canvas {
             let p = ring.landing[k];
             [0, 1].map(|axis| (p[axis] - origin[axis]) * self.scale)
         });
-        let width = 2 * packs(self.tangents);
+        let width = 2 * packs(self.derivative_count);
         let velocity = corners.map(|(ring, k)| &ring.velocity[k * width..(k + 1) * width]);
         let stops = corners[0].0.drift.len() / corners[0].0.u.len();
-        let mut growth = [0.0; MOST_STOP_TANGENTS];
+        let mut growth = [0.0; MAX_STOP_DERIVATIVES];
         for (which, growth) in growth[..stops].iter_mut().enumerate() {
             let d = corners.map(|(ring, k)| ring.drift[k * stops + which]);
             let (g, h) = (
@@ -228,7 +233,7 @@ impl Canvas {
             );
             *growth = (g[0] * f[1] - g[1] * f[0] + e[0] * h[1] - e[1] * h[0]) / (2.0 * area);
         }
-        // Light of the triangle's middle stands for all of it: right to second order in its size.
+        // The transmission at the centroid: exact to second order in the size of the triangle.
         let middle = [0, 1].map(|axis| (u[0][axis] + u[1][axis] + u[2][axis]) / 3.0);
         let light = if transmission.is_uniform() {
             area
@@ -241,13 +246,13 @@ impl Canvas {
             light,
             growth: &growth[..stops],
         };
-        self.triangle(&triangle, scratch);
+        self.add_triangle(&triangle, scratch);
         light
     }
 
-    /// Spreads one triangle.
+    /// Rasterises one triangle.
     #[inline(always)]
-    fn triangle(&mut self, t: &Triangle, scratch: &mut Scratch) {
+    fn add_triangle(&mut self, t: &Triangle, scratch: &mut Scratch) {
         let low = [0, 1].map(|a| t.at[0][a].min(t.at[1][a]).min(t.at[2][a]).floor() as i32);
         let high = [0, 1].map(|a| t.at[0][a].max(t.at[1][a]).max(t.at[2][a]).floor() as i32);
         if high[0] < 0 || high[1] < 0 || low[0] >= self.width as i32 || low[1] >= self.height as i32
@@ -262,12 +267,12 @@ impl Canvas {
         }
     }
 
-    /// Spreads a triangle that one pixel side across `axis` cuts in two.
+    /// Rasterises a triangle that one cell side across `axis` cuts in two.
     #[inline(always)]
     fn across_one_side(&mut self, t: &Triangle, axis: usize, near: (i32, i32), far: (i32, i32)) {
         let side = f64::from(if axis == 0 { far.0 } else { far.1 });
         let off = t.at.map(|p| p[axis] - side);
-        // The corner that is alone on its side of the line.
+        // The corner that is alone on its side of the cut.
         let below = off.map(|o| o < 0.0);
         let alone = if below[1] == below[2] {
             0
@@ -289,7 +294,7 @@ impl Canvas {
         };
         self.add(this.0, this.1, t.light * share, t.growth);
         self.add(other.0, other.1, t.light * (1.0 - share), t.growth);
-        if self.tangents == 0 || off[alone] == 0.0 {
+        if self.derivative_count == 0 || off[alone] == 0.0 {
             return;
         }
         let density = 2.0 * t.light * share / off[alone].abs();
@@ -297,10 +302,10 @@ impl Canvas {
         weights[next] = density * first / 2.0;
         weights[last] = density * second / 2.0;
         weights[alone] = density - weights[next] - weights[last];
-        self.flux(t, axis, weights, near, far);
+        self.add_flux(t, axis, weights, near, far);
     }
 
-    /// Spreads a triangle over any number of pixels.
+    /// Rasterises a triangle over any number of cells.
     #[inline(always)]
     fn across_many(&mut self, t: &Triangle, low: [i32; 2], high: [i32; 2], scratch: &mut Scratch) {
         let [rest, spare, strip, spare_strip, cell] = &mut scratch.0;
@@ -310,7 +315,7 @@ impl Canvas {
         for (k, (b, c)) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].into_iter().enumerate() {
             rest.points[k] = Point { at: t.at[k], b, c };
         }
-        // What lies beyond the canvas counts as one column or row on that side, however far it goes.
+        // Everything outside the canvas counts as one column or row on that side.
         let (width, height) = (self.width as i32, self.height as i32);
         let (left, right) = (low[0].max(-1), high[0].min(width));
         for column in left..=right {
@@ -336,7 +341,7 @@ impl Canvas {
                 let chord = strip.cut(1, f64::from(row + 1), cell, spare_strip);
                 std::mem::swap(&mut strip, &mut spare_strip);
                 if let Some((p, q)) = chord {
-                    self.chord(t, 1, (p, q), (column, row), (column, row + 1));
+                    self.add_chord(t, 1, (p, q), (column, row), (column, row + 1));
                 }
                 self.add(column, row, t.light * cell.share(), t.growth);
             }
@@ -344,10 +349,10 @@ impl Canvas {
         }
     }
 
-    /// What crosses the side between `column` and the next along the chord p-q, row by row.
+    /// Adds the flux through the side between `column` and the next along the chord p-q, row by row.
     #[inline(always)]
     fn through_column_side(&mut self, t: &Triangle, column: i32, p: Point, q: Point) {
-        if self.tangents == 0 {
+        if self.derivative_count == 0 {
             return;
         }
         let (mut p, q) = if p.at[1] <= q.at[1] { (p, q) } else { (q, p) };
@@ -359,14 +364,14 @@ impl Canvas {
             } else {
                 p.cut(&q, 1, f64::from(row + 1))
             };
-            self.chord(t, 0, (p, end), (column, row), (column + 1, row));
+            self.add_chord(t, 0, (p, end), (column, row), (column + 1, row));
             p = end;
         }
     }
 
-    /// What crosses the chord p-q, which lies on a pixel side across `axis`, from pixel to pixel.
+    /// Adds the flux through the chord p-q, which lies on a cell side across `axis`, between two cells.
     #[inline(always)]
-    fn chord(
+    fn add_chord(
         &mut self,
         t: &Triangle,
         axis: usize,
@@ -374,7 +379,7 @@ impl Canvas {
         from: (i32, i32),
         to: (i32, i32),
     ) {
-        if self.tangents == 0 {
+        if self.derivative_count == 0 {
             return;
         }
         let square = |x: f64, y: f64| x * x + y * y;
@@ -386,12 +391,12 @@ impl Canvas {
         }
         let (b, c) = ((p.b + q.b) / 2.0, (p.c + q.c) / 2.0);
         let weights = [density * (1.0 - b - c), density * b, density * c];
-        self.flux(t, axis, weights, from, to);
+        self.add_flux(t, axis, weights, from, to);
     }
 
-    /// Lets light flow from pixel to pixel at the weighed velocity of the corners along `axis`.
+    /// Adds the flux between two cells for the weighted velocity of the corners along `axis`.
     #[inline(always)]
-    fn flux(
+    fn add_flux(
         &mut self,
         t: &Triangle,
         axis: usize,
@@ -399,7 +404,7 @@ impl Canvas {
         from: (i32, i32),
         to: (i32, i32),
     ) {
-        let half = packs(self.tangents);
+        let half = packs(self.derivative_count);
         let weights = weights.map(|w| w * self.scale);
         let [u, v, w] = t.velocity;
         let (u, v, w) = (
@@ -416,13 +421,13 @@ impl Canvas {
                     weights[0] * u[k][lane] + weights[1] * v[k][lane] + weights[2] * w[k][lane];
             }
             if let Some(pixel) = from {
-                let losing = &mut self.slopes[pixel + k];
+                let losing = &mut self.derivatives[pixel + k];
                 for lane in 0..LANES {
                     losing[lane] -= flux[lane];
                 }
             }
             if let Some(pixel) = to {
-                let gaining = &mut self.slopes[pixel + k];
+                let gaining = &mut self.derivatives[pixel + k];
                 for lane in 0..LANES {
                     gaining[lane] += flux[lane];
                 }

@@ -1,6 +1,6 @@
 //! Pictures behind sensors against shifted pictures, moments and densities.
 
-use super::*;
+use super::super::*;
 use crate::field::FieldPoint;
 use crate::lens::ReducedNumbers;
 use crate::sensor::{Halo, Sensor};

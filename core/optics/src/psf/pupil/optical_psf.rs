@@ -1,8 +1,8 @@
-//! The picture of one point before the sensor, kept as a spectrum, and what sensors make of it.
+//! The optical PSF of a point as a spectrum, to which sensors are applied.
 //!
-//! Waves give their spectrum as it is. Light of rays is spread over cells finer than pixels, and the
-//! cells' spectrum stands for the picture's. Streak, box and copies are factors of it; the halo is a
-//! convolution of pixels. Drawn once, a picture can be seen through any number of sensors.
+//! Diffraction gives the spectrum directly. Rays are rasterised on cells finer than pixels, whose spectrum
+//! approximates that of the PSF. Streak, box and copies of a sensor are factors of the spectrum; the halo is a
+//! convolution of pixels. A PSF drawn once can be combined with any number of sensors.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -10,51 +10,52 @@ use std::fmt;
 use super::extent::Extent;
 use super::fourier::{C, Fourier, Grid, quick_length};
 use super::halo::Moffat;
-use super::{Detail, TileGrid, Workspace, spread, wave};
+use super::mesh::Mesh;
+use super::{CellGrid, Detail, TileGrid, Workspace, rasterise, wave};
 use crate::lens::LocalPupil;
 use crate::sensor::{Halo, Sensor};
 
-/// Cells per pixel for rays: odd, so that a cell is in the middle of its pixel; more where the picture
-/// is small.
+/// Cells along the side of a pixel for rays; odd, so that one lies at the centre of the pixel.
 const CELLS: usize = 3;
+/// [`CELLS`] for a small PSF.
 const SMALL_CELLS: usize = 5;
-/// Radius of the rays below which a picture is small, px.
+/// Radius of the rays below which a PSF is small, px.
 const SMALL_PX: f64 = 3.0;
-/// KernelBounds of the symmetric blur, standard deviations: 1e-8 of the light is beyond.
+/// Half width of the symmetric blur, standard deviations: 1e-8 of the light lies outside.
 const BLUR_REACH: f64 = 5.7;
 
-/// The tile a picture is drawn for.
+/// The tile that a PSF is drawn for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View {
     /// Its top-left outer corner from the chief ray, px.
     pub(super) corner: [f64; 2],
     /// Columns and rows.
     pub(super) size: [usize; 2],
-    /// From how far beyond its edges light comes in, px along x and y.
+    /// Margin around the tile from which blur carries light into it, px along x and y.
     pub(super) room: [f64; 2],
 }
 
-/// The spectrum of a picture on a window that repeats, integration over pixels included.
+/// The spectrum of a PSF on a periodic window, including integration over pixels.
 pub(super) struct Spectrum {
-    /// Lines along y for the frequencies along x from 0 on, of all frequencies along y.
+    /// A line of all frequencies along y for each frequency along x, from 0.
     pub(super) values: Vec<C>,
-    /// Frequencies in all, along x (of which half or fewer are kept) and y.
+    /// Total number of frequencies along x (at most half of them are stored) and y.
     pub(super) columns: usize,
     pub(super) rows: usize,
-    /// Pixels of the window; frequencies are in periods over it.
+    /// Pixels of the window (x, y), the unit of the frequencies.
     pub(super) pixels: [usize; 2],
-    /// The tile's pixel in the window's top-left corner.
+    /// Tile pixel at the top-left corner of the window.
     pub(super) first: [i64; 2],
-    /// The tile's pixel whose middle has phase zero.
+    /// Tile pixel whose centre has phase zero.
     pub(super) origin: [i64; 2],
 }
 
-/// The picture that a lens draws of one point, to be seen through any [`Sensor`].
+/// The PSF of a lens at one point before the sensor, to which any [`Sensor`] can be applied.
 pub struct OpticalPsf {
     spectrum: Spectrum,
     size: [usize; 2],
     pixels: Grid,
-    /// Room for a picture and a halo beside each other, where one is expected.
+    /// Transforms with padding for the convolution with a halo, if one is expected.
     padded: Option<Grid>,
 }
 
@@ -67,10 +68,10 @@ impl fmt::Debug for OpticalPsf {
 }
 
 impl OpticalPsf {
-    /// Draws `pupil`, its own sensor left out, for a tile of `width` x `height` pixels whose top-left outer
-    /// corner lies at `corner` (x, y) px from the chief ray. `largest` is as wide as any sensor that is to be
-    /// tried: light that it would bring into the tile is drawn too. For a halo that is all of the
-    /// light, but for rays that land farther from the tile than it is wide.
+    /// Draws the PSF of `pupil` without its sensor on the pixels of `grid`.
+    ///
+    /// `largest` must blur at least as widely as any sensor that will be applied: it determines the margin around
+    /// the tile. With a halo the margin holds all rays that land no farther from the tile than its size.
     pub fn draw(
         pupil: &LocalPupil,
         grid: &TileGrid,
@@ -82,7 +83,7 @@ impl OpticalPsf {
         Self::within(&extent, pupil, grid, largest, detail, space)
     }
 
-    /// As [`OpticalPsf::draw`], of which the extent is known.
+    /// Draws like [`OpticalPsf::draw`], with the extent of the rays already known.
     pub(super) fn within(
         extent: &Extent,
         pupil: &LocalPupil,
@@ -92,7 +93,7 @@ impl OpticalPsf {
         space: &mut Workspace,
     ) -> Self {
         let blur = (pupil.blur_variances_px2()).map(|v| BLUR_REACH * v.max(0.0).sqrt());
-        let reach = largest.reach_px();
+        let reach = largest.blur_radius_px();
         let size = [grid.width, grid.height];
         let view = View {
             corner: grid.corner_px,
@@ -103,7 +104,7 @@ impl OpticalPsf {
             wave::spectrum(pupil, half_width, extent, &view, &mut space.fourier)
         } else {
             let scatters = largest.halo.share != 0.0;
-            of_rays(pupil, extent, &view, scatters, detail, space)
+            ray_spectrum(pupil, extent, &view, scatters, detail, space)
         };
         let mut picture = Self {
             pixels: space.fourier.grid(spectrum.pixels),
@@ -122,7 +123,7 @@ impl OpticalPsf {
         fourier.grid([0, 1].map(|axis| quick_length(pixels[axis] + self.size[axis])))
     }
 
-    /// The tile, row-major, behind `sensor`, whose tone is not applied: each pixel's share of the light.
+    /// Returns the share of the light in each pixel of the tile behind `sensor`, row-major. The tone is not applied.
     pub fn through(&self, sensor: &Sensor) -> Vec<f64> {
         let mut folded = self.spectrum.folded(sensor, &self.pixels);
         let picture = self.pixels.inverse(&mut folded);
@@ -137,13 +138,13 @@ impl OpticalPsf {
         tile
     }
 
-    /// Where the window's row or column `k` lies in the picture of a spectrum.
+    /// Returns the index of row or column `k` of the window in the inverse transform.
     fn place(&self, k: i64, axis: usize) -> usize {
         let from_origin = k + self.spectrum.first[axis] - self.spectrum.origin[axis];
         from_origin.rem_euclid(self.spectrum.pixels[axis] as i64) as usize
     }
 
-    /// The tile's part of `picture`; dark beyond the window.
+    /// Returns the tile cut out of `picture`; zero outside the window.
     fn tile(&self, picture: &[f64]) -> Vec<f64> {
         let [width, height] = self.size;
         let mut tile = vec![0.0; width * height];
@@ -165,15 +166,15 @@ impl OpticalPsf {
         tile
     }
 
-    /// The tile's part of all light of `picture` scattered by `halo`.
+    /// Returns the tile cut out of the convolution of `picture` with `halo`.
     fn scattered(&self, picture: &[f64], halo: &Halo) -> Vec<f64> {
         let window = self.spectrum.pixels;
-        let unexpected;
+        let unplanned;
         let grid = if let Some(grid) = &self.padded {
             grid
         } else {
-            unexpected = self.plan_padded(&mut Fourier::default());
-            &unexpected
+            unplanned = self.plan_padded(&mut Fourier::default());
+            &unplanned
         };
         let mut light = vec![0.0; grid.columns * grid.rows];
         for y in 0..window[1] {
@@ -182,7 +183,7 @@ impl OpticalPsf {
                 light[y * grid.columns + x] = picture[from + self.place(x as i64, 0)];
             }
         }
-        // From the window's last pixel to the tile's first, and the other way.
+        // Offsets from the last pixel of the window to the first of the tile, and the reverse.
         let ends = [0, 1].map(|axis| {
             let first = self.spectrum.first[axis];
             let last = first + window[axis] as i64 - 1;
@@ -220,8 +221,8 @@ impl OpticalPsf {
     }
 }
 
-/// The spectrum of what rays draw.
-fn of_rays(
+/// Returns the spectrum of the PSF of rays.
+fn ray_spectrum(
     pupil: &LocalPupil,
     extent: &Extent,
     view: &View,
@@ -248,21 +249,18 @@ fn of_rays(
     }
     let grid = space.fourier.grid(pixels.map(|n| n * cells));
     let origin = [0, 1].map(|axis| view.corner[axis] + first[axis] as f64);
-    let rings = extent.rings(detail);
-    spread(
-        pupil,
-        &[],
-        0,
-        rings,
+    let mesh = Mesh::new(pupil, &[], 0, extent.rings(detail));
+    let cell_grid = CellGrid {
         origin,
-        (grid.columns, grid.rows),
-        cells,
-        space,
-    );
+        columns: grid.columns,
+        rows: grid.rows,
+        per_pixel: cells,
+    };
+    rasterise(&mesh, pupil.transmission, &cell_grid, space);
     let mut lines = space.fourier.buffer(0);
     let mut values = grid.forward(&mut space.canvas.light, usize::MAX, &mut lines);
     space.fourier.keep(lines);
-    // Gathering cells into pixels, from the middle of the first; and the discrete Gaussian.
+    // The transfer function of summing cells into pixels and of the discrete Gaussian.
     let passes = |axis: usize, k: i64| {
         let f = k as f64 / pixels[axis] as f64;
         let gathered = sinc(f) / sinc(f / cells as f64);
@@ -291,13 +289,14 @@ fn of_rays(
 }
 
 impl Spectrum {
-    /// The spectrum of the picture at pixels' centres behind streak, box and copies of `sensor`: what lies
-    /// beyond the frequencies of `grid` folds back, as where a sensor samples.
+    /// Returns the spectrum sampled at pixel centres behind streak, box and copies of `sensor`.
+    ///
+    /// Frequencies beyond those of `grid` alias, as they do on a sensor.
     fn folded(&self, sensor: &Sensor, grid: &Grid) -> Vec<C> {
         let [width, height] = self.pixels;
         let mut folded = vec![C::default(); grid.half() * height];
         let share = 1.0 / (width * height) as f64;
-        let through = Through::new(self, sensor);
+        let through = SensorTransfer::new(self, sensor);
         let lines = self.values.chunks_exact(self.rows).enumerate();
         for (k, line) in lines {
             let here = k % width;
@@ -334,17 +333,17 @@ impl Spectrum {
     }
 }
 
-/// What a sensor does to each frequency of a spectrum.
-struct Through {
-    /// Box and copies along x and y.
+/// The transfer function of a sensor, without its halo.
+struct SensorTransfer {
+    /// Factors of box and copies along x and along y.
     across: Vec<f64>,
     down: Vec<f64>,
-    /// Onto which frequencies of the pixels those along y and their opposites fold.
+    /// For each frequency along y, the pixel frequency that it and its negative alias to.
     rows: Vec<(u32, u32)>,
     streak: Option<Streak>,
 }
 
-impl Through {
+impl SensorTransfer {
     fn new(spectrum: &Spectrum, sensor: &Sensor) -> Self {
         let lines = spectrum.values.len() / spectrum.rows.max(1);
         let plain = |axis: usize, k: i64| {
@@ -372,7 +371,7 @@ impl Through {
     }
 }
 
-/// The sinc of a streak by its phase along x and y, with sines and cosines.
+/// The sinc of a streak: phases along x and y with their sines and cosines.
 struct Streak {
     across: Vec<(f64, f64, f64)>,
     down: Vec<(f64, f64, f64)>,
@@ -391,7 +390,7 @@ impl Streak {
     }
 }
 
-/// `sin(pi x) / (pi x)`.
+/// Returns `sin(pi x) / (pi x)`.
 pub(super) fn sinc(x: f64) -> f64 {
     let phase = PI * x;
     if phase.abs() < 1e-4 {
@@ -401,7 +400,7 @@ pub(super) fn sinc(x: f64) -> f64 {
     }
 }
 
-/// The frequency at place `k` of `count`: the upper half are negative ones.
+/// Returns the frequency of index `k` of `count`: the upper half are negative.
 pub(super) fn signed(k: usize, count: usize) -> i64 {
     if 2 * k > count {
         k as i64 - count as i64
