@@ -1,6 +1,7 @@
-//! `cargo bench -p seidel-core --bench pupil`: a 65 px tile of the pupil PSF, with and without
-//! derivatives, against counting rays as the study of the reference figures does (60000 rays a tile,
-//! no derivatives, noise included), in the same run on one core.
+//! Times the PSF model `pupil` on one core: `cargo bench -p seidel-optics --bench pupil`.
+//!
+//! Draws a 65 px tile with and without derivatives. The baseline in the same run is a histogram of 60000 rays a tile,
+//! without derivatives and with its noise.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -16,7 +17,7 @@ const SIDE: usize = 65;
 const RAYS: usize = 60_000;
 const ROUNDS: usize = 200;
 
-/// Milliseconds a call, the best of five runs.
+/// Returns the milliseconds per call, best of five runs.
 fn milliseconds(mut work: impl FnMut()) -> f64 {
     let mut best = f64::INFINITY;
     for _ in 0..5 {
@@ -39,7 +40,7 @@ fn row(what: &str, baseline: f64, work: impl FnMut()) {
 
 fn count_rays(pupil: &LocalPupil, bins: &mut [f64]) {
     bins.fill(0.0);
-    // A spiral of equal areas.
+    // A Fermat spiral: equal area per ray.
     let golden = std::f64::consts::TAU * 0.381_966_011_250_105;
     for k in 0..RAYS {
         let r = ((k as f64 + 0.5) / RAYS as f64).sqrt();

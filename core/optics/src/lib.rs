@@ -1,17 +1,23 @@
-//! The optics of Seidel: what a lens does to a point of light.
+//! The optics of Seidel: the point-spread function (PSF) of a lens at any point of the field and any depth.
 //!
-//! The model is that of Simpkins and Stevenson, "Parameterized modeling of spatially varying optical
-//! blur: mathematical theory and models" (2014), with its errata corrected: third-order (Seidel)
-//! aberrations of a thick lens with offset pupils give the second and third central moments of the
-//! point-spread function (PSF) as polynomials of image position. Equation numbers in this crate ("Eq 25")
-//! are those of the paper; `docs/background/model.md` states the mathematics.
+//! The model is that of Simpkins and Stevenson, "Parameterized modeling of spatially varying optical blur: mathematical
+//! theory and models" (2014), with errata corrected. Third-order (Seidel) aberrations of a thick lens with offset pupils
+//! give the second and third central moments of the PSF as polynomials of image position. Equation numbers ("Eq 25") are
+//! those of the paper; `docs/background/model.md` states the mathematics.
 //!
-//! [`lens`] holds the model, [`effects`] what real lenses do beyond it, [`psf`] the PSF models drawn from
-//! moments or rays, [`profile`] a fitted lens as values and JSON, and [`predict`] the blur of a profile at any
-//! point of the field.
+//! | module | contents |
+//! | --- | --- |
+//! | [`lens`] | the lens model: thick lens, aberrations, moments over the field, wavefront and pupil |
+//! | [`effects`] | real lenses beyond third order: vignetting, decentring, diffraction, glare and more |
+//! | [`sensor`] | blur and tone curve of the sensor |
+//! | [`psf`] | PSF models, kernels and sampling |
+//! | [`profile`] | fitted lenses as values and as JSON |
+//! | [`predict`] | the blur of a profile at any point; predicted observation sets |
+//! | [`observations`], [`tile`], [`camera`] | measured PSFs |
+//! | [`moments`] | central moments, and their measurement from tiles |
 //!
 //! # Frames and units
-//! - *Frame pixels*: x right, y down, (0, 0) the outer corner of the top-left pixel.
+//! - *Frame pixels*: x right, y down, (0, 0) at the outer corner of the top-left pixel.
 //! - *Field*: position from the optical axis in half frame widths ([`field::FieldPoint`]).
 //! - Moments are central, in pixels to the power of their order.
 //! - Distances are metres along the optical axis from the entrance pupil; vergence is 1 / distance.

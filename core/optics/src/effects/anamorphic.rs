@@ -1,24 +1,31 @@
-//! The lens has two focal lengths.
+//! Anamorphic lenses: two focal lengths.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `anamorphic`: the lens is another one along x than along y.
+/// `anamorphic`: the lens differs between the x and the y section.
 ///
-/// Discs out of focus are ellipses, alike all over the field; along one axis the picture is sharp where it
-/// is not yet along the other. Mistaken for astigmatism, which grows with field and turns with the
-/// meridian, and for pixels that are not square. Three things, to first order in how the two sections of
-/// the lens differ (after Wynne, Proc. Phys. Soc. B 67, 1954): W gains `astigmatism` (u_x² - u_y²)/2; the
-/// pupil is an ellipse, `pupil` times as wide along x, so that a disc of radius alpha has the half-axis
-/// alpha pupil there; and rays land `squeeze` times as far along x. Pictures land scale_x X, scale_y Y px
-/// off. All that other effects do to the wavefront is seen through it, so it acts after them; stops stay
-/// round in units of the ellipse.
+/// # Appearance
+/// Defocused discs are ellipses, the same over the whole field. The image is sharp along one axis before the other.
+///
+/// # Similar effects
+/// Astigmatism, which grows with field and turns with the meridian; pixels that are not square.
+///
+/// # Model
+/// First order in the difference of the two sections (after Wynne, Proc. Phys. Soc. B 67, 1954):
+/// - W gains `astigmatism` (u_x² - u_y²)/2.
+/// - The pupil is an ellipse, `pupil` times as wide along x: a disc of radius alpha has the half-axis alpha `pupil`
+///   there.
+/// - Landing points are scaled by `squeeze` along x.
+/// - The image point X moves by (`scale_x` X, `scale_y` Y) px.
+///
+/// The effect acts after those on the wavefront, which it scales as well. Stops stay circular in units of the ellipse.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Anamorphic;
 
 const fn ratio(name: &'static str, meaning: &'static str) -> Parameter {
     Parameter::new(name, "1", meaning)
-        .at_rest(1.0)
+        .neutral_at(1.0)
         .within(0.4, 2.5)
         .step(0.01)
 }
@@ -26,25 +33,25 @@ const fn ratio(name: &'static str, meaning: &'static str) -> Parameter {
 static PARAMETERS: [Parameter; 5] = [
     ratio(
         "squeeze",
-        "how far rays land along x over where a round lens puts them",
+        "scale of landing points along x relative to a spherical lens",
     ),
     ratio("pupil", "width of the pupil along x over that along y"),
     Parameter::new(
         "astigmatism",
         "px",
-        "defocus along x less that along y, halved",
+        "half the difference of defocus along x and along y",
     )
     .within(-200.0, 200.0),
     Parameter::new(
         "scale_x",
         "px",
-        "how far pictures half a frame width off move out along x",
+        "outward shift along x, half a frame width off the axis",
     )
     .within(-2000.0, 2000.0),
     Parameter::new(
         "scale_y",
         "px",
-        "how far pictures half a frame width off move out along y",
+        "outward shift along y, half a frame width off the axis",
     )
     .within(-2000.0, 2000.0),
 ];
@@ -69,7 +76,7 @@ impl Effect for Anamorphic {
         let wave = &mut pupil.wavefront;
         wave.add_monomial(2, 0, astigmatism / 2.0);
         wave.add_monomial(0, 2, -astigmatism / 2.0);
-        // A ray through (w u_x, u_y): the slope by u_x is w times that by the place on the glass.
+        // The ray passes (w u_x, u_y) on the glass: the slope by u_x is w times that on the glass.
         *wave = wave.stretched_x(width);
         pupil.squeeze[0] *= squeeze / width;
     }
@@ -78,7 +85,7 @@ impl Effect for Anamorphic {
         [values[3] * point.at.x, values[4] * point.at.y]
     }
 
-    // Wider or narrower pictures, an elliptical pupil, then all together.
+    // A wider or a narrower image, an elliptical pupil, then everything.
     fn starts(&self) -> Vec<SearchStart> {
         let from = |squeeze, pupil, free: [bool; 2]| SearchStart {
             values: vec![squeeze, pupil, 0.0, 0.0, 0.0],
@@ -92,11 +99,11 @@ impl Effect for Anamorphic {
         ]
     }
 
-    // Ratios of the glass stay; astigmatism is a power of the glass that differs by section, R Z2 times it;
-    // scales go with the field angle.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // Ratios of the glass stay. Astigmatism is R Z2 times a difference in power between the sections.
+    // Scales follow the field angle.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         let mut all = values.to_vec();
-        all[2] = values[2].scaled(to.pupil * to.image_distance);
+        all[2] = values[2].scaled(ratios.pupil * ratios.image_distance);
         all
     }
 }
@@ -107,14 +114,14 @@ mod tests {
     use crate::effects::tests::{behind, disc, place};
     use crate::field::Meridian;
 
-    /// Half-axes of the disc that `values` make of one of radius `alpha`.
+    /// Returns the half-axes of a disc of radius `alpha` behind the effect.
     fn half_axes(values: [f64; 5], alpha: f64, at: ScenePoint) -> [f64; 2] {
         let (moments, _) = behind(&Anamorphic, &values, at, disc(alpha)).moments();
         [moments.mu20, moments.mu02].map(|m| 2.0 * m.sqrt())
     }
 
     #[test]
-    fn discs_are_ellipses_alike_all_over_the_field() {
+    fn discs_are_the_same_ellipses_over_the_field() {
         for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
             for (values, along) in [
                 ([1.0, 0.75, 0.0, 0.0, 0.0], 3.0),
@@ -129,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_is_sharp_along_one_axis_first() {
+    fn the_image_is_sharp_along_one_axis_first() {
         let values = [1.0, 1.0, 1.5, 0.0, 0.0];
         let got = half_axes(values, -1.5, place(0.0, 0.0));
         assert!(got[0] < 1e-6 && (got[1] - 3.0).abs() < 1e-9, "{got:?}");
@@ -138,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn all_aberrations_are_seen_through_the_ellipse() {
+    fn the_ellipse_scales_all_aberrations() {
         let mut round = disc(2.0);
         round.wavefront.add(1, 1, Meridian::X, 0.7);
         round.wavefront.add(2, 0, Meridian::X, -0.4);

@@ -1,25 +1,30 @@
-//! The iris has blades.
+//! Iris blades: a polygonal pupil.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, MAX_STOPS, Stop, VergenceSeries};
 
-/// `aperture_polygon`: the pupil is a polygon of `blades` sides in place of a circle.
+/// `aperture_polygon`: the pupil is a polygon of `blades` sides.
 ///
-/// Discs out of focus are polygons of one shape all over the field, that turn with the iris and are
-/// mirrored through their middle from one side of focus to the other; with an odd number of blades that
-/// tells the sides apart. Mistaken for astigmatism and coma of higher order, and for `apodisation` where
-/// corners are small. One corner points `rotation_deg` from image x towards y; corners lie `reach` pupil
-/// radii from the axis; sides are arcs of curvature `roundness` / reach, straight at 0, one circle at 1.
-/// The geometry of an iris; where the pupil is inverted the polygon is turned by half a turn.
+/// # Appearance
+/// Defocused discs are polygons, the same over the whole field. They are point-mirrored through focus, which shows the
+/// side of focus if the number of blades is odd.
+///
+/// # Similar effects
+/// Higher-order astigmatism and coma; `apodisation` if corners are small.
+///
+/// # Model
+/// One corner points `rotation_deg` from image x towards y. Corners lie `reach` pupil radii from the axis. Sides are arcs
+/// of curvature `roundness` / reach: straight at 0, one circle at 1. An inverted pupil turns the polygon by 180 degrees.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AperturePolygon;
 
-/// Fewest blades that bound anything, and the most that are tried for.
+/// Smallest number of blades that bounds a pupil; fewer mean a round iris.
 const FEWEST: f64 = 3.0;
+/// Largest number of blades.
 const MOST: f64 = 13.0;
-/// Curvature of blades that count as straight, per pupil radius.
+/// Curvature of straight blades, per pupil radius: stops are circles.
 const STRAIGHT: f64 = 1e-3;
-/// The rim lies outside the corners by so much: light is bounded by the blades alone.
+/// Relative distance of the rim beyond the corners, so that only the blades bound the pupil.
 const CLEARANCE: f64 = 1e-6;
 
 static PARAMETERS: [Parameter; 4] = [
@@ -42,7 +47,7 @@ static PARAMETERS: [Parameter; 4] = [
         "pupil radii",
         "distance of the corners from the axis",
     )
-    .at_rest(1.0)
+    .neutral_at(1.0)
     .within(0.5, 1.5)
     .step(0.01),
     Parameter::new(
@@ -83,7 +88,7 @@ impl Effect for AperturePolygon {
         let half = std::f64::consts::PI / blades;
         let radius = reach / roundness.clamp(STRAIGHT, 1.0);
         let (half_side, apothem) = (reach * half.sin(), reach * half.cos());
-        // Negative: beyond the axis, as seen from the blade.
+        // Negative if the centre of the arc lies beyond the axis as seen from the blade.
         let off = apothem - (radius * radius - half_side * half_side).sqrt();
         pupil.set_rim_radius(reach * (1.0 + CLEARANCE));
         for blade in 0..blades as usize {
@@ -98,7 +103,7 @@ impl Effect for AperturePolygon {
 
     fn starts(&self) -> Vec<SearchStart> {
         let each = |blades: usize| {
-            // Two orientations, half the turn apart that makes a polygon the same again.
+            // Two orientations, half of the symmetry angle apart.
             [0.0, 180.0 / blades as f64].map(|rotation| SearchStart {
                 values: vec![blades as f64, rotation, 1.0, 0.2],
                 free: vec![false, true, true, true],
@@ -107,11 +112,11 @@ impl Effect for AperturePolygon {
         (5..=9).flat_map(each).collect()
     }
 
-    // The polygon is the iris and closes with the pupil; its blades keep their own curvature, so that a
-    // smaller one has straighter sides.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // The polygon closes with the pupil. The blades keep their curvature, so a smaller polygon has
+    // straighter sides.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         let mut all = values.to_vec();
-        all[3] = values[3].scaled(to.pupil);
+        all[3] = values[3].scaled(ratios.pupil);
         all
     }
 }
@@ -139,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pupil_is_a_polygon_that_turning_by_a_blade_leaves_the_same() {
+    fn the_pupil_is_a_polygon_with_rotational_symmetry() {
         for blades in [3.0, 5.0, 6.0, 9.0, 13.0] {
             let pupil = pupil(blades, 0.0, 3.0);
             let want = 0.95 * 0.95 * blades / 2.0 * (TAU / blades).sin();
@@ -163,7 +168,7 @@ mod tests {
         for blades in [3.0, 5.0, 6.0, 7.0, 8.0, 9.0, 13.0] {
             let (moments, centroid) = pupil(blades, 0.0, 1.0).moments();
             let want = 0.95 * 0.95 * (2.0 + (TAU / blades).cos()) / 12.0;
-            // Straight blades are arcs still: those of a triangle bulge by a thousandth.
+            // Straight blades are arcs: those of a triangle bulge by a thousandth.
             for got in [moments.mu20, moments.mu02] {
                 assert!((got / want - 1.0).abs() < 2e-3, "{blades}: {got} {want}");
             }
@@ -197,7 +202,7 @@ mod tests {
 
     #[test]
     fn five_corners_point_the_other_way_on_the_other_side_of_focus() {
-        // The furthest that light lands towards the corner, and away from it.
+        // The farthest landing point towards the corner, or away from it.
         let furthest = |alpha: f64, sign: f64| {
             let pupil = pupil(5.0, 0.0, alpha);
             let (sin, cos) = 17.0_f64.to_radians().sin_cos();
@@ -218,14 +223,14 @@ mod tests {
     }
 
     #[test]
-    fn few_blades_are_none_and_closing_straightens_them() {
+    fn fewer_than_three_blades_are_round_and_closing_straightens_blades() {
         assert_eq!(pupil(2.0, 0.0, 3.0), disc(3.0));
         let values = [7.0, 10.0, 1.0, 0.4].map(VergenceSeries::constant);
-        let to = ControlRatios {
+        let ratios = ControlRatios {
             pupil: 0.5,
             image_distance: 1.1,
         };
-        let closed = AperturePolygon.rescale(&values, to);
+        let closed = AperturePolygon.rescale(&values, ratios);
         assert_eq!(closed[..3], values[..3]);
         assert_eq!(closed[3].at(0.0), 0.2);
     }

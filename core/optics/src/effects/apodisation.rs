@@ -1,15 +1,20 @@
-//! Pupil transmission is not uniform.
+//! Uneven transmission of the pupil.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `apodisation`: light passes the pupil less easily towards its rim, or in its middle.
+/// `apodisation`: the transmission of the pupil falls towards its rim or its centre.
 ///
-/// Discs out of focus have soft edges, or bright ones, on either side of focus and all over the field
-/// alike. Mistaken for spherical aberration, which is soft on one side of focus and bright on the other,
-/// and where the middle is darker for the shadow of a mirror, which is sharp. At pupil point u
-/// exp(-(square |u|² + fourth |u|⁴)) of the light passes: even powers of a round filter's density
-/// (Jacquinot and Roizen-Dossier, Progress in Optics 3, 1964).
+/// # Appearance
+/// Defocused discs have soft or bright edges on both sides of focus, the same over the whole field.
+///
+/// # Similar effects
+/// Spherical aberration, which is soft on one side of focus and bright on the other; the shadow of a mirror, which has a
+/// sharp edge.
+///
+/// # Model
+/// The transmission at pupil point u is exp(-(`square` |u|² + `fourth` |u|⁴)): even powers of the density of a round
+/// filter (Jacquinot and Roizen-Dossier, Progress in Optics 3, 1964).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Apodisation;
 
@@ -57,11 +62,11 @@ impl Effect for Apodisation {
         ]
     }
 
-    // The filter stays; a smaller pupil sees less of it.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // The filter stays; a smaller pupil uses less of it.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         vec![
-            values[0].scaled(to.pupil.powi(2)),
-            values[1].scaled(to.pupil.powi(4)),
+            values[0].scaled(ratios.pupil.powi(2)),
+            values[1].scaled(ratios.pupil.powi(4)),
         ]
     }
 }
@@ -87,7 +92,7 @@ mod tests {
             assert!((variance(values, -4.0) - soft).abs() < 1e-9);
             assert!(variance(values.map(|v| -v), 4.0) > even + 0.2);
         }
-        // Of exp(-s r²) over the disc: the mean of r² is 1/s - 1/(e^s - 1).
+        // For exp(-s r²) over the disc, the mean of r² is 1/s - 1/(e^s - 1).
         let want = 16.0 / 2.0 * (1.0 - 1.0 / (1.0_f64.exp() - 1.0));
         assert!((variance([1.0, 0.0], 4.0) - want).abs() < 1e-9);
     }

@@ -1,4 +1,4 @@
-//! Focus differs by wavelength.
+//! Axial colour: focus differs between channels.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::field::Meridian;
@@ -6,10 +6,16 @@ use crate::lens::{LocalPupil, VergenceSeries};
 
 /// `axial_colour`: each channel is focused at another distance.
 ///
-/// Looks like coloured fringes about what is out of focus, one colour in front of focus and its opposite
-/// behind, the same all over the field. Mistaken for `lateral_colour`, whose fringes turn with the
-/// meridian and are absent in the middle, and for spherical aberration that differs by channel. W gains
-/// alpha |u|²/2 px against the channel of middle wavelength: primary longitudinal chromatic aberration
+/// # Appearance
+/// Colour fringes around defocused objects, one colour in front of focus and its complement behind, the same over the
+/// whole field.
+///
+/// # Similar effects
+/// `lateral_colour`, whose fringes turn with the meridian and vanish at the centre; spherical aberration that differs
+/// between channels.
+///
+/// # Model
+/// W gains `alpha` |u|²/2 px relative to the channel of middle wavelength: primary longitudinal chromatic aberration
 /// (Born and Wolf, section 4.7).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AxialColour;
@@ -17,7 +23,7 @@ pub struct AxialColour;
 static PARAMETERS: [Parameter; 1] = [Parameter::new(
     "alpha",
     "px",
-    "defocus against the channel of middle wavelength",
+    "defocus relative to the channel of middle wavelength",
 )
 .within(-100.0, 100.0)
 .scope(Scope::Difference)];
@@ -47,9 +53,9 @@ impl Effect for AxialColour {
         ]
     }
 
-    // The defocus of a power of the glass that differs by channel: R Z2 times it.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
-        vec![values[0].scaled(to.pupil * to.image_distance)]
+    // R Z2 times the difference in power between channels.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
+        vec![values[0].scaled(ratios.pupil * ratios.image_distance)]
     }
 }
 
@@ -59,7 +65,7 @@ mod tests {
     use crate::effects::tests::{behind, disc, place};
 
     #[test]
-    fn a_channel_is_out_of_focus_all_over_the_field() {
+    fn defocus_is_the_same_over_the_field() {
         assert_eq!(PARAMETERS[0].scope, Scope::Difference);
         for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
             let pupil = behind(&AxialColour, &[-0.75], place(x, y), disc(2.0));

@@ -1,23 +1,28 @@
-//! An element is shifted or tilted.
+//! Decentred lens elements: shifted or tilted.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `decentre`: the field centres of the lens's aberrations no longer lie on one axis.
+/// `decentre`: the field centres of the aberrations do not lie on one axis.
 ///
-/// Looks like coma in the middle of the frame, the same flare everywhere; astigmatism and focus that
-/// change in straight lines across it; and a shift of the whole picture, not quite alike in every colour.
-/// Mistaken for `sensor_tilt`, when coma is weak. By Shack and Thompson's nodal aberration theory
-/// (Proc. SPIE 251, 1980; Thompson, J. Opt. Soc. Am. A 22, 2005) to third order: a share phi, gamma,
-/// delta of the reduced numbers, centred at d instead of the axis, adds
+/// # Appearance
+/// Coma at the centre of the frame, the same everywhere; astigmatism and focus that change linearly across the frame; a
+/// shift of the image that differs slightly between channels.
+///
+/// # Similar effects
+/// `sensor_tilt`, if coma is weak.
+///
+/// # Model
+/// Nodal aberration theory of Shack and Thompson (Proc. SPIE 251, 1980; Thompson, J. Opt. Soc. Am. A 22, 2005), to third
+/// order. A share phi, gamma, delta of the reduced numbers that is centred at d instead of the axis adds
 ///
 /// ```text
 /// W = |u|² (c.u) + (X.u)(a.u) + (X.f) |u|²/2 + a0 (u_x² - u_y²)/2 + a45 u_x u_y
 /// ```
 ///
-/// with c = phi d, a = -gamma d, f = -2 delta d, in px of slope (per half frame width); a0 and a45 are
-/// astigmatism of second order in d, or of a surface that is not round.
+/// with c = phi d, a = -gamma d and f = -2 delta d, in px of slope (per half frame width). a0 and a45 are astigmatism of
+/// second order in d, or of a surface that is not rotationally symmetric.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Decentre;
 
@@ -28,8 +33,8 @@ const fn term(name: &'static str, unit: &'static str, meaning: &'static str) -> 
 const COUNT: usize = 12;
 
 static PARAMETERS: [Parameter; COUNT] = [
-    term("coma_x", "px", "coma alike over the field, along x"),
-    term("coma_y", "px", "coma alike over the field, along y"),
+    term("coma_x", "px", "coma, constant over the field, along x"),
+    term("coma_y", "px", "coma, constant over the field, along y"),
     term("astigmatism_x", "px/h", "astigmatism linear in field, by x"),
     term("astigmatism_y", "px/h", "astigmatism linear in field, by y"),
     term("focus_x", "px/h", "focus linear in field, by x"),
@@ -37,25 +42,25 @@ static PARAMETERS: [Parameter; COUNT] = [
     term(
         "astigmatism_0",
         "px",
-        "astigmatism alike over the field, along the axes",
+        "astigmatism, constant over the field, along the axes",
     ),
     term(
         "astigmatism_45",
         "px",
-        "astigmatism alike over the field, along the diagonals",
+        "astigmatism, constant over the field, along the diagonals",
     ),
-    term("shift_x", "px", "shift of the picture along x").within(-500.0, 500.0),
-    term("shift_y", "px", "shift of the picture along y").within(-500.0, 500.0),
+    term("shift_x", "px", "shift of the image along x").within(-500.0, 500.0),
+    term("shift_y", "px", "shift of the image along y").within(-500.0, 500.0),
     term(
         "prism_x",
         "px",
-        "shift of one channel against the middle one, along x",
+        "shift relative to the channel of middle wavelength, along x",
     )
     .scope(Scope::Difference),
     term(
         "prism_y",
         "px",
-        "shift of one channel against the middle one, along y",
+        "shift relative to the channel of middle wavelength, along y",
     )
     .scope(Scope::Difference),
 ];
@@ -92,7 +97,7 @@ impl Effect for Decentre {
         [values[8] + values[10], values[9] + values[11]]
     }
 
-    // Coma and where pictures land alone, then everything.
+    // Coma and shifts alone, then everything.
     fn starts(&self) -> Vec<SearchStart> {
         let mut values = [0.0; COUNT];
         (values[0], values[1]) = (0.2, 0.2);
@@ -106,11 +111,10 @@ impl Effect for Decentre {
         ]
     }
 
-    // Terms of the glass by the law of docs/background/model.md section 10, pupil power l and field power a:
-    // coma 3 and 0, what is linear in field 2 and 1, astigmatism alike everywhere 2 and 0. Shifts are
-    // angles, spread over Z2.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
-        let (r, k) = (to.pupil, to.image_distance);
+    // Wave terms scale by docs/background/model.md section 10 with pupil power l and field power a: coma 3
+    // and 0, terms linear in field 2 and 1, constant astigmatism 2 and 0. Shifts are angles times Z2.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
+        let (r, k) = (ratios.pupil, ratios.image_distance);
         let factor = |index: usize| match index {
             0 | 1 => r * r * k,
             2..=5 => r,
@@ -132,7 +136,7 @@ mod tests {
     use crate::lens::{ReducedNumbers, Wavefront};
 
     #[test]
-    fn coma_stands_in_the_middle_of_the_frame() {
+    fn coma_at_the_centre_points_along_its_vector() {
         let mut values = [0.0; COUNT];
         (values[0], values[1]) = (0.8, 0.6);
         let (moments, centroid) = behind(&Decentre, &values, place(0.0, 0.0), disc(5.0)).moments();
@@ -151,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lens_off_its_axis_is_a_lens_with_these_terms() {
+    fn these_terms_equal_a_lens_shifted_off_its_axis() {
         let numbers = ReducedNumbers {
             alpha: 3.0,
             beta: 1.0,
@@ -187,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_shift_alike_everywhere() {
+    fn shifts_are_constant_over_the_field() {
         let mut values = [0.0; COUNT];
         values[8..].copy_from_slice(&[3.0, -2.0, 0.1, 0.2]);
         for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {

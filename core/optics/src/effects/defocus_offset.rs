@@ -1,26 +1,30 @@
-//! The sensor or the focus ring is not where the camera says.
+//! Constant defocus: an error of sensor position or focus.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `defocus_offset`: the same extra defocus everywhere in the field and at every distance.
+/// `defocus_offset`: the same extra defocus at all field positions and distances.
 ///
-/// Looks like another focus distance: what was sharp is not, and another distance is. Its sign shows
-/// against depth, or as discs with a bright rim where spherical aberration meets it one way and a soft
-/// one the other. Mistaken for `depth_scale` where there is a single object distance, and for curvature
-/// of field where only corners are looked at. With `alpha` in px of slope at the rim of the pupil
-/// W gains alpha |u|²/2, Hopkins's W020; a sensor that moves also sees the picture larger, by
-/// `magnification` px half a frame width off the axis.
+/// # Appearance
+/// Another focus distance. The sign shows in the change with depth, or where spherical aberration gives discs a bright
+/// rim on one side of focus and a soft one on the other.
+///
+/// # Similar effects
+/// `depth_scale`, if there is one object distance only; field curvature, if only corners are compared.
+///
+/// # Model
+/// W gains `alpha` |u|²/2 (Hopkins's W020), with alpha the slope at the rim of the pupil in px. A shifted sensor also
+/// changes the magnification: by `magnification` px half a frame width off the axis.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DefocusOffset;
 
 static PARAMETERS: [Parameter; 2] = [
-    Parameter::new("alpha", "px", "defocus added everywhere").within(-200.0, 200.0),
+    Parameter::new("alpha", "px", "defocus added at all field positions").within(-200.0, 200.0),
     Parameter::new(
         "magnification",
         "px",
-        "how far a chief ray half a frame width off the axis moves outwards",
+        "outward shift of the chief ray half a frame width off the axis",
     )
     .within(-500.0, 500.0),
 ];
@@ -47,7 +51,7 @@ impl Effect for DefocusOffset {
         [values[1] * point.at.x, values[1] * point.at.y]
     }
 
-    // Through focus and back: which side is likelier is not known.
+    // Both sides of focus are equally likely.
     fn starts(&self) -> Vec<SearchStart> {
         vec![
             SearchStart::all_free(&[0.5, 0.0]),
@@ -55,12 +59,11 @@ impl Effect for DefocusOffset {
         ]
     }
 
-    // A sensor, or a focusing mount, off by a fixed length s: the cone that it cuts has the slope R / Z2,
-    // and the picture grows by s / Z2.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // The sensor is off by a fixed length s: it cuts a cone of slope R / Z2, and the image grows by s / Z2.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         vec![
-            values[0].scaled(to.pupil / to.image_distance),
-            values[1].scaled(1.0 / to.image_distance),
+            values[0].scaled(ratios.pupil / ratios.image_distance),
+            values[1].scaled(1.0 / ratios.image_distance),
         ]
     }
 }
@@ -71,7 +74,7 @@ mod tests {
     use crate::effects::tests::{behind, disc, place};
 
     #[test]
-    fn every_place_gets_the_same_defocus_and_chief_rays_move_radially() {
+    fn defocus_is_constant_and_chief_rays_move_radially() {
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (-0.7, 0.4)] {
             let pupil = behind(&DefocusOffset, &[1.5, 4.0], place(x, y), disc(2.0));
             assert_eq!(pupil, disc(3.5));

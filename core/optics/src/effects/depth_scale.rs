@@ -1,29 +1,33 @@
-//! Object distances are wrong by a factor.
+//! Object distances wrong by a factor.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `depth_scale`: a point stands at `factor` times the distance that is stated.
+/// `depth_scale`: the true object distance is `factor` times the stated one.
 ///
-/// Looks like defocus that is wrong in proportion to vergence: with `pivot` 1, the focus distance being
-/// wrong by the same factor, nothing changes in focus and the error grows with the distance from it;
-/// with `pivot` 0 the focus is where it was and only far points are right. Mistaken for
-/// `defocus_offset`, which it is at a single distance. Defocus is c (v - v_focus) by the depth law of the
-/// lens (docs/background/model.md section 3), so alpha gains c (1/factor - 1) (v - pivot v_focus); what else depends
-/// on depth is left as it was. The law is the thin lens's.
+/// # Appearance
+/// Defocus with an error proportional to vergence. With `pivot` 1 the focus distance has the same error: nothing changes
+/// in focus. With `pivot` 0 the focus distance is right: nothing changes at infinity.
+///
+/// # Similar effects
+/// `defocus_offset`, which is the same at a single distance.
+///
+/// # Model
+/// Defocus is c (v - v_focus) by the depth law of the lens (docs/background/model.md section 3), so alpha gains
+/// c (1/`factor` - 1) (v - `pivot` v_focus). Other parameters that depend on depth stay.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DepthScale;
 
 static PARAMETERS: [Parameter; 2] = [
     Parameter::new("factor", "1", "true object distance over the stated one")
-        .at_rest(1.0)
+        .neutral_at(1.0)
         .within(0.3, 3.0)
         .step(0.005),
     Parameter::new(
         "pivot",
         "1",
-        "whether the focus distance is wrong by the same factor: 1, or 0 where it is right",
+        "1 if the focus distance is wrong by the same factor, 0 if it is right",
     )
     .within(0.0, 1.0)
     .step(1.0),
@@ -59,8 +63,8 @@ impl Effect for DepthScale {
         vec![from(0.0), from(1.0)]
     }
 
-    // A matter of the tape measure, not of the glass: the lens's own law of depth is reset.
-    fn rescale(&self, values: &[VergenceSeries], _to: ControlRatios) -> Vec<VergenceSeries> {
+    // An error of the measured distances, not of the lens.
+    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }
@@ -77,13 +81,13 @@ mod tests {
         }
     }
 
-    /// Defocus of the tests' lens for an object at vergence `v`, focused at `focus`.
+    /// Returns the disc of an object at vergence `v` for a lens focused at `focus`.
     fn law(v: f64, focus: f64) -> LocalPupil {
         disc(point().defocus_px_m * (v - focus))
     }
 
     #[test]
-    fn the_lens_is_asked_for_the_true_distance() {
+    fn defocus_is_that_of_the_true_distance() {
         let focus = point().focus_vergence_per_m;
         for v in [0.0, 0.3, focus, 1.5] {
             for (pivot, true_focus) in [(0.0, focus), (1.0, focus / 1.25)] {

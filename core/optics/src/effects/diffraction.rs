@@ -1,25 +1,29 @@
-//! Light is a wave.
+//! Diffraction.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `diffraction`: even in focus light does not land in a point, and its waves interfere.
+/// `diffraction`: light is drawn as a wave.
 ///
-/// An Airy pattern where the lens would be sharp, of radius 1.22 N times the wavelength, rings about
-/// edges and caustics elsewhere; wider for red and for small apertures, all over the field. Mistaken for
-/// the symmetric blur of the lens, which does not know wavelengths, and for `pixel_footprint`. In px W is
-/// 2 N wavelength times the path difference in waves (Born and Wolf, sections 8.5.2 and 9.1), which is all
-/// that is needed to draw it.
+/// # Appearance
+/// An Airy pattern of radius 1.22 N times the wavelength in focus; fringes along edges and caustics elsewhere. Wider for
+/// red and for small apertures, the same over the whole field.
+///
+/// # Similar effects
+/// The symmetric blur of the lens, which does not depend on wavelength; `pixel_footprint`.
+///
+/// # Model
+/// W in px is 2 `f_number` wavelength times the path difference in waves (Born and Wolf, sections 8.5.2 and 9.1).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Diffraction;
 
-/// Wavelength over pixel pitch where they are not known: green light on pixels of 5 um.
+/// Wavelength over pixel pitch if either is unknown: green light on pixels of 5 um.
 const WAVELENGTH_PX: f64 = 0.11;
 
 static PARAMETERS: [Parameter; 1] = [Parameter::new(
     "f_number",
     "1",
-    "f-number of the cone that meets the sensor; 0 for rays",
+    "f-number of the cone of light at the sensor; 0 for rays",
 )
 .within(0.0, 64.0)
 .step(0.2)];
@@ -57,9 +61,9 @@ impl Effect for Diffraction {
             .to_vec()
     }
 
-    // N is Z2 / 2 R: a wider pupil makes it smaller, a sensor further off larger.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
-        vec![values[0].scaled(to.image_distance / to.pupil)]
+    // N = Z2 / (2 R).
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
+        vec![values[0].scaled(ratios.image_distance / ratios.pupil)]
     }
 }
 

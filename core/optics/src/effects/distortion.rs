@@ -1,14 +1,19 @@
-//! Magnification changes with field.
+//! Distortion: magnification changes with field.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `distortion`: pictures land off their ideal place along the meridian, alike in every channel.
+/// `distortion`: images land off their ideal position along the meridian, equally in all channels.
 ///
-/// Straight lines bend towards the middle or away from it; PSFs keep their shape. Mistaken for a camera
-/// whose focal length or axis is not known well, and for the shift of the centroid by coma. Chief rays
-/// move by X (linear + cubic |X|² + fifth |X|⁴) px, X in half frame widths: Seidel's fifth sum, the next
-/// order, and the focal length's error (the radial terms of Brown, Photogrammetric Engineering 37, 1971).
+/// # Appearance
+/// Straight lines bend towards the centre or away from it. PSFs keep their shape.
+///
+/// # Similar effects
+/// An error in focal length or optical axis; the shift of centroids by coma.
+///
+/// # Model
+/// Chief rays move by X (`linear` + `cubic` |X|² + `fifth` |X|⁴) px, with X in half frame widths: focal length error,
+/// Seidel's fifth sum and the next order (the radial terms of Brown, Photogrammetric Engineering 37, 1971).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Distortion;
 
@@ -19,10 +24,16 @@ const fn term(name: &'static str, meaning: &'static str) -> Parameter {
 static PARAMETERS: [Parameter; 3] = [
     term(
         "linear",
-        "shift half a frame width off the axis, by magnification",
+        "shift half a frame width off the axis, linear in field",
     ),
-    term("cubic", "the same, by the cube of the field radius"),
-    term("fifth", "the same, by its fifth power"),
+    term(
+        "cubic",
+        "shift half a frame width off the axis, cubic in field",
+    ),
+    term(
+        "fifth",
+        "shift half a frame width off the axis, fifth power of field",
+    ),
 ];
 
 impl Effect for Distortion {
@@ -52,11 +63,11 @@ impl Effect for Distortion {
         vec![SearchStart::all_free(&[0.5, 0.5, 0.0])]
     }
 
-    // By the field angle X / Z2 to the power a, spread over Z2, as E is in docs/background/model.md section 10.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // Powers of the field angle X / Z2, times Z2, like E in docs/background/model.md section 10.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         let powers = [0, -2, -4].into_iter().zip(values);
         powers
-            .map(|(power, series)| series.scaled(to.image_distance.powi(power)))
+            .map(|(power, series)| series.scaled(ratios.image_distance.powi(power)))
             .collect()
     }
 }
@@ -68,7 +79,7 @@ mod tests {
     use crate::effects::tests::{behind, disc, place};
 
     #[test]
-    fn pictures_move_along_the_meridian_alike_in_every_channel_and_keep_their_shapes() {
+    fn shifts_lie_along_the_meridian_and_shapes_stay() {
         assert!(PARAMETERS.iter().all(|p| p.scope == Scope::Lens));
         let shift = |values: [f64; 3], x, y| Distortion.chief_ray(&values, place(x, y));
         assert_eq!(shift([1.0, 2.0, 4.0], 0.0, 0.0), [0.0; 2]);

@@ -3,17 +3,22 @@
 use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `higher_order`: spherical aberration of higher order, oblique spherical aberration, coma and
-/// astigmatism that grow faster with field.
+/// `higher_order`: higher-order spherical aberration, oblique spherical aberration, and coma, astigmatism and field
+/// curvature that grow faster with field.
 ///
-/// Seen as rings and flares in discs that third order leaves even, and as corners that differ from
-/// what the middle of the field foretells. Mistaken for defocus that changes with field, and for
-/// vignetting. The terms are Hopkins's `W_klm`, h^k |u|^l cos^m, less distortion; in px of slope at
-/// the rim of the pupil per half frame width to the power k.
+/// # Appearance
+/// Rings and flares in discs that are even to third order; corners that third-order fits of the centre do not predict.
+///
+/// # Similar effects
+/// Defocus that changes with field; vignetting.
+///
+/// # Model
+/// Hopkins's terms `W_klm`, h^k |u|^l cos^m, without distortion. Values are the slope at the rim of the pupil in px, per
+/// half frame width to the power k.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct HigherOrder;
 
-/// Powers of |u|² and of u along the meridian, and of the field radius, of each term.
+/// For each term, the powers of |u|², of u along the meridian, and of the field radius.
 const TERMS: [(usize, usize, i32); 8] = [
     (3, 0, 0),
     (2, 1, 1),
@@ -39,10 +44,10 @@ const fn term(name: &'static str, unit: &'static str, meaning: &'static str) -> 
 }
 
 static PARAMETERS: [Parameter; 8] = [
-    term("w060", "px", "spherical aberration, sixth power"),
+    term("w060", "px", "spherical aberration, sixth order"),
     term("w151", "px/h", "coma, linear in field"),
     term("w242", "px/h²", "oblique spherical aberration, meridional"),
-    term("w240", "px/h²", "oblique spherical aberration, even"),
+    term("w240", "px/h²", "oblique spherical aberration, isotropic"),
     term("w333", "px/h³", "elliptical coma"),
     term("w331", "px/h³", "coma, cubic in field"),
     term("w422", "px/h⁴", "astigmatism"),
@@ -80,13 +85,13 @@ impl Effect for HigherOrder {
         vec![SearchStart::all_free(&values)]
     }
 
-    // A slope of pupil power l - 1 at the rim, at a field angle X / Z2 to the power k, spread over Z2.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // The slope at the rim has pupil power l - 1; the field angle X / Z2 has power k; lengths scale with Z2.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         let terms = TERMS.into_iter().zip(values);
         terms
             .map(|((round, along, of_field), series)| {
-                let of_pupil = to.pupil.powi((2 * round + along) as i32 - 1);
-                series.scaled(of_pupil * to.image_distance.powi(1 - of_field))
+                let of_pupil = ratios.pupil.powi((2 * round + along) as i32 - 1);
+                series.scaled(of_pupil * ratios.image_distance.powi(1 - of_field))
             })
             .collect()
     }

@@ -1,15 +1,19 @@
-//! Magnification differs by wavelength.
+//! Lateral colour: magnification differs between channels.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `lateral_colour`: the picture has another size in each channel.
+/// `lateral_colour`: the image has another magnification in each channel.
 ///
-/// Looks like channels shifted against each other along the meridian, nothing in the middle, most in the
-/// corners; PSFs keep their shape. Mistaken for `axial_colour` and for coma that differs by channel,
-/// both of which change shapes. Chief rays move by X (linear + cubic |X|²) px against the channel of
-/// middle wavelength, X in half frame widths: transverse chromatic aberration (Born and Wolf, section
-/// 4.7) and its change with field.
+/// # Appearance
+/// Channels shifted against each other along the meridian: not at the centre, most in the corners. PSFs keep their shape.
+///
+/// # Similar effects
+/// `axial_colour`, and coma that differs between channels; both change the shape of PSFs.
+///
+/// # Model
+/// Chief rays move by X (`linear` + `cubic` |X|²) px relative to the channel of middle wavelength, with X in half frame
+/// widths: transverse chromatic aberration (Born and Wolf, section 4.7) and its change with field.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LateralColour;
 
@@ -17,14 +21,14 @@ static PARAMETERS: [Parameter; 2] = [
     Parameter::new(
         "linear",
         "px",
-        "shift half a frame width off the axis, by magnification",
+        "shift half a frame width off the axis, linear in field",
     )
     .within(-100.0, 100.0)
     .scope(Scope::Difference),
     Parameter::new(
         "cubic",
         "px",
-        "shift half a frame width off the axis, by distortion",
+        "shift half a frame width off the axis, cubic in field",
     )
     .within(-100.0, 100.0)
     .scope(Scope::Difference),
@@ -56,11 +60,11 @@ impl Effect for LateralColour {
         vec![SearchStart::all_free(&[0.3, 0.0])]
     }
 
-    // Angles of deviation: by the field angle X / Z2 to the power a, spread over Z2. The pupil has no part.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // Powers of the field angle X / Z2, times Z2; independent of the pupil.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         vec![
             values[0].clone(),
-            values[1].scaled(to.image_distance.powi(-2)),
+            values[1].scaled(ratios.image_distance.powi(-2)),
         ]
     }
 }
@@ -71,7 +75,7 @@ mod tests {
     use crate::effects::tests::{behind, disc, place};
 
     #[test]
-    fn a_channel_is_shifted_along_the_meridian_and_keeps_its_shapes() {
+    fn shifts_lie_along_the_meridian_and_shapes_stay() {
         assert!(PARAMETERS.iter().all(|p| p.scope == Scope::Difference));
         let shift = |values: [f64; 2], x, y| LateralColour.chief_ray(&values, place(x, y));
         assert_eq!(shift([1.0, 2.0], 0.0, 0.0), [0.0; 2]);

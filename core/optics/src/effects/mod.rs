@@ -1,8 +1,8 @@
-//! Effects: what a real lens does beyond third order, each one part of the forward model.
+//! Effects: properties of real lenses beyond the third-order model.
 //!
-//! An effect changes the [`LocalPupil`] of a point: it adds terms to the wavefront, clips or dims the
-//! pupil, or changes what the sensor does to the picture; and it may move the chief ray.
-//! A lens profile carries any of them by identifier. One effect a file; all of them are in [`ALL`].
+//! An [`Effect`] changes the [`LocalPupil`] of a point: it adds wavefront terms, adds stops, changes the transmission or
+//! the sensor. It may also shift the chief ray. Lens profiles name effects by identifier. Each effect has a file; all of
+//! them are listed in [`ALL`].
 
 mod anamorphic;
 mod aperture_polygon;
@@ -44,29 +44,29 @@ use crate::error::{Error, Result};
 use crate::field::FieldPoint;
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// A number that says how strong an effect is, or of what shape.
+/// A parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
-    /// Stable name, as profiles write it.
+    /// The stable name used in profiles.
     pub name: &'static str,
-    /// Unit.
+    /// The unit of the values.
     pub unit: &'static str,
-    /// What it is.
+    /// A description in a few words.
     pub meaning: &'static str,
-    /// Value at which it does nothing.
+    /// The value without effect.
     pub neutral: f64,
-    /// Least value that makes sense.
+    /// The smallest valid value.
     pub least: f64,
-    /// Largest value that makes sense.
+    /// The largest valid value.
     pub most: f64,
-    /// A change that can be seen, no more: the step of searches, in `unit`.
+    /// A just visible change, in `unit`: the step of searches.
     pub step: f64,
-    /// Whether colour channels share its value.
+    /// Whether colour channels share the value.
     pub scope: Scope,
 }
 
 impl Parameter {
-    /// One that is shared by all channels and does nothing at zero, lengths in px in mind.
+    /// Creates a parameter that all channels share, with neutral value zero and a step suited to px.
     const fn new(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         Self {
             name,
@@ -80,7 +80,7 @@ impl Parameter {
         }
     }
 
-    const fn at_rest(self, neutral: f64) -> Self {
+    const fn neutral_at(self, neutral: f64) -> Self {
         Self { neutral, ..self }
     }
 
@@ -101,29 +101,29 @@ impl Parameter {
     }
 }
 
-/// Whether colour channels share the value of a parameter.
+/// The relation between the values of a parameter in different colour channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scope {
-    /// One value for all.
+    /// One value for all channels.
     Lens,
-    /// One value a channel.
+    /// One value for each channel.
     Channel,
-    /// One value a channel but for the one of middle wavelength, which stays neutral: what counts is
-    /// the difference between channels.
+    /// One value for each channel except that of middle wavelength, which stays neutral: only differences between
+    /// channels matter.
     Difference,
 }
 
-/// Where a search for the values of an effect starts.
+/// A start of a search for the parameter values of an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchStart {
     /// One value a parameter, the same in every channel.
     pub values: Vec<f64>,
-    /// Whether the search may change it: kinds that are counted, such as blades, are tried one by one.
+    /// Whether the search may change each value. Counts, such as blades, are fixed; each has its own start.
     pub free: Vec<bool>,
 }
 
 impl SearchStart {
-    /// A search from `values` that may change all of them.
+    /// Creates a start at `values` that may change all of them.
     pub fn all_free(values: &[f64]) -> Self {
         Self {
             values: values.to_vec(),
@@ -132,66 +132,65 @@ impl SearchStart {
     }
 }
 
-/// Where in the scene a point of light is: what the strength of an effect may depend on.
+/// A point of light in the scene and the properties of the lens there: the input of effects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScenePoint {
     /// Field position.
     pub at: FieldPoint,
-    /// 1 / distance, 1/m.
+    /// Vergence 1 / distance, 1/m.
     pub vergence_per_m: f64,
-    /// Pupil radius over the slope of the chief ray of a point half a frame width off the axis, m:
-    /// what turns the shift of a stop into its distance from the pupil. Zero where the camera is not
-    /// known; then stops stay where they are at every object distance.
+    /// Pupil radius over the slope of the chief ray half a frame width off the axis, m. It converts the shift of a stop
+    /// to its distance from the pupil. Zero if the camera is unknown; stops then do not change with object distance.
     pub stop_lever_m: f64,
-    /// How fast defocus grows with vergence here, px m; zero where depth is not known.
+    /// Derivative of defocus by vergence, px m; zero if depth is unknown.
     pub defocus_px_m: f64,
     /// Vergence of an object in focus on the axis, 1/m.
     pub focus_vergence_per_m: f64,
-    /// Wavelength of the channel over the pixel pitch; zero where not known.
+    /// Wavelength of the channel over the pixel pitch; zero if unknown.
     pub wavelength_px: f64,
 }
 
-/// How a lens is set otherwise than it was measured.
+/// The ratios of new to measured lens controls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlRatios {
-    /// New radius of the pupil over the measured one.
+    /// New over measured radius of the pupil.
     pub pupil: f64,
-    /// New distance of the sensor from the pupil over the measured one.
+    /// New over measured distance from the pupil to the sensor.
     pub image_distance: f64,
 }
 
-/// A part of the forward model beyond the base lens.
+/// An effect beyond the third-order lens model.
 pub trait Effect: Send + Sync {
-    /// Stable identifier, as profiles and reports name it.
+    /// The stable identifier used in profiles and reports.
     fn id(&self) -> &'static str;
 
-    /// What it is and looks like, in a line.
+    /// Cause and appearance, in a line.
     fn summary(&self) -> &'static str;
 
-    /// What [`Effect::apply`] takes, in order.
+    /// The parameters, in the order of the values of [`Effect::apply`].
     fn parameters(&self) -> &'static [Parameter];
 
-    /// Does to `pupil` what the effect does at `point`; `values` are the parameters', in order.
+    /// Applies the effect at `point` to `pupil`, with one of `values` for each parameter.
     ///
     /// # Panics
-    /// If there are not as many values as parameters.
+    /// If the number of values is not that of the parameters.
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil);
 
-    /// How far it moves the chief ray, px of the frame; `values` as in [`Effect::apply`]. What it does to the
-    /// centroid by way of the rays is not part of it.
+    /// Returns the shift of the chief ray (x, y), frame px, with `values` as in [`Effect::apply`].
+    ///
+    /// The shift of the centroid relative to the chief ray is not included.
     fn chief_ray(&self, _values: &[f64], _point: ScenePoint) -> [f64; 2] {
         [0.0; 2]
     }
 
-    /// Where to start a search for its values, the likeliest first; none of them neutral in all that
-    /// counts.
+    /// Returns starts for a search of the values, the likeliest first. None of them is neutral.
     fn starts(&self) -> Vec<SearchStart>;
 
-    /// The parameters' `values`, in order, of the same glass with its pupil and sensor reset `to`.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries>;
+    /// Returns `values` for the same lens with pupil and sensor distance changed by `ratios`.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries>;
 }
 
-/// Every effect, in the order in which they act.
+/// All effects, in the order in which they act.
 pub static ALL: &[&dyn Effect] = &[
     &DefocusOffset,
     &DepthScale,
@@ -212,10 +211,10 @@ pub static ALL: &[&dyn Effect] = &[
     &ToneCurve,
 ];
 
-/// The effect called `id`.
+/// Returns the effect called `id`.
 ///
 /// # Errors
-/// A name that no effect has; the message lists those that exist.
+/// Rejects an unknown name; the message lists the known ones.
 pub fn by_id(id: &str) -> Result<&'static dyn Effect> {
     ALL.iter()
         .copied()
@@ -230,7 +229,7 @@ pub fn by_id(id: &str) -> Result<&'static dyn Effect> {
         })
 }
 
-/// The values at which `effect` does nothing.
+/// Returns the neutral values of `effect`.
 pub fn neutral(effect: &dyn Effect) -> Vec<f64> {
     effect.parameters().iter().map(|p| p.neutral).collect()
 }

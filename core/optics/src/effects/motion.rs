@@ -1,15 +1,19 @@
-//! The camera moved in the exposure.
+//! Camera motion during the exposure.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `motion`: the picture went along a straight path while the shutter was open.
+/// `motion`: linear motion blur.
 ///
-/// The same streak everywhere in the frame and in every channel, at every distance. Mistaken for
-/// astigmatism, which turns with the meridian and with focus, and for `pixel_footprint` where it is
-/// weak. Light is spread evenly over the path (`x`, `y`) px, at even speed; its middle lies `shift_x`,
-/// `shift_y` px off where pictures land at rest. Its transform is sin(pi f.d) / (pi f.d), as in every
-/// account of motion blur.
+/// # Appearance
+/// The same streak over the whole field, in all channels and at all distances.
+///
+/// # Similar effects
+/// Astigmatism, which turns with the meridian and with focus; `pixel_footprint`, if the streak is short.
+///
+/// # Model
+/// The image moves by (`x`, `y`) px at constant speed; the centre of the path lies (`shift_x`, `shift_y`) px off the
+/// position at rest. The transfer function is sin(pi f.d) / (pi f.d).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Motion;
 
@@ -18,16 +22,10 @@ const fn length(name: &'static str, meaning: &'static str) -> Parameter {
 }
 
 static PARAMETERS: [Parameter; 4] = [
-    length("x", "path of the picture along x"),
-    length("y", "path of the picture along y"),
-    length(
-        "shift_x",
-        "middle of the path off the place at rest, along x",
-    ),
-    length(
-        "shift_y",
-        "middle of the path off the place at rest, along y",
-    ),
+    length("x", "motion of the image along x"),
+    length("y", "motion of the image along y"),
+    length("shift_x", "offset of the centre of the path along x"),
+    length("shift_y", "offset of the centre of the path along y"),
 ];
 
 impl Effect for Motion {
@@ -54,17 +52,17 @@ impl Effect for Motion {
         [values[2], values[3]]
     }
 
-    // Paths and their opposites look alike, so half of the directions are enough.
+    // Opposite paths give the same streak, so half of the directions suffice.
     fn starts(&self) -> Vec<SearchStart> {
         [[2.0, 0.0], [0.0, 2.0], [1.5, 1.5], [1.5, -1.5]]
             .map(|[x, y]| SearchStart::all_free(&[x, y, 0.0, 0.0]))
             .to_vec()
     }
 
-    // The camera turned by an angle, spread over Z2.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // The camera turns by an angle; the path is that angle times Z2.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         let each = values.iter();
-        each.map(|series| series.scaled(to.image_distance))
+        each.map(|series| series.scaled(ratios.image_distance))
             .collect()
     }
 }
@@ -83,7 +81,7 @@ mod tests {
             assert!((moved.mu20 - still.mu20 - 9.0 / 12.0).abs() < 1e-12);
             assert!((moved.mu11 - still.mu11 + 4.5 / 12.0).abs() < 1e-12);
             assert!((moved.mu02 - still.mu02 - 2.25 / 12.0).abs() < 1e-12);
-            assert!(centroid[0].abs() < 1e-12, "its middle stays");
+            assert!(centroid[0].abs() < 1e-12, "the centre of the path stays");
             assert_eq!(Motion.chief_ray(&values, place(x, y)), [0.5, 0.25]);
         }
     }

@@ -1,15 +1,19 @@
-//! Pixels, and the low-pass filter before them, have a size.
+//! Pixel aperture and optical low-pass filter.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `pixel_footprint`: the sensor gathers light from more than each pixel's own square.
+/// `pixel_footprint`: the sensor gathers light from more than the area of each pixel.
 ///
-/// A box, or four close copies of the picture, of the same size everywhere and in every channel; it
-/// shows where the lens is sharp. Mistaken for weak `motion`, for `diffraction` and for the symmetric blur
-/// of the lens. Light is spread over a box of side `box` px besides the pixel's own square, which is part
-/// of the base model, and a birefringent filter before it makes copies `copies_x` and `copies_y` px
-/// apart (Greivenkamp, Applied Optics 29, 1990).
+/// # Appearance
+/// A box blur or four close copies, the same over the whole field and in all channels; visible where the lens is sharp.
+///
+/// # Similar effects
+/// Weak `motion`; `diffraction`; the symmetric blur of the lens.
+///
+/// # Model
+/// A box of side `box` px, in addition to the pixel area of the base model. A birefringent filter makes copies `copies_x`
+/// and `copies_y` px apart (Greivenkamp, Applied Optics 29, 1990).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PixelFootprint;
 
@@ -46,7 +50,7 @@ impl Effect for PixelFootprint {
         sensor.copies_px[1] += copies_y;
     }
 
-    // A box, a filter, then both.
+    // The box, the filter, then both.
     fn starts(&self) -> Vec<SearchStart> {
         vec![
             SearchStart {
@@ -61,8 +65,8 @@ impl Effect for PixelFootprint {
         ]
     }
 
-    // It is the sensor's own.
-    fn rescale(&self, values: &[VergenceSeries], _to: ControlRatios) -> Vec<VergenceSeries> {
+    // A property of the sensor.
+    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }
@@ -73,7 +77,7 @@ mod tests {
     use crate::effects::tests::{behind, disc, place};
 
     #[test]
-    fn box_and_copies_widen_alike_everywhere() {
+    fn box_and_copies_add_the_same_variance_over_the_field() {
         for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
             let moments = |values: [f64; 3]| {
                 behind(&PixelFootprint, &values, place(x, y), disc(2.0))

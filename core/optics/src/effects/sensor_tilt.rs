@@ -1,26 +1,30 @@
-//! The sensor is not square to the axis.
+//! Sensor tilt.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::field::Meridian;
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `sensor_tilt`: defocus that changes in a straight line across the frame.
+/// `sensor_tilt`: defocus changes linearly across the frame.
 ///
-/// One side of the frame is focused nearer than the other; half way between nothing changes. Mistaken
-/// for `decentre`, which tilts the field as well but adds coma, and for curvature of field where only
-/// one corner is looked at. With X in half frame widths alpha gains tilt . X px, the geometry of
-/// Scheimpflug's rule for small angles; light that lands behind the untilted plane has gone further from
-/// the axis, `keystone` (tilt . X) X px.
+/// # Appearance
+/// One side of the frame is focused nearer than the other; the centre does not change.
+///
+/// # Similar effects
+/// `decentre`, which tilts the field but adds coma; field curvature, if only one corner is compared.
+///
+/// # Model
+/// alpha gains tilt . X px, with X in half frame widths: Scheimpflug geometry for small angles. Light that lands behind
+/// the untilted plane has travelled farther from the axis: by `keystone` (tilt . X) X px.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SensorTilt;
 
 static PARAMETERS: [Parameter; 3] = [
-    Parameter::new("tilt_x", "px/h", "defocus gained along x").within(-200.0, 200.0),
-    Parameter::new("tilt_y", "px/h", "defocus gained along y").within(-200.0, 200.0),
+    Parameter::new("tilt_x", "px/h", "change of defocus along x").within(-200.0, 200.0),
+    Parameter::new("tilt_y", "px/h", "change of defocus along y").within(-200.0, 200.0),
     Parameter::new(
         "keystone",
         "1/h",
-        "how far chief rays move outwards per px of that defocus and half frame width off the axis",
+        "outward shift of chief rays per px of that defocus and half frame width off the axis",
     )
     .within(-50.0, 50.0)
     .step(0.1),
@@ -61,14 +65,14 @@ impl Effect for SensorTilt {
         ]
     }
 
-    // At each place a sensor off by a fixed length, as for `defocus_offset`: cone R / Z2, growth of the
-    // picture 1 / Z2, of which keystone is the ratio.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
-        let cone = to.pupil / to.image_distance;
+    // Like `defocus_offset` at each field position: defocus scales with R / Z2 and the shift with 1 / Z2;
+    // keystone is their ratio.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
+        let cone = ratios.pupil / ratios.image_distance;
         vec![
             values[0].scaled(cone),
             values[1].scaled(cone),
-            values[2].scaled(1.0 / to.pupil),
+            values[2].scaled(1.0 / ratios.pupil),
         ]
     }
 }

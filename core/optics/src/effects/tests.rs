@@ -1,4 +1,4 @@
-//! What holds for every effect; lenses and points for the tests of each.
+//! Properties of all effects, and lenses and points for the tests of each.
 
 use super::*;
 use crate::lens::{ReducedNumbers, Stop, Wavefront};
@@ -15,7 +15,7 @@ pub(crate) fn point() -> ScenePoint {
     }
 }
 
-/// The same at another place of the field.
+/// Returns [`point`] at another field position.
 pub(crate) fn place(x: f64, y: f64) -> ScenePoint {
     ScenePoint {
         at: FieldPoint::new(x, y),
@@ -23,7 +23,7 @@ pub(crate) fn place(x: f64, y: f64) -> ScenePoint {
     }
 }
 
-/// A lens of defocus alone, in the middle of its field, without blur.
+/// Returns a pupil with defocus only, on the axis, without blur.
 pub(crate) fn disc(alpha: f64) -> LocalPupil {
     let numbers = ReducedNumbers {
         alpha,
@@ -38,7 +38,7 @@ pub(crate) fn disc(alpha: f64) -> LocalPupil {
     )
 }
 
-/// `pupil` behind `effect`.
+/// Returns `pupil` with `effect` applied.
 pub(crate) fn behind(
     effect: &dyn Effect,
     values: &[f64],
@@ -49,7 +49,7 @@ pub(crate) fn behind(
     pupil
 }
 
-/// All aberrations of third order.
+/// Returns a pupil with all third-order aberrations.
 fn lens() -> LocalPupil {
     let numbers = ReducedNumbers {
         alpha: 3.0,
@@ -61,15 +61,15 @@ fn lens() -> LocalPupil {
     LocalPupil::circular(Wavefront::third_order(&numbers, point().at), 0.1)
 }
 
-/// Pupil and chief ray of that lens behind `effect`.
-fn all_of(effect: &dyn Effect, values: &[f64]) -> (LocalPupil, [f64; 2]) {
+/// Returns pupil and chief ray of [`lens`] with `effect` applied.
+fn applied(effect: &dyn Effect, values: &[f64]) -> (LocalPupil, [f64; 2]) {
     (
         behind(effect, values, point(), lens()),
         effect.chief_ray(values, point()),
     )
 }
 
-/// Values with no parameter neutral, counted ones apart.
+/// Returns values of which none is neutral, except counts.
 fn strong(effect: &dyn Effect) -> Vec<f64> {
     let start = effect.starts().pop().expect("there is a start");
     let each = start.values.iter().zip(effect.parameters());
@@ -100,29 +100,29 @@ fn identifiers_and_parameters_are_sound() {
 }
 
 #[test]
-fn effects_do_nothing_at_neutral() {
+fn neutral_values_have_no_effect() {
     for effect in ALL {
-        let still = all_of(*effect, &neutral(*effect));
+        let still = applied(*effect, &neutral(*effect));
         assert_eq!(still, (lens(), [0.0; 2]), "{}", effect.id());
     }
 }
 
 #[test]
-fn neutral_effects_leave_alone_what_the_same_effect_did_before() {
+fn neutral_effects_keep_an_earlier_instance_of_themselves() {
     for effect in ALL {
-        let (once, _) = all_of(*effect, &strong(*effect));
+        let (once, _) = applied(*effect, &strong(*effect));
         let twice = behind(*effect, &neutral(*effect), point(), once);
         assert_eq!(twice, once, "{}", effect.id());
     }
 }
 
 #[test]
-fn searches_start_off_neutral_and_every_free_parameter_counts() {
+fn starts_are_not_neutral_and_every_free_parameter_matters() {
     for effect in ALL {
         let parameters = effect.parameters();
         let mut freed = vec![false; parameters.len()];
         for start in effect.starts() {
-            let here = all_of(*effect, &start.values);
+            let here = applied(*effect, &start.values);
             assert_ne!(here, (lens(), [0.0; 2]), "{}", effect.id());
             for (k, p) in parameters.iter().enumerate() {
                 let value = start.values[k];
@@ -134,7 +134,13 @@ fn searches_start_off_neutral_and_every_free_parameter_counts() {
                     p.step
                 };
                 if start.free[k] {
-                    assert_ne!(all_of(*effect, &values), here, "{} {}", effect.id(), p.name);
+                    assert_ne!(
+                        applied(*effect, &values),
+                        here,
+                        "{} {}",
+                        effect.id(),
+                        p.name
+                    );
                 }
                 freed[k] |= start.free[k];
             }
@@ -147,7 +153,7 @@ fn searches_start_off_neutral_and_every_free_parameter_counts() {
 }
 
 #[test]
-fn light_is_kept() {
+fn light_is_conserved() {
     const SIDE: usize = 96;
     let grid = TileGrid {
         corner_px: [-(SIDE as f64) / 2.0; 2],
@@ -156,24 +162,24 @@ fn light_is_kept() {
     };
     for effect in ALL.iter().filter(|e| e.id() != "tone_curve") {
         for start in effect.starts() {
-            let (pupil, _) = all_of(*effect, &start.values);
+            let (pupil, _) = applied(*effect, &start.values);
             let (mut space, mut drawn) = (Workspace::default(), PsfImage::default());
             draw(&pupil, &grid, &[], Detail::FIT, &mut space, &mut drawn);
-            // Wide skirts end beyond the window.
+            // Wide skirts extend beyond the grid.
             let light: f64 = drawn.light.iter().sum();
             assert!((light - 1.0).abs() < 0.02, "{} {light}", effect.id());
         }
     }
 }
 
-fn rescale(effect: &dyn Effect, values: &[f64], to: ControlRatios) -> Vec<f64> {
+fn rescale(effect: &dyn Effect, values: &[f64], ratios: ControlRatios) -> Vec<f64> {
     let series: Vec<_> = values
         .iter()
         .copied()
         .map(VergenceSeries::constant)
         .collect();
     effect
-        .rescale(&series, to)
+        .rescale(&series, ratios)
         .iter()
         .map(|s| s.at(0.3))
         .collect()
@@ -189,22 +195,22 @@ fn assert_close(a: [f64; 2], b: [f64; 2], what: &str) {
 const RAYS: [[f64; 2]; 3] = [[0.3, -0.4], [-0.8, 0.1], [0.0, 0.9]];
 
 #[test]
-fn a_narrower_pupil_sees_the_same_effect() {
-    let to = ControlRatios {
+fn effects_of_a_narrower_pupil_agree_with_the_narrowed_pupil() {
+    let ratios = ControlRatios {
         pupil: 0.5,
         image_distance: 1.0,
     };
-    // The iris is what narrows; its own tests say how.
+    // The iris itself narrows; it has its own test.
     for effect in ALL.iter().filter(|e| e.id() != "aperture_polygon") {
         let (id, values) = (effect.id(), strong(*effect));
         let narrow = ScenePoint {
-            defocus_px_m: point().defocus_px_m * to.pupil,
+            defocus_px_m: point().defocus_px_m * ratios.pupil,
             ..point()
         };
-        let now = rescale(*effect, &values, to);
-        let got = behind(*effect, &now, narrow, lens().with_pupil(to.pupil));
-        let (was, chief) = all_of(*effect, &values);
-        let want = was.with_pupil(to.pupil);
+        let now = rescale(*effect, &values, ratios);
+        let got = behind(*effect, &now, narrow, lens().with_pupil(ratios.pupil));
+        let (was, chief) = applied(*effect, &values);
+        let want = was.with_pupil(ratios.pupil);
         for u in RAYS {
             assert_close(got.landing(u), want.landing(u), id);
             let (a, b) = (got.transmission.at(u), want.transmission.at(u));
@@ -227,9 +233,9 @@ fn a_narrower_pupil_sees_the_same_effect() {
 }
 
 #[test]
-fn a_sensor_further_off_spreads_angles_and_narrows_cones() {
+fn a_farther_sensor_scales_angles_up_and_cones_down() {
     let k = 1.25;
-    let to = ControlRatios {
+    let ratios = ControlRatios {
         pupil: 1.0,
         image_distance: k,
     };
@@ -246,12 +252,12 @@ fn a_sensor_further_off_spreads_angles_and_narrows_cones() {
     let compare = |id: &str, seen_from: ScenePoint, factor: f64| {
         let effect = by_id(id).expect("listed");
         let values = strong(effect);
-        let now = rays(id, &rescale(effect, &values, to), point());
+        let now = rays(id, &rescale(effect, &values, ratios), point());
         for (now, was) in now.into_iter().zip(rays(id, &values, seen_from)) {
             assert_close(now, was.map(|w| w * factor), id);
         }
     };
-    // What glass or a turning camera does belongs to an angle.
+    // Effects of the glass or of a turning camera are angles.
     let angle = place(point().at.x / k, point().at.y / k);
     for id in [
         "decentre",
@@ -264,7 +270,7 @@ fn a_sensor_further_off_spreads_angles_and_narrows_cones() {
     ] {
         compare(id, angle, k);
     }
-    // A sensor in the wrong place is so by a length.
+    // Effects of the sensor position are lengths.
     for id in ["defocus_offset", "sensor_tilt"] {
         compare(id, point(), 1.0 / k);
     }

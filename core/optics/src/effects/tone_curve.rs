@@ -1,32 +1,37 @@
-//! Pixel values are not proportional to light.
+//! Nonlinear pixel values.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 use crate::sensor::Tone;
 
-/// `tone_curve`: values follow light by a curve, or are cut off.
+/// `tone_curve`: pixel values follow light by a curve, or are clipped.
 ///
-/// Bright cores are compressed or stretched against faint skirts, or flat on top, all over the field and
-/// most in sharp PSFs; no shape of the light explains it. Mistaken for `veiling_glare` and for spherical
-/// aberration. White being one, l becomes l^gamma (1 + knee) / (1 + knee l^gamma), cut off at `clip`: a
-/// power law and the shoulder of Reinhard and others (SIGGRAPH 2002); Debevec and Malik (SIGGRAPH 1997)
-/// tell how cameras come by such curves.
+/// # Appearance
+/// Bright cores are compressed or expanded relative to faint skirts, or flat on top. Over the whole field, most in sharp
+/// PSFs; no light distribution explains it.
+///
+/// # Similar effects
+/// `veiling_glare`; spherical aberration.
+///
+/// # Model
+/// With white at one, l becomes l^gamma (1 + knee) / (1 + knee l^gamma), clipped at `clip`: a power law with the shoulder
+/// of Reinhard et al. (SIGGRAPH 2002). Debevec and Malik (SIGGRAPH 1997) describe the response curves of cameras.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ToneCurve;
 
-/// A clip that high is none.
+/// Value of `clip` that means no clipping.
 const NO_CLIP: f64 = 100.0;
 
 static PARAMETERS: [Parameter; 3] = [
-    Parameter::new("gamma", "1", "exponent; below one lifts the dark")
-        .at_rest(1.0)
+    Parameter::new("gamma", "1", "exponent; below one brightens dark values")
+        .neutral_at(1.0)
         .within(0.3, 3.0)
         .step(0.01),
-    Parameter::new("knee", "1", "how strongly the bright are compressed")
+    Parameter::new("knee", "1", "compression of bright values")
         .within(-0.6, 8.0)
         .step(0.02),
     Parameter::new("clip", "white", "largest value; 100 for none")
-        .at_rest(NO_CLIP)
+        .neutral_at(NO_CLIP)
         .within(0.05, NO_CLIP)
         .step(0.02),
 ];
@@ -58,7 +63,7 @@ impl Effect for ToneCurve {
         }
     }
 
-    // An exponent, a shoulder, clipping, then a curve of two numbers.
+    // The exponent, the shoulder, clipping, then exponent and shoulder.
     fn starts(&self) -> Vec<SearchStart> {
         let from = |values: [f64; 3], free: [bool; 3]| SearchStart {
             values: values.to_vec(),
@@ -72,8 +77,8 @@ impl Effect for ToneCurve {
         ]
     }
 
-    // It is the camera's.
-    fn rescale(&self, values: &[VergenceSeries], _to: ControlRatios) -> Vec<VergenceSeries> {
+    // A property of the camera.
+    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }
@@ -96,7 +101,7 @@ mod tests {
         assert!(against([1.0, 0.5, NO_CLIP]) < 9.0 && against([1.0, -0.3, NO_CLIP]) > 9.0);
         let clipped = [1.0, 0.0, 0.7];
         assert_eq!([0.9, 0.8, 0.5].map(|l| value(clipped, l)), [0.7, 0.7, 0.5]);
-        // White stays white, and what is brighter is not cut off unless asked for.
+        // White stays one, and brighter values are not clipped by default.
         assert!((value([0.8, 0.5, NO_CLIP], 1.0) - 1.0).abs() < 1e-12);
         assert_eq!(value([1.0, 0.0, NO_CLIP], 500.0), 500.0);
     }

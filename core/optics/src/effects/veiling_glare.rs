@@ -1,16 +1,21 @@
-//! Light scatters in lens and sensor.
+//! Veiling glare: scattered light.
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 use crate::sensor::Halo;
 
-/// `veiling_glare`: a share of the light lands far from where the lens sends it.
+/// `veiling_glare`: a share of the light scatters far.
 ///
-/// A faint wide halo around every point that does not know focus or field, stronger in one channel where
-/// it is halation; contrast drops next to what is bright. Mistaken for defocus of a wide aperture and for
-/// the skirts of spherical aberration. A `share` of the light is spread with a density of
-/// (1 + r²/radius²)^-steepness about its point (Moffat, Astronomy and Astrophysics 3, 1969): the glare
-/// spread function that ISO 9358 measures by black patches.
+/// # Appearance
+/// A faint, wide halo around every point, independent of focus and field, and stronger in one channel for halation.
+/// Contrast drops near bright areas.
+///
+/// # Similar effects
+/// Defocus of a wide aperture; the skirts of spherical aberration.
+///
+/// # Model
+/// A `share` of the light has the density (1 + r²/radius²)^-steepness (Moffat, Astronomy and Astrophysics 3, 1969): the
+/// glare spread function that ISO 9358 measures with black patches.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct VeilingGlare;
 
@@ -20,11 +25,11 @@ static PARAMETERS: [Parameter; 3] = [
         .step(0.005)
         .scope(Scope::Channel),
     Parameter::new("radius", "px", "radius of the halo")
-        .at_rest(4.0)
+        .neutral_at(4.0)
         .within(0.5, 200.0)
         .step(0.2),
-    Parameter::new("steepness", "1", "how fast the halo falls off")
-        .at_rest(2.0)
+    Parameter::new("steepness", "1", "exponent of the decay of the halo")
+        .neutral_at(2.0)
         .within(1.05, 8.0)
         .step(0.1),
 ];
@@ -62,8 +67,8 @@ impl Effect for VeilingGlare {
             .to_vec()
     }
 
-    // Taken as the sensor's and its cover glass's, which neither pupil nor focus move.
-    fn rescale(&self, values: &[VergenceSeries], _to: ControlRatios) -> Vec<VergenceSeries> {
+    // Attributed to sensor and cover glass, which do not depend on pupil and focus.
+    fn rescale(&self, values: &[VergenceSeries], _ratios: ControlRatios) -> Vec<VergenceSeries> {
         values.to_vec()
     }
 }
@@ -74,7 +79,7 @@ mod tests {
     use crate::effects::tests::{behind, disc, place};
 
     #[test]
-    fn a_halo_stands_around_every_point_by_channel() {
+    fn the_halo_has_a_share_for_each_channel() {
         assert_eq!(PARAMETERS[0].scope, Scope::Channel);
         assert_eq!(PARAMETERS[1].scope, Scope::Lens);
         for (alpha, x) in [(0.0, 0.0), (4.0, 0.9)] {
@@ -83,13 +88,13 @@ mod tests {
             let halo = pupil.sensor.halo;
             assert_eq!([halo.share, halo.radius_px, halo.steepness], values);
             assert!(!pupil.sensor.is_ideal());
-            // Rays land where they did.
+            // Rays do not change.
             assert_eq!(pupil.moments(), disc(alpha).moments());
         }
     }
 
     #[test]
-    fn the_shape_of_no_halo_does_not_matter() {
+    fn zero_share_leaves_the_sensor_ideal() {
         let pupil = behind(&VeilingGlare, &[0.0, 9.0, 3.0], place(0.0, 0.0), disc(1.0));
         assert_eq!(pupil, disc(1.0));
     }

@@ -3,19 +3,24 @@
 use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::lens::{LocalPupil, Stop, VergenceSeries};
 
-/// `vignetting`: two more circles that light must pass, one before the aperture and one behind it,
-/// that move over the pupil as the field position moves from the axis.
+/// `vignetting`: two more circular stops, one in front of the aperture and one behind it, that shift over the pupil with
+/// the field position.
 ///
-/// Discs out of focus become cat's eyes towards the corners, and all blur there narrows. Mistaken for
-/// astigmatism and for oblique spherical aberration. A circle of radius r (pupil radii) stands at
-/// s X, X the field position in half frame widths: seen from the image a stop in front of the
-/// aperture moves one way, one behind it the other. Where the camera is known the shift says how far
-/// off the pupil the stop stands, and with it what it does at other object distances. Lengths are in
-/// pupil radii, so the numbers do not depend on channel; a neutral circle is large and stands still.
+/// # Appearance
+/// Defocused discs become cat's eyes towards the corners, where all blur narrows.
+///
+/// # Similar effects
+/// Astigmatism; oblique spherical aberration.
+///
+/// # Model
+/// A circle of radius r is centred at s X, with X in half frame widths and lengths in pupil radii. Seen from the image,
+/// a stop in front of the aperture shifts one way, one behind it the other. If the camera is known, the shift gives the
+/// distance of the stop from the pupil, and with it the change with object distance. A neutral circle is large and does
+/// not shift.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Vignetting;
 
-/// A radius that clips nothing where shifts are sane.
+/// Neutral radius: clips nothing for realistic shifts.
 const WIDE: f64 = 4.0;
 
 const fn radius(name: &'static str, meaning: &'static str) -> Parameter {
@@ -46,9 +51,9 @@ const fn shift(name: &'static str, meaning: &'static str) -> Parameter {
 
 static PARAMETERS: [Parameter; 4] = [
     radius("radius_1", "radius of the first circle"),
-    shift("shift_1", "how far the first circle moves with the field"),
+    shift("shift_1", "shift of the first circle with the field"),
     radius("radius_2", "radius of the second circle"),
-    shift("shift_2", "how far the second circle moves with the field"),
+    shift("shift_2", "shift of the second circle with the field"),
 ];
 
 impl Effect for Vignetting {
@@ -67,8 +72,8 @@ impl Effect for Vignetting {
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         for circle in values.chunks_exact(2) {
-            // A stop at distance L before the pupil (behind it where negative) is s times the lever
-            // off; light that diverges from a near point meets it closer to the axis by 1 - L v.
+            // The stop lies L = s times the lever in front of the pupil (behind it if negative). Light that
+            // diverges from a near point passes it closer to the axis by the factor 1 - L v.
             let nearer = 1.0 - circle[1] * point.stop_lever_m * point.vergence_per_m;
             let scale = 1.0 / nearer.max(0.1);
             pupil.clip(Stop {
@@ -81,7 +86,7 @@ impl Effect for Vignetting {
         }
     }
 
-    // One circle, before the aperture or behind it, then both.
+    // One circle, in front of the aperture or behind it, then both.
     fn starts(&self) -> Vec<SearchStart> {
         let one = [true, true, false, false];
         let single = [0.5, -0.5, 0.2, -0.2].map(|shift| SearchStart {
@@ -92,14 +97,14 @@ impl Effect for Vignetting {
         single.into_iter().chain([both]).collect()
     }
 
-    // The circles stay as large as they are and move with the field angle X / Z2. One that stands still
-    // needs no more than the radius that clips nothing.
-    fn rescale(&self, values: &[VergenceSeries], to: ControlRatios) -> Vec<VergenceSeries> {
+    // The circles keep their size and shift with the field angle X / Z2. The radius of a neutral circle is
+    // limited to the largest valid one.
+    fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         let circles = values.chunks_exact(2);
         circles
             .flat_map(|circle| {
-                let radius = circle[0].scaled(1.0 / to.pupil);
-                let shift = circle[1].scaled(1.0 / (to.pupil * to.image_distance));
+                let radius = circle[0].scaled(1.0 / ratios.pupil);
+                let shift = circle[1].scaled(1.0 / (ratios.pupil * ratios.image_distance));
                 let still = shift.coefficients.iter().all(|c| *c == 0.0);
                 let radius = match radius.coefficients[..] {
                     [only] if still && only > WIDE => VergenceSeries::constant(WIDE),
@@ -117,7 +122,7 @@ mod tests {
     use crate::effects::tests::{behind, disc, place};
 
     #[test]
-    fn discs_are_cats_eyes_in_the_corner_only() {
+    fn discs_are_cats_eyes_in_the_corners_only() {
         let values = [1.0, 0.5, 1.0, -0.5];
         let moments = |x| {
             behind(&Vignetting, &values, place(x, 0.0), disc(4.0))

@@ -15,8 +15,9 @@ pub const MOMENT_ORDER: [i32; 10] = [2, 2, 2, 2, 2, 3, 3, 3, 3, 3];
 pub struct MomentCoefficients(pub [f64; 10]);
 
 impl MomentCoefficients {
-    /// The rows of the linear system moments = rows . S at field point `at`: mu20, mu11, mu02, mu30,
-    /// mu21, mu12, mu03 by S1..S10 (Eqs 18-24).
+    /// Returns the 7 x 10 matrix of the linear system moments = matrix . S at field point `at` (Eqs 18-24).
+    ///
+    /// Rows are mu20, mu11, mu02, mu30, mu21, mu12, mu03; columns are S1..S10.
     pub fn basis(at: FieldPoint) -> [[f64; 10]; 7] {
         let FieldPoint { x, y } = at;
         let r2 = x * x + y * y;
@@ -48,7 +49,7 @@ impl MomentCoefficients {
         ]
     }
 
-    /// Second and third central moments in image axes at field point `at`.
+    /// Returns the second and third central moments at field point `at`, in image axes.
     pub fn moments(&self, at: FieldPoint) -> CentralMoments {
         let [s1, s2, s3, s4, s5, s6, s7, s8, s9, s10] = self.0;
         let FieldPoint { x, y } = at;
@@ -68,7 +69,7 @@ impl MomentCoefficients {
         }
     }
 
-    /// Moments in the meridional frame at field radius `h`.
+    /// Returns the moments at field radius `h`, in the meridional frame.
     pub fn meridional(&self, h: f64) -> MeridionalMoments {
         let m = self.moments(FieldPoint::new(h, 0.0));
         MeridionalMoments {
@@ -79,8 +80,8 @@ impl MomentCoefficients {
         }
     }
 
-    /// The same lens with PSF lengths multiplied by `psf` and field units by `field`, such as from
-    /// millimetres for both to pixels and half frame widths.
+    /// Returns the coefficients with PSF lengths multiplied by `psf` and field lengths by `field`: for example, a
+    /// conversion from millimetres for both to pixels and half frame widths.
     #[must_use]
     pub fn rescaled(&self, psf: f64, field: f64) -> Self {
         let mut s = self.0;
@@ -90,14 +91,16 @@ impl MomentCoefficients {
         Self(s)
     }
 
-    /// The coefficients in the P-frame, that of the ideal image point on the focused-image plane:
-    /// S_k (Z2 / Z1)^degree (Eqs 25-34). The X-frame is the one to interpolate in.
+    /// Returns the coefficients in the P-frame, that of the ideal image point on the focused-image plane: S_k
+    /// (Z2 / Z1)^degree (Eqs 25-34).
+    ///
+    /// Interpolate in the X-frame, not in this one.
     #[must_use]
     pub fn in_p_frame(&self, z2_over_z1: f64) -> Self {
         self.rescaled(1.0, 1.0 / z2_over_z1)
     }
 
-    /// The same with `variance_px2` added to the PSF everywhere: only S1 changes.
+    /// Returns the coefficients with `variance_px2` added to the PSF at all field positions: only S1 changes.
     #[must_use]
     pub fn with_added_variance(&self, variance_px2: f64) -> Self {
         let mut s = *self;
@@ -105,16 +108,16 @@ impl MomentCoefficients {
         s
     }
 
-    /// Whether the conditions hold that every real third-order lens satisfies: S5 >= 0, S4 + S5 >= 0,
-    /// and both meridional variances not negative out to `field_radius` (docs/background/model.md section 4).
+    /// Whether a third-order lens can have these coefficients: S5 >= 0, S4 + S5 >= 0, and neither the meridional nor
+    /// the sagittal variance negative up to `field_radius` (docs/background/model.md section 4).
     pub fn is_realisable(&self, field_radius: f64) -> bool {
         self.0[4] >= 0.0 && self.0[3] + self.0[4] >= 0.0 && self.least_variance(field_radius) >= 0.0
     }
 
-    /// The least meridional or sagittal variance out to `field_radius`, px².
+    /// Returns the smallest meridional or sagittal variance up to `field_radius`, px².
     pub fn least_variance(&self, field_radius: f64) -> f64 {
         let [s1, s2, s3, s4, s5, ..] = self.0;
-        // Both variances are quadratics in h²: the least is at an end or at the vertex.
+        // Both variances are quadratic in h²: the minimum is at an end or at the vertex.
         let end = field_radius * field_radius;
         let least = |a: f64, b: f64, c: f64| {
             let at = |t: f64| a + t * (b + t * c);
@@ -128,8 +131,10 @@ impl MomentCoefficients {
         least(s1, s3, s5).min(least(s1, s2 + s3, s4 + s5))
     }
 
-    /// Root mean square difference to `other`, each coefficient weighed by what it contributes to the
-    /// moments at `field_radius` relative to the size of the PSF there.
+    /// Returns the root mean square difference to `other`, without unit.
+    ///
+    /// Each coefficient is weighted by its contribution to the moments at `field_radius`, relative to the size of the
+    /// PSF there.
     pub fn distance(&self, other: &Self, field_radius: f64) -> f64 {
         let m = other.meridional(field_radius);
         let size = (other.0[0].abs() + m.mu20.abs() + m.mu02.abs())

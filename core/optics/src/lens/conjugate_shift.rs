@@ -1,25 +1,27 @@
-//! How the Seidel aberrations of a real lens change with object distance (docs/background/model.md section 5b).
+//! The change of Seidel aberrations with object distance (docs/background/model.md section 5b).
 
 use super::SeidelAberrations;
 
-/// Aberrations of a lens at every object distance, from those at one: to third order six constants
-/// (the five and the pupil's own spherical aberration A) give all depths.
+/// The aberrations of a lens at every object distance, from those at one.
+///
+/// To third order six constants determine all distances: the five aberrations and the spherical aberration A of the
+/// pupil.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConjugateShift {
     /// Focal length f.
     pub focal_length: f64,
     /// Pupil magnification M.
     pub magnification: f64,
-    /// Vergence v at which `intrinsic` holds, 1 / L.
+    /// Vergence v at which `intrinsic` is valid, 1 / L.
     pub vergence: f64,
-    /// The aberrations at that vergence less their geometric parts.
+    /// The aberrations at that vergence minus their geometric parts.
     pub intrinsic: SeidelAberrations,
     /// Spherical aberration A of the pupil, L.
     pub pupil_spherical: f64,
 }
 
 impl ConjugateShift {
-    /// From the aberrations `at_reference` found at `vergence`, and A.
+    /// Creates the model from the aberrations `at_reference` at `vergence`, and A.
     pub fn new(
         focal_length: f64,
         magnification: f64,
@@ -43,7 +45,7 @@ impl ConjugateShift {
         }
     }
 
-    /// The aberrations for an object at `vergence`.
+    /// Returns the aberrations for an object at `vergence`, 1 / L.
     pub fn at(&self, vergence: f64) -> SeidelAberrations {
         let (h, a) = (&self.intrinsic, self.pupil_spherical);
         let w = vergence - self.vergence;
@@ -64,7 +66,7 @@ impl ConjugateShift {
     }
 }
 
-/// The parts that follow from referring the aberrations to the entrance pupil.
+/// Returns the geometric parts, which result from referring the aberrations to the entrance pupil.
 fn geometric_part(f: f64, m: f64, v: f64) -> SeidelAberrations {
     let zeta = 1.0 / (m * f) - v / (m * m);
     let curvature = -(zeta + v) / 2.0;

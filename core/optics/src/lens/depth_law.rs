@@ -1,58 +1,57 @@
-//! S1..S10 across depth, as polynomials in vergence v (docs/background/model.md section 5a). Never S interpolated
-//! linearly, which is wrong by tens of per cent.
+//! S1..S10 over depth, as polynomials in vergence v (docs/background/model.md section 5a).
 //!
-//! A lens whose aberrations do not change with depth has S1..S10 of the degrees in
-//! [`DEGREE_IN_VERGENCE`] exactly. Real lenses change (section 5b), and then those degrees fail near
-//! focus, where small moments are differences of large ones; every S quadratic in v is close (a few
-//! per cent on real designs with one of five planes left out, where the degrees of 5a lose the
-//! plane). So: the degrees of 5a where the planes agree with them, quadratic otherwise.
+//! If the aberrations of a lens do not change with depth, S1..S10 are polynomials of exactly the degrees
+//! [`DEGREE_IN_VERGENCE`]. Aberrations of real lenses change (section 5b); these degrees then fail near focus, where
+//! small moments are differences of large ones. A quadratic for every S is close: within a few per cent on real designs
+//! with one of five planes left out. So the degrees of 5a are used if the planes agree with them, quadratics otherwise.
+//! Linear interpolation of S would be wrong by tens of per cent.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::{BASIS_DEGREE, MOMENT_ORDER, MomentCoefficients};
 use crate::error::{Error, Result};
 
-/// Degree in v = 1 / distance of each of S1..S10 in the X-frame, for a lens whose aberrations do not
-/// change with depth.
+/// Degrees of S1..S10 (X-frame) in v = 1 / distance, for a lens whose aberrations do not change with depth.
 pub const DEGREE_IN_VERGENCE: [usize; 10] = [2, 1, 1, 0, 0, 0, 0, 1, 1, 2];
 
-/// Degree of every S where aberrations change with depth.
+/// Degree of every S if aberrations change with depth.
 const CHANGING_DEGREE: usize = 2;
-/// Planes may miss the degrees of 5a by this share of PSF size to the moment's order...
+/// Planes agree with the degrees of 5a within this share of the PSF size to the power of the order of the moment...
 const AGREEMENT_SHARE: f64 = 0.005;
-/// ...or by this many standard errors.
+/// ...or within this many standard errors.
 const AGREEMENT_SIGMAS: f64 = 3.0;
-/// Field radius at which the shares are taken, half frame widths: well out in the frame.
+/// Field radius at which the shares are computed, half frame widths.
 const AGREEMENT_FIELD: f64 = 1.0;
 
-/// S1..S10 found at one object distance.
+/// S1..S10 fitted at one object distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthPlane {
     /// Vergence of the object, 1/m.
     pub vergence_per_m: f64,
-    /// S1..S10 there.
+    /// S1..S10 at that vergence.
     pub s: MomentCoefficients,
-    /// Their standard errors; zero if not known.
+    /// Their standard errors; zero if unknown.
     pub s_sigma: [f64; 10],
 }
 
-/// S1..S10 as functions of object vergence: exact at the planes they come from.
+/// S1..S10 as functions of object vergence, exact at the planes that they were fitted to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthLaw {
-    /// Coefficients of each S_k by rising power of v (1/m).
+    /// Coefficients of each S_k by increasing power of v (1/m).
     polynomials: [Vec<f64>; 10],
-    /// What the polynomials leave at each plane, by rising vergence: small, and carried between
-    /// planes in proportion.
+    /// Residuals of the polynomials at each plane, by increasing vergence; interpolated linearly between planes.
     remainders: Vec<(f64, [f64; 10])>,
     aberrations_change: bool,
 }
 
 impl DepthLaw {
-    /// The law through `planes`. `defocus`, where the camera is known, is Z2 R / M in PSF px per 1/m:
-    /// its square / 4 is the v² coefficient of S1, which two planes cannot find.
+    /// Fits the law to `planes`.
+    ///
+    /// `defocus` is Z2 R / M in PSF px per 1/m, if the camera is known. Its square over 4 is the v² coefficient of S1,
+    /// which two planes cannot determine.
     ///
     /// # Errors
-    /// No plane, two planes at one vergence, or values that are not finite.
+    /// Rejects an empty list, two planes at one vergence, and values that are not finite.
     pub fn fit(planes: &[DepthPlane], defocus: Option<f64>) -> Result<Self> {
         check(planes)?;
         let mut planes = planes.to_vec();
@@ -66,7 +65,7 @@ impl DepthLaw {
         Ok(changing)
     }
 
-    /// S1..S10 at vergence `v`, 1/m.
+    /// Returns S1..S10 at vergence `v`, 1/m.
     pub fn at(&self, v: f64) -> MomentCoefficients {
         let (before, after, share) = self.bracket(v);
         MomentCoefficients(std::array::from_fn(|k| {
@@ -74,12 +73,12 @@ impl DepthLaw {
         }))
     }
 
-    /// Whether the planes differ by more than a change of focus: aberrations that change with depth.
+    /// Whether aberrations change with depth: the planes differ by more than defocus.
     pub fn aberrations_change(&self) -> bool {
         self.aberrations_change
     }
 
-    /// The S_k (1-based) whose dependence on depth the planes were too few to find.
+    /// Returns the S_k (1-based) whose dependence on depth needs more planes.
     pub fn undetermined(&self) -> Vec<usize> {
         (0..10)
             .filter(|&k| self.polynomials[k].len() <= DEGREE_IN_VERGENCE[k])
@@ -94,7 +93,7 @@ impl DepthLaw {
             .fold(0.0, |sum, coefficient| sum * v + coefficient)
     }
 
-    /// The remainders on both sides of `v` and how far `v` is from the first to the second.
+    /// Returns the residuals on both sides of `v` and the interpolation weight of the second.
     fn bracket(&self, v: f64) -> (&[f64; 10], &[f64; 10], f64) {
         let after = self.remainders.partition_point(|(at, _)| *at < v);
         let last = self.remainders.len() - 1;
@@ -145,7 +144,7 @@ impl DepthLaw {
         Ok(law)
     }
 
-    /// Whether every plane lies on the polynomials as closely as its errors let it.
+    /// Whether every plane agrees with the polynomials within the tolerances.
     fn agrees(&self, planes: &[DepthPlane]) -> bool {
         planes
             .iter()
@@ -190,8 +189,9 @@ fn check(planes: &[DepthPlane]) -> Result<()> {
     Ok(())
 }
 
-/// Least-squares polynomial of `degree` through points (x, y), by rising power. All points count
-/// alike: weights by size were tried and did worse where sizes differ most, at focus.
+/// Returns the least-squares polynomial of `degree` through points (x, y), by increasing power.
+///
+/// Points have equal weight: weights by PSF size did worse at focus, where sizes differ most.
 fn least_squares_polynomial(points: &[(f64, f64)], degree: usize) -> Result<Vec<f64>> {
     let matrix = DMatrix::from_fn(points.len(), degree + 1, |r, c| points[r].0.powi(c as i32));
     let target = DVector::from_fn(points.len(), |r, _| points[r].1);
@@ -247,21 +247,21 @@ mod tests {
     }
 
     #[test]
-    fn one_plane_is_constant_and_says_what_it_cannot_know() {
+    fn one_plane_is_constant_and_reports_undetermined_coefficients() {
         let one = DepthLaw::fit(&[plane(0.3)], None).expect("valid");
         assert_eq!(one.at(2.0), one.at(0.0));
         assert_eq!(one.undetermined(), vec![1, 2, 3, 8, 9, 10]);
     }
 
     #[test]
-    fn planes_that_cannot_be_are_refused() {
+    fn invalid_planes_are_rejected() {
         assert!(DepthLaw::fit(&[], None).is_err());
         assert!(DepthLaw::fit(&[plane(0.3), plane(0.3)], None).is_err());
         assert!(DepthLaw::fit(&[plane(f64::NAN)], None).is_err());
     }
 
     #[test]
-    fn changing_aberrations_are_noticed_and_planes_met_exactly() {
+    fn changing_aberrations_are_detected_and_planes_reproduced_exactly() {
         let steady: Vec<_> = [0.0, 0.2, 0.5, 0.9].map(plane).to_vec();
         assert!(
             !DepthLaw::fit(&steady, None)

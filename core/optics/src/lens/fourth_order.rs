@@ -4,7 +4,7 @@ use super::ReducedNumbers;
 use crate::field::FieldPoint;
 use crate::moments::FourthMoments;
 
-/// The twelve coefficients of the fourth moments over the field, functions of the same five numbers.
+/// The twelve coefficients of the fourth moments over the field, functions of the five [`ReducedNumbers`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FourthCoefficients {
     /// W0, W2, W4, W6, W8: the isotropic part by even powers of field radius.
@@ -27,7 +27,7 @@ impl FourthCoefficients {
         let p2 = phi * phi;
         let (a2, a3, a4) = (a * a, a * a * a, a * a * a * a);
         let (k2, k3, k4) = (k * k, k * k * k, k * k * k * k);
-        // Polynomials in defocus and spherical aberration that several coefficients share.
+        // Polynomials in defocus and spherical aberration common to several coefficients.
         let cubic = 20.0 * a3 + 45.0 * a2 * k + 36.0 * a * k2 + 10.0 * k3;
         let square = 10.0 * a2 + 15.0 * a * k + 6.0 * k2;
         let line = 4.0 * a + 3.0 * k;
@@ -57,7 +57,7 @@ impl FourthCoefficients {
         }
     }
 
-    /// Fourth central moments in image axes at field point `at`.
+    /// Returns the fourth central moments at field point `at`, in image axes.
     pub fn moments(&self, at: FieldPoint) -> FourthMoments {
         let FieldPoint { x, y } = at;
         let r2 = x * x + y * y;

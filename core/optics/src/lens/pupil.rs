@@ -1,40 +1,39 @@
-//! What a lens does to the light of one point in one channel, ray by ray: wavefront and pupil, and
-//! what the sensor does to the picture that they draw.
+//! The pupil of a lens for one image point in one channel: wavefront, stops, transmission and sensor.
 
 use super::Wavefront;
 use crate::moments::CentralMoments;
 use crate::sensor::Sensor;
 
-/// Most circles that can bound a pupil, its own rim included: two of vignetting as fitted, two more as
-/// added, thirteen blades of an iris.
+/// Largest number of circles that bound a pupil: its rim, two of fitted vignetting, two of added vignetting, and
+/// thirteen iris blades.
 pub const MAX_STOPS: usize = 18;
 
-/// How much light passes at pupil point u: `exp(-(square |u|² + fourth |u|⁴))`, one in the middle.
+/// The transmission at pupil point u: `exp(-(square |u|² + fourth |u|⁴))`, one at the centre.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Transmission {
-    /// By the squared radius.
+    /// Coefficient of the squared radius.
     pub square: f64,
-    /// By its fourth power.
+    /// Coefficient of the fourth power of the radius.
     pub fourth: f64,
 }
 
 impl Transmission {
-    /// Whether the pupil is evenly lit.
+    /// Whether the transmission is one everywhere.
     pub fn is_uniform(&self) -> bool {
         self.square == 0.0 && self.fourth == 0.0
     }
 
-    /// The share of light that passes at pupil point `u`, one in the middle.
+    /// Returns the transmission at pupil point `u`.
     pub fn at(&self, u: [f64; 2]) -> f64 {
         let r2 = u[0] * u[0] + u[1] * u[1];
         (-(self.square + self.fourth * r2) * r2).exp()
     }
 }
 
-/// A circle that light must pass within, in units of the pupil's radius.
+/// A circular stop, in pupil radii. Light passes inside the circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Centre, image axes.
+    /// Centre (x, y), in image axes.
     pub centre: [f64; 2],
     /// Radius.
     pub radius: f64,
@@ -46,36 +45,35 @@ impl Stop {
         radius: 1.0,
     };
 
-    /// How far `u` lies within the circle; negative outside.
+    /// Returns the distance of `u` from the edge, positive inside.
     fn depth(&self, u: [f64; 2]) -> f64 {
         self.radius - (u[0] - self.centre[0]).hypot(u[1] - self.centre[1])
     }
 }
 
-/// Wavefront, pupil and symmetric blur of one image point in one channel. Lengths in px.
+/// Wavefront, stops, transmission and symmetric blur of one image point in one channel. Lengths are in px.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalPupil {
-    /// Where rays land.
+    /// The wavefront, whose slope gives the landing points of rays.
     pub wavefront: Wavefront,
     stops: [Stop; MAX_STOPS],
     stop_count: usize,
-    /// Variance along any direction of what blurs the picture besides the rays, px²; on pixels that are not
-    /// square along y alone.
+    /// Variance of the symmetric blur, px²: along any direction, or along y if pixels are not square.
     pub blur_variance_px2: f64,
-    /// That along x over that along y.
+    /// Variance of the symmetric blur along x over that along y.
     blur_ratio: f64,
-    /// How evenly the pupil is lit.
+    /// Transmission of the pupil.
     pub transmission: Transmission,
-    /// Factors on where rays land along image x and y: other than one behind an anamorphic lens.
+    /// Factors on the landing points along image x and y; they differ from one for an anamorphic lens.
     pub squeeze: [f64; 2],
-    /// Twice the f-number times the wavelength, px: what makes light a wave. Zero: rays.
+    /// Twice the f-number times the wavelength, px: the scale of diffraction. Zero for rays only.
     pub wave_px: f64,
-    /// What the sensor does to the picture.
+    /// The sensor behind the lens.
     pub sensor: Sensor,
 }
 
 impl LocalPupil {
-    /// An evenly lit round pupil behind `wavefront`.
+    /// Creates a circular pupil of even transmission with `wavefront`.
     pub fn circular(wavefront: Wavefront, blur_variance_px2: f64) -> Self {
         Self {
             wavefront,
@@ -90,8 +88,7 @@ impl LocalPupil {
         }
     }
 
-    /// Puts a round rim of `radius` pupil radii about the axis in place of the pupil's own; other stops
-    /// stay.
+    /// Replaces the rim of the pupil by a circle of `radius` pupil radii about the axis; other stops stay.
     pub fn set_rim_radius(&mut self, radius: f64) {
         self.stops[0] = Stop {
             radius,
@@ -99,10 +96,10 @@ impl LocalPupil {
         };
     }
 
-    /// Clips the pupil by `stop` as well. One that clips nothing is not kept.
+    /// Adds `stop`, unless it lies outside the rim.
     ///
     /// # Panics
-    /// Where there are [`MAX_STOPS`] already.
+    /// If there are [`MAX_STOPS`] already.
     pub fn clip(&mut self, stop: Stop) {
         if stop.radius - stop.centre[0].hypot(stop.centre[1]) >= self.stops[0].radius {
             return;
@@ -112,12 +109,12 @@ impl LocalPupil {
         self.stop_count += 1;
     }
 
-    /// The circles whose common part is the pupil, its own rim first.
+    /// Returns the circles whose intersection is the pupil; the rim is the first.
     pub fn stops(&self) -> &[Stop] {
         &self.stops[..self.stop_count]
     }
 
-    /// The same light on a grid of which `scale` pixels make up one of the present ones.
+    /// Returns the pupil on a grid with `scale` times as many pixels along each axis.
     #[must_use]
     pub fn rescaled(&self, scale: f64) -> Self {
         Self {
@@ -129,7 +126,7 @@ impl LocalPupil {
         }
     }
 
-    /// The same light on pixels of which `factor` lie where one did along x: as stretched along x by it.
+    /// Returns the pupil on a grid with `factor` times as many pixels along x, which stretches the PSF by `factor`.
     #[must_use]
     pub fn stretched_x(&self, factor: f64) -> Self {
         Self {
@@ -140,7 +137,7 @@ impl LocalPupil {
         }
     }
 
-    /// Variances along x and y of what blurs the picture besides the rays, px².
+    /// Returns the variances of the symmetric blur along x and y, px².
     pub fn blur_variances_px2(&self) -> [f64; 2] {
         [
             self.blur_variance_px2 * self.blur_ratio,
@@ -148,21 +145,22 @@ impl LocalPupil {
         ]
     }
 
-    /// The same light with `variance_px2` more symmetric blur along both axes of the grid.
+    /// Returns the pupil with `variance_px2` added to the symmetric blur along both axes.
     #[must_use]
     pub fn blurred_by(&self, variance_px2: f64) -> Self {
         let [along_x, along_y] = self.blur_variances_px2().map(|v| v + variance_px2);
         Self {
             blur_variance_px2: along_y,
-            blur_ratio: match self.blur_ratio != 1.0 && along_y > 0.0 {
-                true => along_x / along_y,
-                false => self.blur_ratio,
+            blur_ratio: if self.blur_ratio != 1.0 && along_y > 0.0 {
+                along_x / along_y
+            } else {
+                self.blur_ratio
             },
             ..*self
         }
     }
 
-    /// The same glass with its pupil `ratio` times as wide; stops but the rim stay where they are.
+    /// Returns the same lens with a pupil `ratio` times as wide; stops other than the rim keep their place and size.
     #[must_use]
     pub fn with_pupil(&self, ratio: f64) -> Self {
         let mut changed = Self {
@@ -186,7 +184,7 @@ impl LocalPupil {
         changed
     }
 
-    /// Whether light is to be drawn as a wave: fringes finer than a pixel can tell are drawn as rays.
+    /// Whether diffraction is drawn; fringes too fine for a pixel are drawn by rays.
     pub fn diffracts(&self) -> bool {
         self.wave_px >= LEAST_WAVE_PX
     }
@@ -196,9 +194,9 @@ impl LocalPupil {
         self.stops().iter().all(|stop| stop.depth(u) >= 0.0)
     }
 
-    /// A point well inside the pupil, from which its edge is seen whole, and how deep inside: the
-    /// centre and radius of (nearly) the largest circle within. A negative radius means that the
-    /// stops let nothing through.
+    /// Returns centre and radius of (nearly) the largest circle inside the pupil, in pupil radii.
+    ///
+    /// A negative radius means that the stops pass no light.
     pub fn inscribed_circle(&self) -> ([f64; 2], f64) {
         let depth = |u| {
             let depths = self.stops().iter().map(|stop| stop.depth(u));
@@ -208,7 +206,7 @@ impl LocalPupil {
         if self.stop_count == 1 {
             return best;
         }
-        // Away from whichever edge is nearest, by ever smaller steps: the depth is concave.
+        // Moves away from the nearest edge by decreasing steps; the depth is concave.
         let mut at: [f64; 2] = best.0;
         let mut step: f64 = 0.5;
         for _ in 0..200 {
@@ -233,8 +231,8 @@ impl LocalPupil {
         best
     }
 
-    /// Distance from `from`, a point inside, to the pupil's edge in direction (`cos`, `sin`), and which
-    /// stop is met there.
+    /// Returns the distance from the inner point `from` to the edge in direction (`cos`, `sin`), and the index of the
+    /// stop there.
     pub fn edge(&self, from: [f64; 2], cos: f64, sin: f64) -> (f64, usize) {
         let mut nearest = (f64::INFINITY, 0);
         for (index, stop) in self.stops().iter().enumerate() {
@@ -249,14 +247,14 @@ impl LocalPupil {
         nearest
     }
 
-    /// Where the ray through pupil point `u` lands off the chief ray, px.
+    /// Returns the landing point of the ray through pupil point `u`, relative to the chief ray, px.
     #[inline]
     pub fn landing(&self, u: [f64; 2]) -> [f64; 2] {
         let [x, y] = self.wavefront.slope(u);
         [self.squeeze[0] * x, self.squeeze[1] * y]
     }
 
-    /// Centroid of the light off the chief ray, px.
+    /// Returns the centroid of the light relative to the chief ray, px.
     pub fn centroid(&self) -> [f64; 2] {
         if self.stops() == [Stop::RIM] && self.transmission.is_uniform() {
             let [x, y] = self.wavefront.mean_slope();
@@ -266,9 +264,11 @@ impl LocalPupil {
         }
     }
 
-    /// Second and third central moments of the light, px² and px³, in image axes, and its centroid
-    /// off the chief ray, px. By quadrature over the pupil; exact for an unclipped, evenly lit one. What
-    /// waves and halos add has no finite moments and is left out.
+    /// Returns the second and third central moments of the light (image axes, px² and px³) and its centroid relative to
+    /// the chief ray (px).
+    ///
+    /// By quadrature over the pupil; exact for a circular pupil of even transmission. Diffraction and halo are left
+    /// out: their moments may not exist.
     pub fn moments(&self) -> (CentralMoments, [f64; 2]) {
         let angles = if self.stop_count > FEW_STOPS {
             MORE_ANGLES
@@ -318,25 +318,27 @@ impl LocalPupil {
     }
 }
 
-/// Twice the f-number times the wavelength, px, below which rays do: an f/1.2 lens on usual pixels. Waves
-/// and rays then differ by half a per cent of the energy where nothing else blurs.
+/// Smallest [`LocalPupil::wave_px`] at which diffraction is drawn: that of an f/1.2 lens on common pixels.
+///
+/// Below it, diffraction and rays differ by at most half a per cent of the energy, without any other blur.
 const LEAST_WAVE_PX: f64 = 0.2;
 
 /// Radius of the pinhole, in pupil radii, that is drawn if the stops pass no light: a PSF always has light.
 pub const PINHOLE_RADIUS: f64 = 0.02;
 
-/// Directions of the quadrature: exact for products of three slopes (degree 15) and then some, for
-/// the sake of clipped pupils.
+/// Directions of the quadrature: more than the exact integration of products of three slopes (degree 15) needs, for
+/// clipped pupils.
 const ANGLES: usize = 48;
-/// The same behind more stops than this, which have many corners.
+/// Directions for more than [`FEW_STOPS`] stops, whose common part has many corners.
 const MORE_ANGLES: usize = 120;
+/// Number of stops up to which [`ANGLES`] directions suffice.
 const FEW_STOPS: usize = 3;
 
-/// Gauss-Legendre in the squared radius, ten points: radius over reach, and weight.
+/// Ten-point Gauss-Legendre rule in the squared radius: radius over the distance to the edge, and weight.
 const RADII: [(f64, f64); 10] = radii();
 
 const fn radii() -> [(f64, f64); 10] {
-    // Nodes and weights of [-1, 1]; the square root is taken by Newton's method, in a constant.
+    // Nodes and weights on [-1, 1].
     const HALF: [(f64, f64); 5] = [
         (0.148_874_338_981_631_2, 0.295_524_224_714_752_87),
         (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
@@ -355,6 +357,7 @@ const fn radii() -> [(f64, f64); 10] {
     all
 }
 
+/// Returns the square root of `x` by Newton's method, which can run in a constant.
 const fn root(x: f64) -> f64 {
     let mut r = 1.0;
     let mut k = 0;
@@ -399,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clipped_pupil_is_seen_whole_from_inside() {
+    fn edges_of_a_clipped_pupil_are_found_from_its_inscribed_circle() {
         let mut pupil = LocalPupil::circular(Wavefront::default(), 0.0);
         pupil.clip(Stop {
             centre: [0.8, 0.0],
@@ -420,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn stops_that_let_nothing_through_are_noticed() {
+    fn stops_that_pass_no_light_have_a_negative_radius() {
         let mut pupil = LocalPupil::circular(Wavefront::default(), 0.0);
         pupil.clip(Stop {
             centre: [3.0, 0.0],

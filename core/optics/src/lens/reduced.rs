@@ -1,8 +1,8 @@
-//! The five reduced numbers of a third-order lens at one depth, and S1..S10 from them and back.
+//! The five reduced numbers of a third-order lens at one depth, and their conversion to and from S1..S10.
 
 use super::{FourthCoefficients, MomentCoefficients};
 
-/// The five numbers on which every moment of a third-order lens depends (X-frame, docs/background/model.md section 3).
+/// The five numbers that determine all moments of a third-order lens (X-frame, docs/background/model.md section 3).
 ///
 /// With u in the unit pupil disc and X the field position, a ray lands off the chief ray by
 /// `(alpha + beta |u|² + delta |X|²) u + gamma X (X.u) - phi (|u|² X + 2 u (X.u))`. Units follow
@@ -23,7 +23,7 @@ pub struct ReducedNumbers {
 }
 
 impl ReducedNumbers {
-    /// S1..S10 (docs/background/model.md section 4).
+    /// Returns S1..S10 (docs/background/model.md section 4).
     pub fn coefficients(&self) -> MomentCoefficients {
         let Self {
             alpha: a,
@@ -47,17 +47,16 @@ impl ReducedNumbers {
         ])
     }
 
-    /// The twelve coefficients of the fourth moments (docs/background/model.md section 8).
+    /// Returns the twelve coefficients of the fourth moments (docs/background/model.md section 8).
     pub fn fourth_coefficients(&self) -> FourthCoefficients {
         FourthCoefficients::new(self)
     }
 
-    /// The five numbers whose S1..S10 come closest to `s`: the closed form of docs/background/model.md section 4
-    /// tried with all four choices of sign, the one kept that matches S2, S3 and S7..S10 best over a
-    /// field of radius `field_radius`. `None` where S4 + S5 is not positive, as without astigmatism
-    /// and field curvature: then these moments do not fix the numbers.
+    /// Returns the five numbers whose S1..S10 are closest to `s` over a field of radius `field_radius`.
     ///
-    /// The sign convention is delta >= 0. Meant as the start of a fit, not as one.
+    /// Evaluates the closed form of docs/background/model.md section 4 with all four choices of sign and keeps the
+    /// best match; delta >= 0 by convention. `None` if S4 + S5 is not positive, as for a lens without astigmatism and
+    /// field curvature: these moments then do not determine the numbers. The result is a start for least squares.
     pub fn from_coefficients(s: &MomentCoefficients, field_radius: f64) -> Option<Self> {
         let misfit = |numbers: &Self| numbers.coefficients().distance(s, field_radius);
         Self::branches(s)?
@@ -65,9 +64,10 @@ impl ReducedNumbers {
             .min_by(|a, b| misfit(a).total_cmp(&misfit(b)))
     }
 
-    /// All four sign choices of the closed form (docs/background/model.md section 4), each with delta >= 0: the
-    /// two of gamma + delta, and for each the two of beta. `None` as in
-    /// [`ReducedNumbers::from_coefficients`].
+    /// Returns all four sign choices of the closed form (docs/background/model.md section 4), with delta >= 0: two of
+    /// gamma + delta, and for each two of beta.
+    ///
+    /// `None` like [`ReducedNumbers::from_coefficients`].
     pub fn branches(s: &MomentCoefficients) -> Option<[Self; 4]> {
         let [s1, s2, s3, s4, s5, s6, ..] = s.0;
         let sum = s4 + s5;

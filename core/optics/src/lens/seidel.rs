@@ -12,15 +12,16 @@ pub struct SeidelAberrations {
     pub astigmatism: f64,
     /// D: field curvature, L^-1.
     pub field_curvature: f64,
-    /// E: distortion, dimensionless. Moves centroids only.
+    /// E: distortion, dimensionless. Changes centroids only.
     pub distortion: f64,
     /// F: coma, L^-2.
     pub coma: f64,
 }
 
 impl SeidelAberrations {
-    /// The five reduced numbers of the X-frame for field positions and PSFs in the same length unit
-    /// (docs/background/model.md section 3). `pupil_radius` is R.
+    /// Returns the five reduced numbers of the X-frame (docs/background/model.md section 3).
+    ///
+    /// `pupil_radius` is R. Field positions and PSFs are in the length unit of the lens.
     pub fn reduced(&self, at: &Conjugates, pupil_radius: f64) -> ReducedNumbers {
         let (m, z2, r) = (at.magnification, at.z2, pupil_radius);
         ReducedNumbers {
@@ -32,8 +33,9 @@ impl SeidelAberrations {
         }
     }
 
-    /// Where the centroid of the PSF of ideal position `x` lies:
-    /// X (1 - E M² |X|² / Z2² - F R²). Positions in the length unit of the lens.
+    /// Returns the centroid of the PSF at ideal position `x`: X (1 - E M² |X|² / Z2² - F R²).
+    ///
+    /// Positions are in the length unit of the lens.
     pub fn centroid(&self, at: &Conjugates, pupil_radius: f64, x: FieldPoint) -> FieldPoint {
         let h2 = x.x * x.x + x.y * x.y;
         let (m, z2) = (at.magnification, at.z2);

@@ -1,14 +1,14 @@
-//! A number of a lens that changes with object distance: a polynomial in vergence, and what it leaves.
+//! A lens parameter as a function of object distance: a polynomial in vergence with interpolated residuals.
 
-/// A polynomial in vergence v = 1 / distance (1/m), with standard errors of its coefficients, and what
-/// it leaves at the distances that were measured.
+/// A polynomial in vergence v = 1 / distance (1/m), with standard errors of its coefficients and residuals at measured
+/// distances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VergenceSeries {
     /// Coefficients of v^0, v^1 and so on; at least one.
     pub coefficients: Vec<f64>,
-    /// Their standard errors, as many; zero where nothing is known of them.
+    /// Standard errors of the coefficients, as many; zero if unknown.
     pub sigma: Vec<f64>,
-    /// Vergences, rising, and what is added there; straight lines between, the same beyond.
+    /// Residuals (vergence, value) added to the polynomial, by increasing vergence: linear between, constant beyond.
     pub remainders: Vec<(f64, f64)>,
 }
 
@@ -54,12 +54,12 @@ impl VergenceSeries {
         }
     }
 
-    /// The same value at every distance.
+    /// Creates a series with the same value at every distance.
     pub fn constant(value: f64) -> Self {
         Self::new(vec![value])
     }
 
-    /// These coefficients of v^0, v^1 and so on, without standard errors.
+    /// Creates a series from the coefficients of v^0, v^1 and so on, without standard errors.
     pub fn new(coefficients: Vec<f64>) -> Self {
         let sigma = vec![0.0; coefficients.len()];
         Self {
@@ -69,13 +69,13 @@ impl VergenceSeries {
         }
     }
 
-    /// The value at vergence `v`.
+    /// Returns the value at vergence `v`, 1/m.
     pub fn at(&self, v: f64) -> f64 {
         let terms = self.coefficients.iter().rev();
         terms.fold(0.0, |sum, c| sum * v + c) + self.remainder(v)
     }
 
-    /// What is added to the polynomial at vergence `v`.
+    /// Returns the interpolated residual at vergence `v`.
     fn remainder(&self, v: f64) -> f64 {
         let all = &self.remainders;
         let (Some(first), Some(last)) = (all.first(), all.last()) else {
@@ -93,7 +93,7 @@ impl VergenceSeries {
         last.1
     }
 
-    /// The slope by v of the polynomial at vergence `v`.
+    /// Returns the derivative of the polynomial at vergence `v`.
     pub fn slope(&self, v: f64) -> f64 {
         let terms = self.coefficients.iter().enumerate().skip(1);
         terms
@@ -101,19 +101,18 @@ impl VergenceSeries {
             .sum()
     }
 
-    /// Highest power of v.
+    /// Returns the highest power of v.
     pub fn degree(&self) -> usize {
         self.coefficients.len().saturating_sub(1)
     }
 
-    /// The series whose value at v is this one's at v + `by`, exactly; errors as if they were
-    /// independent.
+    /// Returns the series whose value at v is that of this one at v + `by`. Errors are propagated as independent.
     #[must_use]
     pub fn shifted(&self, by: f64) -> Self {
         let count = self.coefficients.len();
         let (mut coefficients, mut variances) = (vec![0.0; count], vec![0.0; count]);
         for (i, (c, s)) in self.coefficients.iter().zip(&self.sigma).enumerate() {
-            // (v + by)^i, power by power from the highest.
+            // Expands (v + by)^i, from the highest power.
             let mut share = 1.0;
             for j in (0..=i).rev() {
                 coefficients[j] += share * c;
@@ -128,7 +127,7 @@ impl VergenceSeries {
         }
     }
 
-    /// Every coefficient and error times `factor`.
+    /// Returns the series times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
@@ -157,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shifted_series_is_the_same_further_on() {
+    fn a_shifted_series_has_the_values_at_shifted_vergences() {
         let series = VergenceSeries {
             coefficients: vec![2.0, -1.0, 0.5, 3.0],
             sigma: vec![0.1, 0.2, 0.3, 0.4],

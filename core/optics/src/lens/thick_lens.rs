@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// A thick lens in air, described by its Gaussian quantities. Any one length unit; millimetres in files.
+/// A thick lens in air, described by its Gaussian quantities, in any one length unit (millimetres in files).
 ///
 /// Distances are from the rear principal plane: object-side ones positive towards the scene,
 /// image-side ones positive towards the sensor. `None` as an object distance is infinity.
@@ -18,7 +18,7 @@ pub struct ThickLens {
     pub pupil_radius: f64,
 }
 
-/// Where a thick lens images one object plane while it is focused on another.
+/// The conjugates of a thick lens for an object plane and a focused plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conjugates {
     /// Pupil magnification M = Zexit / (T - Zenter).
@@ -31,16 +31,16 @@ pub struct Conjugates {
     pub z2: f64,
     /// Vergence of the object at the entrance pupil, v = 1 / (Zobj - Zenter).
     pub vergence: f64,
-    /// Vergence of the focused plane, likewise.
+    /// Vergence of the focused plane at the entrance pupil.
     pub focus_vergence: f64,
 }
 
 impl ThickLens {
-    /// The conjugates for an object at `object` with focus on `focus`.
+    /// Returns the conjugates for an object at distance `object` with focus at distance `focus`; `None` is infinity.
     ///
     /// # Errors
-    /// A focal length or radius that is not positive, an object plane within the focal length or
-    /// behind the entrance pupil, or numbers that are not finite.
+    /// Rejects a focal length or pupil radius that is not positive, a plane within the focal length or behind the
+    /// entrance pupil, and numbers that are not finite.
     pub fn conjugates(&self, focus: Option<f64>, object: Option<f64>) -> Result<Conjugates> {
         let f = self.focal_length;
         let positive = |name: &str, value: f64| {
@@ -57,8 +57,8 @@ impl ThickLens {
         positive("focal length", f)?;
         positive("pupil radius", self.pupil_radius)?;
         let e = self.principal_separation - self.entrance_pupil;
-        // The printed form Zexit / (T - Zenter) is 0/0 where the entrance pupil lies in the front
-        // principal plane; this one is regular there.
+        // Eq 7, Zexit / (T - Zenter), is 0/0 if the entrance pupil lies in the front principal plane;
+        // this form is regular there.
         let magnification = f / (f + e);
         let exit_pupil = e * magnification;
         let z1 = self.image_distance("object distance", object)? - exit_pupil;
@@ -110,8 +110,9 @@ impl ThickLens {
 }
 
 impl Conjugates {
-    /// M q = M (1 - Z2 / Z1) = (Z2 / M)(v - vfoc): lateral ray offset per pupil offset. Free of the
-    /// cancellation that 1 - Z2 / Z1 suffers near focus.
+    /// Returns M q = M (1 - Z2 / Z1) = (Z2 / M)(v - vfoc): the lateral ray offset per pupil offset.
+    ///
+    /// The second form avoids the cancellation in 1 - Z2 / Z1 near focus.
     pub fn defocus_slope(&self) -> f64 {
         self.z2 / self.magnification * (self.vergence - self.focus_vergence)
     }
@@ -122,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn impossible_lenses_and_objects_are_refused() {
+    fn invalid_lenses_and_objects_are_rejected() {
         let lens = ThickLens {
             focal_length: 50.0,
             principal_separation: 10.0,

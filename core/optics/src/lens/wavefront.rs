@@ -1,19 +1,18 @@
-//! The wavefront over the pupil of one image point: a polynomial whose slope says where rays land.
+//! The wavefront over the pupil of one image point: a polynomial whose slope gives the landing points of rays.
 //!
-//! Third order comes from the five [`ReducedNumbers`]; effects add terms of their own. With u in the
-//! unit pupil disc and W scaled so that its slope is the lateral ray offset on the sensor,
-//! `P(u) = grad W(u)` in px.
+//! The third order comes from the five [`ReducedNumbers`]; effects add further terms. With u in the unit pupil disc, W
+//! is scaled so that `P(u) = grad W(u)` is the ray's offset on the sensor in px.
 
 use super::ReducedNumbers;
 use crate::field::{FieldPoint, Meridian};
 
-/// Highest power of the pupil coordinates that a wavefront may hold: fifth-order aberrations.
+/// Degree of the wavefront polynomial: that of fifth-order aberrations.
 pub const DEGREE: usize = 6;
 
 /// Number of monomials `u_x^i u_y^j` with 1 <= i + j <= [`DEGREE`].
 pub const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2 - 1;
 
-/// Wavefront of one image point in one channel, in px of slope; image axes.
+/// The wavefront of one image point in one channel, in image axes; its slope is in px.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wavefront {
     /// Coefficients of `u_x^i u_y^j`, by rising degree i + j and within it by rising j.
@@ -28,19 +27,19 @@ impl Default for Wavefront {
     }
 }
 
-/// Place of `u_x^i u_y^j` among the coefficients.
+/// Returns the index of `u_x^i u_y^j` among the coefficients.
 const fn index(i: usize, j: usize) -> usize {
     let n = i + j;
     n * (n + 1) / 2 - 1 + j
 }
 
-/// The powers (i, j) of every coefficient, in order.
+/// Returns the powers (i, j) of every coefficient, in order.
 pub fn powers() -> impl Iterator<Item = (usize, usize)> {
     (1..=DEGREE).flat_map(|n| (0..=n).map(move |j| (n - j, j)))
 }
 
 impl Wavefront {
-    /// The wavefront of a third-order lens at field position `at`: Eqs 5-6 without distortion.
+    /// Returns the wavefront of a third-order lens at field position `at`: Eqs 5-6 without distortion.
     pub fn third_order(numbers: &ReducedNumbers, at: FieldPoint) -> Self {
         let mut sum = Self::default();
         let (h, meridian) = (at.radius(), at.meridian());
@@ -52,7 +51,7 @@ impl Wavefront {
         sum
     }
 
-    /// Adds `coefficient |u|^(2 round) (u.m)^along`, m the direction of `meridian`.
+    /// Adds the term `coefficient |u|^(2 round) (u.m)^along`, with m the direction of `meridian`.
     ///
     /// # Panics
     /// If the term's degree is zero or above [`DEGREE`].
@@ -105,7 +104,7 @@ impl Wavefront {
         tilt
     }
 
-    /// This plus `factor` times `other`.
+    /// Returns the sum of this and `factor` times `other`.
     #[must_use]
     pub fn add_scaled(&self, factor: f64, other: &Self) -> Self {
         let mut sum = *self;
@@ -115,7 +114,7 @@ impl Wavefront {
         sum
     }
 
-    /// The same rays on a grid of which `scale` pixels make up one of the present ones.
+    /// Returns the wavefront on a grid with `scale` times as many pixels along each axis.
     #[must_use]
     pub fn rescaled(&self, scale: f64) -> Self {
         Self {
@@ -123,8 +122,9 @@ impl Wavefront {
         }
     }
 
-    /// The wavefront of the same glass behind a pupil `ratio` times as wide: a term of degree n has
-    /// its slope at the new rim changed by ratio^(n-1).
+    /// Returns the wavefront of the same lens for a pupil `ratio` times as wide.
+    ///
+    /// The slope of a term of degree n at the new rim changes by ratio^(n-1).
     #[must_use]
     pub fn with_pupil(&self, ratio: f64) -> Self {
         let mut changed = *self;
@@ -134,7 +134,7 @@ impl Wavefront {
         changed
     }
 
-    /// The same wavefront as seen at (`ratio` u_x, u_y).
+    /// Returns the wavefront with u_x replaced by `ratio` u_x.
     #[must_use]
     pub fn stretched_x(&self, ratio: f64) -> Self {
         let mut changed = *self;
@@ -144,7 +144,7 @@ impl Wavefront {
         changed
     }
 
-    /// Height at pupil point `u`, px.
+    /// Returns the height W at pupil point `u`, px.
     pub fn height(&self, u: [f64; 2]) -> f64 {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
         powers()
@@ -153,7 +153,7 @@ impl Wavefront {
             .sum()
     }
 
-    /// Gradient of the height by u: where the ray lands off the chief ray, px.
+    /// Returns the gradient of W at pupil point `u`: the landing point relative to the chief ray, px.
     #[inline]
     pub fn slope(&self, u: [f64; 2]) -> [f64; 2] {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
@@ -173,7 +173,7 @@ impl Wavefront {
         slope
     }
 
-    /// Mean of the slope over the unit disc: the centroid of an unclipped pupil, px.
+    /// Returns the mean slope over the unit disc: the centroid of an unclipped pupil, px.
     pub fn mean_slope(&self) -> [f64; 2] {
         let mut sum = [0.0; 2];
         for ((i, j), c) in powers().zip(&self.coefficients) {
@@ -187,7 +187,7 @@ impl Wavefront {
         sum
     }
 
-    /// Second derivatives by u (xx, xy, yy): how fast the ray's landing point moves over the pupil.
+    /// Returns the second derivatives of W (xx, xy, yy) at pupil point `u`: the Jacobian of the ray map.
     pub fn hessian(&self, u: [f64; 2]) -> [f64; 3] {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
         let mut sum = [0.0; 3];
@@ -206,7 +206,7 @@ impl Wavefront {
         sum
     }
 
-    /// Size of the third derivatives by u at `u`: how far the ray map is from linear there, px.
+    /// Returns the norm of the third derivatives of W at pupil point `u`, px: the nonlinearity of the ray map.
     pub fn third_derivative_norm(&self, u: [f64; 2]) -> f64 {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
         // xxx, xxy, xyy, yyy.
@@ -220,11 +220,11 @@ impl Wavefront {
                 }
             }
         }
-        // Each mixed one occurs in more than one second derivative of the slope.
+        // Each mixed derivative occurs twice among the second derivatives of the slope.
         (sum[0].powi(2) + 2.0 * (sum[1].powi(2) + sum[2].powi(2)) + sum[3].powi(2)).sqrt()
     }
 
-    /// The Laplacian by u, itself a polynomial (its constant dropped, which has no slope).
+    /// Returns the Laplacian of W as a polynomial, without its constant term, which has no slope.
     #[must_use]
     pub fn laplacian(&self) -> Self {
         let mut result = Self::default();
@@ -256,7 +256,7 @@ fn power_table(x: f64) -> [f64; DEGREE + 1] {
     table
 }
 
-/// Mean of `u_x^a u_y^b` over the unit disc.
+/// Returns the mean of `u_x^a u_y^b` over the unit disc.
 fn disc_mean(a: usize, b: usize) -> f64 {
     if a % 2 == 1 || b % 2 == 1 {
         return 0.0;
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn a_narrower_pupil_sees_the_same_wavefront() {
+    fn a_narrower_pupil_has_the_same_wavefront() {
         let wide = Wavefront::third_order(&numbers(), FieldPoint::new(0.6, -0.4));
         let narrow = wide.with_pupil(0.5);
         let (a, b) = (narrow.slope([0.8, -0.2]), wide.slope([0.4, -0.1]));

@@ -1,9 +1,9 @@
-//! Second and third central moments in image axes: the seven numbers of the paper.
+//! Second and third central moments in image axes.
 
 use super::MeridionalMoments;
 use crate::field::Meridian;
 
-/// Second (px²) and third (px³) central moments, `mu_pq` being the mean of x^p y^q about the centroid.
+/// The second (px²) and third (px³) central moments; `mu_pq` is the mean of x^p y^q about the centroid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CentralMoments {
     /// Mean of x², px².
@@ -23,17 +23,17 @@ pub struct CentralMoments {
 }
 
 impl CentralMoments {
-    /// Names of the seven, in the order of [`CentralMoments::to_array`].
+    /// Names of the moments, in the order of [`CentralMoments::to_array`].
     pub const NAMES: [&'static str; 7] = ["mu20", "mu11", "mu02", "mu30", "mu21", "mu12", "mu03"];
 
-    /// The seven in the paper's order: mu20, mu11, mu02, mu30, mu21, mu12, mu03.
+    /// Returns the moments in the order of the paper: mu20, mu11, mu02, mu30, mu21, mu12, mu03.
     pub fn to_array(self) -> [f64; 7] {
         [
             self.mu20, self.mu11, self.mu02, self.mu30, self.mu21, self.mu12, self.mu03,
         ]
     }
 
-    /// From the order of [`CentralMoments::to_array`].
+    /// Creates the moments from the order of [`CentralMoments::to_array`].
     pub fn from_array([mu20, mu11, mu02, mu30, mu21, mu12, mu03]: [f64; 7]) -> Self {
         Self {
             mu20,
@@ -46,25 +46,25 @@ impl CentralMoments {
         }
     }
 
-    /// Trace of the covariance mu20 + mu02, px²: the squared size of the PSF.
+    /// Returns the trace of the covariance, mu20 + mu02, px²: the squared size of the PSF.
     pub fn trace(&self) -> f64 {
         self.mu20 + self.mu02
     }
 
-    /// The smaller eigenvalue of the covariance, px²; negative if the moments are not realisable.
+    /// Returns the smaller eigenvalue of the covariance, px²; negative if no density has these moments.
     pub fn least_variance(&self) -> f64 {
         let half_difference = (self.mu20 - self.mu02) / 2.0;
         self.trace() / 2.0 - half_difference.hypot(self.mu11)
     }
 
-    /// The same moments, the covariance's eigenvalues raised to at least `floor_px2` along their own
-    /// directions. Third moments stay.
+    /// Returns the moments with the eigenvalues of the covariance raised to at least `floor_px2`; eigenvectors and
+    /// third moments stay.
     #[must_use]
     pub fn with_least_variance(&self, floor_px2: f64) -> Self {
         if self.least_variance() >= floor_px2 {
             return *self;
         }
-        // Eigenvalues mean +- radius along the direction at half the angle of (difference, mu11).
+        // Eigenvalues are mean +- radius, along half the angle of (half_difference, mu11).
         let half_difference = (self.mu20 - self.mu02) / 2.0;
         let radius = half_difference.hypot(self.mu11);
         let mean = self.trace() / 2.0;
@@ -86,7 +86,7 @@ impl CentralMoments {
         }
     }
 
-    /// Moments after a rotation of the axes: new x axis along `meridian`, new y axis 90° on.
+    /// Returns the moments in rotated axes: the new x axis lies along `meridian`, the new y axis 90° further.
     #[must_use]
     pub fn rotated_into(&self, meridian: Meridian) -> Self {
         let Meridian { cos: c, sin: s } = meridian;
@@ -120,8 +120,9 @@ impl CentralMoments {
         }
     }
 
-    /// The mirror-symmetric part about `meridian`, in meridional axes. Exact for a rotationally
-    /// symmetric lens, whose mu11, mu21 and mu03 vanish there; dropped otherwise.
+    /// Returns the part that is mirror-symmetric about `meridian`, in meridional axes.
+    ///
+    /// Drops mu11, mu21 and mu03, which are zero there for a rotationally symmetric lens.
     pub fn meridional(&self, meridian: Meridian) -> MeridionalMoments {
         let m = self.rotated_into(meridian);
         MeridionalMoments {
@@ -132,7 +133,7 @@ impl CentralMoments {
         }
     }
 
-    /// The same moments with `variance_px2` added along both axes: a blur by a round symmetric kernel.
+    /// Returns the moments after convolution with an isotropic kernel of variance `variance_px2`.
     #[must_use]
     pub fn with_added_variance(&self, variance_px2: f64) -> Self {
         Self {
@@ -142,7 +143,7 @@ impl CentralMoments {
         }
     }
 
-    /// The same PSF in pixels of which `scale` make up one of the present ones.
+    /// Returns the moments on a grid with `scale` times as many pixels along each axis.
     #[must_use]
     pub fn rescaled(&self, scale: f64) -> Self {
         let (s2, s3) = (scale * scale, scale * scale * scale);
@@ -150,7 +151,7 @@ impl CentralMoments {
         Self::from_array([a * s2, b * s2, c * s2, d * s3, e * s3, f * s3, g * s3])
     }
 
-    /// The same PSF stretched along x by `factor`.
+    /// Returns the moments of the PSF stretched along x by `factor`.
     #[must_use]
     pub fn stretched_x(&self, factor: f64) -> Self {
         let (f1, f2, f3) = (factor, factor * factor, factor * factor * factor);
@@ -164,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rotation_keeps_trace_and_turns_back() {
+    fn rotation_keeps_the_trace_and_has_an_inverse() {
         let m = CentralMoments::from_array([3.0, -0.5, 2.0, 0.4, -0.3, 0.2, 0.9]);
         let (sin, cos) = 0.7_f64.sin_cos();
         let meridian = Meridian { cos, sin };

@@ -2,7 +2,7 @@
 
 use crate::field::Meridian;
 
-/// Fourth central moments, px⁴.
+/// The fourth central moments, px⁴.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FourthMoments {
     /// Mean of x⁴.
@@ -18,12 +18,12 @@ pub struct FourthMoments {
 }
 
 impl FourthMoments {
-    /// The five in order mu40, mu31, mu22, mu13, mu04.
+    /// Returns the moments in the order mu40, mu31, mu22, mu13, mu04.
     pub fn to_array(self) -> [f64; 5] {
         [self.mu40, self.mu31, self.mu22, self.mu13, self.mu04]
     }
 
-    /// From the order of [`FourthMoments::to_array`].
+    /// Creates the moments from the order of [`FourthMoments::to_array`].
     pub fn from_array([mu40, mu31, mu22, mu13, mu04]: [f64; 5]) -> Self {
         Self {
             mu40,
@@ -34,13 +34,13 @@ impl FourthMoments {
         }
     }
 
-    /// Moments after a rotation of the axes: new x axis along `meridian`, new y axis 90° on.
+    /// Returns the moments in rotated axes: the new x axis lies along `meridian`, the new y axis 90° further.
     #[must_use]
     pub fn rotated_into(&self, meridian: Meridian) -> Self {
         let Meridian { cos, sin } = meridian;
         let old = self.to_array();
         Self::from_array(std::array::from_fn(|k| {
-            // (cos x + sin y)^(4-k) (-sin x + cos y)^k, by powers of y.
+            // Expands (cos x + sin y)^(4-k) (-sin x + cos y)^k in powers of y.
             let mut polynomial = [1.0, 0.0, 0.0, 0.0, 0.0];
             for factor in 0..4 {
                 let (a, b) = if factor < 4 - k {

@@ -1,10 +1,11 @@
-//! Moments in the meridional frame, where a rotationally symmetric lens has only four up to third order.
+//! Moments in the meridional frame, where a rotationally symmetric lens has four nonzero ones up to third order.
 
 use super::CentralMoments;
 use crate::field::Meridian;
 
-/// Central moments with x along the meridional (radial) and y along the sagittal direction. The other
-/// three of second and third order vanish by mirror symmetry.
+/// The central moments with x along the meridional (radial) and y along the sagittal direction.
+///
+/// The other three of second and third order are zero by mirror symmetry.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MeridionalMoments {
     /// Meridional variance, px².
@@ -18,7 +19,7 @@ pub struct MeridionalMoments {
 }
 
 impl MeridionalMoments {
-    /// The same moments in image axes, the meridian lying along `meridian`.
+    /// Returns the moments in image axes, with the meridian along `meridian`.
     pub fn in_image(&self, meridian: Meridian) -> CentralMoments {
         CentralMoments {
             mu20: self.mu20,
@@ -30,7 +31,7 @@ impl MeridionalMoments {
         .rotated_into(meridian.inverse())
     }
 
-    /// The covariance (xx, xy, yy; px²) in image axes, the meridian lying along `meridian`.
+    /// Returns the covariance (xx, xy, yy; px²) in image axes, with the meridian along `meridian`.
     pub fn covariance(&self, meridian: Meridian) -> [f64; 3] {
         let Meridian { cos, sin } = meridian;
         [

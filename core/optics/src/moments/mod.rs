@@ -1,4 +1,4 @@
-//! Central moments of PSFs: how large, how elongated, how lopsided.
+//! Central moments of PSFs: size, elongation and skewness.
 
 mod central;
 mod fourth;

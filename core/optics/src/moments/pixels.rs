@@ -1,12 +1,12 @@
-//! Central moments of a tile's pixels (Eqs 15-16), and what the pixels' own area adds to them.
+//! Central moments of a tile (Eqs 15-16), and the contribution of the pixel area to them.
 
 use super::{CentralMoments, FourthMoments};
 use crate::tile::Tile;
 
-/// Variance of a unit square along one axis, px².
+/// Variance of a unit pixel along one axis, px².
 pub const PIXEL_VARIANCE_PX2: f64 = 1.0 / 12.0;
 
-/// Total light, centroid and central moments of a tile.
+/// The total light, centroid and central moments of a tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TileMoments {
     /// Sum of the samples.
@@ -21,7 +21,7 @@ pub struct TileMoments {
     pub fourth: FourthMoments,
 }
 
-/// Integral of t^p over the pixel centred on `x`: h_p of Eqs 15-16.
+/// Returns the integral of t^p over the pixel centred on `x`: h_p of Eqs 15-16.
 ///
 /// # Panics
 /// If `p` is above 4.
@@ -38,25 +38,32 @@ pub fn pixel_power(p: usize, x: f64) -> f64 {
 }
 
 impl TileMoments {
-    /// Moments of the samples as light concentrated at pixel centres, over the pixels where `mask`
-    /// (row-major) is true, or all of them. `None` where they hold no light.
+    /// Computes the plain moments: sums over pixel centres, for the pixels where `mask` (row-major) is true, or all.
+    ///
+    /// `None` if they hold no light.
     pub fn plain(tile: &Tile, mask: Option<&[bool]>) -> Option<Self> {
-        Self::by(tile, mask, |p, x| x.powi(p as i32))
+        Self::with_powers(tile, mask, |p, x| x.powi(p as i32))
     }
 
-    /// Moments by Eqs 15-16: each sample spread evenly over its pixel. For samples that a sensor has
-    /// already integrated over its pixels this exceeds the optical variance by 1/6 px².
+    /// Computes the moments of Eqs 15-16, with each sample spread evenly over its pixel.
+    ///
+    /// For samples that a sensor has integrated over its pixels, they exceed the optical variance by 1/6 px².
     pub fn spread(tile: &Tile, mask: Option<&[bool]>) -> Option<Self> {
-        Self::by(tile, mask, pixel_power)
+        Self::with_powers(tile, mask, pixel_power)
     }
 
-    /// Moments of the light before the sensor integrated it over its pixels: plain moments less the
-    /// pixel's own (docs/background/model.md section 6).
+    /// Computes the moments of the light before integration over pixels: the plain moments minus those of the pixel
+    /// (docs/background/model.md section 6).
     pub fn optical(tile: &Tile, mask: Option<&[bool]>) -> Option<Self> {
         Self::plain(tile, mask).map(|m| m.without_pixel_area())
     }
 
-    fn by(tile: &Tile, mask: Option<&[bool]>, power: impl Fn(usize, f64) -> f64) -> Option<Self> {
+    /// Computes the moments with `power(p, x)` in place of x^p.
+    fn with_powers(
+        tile: &Tile,
+        mask: Option<&[bool]>,
+        power: impl Fn(usize, f64) -> f64,
+    ) -> Option<Self> {
         let width = tile.width();
         let mut lit = Vec::with_capacity(tile.samples().len());
         let (mut total, mut sum_x, mut sum_y) = (0.0, 0.0, 0.0);
@@ -110,7 +117,7 @@ impl TileMoments {
         })
     }
 
-    /// The moments of the light before it was integrated over unit pixels.
+    /// Returns the moments of the light before integration over pixels.
     #[must_use]
     pub fn without_pixel_area(&self) -> Self {
         let central = self.central.with_added_variance(-PIXEL_VARIANCE_PX2);
@@ -128,9 +135,10 @@ impl TileMoments {
         }
     }
 
-    /// Standard deviations of the seven central moments from pixel noise of standard deviation
-    /// `noise_sigma` (in the tile's units), independent from pixel to pixel, over the pixels where
-    /// `mask` is true. To first order, the centroid's own noise included.
+    /// Returns the standard deviations of the seven central moments due to pixel noise, to first order.
+    ///
+    /// The noise is independent between pixels, with standard deviation `noise_sigma` in the units of the tile. `mask`
+    /// selects pixels. The noise of the centroid is included.
     pub fn noise(&self, tile: &Tile, mask: Option<&[bool]>, noise_sigma: f64) -> [f64; 7] {
         let width = tile.width();
         let m = &self.central;
@@ -174,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn spreading_over_pixels_adds_what_model_section_6_says() {
+    fn spreading_over_pixels_adds_the_terms_of_model_section_6() {
         let tile = lopsided();
         let plain = TileMoments::plain(&tile, None).expect("lit");
         let spread = TileMoments::spread(&tile, None).expect("lit");
@@ -182,7 +190,7 @@ mod tests {
         assert!((spread.central.mu11 - plain.central.mu11).abs() < 1e-13);
         assert!((spread.central.mu30 - plain.central.mu30).abs() < 1e-13);
         assert!((spread.central.mu12 - plain.central.mu12).abs() < 1e-13);
-        // Taking the pixel away from the spread moments gives the plain ones back, fourth order too.
+        // Removing the pixel area from the spread moments recovers the plain ones, up to fourth order.
         let back = spread.without_pixel_area();
         for (a, b) in back.fourth.to_array().iter().zip(plain.fourth.to_array()) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");
@@ -201,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_of_moments_is_what_perturbed_pixels_show() {
+    fn noise_of_moments_agrees_with_perturbed_pixels() {
         let tile = lopsided();
         let sigma = 1e-4;
         let clean = TileMoments::plain(&tile, None).expect("lit");

@@ -1,35 +1,35 @@
-//! Moments of noisy tiles: only pixels that show light take part.
+//! Moments of noisy tiles, restricted to the support of the PSF.
 //!
-//! A sum of x³ over a noisy tile is dominated by the noise of its rim. Here the tile is smoothed
-//! lightly, cut at a multiple of its noise, and the connected region that holds the peak, grown by
-//! one pixel, is the *support* of the PSF. Moments are those of the raw samples on the support.
+//! A sum of x³ over a noisy tile is dominated by the noise at its border. To find the *support*, the tile is smoothed
+//! slightly and thresholded at a multiple of its noise; the connected region of the peak is dilated by one pixel. The
+//! moments use the unsmoothed samples on the support.
 //!
-//! Bias: light below the cut is left out, and the pixels kept are those that noise favours. For
-//! Gaussian spots of 1.2 to 2.5 px standard deviation on 25 x 25 tiles the mean variance is off by -5
-//! to 0 % at a peak of 30 times the noise, -1.5 to +1 % at 100 and within 0.2 % at 1000, larger spots
-//! being the more curtailed (a test holds these figures). The noise of third moments falls by 3 to 150
-//! times against sums over the whole tile.
+//! Bias: light below the threshold is missing, and noise favours the pixels above it. For Gaussian spots with standard
+//! deviations of 1.2 to 2.5 px on 25 x 25 tiles, the mean variance is off by -5 to 0 % at a peak of 30 times the noise,
+//! by -1.5 to +1 % at 100 and within 0.2 % at 1000; a test holds these figures. The noise of third moments is 3 to 150
+//! times lower than for sums over the whole tile.
 
 use super::pixels::TileMoments;
 use crate::tile::Tile;
 
-/// Standard deviation of the smoothing before the cut, px.
+/// Standard deviation of the smoothing before the threshold, px.
 const SMOOTHING_PX: f64 = 0.8;
-/// Cut, in standard deviations of one pixel's noise.
+/// Threshold, in standard deviations of the pixel noise.
 const CUT_SIGMAS: f64 = 1.5;
 
-/// Which pixels of a tile take part in its moments.
+/// The choice of pixels of a tile that its moments use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Support {
-    /// The connected region above the noise where the noise is known and not zero, else all pixels.
+    /// The connected region above the noise if the noise is known and not zero; otherwise all pixels.
     #[default]
     Auto,
     /// All pixels, as in the paper.
     AllPixels,
 }
 
-/// The mask of pixels (row-major) that take part under `support` for a tile whose pixels have noise
-/// of standard deviation `noise_sigma`; `None` means all of them.
+/// Returns the mask (row-major) of the pixels of `tile` that `support` selects; `None` for all of them.
+///
+/// `noise_sigma` is the standard deviation of the pixel noise.
 pub fn mask(tile: &Tile, noise_sigma: Option<f64>, support: Support) -> Option<Vec<bool>> {
     match (support, noise_sigma) {
         (Support::Auto, Some(sigma)) if sigma > 0.0 => Some(lit_region(tile, sigma)),
@@ -37,7 +37,7 @@ pub fn mask(tile: &Tile, noise_sigma: Option<f64>, support: Support) -> Option<V
     }
 }
 
-/// Plain moments over the support and the mask used; `None` where it holds no light.
+/// Returns the plain moments over the support, and its mask; `None` if it holds no light.
 pub fn moments(
     tile: &Tile,
     noise_sigma: Option<f64>,
@@ -75,7 +75,7 @@ fn lit_region(tile: &Tile, noise_sigma: f64) -> Vec<bool> {
     grown
 }
 
-/// The pixels that share an edge with pixel `index`.
+/// Returns the pixels that share an edge with pixel `index`.
 fn neighbours(index: usize, width: usize, height: usize) -> impl Iterator<Item = usize> {
     let (column, row) = (index % width, index / width);
     [
@@ -106,7 +106,7 @@ fn smoothed(tile: &Tile) -> Vec<f64> {
                     .iter()
                     .enumerate()
                     .map(|(k, w)| {
-                        // Mirrored at the rim, so that a flat tile stays flat.
+                        // Mirrored at the border, so that a constant tile stays constant.
                         let mut p = (at + k as i64 - reach).rem_euclid(2 * size);
                         if p >= size {
                             p = 2 * size - 1 - p;
@@ -169,8 +169,8 @@ mod tests {
         (Tile::new(25, 25, samples).expect("valid"), sigma)
     }
 
-    /// Over many noisy tiles: mean relative error of the variance, and standard deviation of mu30
-    /// in units of sigma³.
+    /// Returns the mean relative error of the variance over many noisy tiles, and the standard deviation of mu30 in
+    /// units of sigma³.
     fn trial(sigma_px: f64, peak_over_noise: f64, support: Support) -> (f64, f64) {
         let mut noise = Noise(7);
         let count = 200;
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn bias_is_as_stated_and_third_moments_survive() {
+    fn bias_is_as_documented_and_third_moments_are_less_noisy() {
         for sigma_px in [1.2, 1.8, 2.5] {
             for (peak, low, high) in [
                 (30.0, -0.07, 0.02),
@@ -196,7 +196,7 @@ mod tests {
                 let (bias, third) = trial(sigma_px, peak, Support::Auto);
 
                 assert!((low..high).contains(&bias), "{sigma_px} {peak}: {bias}");
-                // All pixels give third moments whose noise is many times larger.
+                // Sums over all pixels give much noisier third moments.
                 let (_, unguarded) = trial(sigma_px, peak, Support::AllPixels);
                 assert!(third < 0.4 * unguarded, "{third} {unguarded}");
             }

@@ -1,4 +1,4 @@
-//! Numerical tools that are not optics.
+//! Numerical utilities.
 
 mod random;
 

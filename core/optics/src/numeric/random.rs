@@ -1,12 +1,11 @@
-//! A small deterministic generator: the same seed gives the same picture and the same splits on every
-//! machine.
+//! A deterministic random generator: the same seed gives the same numbers on every machine.
 
-/// SplitMix64 (Steele, Lea and Flood 2014): one 64-bit counter, each value of it scrambled.
+/// The SplitMix64 generator (Steele, Lea and Flood 2014): a 64-bit counter with a mixing function.
 #[derive(Debug, Clone)]
 pub struct SplitMix64(u64);
 
 impl SplitMix64 {
-    /// A generator that starts from `seed`.
+    /// Creates a generator with `seed`.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -30,7 +29,7 @@ impl SplitMix64 {
         ((u128::from(self.next()) * count as u128) >> 64) as usize
     }
 
-    /// 0..`count` in random order (Fisher and Yates).
+    /// Returns 0..`count` in random order (Fisher-Yates shuffle).
     pub fn permutation(&mut self, count: usize) -> Vec<usize> {
         let mut order: Vec<usize> = (0..count).collect();
         for last in (1..count).rev() {

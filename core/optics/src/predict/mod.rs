@@ -1,4 +1,4 @@
-//! What a lens profile says about any point: PSFs across field, channel and depth, and where they land.
+//! Prediction from lens profiles: PSFs and their displacement at any field position, channel and depth.
 
 mod set;
 
@@ -6,7 +6,7 @@ pub use set::predict_set;
 
 use crate::blur_field::{BlurField, DisplacedBlur};
 use crate::distance::ObjectDistance;
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::field::{FieldPoint, Frame};
 use crate::lens::{DepthLaw, MomentCoefficients, VergenceSeries};
 use crate::profile::{
@@ -15,7 +15,7 @@ use crate::profile::{
 use crate::psf::{self, LocalBlur, PsfModel, Pupil, SkewNormal};
 use crate::sensor::Tone;
 
-/// A lens profile made ready to ask.
+/// A lens profile prepared for evaluation; it implements [`BlurField`].
 #[derive(Debug, Clone)]
 pub struct Predictor {
     frame: Frame,
@@ -30,7 +30,7 @@ enum Channels {
     Pupil(Vec<PupilChannel>),
 }
 
-/// One channel of a lens described by S1..S10.
+/// A channel of a lens of the kind `moments`.
 #[derive(Debug, Clone)]
 struct Moments {
     law: Law,
@@ -45,10 +45,10 @@ enum Law {
 }
 
 impl Predictor {
-    /// Prepares `profile`.
+    /// Prepares `profile` for evaluation.
     ///
     /// # Errors
-    /// Planes from which no depth law can be made.
+    /// Rejects planes that determine no depth law.
     pub fn new(profile: &LensProfile) -> Result<Self> {
         let (channels, depends_on_depth) = match &profile.description {
             LensDescription::Moments(channels) => {
@@ -77,10 +77,10 @@ impl Predictor {
         })
     }
 
-    /// Index of the lens channel called `name`.
+    /// Returns the index of the channel called `name`.
     ///
     /// # Errors
-    /// A name the lens has not.
+    /// Rejects a name that the lens does not have; the message lists its channels.
     pub fn channel_index(&self, name: &str) -> Result<usize> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             Error::new(
@@ -96,11 +96,10 @@ impl Predictor {
         &self.names
     }
 
-    /// The vergence at which to ask for an object at `distance`; any will do for a lens whose blur does
-    /// not depend on depth.
+    /// Returns the vergence of an object at `distance`, in 1/m, as the argument of [`BlurField::blur_at`].
     ///
     /// # Errors
-    /// An unknown distance where the blur depends on it.
+    /// Rejects an unknown distance if the blur depends on depth.
     pub fn vergence(&self, distance: ObjectDistance) -> Result<f64> {
         match distance.vergence_per_m() {
             Some(v) => Ok(v),
@@ -113,20 +112,20 @@ impl Predictor {
         }
     }
 
-    /// Whether the blur depends on depth: the lens was measured at more than one object distance.
+    /// Whether the blur depends on depth: whether the lens was measured at more than one object distance.
     pub fn depends_on_depth(&self) -> bool {
         self.depends_on_depth
     }
 
-    /// Whether the lens is known ray by ray, which some PSF models need.
+    /// Whether the lens has wavefronts and pupils (the kind `pupil`), which some PSF models need.
     pub fn has_rays(&self) -> bool {
         matches!(self.channels, Channels::Pupil(_))
     }
 
-    /// Whether `model` can draw this lens.
+    /// Checks that `model` can draw this lens.
     ///
     /// # Errors
-    /// A model that needs rays where the lens is described by moments.
+    /// [`ErrorKind::Unsupported`] for a model that needs rays if the lens has the kind `moments`.
     pub fn check_model(&self, model: &dyn PsfModel) -> Result<()> {
         if !model.needs_rays() || self.has_rays() {
             return Ok(());
@@ -136,15 +135,16 @@ impl Predictor {
         let others: Vec<_> = others.map(|m| m.id()).collect();
         Err(Error::new(
             format!("PSF model `{id}`"),
-            "needs a lens known ray by ray; this one is described by moments",
+            "needs a lens profile of the kind `pupil`; this one has the kind `moments`",
             format!(
                 "fit the lens with `--model reduced`, or use one of: {}",
                 others.join(", ")
             ),
-        ))
+        )
+        .with_kind(ErrorKind::Unsupported))
     }
 
-    /// The PSF model that draws this lens most truly.
+    /// Returns the most accurate PSF model for this lens.
     pub fn default_model(&self) -> &'static dyn PsfModel {
         if self.has_rays() { &Pupil } else { &SkewNormal }
     }
@@ -163,7 +163,7 @@ impl BlurField for Predictor {
         match &self.channels {
             Channels::Moments(_) => Tone::default(),
             Channels::Pupil(channels) => {
-                // The sensor's: the middle of the frame will do.
+                // The tone does not depend on the field position.
                 let middle = FieldPoint::new(0.0, 0.0);
                 let channel = &channels[channel];
                 channel
@@ -216,7 +216,7 @@ impl Moments {
     }
 }
 
-/// Magnification and distortion of a channel as lines in vergence through its planes'.
+/// Returns magnification and distortion of a channel as lines in vergence, fitted to its planes.
 fn displacement_lines(channel: &MomentsChannel) -> [VergenceSeries; 2] {
     let measured = channel.planes.iter().filter_map(|plane| {
         let v = plane.distance.vergence_per_m().unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! The PSFs a lens predicts at the places of an observation set.
+//! Predicted PSFs at the positions of an observation set.
 
 use rayon::prelude::*;
 
@@ -12,30 +12,31 @@ use crate::observations::{Observation, ObservationSet};
 use crate::psf::{LocalBlur, PsfModel, SampleGrid};
 use crate::tile::Tile;
 
-/// For every observation of `like` the tiles that `lens` predicts with `model`: unit sums, the same
-/// names, sizes, channels, positions and distances, integrated over pixels.
+/// Predicts the tiles of every observation of `template` with `lens` and `model`.
 ///
-/// Where the ideal position is known the PSF lands where the lens puts that point; otherwise its
-/// centroid is that of the observed tile. Where the lens's sensor has a tone, the observed tile is also
-/// read for its exposure: tone acts on the predicted light scaled such that the values that come of it hold
-/// as much as the observed tile's.
+/// Tiles are integrated over pixels and sum to one. Names, sizes, channels, positions and distances are those of
+/// `template`.
+///
+/// If the ideal position is known, the lens determines the position of the PSF; otherwise the PSF has the centroid of
+/// the observed tile. If the sensor of the lens has a tone curve, it is applied at the exposure at which the tile has
+/// the same sum as the observed one.
 ///
 /// # Errors
-/// A model that cannot draw the lens, another frame size than the lens's, a channel the lens has not, an
-/// unknown distance where the lens depends on it, and a tile that misses the predicted PSF altogether.
+/// Rejects a model that cannot draw the lens, another frame size than that of the lens, a channel that the lens does
+/// not have, an unknown distance if the blur depends on depth, and a predicted PSF that lies outside its tile.
 pub fn predict_set(
     lens: &Predictor,
-    like: &ObservationSet,
+    template: &ObservationSet,
     model: &dyn PsfModel,
 ) -> Result<ObservationSet> {
     lens.check_model(model)?;
-    like.check_frame(lens.frame())?;
-    let channels: Vec<usize> = like
+    template.check_frame(lens.frame())?;
+    let channels: Vec<usize> = template
         .channels
         .iter()
         .map(|name| lens.channel_index(name))
         .collect::<Result<_>>()?;
-    let observations = like
+    let observations = template
         .observations
         .par_iter()
         .enumerate()
@@ -57,7 +58,7 @@ pub fn predict_set(
         .collect::<Result<_>>()?;
     Ok(ObservationSet {
         observations,
-        ..like.clone()
+        ..template.clone()
     })
 }
 
@@ -91,8 +92,8 @@ fn tile(
     };
     let placed = lens.blur_at(of_lens, at, vergence);
     let blur = LocalBlur {
-        // Never narrower than a pixel: the sensor integrates over its own area. Models that draw rays
-        // integrate over pixels themselves.
+        // Adds the pixel area, over which the sensor integrates. The model `pupil` integrates over
+        // pixels itself and does not use the moments.
         moments: placed
             .blur
             .moments
@@ -106,9 +107,9 @@ fn tile(
     model.sample(&blur, &window, &mut samples);
     let tone = lens.tone(of_lens);
     if !tone.is_linear() {
-        let seen = observation.light(channel);
-        let seen = seen.samples().iter().map(|v| f64::from(*v)).sum();
-        if let Some(exposure) = tone.exposure(&samples, seen) {
+        let light = observation.light(channel);
+        let sum = light.samples().iter().map(|v| f64::from(*v)).sum();
+        if let Some(exposure) = tone.exposure(&samples, sum) {
             let values = samples.iter_mut();
             values.for_each(|v| *v = tone.apply(exposure * *v));
         }

@@ -1,4 +1,4 @@
-//! Lenses of both kinds answer alike where they are the same lens.
+//! The same lens predicts the same PSFs in either kind of profile.
 
 use super::*;
 use crate::camera::Camera;
@@ -83,7 +83,7 @@ fn of_moments() -> Predictor {
 }
 
 #[test]
-fn the_same_lens_of_either_kind_blurs_alike() {
+fn both_kinds_of_the_same_lens_have_equal_blur() {
     let (rays, moments) = (of_pupil(pupil_channel()), of_moments());
     assert!(rays.has_rays() && !moments.has_rays());
     assert!(rays.depends_on_depth() && moments.depends_on_depth());
@@ -113,7 +113,7 @@ fn the_same_lens_of_either_kind_blurs_alike() {
 fn closed_forms_and_quadrature_agree() {
     let plain = of_pupil(pupil_channel());
     let mut channel = pupil_channel();
-    // Vignetting at its neutral values does nothing but call for quadrature.
+    // Neutral vignetting changes nothing but requires quadrature.
     let effect = effects::by_id("vignetting").expect("listed");
     let neutral = effects::neutral(effect);
     channel.effects.push(ProfileEffect {
@@ -129,7 +129,7 @@ fn closed_forms_and_quadrature_agree() {
 }
 
 #[test]
-fn lenses_of_one_distance_do_not_ask_for_it() {
+fn lenses_measured_at_one_distance_need_none() {
     let mut channel = pupil_channel();
     channel.alpha = VergenceSeries::constant(3.0);
     let lens = of_pupil(channel);
@@ -139,7 +139,7 @@ fn lenses_of_one_distance_do_not_ask_for_it() {
 }
 
 #[test]
-fn models_that_need_rays_are_refused_to_moments() {
+fn models_that_need_rays_are_rejected_for_moments() {
     let (rays, moments) = (of_pupil(pupil_channel()), of_moments());
     assert_eq!(moments.default_model().id(), "skew-normal");
     assert_eq!(rays.default_model().id(), "pupil");
@@ -156,7 +156,7 @@ fn models_that_need_rays_are_refused_to_moments() {
 }
 
 #[test]
-fn drawn_tiles_of_rays_have_the_moments_foretold() {
+fn drawn_tiles_have_the_predicted_moments() {
     use crate::field::ImagePoint;
     use crate::moments::pixels::{PIXEL_VARIANCE_PX2, TileMoments};
     use crate::observations::{Observation, ObservationSet};
@@ -201,7 +201,7 @@ fn drawn_tiles_of_rays_have_the_moments_foretold() {
     assert!(refused.remedy.contains("--model reduced"), "{refused}");
 }
 
-/// A sensor with a tone and nothing else.
+/// An effect that sets the tone of the sensor.
 struct Toned;
 
 const TONE: Tone = Tone {
@@ -271,9 +271,9 @@ fn tone_acts_at_the_exposure_of_the_observed_tile() {
         drawn.observations[0].tiles[0].samples().to_vec()
     };
     let light = of(&plain, &dark);
-    // No light to read an exposure from: none is guessed.
+    // A tile without light has no exposure; the tone is not applied.
     assert_eq!(of(&toned, &dark), light);
-    // Such that the brightest pixels clip.
+    // Exposed so that the brightest pixels clip.
     let peak = light.iter().copied().fold(0.0_f32, f32::max);
     let seen: Vec<f32> = light
         .iter()
@@ -287,7 +287,7 @@ fn tone_acts_at_the_exposure_of_the_observed_tile() {
     for (found, seen) in found.iter().zip(&seen) {
         assert!((found - seen / sum).abs() < 1e-6, "{found} {}", seen / sum);
     }
-    // Plates are developed by the same tone; linear ones stay as they are.
+    // Rendered planes get the same tone; a linear tone leaves them unchanged.
     let mut plane = vec![-0.1, 0.0, 0.2, 1.0, 7.0];
     crate::blur_field::apply_tone(&plain, &[1.0], &mut plane);
     assert_eq!(plane, [-0.1, 0.0, 0.2, 1.0, 7.0]);

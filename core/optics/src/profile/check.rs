@@ -1,4 +1,4 @@
-//! What must hold in a lens profile beyond the keys of its file.
+//! Validation of lens profiles beyond the keys of the file.
 
 use super::{HeldOut, LensDescription, LensProfile, MomentsChannel, ProfileEffect, PupilChannel};
 use crate::distance::ObjectDistance;
@@ -6,11 +6,11 @@ use crate::effects;
 use crate::error::{Error, Result};
 use crate::lens::VergenceSeries;
 
-/// The effect that a lens can have only once.
+/// The effect that fitted and added effects can have only once in all.
 const IRIS: &str = "aperture_polygon";
 
 impl LensProfile {
-    /// Checks what a reader cannot see key by key.
+    /// Checks the conditions that involve more than one key.
     pub(super) fn check(&self) -> Result<()> {
         names(&self.channel_names())?;
         match &self.description {
@@ -115,7 +115,7 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
             }
         }
     }
-    // Blades bound the pupil once: two irises would need more circles than a pupil can have.
+    // Two irises would need more stops than a pupil can have.
     let iris = |list: &[ProfileEffect]| list.iter().any(|c| c.effect.id() == IRIS);
     if iris(&channel.effects) && iris(&channel.added) {
         return Err(Error::new(
@@ -131,8 +131,9 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
     Ok(())
 }
 
-fn effect(carried: &ProfileEffect, (low, high): (f64, f64)) -> Result<()> {
-    /// Vergences at which a series is looked at: its ends and some between.
+fn effect(carried: &ProfileEffect, measured_vergence: (f64, f64)) -> Result<()> {
+    let (low, high) = measured_vergence;
+    /// Steps over the measured range at which a series is checked.
     const STEPS: usize = 8;
     let parameters = carried.effect.parameters();
     if parameters.len() != carried.values.len() {
@@ -144,7 +145,7 @@ fn effect(carried: &ProfileEffect, (low, high): (f64, f64)) -> Result<()> {
     }
     for (parameter, values) in parameters.iter().zip(&carried.values) {
         series(values).map_err(|e| e.within(parameter.name))?;
-        // A fit that ended at a limit may be a rounding beyond it.
+        // A fit that ended at a limit may exceed it by rounding.
         let slack = 1e-9 * (parameter.most - parameter.least);
         for step in 0..=STEPS {
             let v = low + (high - low) * step as f64 / STEPS as f64;
@@ -190,8 +191,8 @@ fn series(values: &VergenceSeries) -> Result<()> {
     {
         return Err(Error::new(
             "remainders",
-            "do not stand by rising vergence",
-            "sort them, one a vergence",
+            "are not sorted by increasing vergence",
+            "sort them and give one a vergence",
         ));
     }
     match values.sigma.iter().find(|s| **s < 0.0) {

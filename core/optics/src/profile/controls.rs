@@ -1,28 +1,29 @@
-//! Focus, aperture and sensor position set otherwise than the lens was measured: docs/background/model.md section 10.
+//! Focus, aperture and sensor position other than those at which the lens was measured (docs/background/model.md
+//! section 10).
 
 use super::{LensDescription, LensProfile, ProfileEffect, PupilChannel};
 use crate::distance::ObjectDistance;
 use crate::effects::ControlRatios;
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 
-/// What is set otherwise; `None` stays as measured.
+/// Lens controls that differ from the measured ones; `None` keeps the measured value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Controls {
-    /// Focused distance: where the mean of the channels is in focus on the axis.
+    /// Focused distance, at which the mean of the channels is in focus on the axis.
     pub focus_distance: Option<ObjectDistance>,
     /// F-number.
     pub f_number: Option<f64>,
-    /// How far the sensor moves away from the lens, micrometres; negative towards it.
+    /// Shift of the sensor away from the lens, micrometres; negative towards it.
     pub sensor_shift_um: Option<f64>,
 }
 
 impl Controls {
-    /// Whether everything stays as measured.
+    /// Whether all controls keep their measured values.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The settings in words, for provenance.
+    /// Returns the settings in words, for provenance.
     fn describe(&self) -> String {
         let parts = [
             self.f_number.map(|n| format!("f/{n}")),
@@ -36,16 +37,16 @@ impl Controls {
 }
 
 impl LensProfile {
-    /// The same glass with its controls set to `controls`: the f-number first, then focus, then the
-    /// sensor. What the lens was measured for is scaled and shifted by the laws of docs/background/model.md section
-    /// 10: the pupil's magnification is taken as 1 where the sensor moves, and the symmetric blur
-    /// stays. A wider pupil than the measured one is extrapolated: see
-    /// [`LensProfile::control_warnings`]. How well the measured lens drew held-out PSFs is not
-    /// carried over, and parameters of effects may pass the limits that profiles in files keep.
+    /// Returns the same lens with its controls set to `controls`: first the f-number, then focus, then the sensor.
+    ///
+    /// Parameters are scaled and shifted by the laws of docs/background/model.md section 10. The pupil magnification is
+    /// taken as 1 for sensor shifts, and the symmetric blur stays. A pupil wider than measured is extrapolated; see
+    /// [`LensProfile::control_warnings`]. The result has no held-out score, and its effect parameters may exceed the
+    /// limits of profiles in files.
     ///
     /// # Errors
-    /// A lens described by moments, values that cannot be, a lens measured at one distance where focus
-    /// is asked for, and an unknown f-number, focal length or pixel pitch where one is needed.
+    /// [`ErrorKind::Unsupported`] for a profile of the kind `moments`, and for a focus distance if the lens was measured
+    /// at one distance. Rejects invalid values, and an unknown f-number, focal length or pixel pitch that is needed.
     pub fn with_controls(&self, controls: &Controls) -> Result<Self> {
         if controls.is_empty() {
             return Ok(self.clone());
@@ -53,9 +54,10 @@ impl LensProfile {
         let LensDescription::Pupil(channels) = &self.description else {
             return Err(Error::new(
                 "lens controls",
-                "need a lens known ray by ray; this one is described by moments",
+                "need a lens profile of the kind `pupil`; this one has the kind `moments`",
                 "fit the lens with `--model reduced`, or leave focus, f-number and sensor as measured",
-            ));
+            )
+            .with_kind(ErrorKind::Unsupported));
         };
         let mut channels = channels.clone();
         let mut camera = self.camera.clone();
@@ -65,8 +67,8 @@ impl LensProfile {
             camera.f_number = Some(f_number);
         }
         if let Some(distance) = controls.focus_distance {
-            let to = set_focus(&mut channels, distance, camera.focal_length_mm)?;
-            camera.focus_distance = to;
+            set_focus(&mut channels, distance, camera.focal_length_mm)?;
+            camera.focus_distance = distance;
         }
         if let Some(shift_um) = controls.sensor_shift_um {
             let defocus = SensorShift::new(
@@ -77,7 +79,7 @@ impl LensProfile {
             )?;
             channels.iter_mut().for_each(|c| defocus.apply(c));
             camera.focus_distance = mean_focus(&channels).map_or(ObjectDistance::Unknown, |v| {
-                // Beyond infinity there is no distance to tell.
+                // A focus beyond infinity has no distance.
                 ObjectDistance::metres(1.0 / v.abs().max(1e-12))
                     .ok()
                     .filter(|_| v > 0.0)
@@ -95,26 +97,26 @@ impl LensProfile {
         })
     }
 
-    /// What a user should know of this lens set to `controls`.
+    /// Returns warnings about the accuracy of this lens with `controls`, a sentence each.
     pub fn control_warnings(&self, controls: &Controls) -> Vec<String> {
-        let mut remarks = Vec::new();
+        let mut warnings = Vec::new();
         if let (Some(new), Some(old)) = (controls.f_number, self.camera.f_number)
             && new < old
         {
-            remarks.push(format!(
-                "f/{new} is wider than the f/{old} at which the lens was measured: what the wider rim of the pupil does is extrapolated"
+            warnings.push(format!(
+                "f/{new} is wider than the f/{old} at which the lens was measured; the effect of the wider pupil is extrapolated"
             ));
         }
         if controls.focus_distance.is_some() && self.camera.focal_length_mm.is_none() {
-            remarks.push(
+            warnings.push(
                 "the lens profile has no focal length, so aberrations are not scaled with the new focus"
                     .to_owned(),
             );
         }
-        remarks
+        warnings
     }
 
-    /// Radius of the pupil at `f_number` over the measured one.
+    /// Returns the radius of the pupil at `f_number` over the measured one.
     fn pupil_ratio(&self, f_number: f64) -> Result<f64> {
         if !(f_number.is_finite() && f_number > 0.0) {
             return Err(Error::new(
@@ -142,7 +144,7 @@ fn known(value: Option<f64>, key: &str, what: &str) -> Result<f64> {
     })
 }
 
-/// Mean over channels of the vergence in focus on the axis; `None` where one channel has none.
+/// Returns the mean over channels of the vergence in focus on the axis; `None` if a channel has none.
 fn mean_focus(channels: &[PupilChannel]) -> Option<f64> {
     let all: Option<Vec<f64>> = channels
         .iter()
@@ -151,13 +153,12 @@ fn mean_focus(channels: &[PupilChannel]) -> Option<f64> {
     all.map(|v| v.iter().sum::<f64>() / v.len() as f64)
 }
 
-/// Moves the mean focus of `channels` to `distance`, which it returns: each keeps its own offset, that
-/// is its axial colour.
+/// Moves the mean focus of `channels` to `distance`. Every channel keeps its offset from the mean, its axial colour.
 fn set_focus(
     channels: &mut [PupilChannel],
     distance: ObjectDistance,
     focal_length_mm: Option<f64>,
-) -> Result<ObjectDistance> {
+) -> Result<()> {
     let new = distance.vergence_per_m().ok_or_else(|| {
         Error::new(
             "focus distance",
@@ -168,9 +169,10 @@ fn set_focus(
     let old = mean_focus(channels).ok_or_else(|| {
         Error::new(
             "focus distance",
-            "cannot be set: the lens was measured at one object distance, which does not tell how defocus changes",
+            "cannot be set: the lens was measured at one object distance, so the change of defocus is unknown",
             "fit the lens to two or more object distances",
         )
+        .with_kind(ErrorKind::Unsupported)
     })?;
     let ratio = match focal_length_mm {
         Some(f_mm) => image_distance_ratio(f_mm * 1e-3, old, new)?,
@@ -180,10 +182,10 @@ fn set_focus(
         channel.alpha = channel.alpha.shifted(old - new);
         channel.set_image_distance(ratio);
     }
-    Ok(distance)
+    Ok(())
 }
 
-/// Z2 of a thin lens focused at vergence `new` over that at `old`.
+/// Returns Z2 of a thin lens focused at vergence `new` over that at vergence `old`.
 fn image_distance_ratio(f_m: f64, old: f64, new: f64) -> Result<f64> {
     let reach = 1.0 - f_m * new;
     if reach <= 0.0 {
@@ -209,7 +211,7 @@ fn image_distance_ratio(f_m: f64, old: f64, new: f64) -> Result<f64> {
 }
 
 impl PupilChannel {
-    /// The same glass behind a pupil `ratio` times as wide.
+    /// Scales the radius of the pupil by `ratio`.
     fn set_pupil(&mut self, ratio: f64) {
         self.alpha = self.alpha.scaled(ratio);
         self.beta = self.beta.scaled(ratio.powi(3));
@@ -217,13 +219,13 @@ impl PupilChannel {
         self.delta = self.delta.scaled(ratio);
         self.phi = self.phi.scaled(ratio.powi(2));
         self.stop_lever_m *= ratio;
-        self.reset_effects(ControlRatios {
+        self.rescale_effects(ControlRatios {
             pupil: ratio,
             image_distance: 1.0,
         });
     }
 
-    /// The same glass with its sensor `ratio` times as far behind the pupil.
+    /// Scales the distance from the pupil to the sensor by `ratio`.
     fn set_image_distance(&mut self, ratio: f64) {
         self.alpha = self.alpha.scaled(ratio);
         self.beta = self.beta.scaled(ratio);
@@ -231,23 +233,23 @@ impl PupilChannel {
         self.delta = self.delta.scaled(1.0 / ratio);
         self.distortion = self.distortion.scaled(ratio.powi(-2));
         self.stop_lever_m *= ratio;
-        self.reset_effects(ControlRatios {
+        self.rescale_effects(ControlRatios {
             pupil: 1.0,
             image_distance: ratio,
         });
     }
 
-    fn reset_effects(&mut self, to: ControlRatios) {
+    fn rescale_effects(&mut self, ratios: ControlRatios) {
         for carried in self.effects.iter_mut().chain(&mut self.added) {
             *carried = ProfileEffect {
                 effect: carried.effect,
-                values: carried.effect.rescale(&carried.values, to),
+                values: carried.effect.rescale(&carried.values, ratios),
             };
         }
     }
 }
 
-/// What moving the sensor of a thin lens adds to alpha: a line in vergence.
+/// The change of alpha when the sensor of a thin lens moves: a line in vergence.
 struct SensorShift {
     /// px at infinity.
     at_infinity: f64,
@@ -276,7 +278,7 @@ impl SensorShift {
         )?;
         let f_number = known(f_number, "camera.f_number", "the f-number")?;
         let pitch_um = known(pixel_pitch_um, "pixel_pitch_um", "the pixel pitch")?;
-        // alpha = R (1 - Z2 / Z1) with 1 / Z1 = 1 / f - v: Z2 grows by s, R / f = 1 / (2 N).
+        // alpha = R (1 - Z2 / Z1), 1 / Z1 = 1 / f - v and R / f = 1 / (2 N); Z2 grows by the shift.
         let cone_px = shift_um / (2.0 * f_number * pitch_um);
         Ok(Self {
             at_infinity: -cone_px,
@@ -292,7 +294,7 @@ impl SensorShift {
             alpha.coefficients[0] += self.at_infinity + self.slope * middle;
             return;
         }
-        // A fit may have found the pupil inverted, which draws the same PSFs.
+        // A fit may find the pupil inverted, which gives the same PSFs.
         let sign = if alpha.slope(middle) < 0.0 { -1.0 } else { 1.0 };
         alpha.coefficients[0] += sign * self.at_infinity;
         alpha.coefficients[1] += sign * self.slope;

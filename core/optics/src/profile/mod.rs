@@ -1,4 +1,26 @@
-//! Lens profiles: what a fit learned of a lens, as values and as versioned JSON.
+//! Lens profiles: fitted lenses as values and as versioned JSON.
+//!
+//! ```
+//! use seidel_optics::BlurField;
+//! use seidel_optics::distance::ObjectDistance;
+//! use seidel_optics::field::FieldPoint;
+//! use seidel_optics::predict::Predictor;
+//! use seidel_optics::profile::LensProfile;
+//!
+//! let text = r#"{
+//!   "format": "seidel-lens", "version": 1, "kind": "moments",
+//!   "image_size": [1920, 1080], "optical_axis": [960, 540],
+//!   "channels": [{ "name": "Y", "planes": [{
+//!     "depth_m": null, "s": [4, 1, 0.5, 0, 0, 0, 0, 0, 0, 0], "s_sigma": [0, 0, 0, 0, 0, 0, 0, 0, 0, 0],
+//!     "tiles_used": 25, "tiles_rejected": 0 }] }],
+//!   "provenance": { "program": "by hand", "sources": [], "settings": "" }
+//! }"#;
+//! let lens = Predictor::new(&LensProfile::from_json(text)?)?;
+//! let vergence = lens.vergence(ObjectDistance::Infinity)?;
+//! let right_edge = lens.blur_at(0, FieldPoint::new(1.0, 0.0), vergence);
+//! assert_eq!(right_edge.blur.moments.mu20, 5.5); // meridional variance, px²
+//! # Ok::<(), seidel_optics::Error>(())
+//! ```
 
 mod check;
 mod controls;
@@ -17,68 +39,68 @@ use crate::error::Result;
 use crate::field::Frame;
 use crate::lens::DepthLaw;
 
-/// A lens: its frame and camera, and by what it is described.
+/// A fitted lens: frame, camera and the description of its blur.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LensProfile {
-    /// The full frame in whose pixels PSFs are given, and its optical axis.
+    /// The full frame, whose pixels are the unit of PSFs, and its optical axis.
     pub frame: Frame,
-    /// Sensor pixel pitch, micrometres, where known.
+    /// Sensor pixel pitch, micrometres, if known.
     pub pixel_pitch_um: Option<f64>,
-    /// What is known of the camera.
+    /// Known settings of the camera.
     pub camera: Camera,
-    /// By what the lens is described.
+    /// The description of the blur.
     pub description: LensDescription,
-    /// How well it drew PSFs that were kept out of the fit, where some were.
+    /// The score on held-out PSFs, if the fit held some out.
     pub held_out: Option<HeldOut>,
-    /// Where the profile came from.
+    /// The origin of the profile.
     pub provenance: Provenance,
 }
 
-/// By what a lens is described: one entry a colour channel.
+/// The description of the blur of a lens, one entry a colour channel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LensDescription {
     /// S1..S10 per channel and object distance (`"kind": "moments"` in files).
     Moments(Vec<MomentsChannel>),
-    /// Ray by ray, by numbers that are series in vergence (`"kind": "pupil"` in files).
+    /// Wavefront and pupil, with parameters that are series in vergence (`"kind": "pupil"` in files).
     Pupil(Vec<PupilChannel>),
 }
 
-/// How well a lens drew PSFs that took no part in its fit.
+/// The score of a lens on PSFs that its fit held out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldOut {
-    /// Tiles kept out, over all channels and distances.
+    /// Number of held-out tiles, over all channels and distances.
     pub tiles: usize,
-    /// How they were chosen, in words.
+    /// The rule that selected them, in words.
     pub rule: String,
-    /// Mean over tiles of the forward-blur signal to noise, dB.
+    /// Mean over tiles of the forward-blur signal-to-noise ratio, dB.
     pub snr_db: f64,
-    /// Mean over tiles of the squared difference of pixels over the tile's squared norm.
+    /// Mean over tiles of the squared error of the pixels over the squared norm of the tile.
     pub pixel_gap: f64,
-    /// The same by channel and distance.
+    /// The scores by channel and distance.
     pub groups: Vec<HeldOutGroup>,
 }
 
-/// One channel at one object distance of [`HeldOut`].
+/// The score of one channel at one object distance in [`HeldOut`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldOutGroup {
     /// Channel name.
     pub channel: String,
     /// Object distance.
     pub distance: ObjectDistance,
-    /// Tiles kept out.
+    /// Number of held-out tiles.
     pub tiles: usize,
-    /// As [`HeldOut::snr_db`].
+    /// Mean over these tiles of the quantity of [`HeldOut::snr_db`].
     pub snr_db: f64,
-    /// As [`HeldOut::pixel_gap`].
+    /// Mean over these tiles of the quantity of [`HeldOut::pixel_gap`].
     pub pixel_gap: f64,
 }
 
-/// Where a profile came from.
+/// The origin of a profile.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Provenance {
-    /// Program and version that made it.
+    /// Program and version that wrote the profile.
     pub program: String,
-    /// The observation sets it was fitted to, by name.
+    /// Names of the observation sets of the fit.
     pub sources: Vec<String>,
     /// The settings of the fit, in words.
     pub settings: String,
@@ -88,18 +110,18 @@ impl LensProfile {
     /// Reads a profile from its JSON text.
     ///
     /// # Errors
-    /// Text that is not JSON (with line and column), another format, version or kind, unknown or
-    /// missing keys, and values that cannot be.
+    /// Rejects text that is not JSON (with line and column), other formats, versions and kinds, unknown and missing
+    /// keys, and invalid values.
     pub fn from_json(text: &str) -> Result<Self> {
         json::read(text)
     }
 
-    /// The profile as JSON text, keys in a fixed order. Numbers come back to the last bit.
+    /// Returns the profile as JSON text with keys in a fixed order. Numbers round-trip exactly.
     pub fn to_json(&self) -> String {
         json::write(self)
     }
 
-    /// Names of the channels.
+    /// Returns the names of the channels.
     pub fn channel_names(&self) -> Vec<&str> {
         match &self.description {
             LensDescription::Moments(channels) => {
@@ -109,7 +131,7 @@ impl LensProfile {
         }
     }
 
-    /// The channels of a lens described by S1..S10; none of a lens known ray by ray.
+    /// Returns the channels of a profile of the kind `moments`; empty for other kinds.
     pub fn moments_channels(&self) -> &[MomentsChannel] {
         match &self.description {
             LensDescription::Moments(channels) => channels,
@@ -117,7 +139,7 @@ impl LensProfile {
         }
     }
 
-    /// The channels of a lens known ray by ray; none of a lens described by S1..S10.
+    /// Returns the channels of a profile of the kind `pupil`; empty for other kinds.
     pub fn pupil_channels(&self) -> &[PupilChannel] {
         match &self.description {
             LensDescription::Pupil(channels) => channels,
@@ -125,8 +147,8 @@ impl LensProfile {
         }
     }
 
-    /// Nearest and farthest distance at which the lens was measured, metres; the farthest may be infinite. `None` where
-    /// it was measured at no finite distance.
+    /// Returns the nearest and the farthest distance at which the lens was measured, metres; the farthest may be
+    /// infinite. `None` if it was measured at no finite distance.
     pub fn measured_range_m(&self) -> Option<(f64, f64)> {
         let vergences: Vec<f64> = match &self.description {
             LensDescription::Moments(channels) => (channels.iter())
@@ -142,20 +164,21 @@ impl LensProfile {
         (near > 0.0).then(|| (1.0 / near, 1.0 / far.max(0.0)))
     }
 
-    /// The depth law of every channel described by S1..S10; `None` for one whose only plane is at an
-    /// unknown distance.
+    /// Returns the depth law of every channel of a profile of the kind `moments`; `None` for a channel whose only plane
+    /// has an unknown distance.
     ///
     /// # Errors
-    /// Planes at the same distance.
+    /// Rejects two planes at the same distance.
     pub fn depth_laws(&self) -> Result<Vec<Option<DepthLaw>>> {
         let defocus = self.defocus_px_per_dioptre();
         let channels = self.moments_channels().iter();
         channels.map(|channel| channel.depth_law(defocus)).collect()
     }
 
-    /// Z2 R / M in frame pixels per 1/m for the camera taken as a thin lens with its pupil in the
-    /// lens; `None` where the camera is not fully known. Fixes the v² term of S1 where only two
-    /// planes were measured; real pupils change it by a few per cent.
+    /// Returns Z2 R / M in frame pixels per 1/m, for a thin lens with its pupil in the lens; `None` if the camera is not
+    /// fully known.
+    ///
+    /// It determines the v² term of S1 if only two planes were measured. Real pupils change it by a few per cent.
     pub fn defocus_px_per_dioptre(&self) -> Option<f64> {
         let f_m = self.camera.focal_length_mm? * 1e-3;
         let radius_m = f_m / (2.0 * self.camera.f_number?);

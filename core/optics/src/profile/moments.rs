@@ -1,40 +1,40 @@
-//! One channel of a lens described by S1..S10 at the object distances that were measured.
+//! Channels of lens profiles of the kind `moments`: S1..S10 at the measured object distances.
 
 use crate::distance::ObjectDistance;
 use crate::error::Result;
 use crate::lens::{DepthLaw, DepthPlane, MomentCoefficients, VergencePoint, VergenceSeries};
 
-/// One colour channel of a lens.
+/// A colour channel of the kind `moments`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MomentsChannel {
     /// Channel name, such as `R` or `Y`.
     pub name: String,
-    /// The object distances at which it was measured, from infinity inwards.
+    /// The measured object distances, from infinity inwards.
     pub planes: Vec<MomentsPlane>,
 }
 
-/// One channel at one object distance.
+/// A channel at one object distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MomentsPlane {
     /// Object distance.
     pub distance: ObjectDistance,
-    /// S1..S10 of the light before it is integrated over pixels: PSF in frame pixels, field in half
-    /// frame widths.
+    /// S1..S10 of the optical PSF, before integration over pixels: PSF in frame pixels, field in half frame widths.
     pub s: MomentCoefficients,
     /// Standard errors of S1..S10.
     pub s_sigma: [f64; 10],
-    /// Where PSFs land, where the observations knew their ideal positions.
+    /// Radial displacement of the centroids, if the observations have ideal positions.
     pub displacement: Option<RadialDisplacement>,
-    /// Tiles that took part in the fit.
+    /// Number of tiles that the fit used.
     pub tiles_used: usize,
-    /// Tiles that were rejected.
+    /// Number of tiles that the fit rejected.
     pub tiles_rejected: usize,
 }
 
-/// Centroid less ideal position: X (magnification + distortion |X|²), in field units.
+/// The radial displacement of centroids: centroid minus ideal position is X (magnification + distortion |X|²), in
+/// field units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadialDisplacement {
-    /// Relative change of scale, coma's share of the centroid included.
+    /// Relative change of scale, including the shift of the centroid by coma.
     pub magnification: f64,
     /// Distortion per squared half frame width.
     pub distortion: f64,
@@ -45,8 +45,9 @@ pub struct RadialDisplacement {
 }
 
 impl RadialDisplacement {
-    /// Returns magnification and distortion as least-squares lines in vergence (1/m) through those `measured` at some
-    /// vergences. To third order distortion is linear in vergence (docs/background/model.md section 5).
+    /// Fits magnification and distortion as least-squares lines in vergence (1/m) to pairs of vergence and displacement.
+    ///
+    /// To third order distortion is linear in vergence (docs/background/model.md section 5).
     pub fn fit_lines(measured: &[(f64, Self)]) -> [VergenceSeries; 2] {
         let fit_line = |point: fn(&Self) -> (f64, f64)| {
             let points = measured.iter().map(|(vergence_per_m, displacement)| {
@@ -67,8 +68,9 @@ impl RadialDisplacement {
 }
 
 impl MomentsChannel {
-    /// How S1..S10 go across depth; `None` where the only plane is at an unknown distance. Two planes
-    /// need `defocus_px_per_dioptre`, see [`super::LensProfile::defocus_px_per_dioptre`].
+    /// Returns the depth law of S1..S10; `None` if the only plane has an unknown distance.
+    ///
+    /// Two planes need [`super::LensProfile::defocus_px_per_dioptre`].
     pub(super) fn depth_law(
         &self,
         defocus_px_per_dioptre: Option<f64>,

@@ -1,12 +1,13 @@
-//! One channel of a lens known ray by ray: five reduced numbers, a symmetric blur, effects.
+//! Channels of lens profiles of the kind `pupil`: five reduced numbers, a symmetric blur and effects.
 
 use crate::effects::{Effect, ScenePoint};
 use crate::field::FieldPoint;
 use crate::lens::{LocalPupil, ReducedNumbers, VergenceSeries, Wavefront};
 use crate::moments::CentralMoments;
 
-/// One colour channel (`"kind": "pupil"` in files). PSF lengths in frame pixels, field in half frame
-/// widths, everything a polynomial in vergence.
+/// A colour channel of the kind `pupil`, with parameters that are polynomials in vergence.
+///
+/// PSF lengths are in frame pixels, field lengths in half frame widths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PupilChannel {
     /// Channel name, such as `R` or `Y`.
@@ -23,31 +24,30 @@ pub struct PupilChannel {
     pub phi: VergenceSeries,
     /// Variance of the symmetric blur, px².
     pub blur_variance_px2: VergenceSeries,
-    /// What the lens does besides.
+    /// Fitted effects, in the order of [`crate::effects::ALL`].
     pub effects: Vec<ProfileEffect>,
-    /// What the lens does besides all that was fitted, such as what a diagnosis found: these also move
-    /// where PSFs land, which `magnification` and `distortion` hold for the lens without them.
+    /// Effects added after the fit, such as those that a diagnosis found. They also change the displacement;
+    /// `magnification` and `distortion` are those of the lens without them.
     pub added: Vec<ProfileEffect>,
-    /// Relative change of scale of where PSFs land: centroid less ideal position is
-    /// X (magnification + distortion |X|²).
+    /// Relative change of scale: centroid minus ideal position is X (magnification + distortion |X|²).
     pub magnification: VergenceSeries,
-    /// Distortion per squared half frame width, likewise.
+    /// Distortion per squared half frame width.
     pub distortion: VergenceSeries,
-    /// Pupil radius over the slope of the chief ray half a frame width off the axis, m: ties stops to
-    /// where they stand ([`ScenePoint::stop_lever_m`]); zero where the camera is not known.
+    /// Pupil radius over the slope of the chief ray half a frame width off the axis, m
+    /// ([`ScenePoint::stop_lever_m`]); zero if the camera is unknown.
     pub stop_lever_m: f64,
-    /// Wavelength over pixel pitch; zero where either is not known.
+    /// Wavelength over pixel pitch; zero if either is unknown.
     pub wavelength_px: f64,
-    /// Least and largest vergence that were measured; all but `alpha` keep their values beyond.
+    /// Smallest and largest measured vergence, 1/m. All series but `alpha` are constant beyond.
     pub measured_vergence: (f64, f64),
 }
 
-/// An effect in a profile, its parameters polynomials in vergence.
+/// An effect in a profile, with parameters that are polynomials in vergence.
 #[derive(Clone)]
 pub struct ProfileEffect {
-    /// Which.
+    /// The effect.
     pub effect: &'static dyn Effect,
-    /// One series a parameter, in the effect's order.
+    /// One series a parameter, in the order of the effect.
     pub values: Vec<VergenceSeries>,
 }
 
@@ -67,58 +67,58 @@ impl PartialEq for ProfileEffect {
 }
 
 impl PupilChannel {
-    /// The five reduced numbers at vergence `v`.
+    /// Returns the five reduced numbers at vergence `v`, 1/m.
     pub fn numbers(&self, v: f64) -> ReducedNumbers {
-        let held = self.held(v);
+        let clamped = self.clamped(v);
         ReducedNumbers {
-            // On beyond the measured range in a straight line: defocus goes on growing.
-            alpha: self.alpha.at(held) + self.alpha.slope(held) * (v - held),
-            beta: self.beta.at(held),
-            gamma: self.gamma.at(held),
-            delta: self.delta.at(held),
-            phi: self.phi.at(held),
+            // Linear beyond the measured range, where defocus keeps growing.
+            alpha: self.alpha.at(clamped) + self.alpha.slope(clamped) * (v - clamped),
+            beta: self.beta.at(clamped),
+            gamma: self.gamma.at(clamped),
+            delta: self.delta.at(clamped),
+            phi: self.phi.at(clamped),
         }
     }
 
-    /// What the lens does to a point of light at field position `at` and vergence `v`.
+    /// Returns the pupil for a point at field position `at` and vergence `v`, with all effects.
     pub fn pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
         let mut pupil = self.fitted_pupil_at(at, v);
         self.apply(&self.added, at, v, &mut pupil);
         pupil
     }
 
-    /// The same without [`PupilChannel::added`].
+    /// Returns the pupil like [`PupilChannel::pupil_at`], without [`PupilChannel::added`].
     pub fn fitted_pupil_at(&self, at: FieldPoint, v: f64) -> LocalPupil {
-        let held = self.held(v);
+        let clamped = self.clamped(v);
         let mut pupil = LocalPupil::circular(
             Wavefront::third_order(&self.numbers(v), at),
-            self.blur_variance_px2.at(held).max(0.0),
+            self.blur_variance_px2.at(clamped).max(0.0),
         );
         self.apply(&self.effects, at, v, &mut pupil);
         pupil
     }
 
     fn apply(&self, effects: &[ProfileEffect], at: FieldPoint, v: f64, pupil: &mut LocalPupil) {
-        let (point, held) = (self.scene_point(at, v), self.held(v));
+        let (point, clamped) = (self.scene_point(at, v), self.clamped(v));
         for carried in effects {
-            let values: Vec<f64> = carried.values.iter().map(|s| s.at(held)).collect();
+            let values: Vec<f64> = carried.values.iter().map(|s| s.at(clamped)).collect();
             carried.effect.apply(&values, point, pupil);
         }
     }
 
-    /// All that effects may depend on at field position `at` and vergence `v`.
+    /// Returns the input of effects at field position `at` and vergence `v`.
     pub fn scene_point(&self, at: FieldPoint, v: f64) -> ScenePoint {
         ScenePoint {
             at,
             vergence_per_m: v,
             stop_lever_m: self.stop_lever_m,
-            defocus_px_m: self.alpha.slope(self.held(v)),
+            defocus_px_m: self.alpha.slope(self.clamped(v)),
             focus_vergence_per_m: self.focus_vergence_per_m().unwrap_or(0.0),
             wavelength_px: self.wavelength_px,
         }
     }
 
-    /// How far the centroid lands from the ideal position, px (x, y), where half a frame width is
+    /// Returns the displacement of the centroid from the ideal position (x, y), px, for a frame of half width
     /// `half_width_px`.
     pub fn displacement_at(&self, at: FieldPoint, v: f64, half_width_px: f64) -> (f64, f64) {
         let stretch = self.relative_displacement_at(at, v) * half_width_px;
@@ -126,12 +126,12 @@ impl PupilChannel {
         if !self.added.is_empty() {
             let with = self.pupil_at(at, v).centroid();
             let without = self.fitted_pupil_at(at, v).centroid();
-            let (point, held) = (self.scene_point(at, v), self.held(v));
+            let (point, clamped) = (self.scene_point(at, v), self.clamped(v));
             for axis in 0..2 {
                 moved[axis] += with[axis] - without[axis];
             }
             for carried in &self.added {
-                let values: Vec<f64> = carried.values.iter().map(|s| s.at(held)).collect();
+                let values: Vec<f64> = carried.values.iter().map(|s| s.at(clamped)).collect();
                 let shift = carried.effect.chief_ray(&values, point);
                 moved = [moved[0] + shift[0], moved[1] + shift[1]];
             }
@@ -139,12 +139,12 @@ impl PupilChannel {
         (moved[0], moved[1])
     }
 
-    /// Vergence at which light is in focus on the axis; `None` where defocus does not depend on it.
+    /// Returns the vergence in focus on the axis; `None` if defocus does not depend on vergence.
     pub fn focus_vergence_per_m(&self) -> Option<f64> {
         // Newton's method: exact in one step where alpha is linear.
-        let mut v = self.held(0.0);
+        let mut v = self.clamped(0.0);
         for _ in 0..20 {
-            let slope = self.alpha.slope(self.held(v));
+            let slope = self.alpha.slope(self.clamped(v));
             if slope == 0.0 {
                 return None;
             }
@@ -153,26 +153,27 @@ impl PupilChannel {
         v.is_finite().then_some(v)
     }
 
-    /// Where light of a point at field position `at` and vergence `v` lands, relative to `at`: the
-    /// centroid lies at X (1 + this), [`PupilChannel::added`] apart.
+    /// Returns the relative displacement r at field position `at` and vergence `v`: the centroid lies at X (1 + r),
+    /// without [`PupilChannel::added`].
     pub fn relative_displacement_at(&self, at: FieldPoint, v: f64) -> f64 {
-        let held = self.held(v);
-        self.magnification.at(held) + self.distortion.at(held) * (at.x * at.x + at.y * at.y)
+        let clamped = self.clamped(v);
+        self.magnification.at(clamped) + self.distortion.at(clamped) * (at.x * at.x + at.y * at.y)
     }
 
-    /// Second and third central moments of the light, px² and px³, in image axes, at field position
-    /// `at` and vergence `v`: the closed form where there are no effects.
+    /// Returns the second and third central moments (image axes, px² and px³) at field position `at` and vergence `v`.
+    ///
+    /// Uses the closed form if there are no effects, otherwise quadrature.
     pub fn moments_at(&self, at: FieldPoint, v: f64) -> CentralMoments {
         if self.effects.is_empty() && self.added.is_empty() {
             let rays = self.numbers(v).coefficients().moments(at);
-            let blur = self.blur_variance_px2.at(self.held(v)).max(0.0);
+            let blur = self.blur_variance_px2.at(self.clamped(v)).max(0.0);
             rays.with_added_variance(blur)
         } else {
             self.pupil_at(at, v).moments().0
         }
     }
 
-    /// Every series but those of effects, by the name that files give it.
+    /// Returns all series except those of effects, with their names in files.
     pub(super) fn series(&self) -> [(&'static str, &VergenceSeries); 8] {
         [
             ("alpha", &self.alpha),
@@ -186,7 +187,8 @@ impl PupilChannel {
         ]
     }
 
-    fn held(&self, v: f64) -> f64 {
+    /// Returns `v` clamped to the measured range.
+    fn clamped(&self, v: f64) -> f64 {
         v.clamp(self.measured_vergence.0, self.measured_vergence.1)
     }
 }

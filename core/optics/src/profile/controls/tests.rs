@@ -1,4 +1,4 @@
-//! Controls do what the laws say, and refuse what a lens does not know.
+//! Controls follow the scaling laws and reject what a lens profile does not determine.
 
 use super::*;
 use crate::camera::Camera;
@@ -38,7 +38,7 @@ fn channel(name: &str, offset: f64) -> PupilChannel {
     }
 }
 
-/// Red and blue focus a little before and behind 2 m.
+/// A lens whose red and blue channels focus slightly before and behind 2 m.
 fn lens() -> LensProfile {
     LensProfile {
         frame: Frame::new(600, 400, None).expect("valid"),
@@ -91,7 +91,7 @@ fn assert_same(a: &LocalPupil, b: &LocalPupil) {
 }
 
 #[test]
-fn twice_the_f_number_is_half_the_pupil() {
+fn doubling_the_f_number_halves_the_pupil() {
     let lens = lens();
     let stopped = lens.with_controls(&f_number(4.0)).expect("possible");
     assert_eq!(stopped.camera.f_number, Some(4.0));
@@ -103,7 +103,7 @@ fn twice_the_f_number_is_half_the_pupil() {
             assert_same(&narrow, &wide.with_pupil(0.5));
         }
     }
-    // And back again, the same lens but for rounding; that opens it wider than it was then.
+    // The original f-number gives the same lens up to rounding, with a warning about extrapolation.
     let back = stopped.with_controls(&f_number(2.0)).expect("possible");
     assert_eq!(back.description, lens.description);
     assert_eq!(stopped.control_warnings(&f_number(2.0)).len(), 1);
@@ -111,7 +111,7 @@ fn twice_the_f_number_is_half_the_pupil() {
 }
 
 #[test]
-fn circles_that_do_nothing_stay_within_their_limits() {
+fn neutral_vignetting_stays_within_its_limits() {
     let mut lens = lens();
     let LensDescription::Pupil(channels) = &mut lens.description else {
         panic!("of this kind");
@@ -130,7 +130,7 @@ fn circles_that_do_nothing_stay_within_their_limits() {
 }
 
 #[test]
-fn focus_moves_where_channels_are_sharp_and_keeps_axial_colour() {
+fn focus_moves_all_channels_and_keeps_axial_colour() {
     let lens = lens();
     let before: Vec<_> = lens.pupil_channels().to_vec();
     for (to, v) in [
@@ -160,8 +160,8 @@ fn focus_moves_where_channels_are_sharp_and_keeps_axial_colour() {
 }
 
 #[test]
-fn thin_lenses_obey_their_law_of_focus_and_sensor() {
-    // alpha = Z2 R (v - vfoc) / pitch of a thin lens, by its own law at every setting.
+fn focus_and_sensor_shift_follow_the_thin_lens_law() {
+    // alpha = Z2 R (v - vfoc) / pitch of a thin lens at every setting.
     let (f, n, pitch) = (0.05, 2.0, 5e-6);
     let alpha = |z2: f64| {
         let slope = z2 * f / (2.0 * n) / pitch;
@@ -193,7 +193,7 @@ fn thin_lenses_obey_their_law_of_focus_and_sensor() {
 }
 
 #[test]
-fn what_cannot_be_set_is_refused_with_a_remedy() {
+fn invalid_controls_are_rejected_with_a_remedy() {
     let lens = lens();
     let mut flat = lens.clone();
     let mut still = channel("R", 0.0);
@@ -214,7 +214,7 @@ fn what_cannot_be_set_is_refused_with_a_remedy() {
     let mut bare = lens.clone();
     bare.camera = Camera::default();
     let one_metre = focus(ObjectDistance::Metres(1.0));
-    for (lens, controls, told) in [
+    for (lens, controls, expected) in [
         (&moments, f_number(4.0), "--model reduced"),
         (&flat, one_metre, "one object distance"),
         (&lens, focus(ObjectDistance::Metres(0.04)), "focal length"),
@@ -225,10 +225,10 @@ fn what_cannot_be_set_is_refused_with_a_remedy() {
         (&bare, shift(10.0), "camera.focal_length_mm"),
         (&lens, shift(f64::INFINITY), "sensor shift"),
     ] {
-        let error = lens.with_controls(&controls).expect_err(told);
-        assert!(error.to_string().contains(told), "{error}");
+        let error = lens.with_controls(&controls).expect_err(expected);
+        assert!(error.to_string().contains(expected), "{error}");
     }
-    // Nothing asked for is possible always; the sensor of a lens of one distance too.
+    // Empty controls are always valid, and so is a sensor shift of a lens measured at one distance.
     assert_eq!(moments.with_controls(&Controls::default()), Ok(moments));
     let moved = flat.with_controls(&shift(10.0)).expect("possible");
     assert_eq!(moved.pupil_channels()[0].alpha.degree(), 0);

@@ -1,4 +1,4 @@
-//! What a fit kept out and how well it drew that, in JSON.
+//! The score on held-out PSFs in JSON.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,24 +7,24 @@ use super::{distance, optional_metres, present};
 use crate::error::Result;
 use crate::profile::{HeldOut, HeldOutGroup};
 
-/// How well a lens drew PSFs that took no part in its fit.
+/// The score of a lens on PSFs that its fit held out.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "HeldOut")]
 pub(super) struct HeldOutFile {
-    /// Tiles kept out, over all channels and distances.
+    /// Number of held-out tiles, over all channels and distances.
     tiles: usize,
-    /// How they were chosen, in words.
+    /// The rule that selected them, in words.
     rule: String,
-    /// Mean over tiles of the forward-blur signal to noise, dB.
+    /// Mean over tiles of the forward-blur signal-to-noise ratio, dB.
     snr_db: f64,
-    /// Mean over tiles of the squared difference of pixels over the tile's squared norm.
+    /// Mean over tiles of the squared error of the pixels over the squared norm of the tile.
     pixel_gap: f64,
-    /// The same by channel and distance.
+    /// The scores by channel and distance.
     groups: Vec<GroupFile>,
 }
 
-/// One channel at one object distance.
+/// The score of one channel at one object distance.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "HeldOutGroup")]
@@ -39,11 +39,11 @@ struct GroupFile {
     )]
     #[schemars(with = "Option<f64>")]
     depth_m: Option<Option<f64>>,
-    /// Tiles kept out.
+    /// Number of held-out tiles.
     tiles: usize,
-    /// Mean over its tiles, dB.
+    /// Mean forward-blur signal-to-noise ratio of these tiles, dB.
     snr_db: f64,
-    /// Mean over its tiles.
+    /// Mean squared error over squared norm of these tiles.
     pixel_gap: f64,
 }
 

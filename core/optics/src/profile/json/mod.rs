@@ -1,4 +1,4 @@
-//! The JSON form of a lens profile: what every kind shares. Each kind's channels have a file.
+//! The JSON format of lens profiles: the parts common to all kinds. The channels of each kind have their own file.
 
 mod held_out;
 mod moments;
@@ -22,7 +22,7 @@ use pupil::PupilChannelFile;
 const FORMAT: &str = "seidel-lens";
 const VERSION: u32 = 1;
 
-/// A lens profile: what `seidel fit` learned of a lens.
+/// A lens profile: a lens fitted by `seidel fit`.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "LensProfile")]
@@ -31,24 +31,24 @@ struct ProfileFile<C> {
     format: String,
     /// Version of the format: 1.
     version: u32,
-    /// By what the channels describe the lens.
+    /// The kind of description that the channels hold.
     kind: Kind,
     /// Width and height of the full frame, pixels.
     image_size: [u32; 2],
-    /// Where the optical axis meets the frame, pixels from its top-left outer corner.
+    /// Position of the optical axis, pixels from the outer top-left corner of the frame.
     optical_axis: [f64; 2],
     /// Sensor pixel pitch, micrometres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pixel_pitch_um: Option<f64>,
-    /// What is known of the camera.
+    /// Known settings of the camera.
     #[serde(default)]
     camera: CameraFile,
     /// The colour channels.
     channels: Vec<C>,
-    /// How well the lens drew PSFs that were kept out of the fit.
+    /// The score on PSFs that the fit held out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     held_out: Option<HeldOutFile>,
-    /// Where the profile came from.
+    /// The origin of the profile.
     provenance: ProvenanceFile,
 }
 
@@ -58,7 +58,7 @@ struct ProfileFile<C> {
 enum Kind {
     /// S1..S10 per channel and object distance.
     Moments,
-    /// Ray by ray: numbers that are polynomials in vergence, and effects.
+    /// Wavefront and pupil: parameters that are polynomials in vergence, and effects.
     Pupil,
 }
 
@@ -66,19 +66,19 @@ impl Kind {
     const ALL: [(&str, Self); 2] = [("moments", Self::Moments), ("pupil", Self::Pupil)];
 }
 
-/// One colour channel, as the profile's kind has it.
+/// A colour channel, in the form of the kind of the profile.
 #[derive(JsonSchema)]
 #[serde(untagged)]
 enum ChannelFile {
-    /// Of the kind `moments`.
-    #[expect(dead_code, reason = "stands in the schema alone")]
+    /// A channel of the kind `moments`.
+    #[expect(dead_code, reason = "used for the schema only")]
     Moments(MomentsChannelFile),
-    /// Of the kind `pupil`.
-    #[expect(dead_code, reason = "stands in the schema alone")]
+    /// A channel of the kind `pupil`.
+    #[expect(dead_code, reason = "used for the schema only")]
     Pupil(Box<PupilChannelFile>),
 }
 
-/// What is known of a camera; every key may be left out.
+/// Known settings of the camera; every key is optional.
 #[derive(Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct CameraFile {
@@ -101,19 +101,19 @@ struct CameraFile {
     wavelength_nm: BTreeMap<String, f64>,
 }
 
-/// Where the profile came from.
+/// The origin of the profile.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ProvenanceFile {
     /// Program and version that made the profile.
     program: String,
-    /// Names of the observation sets it was fitted to.
+    /// Names of the observation sets of the fit.
     sources: Vec<String>,
     /// Settings of the fit, in words.
     settings: String,
 }
 
-/// Tells a key that is `null` (`Some(None)`) from one left out (`None`, by `default`).
+/// Deserialises a present key: `null` becomes `Some(None)`, while a missing key stays `None` by `default`.
 fn present<'de, D: Deserializer<'de>>(d: D) -> std::result::Result<Option<Option<f64>>, D::Error> {
     Option::<f64>::deserialize(d).map(Some)
 }
@@ -134,14 +134,14 @@ fn optional_metres(distance: ObjectDistance) -> Option<Option<f64>> {
     }
 }
 
-/// The JSON schema of the format, pretty-printed.
+/// Returns the JSON schema of the format, pretty-printed.
 pub fn schema() -> String {
     let schema = schemars::schema_for!(ProfileFile<ChannelFile>);
     serde_json::to_string_pretty(&schema).expect("a schema is plain JSON")
 }
 
 pub(super) fn read(text: &str) -> Result<LensProfile> {
-    // Format, version and kind first: a later version may have keys this one does not know.
+    // Checks format, version and kind first: a later version may have unknown keys.
     match check_head(&parse(text)?)? {
         Kind::Moments => profile(parse(text)?, |channels| {
             let channels = channels.into_iter().map(MomentsChannelFile::channel);

@@ -8,18 +8,18 @@ use crate::error::Result;
 use crate::lens::MomentCoefficients;
 use crate::profile::{MomentsChannel, MomentsPlane, RadialDisplacement};
 
-/// One colour channel, kind `moments`.
+/// A colour channel of the kind `moments`.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "MomentsChannel")]
 pub(super) struct MomentsChannelFile {
     /// Channel name, such as `R` or `Y`.
     name: String,
-    /// The object distances at which the channel was measured.
+    /// The measured object distances.
     planes: Vec<PlaneFile>,
 }
 
-/// One channel at one object distance.
+/// A channel at one object distance.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PlaneFile {
@@ -31,21 +31,21 @@ struct PlaneFile {
     )]
     #[schemars(with = "Option<f64>")]
     depth_m: Option<Option<f64>>,
-    /// S1..S5 (px²) and S6..S10 (px³) for field positions in half frame widths from the axis; the
-    /// optical PSF, before integration over pixels.
+    /// S1..S5 (px²) and S6..S10 (px³) of the optical PSF, before integration over pixels, for field positions in half
+    /// frame widths from the axis.
     s: [f64; 10],
-    /// Standard errors of S1..S10, same units.
+    /// Standard errors of S1..S10, in the same units.
     s_sigma: [f64; 10],
-    /// Where PSFs land, if known.
+    /// Radial displacement of the centroids, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     displacement: Option<DisplacementFile>,
-    /// Tiles that took part in the fit.
+    /// Number of tiles that the fit used.
     tiles_used: usize,
-    /// Tiles that were rejected.
+    /// Number of tiles that the fit rejected.
     tiles_rejected: usize,
 }
 
-/// Centroid less ideal position: X (magnification + distortion |X|²), X in half frame widths.
+/// Centroid minus ideal position: X (magnification + distortion |X|²), with X in half frame widths.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct DisplacementFile {

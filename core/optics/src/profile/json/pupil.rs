@@ -10,10 +10,11 @@ use crate::error::{Error, Result};
 use crate::lens::VergenceSeries;
 use crate::profile::{ProfileEffect, PupilChannel};
 
-/// One colour channel, kind `pupil`: where the rays through the pupil land. PSF lengths in frame
-/// pixels, field positions X in half frame widths from the axis, u in the unit pupil disc: a ray
-/// lands off the chief ray by (alpha + beta |u|² + delta |X|²) u + gamma X (X.u) - phi (|u|² X +
-/// 2 u (X.u)), effects apart.
+/// A colour channel of the kind `pupil`.
+///
+/// Without effects, the ray through u in the unit pupil disc lands off the chief ray by (alpha + beta |u|² + delta |X|²)
+/// u + gamma X (X.u) - phi (|u|² X + 2 u (X.u)). PSF lengths are in frame pixels, field positions X in half frame widths
+/// from the axis.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "PupilChannel")]
@@ -30,47 +31,46 @@ pub(super) struct PupilChannelFile {
     delta: SeriesFile,
     /// Coma, px per half frame width.
     phi: SeriesFile,
-    /// Variance of the symmetric blur besides the rays, along any direction, px²; before integration
-    /// over pixels.
+    /// Variance of the symmetric blur along any direction, px², before integration over pixels.
     blur_variance_px2: SeriesFile,
-    /// Centroid less ideal position is X (magnification + distortion |X|²): relative change of scale.
+    /// Relative change of scale: centroid minus ideal position is X (magnification + distortion |X|²).
     magnification: SeriesFile,
     /// Distortion per squared half frame width.
     distortion: SeriesFile,
-    /// Least and largest 1/distance that were measured, 1/m. Series keep their values beyond; alpha
-    /// goes on in a straight line.
+    /// Smallest and largest measured vergence (1/distance), 1/m. Beyond, alpha is linear and the other series are
+    /// constant.
     measured_vergence_per_m: [f64; 2],
-    /// Pupil radius over the slope of the chief ray half a frame width off the axis, m: ties stops to
-    /// where they stand; 0 or left out where the camera is not known.
+    /// Pupil radius over the slope of the chief ray half a frame width off the axis, m; 0 or left out if the camera is
+    /// unknown.
     #[serde(default)]
     stop_lever_m: f64,
-    /// Wavelength over pixel pitch, for diffraction; 0 or left out where either is not known.
+    /// Wavelength over pixel pitch, for diffraction; 0 or left out if either is unknown.
     #[serde(default)]
     wavelength_px: f64,
-    /// What the lens does besides, in the order in which it acts; each effect at most once.
+    /// Fitted effects, in the order in which they act; each at most once.
     effects: Vec<EffectFile>,
-    /// What it does besides all that was fitted, such as what a diagnosis found, likewise. Magnification
-    /// and distortion are those of the lens without it.
+    /// Effects added after the fit, such as those that a diagnosis found, in the same order. Magnification and distortion
+    /// are those of the lens without them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     added_effects: Vec<EffectFile>,
 }
 
-/// A polynomial in vergence, 1/distance in 1/m.
+/// A polynomial in vergence (1/distance, 1/m).
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "VergenceSeries")]
 struct SeriesFile {
     /// Coefficients, lowest power first; at least one.
     coefficients: Vec<f64>,
-    /// Their standard errors, as many; 0 where nothing is known.
+    /// Standard errors of the coefficients, as many; 0 if unknown.
     sigma: Vec<f64>,
-    /// What the polynomial leaves at measured vergences: [1/m, what to add], by rising vergence;
-    /// straight lines between, the same beyond.
+    /// Residuals at measured vergences: [vergence in 1/m, value to add], by increasing vergence; linear between, constant
+    /// beyond.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     remainders: Vec<[f64; 2]>,
 }
 
-/// What a lens does beyond third order.
+/// An effect beyond the third-order model.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Effect")]

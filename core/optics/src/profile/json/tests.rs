@@ -1,4 +1,4 @@
-//! Profiles of both kinds survive the round trip; damaged ones are refused with the place.
+//! Profiles of both kinds round-trip; damaged ones are rejected with the place.
 
 use proptest::prelude::*;
 
@@ -55,7 +55,7 @@ fn series(coefficients: &[f64]) -> VergenceSeries {
     }
 }
 
-/// Every effect there is, a little off neutral.
+/// A profile with every effect, slightly off neutral.
 fn pupil_profile() -> LensProfile {
     let effects = effects::ALL.iter().map(|&effect| ProfileEffect {
         effect,
@@ -120,20 +120,20 @@ fn profiles_survive_the_round_trip() {
     assert_eq!(LensProfile::from_json(&text), Ok(unknown));
 }
 
-/// Each replacement of a first occurrence is refused, at a place or by a word that says so.
-fn all_refused(good: &str, damages: &[(&str, &str, &str)]) {
-    for (from, to, told) in damages {
+/// Replaces the first occurrence of each text in turn; every result must be rejected with the expected message.
+fn assert_all_rejected(good: &str, damages: &[(&str, &str, &str)]) {
+    for (from, to, expected) in damages {
         let bad = good.replacen(from, to, 1);
         assert_ne!(bad, good, "{from} stands in the text");
         let error = LensProfile::from_json(&bad).expect_err(to);
-        assert!(error.to_string().contains(told), "{to}: {error}");
+        assert!(error.to_string().contains(expected), "{to}: {error}");
     }
 }
 
 #[test]
-fn damaged_profiles_are_refused_with_the_place() {
+fn damaged_profiles_are_rejected_with_the_place() {
     let good = moments_profile().to_json();
-    all_refused(
+    assert_all_rejected(
         &good,
         &[
             ("seidel-lens", "other", "format"),
@@ -166,8 +166,8 @@ fn damaged_profiles_are_refused_with_the_place() {
 }
 
 #[test]
-fn damaged_pupils_are_refused_with_the_place() {
-    all_refused(
+fn damaged_pupils_are_rejected_with_the_place() {
+    assert_all_rejected(
         &pupil_profile().to_json(),
         &[
             ("\"gamma\"", "\"gama\"", "gama"),
@@ -215,7 +215,7 @@ fn only_channel(profile: &mut LensProfile) -> &mut PupilChannel {
 }
 
 #[test]
-fn effects_stand_once_in_their_order_and_channels_once() {
+fn effects_and_channels_occur_once_and_effects_in_order() {
     let mut reversed = pupil_profile();
     only_channel(&mut reversed).effects.reverse();
     let mut twice = pupil_profile();
@@ -226,19 +226,19 @@ fn effects_stand_once_in_their_order_and_channels_once() {
     again.description = LensDescription::Pupil(vec![channel.clone(), channel]);
     let mut none = pupil_profile();
     none.description = LensDescription::Pupil(Vec::new());
-    for (profile, told) in [
+    for (profile, expected) in [
         (reversed, "effects: has"),
         (twice, "effects: has"),
         (again, "occurs twice"),
         (none, "is empty"),
     ] {
-        let error = LensProfile::from_json(&profile.to_json()).expect_err(told);
-        assert!(error.to_string().contains(told), "{error}");
+        let error = LensProfile::from_json(&profile.to_json()).expect_err(expected);
+        assert!(error.to_string().contains(expected), "{error}");
     }
 }
 
 #[test]
-fn added_effects_are_kept_and_checked_like_those_of_the_fit() {
+fn added_effects_round_trip_and_are_checked_like_fitted_ones() {
     let with = |ids: &[&str], value: f64| {
         let mut profile = pupil_profile();
         let added = ids.iter().map(|id| {
@@ -255,15 +255,15 @@ fn added_effects_are_kept_and_checked_like_those_of_the_fit() {
     };
     let good = with(&["axial_colour", "vignetting"], 0.5);
     assert_eq!(LensProfile::from_json(&good.to_json()), Ok(good));
-    for (ids, value, told) in [
+    for (ids, value, expected) in [
         (&["diffraction"][..], 65.0, "f_number"),
         (&["diffraction"], -1.0, "f_number"),
         (&["vignetting", "axial_colour"], 0.5, "added_effects"),
         (&["motion", "motion"], 0.5, "added_effects"),
         (&["aperture_polygon"], 7.0, "added_effects"),
     ] {
-        let error = LensProfile::from_json(&with(ids, value).to_json()).expect_err(told);
-        assert!(error.to_string().contains(told), "{error}");
+        let error = LensProfile::from_json(&with(ids, value).to_json()).expect_err(expected);
+        assert!(error.to_string().contains(expected), "{error}");
     }
     let mut bladed = with(&["aperture_polygon"], 7.0);
     only_channel(&mut bladed).effects.clear();
