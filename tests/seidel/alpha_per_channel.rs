@@ -8,14 +8,14 @@ const WIDTH: usize = 90;
 const HEIGHT: usize = 60;
 const COLOURS: [&str; 3] = ["R", "G", "B"];
 
-/// Coverage of an element with a hard edge on the left and a soft one on the right, which lies away from the
-/// plate's edges.
+/// Coverage of an element with a hard edge on the left and a soft one on the right, away from the plate's edges.
 fn coverage(k: usize) -> f32 {
     let (x, y) = (k % WIDTH, k / WIDTH);
     let inside = (20..60).contains(&x) && (15..45).contains(&y);
-    match inside {
-        true => (1.0 - (x as f32 - 50.0).max(0.0) / 12.0).clamp(0.0, 1.0),
-        false => 0.0,
+    if inside {
+        (1.0 - (x as f32 - 50.0).max(0.0) / 12.0).clamp(0.0, 1.0)
+    } else {
+        0.0
     }
 }
 
@@ -23,7 +23,7 @@ fn plane(of: impl Fn(usize) -> f32) -> Vec<f32> {
     (0..WIDTH * HEIGHT).map(of).collect()
 }
 
-/// A lens whose channels are displaced and blurred differently, and an element of one colour.
+/// Writes a lens whose channels are displaced and blurred differently, and an element of one colour.
 fn write_element(folder: &Path) {
     write_moments_lens(folder, &COLOURS);
     let colour = |shade: f32| plane(|k| shade * coverage(k));
@@ -35,7 +35,7 @@ fn write_element(folder: &Path) {
         ("Z", plane(|k| if coverage(k) > 0.0 { 1.2 } else { 4.0 })),
     ];
     write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
-    // The same over white, as the camera would see it.
+    // The same element over white, as the camera would record it.
     let over = |shade: f32| plane(|k| shade * coverage(k) + 1.0 - coverage(k));
     let channels = [("R", over(0.8)), ("G", over(0.5)), ("B", over(0.3))];
     write_exr(&folder.join("white.exr"), WIDTH, HEIGHT, &channels);
@@ -76,7 +76,7 @@ fn a_merge_is_what_the_camera_sees() {
         for (name, shade) in COLOURS.into_iter().zip([0.8, 0.5, 0.3]) {
             let colour = read(folder, "out.exr", name);
             let alpha = read(folder, "out.exr", &format!("alpha.{name}"));
-            // One colour throughout: over black, colour and its own alpha fall off together.
+            // The element has one colour, so each channel is proportional to its own alpha.
             let apart = farthest(&colour, alpha.iter().map(|a| shade * a));
             assert!(apart < 1e-5, "{quality} {name} over black: {apart}");
             let seen = read(folder, "seen.exr", name);
@@ -121,7 +121,7 @@ fn opaque_stays_opaque_over_depth_edges() {
 }
 
 #[test]
-fn alphas_that_the_plate_has_are_those_of_their_colours() {
+fn existing_alphas_belong_to_their_channels() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_element(folder);
@@ -140,9 +140,9 @@ fn alphas_that_the_plate_has_are_those_of_their_colours() {
     let alpha = |name: &str| read(folder, "out.exr", name);
     let (red, own_red) = (alpha("R"), alpha("alpha.R"));
     assert!(farthest(&own_red, red.iter().map(|v| 0.5 * v)) < 1e-5);
-    // Where it has none the usual one is taken.
+    // A channel without an alpha of its own uses the common one.
     assert!(farthest(&alpha("alpha.B"), alpha("B").into_iter()) < 1e-5);
-    // Unpremultiplied colour is multiplied and divided by its own.
+    // Unpremultiplied colour is multiplied and divided by its own alpha.
     succeeds(
         folder,
         &format!("apply @own.exr -o @out.exr {options} --alpha unpremultiplied"),
@@ -157,7 +157,7 @@ fn alphas_that_the_plate_has_are_those_of_their_colours() {
         read(folder, "usual.exr", "alpha.R")
     );
     for k in (0..WIDTH * HEIGHT).filter(|k| own[*k] > 1e-3) {
-        // Colour times 0.5 coverage, over 0.5 coverage: what is left is coverage weighed by itself.
+        // Colour with 0.5 coverage divided by 0.5 coverage: coverage weighted by itself remains.
         assert!(
             straight[k] > 0.0 && straight[k] <= 1.0 + 1e-4,
             "{}",
@@ -181,7 +181,7 @@ fn alphas_that_the_plate_has_are_those_of_their_colours() {
 }
 
 #[test]
-fn formats_and_plates_without_room_for_them_are_refused() {
+fn formats_and_plates_that_cannot_hold_them_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_element(folder);

@@ -16,7 +16,7 @@ fn write_frames(folder: &Path) {
     }
 }
 
-/// The three frames that `extra` makes.
+/// Renders three frames with the options `extra`.
 fn frames(folder: &Path, extra: &str) -> [Vec<f32>; 3] {
     succeeds(
         folder,
@@ -26,7 +26,7 @@ fn frames(folder: &Path, extra: &str) -> [Vec<f32>; 3] {
 }
 
 #[test]
-fn each_frame_is_as_if_its_values_were_options() {
+fn each_frame_equals_one_rendered_with_options() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_frames(folder);
@@ -34,7 +34,7 @@ fn each_frame_is_as_if_its_values_were_options() {
         "frame,amount,focus-distance,channel-scale.G,front-multiplier\n1,0,1.5,1,\n3,1,inf,2,1\n";
     std::fs::write(folder.join("values.csv"), table).expect("writable");
     let animated = frames(folder, "--animate @values.csv");
-    // Half way, in vergence: 3 m.
+    // Half way in vergence is 3 m.
     let options = [
         "--amount 0",
         "--amount 0.5 --focus-distance 3 --channel-scale G=1.5",
@@ -46,7 +46,7 @@ fn each_frame_is_as_if_its_values_were_options() {
             "{options}"
         );
     }
-    // What the table does not name is as the options say.
+    // Options apply to everything that the table does not name.
     std::fs::write(folder.join("some.json"), r#"{"2": {"f-number": 5.6}}"#).expect("writable");
     let some = frames(folder, "--animate @some.json --amount 0.8");
     assert!(some == frames(folder, "--f-number 5.6 --amount 0.8"));
@@ -54,7 +54,7 @@ fn each_frame_is_as_if_its_values_were_options() {
 }
 
 #[test]
-fn tables_that_cannot_be_are_refused_and_bad_frames_are_listed() {
+fn invalid_tables_are_refused_and_failed_frames_are_listed() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_frames(folder);

@@ -1,4 +1,4 @@
-//! `seidel apply`: light is kept, everything else in the file too, and depth conventions agree.
+//! `seidel apply`: energy and everything else in the file are preserved, and depth conventions agree.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ fn total(path: &Path, channel: &str) -> f64 {
         .sum()
 }
 
-/// Largest difference of two channels relative to the larger peak.
+/// Largest difference of two channels, relative to the larger peak.
 fn difference(a: &[f32], b: &[f32]) -> f32 {
     let peak = a.iter().chain(b).copied().fold(0.0, f32::max);
     a.iter()
@@ -25,7 +25,7 @@ fn difference(a: &[f32], b: &[f32]) -> f32 {
 }
 
 #[test]
-fn light_is_kept_and_depth_comes_out_as_it_went_in() {
+fn energy_and_depth_are_preserved() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G", "B"]);
     let plate = folder.path().join("plate.exr");
@@ -49,7 +49,7 @@ fn light_is_kept_and_depth_comes_out_as_it_went_in() {
         assert_ne!(read_channel(&plate, channel), read_channel(&out, channel));
     }
     assert_eq!(read_channel(&plate, "Z"), read_channel(&out, "Z"));
-    // With black edges some light leaves.
+    // Black edges lose some light.
     succeeds(
         folder.path(),
         "apply --lens @lens.json @plate.exr -o @black.exr --edges black --geometry none --occlusion off",
@@ -57,9 +57,9 @@ fn light_is_kept_and_depth_comes_out_as_it_went_in() {
     assert!(total(&folder.path().join("black.exr"), "R") < 0.999 * total(&plate, "R"));
 }
 
-/// A pixel at the upper edge of an even plate: what each kind of edge brings back of the light that leaves.
+/// Compares a pixel at the upper edge of a uniform plate for each kind of edge.
 #[test]
-fn edges_lose_light_or_bring_it_back() {
+fn black_edges_lose_light_and_others_keep_it() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G", "B"]);
     let even = |name| (name, vec![0.5; 80 * 60]);
@@ -82,7 +82,7 @@ fn edges_lose_light_or_bring_it_back() {
     }
 }
 
-/// The fast renderer draws what the exact one draws, nearly; without occlusion it says that it does not.
+/// The fast renderer approximates the exact one. Without occlusion the command uses the exact one and reports it.
 #[test]
 fn qualities_differ_by_little() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -104,13 +104,13 @@ fn qualities_differ_by_little() {
             assert!(apart < bound, "{quality}{depth}: {apart}");
         }
     }
-    let (same, said) = blurred("final", " --occlusion off");
-    assert!(said.contains("rendered exactly"), "{said}");
+    let (same, message) = blurred("final", " --occlusion off");
+    assert!(message.contains("rendered exactly"), "{message}");
     assert_eq!(same, blurred("exact", " --occlusion off").0);
 }
 
 #[test]
-fn every_way_to_say_the_same_depth_gives_the_same_plate() {
+fn equivalent_depth_options_give_the_same_plate() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["Y"]);
     let (width, height) = (60, 40);
@@ -143,7 +143,7 @@ fn every_way_to_say_the_same_depth_gives_the_same_plate() {
         "--depth @z.exr:unit --depth-kind far-one --near 0.5 --far 6",
         "--depth @z.exr:flipped --depth-kind far-zero --near 0.5 --far 6",
     ] {
-        // The path's `@` stands inside the option here.
+        // `@` is not at the beginning of a word here.
         let options = options.replace("@z.exr", &folder.path().join("z.exr").to_string_lossy());
         succeeds(
             folder.path(),
@@ -161,8 +161,8 @@ fn every_way_to_say_the_same_depth_gives_the_same_plate() {
 }
 
 #[test]
-fn the_lens_covers_the_plate_whatever_its_size() {
-    // The same light on a plate twice as wide: PSFs are twice as wide in its pixels.
+fn blur_scales_with_the_size_of_the_plate() {
+    // On a plate twice as wide, PSFs are twice as wide in pixels.
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["Y"]);
     for (name, width, height) in [("small.exr", 150, 100), ("large.exr", 300, 200)] {
@@ -202,16 +202,16 @@ fn sequences_render_frame_by_frame() {
     );
     assert_eq!(outcome.stdout.matches("wrote").count(), 2);
     assert!(folder.path().join("out.0008.exr").exists());
-    let unsaid = seidel_in(
+    let refused = seidel_in(
         folder.path(),
         "apply --lens @lens.json @plate.%04d.exr -o @out.exr",
     );
-    assert_eq!(unsaid.status, 1);
-    assert!(unsaid.stderr.contains("--frames"), "{}", unsaid.stderr);
+    assert_eq!(refused.status, 1);
+    assert!(refused.stderr.contains("--frames"), "{}", refused.stderr);
 }
 
 #[test]
-fn png_and_tiff_plates_come_back_in_kind() {
+fn png_and_tiff_plates_keep_their_format() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G", "B"]);
     let picture = image::RgbImage::from_fn(48, 32, |x, y| {
@@ -226,7 +226,7 @@ fn png_and_tiff_plates_come_back_in_kind() {
         let out = image::open(folder.path().join(format!("out-{name}"))).expect("readable");
         assert_eq!(out.color(), image::ColorType::Rgb8, "{name}");
         assert_ne!(out.to_rgb8(), picture);
-        // The same light whatever the container.
+        // The mean light is preserved.
         let mean = |i: &image::RgbImage| {
             i.pixels().map(|p| f64::from(p.0[2])).sum::<f64>() / f64::from(i.width() * i.height())
         };
@@ -236,7 +236,7 @@ fn png_and_tiff_plates_come_back_in_kind() {
 
 #[test]
 fn colour_is_premultiplied_before_it_is_blurred() {
-    // One colour under an alpha with an edge: only alpha changes, whichever way the plate stores colour.
+    // A uniform colour under an alpha edge: only alpha changes, premultiplied or not.
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["Y"]);
     let covered = |x: u32| if x < 24 { 255 } else { 0 };
@@ -260,7 +260,7 @@ fn colour_is_premultiplied_before_it_is_blurred() {
     }
     assert!(partly >= 60, "the edge of alpha is blurred: {partly}");
     assert_eq!(away, 0, "the colour under it stays");
-    // The same as EXR, premultiplied: colour and alpha fall off together.
+    // The same as premultiplied EXR: colour stays proportional to alpha.
     let half = |value: f32| {
         (0..48 * 32)
             .map(|i| if i % 48 < 24 { value } else { 0.0 })
@@ -291,7 +291,7 @@ fn colour_is_premultiplied_before_it_is_blurred() {
 }
 
 #[test]
-fn real_plates_keep_their_light_and_their_other_channels() {
+fn measured_plates_keep_their_energy_and_their_other_channels() {
     let (Some(set), Some(plates)) = (real_data("psf/zemax-dgauss28"), real_data("plates")) else {
         return;
     };
@@ -307,7 +307,7 @@ fn real_plates_keep_their_light_and_their_other_channels() {
     ]);
     assert_eq!(fit.status, 0, "{}", fit.stderr);
     for (name, unit, kept) in [
-        // A hundred scene units a metre: CG cones at 7 m to 95 m, mostly far from focus.
+        // Ten scene units per metre: CG cones at 7 m to 95 m, mostly far from focus.
         ("cones-flat.exr", "0.1", vec!["Z"]),
         ("motorcycle.exr", "1", vec!["Z", "Zvalid"]),
     ] {
@@ -321,7 +321,7 @@ fn real_plates_keep_their_light_and_their_other_channels() {
             output.as_os_str(),
             "--depth-unit".as_ref(),
             unit.as_ref(),
-            // Hidden light is not kept, and the fast renderer's is to its own bound.
+            // Occlusion hides light, and the fast renderer preserves energy within its own bound only.
             "--quality".as_ref(),
             "exact".as_ref(),
             "--occlusion".as_ref(),

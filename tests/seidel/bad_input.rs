@@ -1,4 +1,4 @@
-//! Bad input: a message that names file, field and remedy, exit status 1, and nothing left behind.
+//! Invalid input: a message that names file, field and remedy, exit status 1, and no file left behind.
 
 use std::fs;
 use std::path::Path;
@@ -7,14 +7,14 @@ use crate::support::{
     TILE, must_refuse, seidel_in, write_exr, write_generated_set, write_moments_lens, write_plate,
 };
 
-/// Sets up a sound lens, set and plate, spoils them with `spoil`, and runs `line`, which must fail
-/// with exit status 1 and a message that holds all of `says`, leaving the folder as it was.
-fn refused(spoil: impl Fn(&Path), line: &str, says: &[&str]) {
+/// Writes a valid lens, set and plate, damages them with `spoil`, and asserts that `line` fails with exit status 1 and a
+/// message that contains all `parts`, and leaves the folder unchanged.
+fn refused(spoil: impl Fn(&Path), line: &str, parts: &[&str]) {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G", "B"]);
     write_plate(&folder.path().join("plate.exr"), 40, 30);
     spoil(folder.path());
-    must_refuse(folder.path(), line, says);
+    must_refuse(folder.path(), line, parts);
 }
 
 const FIT: &str = "fit @set -o @new.json";
@@ -313,7 +313,7 @@ fn unknown_keys_and_other_versions() {
 }
 
 #[test]
-fn outputs_that_cannot_be() {
+fn invalid_outputs() {
     refused(
         |_| (),
         "apply --lens @lens.json @plate.exr -o @plate.exr",
@@ -347,7 +347,7 @@ fn outputs_that_cannot_be() {
 }
 
 #[test]
-fn the_command_line_itself() {
+fn invalid_command_lines() {
     let folder = tempfile::tempdir().expect("a folder");
     for line in [
         "",

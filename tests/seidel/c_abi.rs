@@ -12,7 +12,7 @@ const WIDTH: usize = 90;
 const HEIGHT: usize = 64;
 const NAMES: [&str; 4] = ["R", "G", "B", "A"];
 
-/// The channels of `folder`/`file` one after the other in each pixel.
+/// Reads channels of `folder`/`file`, interleaved.
 fn read(folder: &Path, file: &str, names: &[&str]) -> Vec<f32> {
     let planes = names
         .iter()
@@ -44,7 +44,7 @@ const ALL: SeidelRect = SeidelRect {
     height: HEIGHT as i32,
 };
 
-/// What the ABI is asked for.
+/// An operation of the C ABI.
 #[derive(Clone, Copy)]
 enum Work {
     Apply,
@@ -54,7 +54,7 @@ enum Work {
 
 fn well(status: SeidelStatus) {
     let mut words = [0_u8; 512];
-    // SAFETY: the buffer is as long as is said.
+    // SAFETY: the buffer has the stated length.
     unsafe { seidel_last_error(words.as_mut_ptr().cast(), words.len()) };
     let words = String::from_utf8_lossy(&words).into_owned();
     assert_eq!(status, SeidelStatus::Ok, "{words}");
@@ -63,12 +63,12 @@ fn well(status: SeidelStatus) {
 fn opened(path: &Path) -> *mut SeidelLens {
     let path = CString::new(path.to_str().expect("UTF-8")).expect("no zero");
     let mut lens = null_mut();
-    // SAFETY: both are good.
+    // SAFETY: both pointers are valid.
     well(unsafe { seidel_lens_open(path.as_ptr(), &mut lens) });
     lens
 }
 
-/// `plate.exr` of `folder` by the ABI.
+/// Renders `plate.exr` of `folder` by the C ABI.
 fn by_abi(
     folder: &Path,
     work: Work,
@@ -79,7 +79,7 @@ fn by_abi(
     let mut out = vec![0.0; source.len()];
     let (source, depth) = (image(&mut source, 4), image(&mut depth, 1));
     let output = image(&mut out, 4);
-    // SAFETY: zeros are NULL and numbers.
+    // SAFETY: every field is a number or a pointer, and zero is valid for both.
     let mut settings: SeidelSettings = unsafe { std::mem::zeroed() };
     settings.size = size_of::<SeidelSettings>() as u64;
     let mut plate = SeidelPlate {
@@ -93,7 +93,7 @@ fn by_abi(
         alphas: null(),
     };
     let lens = opened(&folder.join("lens.json"));
-    // SAFETY: all pointers are good.
+    // SAFETY: all pointers are valid.
     unsafe {
         well(seidel_settings_init(&mut settings));
         change(&mut settings, &mut plate);
@@ -186,7 +186,7 @@ fn remove_and_relens_give_the_same_samples() {
     write_pupil_lens(folder, &["R", "G", "B"]);
     std::fs::rename(folder.join("lens.json"), folder.join("other.json")).expect("writable");
     write_pupil_lens(folder, &["R", "G", "B"]);
-    // Another lens than the first: one channel's defocus in all of them.
+    // A second lens, with the defocus of one channel in all of them.
     let text = std::fs::read_to_string(folder.join("other.json")).expect("readable");
     let mut lens = seidel_core::profile::LensProfile::from_json(&text).expect("a lens");
     if let seidel_core::profile::LensDescription::Pupil(channels) = &mut lens.description {

@@ -1,22 +1,22 @@
-//! `--only` and `--except`: which observations of a set take part.
+//! `--only` and `--except`: selection of observations.
 
 use serde_json::Value;
 
 use crate::support::{seidel_in, succeeds, write_moments_lens};
 
 #[test]
-fn named_observations_alone_or_all_but_those_take_part() {
+fn named_observations_are_selected_or_left_out() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
-    // The first 24 are those of one distance; every third of them is kept aside.
+    // The first 24 have one distance; every third of them is held out.
     let names: Vec<String> = (0..24).map(|k| format!("psf/{k:04}.exr")).collect();
-    let aside: Vec<&String> = names.iter().step_by(3).collect();
+    let held_out: Vec<&String> = names.iter().step_by(3).collect();
     let list = |names: &[&String]| {
         let lines: Vec<&str> = names.iter().map(|n| n.as_str()).collect();
-        format!("# kept aside\n\n{}\n", lines.join("\r\n"))
+        format!("# held out\n\n{}\n", lines.join("\r\n"))
     };
-    std::fs::write(folder.join("aside.txt"), list(&aside)).expect("writable");
+    std::fs::write(folder.join("held-out.txt"), list(&held_out)).expect("writable");
     let tiles = |line: &str, key: &str| -> Vec<u64> {
         let json: Value = serde_json::from_str(&succeeds(folder, line).stdout).expect("JSON");
         let all = json[key].as_array().expect("a list");
@@ -25,33 +25,33 @@ fn named_observations_alone_or_all_but_those_take_part() {
             .collect()
     };
     let fitted = tiles(
-        "fit @set -o @part.json --except @aside.txt --json --model moments",
+        "fit @set -o @part.json --except @held-out.txt --json --model moments",
         "planes",
     );
     assert_eq!(fitted.iter().sum::<u64>(), 72 - 8);
     assert!(fitted.contains(&16), "{fitted:?}");
     let profile = std::fs::read_to_string(folder.join("part.json")).expect("written");
-    assert!(profile.contains("except aside.txt"), "{profile}");
+    assert!(profile.contains("except held-out.txt"), "{profile}");
     let only = tiles(
-        "eval --lens @lens.json @set --only @aside.txt --json",
+        "eval --lens @lens.json @set --only @held-out.txt --json",
         "groups",
     );
     assert_eq!(only, [8]);
     let rest = tiles(
-        "eval --lens @lens.json @set --except @aside.txt --json",
+        "eval --lens @lens.json @set --except @held-out.txt --json",
         "groups",
     );
     assert_eq!(rest.iter().sum::<u64>(), 72 - 8);
 }
 
 #[test]
-fn names_that_no_observation_has_are_refused() {
+fn unknown_names_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
     std::fs::write(folder.join("odd.txt"), "psf/0003.exr\npsf/9999.exr\nx\n").expect("writable");
     std::fs::write(folder.join("none.txt"), "# nobody\n").expect("writable");
-    for (line, told) in [
+    for (line, report) in [
         (
             "fit @set -o @out.json --only @odd.txt",
             "psf/9999.exr` and 1 more",
@@ -65,7 +65,7 @@ fn names_that_no_observation_has_are_refused() {
     ] {
         let refused = seidel_in(folder, line);
         assert_eq!(refused.status, 1, "{line}");
-        assert!(refused.stderr.contains(told), "{}", refused.stderr);
+        assert!(refused.stderr.contains(report), "{}", refused.stderr);
     }
     assert!(!folder.join("out.json").exists());
 }

@@ -1,4 +1,4 @@
-//! Colour spaces of plates: log in, light blurred, log out; what is said of it, and what stays as it is.
+//! Colour spaces of plates: log plates are blurred as light, conversions are reported, and other data are untouched.
 
 use std::fs;
 use std::path::Path;
@@ -11,26 +11,26 @@ use crate::support::{
 
 const COLOURS: [&str; 3] = ["R", "G", "B"];
 const SIZE: (usize, usize) = (72, 54);
-/// How the lens sees plates of these tests.
-const SIGHT: &str = "--lens @lens.json --lens-scale 0.6";
-/// Colour by the project's own config, whatever the environment says.
+/// Lens options of these tests.
+const LENS: &str = "--lens @lens.json --lens-scale 0.6";
+/// Selects the project's own config, whatever the environment names.
 const OWN: &str = "--ocio seidel";
 
-/// A folder with a lens and `light.exr`, a scene-linear plate with alpha and depth.
-fn made() -> tempfile::TempDir {
+/// Returns a folder with a lens and `light.exr`, a scene-linear plate with alpha and depth.
+fn test_folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &COLOURS);
     write_plate(&folder.path().join("light.exr"), SIZE.0, SIZE.1);
     folder
 }
 
-/// `light.exr` as a camera would have written it.
+/// Writes `light.exr` as a camera would have recorded it.
 fn write_log(folder: &Path, file: &str, space: &str) {
     let line = format!("lut @light.exr -o @{file} {OWN} --in-space ACEScg --out-space {space}");
     succeeds(folder, &line);
 }
 
-/// Gives a plate a text attribute.
+/// Adds a text attribute to a plate.
 fn tag(path: &Path, name: &str, value: &str) {
     let mut image = read_all_data_from_file(path).expect("readable");
     let text = AttributeValue::Text(Text::from(value));
@@ -39,7 +39,7 @@ fn tag(path: &Path, name: &str, value: &str) {
     image.write().to_file(path).expect("writable");
 }
 
-/// The text attribute of a plate.
+/// Returns a text attribute of a plate.
 fn tagged(path: &Path, name: &str) -> Option<String> {
     let meta = MetaData::read_from_file(path, false).expect("readable");
     match meta.headers[0].own_attributes.other.get(&Text::from(name)) {
@@ -48,7 +48,7 @@ fn tagged(path: &Path, name: &str) -> Option<String> {
     }
 }
 
-/// The farthest that a colour of `found` is from that of `want`, of the larger of 0.1 and its size.
+/// Largest difference between the colours of two files, relative to the larger of 0.1 and the colour.
 fn off(folder: &Path, found: &str, want: &str) -> f32 {
     let of_channel = |name: &&str| {
         let of = |file: &str| read_channel(&folder.join(file), name);
@@ -71,10 +71,10 @@ fn same_bits(folder: &Path, a: &str, b: &str, channels: &[&str]) -> bool {
 }
 
 #[test]
-fn a_log_plate_is_blurred_as_the_light_that_it_stands_for() {
-    let folder = made();
+fn a_log_plate_is_blurred_as_light() {
+    let folder = test_folder();
     let folder = folder.path();
-    succeeds(folder, &format!("apply @light.exr -o @want.exr {SIGHT}"));
+    succeeds(folder, &format!("apply @light.exr -o @want.exr {LENS}"));
     for space in [
         "logc4",
         "logc3",
@@ -86,10 +86,10 @@ fn a_log_plate_is_blurred_as_the_light_that_it_stands_for() {
     ] {
         write_log(folder, "log.exr", space);
         assert!(off(folder, "log.exr", "light.exr") > 0.1, "{space}");
-        let line = format!("apply @log.exr -o @blurred.exr {SIGHT} {OWN} --in-space {space}");
-        let said = succeeds(folder, &line).stderr;
+        let line = format!("apply @log.exr -o @blurred.exr {LENS} {OWN} --in-space {space}");
+        let message = succeeds(folder, &line).stderr;
         for part in ["--in-space", "worked on in `ACEScg`", "Seidel's own config"] {
-            assert!(said.contains(part), "{part} in {said}");
+            assert!(message.contains(part), "{part} in {message}");
         }
         let line = format!(
             "lut @blurred.exr -o @found.exr {OWN} --in-space {space} --out-space scene_linear"
@@ -105,24 +105,24 @@ fn a_log_plate_is_blurred_as_the_light_that_it_stands_for() {
             same_bits(folder, "blurred.exr", "want.exr", &["A"]),
             "{space}"
         );
-        // Codes taken for light give another picture.
-        let line = format!("apply @log.exr -o @wrong.exr {SIGHT}");
+        // Blurring the codes themselves gives another image.
+        let line = format!("apply @log.exr -o @wrong.exr {LENS}");
         assert!(!succeeds(folder, &line).stderr.contains("colour:"));
         assert!(off(folder, "wrong.exr", "blurred.exr") > 0.01, "{space}");
     }
 }
 
 #[test]
-fn nothing_is_converted_unless_asked_for() {
-    let folder = made();
+fn colours_are_converted_on_request_only() {
+    let folder = test_folder();
     let folder = folder.path();
     write_log(folder, "log.exr", "logc4");
-    succeeds(folder, &format!("apply @log.exr -o @want.exr {SIGHT}"));
+    succeeds(folder, &format!("apply @log.exr -o @want.exr {LENS}"));
     tag(&folder.join("log.exr"), "oiio:ColorSpace", "ARRI LogC4");
-    let said = succeeds(folder, &format!("apply @log.exr -o @found.exr {SIGHT}")).stderr;
+    let message = succeeds(folder, &format!("apply @log.exr -o @found.exr {LENS}")).stderr;
     assert!(
-        said.contains("ARRI LogC4") && said.contains("--in-space auto"),
-        "{said}"
+        message.contains("ARRI LogC4") && message.contains("--in-space auto"),
+        "{message}"
     );
     assert!(same_bits(
         folder,
@@ -135,19 +135,19 @@ fn nothing_is_converted_unless_asked_for() {
         "oiio:ColorSpace",
         "lin_rec709_scene",
     );
-    let said = succeeds(folder, &format!("apply @log.exr -o @found.exr {SIGHT}")).stderr;
-    assert!(!said.contains("colour"), "{said}");
+    let message = succeeds(folder, &format!("apply @log.exr -o @found.exr {LENS}")).stderr;
+    assert!(!message.contains("colour"), "{message}");
 }
 
 #[test]
-fn a_plate_may_say_itself_what_it_is_in() {
-    let folder = made();
+fn the_space_may_come_from_the_plate() {
+    let folder = test_folder();
     let folder = folder.path();
     write_log(folder, "log.exr", "logc4");
-    let named = format!("{SIGHT} {OWN} --in-space logc4");
+    let named = format!("{LENS} {OWN} --in-space logc4");
     succeeds(folder, &format!("apply @log.exr -o @want.exr {named}"));
-    let auto = format!("{SIGHT} {OWN} --in-space auto");
-    // By its attribute, else its name, else the rule for all files.
+    let auto = format!("{LENS} {OWN} --in-space auto");
+    // From its attribute, else its name, else the rule for all files.
     fs::copy(folder.join("log.exr"), folder.join("tagged.exr")).expect("copied");
     tag(&folder.join("tagged.exr"), "colorInteropID", "unknown");
     tag(&folder.join("tagged.exr"), "oiio:ColorSpace", "arri_logc4");
@@ -156,33 +156,33 @@ fn a_plate_may_say_itself_what_it_is_in() {
         ("tagged.exr", "its oiio:ColorSpace"),
         ("a_logc4_v1.exr", "the config's file rules"),
     ] {
-        let said = succeeds(folder, &format!("apply @{file} -o @found.exr {auto}")).stderr;
-        assert!(said.contains(says), "{said}");
+        let message = succeeds(folder, &format!("apply @{file} -o @found.exr {auto}")).stderr;
+        assert!(message.contains(says), "{message}");
         assert!(
             same_bits(folder, "found.exr", "want.exr", &["R", "G", "B"]),
             "{file}"
         );
     }
-    let said = succeeds(folder, &format!("apply @log.exr -o @found.exr {auto}")).stderr;
+    let message = succeeds(folder, &format!("apply @log.exr -o @found.exr {auto}")).stderr;
     assert!(
-        said.contains("rule for all files") && said.contains("`ACEScg`"),
-        "{said}"
+        message.contains("rule for all files") && message.contains("`ACEScg`"),
+        "{message}"
     );
     tag(
         &folder.join("tagged.exr"),
         "oiio:ColorSpace",
         "no such space",
     );
-    let said = succeeds(folder, &format!("apply @tagged.exr -o @found.exr {auto}")).stderr;
+    let message = succeeds(folder, &format!("apply @tagged.exr -o @found.exr {auto}")).stderr;
     assert!(
-        said.contains("`no such space` is no space of the config"),
-        "{said}"
+        message.contains("`no such space` is no space of the config"),
+        "{message}"
     );
 }
 
 #[test]
-fn a_plate_may_be_written_in_another_space() {
-    let folder = made();
+fn the_output_space_may_differ() {
+    let folder = test_folder();
     let folder = folder.path();
     write_log(folder, "log.exr", "logc4");
     for (name, value) in [
@@ -191,16 +191,16 @@ fn a_plate_may_be_written_in_another_space() {
     ] {
         tag(&folder.join("log.exr"), name, value);
     }
-    let ways = format!("{SIGHT} {OWN} --in-space logc4");
+    let ways = format!("{LENS} {OWN} --in-space logc4");
     let line = format!("apply @log.exr -o @light2.exr {ways} --out-space ACEScg");
-    let said = succeeds(folder, &line).stderr;
-    assert!(said.contains("colorInteropID is left out"), "{said}");
-    succeeds(folder, &format!("apply @light.exr -o @want.exr {SIGHT}"));
+    let message = succeeds(folder, &line).stderr;
+    assert!(message.contains("colorInteropID is left out"), "{message}");
+    succeeds(folder, &format!("apply @light.exr -o @want.exr {LENS}"));
     assert!(off(folder, "light2.exr", "want.exr") < 1e-3);
     let of = |name: &str| tagged(&folder.join("light2.exr"), name);
     assert_eq!(of("oiio:ColorSpace").as_deref(), Some("ACEScg"));
     assert_eq!(of("colorInteropID"), None);
-    // Without blur too; and to the bit where the space stays.
+    // Also without blur; bit-identical where the space stays the same.
     let line = format!("apply @log.exr -o @plain.exr {ways} --out-space ACEScg --amount 0");
     succeeds(folder, &line);
     assert!(off(folder, "plain.exr", "light.exr") < 1e-4);
@@ -220,15 +220,15 @@ fn a_plate_may_be_written_in_another_space() {
 }
 
 #[test]
-fn whole_numbers_go_by_the_config_as_they_go_without() {
-    let folder = made();
+fn integers_are_converted_alike_with_and_without_a_config() {
+    let folder = test_folder();
     let folder = folder.path();
     let picture = image::ImageBuffer::from_fn(SIZE.0 as u32, SIZE.1 as u32, |x, y| {
         let step = |a: u32, b: u32| (40_000.0 * f64::from(a % b) / f64::from(b)) as u16 + 9000;
         image::Rgb([step(x, 9), step(y, 7), step(x + y, 11)])
     });
     picture.save(folder.join("plate.png")).expect("writable");
-    let sight = format!("{SIGHT} --distance 2");
+    let sight = format!("{LENS} --distance 2");
     succeeds(folder, &format!("apply @plate.png -o @want.png {sight}"));
     let colour = format!("{OWN} --in-space srgb_tx --working-space lin_rec709");
     succeeds(
@@ -244,36 +244,37 @@ fn whole_numbers_go_by_the_config_as_they_go_without() {
     assert_ne!(open("plate.png"), want);
     let apart = found.iter().zip(want.iter()).map(|(f, w)| f.abs_diff(*w));
     assert!(apart.max() <= Some(2));
-    // A plate of codes without blur comes back as it was, through light and back.
+    // A plate of codes without blur survives the round trip through light.
     let line = format!("lut @plate.png -o @light.png {OWN} --in-space srgb_tx --out-space srgb_tx");
     succeeds(folder, &line);
     assert_eq!(open("light.png"), open("plate.png"));
 }
 
 #[test]
-fn a_plate_of_another_format_is_written_in_what_that_holds() {
-    let folder = made();
+fn conversion_between_formats_converts_colour() {
+    let folder = test_folder();
     let folder = folder.path();
-    let ways = format!("{SIGHT} --distance 2 --amount 0 {OWN}");
+    let ways = format!("{LENS} --distance 2 --amount 0 {OWN}");
     let apply = |files: &str, more: &str| {
-        let said = succeeds(folder, &format!("apply {files} {ways} {more}")).stderr;
-        said.lines()
+        let message = succeeds(folder, &format!("apply {files} {ways} {more}")).stderr;
+        message
+            .lines()
             .find(|line| line.contains("colour: "))
-            .expect("it is said")
+            .expect("a warning")
             .to_owned()
     };
-    // Codes in integers become light.
+    // Integer codes become light.
     write_log(folder, "log.png", "logc4");
     write_log(folder, "log.dpx", "logc4");
     for name in ["log.png", "log.dpx"] {
-        let said = apply(&format!("@{name} -o @light2.exr"), "--in-space logc4");
+        let message = apply(&format!("@{name} -o @light2.exr"), "--in-space logc4");
         assert!(
-            said.contains("written in `ACEScg` (OUT holds light)"),
-            "{said}"
+            message.contains("written in `ACEScg` (OUT holds light)"),
+            "{message}"
         );
         let space = tagged(&folder.join("light2.exr"), "oiio:ColorSpace");
         assert_eq!(space.as_deref(), Some("ACEScg"));
-        // Where alpha is nothing PNG has lost what there was.
+        // PNG holds no colour where alpha is 0.
         let covered: Vec<bool> = read_channel(&folder.join("light.exr"), "A")
             .iter()
             .map(|alpha| *alpha > 0.5)
@@ -287,30 +288,30 @@ fn a_plate_of_another_format_is_written_in_what_that_holds() {
                 assert!(apart < within, "{name} {channel}: {found} {want}");
             }
         }
-        // Asked for, they stay codes.
-        let said = apply(
+        // On request they stay codes.
+        let message = apply(
             &format!("@{name} -o @codes.exr"),
             "--in-space logc4 --out-space logc4",
         );
-        assert!(said.contains("written in `ARRI LogC4`,"), "{said}");
+        assert!(message.contains("written in `ARRI LogC4`,"), "{message}");
         assert_eq!(tagged(&folder.join("codes.exr"), "oiio:ColorSpace"), None);
     }
-    // Codes of an EXR stay codes, in EXR and in integers; HDR holds light.
+    // Codes of an EXR file stay codes, in EXR and in integers; HDR holds light.
     write_log(folder, "log.exr", "logc4");
     for out in ["same.exr", "same.png"] {
-        let said = apply(&format!("@log.exr -o @{out}"), "--in-space logc4");
-        assert!(said.contains("written in `ARRI LogC4`,"), "{said}");
+        let message = apply(&format!("@log.exr -o @{out}"), "--in-space logc4");
+        assert!(message.contains("written in `ARRI LogC4`,"), "{message}");
     }
-    let said = apply("@log.exr -o @light.hdr", "--in-space logc4");
+    let message = apply("@log.exr -o @light.hdr", "--in-space logc4");
     assert!(
-        said.contains("written in `ACEScg` (OUT holds light)"),
-        "{said}"
+        message.contains("written in `ACEScg` (OUT holds light)"),
+        "{message}"
     );
-    // Light becomes sRGB codes in integers, by a rule of the config or else by name, and stays light in float TIFF.
+    // Light becomes sRGB codes in integers, by a file rule of the config or else by name, and stays light in float TIFF.
     for out in ["a.png", "a.dpx"] {
-        let said = apply(&format!("@light.exr -o @{out}"), "--in-space ACEScg");
+        let message = apply(&format!("@light.exr -o @{out}"), "--in-space ACEScg");
         let written = "written in `sRGB - Texture` (OUT holds integers)";
-        assert!(said.contains(written), "{said}");
+        assert!(message.contains(written), "{message}");
     }
     let line = format!("lut @light.exr -o @want.png {OWN} --in-space ACEScg --out-space srgb_tx");
     succeeds(folder, &line);
@@ -321,16 +322,16 @@ fn a_plate_of_another_format_is_written_in_what_that_holds() {
     let (found, want) = (open("a.png"), open("want.png"));
     let apart = found.iter().zip(want.iter()).map(|(f, w)| f.abs_diff(*w));
     assert!(apart.max() <= Some(1));
-    let said = apply("@light.exr -o @a.tif", "--in-space ACEScg");
-    assert!(said.contains("written in `ACEScg`,"), "{said}");
-    // A config that has no such space is asked.
+    let message = apply("@light.exr -o @a.tif", "--in-space ACEScg");
+    assert!(message.contains("written in `ACEScg`,"), "{message}");
+    // A config without such a space is refused.
     let yaml = "ocio_profile_version: 2.1\nroles:\n  default: Light\n  scene_linear: Light\n\
         file_rules:\n  - !<Rule> {name: Default, colorspace: default}\n\
         displays:\n  Screen:\n    - !<View> {name: Plain, colorspace: Light}\n\
         colorspaces:\n  - !<ColorSpace>\n    name: Light\n    encoding: scene-linear\n";
     fs::write(folder.join("tiny.ocio"), yaml).expect("writable");
     let line = format!(
-        "apply @light.exr -o @b.png {SIGHT} --distance 2 --ocio @tiny.ocio --in-space Light"
+        "apply @light.exr -o @b.png {LENS} --distance 2 --ocio @tiny.ocio --in-space Light"
     );
     must_refuse(
         folder,
@@ -340,11 +341,11 @@ fn a_plate_of_another_format_is_written_in_what_that_holds() {
 }
 
 #[test]
-fn the_lens_goes_off_and_on_again_in_log() {
-    let folder = made();
+fn removing_and_reapplying_works_on_log_plates() {
+    let folder = test_folder();
     let folder = folder.path();
     write_log(folder, "log.exr", "logc4");
-    let sight = format!("{SIGHT} --distance 1.6");
+    let sight = format!("{LENS} --distance 1.6");
     for out in ["logc4", "ACEScg"] {
         let line = format!(
             "remove @log.exr -o @sharp.exr --residual @rest.exr {sight} {OWN} --in-space logc4 --out-space {out} --lens-check off"
@@ -353,14 +354,14 @@ fn the_lens_goes_off_and_on_again_in_log() {
         let line = format!(
             "apply @sharp.exr -o @back.exr --residual @rest.exr {sight} {OWN} --in-space {out} --out-space logc4"
         );
-        let said = succeeds(folder, &line).stderr;
-        assert!(!said.contains("other settings"), "{said}");
+        let message = succeeds(folder, &line).stderr;
+        assert!(!message.contains("other settings"), "{message}");
         let off_by = off(folder, "back.exr", "log.exr");
         assert!(off_by < 2e-5, "{out}: {off_by}");
     }
     let line = format!("apply @sharp.exr -o @back.exr --residual @rest.exr {sight}");
-    let said = succeeds(folder, &line).stderr;
-    assert!(said.contains("working-space was ACEScg"), "{said}");
+    let message = succeeds(folder, &line).stderr;
+    assert!(message.contains("working-space was ACEScg"), "{message}");
     let line = format!(
         "relens @log.exr -o @other.exr --from @lens.json --to @lens.json --lens-scale 0.6 --distance 1.6 {OWN} --in-space logc4 --lens-check off"
     );
@@ -374,18 +375,18 @@ fn the_lens_goes_off_and_on_again_in_log() {
 }
 
 #[test]
-fn colour_goes_with_its_alpha() {
-    let folder = made();
+fn colour_is_converted_unpremultiplied() {
+    let folder = test_folder();
     let folder = folder.path();
     let count = SIZE.0 * SIZE.1;
-    // A flat plate, half covered: its code in full is 0.5 in each channel.
+    // A uniform plate of coverage 0.5: its unpremultiplied code is 0.5 in each channel.
     let plane = |value: f32| vec![value; count];
     let channels = [("R", 0.25), ("G", 0.25), ("B", 0.25), ("A", 0.5)];
     let channels = channels.map(|(name, value)| (name, plane(value)));
     write_exr(&folder.join("flat.exr"), SIZE.0, SIZE.1, &channels);
-    let sight = format!("{SIGHT} --distance 2 {OWN} --in-space logc4");
+    let sight = format!("{LENS} --distance 2 {OWN} --in-space logc4");
     succeeds(folder, &format!("apply @flat.exr -o @blurred.exr {sight}"));
-    // A lens may change how much is covered, but what is covered keeps its code, but for what the renderer saves.
+    // The lens may change the coverage. The unpremultiplied code stays, within the error of the renderer.
     let of = |name: &str| read_channel(&folder.join("blurred.exr"), name);
     for (code, alpha) in of("G").iter().zip(of("A")) {
         assert!((code / alpha - 0.5).abs() < 2e-3, "{code} {alpha}");
@@ -405,11 +406,11 @@ fn seidel_colour_logc4(code: f64) -> f32 {
 }
 
 #[test]
-fn numbers_that_are_none_are_said() {
-    let folder = made();
+fn non_finite_numbers_are_reported() {
+    let folder = test_folder();
     let folder = folder.path();
     write_log(folder, "log.exr", "logc4");
-    let ways = format!("{SIGHT} {OWN} --in-space logc4");
+    let ways = format!("{LENS} {OWN} --in-space logc4");
     let names = ["R", "G", "B", "A", "Z"];
     let mut channels = names.map(|name| (name, read_channel(&folder.join("log.exr"), name)));
     channels[1].1[10] = f32::NAN;
@@ -419,8 +420,8 @@ fn numbers_that_are_none_are_said() {
         &format!("apply @nan.exr -o @o.exr {ways}"),
         &["channel G", "--scrub"],
     );
-    let said = succeeds(folder, &format!("apply @nan.exr -o @o.exr {ways} --scrub")).stderr;
-    assert!(said.contains("replaced by zero"), "{said}");
+    let message = succeeds(folder, &format!("apply @nan.exr -o @o.exr {ways} --scrub")).stderr;
+    assert!(message.contains("replaced by zero"), "{message}");
     fs::remove_file(folder.join("o.exr")).expect("there");
     channels[1].1[10] = 1e6;
     write_exr(&folder.join("far.exr"), SIZE.0, SIZE.1, &channels);
@@ -432,10 +433,10 @@ fn numbers_that_are_none_are_said() {
 }
 
 #[test]
-fn what_is_no_space_or_config_is_refused() {
-    let folder = made();
+fn unknown_spaces_and_configs_are_refused() {
+    let folder = test_folder();
     let folder = folder.path();
-    let apply = format!("apply @light.exr -o @o.exr {SIGHT}");
+    let apply = format!("apply @light.exr -o @o.exr {LENS}");
     must_refuse(
         folder,
         &format!("{apply} {OWN} --in-space logc5"),
@@ -466,11 +467,15 @@ fn what_is_no_space_or_config_is_refused() {
         &format!("{apply} --in-space logc4 --encoding linear"),
     );
     assert_eq!(outcome.status, 2, "{}", outcome.stderr);
-    let said = succeeds(
+    let message = succeeds(
         folder,
         &format!("{apply} {OWN} --in-space ACEScg --working-space logc4"),
     );
-    assert!(said.stderr.contains("linear light only"), "{}", said.stderr);
-    let said = succeeds(folder, &format!("{apply} {OWN} --in-space Raw"));
-    assert!(said.stderr.contains("is for data"), "{}", said.stderr);
+    assert!(
+        message.stderr.contains("linear light only"),
+        "{}",
+        message.stderr
+    );
+    let message = succeeds(folder, &format!("{apply} {OWN} --in-space Raw"));
+    assert!(message.stderr.contains("is for data"), "{}", message.stderr);
 }

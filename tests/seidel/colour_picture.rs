@@ -1,4 +1,4 @@
-//! The picture of docs/guide/colour.md: a log plate blurred as what it is, and with its codes taken for light.
+//! The image of docs/guide/colour.md: a log plate blurred correctly, and blurred as if its codes were light.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ fn planes(file: &Path) -> [Vec<f32>; 3] {
 
 #[test]
 #[ignore = "writes the picture that SEIDEL_COLOUR_PICTURE names"]
-fn picture_to_look_at() {
+fn write_image_for_the_docs() {
     let picture = std::env::var_os("SEIDEL_COLOUR_PICTURE").map(PathBuf::from);
     let picture = picture.expect("SEIDEL_COLOUR_PICTURE names a .png");
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! Lenses known ray by ray: drawn by their pupil, and set to other focus and aperture.
+//! Lenses with a `pupil` profile: their PSF model, and other focus and aperture.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn read(folder: &Path, name: &str) -> ObservationSet {
         .set
 }
 
-/// Trace of the moments of every tile, by distance from infinity inwards: their means.
+/// Mean trace of the second moments of all tiles, by distance from infinity inwards.
 fn sizes(set: &ObservationSet) -> Vec<f64> {
     let mut distances = set.distances();
     distances.reverse();
@@ -43,7 +43,7 @@ fn stopping_down_and_focusing_change_the_blur_as_they_should() {
         succeeds(folder, &line);
         sizes(&read(folder, name))
     };
-    // Left to the lens it is the pupil, which has the planted moments.
+    // The default model of this lens is `pupil`, which has the true moments.
     let own = drawn("own", "");
     assert_eq!(own, drawn("pupil", "--psf pupil"));
     for (own, planted) in own.iter().zip(sizes(&read(folder, "set"))) {
@@ -53,12 +53,12 @@ fn stopping_down_and_focusing_change_the_blur_as_they_should() {
     for (narrow, wide) in narrow.iter().zip(&own) {
         assert!(narrow < &(0.4 * wide), "{narrow} {wide}");
     }
-    // From infinity inwards: the near focus is sharpest near, the far one far.
+    // From infinity inwards: a near focus is sharpest near, a far one far.
     let near = drawn("near", "--focus-distance 1.2");
     let far = drawn("far", "--focus-distance inf");
     assert!(near[2] < near[1] && near[1] < near[0], "{near:?}");
     assert!(far[0] < far[1] && far[1] < far[2], "{far:?}");
-    // This lens focuses beyond infinity; a sensor farther from it brings focus nearer.
+    // This lens focuses beyond infinity; a sensor farther away focuses nearer.
     let moved = drawn("moved", "--sensor-shift-um 30");
     assert!(moved.iter().zip(&own).all(|(m, o)| m < o), "{moved:?}");
 }
@@ -72,16 +72,16 @@ fn plates_and_sheets_obey_the_controls() {
     let peak = |name: &str, extra: &str| {
         let line =
             format!("apply --lens @lens.json @plate.exr -o @{name}.exr --lens-scale 1 {extra}");
-        let said = succeeds(folder, &line).stderr;
+        let message = succeeds(folder, &line).stderr;
         let light = read_channel(&folder.join(format!("{name}.exr")), "G");
-        (light.into_iter().fold(0.0, f32::max), said)
+        (light.into_iter().fold(0.0, f32::max), message)
     };
     let (wide, quiet) = peak("wide", "");
     let (narrow, _) = peak("narrow", "--f-number 4");
     assert!(narrow > 1.5 * wide, "{narrow} {wide}");
-    let (open, told) = peak("open", "--f-number 1.4");
+    let (open, warnings) = peak("open", "--f-number 1.4");
     assert!(open < wide);
-    assert!(told.contains("extrapolated") && !quiet.contains("extrapolated"));
+    assert!(warnings.contains("extrapolated") && !quiet.contains("extrapolated"));
     succeeds(
         folder,
         "lens show @lens.json -o @sheet.png --focus-distance 2 --psf gaussian",
@@ -89,7 +89,7 @@ fn plates_and_sheets_obey_the_controls() {
 }
 
 #[test]
-fn lenses_of_moments_say_what_they_lack() {
+fn moments_profiles_refuse_the_controls() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["Y"]);
     for extra in ["--psf pupil", "--f-number 4", "--focus-distance 1"] {
@@ -110,7 +110,7 @@ fn lenses_of_moments_say_what_they_lack() {
 }
 
 #[test]
-fn rays_are_scored_where_the_lens_has_them() {
+fn pupil_profiles_are_scored_by_rays() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_generated_set(folder, "set", &["Y"]);

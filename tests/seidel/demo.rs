@@ -1,9 +1,9 @@
-//! `seidel demo`: everything it says it writes is there and can be used.
+//! `seidel demo`: every file that it lists exists and can be used.
 
 use crate::support::{read_channel, seidel_in, succeeds};
 
 #[test]
-fn the_demo_writes_what_it_says_and_its_command_works() {
+fn the_demo_writes_its_files_and_its_command_works() {
     let folder = tempfile::tempdir().expect("a folder");
     let outcome = succeeds(folder.path(), "demo @out --width 192");
     for name in [
@@ -17,7 +17,7 @@ fn the_demo_writes_what_it_says_and_its_command_works() {
         assert!(folder.path().join("out").join(name).exists(), "{name}");
         assert!(outcome.stdout.contains(name), "{name}");
     }
-    // The demo's own blur is what the command it prints does.
+    // The printed command reproduces the demo's own blurred plate.
     succeeds(
         folder.path(),
         "apply --lens @out/lens.json @out/plate.exr -o @again.exr",
@@ -28,10 +28,10 @@ fn the_demo_writes_what_it_says_and_its_command_works() {
     );
     let peak = own.iter().copied().fold(0.0, f32::max);
     for (a, b) in own.iter().zip(&again) {
-        // The plate on disk is half float.
+        // The plate on disk has half-float samples.
         assert!((a - b).abs() < 2e-3 * peak, "{a} {b}");
     }
-    // A second run replaces the first, a folder with other things in it is left alone.
+    // A second run replaces the first; a folder with other files in it is refused.
     succeeds(folder.path(), "demo @out --width 192");
     std::fs::write(folder.path().join("out/mine.txt"), "notes").expect("writable");
     let refused = seidel_in(folder.path(), "demo @out --width 192");

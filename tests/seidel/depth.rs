@@ -1,4 +1,4 @@
-//! Occlusion against pictures through many pinholes.
+//! Occlusion against images rendered through many pinholes.
 
 use crate::depth_scenes::{self, DepthScene};
 use crate::pinholes::{self, HEIGHT, ThinLens, WIDTH};
@@ -9,12 +9,12 @@ use seidel_core::render::{
     VergencePass,
 };
 
-/// Pixels next to the frame's edges, where what is beyond them is seen, are not compared.
+/// Width of the border that is not compared, because its pixels depend on the scene outside the frame.
 const BORDER_PX: usize = 20;
-/// Floors for depth with anti-aliased edges and with noise.
+/// Least signal-to-noise ratios for depth with anti-aliased edges and with noise.
 const SMOOTH_DB: f64 = 36.0;
 const NOISY_DB: f64 = 36.0;
-/// Half width of the band about depth edges that is scored on its own, px.
+/// Half width of the band around depth edges that is scored separately, px.
 const BAND_PX: usize = 16;
 
 fn scene<'a>(lens: &'a ThinLens, vergence: &'a [f32]) -> Scene<'a> {
@@ -33,7 +33,7 @@ fn scene<'a>(lens: &'a ThinLens, vergence: &'a [f32]) -> Scene<'a> {
     }
 }
 
-/// Light and alpha of a plate that is opaque.
+/// Light and alpha of an opaque plate, rendered.
 fn rendered(by: &dyn Renderer, lens: &ThinLens, light: &[f32], vergence: &[f32]) -> [Vec<f32>; 2] {
     let opaque = vec![1.0; light.len()];
     let planes = [light, &opaque].map(|samples| Plane {
@@ -52,7 +52,7 @@ fn layered() -> LayeredRenderer<'static> {
     }
 }
 
-/// Pixels compared, and those of them near a depth edge.
+/// Indices of the compared pixels, and of those near a depth edge.
 fn compared(vergence: &[f32]) -> (Vec<usize>, Vec<usize>) {
     let inside: Vec<usize> = (0..WIDTH * HEIGHT)
         .filter(|index| {
@@ -86,7 +86,7 @@ fn psnr(got: &[f32], want: &[f32], pixels: &[usize]) -> f64 {
     -10.0 * (squares.sum::<f64>() / pixels.len() as f64).log10()
 }
 
-/// Everything about a scene's pictures.
+/// The images of a scene and their scores.
 struct Pictures {
     plate: Vec<f32>,
     reference: Vec<f32>,
@@ -109,8 +109,8 @@ fn pictures(scene: &DepthScene) -> Pictures {
     }
 }
 
-/// How far ours has to be from the reference at most, as least signal-to-noise ratios in dB over the frame
-/// and about depth edges, and that an opaque scene stays opaque.
+/// Asserts least signal-to-noise ratios over the frame and near depth edges, in dB, and that an opaque scene stays
+/// opaque.
 fn must_agree(name: &str, least: (f64, f64)) {
     let scenes = depth_scenes::all();
     let scene = scenes.iter().find(|scene| scene.name == name);
@@ -169,7 +169,7 @@ fn lights_behind_the_edge_of_a_sharp_card() {
     must_agree("light-behind-sharp-card", (33.4, 29.5));
 }
 
-/// What occlusion is there for: without it the same scenes are far worse.
+/// Without occlusion the same scenes have far larger errors.
 #[test]
 fn occlusion_is_worth_ten_decibels_at_an_edge() {
     let scenes = depth_scenes::all();
@@ -180,7 +180,7 @@ fn occlusion_is_worth_ten_decibels_at_an_edge() {
     assert!(gain > 10.0, "{gain}");
 }
 
-/// Depth with anti-aliased edges, and with noise, costs little.
+/// Anti-aliased edges and noise of the depth pass reduce accuracy only a little.
 #[test]
 fn smooth_edges_and_noise_of_depth_do_little_harm() {
     let scenes = depth_scenes::all();
@@ -195,7 +195,7 @@ fn smooth_edges_and_noise_of_depth_do_little_harm() {
     };
     let smooth = score(&pinholes::smooth_depth(lens, cards));
     assert!(smooth > SMOOTH_DB, "{smooth}");
-    // Two per cent either way: an eighth of a pixel of blur in front, a third behind.
+    // Noise of 2 %: an eighth of a pixel of blur in the foreground, a third in the background.
     let noisy = vergence.iter().enumerate().map(|(k, v)| {
         let noise = ((k * 7919) % 101) as f32 / 50.0 - 1.0;
         v * (1.0 + 0.02 * noise)
@@ -204,19 +204,18 @@ fn smooth_edges_and_noise_of_depth_do_little_harm() {
     assert!(noisy > NOISY_DB, "{noisy}");
 }
 
-/// Writes plate, reference, ours, the render without occlusion and twice the error of every scene, a row each,
-/// to `depth-edges.png` in the folder named by `SEIDEL_DEPTH_PICTURES`, and prints the figures of
-/// `docs/background/depth-edges.md`.
+/// Writes `depth-edges.png` to the folder named by `SEIDEL_DEPTH_PICTURES` and prints the figures of
+/// `docs/background/depth-edges.md`. Each row has plate, reference, render, render without occlusion and twice the error.
 #[test]
 #[ignore = "writes a picture to look at"]
-fn pictures_to_look_at() {
+fn write_images_for_the_docs() {
     let folder = std::env::var_os("SEIDEL_DEPTH_PICTURES").expect("SEIDEL_DEPTH_PICTURES is set");
     let scenes = depth_scenes::all();
     let size = ((5 * WIDTH) as u32, (scenes.len() * HEIGHT) as u32);
     let mut picture = image::GrayImage::new(size.0, size.1);
     for (line, scene) in scenes.iter().enumerate() {
         let all = pictures(scene);
-        tell(scene.name, &all);
+        print_row(scene.name, &all);
         let error: Vec<f32> = (all.ours.iter().zip(&all.reference))
             .map(|(a, b)| (0.5 + 2.0 * (a - b)).clamp(0.0, 1.0).powf(2.2))
             .collect();
@@ -233,8 +232,8 @@ fn pictures_to_look_at() {
     picture.save(file).expect("the folder can be written");
 }
 
-/// A row of the table: frame and edges, ours and without occlusion.
-fn tell(name: &str, all: &Pictures) {
+/// Prints a row of the table: frame and edges, with and without occlusion.
+fn print_row(name: &str, all: &Pictures) {
     let (inside, band) = compared(&all.vergence);
     let score = |got: &[f32], pixels: &[usize]| {
         if pixels.is_empty() {

@@ -1,4 +1,4 @@
-//! `seidel apply` looks at the first depth pass: a wrong convention is told of, a sound one is not.
+//! `seidel apply` checks the first depth pass: it warns about a wrong convention and not about a correct one.
 
 use std::path::Path;
 
@@ -8,8 +8,8 @@ const SIZE: (usize, usize) = (160, 90);
 /// Half a field of view of 38.7 degrees across the width.
 const FOCAL_PX: f64 = 100.0;
 
-/// Distance along the axis, metres, and along the ray: a floor, two walls and a slanted roof, each a plane, of
-/// which one over the distance is linear in image coordinates.
+/// Distances along the axis and along the ray, m, of a floor, two walls and a slanted roof. Each is a plane, so that the
+/// reciprocal of the distance along the axis is linear in image coordinates.
 fn room() -> Vec<(f64, f64)> {
     let (width, height) = SIZE;
     (0..width * height)
@@ -39,42 +39,46 @@ fn write(path: &Path, depth: &dyn Fn(f64, f64) -> f64) {
 }
 
 #[test]
-fn wrong_conventions_are_told_of_and_sound_ones_are_not() {
+fn wrong_conventions_are_reported_and_correct_ones_are_not() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
-    let said = |options: &str| {
-        // Nothing need be blurred for a look.
+    let message = |options: &str| {
+        // The check needs no blur.
         let line = format!("apply --lens @lens.json @plate.exr -o @out.exr --amount 0 {options}");
         succeeds(folder, &line).stderr
     };
     let plate = folder.join("plate.exr");
     write(&plate, &|z, _| z);
     for options in ["", "--lens-scale 0.5", "--axis-offset 20,-10"] {
-        assert!(!said(options).contains("doubtful"), "{}", said(options));
+        assert!(
+            !message(options).contains("doubtful"),
+            "{}",
+            message(options)
+        );
     }
-    let inverse = said("--depth-kind inverse");
+    let inverse = message("--depth-kind inverse");
     assert!(
         inverse.contains("doubtful") && inverse.contains("give --depth-kind distance"),
         "{inverse}"
     );
-    let kilometres = said("--depth-unit 0.001");
+    let kilometres = message("--depth-unit 0.001");
     assert!(
         kilometres.contains("doubtful") && kilometres.contains("--depth-unit"),
         "{kilometres}"
     );
-    assert!(!said("--depth-kind inverse --no-depth-check").contains("doubtful"));
+    assert!(!message("--depth-kind inverse --no-depth-check").contains("doubtful"));
     write(&plate, &|z, _| 1.0 / z);
-    let metres = said("");
+    let metres = message("");
     assert!(
         metres.contains("doubtful") && metres.contains("give --depth-kind inverse"),
         "{metres}"
     );
-    assert!(!said("--depth-kind inverse").contains("doubtful"));
+    assert!(!message("--depth-kind inverse").contains("doubtful"));
 }
 
 #[test]
-fn distances_along_the_ray_are_told_of_and_can_be_turned() {
+fn distances_along_the_ray_are_reported_and_can_be_converted() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
@@ -82,16 +86,16 @@ fn distances_along_the_ray_are_told_of_and_can_be_turned() {
     write(&folder.join("ray.exr"), &|_, ray| ray);
     let rendered = |plate: &str, options: &str| {
         let line = format!("apply --lens @lens.json @{plate} -o @out.exr {options}");
-        let said = succeeds(folder, &line).stderr;
-        (said, read_channel(&folder.join("out.exr"), "Y"))
+        let message = succeeds(folder, &line).stderr;
+        (message, read_channel(&folder.join("out.exr"), "Y"))
     };
-    let (said, _) = rendered("ray.exr", "--amount 0");
+    let (message, _) = rendered("ray.exr", "--amount 0");
     assert!(
-        said.contains("doubtful") && said.contains("--along-ray"),
-        "{said}"
+        message.contains("doubtful") && message.contains("--along-ray"),
+        "{message}"
     );
-    let (said, turned) = rendered("ray.exr", "--along-ray 100");
-    assert!(!said.contains("doubtful"), "{said}");
+    let (message, turned) = rendered("ray.exr", "--along-ray 100");
+    assert!(!message.contains("doubtful"), "{message}");
     let (_, want) = rendered("axis.exr", "");
     let apart = turned.iter().zip(&want).map(|(a, b)| (a - b).abs());
     assert!(apart.fold(0.0, f32::max) < 1e-6);
@@ -100,7 +104,7 @@ fn distances_along_the_ray_are_told_of_and_can_be_turned() {
 }
 
 #[test]
-fn only_the_first_frame_of_a_run_is_looked_at() {
+fn only_the_first_frame_of_a_run_is_checked() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);

@@ -1,8 +1,8 @@
-//! Scenes known in three dimensions, for the tests of occlusion.
+//! Scenes with known geometry, for the tests of occlusion.
 
 use crate::pinholes::{Card, ThinLens};
 
-/// A scene, the lens it is seen by, and how many pinholes its reference takes.
+/// A scene, its lens, and the number of pinholes of its reference.
 pub(crate) struct DepthScene {
     pub(crate) name: &'static str,
     pub(crate) lens: ThinLens,
@@ -32,7 +32,7 @@ fn everywhere(_: f64, _: f64) -> bool {
     true
 }
 
-/// An even, soft pattern about `mean` with periods of some pixels.
+/// A smooth periodic pattern around `mean`.
 fn pattern(x: f64, y: f64, mean: f64, contrast: f64, period: f64) -> f64 {
     let k = std::f64::consts::TAU / period;
     let waves = (k * (x + 0.3 * y)).sin() * (k * (0.8 * y - 0.2 * x)).cos();
@@ -67,7 +67,7 @@ fn wires(x: f64, y: f64) -> bool {
     thick_wire(x, y) || (y - 40.0 - 0.15 * x).abs() < 2.6
 }
 
-/// Small lights about the edge of [`left_card`].
+/// Point lights near the edge of [`left_card`].
 fn lights(x: f64, y: f64) -> f64 {
     let lit = [
         (80.0, 40.0),

@@ -1,4 +1,4 @@
-//! `seidel diagnose`: what it refuses, before anything long is begun and with nothing left behind.
+//! `seidel diagnose`: invalid input is refused before any long computation and without leaving files behind.
 
 use std::fs;
 use std::path::Path;
@@ -17,19 +17,19 @@ use crate::support::{
     write_moments_lens, write_pupil_lens,
 };
 
-/// Sets up a ray lens of R, G and B and a set of its PSFs, spoils them with `spoil`, and runs `line`, which
-/// must fail with a message that holds all of `says` and leave the folder as it was.
-fn refused(spoil: impl Fn(&Path), line: &str, says: &[&str]) {
+/// Writes a `pupil` lens of R, G and B and a set of its PSFs, damages them with `spoil`, and asserts that `line` fails with
+/// a message that contains all `parts` and leaves the folder unchanged.
+fn refused(spoil: impl Fn(&Path), line: &str, parts: &[&str]) {
     let folder = tempfile::tempdir().expect("a folder");
     write_pupil_lens(folder.path(), &["R", "G", "B"]);
     write_generated_set(folder.path(), "set", &["R", "G", "B"]);
     spoil(folder.path());
-    must_refuse(folder.path(), line, says);
+    must_refuse(folder.path(), line, parts);
 }
 
 const DIAGNOSE: &str = "diagnose --lens @lens.json @set --out @out";
 
-/// A frame of the lens in `channels`, each the numbers that `pixel` gives for an index.
+/// Writes an image of the lens's frame size with equal `channels`, sample by sample from `pixel`.
 fn picture(folder: &Path, name: &str, channels: &[&str], pixel: impl Fn(usize) -> f32) {
     sized(folder, name, channels, (300, 200), pixel);
 }
@@ -38,9 +38,10 @@ fn sized(
     folder: &Path,
     name: &str,
     channels: &[&str],
-    (width, height): (usize, usize),
+    size: (usize, usize),
     pixel: impl Fn(usize) -> f32,
 ) {
+    let (width, height) = size;
     let plane: Vec<f32> = (0..width * height).map(pixel).collect();
     let planes: Vec<(&str, Vec<f32>)> = channels.iter().map(|&c| (c, plane.clone())).collect();
     write_exr(&folder.join(name), width, height, &planes);
@@ -51,7 +52,7 @@ fn grain(index: usize) -> f32 {
 }
 
 #[test]
-fn lenses_and_sets_that_do_not_go_together() {
+fn lenses_and_sets_that_do_not_match() {
     refused(
         |folder| fs::remove_file(folder.join("lens.json")).expect("there"),
         DIAGNOSE,
@@ -80,7 +81,7 @@ fn lenses_and_sets_that_do_not_go_together() {
 }
 
 #[test]
-fn outputs_that_cannot_be() {
+fn invalid_outputs() {
     refused(
         |folder| {
             fs::create_dir(folder.join("out")).expect("writable");
@@ -105,7 +106,7 @@ fn outputs_that_cannot_be() {
 }
 
 #[test]
-fn pairs_that_tell_nothing() {
+fn pairs_without_information() {
     const ALL: [&str; 3] = ["R", "G", "B"];
     const PAIR: &str = "diagnose --lens @lens.json --reference @sharp.exr --observed @plate.exr \
                         --out @out --depth-m 2";
@@ -155,9 +156,9 @@ fn pairs_that_tell_nothing() {
     refused(both, &format!("{PAIR} --patch 65"), &["too small", "65 px"]);
 }
 
-/// What `apply` puts on a picture is what is estimated from it.
+/// The blur that `apply` renders is estimated from its output.
 #[test]
-fn rendered_blur_is_estimated_as_it_was_drawn() {
+fn rendered_blur_is_estimated_correctly() {
     let folder = tempfile::tempdir().expect("a folder");
     write_pupil_lens(folder.path(), &["Y"]);
     picture(folder.path(), "sharp.exr", &["Y"], grain);
@@ -196,7 +197,7 @@ fn rendered_blur_is_estimated_as_it_was_drawn() {
             .map(|(a, b)| (f64::from(*a) / sum - f64::from(*b)).powi(2))
             .sum();
         let energy: f64 = b.samples().iter().map(|b| f64::from(*b).powi(2)).sum();
-        let noise = seen.noise_sigma[0].expect("told").powi(2) * 625.0 / energy;
+        let noise = seen.noise_sigma[0].expect("a noise figure").powi(2) * 625.0 / energy;
         let gap = square / energy;
         assert!(gap < 0.002 && gap < 2.0 * noise, "{gap} {noise}");
     }
@@ -217,8 +218,8 @@ fn the_command_line_and_the_schema() {
         let outcome = seidel_in(folder.path(), line);
         assert_eq!(outcome.status, 2, "{line}: {}", outcome.stderr);
     }
-    let said = succeeds(folder.path(), "diagnose --schema").stdout;
-    let schema: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let schema = succeeds(folder.path(), "diagnose --schema").stdout;
+    let schema: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
     for key in ["verdict", "causes", "where", "next_capture"] {
         assert!(!schema["properties"][key].is_null(), "{key}");
     }

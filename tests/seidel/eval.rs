@@ -1,4 +1,4 @@
-//! `seidel eval`: its documents, and parity with an independent program on real data.
+//! `seidel eval`: its reports, and agreement with an independent program on measured data.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -30,7 +30,7 @@ fn tables_json_markdown_and_plot() {
     let groups = document["groups"].as_array().expect("groups");
     assert_eq!(groups.len(), 6);
     for group in groups {
-        // The planted lens is in the model: it explains what varies, and draws it well.
+        // The true lens is in the model, so it explains the variance and has a high SNR.
         let explained = &group["variance_explained"]["mu20"]["all_percent"];
         assert!(explained.as_f64().expect("it varies") > 99.0, "{group}");
         let pair = group["forward_blur_snr"]
@@ -49,14 +49,14 @@ fn tables_json_markdown_and_plot() {
 }
 
 #[test]
-fn shapes_are_drawn_by_the_models_that_suit_the_lens() {
+fn shapes_are_drawn_by_the_models_of_the_lens() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G"]);
     let line = "eval --lens @lens.json @set --channel G --shapes @shapes.png";
     let text = succeeds(folder.path(), line);
     assert!(text.stdout.contains("wrote") && text.stdout.contains("shapes.png"));
     let picture = image::open(folder.path().join("shapes.png")).expect("a picture");
-    // Moments: observed, two predictions, two differences; three distances of three places.
+    // Moments: observed, two predictions, two differences; three distances at three places.
     assert_eq!(picture.width(), 16 + 5 * 232);
     assert_eq!(picture.height(), 104 + 48 + 9 * 286 + 8);
     let quiet = succeeds(folder.path(), &format!("{line} --json"));
@@ -97,20 +97,20 @@ fn the_test_image_can_be_chosen_and_is_checked() {
     assert!(flat.stderr.contains("flat.exr"), "{}", flat.stderr);
 }
 
-/// Points of MVarFrac by which a cell may differ.
+/// Tolerance of a cell of MVarFrac, percentage points.
 const EXPLAINED_TOLERANCE: f64 = 0.2 + 0.05;
-/// Decibels by which a cell may differ.
+/// Tolerance of a cell of SNR, dB.
 const SNR_TOLERANCE: f64 = 0.1;
 
-/// Cells of the middle 90 % that exact ties decide: errors of zemax-dgauss28 come in mirrored pairs,
-/// and which of a pair is dropped hung on rounding in the independent program. Their own range, by
-/// dropping four or five tiles at an end, holds both figures.
+/// Returns whether exact ties decide a cell of the middle 90 %. Errors of zemax-dgauss28 come in mirrored pairs, and rounding in
+/// the independent program decided which of a pair it dropped. The range from dropping four or five tiles at an end
+/// contains both figures.
 fn decided_by_ties(r: &Reference, moment: usize) -> bool {
     r.set == "zemax-dgauss28"
         && ((r.depth_m == 2.04953 && moment == 2) || (r.depth_m == 3.04953 && moment == 0))
 }
 
-/// Fits `set` with the `extra` options and evaluates the lens on it through the picture `z`.
+/// Fits `set` with the options `extra` and evaluates the lens on it through the test image `z`.
 fn fitted_and_evaluated(set: &Path, z: &Path, extra: &[&str]) -> Value {
     let folder = tempfile::tempdir().expect("a folder");
     let lens = folder.path().join("lens.json");
@@ -139,7 +139,7 @@ fn fitted_and_evaluated(set: &Path, z: &Path, extra: &[&str]) -> Value {
 }
 
 #[test]
-fn tables_of_the_paper_on_real_data() {
+fn tables_of_the_paper_on_measured_data() {
     let (Some(sets), Some(z)) = (real_data("psf"), real_data("plates/camera-512.exr")) else {
         return;
     };
@@ -233,7 +233,7 @@ fn near_focus_weighted_fits_lose_nothing_and_stay_positive() {
         scores.push(near);
     }
     for (weighted, plain) in scores[0].iter().flatten().zip(scores[1].iter().flatten()) {
-        // A hundredth of a decibel is what the tables print.
+        // The tables print hundredths of a decibel.
         assert!(weighted >= &(plain - 0.01), "{weighted} against {plain}");
     }
 }

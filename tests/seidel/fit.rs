@@ -1,4 +1,4 @@
-//! `seidel fit` on sets made here: planted lenses come back, and the profile says what it should.
+//! `seidel fit` on generated sets: the true lens is recovered, and the report is complete.
 
 use seidel_core::field::FieldPoint;
 use seidel_core::predict::Predictor;
@@ -14,7 +14,7 @@ fn profile(path: &std::path::Path) -> LensProfile {
 }
 
 #[test]
-fn a_planted_lens_comes_back_in_every_channel_and_plane() {
+fn the_true_lens_is_recovered_in_every_channel_and_plane() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G", "B"]);
     let lens = profile(&folder.path().join("lens.json"));
@@ -30,7 +30,7 @@ fn a_planted_lens_comes_back_in_every_channel_and_plane() {
             assert!((moved.magnification - 0.002 * channel as f64).abs() < 2e-5);
         }
     }
-    // Between the planes the depth law carries the blur.
+    // Between the planes the depth law interpolates the blur.
     let predictor = Predictor::new(&lens).expect("a lens");
     let v: f64 = 0.65;
     let at = FieldPoint::new(0.6, -0.4);
@@ -45,7 +45,7 @@ fn a_planted_lens_comes_back_in_every_channel_and_plane() {
 }
 
 #[test]
-fn sets_of_single_distances_fit_as_one_with_all() {
+fn sets_of_single_distances_fit_like_one_set_of_all() {
     use seidel_core::distance::ObjectDistance;
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["Y"]);
@@ -70,7 +70,7 @@ fn sets_of_single_distances_fit_as_one_with_all() {
 }
 
 #[test]
-fn the_report_is_text_or_json_and_one_distance_is_remarked_on() {
+fn the_report_is_text_or_json_and_mentions_a_single_distance() {
     let folder = tempfile::tempdir().expect("a folder");
     let set =
         crate::support::generated_set(&["Y"], &[seidel_core::distance::ObjectDistance::Unknown]);
@@ -91,7 +91,7 @@ fn the_report_is_text_or_json_and_one_distance_is_remarked_on() {
 }
 
 #[test]
-fn bad_observations_are_left_out_only_when_asked_and_named() {
+fn bad_observations_are_skipped_on_request_only_and_named() {
     let folder = tempfile::tempdir().expect("a folder");
     write_generated_set(folder.path(), "set", &["Y"]);
     std::fs::remove_file(folder.path().join("set/psf/0003.exr")).expect("it is there");

@@ -1,4 +1,4 @@
-//! `seidel fit` by rays: a planted lens comes back, PSFs kept aside say so, reports are complete.
+//! `seidel fit` by rays: the true lens is recovered, held-out PSFs confirm it, and reports are complete.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ fn profile(path: &Path) -> LensProfile {
     LensProfile::from_json(&std::fs::read_to_string(path).expect("written")).expect("valid")
 }
 
-/// Writes `folder`/`set`: what the lens of [`write_pupil_lens`] draws at two distances, 48 PSFs.
+/// Writes `folder`/`set`: 48 PSFs of the lens of [`write_pupil_lens`], at two distances.
 fn write_pupil_set(folder: &Path) -> LensProfile {
     write_pupil_lens(folder, &["Y"]);
     let lens = profile(&folder.join("lens.json"));
@@ -39,7 +39,7 @@ fn json(text: &str) -> Value {
 }
 
 #[test]
-fn a_planted_lens_comes_back_ray_by_ray() {
+fn the_true_lens_is_recovered() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let planted = write_pupil_set(folder);
@@ -78,7 +78,7 @@ fn a_planted_lens_comes_back_ray_by_ray() {
 }
 
 #[test]
-fn the_extended_model_and_its_options_are_reported_whole() {
+fn the_extended_model_and_its_options_are_reported_completely() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_set(folder);
@@ -111,7 +111,7 @@ fn the_extended_model_and_its_options_are_reported_whole() {
 #[test]
 fn options_of_another_model_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
-    for (options, told) in [
+    for (options, report) in [
         ("--unweighted", "--model moments"),
         ("--model extended --unweighted", "--model moments"),
         ("--model moments --use-all", "--use-all"),
@@ -120,6 +120,6 @@ fn options_of_another_model_are_refused() {
     ] {
         let refused = seidel_in(folder.path(), &format!("fit @set -o @x.json {options}"));
         assert_eq!(refused.status, 2, "{options}: {}", refused.stderr);
-        assert!(refused.stderr.contains(told), "{}", refused.stderr);
+        assert!(refused.stderr.contains(report), "{}", refused.stderr);
     }
 }

@@ -1,5 +1,5 @@
-//! `seidel apply` with focus controls: neutral ones change nothing, each does what it says, bad ones are
-//! refused.
+//! `seidel apply` with focus controls: neutral values change nothing, each has its documented effect, and invalid ones
+//! are refused.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ fn rendered(folder: &Path, options: &str) -> Vec<f32> {
 }
 
 #[test]
-fn neutral_controls_leave_every_bit() {
+fn neutral_controls_change_no_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["R", "G", "B"]);
@@ -36,7 +36,7 @@ fn neutral_controls_leave_every_bit() {
     }
 }
 
-/// Mean squared distance of a point's light from the point, px².
+/// Second moment of a point light's image about the point, px².
 fn spread(light: &[f32], width: usize) -> f64 {
     let total: f64 = light.iter().map(|v| f64::from(*v)).sum();
     let mean = |f: &dyn Fn(f64, f64) -> f64| {
@@ -51,7 +51,7 @@ fn spread(light: &[f32], width: usize) -> f64 {
 }
 
 #[test]
-fn a_point_of_light_is_drawn_where_the_controls_put_it() {
+fn a_point_light_has_the_blur_that_the_controls_give() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["Y"]);
@@ -69,7 +69,7 @@ fn a_point_of_light_is_drawn_where_the_controls_put_it() {
     let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-4;
     let focus = size("--distance 2");
     assert!(size("--distance 1") > 2.0 * focus);
-    // Within the range, and kept in focus.
+    // Inside the range, which stays in focus.
     assert!(close(size("--distance 1.6 --depth-of-field 0.9"), focus));
     assert!(close(size("--distance 1 --front-multiplier 0"), focus));
     // 1/1.25 - 1/2 = 0.3 1/m; twice that is 1/m less half: an object at 1 / 1.1 m.
@@ -79,14 +79,14 @@ fn a_point_of_light_is_drawn_where_the_controls_put_it() {
         size("--distance 5 --front-multiplier 2"),
         size("--distance 5")
     ));
-    // Two standard deviations along each axis of a round kernel in the middle of the frame.
+    // The second moment of a round kernel is twice the variance along an axis.
     let held = size("--distance 0.5 --maximum-size 5");
     assert!(held < 2.0 * 2.5 * 2.5 * 1.001, "{held}");
     assert!(size("--distance 0.5") > 2.0 * held);
 }
 
 #[test]
-fn values_that_cannot_be_are_refused_before_anything_is_read() {
+fn invalid_values_are_refused_before_anything_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["Y"]);

@@ -1,4 +1,4 @@
-//! Plates of other formats than EXR by the command: read, blurred, written as they were and as something else.
+//! The command on plates in formats other than EXR: read, blurred, and written in the same and in another format.
 
 use std::fs;
 use std::path::Path;
@@ -10,8 +10,8 @@ use crate::support::{
     write_plate, write_pupil_lens,
 };
 
-/// A folder with a lens and the PNG plates `plate.1.png` and `plate.2.png` of 30 x 20 pixels.
-fn made() -> tempfile::TempDir {
+/// Returns a folder with a lens and the PNG plates `plate.1.png` and `plate.2.png` of 30 x 20 pixels.
+fn test_folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G", "B"]);
     for frame in 1..=2_u32 {
@@ -38,7 +38,7 @@ fn bytes(folder: &Path, name: &str) -> Vec<u8> {
 
 #[test]
 fn the_blur_is_the_same_in_every_format() {
-    let folder = made();
+    let folder = test_folder();
     let folder = folder.path();
     for frame in 1..=2 {
         succeeds(
@@ -46,7 +46,7 @@ fn the_blur_is_the_same_in_every_format() {
             &format!("{APPLY} --amount 0 @plate.{frame}.png -o @same.{frame}.dpx"),
         );
     }
-    // Sequences too: 16-bit sRGB codes of PNG and of DPX become the same light.
+    // Also sequences: 16-bit sRGB codes of PNG and of DPX become the same light.
     for input in ["plate.%d.png", "same.%d.dpx"] {
         succeeds(
             folder,
@@ -64,7 +64,7 @@ fn the_blur_is_the_same_in_every_format() {
             assert!(png.iter().any(|v| *v > 0.001));
         }
     }
-    // Written as it was read, DPX keeps every byte that is no pixel; those too where nothing is blurred.
+    // In the same format, DPX keeps every byte outside the pixels, and those too where nothing is blurred.
     succeeds(
         folder,
         &format!("{APPLY} --amount 0 @same.1.dpx -o @again.dpx"),
@@ -82,17 +82,21 @@ fn the_blur_is_the_same_in_every_format() {
 }
 
 #[test]
-fn what_is_lost_is_told_and_jpeg_is_never_written() {
-    let folder = made();
+fn lost_data_are_reported_and_jpeg_is_never_written() {
+    let folder = test_folder();
     let folder = folder.path();
     write_plate(&folder.join("plate.exr"), 30, 20);
     let outcome = succeeds(folder, "apply --lens @lens.json @plate.exr -o @out.hdr");
-    for said in [
+    for part in [
         "channels Z are left out",
         "holds no alpha",
         "written as RGBE",
     ] {
-        assert!(outcome.stderr.contains(said), "{said}: {}", outcome.stderr);
+        assert!(
+            outcome.stderr.contains(part),
+            "{part}: {}",
+            outcome.stderr
+        );
     }
     let outcome = succeeds(folder, "apply --lens @lens.json @plate.exr -o @out.png");
     assert!(
@@ -117,8 +121,8 @@ fn what_is_lost_is_told_and_jpeg_is_never_written() {
 }
 
 #[test]
-fn remove_writes_other_formats_but_for_residuals() {
-    let folder = made();
+fn remove_writes_other_formats_except_for_residuals() {
+    let folder = test_folder();
     let folder = folder.path();
     write_plate(&folder.join("plate.exr"), 30, 20);
     must_refuse(
@@ -143,7 +147,7 @@ fn remove_writes_other_formats_but_for_residuals() {
 }
 
 #[test]
-fn exr_files_are_packed_as_asked_for_and_data_are_spared() {
+fn exr_compression_can_be_chosen_and_spares_data_channels() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["R", "G", "B"]);
@@ -158,7 +162,10 @@ fn exr_files_are_packed_as_asked_for_and_data_are_spared() {
         );
         let info = succeeds(folder, &format!("info @{how}.exr")).stdout;
         let stored = info.lines().find(|l| l.contains("compression: "));
-        (outcome.stderr, stored.expect("told").to_lowercase())
+        (
+            outcome.stderr,
+            stored.expect("a compression").to_lowercase(),
+        )
     };
     for how in ["none", "rle", "zips", "zip", "piz"] {
         packed("plate", how);
@@ -169,18 +176,18 @@ fn exr_files_are_packed_as_asked_for_and_data_are_spared() {
             );
         }
     }
-    let (said, stored) = packed("plate", "dwaa");
+    let (message, stored) = packed("plate", "dwaa");
     assert!(
-        stored.contains("dwaa") && !said.contains("spoil"),
-        "{stored} {said}"
+        stored.contains("dwaa") && !message.contains("spoil"),
+        "{stored} {message}"
     );
     let lossy = read_channel(&folder.join("dwaa.exr"), "R");
     assert!(lossy != colours[0].1);
-    // With depth in the same part it is not done, and said.
-    let (said, stored) = packed("depth", "dwaa");
+    // With depth in the same part the option is ignored, with a warning.
+    let (message, stored) = packed("depth", "dwaa");
     assert!(
-        stored.contains("zip") && said.contains("would spoil Z"),
-        "{stored} {said}"
+        stored.contains("zip") && message.contains("would spoil Z"),
+        "{stored} {message}"
     );
     let line = format!("{line} @plate.exr -o @plate.tif --compression zip");
     assert_eq!(seidel_in(folder, &line).status, 2);

@@ -1,5 +1,5 @@
-//! The sim-to-real gap diagnosed: every effect planted alone is named, nothing is found where nothing is
-//! missing, and the open cases of other simulators are right.
+//! Diagnosis of the gap between a simulated and a real lens: every effect alone is identified, nothing is found where
+//! nothing is missing, and the open cases of other simulators are solved.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use crate::support::{real_data, succeeds};
 
-/// Small enough that all effects take a minute or two.
+/// Small enough for all effects to take a minute or two.
 const SIZE: Size = Size {
     design: 20,
     real: 14,
@@ -24,8 +24,8 @@ const SIZE: Size = Size {
     tile: 33,
 };
 
-/// What each effect is mistaken for: docs/background/effects.md.
-const LIKE: [(&str, &[&str]); 17] = [
+/// The effects that each effect is easily confused with (docs/background/effects.md).
+const CONFUSABLE: [(&str, &[&str]); 17] = [
     ("defocus_offset", &["depth_scale", "sensor_tilt"]),
     ("depth_scale", &["defocus_offset", "axial_colour"]),
     ("sensor_tilt", &["decentre", "defocus_offset"]),
@@ -57,7 +57,7 @@ fn diagnosed(lens: &LensProfile, real: &ObservationSet, library: &[&str]) -> Dia
     diagnose(lens, real, &settings, &progress).expect("a sound set")
 }
 
-/// A case of `kind`, fitted and diagnosed with `library` and without its answer.
+/// Fits a case of `kind` and diagnoses it with `library`, without its answer.
 fn blind(kind: Kind, seed: u64, library: &[&str]) -> Diagnosis {
     let case = seidel_trial::draw(&Recipe {
         kind,
@@ -69,32 +69,32 @@ fn blind(kind: Kind, seed: u64, library: &[&str]) -> Diagnosis {
 }
 
 #[test]
-fn every_effect_planted_alone_is_named() {
+fn every_effect_alone_is_identified() {
     let missed: Vec<String> = effects::ALL
         .iter()
         .enumerate()
         .filter_map(|(index, effect)| {
-            let like = LIKE.iter().find(|(id, _)| *id == effect.id());
+            let like = CONFUSABLE.iter().find(|(id, _)| *id == effect.id());
             let (id, like) = like.expect("every effect has something like it");
             let library: Vec<&str> = [*id].iter().chain(*like).copied().collect();
             let found = blind(Kind::Single(id), 7000 + index as u64, &library);
             let named = found.verdict == Verdict::Explained && found.added == [effect.id()];
             let proved = found.gap.closed > 0.9;
-            let told = format!(
+            let report = format!(
                 "{}: {} {:?}, closed {:.3}",
                 effect.id(),
                 found.verdict.id(),
                 found.added,
                 found.gap.closed
             );
-            (!named || !proved).then_some(told)
+            (!named || !proved).then_some(report)
         })
         .collect();
     assert!(missed.is_empty(), "{}", missed.join("; "));
 }
 
 #[test]
-fn nothing_is_named_where_nothing_is_missing() {
+fn nothing_is_found_where_nothing_is_missing() {
     let found = blind(
         Kind::None,
         7100,
@@ -105,7 +105,7 @@ fn nothing_is_named_where_nothing_is_missing() {
 }
 
 #[test]
-fn a_cause_outside_the_library_is_called_unexplained() {
+fn a_cause_outside_the_library_is_unexplained() {
     let found = blind(
         Kind::Unknown("central_obstruction"),
         7200,

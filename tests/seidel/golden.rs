@@ -1,4 +1,4 @@
-//! The golden values of the reference mathematics: 12 lenses at 5 image points each, to 50 digits.
+//! Reference values of the mathematics, computed to 50 digits: 12 lenses at 5 image points each.
 
 use seidel_core::field::{FieldPoint, Meridian};
 use seidel_core::lens::{
@@ -147,7 +147,7 @@ fn moment_coefficients_in_every_frame() {
             (s.rescaled(1.0 / pitch, 1.0 / pitch), "s_px", pitch),
         ] {
             let want: [f64; 10] = numbers(&case.json[key]);
-            // Compared by what each contributes at the edge of the field.
+            // Each is scaled by its contribution at the edge of the field.
             let weight = |k: usize| (field / unit).powi(seidel_core::lens::BASIS_DEGREE[k]);
             for order in [2, 3] {
                 let of_order = (0..10).filter(|&k| seidel_core::lens::MOMENT_ORDER[k] == order);
@@ -319,7 +319,7 @@ fn rays_through_the_pupil_have_the_closed_form_moments() {
 fn skew_normal_parameters_and_densities() {
     let mut compared = 0;
     for case in cases() {
-        // PSF models work in pixels: the golden lengths are divided by the pitch.
+        // PSF models work in pixels: the reference lengths are divided by the pixel pitch.
         let pitch = number(&case.json["params"]["pitch"]);
         let s = case.reduced.coefficients().rescaled(1.0 / pitch, 1.0);
         for point in case.json["points"].as_array().expect("points") {
@@ -355,7 +355,7 @@ fn skew_normal_parameters_and_densities() {
                 want["clipped"].as_bool().expect("a flag"),
                 "{name}"
             );
-            // The cube root makes e as uncertain as the skewness to the third: compare where it matters.
+            // Near zero the cube root amplifies the error of the skewness, so e is compared for larger values only.
             close(
                 e.powi(3),
                 number(&want["e"]).powi(3),
@@ -439,7 +439,7 @@ fn third_moment_fits() {
 
 #[test]
 fn a_skew_normal_density_has_its_moments() {
-    // By brute force on a fine grid: unit sum, zero mean, covariance and PHI s s s.
+    // By sums over a fine grid: unit sum, zero mean, covariance and PHI s s s.
     let covariance = [4.0, 0.9, 2.5];
     let s = [1.7, -0.6];
     let density = SkewNormalDensity::new(covariance, s);
@@ -484,7 +484,7 @@ fn depth_law_from_the_fewest_planes() {
     let golden = golden();
     let rows = golden["depth"]["rows"].as_array().expect("rows");
     let plane = |index: usize| {
-        // Vergence per millimetre in the file; the law takes 1/m.
+        // The file has vergence in 1/mm, the law in 1/m.
         let v = number(&rows[index]["v"]) * 1e3;
         DepthPlane {
             vergence_per_m: v,
@@ -549,7 +549,7 @@ fn aberrations_across_depth_follow_six_constants() {
             let want = number(&row[key]);
             close(got, want, want.abs(), 1e-11, &format!("{key} at v = {v}"));
         }
-        // The same lens described at this vergence agrees with itself described at infinity.
+        // The lens described at this vergence equals the lens described at infinity.
         let here = ConjugateShift::new(
             law.focal_length,
             law.magnification,

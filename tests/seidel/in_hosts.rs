@@ -1,7 +1,6 @@
-//! The OpenFX plugin in a host that shares nothing with it, against the command: the same plate, lens and settings give
-//! the same samples, to the bit.
+//! The OpenFX plugin in the test host, against the command: the same plate, lens and settings give bit-identical samples.
 
-// Its getters take their places in a fixed number: see `tests/host/src/host/suites/variadic.rs`.
+// The host's variadic functions are not available there: see `tests/host/src/host/suites/variadic.rs`.
 #![cfg(not(all(target_vendor = "apple", target_arch = "aarch64")))]
 
 use std::path::Path;
@@ -19,13 +18,13 @@ const WIDTH: usize = 90;
 const HEIGHT: usize = 64;
 const NAMES: [&str; 4] = ["R", "G", "B", "A"];
 
-/// `plate.exr` of `folder` in a host, the lens being `lens.json`.
+/// Renders `plate.exr` of `folder` with `lens.json` in the host.
 fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
-    tried_in_host(folder, depth, knobs).expect("rendered")
+    try_in_host(folder, depth, knobs).expect("rendered")
 }
 
-/// The same, or what the host was told.
-fn tried_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<Picture, String> {
+/// Renders as [`in_host`], or returns the plugin's message.
+fn try_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<Picture, String> {
     let plate = folder.join("plate.exr");
     let mut feeds = vec![("Source".to_owned(), plate.clone(), None)];
     if depth {
@@ -45,7 +44,7 @@ fn tried_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<P
     shot.taken()
 }
 
-/// A covered plate whose channels hold `sample` of their shade, pixel by pixel.
+/// Writes an opaque plate whose colours come from `sample`, which takes a channel's shade and a pixel index.
 fn write_shades(folder: &Path, sample: impl Fn(f32, usize) -> f32) {
     let plane = |shade| (0..WIDTH * HEIGHT).map(|k| sample(shade, k)).collect();
     let channels: [(&str, Vec<f32>); 4] = [
@@ -57,9 +56,9 @@ fn write_shades(folder: &Path, sample: impl Fn(f32, usize) -> f32) {
     write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
 }
 
-/// The command makes the same of it to the bit, and it is not what it was.
+/// Asserts that the command gives bit-identical samples, and that they differ from the plate's.
 #[track_caller]
-fn is_as_by_command(host: &Picture, folder: &Path, line: &str) {
+fn assert_equals_command(host: &Picture, folder: &Path, line: &str) {
     succeeds(folder, &format!("{line} @plate.exr -o @out.exr"));
     let mut changed = false;
     let (width, height) = (host.bounds.width(), host.bounds.height());
@@ -79,7 +78,7 @@ fn is_as_by_command(host: &Picture, folder: &Path, line: &str) {
 }
 
 #[test]
-fn apply_is_that_of_the_command() {
+fn apply_equals_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["R", "G", "B"]);
@@ -87,7 +86,7 @@ fn apply_is_that_of_the_command() {
     let depth = [("math", "depth"), ("worldScale", "metres")];
     let host = in_host(folder, true, &depth);
     let line = "apply --lens @lens.json --no-depth-check";
-    is_as_by_command(&host, folder, line);
+    assert_equals_command(&host, folder, line);
     let more = [
         ("amount", "1.5"),
         ("redScale", "1.2"),
@@ -104,14 +103,14 @@ fn apply_is_that_of_the_command() {
         "{line} --amount 1.5 --channel-scale R=1.2 --focus-distance 2 --depth-of-field 0.2 \
          --front-multiplier 1.5 --maximum-size 8 --edges extend --no-fill-foreground"
     );
-    is_as_by_command(&host, folder, &line);
+    assert_equals_command(&host, folder, &line);
     let host = in_host(folder, false, &[("distance", "1.5"), ("edge", "Black")]);
     let line = "apply --lens @lens.json --distance 1.5 --edges black";
-    is_as_by_command(&host, folder, line);
+    assert_equals_command(&host, folder, line);
 }
 
 #[test]
-fn remove_and_relens_are_those_of_the_command() {
+fn remove_and_relens_equal_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["R", "G", "B"]);
@@ -125,7 +124,7 @@ fn remove_and_relens_are_those_of_the_command() {
     let host = in_host(folder, false, &knobs);
     let common = "--distance 1.6 --noise 0.002 --lens-check off";
     let line = format!("remove --lens @lens.json {common} --no-overscan");
-    is_as_by_command(&host, folder, &line);
+    assert_equals_command(&host, folder, &line);
     let other = folder.join("other.json").display().to_string();
     let knobs = [
         ("mode", "Relens"),
@@ -137,11 +136,11 @@ fn remove_and_relens_are_those_of_the_command() {
     ];
     let host = in_host(folder, false, &knobs);
     let line = format!("relens --from @lens.json --to @other.json --amount 0.7 {common}");
-    is_as_by_command(&host, folder, &line);
+    assert_equals_command(&host, folder, &line);
 }
 
 #[test]
-fn the_lens_is_checked_as_by_the_command() {
+fn the_lens_check_equals_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let channels = ["R", "G", "B"];
@@ -150,12 +149,12 @@ fn the_lens_is_checked_as_by_the_command() {
     let knobs = [("mode", "Remove"), ("lensScale", "1"), ("distance", "1.6")];
     let pressed = [&knobs[..], &[("checkLens", "")]].concat();
     let line = "remove --lens @lens.json --lens-scale 1 --distance 1.6 --no-overscan";
-    is_as_by_command(&in_host(folder, false, &pressed), folder, line);
+    assert_equals_command(&in_host(folder, false, &pressed), folder, line);
     let off = format!("{line} --lens-check off");
-    is_as_by_command(&in_host(folder, false, &knobs), folder, &off);
+    assert_equals_command(&in_host(folder, false, &knobs), folder, &off);
 }
 
-/// A plate in codes of ARRI LogC4, with lamps.
+/// Writes a plate of ARRI LogC4 codes, with highlights.
 fn write_log_plate(folder: &Path) {
     let table = seidel_colour::curves::CurveTable::embedded().expect("in order");
     let curve = &table.curves["logc4"].transfer;
@@ -197,7 +196,7 @@ fn log_plates_are_blurred_as_light() {
 }
 
 #[test]
-fn configs_of_open_color_io_do_as_in_the_command() {
+fn opencolorio_configs_equal_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["R", "G", "B"]);
@@ -229,7 +228,7 @@ fn configs_of_open_color_io_do_as_in_the_command() {
         ),
     ] {
         let host = in_host(folder, false, &[&common[..], knobs].concat());
-        is_as_by_command(&host, folder, &format!("{line} {options}"));
+        assert_equals_command(&host, folder, &format!("{line} {options}"));
     }
     let removing = [
         ("mode", "Remove"),
@@ -241,7 +240,7 @@ fn configs_of_open_color_io_do_as_in_the_command() {
     let line =
         "remove --lens @lens.json --distance 1.5 --noise 0.002 --lens-check off --no-overscan";
     let line = format!("{line} --ocio seidel --in-space logc4");
-    is_as_by_command(&host, folder, &line);
+    assert_equals_command(&host, folder, &line);
     let channels = ["R", "G", "B", "A"].map(|name| {
         let mut plane = read_channel(&folder.join("plate.exr"), name);
         plane[1234] = if name == "G" { f32::NAN } else { 0.5 };
@@ -251,7 +250,7 @@ fn configs_of_open_color_io_do_as_in_the_command() {
     let broken = [("ocioConfig", "seidel"), ("sourceSpace", "logc4")];
     let scrubbed = [&common[..], &broken, &[("scrub", "on")]].concat();
     let line = "apply --lens @lens.json --distance 1.5 --ocio seidel --in-space logc4 --scrub";
-    is_as_by_command(&in_host(folder, false, &scrubbed), folder, line);
+    assert_equals_command(&in_host(folder, false, &scrubbed), folder, line);
     for (knobs, words) in [
         (&broken[..], &["1 sample", "`ARRI LogC4`", "Scrub"][..]),
         (
@@ -267,10 +266,10 @@ fn configs_of_open_color_io_do_as_in_the_command() {
             &["no such.ocio"],
         ),
     ] {
-        let told = tried_in_host(folder, false, &[&common[..], knobs].concat());
-        let told = told.expect_err("refused");
+        let report = try_in_host(folder, false, &[&common[..], knobs].concat());
+        let report = report.expect_err("refused");
         for word in words {
-            assert!(told.contains(word), "{told}");
+            assert!(report.contains(word), "{report}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What made a file is written into it, and `seidel info` shows it.
+//! Outputs contain their provenance, and `seidel info` shows it.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ fn info(folder: &Path, file: &str) -> String {
 }
 
 #[test]
-fn outputs_say_what_made_them_in_every_format() {
+fn outputs_contain_their_provenance_in_every_format() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_pupil_lens(folder, &["R", "G", "B"]);
@@ -40,7 +40,7 @@ fn outputs_say_what_made_them_in_every_format() {
             "apply @plate.{format} -o @one.{format} --lens @lens.json --distance 2 --amount 0.5"
         );
         succeeds(folder, &line);
-        let told = info(folder, &format!("one.{format}"));
+        let report = info(folder, &format!("one.{format}"));
         for part in [
             "made by Seidel",
             "seidelVersion: 0.",
@@ -51,18 +51,20 @@ fn outputs_say_what_made_them_in_every_format() {
             "quality: final",
         ] {
             assert!(
-                told.contains(part),
-                "{format}: `{part}` is missing in {told}"
+                report.contains(part),
+                "{format}: `{part}` is missing in {report}"
             );
         }
-        assert!(!told.contains("seidelBefore"), "{told}");
+        assert!(!report.contains("seidelBefore"), "{report}");
         let line = format!(
             "remove @one.{format} -o @two.{format} --lens @lens.json --distance 2 --lens-check off"
         );
         succeeds(folder, &line);
-        let told = info(folder, &format!("two.{format}"));
-        assert!(told.contains("seidelCommand: seidel remove "), "{told}");
-        let (_, before) = told.split_once("seidelBefore").expect("what was before");
+        let report = info(folder, &format!("two.{format}"));
+        assert!(report.contains("seidelCommand: seidel remove "), "{report}");
+        let (_, before) = report
+            .split_once("seidelBefore")
+            .expect("earlier provenance");
         assert!(before.contains(": seidel apply "), "{before}");
         let line = format!(
             "apply @plate.{format} -o @mute.{format} --lens @lens.json --distance 2 --no-provenance"
@@ -76,11 +78,11 @@ fn outputs_say_what_made_them_in_every_format() {
 }
 
 #[test]
-fn files_are_told_with_their_attributes() {
+fn files_are_described_with_their_attributes() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_plate(&folder.join("plate.exr"), 40, 30);
-    let told = info(folder, "plate.exr");
+    let report = info(folder, "plate.exr");
     for part in [
         "OpenEXR",
         "size: 40 x 30",
@@ -88,7 +90,7 @@ fn files_are_told_with_their_attributes() {
         "data window: 40 x 30 at (0, 0)",
         "compression: ",
     ] {
-        assert!(told.contains(part), "`{part}` is missing in {told}");
+        assert!(report.contains(part), "`{part}` is missing in {report}");
     }
     let json = succeeds(folder, "info --json @plate.exr").stdout;
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");

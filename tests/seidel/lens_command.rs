@@ -1,9 +1,9 @@
-//! `seidel lens`: the sheet and the schema.
+//! `seidel lens`: the PSF sheet and the JSON schema.
 
 use crate::support::{seidel_in, succeeds, write_moments_lens, write_pupil_lens};
 
 #[test]
-fn the_sheet_is_a_picture_that_shows_something() {
+fn the_sheet_is_an_image_with_content() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G", "B"]);
     succeeds(folder.path(), "lens show @lens.json -o @sheet.png");
@@ -22,7 +22,7 @@ fn the_sheet_is_a_picture_that_shows_something() {
 }
 
 #[test]
-fn profiles_have_no_key_that_the_schema_lacks() {
+fn the_schema_has_every_key_of_profiles() {
     let folder = tempfile::tempdir().expect("a folder");
     let schema = succeeds(folder.path(), "lens schema").stdout;
     let parsed: serde_json::Value = serde_json::from_str(&schema).expect("JSON");

@@ -1,15 +1,15 @@
-//! `seidel lut`: pictures from space to space, tables that other programs read, and what spaces there are.
+//! `seidel lut`: conversion between colour spaces, tables for other programs, and the list of spaces.
 
 use std::fs;
 use std::path::Path;
 
 use crate::support::{must_refuse, read_channel, seidel_in, succeeds, write_exr, write_plate};
 
-/// Colour by the project's own config, whatever the environment says.
+/// Selects the project's own config, whatever the environment names.
 const OWN: &str = "--ocio seidel";
 
 #[test]
-fn there_is_a_list_of_what_a_config_has() {
+fn the_spaces_of_a_config_are_listed() {
     let folder = tempfile::tempdir().expect("a folder");
     let listed = succeeds(folder.path(), &format!("lut --list {OWN}")).stdout;
     for part in [
@@ -29,7 +29,7 @@ fn there_is_a_list_of_what_a_config_has() {
 }
 
 #[test]
-fn a_picture_goes_there_and_back() {
+fn conversion_can_be_reversed() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_plate(&folder.join("light.exr"), 40, 30);
@@ -50,14 +50,14 @@ fn a_picture_goes_there_and_back() {
             );
         }
     }
-    let said = succeeds(
+    let message = succeeds(
         folder,
         &format!("lut @light.exr -o @shown.exr {OWN} --in-space auto --view sRGB/Plain"),
     );
     assert!(
-        said.stderr.contains("rule for all files"),
+        message.stderr.contains("rule for all files"),
         "{}",
-        said.stderr
+        message.stderr
     );
     assert_eq!(
         read_channel(&folder.join("shown.exr"), "Z"),
@@ -66,7 +66,7 @@ fn a_picture_goes_there_and_back() {
 }
 
 #[test]
-fn frames_are_converted_as_other_commands_take_them() {
+fn sequences_are_converted() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     for frame in 1..=3 {
@@ -91,7 +91,7 @@ fn frames_are_converted_as_other_commands_take_them() {
         succeeds(folder, &line);
         assert!(out("one", frame) == out("log", frame), "{frame}");
     }
-    // A run goes on where it stopped, and starts anew where that is asked for.
+    // A run resumes where it stopped; --overwrite starts again.
     fs::remove_file(folder.join("log.0002.exr")).expect("there");
     fs::write(folder.join("log.0003.exr"), "kept").expect("writable");
     let done = succeeds(folder, &run);
@@ -103,7 +103,7 @@ fn frames_are_converted_as_other_commands_take_them() {
     assert!(out("log", 2) == out("one", 2) && out("log", 3) == b"kept");
     succeeds(folder, &format!("{run} --overwrite --memory 1 --threads 1"));
     assert!(out("log", 3) == out("one", 3));
-    // A frame that is not there stops no other, and is told at the end.
+    // A missing frame does not stop the others, and is reported at the end.
     fs::remove_file(folder.join("light.0002.exr")).expect("there");
     fs::remove_file(folder.join("log.0001.exr")).expect("there");
     let done = seidel_in(folder, &format!("{run} --overwrite"));
@@ -113,7 +113,7 @@ fn frames_are_converted_as_other_commands_take_them() {
         .expect("a list at the end");
     assert!(end.contains("light.0002.exr"), "{end}");
     assert!(out("log", 1) == out("one", 1));
-    // Frames and patterns belong together, tables have none, and nothing is written over what is read.
+    // --frames needs a pattern, tables take neither, and an output must not replace its input.
     let line = format!("lut @light.%04d.exr -o @b.%04d.exr {spaces}");
     must_refuse(folder, &line, &["holds a frame pattern", "--frames"]);
     let line = format!("lut @light.%04d.exr -o @b.exr {spaces} --frames 1-3");
@@ -125,7 +125,7 @@ fn frames_are_converted_as_other_commands_take_them() {
 }
 
 #[test]
-fn what_is_converted_says_so() {
+fn outputs_contain_their_provenance() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_plate(&folder.join("light.0007.exr"), 20, 10);
@@ -141,7 +141,7 @@ fn what_is_converted_says_so() {
 }
 
 #[test]
-fn samples_that_are_none_are_refused_or_zero_alpha_too() {
+fn non_finite_samples_are_refused_or_become_zero() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let plane = |bad: usize, fill: f32| -> Vec<f32> {
@@ -157,8 +157,8 @@ fn samples_that_are_none_are_refused_or_zero_alpha_too() {
     write_exr(&folder.join("bad.exr"), 20, 10, &channels);
     let line = format!("lut @bad.exr -o @out.exr {OWN} --in-space logc4 --out-space ACEScg");
     must_refuse(folder, &line, &["bad.exr", "R", "--scrub"]);
-    let said = succeeds(folder, &format!("{line} --scrub")).stderr;
-    assert!(said.contains("replaced by zero"), "{said}");
+    let message = succeeds(folder, &format!("{line} --scrub")).stderr;
+    assert!(message.contains("replaced by zero"), "{message}");
     for name in ["R", "G", "B", "A"] {
         let plane = read_channel(&folder.join("out.exr"), name);
         assert!(plane.iter().all(|sample| sample.is_finite()), "{name}");
@@ -168,7 +168,7 @@ fn samples_that_are_none_are_refused_or_zero_alpha_too() {
     }
 }
 
-/// A config in `folder` whose space `Camera` is what the table `file` makes `Light` of.
+/// Writes a config whose space `Camera` is converted to `Light` by the table `file`.
 fn write_config(folder: &Path, file: &str) {
     let yaml = format!(
         "ocio_profile_version: 2.1\nsearch_path: .\nroles:\n  default: Light\n  scene_linear: Light\n\
@@ -181,7 +181,7 @@ fn write_config(folder: &Path, file: &str) {
 }
 
 #[test]
-fn tables_do_what_the_spaces_do() {
+fn tables_equal_the_conversion() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_plate(&folder.join("light.exr"), 40, 30);
@@ -226,7 +226,7 @@ fn tables_do_what_the_spaces_do() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_requests_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let spaces = format!("{OWN} --in-space logc3 --out-space ACEScg");

@@ -1,4 +1,4 @@
-//! Seidel's tests by public doors.
+//! Tests of Seidel through its public interfaces: the command, the C ABI, the OpenFX plugin and the crates.
 
 mod alpha_per_channel;
 mod animate;

@@ -1,4 +1,4 @@
-//! `seidel apply`: near things hide far ones, and holdouts stay sharp.
+//! `seidel apply`: near objects occlude far ones, and holdouts stay sharp.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::support::{
 const WIDTH: usize = 90;
 const HEIGHT: usize = 60;
 
-/// An opaque plate of even grey: its left half 1 m away, its right half 5 m.
+/// Writes an opaque plate of uniform grey: its left half 1 m away, its right half 5 m.
 fn write_two_cards(path: &Path) {
     let even = vec![0.4; WIDTH * HEIGHT];
     let depth = |k: usize| if k % WIDTH < WIDTH / 2 { 1.0 } else { 5.0 };
@@ -29,7 +29,7 @@ fn farthest_from(samples: &[f32], value: f32) -> f32 {
 }
 
 #[test]
-fn even_light_stays_even_and_opaque_over_a_depth_edge() {
+fn uniform_light_stays_uniform_and_opaque_at_a_depth_edge() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["R", "G", "B"]);
@@ -51,13 +51,13 @@ fn even_light_stays_even_and_opaque_over_a_depth_edge() {
         assert!(farthest_from(&green, 0.4) < 1e-3, "{extra}");
         assert!(farthest_from(&alpha, 1.0) < 1e-4, "{extra}");
     }
-    // Each pixel's light alone does neither.
+    // Without occlusion it stays neither.
     let (_, alpha) = blurred("--occlusion off");
     assert!(farthest_from(&alpha, 1.0) > 0.01);
 }
 
 #[test]
-fn holdouts_keep_back_what_is_behind_them() {
+fn holdouts_stop_the_blur_of_objects_behind_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["R", "G", "B"]);
@@ -81,13 +81,13 @@ fn holdouts_keep_back_what_is_behind_them() {
     let at = |x: usize, y: usize| by_depth[y * WIDTH + x];
     assert!((at(8, 8) - 0.4).abs() < 1e-3, "in front: {}", at(8, 8));
     assert!(at(80, 8) < 1e-4, "behind: {}", at(80, 8));
-    // At one distance everywhere, too.
+    // Also with one distance for the whole plate.
     let behind = blurred("--distance 5 --holdout @matte.exr --holdout-depth @matte.exr:Z");
     assert_eq!(farthest_from(&behind[..WIDTH], 0.0), 0.0);
 }
 
 #[test]
-fn holdouts_that_cannot_be_are_refused() {
+fn invalid_holdouts_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["R", "G", "B"]);

@@ -39,7 +39,7 @@ impl ThinLens {
     }
 }
 
-/// As renderers see it: one channel, discs of constant size over the field.
+/// The blur as renderers evaluate it: one channel, discs of constant size over the field.
 impl BlurField for ThinLens {
     fn frame(&self) -> Frame {
         Frame::new(WIDTH as u32, HEIGHT as u32, None).expect("a valid frame")
@@ -70,14 +70,14 @@ pub(crate) const WIDTH: usize = 192;
 /// See [`WIDTH`].
 pub(crate) const HEIGHT: usize = 128;
 
-/// A flat surface: where it is and what it looks like, at places the middle of the aperture sees it.
+/// A flat surface. Its position, outline and light are given in image coordinates as the centre of the aperture sees it.
 #[derive(Clone, Copy)]
 pub(crate) struct Card {
-    /// Vergence at (0, 0) and its slopes along x and y, 1/m and 1/m per px.
+    /// Vergence at (0, 0), 1/m, and its derivatives along x and y, 1/m per px.
     pub(crate) vergence: [f64; 3],
-    /// Whether the surface is there.
+    /// Tests whether the surface covers a point.
     pub(crate) covers: fn(f64, f64) -> bool,
-    /// Its light.
+    /// Light of a point of the surface.
     pub(crate) light: fn(f64, f64) -> f64,
 }
 
@@ -86,8 +86,8 @@ impl Card {
         self.vergence[0] + self.vergence[1] * x + self.vergence[2] * y
     }
 
-    /// Where the ray that lands at (x, y) through aperture point `u` meets the card's plane.
-    fn met(&self, lens: &ThinLens, x: f64, y: f64, u: [f64; 2]) -> (f64, f64) {
+    /// Returns the intersection of the card's plane with the ray that reaches (x, y) through the aperture point `u`.
+    fn intersection(&self, lens: &ThinLens, x: f64, y: f64, u: [f64; 2]) -> (f64, f64) {
         // p + R(v(p)) u = (x, y) with R and v linear: R(v(p)) = (R at (x, y)) / (1 + slope along u).
         let per_vergence = lens.radius_px(1.0) - lens.radius_px(0.0);
         let slope = per_vergence * (self.vergence[1] * u[0] + self.vergence[2] * u[1]);
@@ -96,11 +96,11 @@ impl Card {
     }
 }
 
-/// The light that lands at (x, y) through aperture point `u`, and the vergence it comes from.
-fn seen(lens: &ThinLens, cards: &[Card], x: f64, y: f64, u: [f64; 2]) -> (f64, f64) {
+/// Returns light and vergence of the nearest card on the ray that reaches (x, y) through the aperture point `u`.
+fn trace(lens: &ThinLens, cards: &[Card], x: f64, y: f64, u: [f64; 2]) -> (f64, f64) {
     let mut nearest = (0.0, f64::NEG_INFINITY);
     for card in cards {
-        let (px, py) = card.met(lens, x, y, u);
+        let (px, py) = card.intersection(lens, x, y, u);
         let vergence = card.vergence_at(px, py);
         if vergence > nearest.1 && (card.covers)(px, py) {
             nearest = ((card.light)(px, py), vergence);
@@ -109,7 +109,7 @@ fn seen(lens: &ThinLens, cards: &[Card], x: f64, y: f64, u: [f64; 2]) -> (f64, f
     nearest
 }
 
-/// The fractional parts of multiples of two numbers that fill the square evenly (Roberts' R2 sequence).
+/// Returns a point of Roberts' R2 sequence, which fills the unit square evenly.
 fn spread(index: usize) -> (f64, f64) {
     let place = |step: f64| (0.5 + step * (index + 1) as f64).fract();
     (
@@ -118,7 +118,7 @@ fn spread(index: usize) -> (f64, f64) {
     )
 }
 
-/// The picture through `count` pinholes, each ray meeting its pixel at another place.
+/// Renders the cards through `count` pinholes. Each ray meets its pixel at another place, for anti-aliasing.
 pub(crate) fn reference(lens: &ThinLens, cards: &[Card], count: usize) -> Vec<f32> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let pinholes: Vec<_> = (0..count)
@@ -131,38 +131,38 @@ pub(crate) fn reference(lens: &ThinLens, cards: &[Card], count: usize) -> Vec<f3
     rows(|column, row| {
         let sum: f64 = pinholes
             .iter()
-            .map(|(u, (dx, dy))| seen(lens, cards, column as f64 + dx, row as f64 + dy, *u).0)
+            .map(|(u, (dx, dy))| trace(lens, cards, column as f64 + dx, row as f64 + dy, *u).0)
             .sum();
         (sum / count as f64) as f32
     })
 }
 
-/// What the middle of the aperture sees: the plate, its edges anti-aliased, and the depth pass, one value
-/// from the middle of every pixel.
+/// Renders the cards from the centre of the aperture: the plate with anti-aliased edges, and the depth pass, sampled at
+/// pixel centres.
 pub(crate) fn plate(lens: &ThinLens, cards: &[Card]) -> (Vec<f32>, Vec<f32>) {
     let middle = [0.0, 0.0];
     let light = rows(|column, row| {
         let sum: f64 = (0..64)
             .map(|k| {
                 let (dx, dy) = (((k % 8) as f64 + 0.5) / 8.0, ((k / 8) as f64 + 0.5) / 8.0);
-                seen(lens, cards, column as f64 + dx, row as f64 + dy, middle).0
+                trace(lens, cards, column as f64 + dx, row as f64 + dy, middle).0
             })
             .sum();
         (sum / 64.0) as f32
     });
     let vergence = rows(|column, row| {
-        seen(lens, cards, column as f64 + 0.5, row as f64 + 0.5, middle).1 as f32
+        trace(lens, cards, column as f64 + 0.5, row as f64 + 0.5, middle).1 as f32
     });
     (light, vergence)
 }
 
-/// As [`plate`]'s depth pass with anti-aliased edges: the mean distance over each pixel.
+/// Renders the depth pass with anti-aliased edges: the mean distance over each pixel.
 pub(crate) fn smooth_depth(lens: &ThinLens, cards: &[Card]) -> Vec<f32> {
     rows(|column, row| {
         let sum: f64 = (0..16)
             .map(|k| {
                 let (dx, dy) = (((k % 4) as f64 + 0.5) / 4.0, ((k / 4) as f64 + 0.5) / 4.0);
-                1.0 / seen(lens, cards, column as f64 + dx, row as f64 + dy, [0.0; 2]).1
+                1.0 / trace(lens, cards, column as f64 + dx, row as f64 + dy, [0.0; 2]).1
             })
             .sum();
         (16.0 / sum) as f32
@@ -170,7 +170,7 @@ pub(crate) fn smooth_depth(lens: &ThinLens, cards: &[Card]) -> Vec<f32> {
 }
 
 mod rayon_free {
-    //! All pixels, rows shared among the machine's cores.
+    //! A loop over all pixels, parallel over rows.
 
     use super::{HEIGHT, WIDTH};
 

@@ -1,4 +1,4 @@
-//! `seidel psf`: predicted sets mirror the observed ones and look like them.
+//! `seidel psf`: predicted sets have the places of the observed sets, and similar PSFs.
 
 use seidel_core::moments::pixels::TileMoments;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
@@ -6,7 +6,7 @@ use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use crate::support::{seidel_in, succeeds, write_moments_lens};
 
 #[test]
-fn predictions_match_a_planted_lens_in_place_size_and_moments() {
+fn predictions_match_the_true_lens_in_place_size_and_moments() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["R", "G", "B"]);
     succeeds(
@@ -75,7 +75,7 @@ fn without_ideal_positions_the_centroid_is_the_observed_one() {
 }
 
 #[test]
-fn a_model_nobody_knows_is_named_with_those_there_are() {
+fn an_unknown_model_is_refused_with_a_list_of_models() {
     let folder = tempfile::tempdir().expect("a folder");
     write_moments_lens(folder.path(), &["Y"]);
     let outcome = seidel_in(

@@ -1,7 +1,6 @@
-//! Tables 1 and 2 of section 4 of the paper as an independent program computed them on the sets of real
-//! data: the figures to meet.
+//! Tables 1 and 2 of section 4 of the paper, computed by an independent program on the measured sets.
 
-/// What the independent program found for one channel at one distance.
+/// Results of the independent program for one channel at one distance.
 pub(crate) struct Reference {
     /// The observation set.
     pub(crate) set: &'static str,
@@ -9,15 +8,14 @@ pub(crate) struct Reference {
     pub(crate) channel: &'static str,
     /// Object distance, m.
     pub(crate) depth_m: f64,
-    /// Variance explained, per cent, of mu20, mu11, mu02, mu30, mu21, mu12, mu03: all tiles, middle
-    /// 90 per cent.
+    /// Explained variance, per cent, of mu20, mu11, mu02, mu30, mu21, mu12, mu03: all tiles, middle 90 per cent.
     pub(crate) explained: [[f64; 2]; 7],
     /// Forward-blur SNR, dB: average aligned and not, Gaussian measured and lens, skew-normal measured
     /// (weights 1331, then Eq 43), skew-normal lens (meridional, then Eq 43).
     pub(crate) snr_db: [f64; 8],
 }
 
-/// Unweighted fits, each channel and distance on its own; axis of dash-stars at (1497.3, 818.1).
+/// Unweighted fits, each channel and distance separately; the optical axis of dash-stars is at (1497.3, 818.1).
 pub(crate) const REFERENCES: [Reference; 18] = [
     Reference {
         set: "zemax-dgauss28",

@@ -1,5 +1,4 @@
-//! `seidel remove` and `seidel relens` through the command: sharper than before, the plate given back by `apply`, and
-//! everything else in the file where it was.
+//! `seidel remove` and `seidel relens`: the result is sharper, `apply` restores the plate, and other data are untouched.
 
 use std::fs;
 use std::path::Path;
@@ -12,19 +11,19 @@ use crate::support::{
 const WIDTH: usize = 96;
 const HEIGHT: usize = 80;
 const COLOURS: [&str; 3] = ["R", "G", "B"];
-/// Blur of one to two px, the plate well off the axis at its corners.
-const SIGHT: &str = "--lens @lens.json --lens-scale 0.6 --distance 1.6";
+/// Lens options: blur of one to two px, with corners far off the axis.
+const LENS: &str = "--lens @lens.json --lens-scale 0.6 --distance 1.6";
 
-/// Numbers from -1 to 1 that look like chance, their mean square 1/3.
-fn chance(seed: usize) -> f32 {
+/// Returns a pseudo-random number from -1 to 1 with mean square 1/3.
+fn noise(seed: usize) -> f32 {
     let mut state = (seed as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     state = (state ^ (state >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     state ^= state >> 32;
     (state % 20_001) as f32 / 10_000.0 - 1.0
 }
 
-/// Discs and bars on a soft ground.
-fn picture(shade: f32) -> Vec<f32> {
+/// Returns an image of discs and bars on a smooth background.
+fn image(shade: f32) -> Vec<f32> {
     let pixel = |k: usize| {
         let (x, y) = ((k % WIDTH) as f32, (k / WIDTH) as f32);
         let disc = |cx: f32, cy: f32, r: f32| (x - cx).hypot(y - cy) < r;
@@ -44,22 +43,22 @@ fn picture(shade: f32) -> Vec<f32> {
 
 fn sharp() -> Vec<(&'static str, Vec<f32>)> {
     let colours = COLOURS.into_iter().zip([1.0, 0.8, 0.6]);
-    let mut channels: Vec<_> = colours.map(|(name, s)| (name, picture(s))).collect();
+    let mut channels: Vec<_> = colours.map(|(name, s)| (name, image(s))).collect();
     channels.push(("A", vec![1.0; WIDTH * HEIGHT]));
     channels
 }
 
 fn noisy(samples: &mut [f32], size: f32, seed: usize) {
     for (k, sample) in samples.iter_mut().enumerate() {
-        *sample += size * chance(seed + k);
+        *sample += size * noise(seed + k);
     }
 }
 
-/// Writes the lens, `truth.exr`, and `plate.exr`, which is what the lens and grain make of it.
-fn made(folder: &Path, grain: f32) {
+/// Writes the lens, `truth.exr`, and `plate.exr`, which is the truth with the lens's blur and grain.
+fn write_test_files(folder: &Path, grain: f32) {
     write_moments_lens(folder, &COLOURS);
     write_exr(&folder.join("truth.exr"), WIDTH, HEIGHT, &sharp());
-    let line = format!("apply @truth.exr -o @plate.exr --quality exact {SIGHT}");
+    let line = format!("apply @truth.exr -o @plate.exr --quality exact {LENS}");
     succeeds(folder, &line);
     let mut channels = sharp();
     for (index, (name, samples)) in channels.iter_mut().enumerate() {
@@ -68,13 +67,13 @@ fn made(folder: &Path, grain: f32) {
             noisy(samples, grain, 100_000 * index);
         }
     }
-    // Something that is no colour.
+    // A channel that is not a colour.
     let mask = (0..WIDTH * HEIGHT).map(|k| (k % 7) as f32).collect();
     channels.push(("mask.id", mask));
     write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
 }
 
-/// The channel over the plate's own pixels.
+/// Reads a channel inside the plate's own window.
 fn on_plate(path: &Path, channel: &str) -> Vec<f32> {
     let plate = seidel_image_io::exr::plate::ExrPlate::open(path).expect("readable");
     let id = plate.colour(None).expect("colour").colour[0];
@@ -94,15 +93,15 @@ fn decibels(a: &[f32], b: &[f32]) -> f64 {
 }
 
 fn removed(folder: &Path, output: &str, options: &str) -> Outcome {
-    let line = format!("remove @plate.exr -o @{output} {SIGHT} {options}");
+    let line = format!("remove @plate.exr -o @{output} {LENS} {options}");
     succeeds(folder, &line)
 }
 
 #[test]
-fn plates_become_sharper_and_come_back_right_up_to_their_edges() {
+fn plates_become_sharper_and_can_be_restored_up_to_their_edges() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder, 0.004);
+    write_test_files(folder, 0.004);
     let outcome = removed(folder, "sharp.exr", "--grain solved");
     assert!(
         outcome.stderr.contains("noise, told from the plate: R "),
@@ -121,25 +120,25 @@ fn plates_become_sharper_and_come_back_right_up_to_their_edges() {
         assert_eq!(of("cropped.exr"), of("sharp.exr"));
         assert_ne!(of("grainy.exr"), of("sharp.exr"));
     }
-    // What is no colour is where it was.
+    // Channels that are not colours are untouched.
     let mask = |name: &str| on_plate(&folder.join(name), "mask.id");
     assert_eq!(mask("sharp.exr"), mask("plate.exr"));
     let mut back = Vec::new();
     for name in ["sharp", "cropped"] {
-        let line = format!("apply @{name}.exr -o @{name}-back.exr {SIGHT}");
+        let line = format!("apply @{name}.exr -o @{name}-back.exr {LENS}");
         succeeds(folder, &line);
         let seen = on_plate(&folder.join(format!("{name}-back.exr")), "G");
         back.push(decibels(&seen, &on_plate(&folder.join("plate.exr"), "G")));
     }
-    // Down to the grain, 53 dB, where light from beyond the edges is known as well.
+    // Accurate to the grain, 53 dB, where light from outside the plate is known as well.
     assert!(back[0] > 51.0 && back[0] > back[1] + 2.0, "{back:?}");
 }
 
 #[test]
-fn nothing_to_do_leaves_the_plate_to_the_bit() {
+fn zero_strength_leaves_the_plate_bit_identical() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder, 0.004);
+    write_test_files(folder, 0.004);
     let blue = |name: &str| on_plate(&folder.join(name), "B");
     for options in ["--strength 0", "--amount 0"] {
         removed(folder, "same.exr", options);
@@ -148,7 +147,7 @@ fn nothing_to_do_leaves_the_plate_to_the_bit() {
             assert_eq!(of("same.exr"), of("plate.exr"), "{options} {channel}");
         }
     }
-    // Half of the way is the mean of both ends.
+    // Strength 0.5 is the mean of plate and result.
     removed(folder, "sharp.exr", "");
     removed(folder, "half.exr", "--strength 0.5");
     let ends = blue("plate.exr").into_iter().zip(blue("sharp.exr"));
@@ -157,12 +156,12 @@ fn nothing_to_do_leaves_the_plate_to_the_bit() {
     }
 }
 
-/// Coverage is made sharp and stays coverage; what is clipped is said to be.
+/// Alpha is deblurred and stays between 0 and 1; clipped samples are reported.
 #[test]
 fn alpha_and_clipped_light() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder, 0.002);
+    write_test_files(folder, 0.002);
     let covered: Vec<f32> = (0..WIDTH * HEIGHT)
         .map(|k| f32::from(u8::from((24..70).contains(&(k % WIDTH)))))
         .collect();
@@ -174,7 +173,7 @@ fn alpha_and_clipped_light() {
         ("A", covered.clone()),
     ];
     write_exr(&folder.join("truth.exr"), WIDTH, HEIGHT, &channels);
-    succeeds(folder, &format!("apply @truth.exr -o @plate.exr {SIGHT}"));
+    succeeds(folder, &format!("apply @truth.exr -o @plate.exr {LENS}"));
     let outcome = removed(folder, "sharp.exr", "--noise 0.001,0.002,0.003 --clip 2.5");
     assert!(
         outcome
@@ -197,12 +196,12 @@ fn alpha_and_clipped_light() {
     assert!(!outcome.stderr.contains("clipped"), "{}", outcome.stderr);
 }
 
-/// Maps have the plate's pixels and colours, whatever the window of the sharp plate.
+/// Maps have the plate's window and channels, whatever the window of the result.
 #[test]
-fn maps_tell_what_was_seen_and_what_became_of_noise() {
+fn maps_have_confidence_and_noise_gain() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder, 0.004);
+    write_test_files(folder, 0.004);
     let maps = "--confidence @c.exr --noise-gain @n.exr";
     removed(folder, "sharp.exr", maps);
     for channel in COLOURS {
@@ -223,41 +222,40 @@ fn maps_tell_what_was_seen_and_what_became_of_noise() {
     }
 }
 
-/// No picture looks as sharp as this through the lens.
+/// No image is this sharp after the lens's blur.
 #[test]
-fn a_lens_that_does_not_explain_the_plate_is_told() {
+fn a_lens_that_does_not_explain_the_plate_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder, 0.004);
-    let told = "the lens does not explain the plate";
+    write_test_files(folder, 0.004);
+    let warning = "the lens does not explain the plate";
     let outcome = removed(folder, "sharp.exr", "--clip none");
-    assert!(!outcome.stderr.contains(told), "{}", outcome.stderr);
-    let line = format!("remove @truth.exr -o @sharp.exr --clip none --noise 0.002 {SIGHT}");
+    assert!(!outcome.stderr.contains(warning), "{}", outcome.stderr);
+    let line = format!("remove @truth.exr -o @sharp.exr --clip none --noise 0.002 {LENS}");
     let outcome = succeeds(folder, &line);
     assert!(
-        outcome.stderr.contains(told) && outcome.stderr.contains("check the profile"),
+        outcome.stderr.contains(warning) && outcome.stderr.contains("check the profile"),
         "{}",
         outcome.stderr
     );
 }
 
-/// Whole numbers come back in kind and size.
+/// Integer plates keep their type and size.
 #[test]
 fn png_plates_are_cropped() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &COLOURS);
-    let truth = picture(1.0);
+    let truth = image(1.0);
     let code = |k: usize| (255.0 * truth[k]) as u8;
     let rgb = image::RgbImage::from_fn(WIDTH as u32, HEIGHT as u32, |x, y| {
         image::Rgb([code(y as usize * WIDTH + x as usize); 3])
     });
     rgb.save(folder.join("truth.png")).expect("writable");
-    succeeds(folder, &format!("apply @truth.png -o @plate.png {SIGHT}"));
-    let line = format!(
-        "remove @plate.png -o @sharp.png --grain solved --clip none --noise 0.0012 {SIGHT}"
-    );
-    let said = succeeds(folder, &line);
+    succeeds(folder, &format!("apply @truth.png -o @plate.png {LENS}"));
+    let line =
+        format!("remove @plate.png -o @sharp.png --grain solved --clip none --noise 0.0012 {LENS}");
+    let message = succeeds(folder, &line);
     let of = |name: &str| -> Vec<f32> {
         let picture = image::open(folder.join(name)).expect("readable").to_rgb8();
         assert_eq!(picture.dimensions(), (WIDTH as u32, HEIGHT as u32));
@@ -271,15 +269,15 @@ fn png_plates_are_cropped() {
         decibels(&of("plate.png"), &truth),
         decibels(&of("sharp.png"), &truth),
     );
-    assert!(after > before + 4.0, "{before} {after} {}", said.stderr);
+    assert!(after > before + 4.0, "{before} {after} {}", message.stderr);
 }
 
-/// Depth passes and mattes of the plate go with the plate with overscan as well.
+/// Depth passes and mattes are extended with the overscan.
 #[test]
-fn depth_goes_on_beyond_the_plate() {
+fn depth_is_extended_beyond_the_plate() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder, 0.002);
+    write_test_files(folder, 0.002);
     let depth = (0..WIDTH * HEIGHT).map(|k| if k % WIDTH < 50 { 1.3 } else { 4.0 });
     let depth: Vec<f32> = depth.collect();
     write_exr(
@@ -319,21 +317,21 @@ fn depth_goes_on_beyond_the_plate() {
         holdout.display()
     );
     let outcome = succeeds(folder, &line);
-    let said = outcome.stderr.matches("its nearest pixel is taken").count();
-    assert_eq!(said, 2, "{}", outcome.stderr);
+    let message = outcome.stderr.matches("its nearest pixel is taken").count();
+    assert_eq!(message, 2, "{}", outcome.stderr);
     let back = on_plate(&folder.join("back.exr"), "R");
     let db = decibels(&back, &on_plate(&folder.join("plate.exr"), "R"));
     assert!(db > 35.0, "{db}");
 }
 
 #[test]
-fn sequences_go_on_where_they_stopped_and_bad_frames_stop_no_others() {
+fn sequences_resume_and_failed_frames_do_not_stop_others() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
     fs::copy(folder.join("lens.json"), folder.join("other.json")).expect("writable");
     for frame in 1..=3 {
-        let light = picture(0.2 * frame as f32)[..48 * 40].to_vec();
+        let light = image(0.2 * frame as f32)[..48 * 40].to_vec();
         let path = folder.join(format!("plate.{frame:04}.exr"));
         write_exr(&path, 48, 40, &[("Y", light)]);
     }
@@ -363,7 +361,7 @@ fn sequences_go_on_where_they_stopped_and_bad_frames_stop_no_others() {
             "{end}"
         );
         assert_eq!(listing(folder).len(), before + 2, "nothing half-written");
-        // The chunks of a file lie in the order in which they were packed: files may differ, samples may not.
+        // The order of chunks depends on threads, so files may differ and samples may not.
         let first = read_channel(&folder.join("out.0001.exr"), "Y");
         let again = seidel_in(folder, &line);
         assert!(
@@ -390,16 +388,13 @@ fn sequences_go_on_where_they_stopped_and_bad_frames_stop_no_others() {
 fn bad_input_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder, 0.004);
+    write_test_files(folder, 0.004);
     for bad in ["--noise -1", "--noise much", "--clip low", "--strength 2"] {
-        let outcome = seidel_in(
-            folder,
-            &format!("remove @plate.exr -o @x.exr {SIGHT} {bad}"),
-        );
+        let outcome = seidel_in(folder, &format!("remove @plate.exr -o @x.exr {LENS} {bad}"));
         assert_eq!(outcome.status, 2, "{bad}");
         assert!(outcome.stderr.contains("give"), "{bad}: {}", outcome.stderr);
     }
-    let line = format!("remove @plate.exr -o @x.exr {SIGHT} --noise 0.1,0.2");
+    let line = format!("remove @plate.exr -o @x.exr {LENS} --noise 0.1,0.2");
     must_refuse(folder, &line, &["plate.exr", "--noise", "R, G, B"]);
     must_refuse(
         folder,
@@ -413,17 +408,17 @@ fn bad_input_is_named() {
     );
     must_refuse(
         folder,
-        &format!("remove @plate.exr -o @plate.exr {SIGHT}"),
+        &format!("remove @plate.exr -o @plate.exr {LENS}"),
         &["would be overwritten"],
     );
 }
 
-/// From one lens to another: nearer to what the other makes of the truth than the plate is.
+/// The result is nearer to the second lens's image of the truth than the plate is.
 #[test]
 fn a_plate_gets_the_blur_of_another_lens() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder, 0.002);
+    write_test_files(folder, 0.002);
     fs::rename(folder.join("lens.json"), folder.join("from.json")).expect("movable");
     write_pupil_lens(folder, &COLOURS);
     let sight = "--lens-scale 0.6 --distance 1.6";

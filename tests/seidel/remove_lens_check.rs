@@ -1,4 +1,4 @@
-//! `--lens-check`: a plate that shows less blur than its lens has loses no more than it shows, and it is said.
+//! `--lens-check`: from a plate with less blur than its lens, only that blur is removed, with a warning.
 
 use std::fs;
 use std::path::Path;
@@ -7,10 +7,10 @@ use crate::support::{Outcome, read_channel, seidel_in, succeeds, write_exr, writ
 
 const WIDTH: usize = 200;
 const HEIGHT: usize = 170;
-/// Blur of two to four px.
-const SIGHT: &str = "--lens @lens.json --lens-scale 1 --distance 1.6 --no-overscan";
+/// Lens options: blur of two to four px.
+const LENS: &str = "--lens @lens.json --lens-scale 1 --distance 1.6 --no-overscan";
 
-/// Numbers from 0 to 1 that look like chance.
+/// A generator of pseudo-random numbers from 0 to 1.
 struct Chance(u64);
 
 impl Chance {
@@ -22,8 +22,8 @@ impl Chance {
     }
 }
 
-/// Discs and bars over one another on a soft ground, some of them with fine texture.
-fn picture(seed: u64) -> Vec<f32> {
+/// Returns an image of overlapping discs and bars on a smooth background, some with fine texture.
+fn image(seed: u64) -> Vec<f32> {
     let mut chance = Chance(seed);
     let things: Vec<[f32; 6]> = (0..90)
         .map(|_| {
@@ -49,7 +49,7 @@ fn picture(seed: u64) -> Vec<f32> {
     (0..WIDTH * HEIGHT).map(pixel).collect()
 }
 
-/// Writes `truth.exr` and, seen through the lens at `amount` and with noise, `plate`.
+/// Writes `truth.exr` and `plate`, which is the truth blurred by the lens at `amount` and with noise.
 pub(crate) fn write_plate(folder: &Path, plate: &str, channels: &[&str], amount: f64) {
     let (truth, plate) = (folder.join("truth.exr"), folder.join(plate));
     let planes = |of: &dyn Fn(u64, &str) -> Vec<f32>| {
@@ -58,7 +58,7 @@ pub(crate) fn write_plate(folder: &Path, plate: &str, channels: &[&str], amount:
             .map(|(name, seed)| (*name, of(seed, name)))
             .collect::<Vec<_>>()
     };
-    write_exr(&truth, WIDTH, HEIGHT, &planes(&|seed, _| picture(seed)));
+    write_exr(&truth, WIDTH, HEIGHT, &planes(&|seed, _| image(seed)));
     let line = format!(
         "apply @truth.exr -o @seen.exr --quality exact --lens @lens.json --lens-scale 1 --distance 1.6 --amount {amount}"
     );
@@ -76,7 +76,7 @@ pub(crate) fn write_plate(folder: &Path, plate: &str, channels: &[&str], amount:
 }
 
 fn removed(folder: &Path, output: &str, options: &str) -> Outcome {
-    let line = format!("remove @plate.exr -o @{output} {SIGHT} {options}");
+    let line = format!("remove @plate.exr -o @{output} {LENS} {options}");
     succeeds(folder, &line)
 }
 
@@ -88,15 +88,15 @@ fn root_mean_square(folder: &Path, file: &str, channel: &str) -> f64 {
     (squares.sum::<f64>() / is.len() as f64).sqrt()
 }
 
-/// The amount that the words tell.
+/// The amount that a message states.
 fn amount_in(words: &str) -> f64 {
     let (_, after) = words.split_once("--amount ").expect("an amount");
     let number = after.split([',', ' ', ';']).next().expect("a number");
     number.parse().expect("a number")
 }
 
-/// Words that only the check says.
-const SHOWS: &str = "of the lens's blur";
+/// A phrase of the check's messages alone.
+const PHRASE: &str = "of the lens's blur";
 
 #[test]
 fn a_plate_with_less_blur_than_the_lens_does_not_ring() {
@@ -108,15 +108,15 @@ fn a_plate_with_less_blur_than_the_lens_does_not_ring() {
     ] {
         write_moments_lens(folder, channels);
         write_plate(folder, "plate.exr", channels, 0.7);
-        let said = removed(folder, "less.exr", &format!("--grain solved {noise}")).stderr;
+        let message = removed(folder, "less.exr", &format!("--grain solved {noise}")).stderr;
         let off = format!("--grain solved {noise} --lens-check off");
-        assert!(!removed(folder, "all.exr", &off).stderr.contains(SHOWS));
+        assert!(!removed(folder, "all.exr", &off).stderr.contains(PHRASE));
         assert!(
-            said.contains("of the lens's blur: removed that much; put it back with --amount 0."),
-            "{said}"
+            message.contains("of the lens's blur: removed that much; put it back with --amount 0."),
+            "{message}"
         );
-        let amount = amount_in(&said);
-        assert!((0.63..0.77).contains(&amount), "{said}");
+        let amount = amount_in(&message);
+        assert!((0.63..0.77).contains(&amount), "{message}");
         for channel in channels {
             let of = |file: &str| root_mean_square(folder, file, channel);
             let (plate, less, all) = (of("plate.exr"), of("less.exr"), of("all.exr"));
@@ -129,25 +129,25 @@ fn a_plate_with_less_blur_than_the_lens_does_not_ring() {
 }
 
 #[test]
-fn the_right_lens_is_left_alone_and_so_is_what_is_not_to_be_removed() {
+fn the_right_lens_is_not_adjusted_and_smaller_amounts_are_kept() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
     write_plate(folder, "plate.exr", &["Y"], 1.0);
-    let said = removed(folder, "checked.exr", "").stderr;
-    assert!(!said.contains(SHOWS), "{said}");
+    let message = removed(folder, "checked.exr", "").stderr;
+    assert!(!message.contains(PHRASE), "{message}");
     removed(folder, "off.exr", "--lens-check off");
     let of = |name: &str| read_channel(&folder.join(name), "Y");
     assert!(of("checked.exr") == of("off.exr"));
     write_plate(folder, "plate.exr", &["Y"], 0.7);
     for options in ["--amount 0", "--strength 0"] {
-        let said = removed(folder, "same.exr", options).stderr;
-        assert!(!said.contains(SHOWS), "{said}");
+        let message = removed(folder, "same.exr", options).stderr;
+        assert!(!message.contains(PHRASE), "{message}");
         assert!(of("same.exr") == of("plate.exr"));
     }
     let outcome = seidel_in(
         folder,
-        &format!("remove @plate.exr -o @x.exr {SIGHT} --lens-check maybe"),
+        &format!("remove @plate.exr -o @x.exr {LENS} --lens-check maybe"),
     );
     assert_eq!(outcome.status, 2);
     assert!(
@@ -157,7 +157,7 @@ fn the_right_lens_is_left_alone_and_so_is_what_is_not_to_be_removed() {
     );
 }
 
-/// Too little removed does no harm: more than the lens's blur never is.
+/// The check never removes more than the lens's blur.
 #[test]
 fn warnings_change_nothing_and_no_more_is_removed_than_the_lens_has() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -171,18 +171,21 @@ fn warnings_change_nothing_and_no_more_is_removed_than_the_lens_has() {
         write_plate(folder, "plate.exr", &["Y"], blur);
         removed(folder, "off.exr", "--lens-check off");
         for (options, words) in cases {
-            let said = removed(folder, "told.exr", options).stderr;
-            assert!(said.contains(SHOWS) && said.contains(words), "{said}");
-            let amount = amount_in(&said);
-            assert!((least..least + 0.35).contains(&amount), "{said}");
-            assert!(of("told.exr") == of("off.exr"), "{options}");
+            let message = removed(folder, "report.exr", options).stderr;
+            assert!(
+                message.contains(PHRASE) && message.contains(words),
+                "{message}"
+            );
+            let amount = amount_in(&message);
+            assert!((least..least + 0.35).contains(&amount), "{message}");
+            assert!(of("report.exr") == of("off.exr"), "{options}");
         }
     }
 }
 
-/// Whatever the others show, and times what a table says.
+/// The first frame decides for all, whatever the others show. Amounts of a table are multiplied by its result.
 #[test]
-fn frames_are_all_held_to_what_the_first_shows() {
+fn the_first_frame_decides_for_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
@@ -193,85 +196,85 @@ fn frames_are_all_held_to_what_the_first_shows() {
     let of = |name: &str| read_channel(&folder.join(name), "Y");
     let alone = |frame: u32, amount: f64| {
         let line = format!(
-            "remove @plate.{frame}.exr -o @alone.exr {SIGHT} --lens-check off --amount {amount}"
+            "remove @plate.{frame}.exr -o @alone.exr {LENS} --lens-check off --amount {amount}"
         );
         succeeds(folder, &line);
         of("alone.exr")
     };
     let run = |options: &str| {
-        let line = format!("remove @plate.%d.exr -o @out.%d.exr {SIGHT} --overwrite {options}");
+        let line = format!("remove @plate.%d.exr -o @out.%d.exr {LENS} --overwrite {options}");
         succeeds(folder, &line).stderr
     };
-    let said = run("--frames 7-8 --animate @table.csv");
+    let message = run("--frames 7-8 --animate @table.csv");
     let first = "frame 7: the plate shows about ";
     assert!(
-        said.contains(first) && said.contains("removed that much from all frames"),
-        "{said}"
+        message.contains(first) && message.contains("removed that much from all frames"),
+        "{message}"
     );
-    let (_, times) = said
+    let (_, times) = message
         .split_once("with the amounts of --animate times ")
         .expect("a factor");
     let share: f64 = (times.split(',').next().expect("a number"))
         .parse()
         .expect("a number");
-    assert!((0.63..0.77).contains(&share), "{said}");
+    assert!((0.63..0.77).contains(&share), "{message}");
     let second = format!(
         "frame 8: removed {:.0} % of the lens's blur, as frame 7 shows it",
         100.0 * share
     );
-    assert!(said.contains(&second), "{said}");
+    assert!(message.contains(&second), "{message}");
     let tenths = (1e4 * 0.9 * share).round() / 1e4;
     assert!(of("out.7.exr") == alone(7, share));
     assert!(of("out.8.exr") == alone(8, tenths));
-    let said = run("--frames 8-9 --memory 1 --threads 1");
-    assert!(!said.contains(SHOWS), "{said}");
+    let message = run("--frames 8-9 --memory 1 --threads 1");
+    assert!(!message.contains(PHRASE), "{message}");
     assert!(of("out.9.exr") == alone(9, 1.0));
 }
 
 #[test]
-fn what_was_removed_is_put_back_with_the_amount_told() {
+fn the_reported_amount_restores_the_plate() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
     write_plate(folder, "plate.exr", &["Y"], 0.6);
     let sight = "--lens @lens.json --lens-scale 1 --distance 1.6";
     let line = format!("remove @plate.exr -o @sharp.exr --residual @rest.exr {sight} --amount 0.9");
-    let said = succeeds(folder, &line).stderr;
+    let message = succeeds(folder, &line).stderr;
     assert!(
-        said.contains("of the lens's blur at --amount 0.9: "),
-        "{said}"
+        message.contains("of the lens's blur at --amount 0.9: "),
+        "{message}"
     );
-    let (_, told) = said.split_once("put it back with ").expect("how");
-    let amount = amount_in(told);
-    assert!((0.52..0.68).contains(&amount), "{said}");
+    let (_, report) = message.split_once("put it back with ").expect("how");
+    let amount = amount_in(report);
+    assert!((0.52..0.68).contains(&amount), "{message}");
     let back = |amount: f64| {
         let line =
             format!("apply @sharp.exr -o @back.exr --residual @rest.exr {sight} --amount {amount}");
-        let said = succeeds(folder, &line).stderr;
+        let message = succeeds(folder, &line).stderr;
         let of = |name: &str| read_channel(&folder.join(name), "Y");
         let apart = of("back.exr").into_iter().zip(of("plate.exr"));
         let farthest = apart.fold(0.0, |most: f32, (a, b)| most.max((a - b).abs()));
-        (farthest, said)
+        (farthest, message)
     };
-    let (farthest, said) = back(amount);
+    let (farthest, message) = back(amount);
     assert!(
-        farthest < 1e-6 && !said.contains("other settings"),
-        "{farthest} {said}"
+        farthest < 1e-6 && !message.contains("other settings"),
+        "{farthest} {message}"
     );
-    let (farthest, said) = back(0.9);
+    let (farthest, message) = back(0.9);
     assert!(
-        farthest > 1e-3 && said.contains(&format!("amount was {amount}, is 0.9")),
-        "{farthest} {said}"
+        farthest > 1e-3 && message.contains(&format!("amount was {amount}, is 0.9")),
+        "{farthest} {message}"
     );
 }
 
 #[test]
-fn another_lens_is_put_on_as_it_is() {
+fn the_target_lens_of_relens_is_not_adjusted() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
     write_plate(folder, "plate.exr", &["Y"], 0.7);
-    // Another of the same make: only what was removed too much or too little tells them apart.
+    // A lens of the same design: the images differ only by the error of the removal.
     fs::copy(folder.join("lens.json"), folder.join("from.json")).expect("writable");
     let sight = "--lens-scale 1 --distance 1.6";
     let line = format!("apply @truth.exr -o @want.exr --lens @lens.json {sight} --edges extend");
@@ -283,24 +286,27 @@ fn another_lens_is_put_on_as_it_is() {
         );
         succeeds(folder, &line).stderr
     };
-    let said = relens("less.exr", "");
+    let message = relens("less.exr", "");
     assert!(
-        said.contains("of the lens's blur: removed that much; use --lens-check off"),
-        "{said}"
+        message.contains("of the lens's blur: removed that much; use --lens-check off"),
+        "{message}"
     );
-    let said = relens("all.exr", "--lens-check warn");
-    assert!(said.contains("which may ring; check its profile"), "{said}");
+    let message = relens("all.exr", "--lens-check warn");
+    assert!(
+        message.contains("which may ring; check its profile"),
+        "{message}"
+    );
     let all = read_channel(&folder.join("all.exr"), "Y");
-    let said = relens("all.exr", "--lens-check off");
+    let message = relens("all.exr", "--lens-check off");
     assert!(all == read_channel(&folder.join("all.exr"), "Y"));
-    assert!(!said.contains(SHOWS), "{said}");
+    assert!(!message.contains(PHRASE), "{message}");
     let of = |file: &str| root_mean_square(folder, file, "Y");
     let (less, all) = (of("less.exr"), of("all.exr"));
     assert!(less < 0.5 * all, "{less} {all}");
 }
 
 #[test]
-fn the_c_abi_tells_the_share_that_the_command_goes_by() {
+fn the_c_abi_returns_the_share_that_the_command_uses() {
     use seidel_c::*;
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
@@ -340,7 +346,7 @@ fn the_c_abi_tells_the_share_that_the_command_goes_by() {
     };
     let path = folder.join("lens.json").display().to_string();
     let path = std::ffi::CString::new(path).expect("no zero");
-    // SAFETY: zeros are NULL and numbers; all pointers are good.
+    // SAFETY: every field is a number or a pointer, and zero is valid for both; all pointers are valid.
     let (share, refused) = unsafe {
         let mut settings: SeidelSettings = std::mem::zeroed();
         settings.size = size_of::<SeidelSettings>() as u64;

@@ -1,4 +1,4 @@
-//! `seidel remove --residual` and `seidel apply --residual`: the lens off, and on again, gives the plate as it was.
+//! `seidel remove --residual` and `seidel apply --residual`: removing and reapplying a lens restores the plate.
 
 use std::fs;
 use std::path::Path;
@@ -29,13 +29,14 @@ fn samples(shade: f32, seed: usize) -> Vec<f32> {
     (0..WIDTH * HEIGHT).map(pixel).collect()
 }
 
-/// A plate with grain, alpha and depth, its colour in half floats or floats.
+/// Writes a plate with grain, alpha and depth, its colour in half floats or floats.
 fn write_plate(path: &Path, half: bool) {
     let colour = |(name, shade): (&str, f32)| {
         let light = samples(shade, (100.0 * shade) as usize);
-        let samples = match half {
-            true => FlatSamples::F16(light.iter().map(|v| f16::from_f32(*v)).collect()),
-            false => FlatSamples::F32(light),
+        let samples = if half {
+            FlatSamples::F16(light.iter().map(|v| f16::from_f32(*v)).collect())
+        } else {
+            FlatSamples::F32(light)
         };
         AnyChannel::new(name, samples)
     };
@@ -62,7 +63,7 @@ fn farthest(a: &[f32], b: &[f32]) -> f32 {
     apart.fold(0.0, f32::max)
 }
 
-/// Takes the lens off and puts it on again; the farthest that any channel is off, of a peak of about one.
+/// Removes the lens and reapplies it; returns the largest error of any channel, for a peak of about one.
 fn round_trip(folder: &Path, file: &str, sight: &str) -> f32 {
     let line = format!("remove @{file} -o @sharp-{file} --residual @rest.exr {sight}");
     succeeds(folder, &line);
@@ -82,17 +83,18 @@ fn round_trip(folder: &Path, file: &str, sight: &str) -> f32 {
 }
 
 #[test]
-fn off_and_on_again_is_the_plate() {
+fn removing_and_reapplying_restores_the_plate() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     for rays in [false, true] {
-        match rays {
-            true => write_pupil_lens(folder, &COLOURS),
-            false => write_moments_lens(folder, &COLOURS),
+        if rays {
+            write_pupil_lens(folder, &COLOURS);
+        } else {
+            write_moments_lens(folder, &COLOURS);
         }
         for half in [false, true] {
             write_plate(&folder.join("plate.exr"), half);
-            // One distance; the plate's own depth with occlusion; without overscan; half the way.
+            // One distance; the plate's own depth with occlusion; without overscan; half strength.
             for options in ["--distance 1.6", "", "--distance 1.6 --geometry full"] {
                 let sight = format!("--lens @lens.json --lens-scale 0.6 {options}");
                 let off = round_trip(folder, "plate.exr", &sight);
@@ -100,7 +102,7 @@ fn off_and_on_again_is_the_plate() {
             }
         }
     }
-    // Everything else is as it was, windows too.
+    // Everything else is restored, including windows.
     let of = |name: &str| read_channel(&folder.join(name), "Z");
     assert_eq!(of("back-plate.exr"), of("plate.exr"));
     let size = |name: &str| {
@@ -115,7 +117,7 @@ fn off_and_on_again_is_the_plate() {
 }
 
 #[test]
-fn whole_numbers_come_back_too() {
+fn integer_plates_are_restored_too() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &COLOURS);
@@ -134,10 +136,9 @@ fn whole_numbers_come_back_too() {
     assert!(of("back.png") == rgb && of("sharp.png") != rgb);
 }
 
-/// Where something was painted it is seen through the lens, without what was there before; elsewhere the plate is as
-/// it was.
+/// Painted areas appear through the lens without their earlier content; elsewhere the plate is restored.
 #[test]
-fn what_was_painted_is_new_and_the_rest_is_the_plate() {
+fn painted_areas_are_new_and_the_rest_is_restored() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &COLOURS);
@@ -180,7 +181,7 @@ fn what_was_painted_is_new_and_the_rest_is_the_plate() {
 }
 
 #[test]
-fn sequences_have_a_residual_a_frame() {
+fn sequences_have_one_residual_per_frame() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &COLOURS);
@@ -199,7 +200,7 @@ fn sequences_have_a_residual_a_frame() {
     let line = format!("remove @plate.%04d.exr -o @s.%04d.exr --residual @r.%04d.exr {sight}");
     let outcome = succeeds(folder, &line);
     assert_eq!(outcome.stdout.matches("wrote").count(), 4);
-    // A frame is done when all that belongs to it is there.
+    // A frame is complete when all its files exist.
     fs::remove_file(folder.join("r.0002.exr")).expect("removable");
     let outcome = succeeds(folder, &line);
     assert!(
@@ -216,7 +217,7 @@ fn sequences_have_a_residual_a_frame() {
 }
 
 #[test]
-fn residuals_of_other_plates_are_refused_and_other_settings_are_told() {
+fn residuals_of_other_plates_are_refused_and_other_settings_are_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &COLOURS);

@@ -1,5 +1,5 @@
-//! `seidel apply` on sequences: runs go on where they stopped, bad frames stop no others, and what is
-//! written depends on neither memory nor threads.
+//! `seidel apply` on sequences: runs resume, failed frames do not stop others, and results depend on neither memory nor
+//! threads.
 
 use std::fs;
 use std::path::Path;
@@ -10,10 +10,10 @@ use crate::support::{
 
 const RUN: &str = "apply --lens @lens.json @plate.%04d.exr -o @out.%04d.exr --frames 1-5";
 
-fn made(folder: &Path) {
+fn write_test_files(folder: &Path) {
     write_moments_lens(folder, &["Y"]);
     for frame in 1..=5 {
-        // Later frames are smaller, so that some are done before others that came first.
+        // Later frames are smaller, so that some finish before earlier ones.
         write_plate(
             &folder.join(format!("plate.{frame:04}.exr")),
             60 - 6 * frame,
@@ -27,10 +27,10 @@ fn out(folder: &Path, frame: usize) -> Vec<u8> {
 }
 
 #[test]
-fn a_run_goes_on_where_it_stopped() {
+fn a_run_resumes_where_it_stopped() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder);
+    write_test_files(folder);
     succeeds(folder, RUN);
     let all: Vec<_> = (1..=5).map(|frame| out(folder, frame)).collect();
     for frame in [2, 4] {
@@ -51,7 +51,7 @@ fn a_run_goes_on_where_it_stopped() {
     let outcome = succeeds(folder, &format!("{RUN} --overwrite"));
     assert_eq!(outcome.stdout.matches("wrote").count(), 5);
     assert_eq!(out(folder, 3), all[2]);
-    // A single picture is written again without being asked.
+    // A single image is always written again.
     let single = "apply --lens @lens.json @plate.0001.exr -o @out.0001.exr";
     fs::write(folder.join("out.0001.exr"), "old").expect("writable");
     succeeds(folder, single);
@@ -59,10 +59,10 @@ fn a_run_goes_on_where_it_stopped() {
 }
 
 #[test]
-fn bad_frames_stop_no_others_and_are_told_at_the_end() {
+fn failed_frames_do_not_stop_others_and_are_listed_at_the_end() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder);
+    write_test_files(folder);
     fs::write(folder.join("plate.0002.exr"), "no picture").expect("writable");
     let mut light = vec![0.5; 12];
     light[7] = f32::NAN;
@@ -88,24 +88,24 @@ fn bad_frames_stop_no_others_and_are_told_at_the_end() {
     for frame in [1, 3, 5] {
         assert!(!out(folder, frame).is_empty());
     }
-    // What can be mended is done by the next run, and nothing else.
+    // The next run renders the corrected frame, and nothing else.
     let outcome = seidel_in(folder, &format!("{RUN} --scrub"));
     assert_eq!(outcome.status, 1);
     assert_eq!(outcome.stdout.matches("wrote").count(), 1);
     assert!(outcome.stdout.contains("out.0004.exr"));
-    // Even where nothing is blurred.
+    // Also without any blur.
     let line = "apply --lens @lens.json @plate.0004.exr -o @same.exr --scrub --amount 0";
     succeeds(folder, line);
-    let mut mended = vec![0.5; 12];
-    mended[7] = 0.0;
-    assert_eq!(read_channel(&folder.join("same.exr"), "Y"), mended);
+    let mut corrected = vec![0.5; 12];
+    corrected[7] = 0.0;
+    assert_eq!(read_channel(&folder.join("same.exr"), "Y"), corrected);
 }
 
 #[test]
-fn memory_and_threads_change_nothing_and_words_come_in_order() {
+fn memory_and_threads_change_nothing_and_messages_are_in_order() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    made(folder);
+    write_test_files(folder);
     let mut first = None;
     for options in [
         "--memory 1 --threads 1",
@@ -131,9 +131,9 @@ fn memory_and_threads_change_nothing_and_words_come_in_order() {
 }
 
 #[test]
-fn a_missing_folder_is_told_before_anything_is_rendered() {
+fn a_missing_folder_is_reported_before_anything_is_rendered() {
     let folder = tempfile::tempdir().expect("a folder");
-    made(folder.path());
+    write_test_files(folder.path());
     crate::support::must_refuse(
         folder.path(),
         "apply --lens @lens.json @plate.%04d.exr -o @no/out.%04d.exr --frames 1-5",

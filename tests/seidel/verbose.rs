@@ -1,4 +1,4 @@
-//! `seidel apply --verbose`: how a frame was rendered, and how near that is to the exact renderer.
+//! `seidel apply --verbose`: the methods used for a frame, and its error against the exact renderer.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ fn colours(path: &Path) -> Vec<f32> {
         .collect()
 }
 
-/// Edges and grain all over, on a plane that goes from 1 m to 5 m.
+/// Writes a plate full of edges and grain, on a plane from 1 m to 5 m.
 fn write_busy(path: &Path) {
     let plane = |of: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
         (0..WIDTH * HEIGHT)
@@ -41,15 +41,15 @@ fn write_busy(path: &Path) {
     write_exr(path, WIDTH, HEIGHT, &channels);
 }
 
-/// The number of dB that a word says.
-fn told(words: &str) -> f64 {
-    let after = words.split("PSNR ").nth(1).expect("an estimate");
+/// Returns the figure in dB of a message.
+fn decibels(message: &str) -> f64 {
+    let after = message.split("PSNR ").nth(1).expect("an estimate");
     let number = after.split(' ').next().expect("a number");
     number.parse().expect("a number")
 }
 
 #[test]
-fn the_error_told_is_that_of_the_plate() {
+fn the_reported_error_is_that_of_the_plate() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["R", "G", "B"]);
@@ -99,9 +99,9 @@ fn the_error_told_is_that_of_the_plate() {
                 .map(|(a, b)| f64::from(a - b).powi(2));
             let mean = squares.sum::<f64>() / fast.len() as f64;
             let truth = 10.0 * (f64::from(peak).powi(2) / mean).log10();
-            let told = told(&words);
-            worst = worst.max((told - truth).abs());
-            // Asking changes nothing, and nothing is said unasked.
+            let reported = decibels(&words);
+            worst = worst.max((reported - truth).abs());
+            // --verbose changes no sample, and without it nothing is printed.
             let (same, unasked) = blurred(&format!("{options} --quality {quality}"));
             assert_eq!(fast, same);
             assert!(!unasked.contains("rendered by"), "{unasked}");

@@ -1,4 +1,4 @@
-//! `seidel apply` on plates whose pixels are not square, and whose data window is not the display window.
+//! `seidel apply` on plates with non-square pixels, and with data windows that differ from the display window.
 
 use std::path::Path;
 
@@ -7,15 +7,22 @@ use exr::prelude::*;
 
 use crate::support::{must_refuse, read_channel, succeeds, write_moments_lens, write_pupil_lens};
 
-/// Left, top, width and height.
+/// A rectangle: left, top, width and height, px.
 type Rectangle = (i32, i32, usize, usize);
 
-/// A smooth picture and a busy one, of which the lens's frame shows 150 x 100 px about (75, 50).
-fn picture(x: f64, y: f64) -> f64 {
+/// The windows of a plate.
+struct Windows {
+    data: Rectangle,
+    display: Rectangle,
+}
+
+/// A smooth image. The lens's frame covers 150 x 100 px around (75, 50).
+fn smooth(x: f64, y: f64) -> f64 {
     let wave = |at: f64, period: f64| (std::f64::consts::TAU * at / period).sin();
     0.5 + 0.2 * wave(x + 0.4 * y, 61.0) + 0.2 * wave(y - 0.3 * x, 47.0)
 }
 
+/// A detailed image on the same frame.
 fn busy(x: f64, y: f64) -> f64 {
     let (column, row) = (x.floor() as i64, y.floor() as i64);
     let noise = ((column * 7919 + row * 104_729) % 101).unsigned_abs() as f64 / 101.0;
@@ -23,8 +30,8 @@ fn busy(x: f64, y: f64) -> f64 {
     noise + if light { 8.0 } else { 0.0 }
 }
 
-/// The picture `of` in the data window, its pixels `aspect` wide.
-fn seen(of: fn(f64, f64) -> f64, data: Rectangle, aspect: usize) -> Vec<f32> {
+/// Samples an image in a data window, with pixels of a given aspect ratio.
+fn sampled(of: fn(f64, f64) -> f64, data: Rectangle, aspect: usize) -> Vec<f32> {
     let (left, top, width, height) = data;
     let pixel = |k: usize| {
         let (column, row) = (left + (k % width) as i32, top + (k / width) as i32);
@@ -37,12 +44,8 @@ fn seen(of: fn(f64, f64) -> f64, data: Rectangle, aspect: usize) -> Vec<f32> {
     (0..width * height).map(pixel).collect()
 }
 
-fn write(
-    path: &Path,
-    (data, display): (Rectangle, Rectangle),
-    aspect: f32,
-    channels: &[(&str, Vec<f32>)],
-) {
+fn write(path: &Path, windows: &Windows, aspect: f32, channels: &[(&str, Vec<f32>)]) {
+    let Windows { data, display } = *windows;
     let list = channels
         .iter()
         .map(|(name, samples)| AnyChannel::new(*name, FlatSamples::F32(samples.clone())))
@@ -61,7 +64,7 @@ fn write(
     image.write().to_file(path).expect("the folder is writable");
 }
 
-/// What of `samples` of the window `from` lies in `to`.
+/// Crops `samples` of the window `from` to the window `to`.
 fn cut(samples: &[f32], from: Rectangle, to: Rectangle) -> Vec<f32> {
     let (left, top) = ((to.0 - from.0) as usize, (to.1 - from.1) as usize);
     let rows = samples.chunks_exact(from.2).skip(top).take(to.3);
@@ -78,13 +81,13 @@ fn farthest(a: &[f32], b: &[f32]) -> f32 {
         .fold(0.0, f32::max)
 }
 
-/// How near two planes are, white being one.
+/// Peak signal-to-noise ratio of two planes, dB, for a white of one.
 fn decibels(a: &[f32], b: &[f32]) -> f64 {
     let squares = a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2));
     -10.0 * (squares.sum::<f64>() / a.len() as f64).log10()
 }
 
-/// All that the header says but for the channels.
+/// The header without the channels.
 fn header(path: &Path) -> impl PartialEq + std::fmt::Debug + use<> {
     let meta = MetaData::read_from_file(path, false).expect("readable");
     let header = meta.headers[0].clone();
@@ -96,29 +99,37 @@ fn header(path: &Path) -> impl PartialEq + std::fmt::Debug + use<> {
 }
 
 #[test]
-fn anamorphic_plates_are_seen_as_wide_as_their_pixels_make_them() {
+fn anamorphic_plates_are_blurred_in_square_proportions() {
     for rays in [false, true] {
         let folder = tempfile::tempdir().expect("a folder");
         let folder = folder.path();
-        match rays {
-            true => write_pupil_lens(folder, &["R", "G", "B"]),
-            false => write_moments_lens(folder, &["R", "G", "B"]),
+        if rays {
+            write_pupil_lens(folder, &["R", "G", "B"]);
+        } else {
+            write_moments_lens(folder, &["R", "G", "B"]);
         }
         let (square, wide) = ((0, 0, 150, 100), (0, 0, 75, 100));
         let colours = |samples: Vec<f32>| ["R", "G", "B"].map(|name| (name, samples.clone()));
         let plates = [
             ("square", square, 1),
             ("wide", wide, 2),
-            ("unsaid", wide, 2),
+            ("unstated", wide, 2),
         ];
         for (name, window, aspect) in plates {
-            let said = if name == "unsaid" { 1.0 } else { aspect as f32 };
+            let stated_aspect = if name == "unstated" {
+                1.0
+            } else {
+                aspect as f32
+            };
             let path = folder.join(format!("{name}.exr"));
             write(
                 &path,
-                (window, window),
-                said,
-                &colours(seen(picture, window, aspect)),
+                &Windows {
+                    data: window,
+                    display: window,
+                },
+                stated_aspect,
+                &colours(sampled(smooth, window, aspect)),
             );
         }
         let model = if rays { "pupil" } else { "mirrored-pair" };
@@ -134,9 +145,12 @@ fn anamorphic_plates_are_seen_as_wide_as_their_pixels_make_them() {
             ["R", "B"].map(|channel| read_channel(&folder.join("out.exr"), channel))
         };
         let wide = blurred("wide", "--quality exact");
-        assert_eq!(wide, blurred("unsaid", "--quality exact --pixel-aspect 2"));
+        assert_eq!(
+            wide,
+            blurred("unstated", "--quality exact --pixel-aspect 2")
+        );
         let by_mistake = blurred("wide", "--quality exact --pixel-aspect 1");
-        assert_eq!(by_mistake, blurred("unsaid", "--quality exact"));
+        assert_eq!(by_mistake, blurred("unstated", "--quality exact"));
         let fast = blurred("wide", "--quality final");
         let want = blurred("square", "--quality exact").map(|samples| {
             let pairs = samples.chunks_exact(2);
@@ -146,7 +160,7 @@ fn anamorphic_plates_are_seen_as_wide_as_their_pixels_make_them() {
         });
         for k in 0..2 {
             let off = decibels(&wide[k], &want[k]);
-            // Neighbours that share a kernel of rays leave ripples.
+            // Neighbouring pixels share a `pupil` kernel, which leaves ripples.
             assert!(off > if rays { 50.0 } else { 60.0 }, "{model}: {off}");
             let mistaken = decibels(&by_mistake[k], &want[k]);
             assert!(mistaken < off - 10.0, "{model}: {mistaken} {off}");
@@ -156,9 +170,9 @@ fn anamorphic_plates_are_seen_as_wide_as_their_pixels_make_them() {
     }
 }
 
-/// A moved axis and depth along the ray are in pixels as wide as they are.
+/// The axis offset and depth along the ray account for the pixel aspect ratio.
 #[test]
-fn anamorphic_pixels_count_for_axis_and_depth() {
+fn axis_and_depth_account_for_anamorphic_pixels() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["Y"]);
@@ -168,12 +182,15 @@ fn anamorphic_pixels_count_for_axis_and_depth() {
         ("wide", (0, 0, 75, 100), 2),
     ] {
         let channels = [
-            ("Y", seen(picture, window, aspect)),
-            ("Z", seen(depth, window, aspect)),
+            ("Y", sampled(smooth, window, aspect)),
+            ("Z", sampled(depth, window, aspect)),
         ];
         write(
             &folder.join(format!("{name}.exr")),
-            (window, window),
+            &Windows {
+                data: window,
+                display: window,
+            },
             aspect as f32,
             &channels,
         );
@@ -189,7 +206,7 @@ fn anamorphic_pixels_count_for_axis_and_depth() {
         let pairs = samples.chunks_exact(2);
         pairs.map(|pair| 0.5 * (pair[0] + pair[1])).collect()
     };
-    // Half as many pixels along x, as many along y.
+    // Half as many pixels along x, and as many along y.
     let wide = blurred("wide", "--along-ray 40 --axis-offset 12,9");
     let square = halved(blurred("square", "--along-ray 80 --axis-offset 24,9"));
     let off = farthest(&wide, &square);
@@ -209,25 +226,30 @@ fn anamorphic_pixels_count_for_axis_and_depth() {
     }
 }
 
-/// Overscan: what a larger frame would give, cropped to the display window.
+/// With overscan the result equals a larger frame, cropped to the display window.
 #[test]
 fn overscan_is_used_and_kept() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["R", "G", "B"]);
     let display: Rectangle = (0, 0, 150, 100);
-    // Not the same on all sides, and not beginning at zero.
+    // Different on each side, and not starting at zero.
     let (overscan, larger) = ((-60, -50, 260, 190), (-75, -75, 300, 250));
     let channels = |window: Rectangle| {
-        let light = seen(busy, window, 1);
-        let depth = seen(|x, y| if x + y < 120.0 { 1.0 } else { 3.0 }, window, 1);
+        let light = sampled(busy, window, 1);
+        let depth = sampled(|x, y| if x + y < 120.0 { 1.0 } else { 3.0 }, window, 1);
         let mut all = ["R", "G", "B"].map(|name| (name, light.clone())).to_vec();
         all.push(("A", vec![1.0; light.len()]));
         all.push(("Z", depth));
         all
     };
     let write_plate = |name: &str, data, display| {
-        write(&folder.join(name), (data, display), 1.0, &channels(data));
+        write(
+            &folder.join(name),
+            &Windows { data, display },
+            1.0,
+            &channels(data),
+        );
     };
     write_plate("overscan.exr", overscan, display);
     write_plate("larger.exr", larger, larger);
@@ -253,7 +275,7 @@ fn overscan_is_used_and_kept() {
             let want = cut(&wanted[k], larger, display);
             let off = farthest(&cut(&over[k], overscan, display), &want);
             assert!(off < bound, "{options}: {off}");
-            // The edge shows where overscan is missing.
+            // Without overscan the edge differs.
             assert!(farthest(&without[k], &want) > 0.05, "{options}");
         }
     }
@@ -263,14 +285,14 @@ fn overscan_is_used_and_kept() {
     );
 }
 
-/// A data window that does not fill the display window: black is about it, and the field is the display's.
+/// A data window smaller than the display window is surrounded by black and keeps its place in the field.
 #[test]
-fn small_data_windows_lie_where_they_are() {
+fn small_data_windows_keep_their_place() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     write_moments_lens(folder, &["R", "G", "B"]);
     let (display, small): (Rectangle, Rectangle) = ((10, -20, 150, 100), (90, -5, 60, 40));
-    let light = seen(busy, small, 1);
+    let light = sampled(busy, small, 1);
     let mut whole = vec![0.0; display.2 * display.3];
     for (k, v) in light.iter().enumerate() {
         let (x, y) = (80 + k % small.2, 15 + k / small.2);
@@ -279,13 +301,19 @@ fn small_data_windows_lie_where_they_are() {
     let colours = |samples: &[f32]| ["R", "G", "B"].map(|name| (name, samples.to_vec()));
     write(
         &folder.join("small.exr"),
-        (small, display),
+        &Windows {
+            data: small,
+            display,
+        },
         1.0,
         &colours(&light),
     );
     write(
         &folder.join("whole.exr"),
-        (display, display),
+        &Windows {
+            data: display,
+            display,
+        },
         1.0,
         &colours(&whole),
     );
@@ -302,7 +330,7 @@ fn small_data_windows_lie_where_they_are() {
             let off = farthest(&part[k], &cut(&all[k], display, small));
             assert!(off < bound, "{quality}: {off}");
         }
-        // Red and blue differ: the lens is off its axis there.
+        // Red and blue differ, because the place is off the optical axis.
         assert!(farthest(&part[0], &part[1]) > 0.01);
     }
     assert_eq!(
