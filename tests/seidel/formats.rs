@@ -92,11 +92,7 @@ fn lost_data_are_reported_and_jpeg_is_never_written() {
         "holds no alpha",
         "written as RGBE",
     ] {
-        assert!(
-            outcome.stderr.contains(part),
-            "{part}: {}",
-            outcome.stderr
-        );
+        assert!(outcome.stderr.contains(part), "{part}: {}", outcome.stderr);
     }
     let outcome = succeeds(folder, "apply --lens @lens.json @plate.exr -o @out.png");
     assert!(
