@@ -28,7 +28,7 @@
 //! [`NonSquarePixelLens`] wrap a lens; [`FocusRemap`] applies focus controls to vergences; [`DepthConvention`] and
 //! [`DepthCheck`] read and check depth passes.
 //!
-//! [`remove`] is the inverse of rendering. [`plate`] converts the pixels of files and hosts to scenes and back.
+//! [`remove`] is the inverse of rendering.
 #![forbid(unsafe_code)]
 
 mod adjusted_lens;
@@ -37,7 +37,6 @@ mod edge_replication;
 mod gather;
 mod non_square_pixel_lens;
 mod occlusion;
-pub mod plate;
 mod plate_map;
 pub mod remove;
 mod scatter;

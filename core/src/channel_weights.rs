@@ -1,24 +1,22 @@
-//! How lens channels act on the planes of a plate.
+//! The weights of lens channels on the planes of a plate.
 
 use seidel_optics::error::{Error, Result};
 use seidel_optics::predict::Predictor;
 
-/// How much each lens channel acts on each plane of a plate with colours called `names`, in the order of
-/// [`Light`](super::Light), with an alpha and an alpha for each colour or not: a colour plane takes
-/// the lens channel of its name, or the only one there is; a monochrome plate takes all alike; alpha is
-/// blurred by the mean of what blurs the colours, so that it covers the light of every channel; the alpha of one
-/// colour is blurred as that colour.
+use crate::planes::PlaneLayout;
+
+/// Returns the weight of each lens channel on each plane of an image of this `layout`: colours, alpha, alphas of single colours.
+///
+/// A colour takes the lens channel of its name, or the only one there is; a monochrome plane takes all alike. Alpha
+/// takes the mean weights of the colours, so that it covers the light of every channel; the alpha of one colour takes
+/// that colour's weights.
 ///
 /// # Errors
-/// A colour plane for which the lens has no channel.
-pub fn plate_weights(
-    names: &[String],
-    (has_alpha, has_own_alphas): (bool, bool),
-    lens: &Predictor,
-) -> Result<Vec<Vec<f64>>> {
+/// A colour for which the lens has no channel.
+pub(crate) fn channel_weights(layout: &PlaneLayout, lens: &Predictor) -> Result<Vec<Vec<f64>>> {
     let channels = lens.channel_names();
     let mut weights: Vec<Vec<f64>> = Vec::new();
-    for name in names {
+    for name in &layout.colour_names {
         let own = channels.iter().position(|n| n == name);
         let chosen = match own {
             Some(index) => (0..channels.len())
@@ -39,12 +37,12 @@ pub fn plate_weights(
         };
         weights.push(chosen);
     }
-    if has_alpha {
+    if layout.has_alpha {
         let count = weights.len() as f64;
         let mean = (0..channels.len())
             .map(|k| weights.iter().map(|w| w[k]).sum::<f64>() / count)
             .collect();
-        let of_colours = if has_own_alphas {
+        let of_colours = if layout.has_channel_alphas {
             weights.clone()
         } else {
             Vec::new()

@@ -1,14 +1,16 @@
-//! Where a plate lies in the lens's frame.
+//! The place of a plate in the frame of a lens.
 
-use crate::{PlateExtent, PlateMap};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
+use seidel_render::{PlateExtent, PlateMap};
+
+use crate::plate::PlateGeometry;
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rectangle {
-    /// Its first column.
+    /// First column.
     pub x: i32,
-    /// Its first row.
+    /// First row.
     pub y: i32,
     /// Columns.
     pub width: usize,
@@ -16,11 +18,11 @@ pub struct Rectangle {
     pub height: usize,
 }
 
-/// A plate in the frame of a lens.
+/// The place of a plate in the frame of a lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placed {
-    /// Where its pixels lie in the lens's frame, or where pixels are not square in that of
-    /// [`NonSquarePixelLens`](crate::NonSquarePixelLens).
+pub struct PlatePlacement {
+    /// Map from plate pixels to the lens's frame; where pixels are not square, to that of
+    /// [`NonSquarePixelLens`](seidel_render::NonSquarePixelLens).
     pub map: PlateMap,
     /// Columns.
     pub width: usize,
@@ -30,18 +32,17 @@ pub struct Placed {
     pub pixel_aspect: f64,
 }
 
-impl Placed {
-    /// The plate whose pixels are `data` of a picture that is `display`, centre on centre with `frame`: the display
-    /// window as wide as the frame, pixel aspect included, or at `scale` plate pixels per pixel of the frame, counted
-    /// along y.
-    pub fn new(
-        frame: Frame,
-        (display, data): (Rectangle, Rectangle),
-        scale: Option<f64>,
-        pixel_aspect: f64,
-    ) -> Self {
+impl PlatePlacement {
+    /// Places a plate of `geometry` centre on centre with `frame`.
+    pub fn new(frame: Frame, geometry: &PlateGeometry) -> Self {
+        let PlateGeometry {
+            display,
+            data,
+            pixel_aspect,
+            lens_scale,
+        } = *geometry;
         let square_width = display.width as f64 * pixel_aspect;
-        let scale = scale.unwrap_or(square_width / f64::from(frame.width_px()));
+        let scale = lens_scale.unwrap_or(square_width / f64::from(frame.width_px()));
         let corner = |size: f64, display_start: i32, display_size: usize, data_start: i32| {
             let from_centre =
                 f64::from(data_start) - f64::from(display_start) - display_size as f64 / 2.0;
@@ -64,7 +65,7 @@ impl Placed {
         }
     }
 
-    /// As far as the size of kernels goes.
+    /// Size and map of the plate.
     pub fn extent(&self) -> PlateExtent {
         PlateExtent {
             map: self.map,
@@ -73,9 +74,9 @@ impl Placed {
         }
     }
 
-    /// Where the optical axis of `frame`, moved by `offset` plate pixels, meets the plate: plate pixels from the outer
-    /// corner of its first pixel.
-    pub fn axis(&self, frame: Frame, offset: (f64, f64)) -> ImagePoint {
+    /// Returns where the optical axis of `frame`, moved by `offset_px` plate pixels, meets the plate, in plate pixels from
+    /// the outer corner of its first pixel.
+    pub fn axis(&self, frame: Frame, offset_px: (f64, f64)) -> ImagePoint {
         let axis = frame.image_point(FieldPoint::new(0.0, 0.0));
         let on_plate =
             |axis: f64, origin: f64, offset: f64| (axis - origin) * self.map.scale + offset;
@@ -83,9 +84,9 @@ impl Placed {
             on_plate(
                 axis.x_px / self.pixel_aspect,
                 self.map.origin.x_px,
-                offset.0,
+                offset_px.0,
             ),
-            on_plate(axis.y_px, self.map.origin.y_px, offset.1),
+            on_plate(axis.y_px, self.map.origin.y_px, offset_px.1),
         )
     }
 }
@@ -94,8 +95,17 @@ impl Placed {
 mod tests {
     use super::*;
 
+    fn geometry(display: Rectangle, data: Rectangle, pixel_aspect: f64) -> PlateGeometry {
+        PlateGeometry {
+            display,
+            data,
+            pixel_aspect,
+            lens_scale: None,
+        }
+    }
+
     #[test]
-    fn overscan_and_wide_pixels_keep_the_axis_where_it_is_in_the_picture() {
+    fn overscan_and_pixel_aspect_leave_the_axis_in_place() {
         let frame = Frame::new(300, 200, None).expect("a frame");
         let window = |x, y, width, height| Rectangle {
             x,
@@ -105,17 +115,15 @@ mod tests {
         };
         let display = window(10, 20, 150, 100);
         let data = window(0, 5, 170, 130);
-        let placed = Placed::new(frame, (display, data), None, 1.0);
+        let placed = PlatePlacement::new(frame, &geometry(display, data, 1.0));
         assert_eq!(placed.map.scale, 0.5);
         assert_eq!(placed.axis(frame, (0.0, 0.0)), ImagePoint::new(85.0, 65.0));
         let corner = placed.map.frame_point(10, 15);
         assert_eq!(corner, ImagePoint::new(1.0, 1.0));
         // Half as many columns of twice the width.
-        let wide = Placed::new(
+        let wide = PlatePlacement::new(
             frame,
-            (window(0, 0, 75, 100), window(0, 0, 75, 100)),
-            None,
-            2.0,
+            &geometry(window(0, 0, 75, 100), window(0, 0, 75, 100), 2.0),
         );
         assert_eq!(wide.map.scale, 0.5);
         assert_eq!(wide.axis(frame, (1.0, 0.0)), ImagePoint::new(38.5, 50.0));

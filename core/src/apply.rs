@@ -1,0 +1,47 @@
+//! Lens blur applied to a plate.
+
+use std::sync::Arc;
+
+use seidel_optics::error::Result;
+
+use crate::image::Image;
+use crate::lens::Lens;
+use crate::plate::Plate;
+use crate::progress::Progress;
+use crate::session::LensSession;
+use crate::settings::Settings;
+
+/// Applies the blur of `lens` to `plate`; returns an image of the plate's size.
+///
+/// ```
+/// # fn main() -> seidel_core::Result<()> {
+/// # let text = include_str!("../tests/data/lens.json");
+/// use seidel_core::{Image, Lens, Plate, Settings, apply, no_progress};
+///
+/// let lens = Lens::from_json(text)?;
+/// let white = Image::from_interleaved(60, 40, 3, &[1.0; 60 * 40 * 3])?;
+/// let mut settings = Settings::default();
+/// settings.amount = 0.5;
+/// let blurred = apply(&lens, &Plate::new(white), &settings, &no_progress)?;
+/// assert!((blurred.colours[0][60 * 20 + 30] - 1.0).abs() < 1e-3);
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+/// Settings that the lens cannot follow, a plate that is not valid, and cancellation by `progress`.
+pub fn apply(
+    lens: &Lens,
+    plate: &Plate,
+    settings: &Settings,
+    progress: &Progress,
+) -> Result<Image> {
+    let session = Arc::new(LensSession::new(lens, settings)?);
+    if session.is_neutral() {
+        plate.image.check_sizes()?;
+        plate.image.check_finite()?;
+        return Ok(plate.image.clone());
+    }
+    let plate = session.prepare(plate.clone())?;
+    Ok(plate.to_image(plate.apply(progress)?))
+}

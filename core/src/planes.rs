@@ -1,0 +1,263 @@
+//! The planes of an image as renderers work on them: premultiplied, in scene-linear light.
+
+use rayon::prelude::*;
+use seidel_optics::BlurField;
+use seidel_optics::error::Result;
+use seidel_optics::predict::Predictor;
+use seidel_render::{Plane, develop};
+
+use crate::image::{AlphaKind, Image};
+
+/// The planes of an image: premultiplied colours, then alpha where there is one, then the alpha of each colour where
+/// there are those.
+#[derive(Debug, Clone)]
+pub(crate) struct PremultipliedPlanes {
+    width: usize,
+    height: usize,
+    planes: Vec<Vec<f32>>,
+    layout: PlaneLayout,
+}
+
+/// The names and kinds of an image's planes.
+#[derive(Debug, Clone)]
+pub(crate) struct PlaneLayout {
+    pub(crate) colour_names: Vec<String>,
+    pub(crate) has_alpha: bool,
+    pub(crate) has_channel_alphas: bool,
+    alpha_kind: AlphaKind,
+}
+
+impl PremultipliedPlanes {
+    /// Takes the planes of `image`.
+    ///
+    /// # Errors
+    /// Planes of different sizes, and samples that are not finite.
+    pub(crate) fn new(image: Image) -> Result<Self> {
+        image.check_sizes()?;
+        image.check_finite()?;
+        let mut all = Self {
+            width: image.width(),
+            height: image.height(),
+            planes: Vec::new(),
+            layout: PlaneLayout {
+                has_alpha: image.alpha.is_some(),
+                has_channel_alphas: !image.channel_alphas.is_empty(),
+                alpha_kind: image.alpha_kind,
+                colour_names: image.names,
+            },
+        };
+        let mut planes = image.colours;
+        planes.extend(image.alpha);
+        planes.extend(image.channel_alphas);
+        if all.is_unpremultiplied() {
+            all.map_colours(&mut planes, |colour, alpha| colour * alpha);
+        }
+        all.planes = planes;
+        Ok(all)
+    }
+
+    /// The names and kinds of the planes.
+    pub(crate) fn layout(&self) -> &PlaneLayout {
+        &self.layout
+    }
+
+    /// Number of colour planes, which come first.
+    pub(crate) fn colour_count(&self) -> usize {
+        self.layout.colour_names.len()
+    }
+
+    /// Largest magnitude of a colour sample.
+    pub(crate) fn peak(&self) -> f64 {
+        let samples = self.planes[..self.colour_count()].iter().flatten();
+        f64::from(samples.fold(0.0, |most: f32, v| most.max(v.abs())))
+    }
+
+    /// All planes.
+    pub(crate) fn planes(&self) -> &[Vec<f32>] {
+        &self.planes
+    }
+
+    /// Names of all planes: R, G, B or Y, then A, then alpha.R and so on.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let own = if self.layout.has_channel_alphas {
+            &self.layout.colour_names[..]
+        } else {
+            &[]
+        };
+        let own = own.iter().map(|name| format!("alpha.{name}"));
+        (self.layout.colour_names.iter().cloned())
+            .chain(self.layout.has_alpha.then(|| "A".to_owned()))
+            .chain(own)
+            .collect()
+    }
+
+    /// The same image with other `planes`, of any one size.
+    pub(crate) fn with_planes(&self, planes: Vec<Vec<f32>>) -> Self {
+        Self {
+            planes,
+            layout: self.layout.clone(),
+            ..*self
+        }
+    }
+
+    /// The planes with their channel `weights`, as renderers take them.
+    pub(crate) fn weighted<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
+        self.planes
+            .iter()
+            .zip(weights)
+            .map(|(samples, weights)| Plane { samples, weights })
+            .collect()
+    }
+
+    /// Turns the light of `blurred` colour planes into what the lens's sensor records; alpha stays.
+    pub(crate) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
+        for (plane, weights) in blurred.iter_mut().take(self.colour_count()).zip(weights) {
+            develop(lens, weights, plane);
+        }
+    }
+
+    /// Turns what the lens's sensor recorded back into light: the inverse of [`Self::develop`]. A clipped sample becomes
+    /// the least light that is clipped.
+    pub(crate) fn undevelop(&mut self, lens: &Predictor, weights: &[Vec<f64>]) {
+        let colours = self.colour_count();
+        for (plane, weights) in self.planes[..colours].iter_mut().zip(weights) {
+            let shares = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
+            let tones: Vec<_> = shares.map(|(k, w)| (lens.tone(k), *w)).collect();
+            if tones.iter().all(|(tone, _)| tone.is_linear()) {
+                continue;
+            }
+            let recorded = |light: f64| tones.iter().map(|(tone, w)| w * tone.of(light)).sum();
+            plane.par_iter_mut().for_each(|sample| {
+                *sample = invert_tone(f64::from(*sample), recorded) as f32;
+            });
+        }
+    }
+
+    /// Returns `planes`, as large as those of this image, as an image with its relation of colour and alpha. The colour
+    /// of a pixel that is not covered is zero where colours are not premultiplied.
+    pub(crate) fn to_image(&self, planes: Vec<Vec<f32>>) -> Image {
+        self.to_image_of_size(self.width, self.height, planes)
+    }
+
+    /// As [`Self::to_image`], of planes of another size.
+    pub(crate) fn to_image_of_size(
+        &self,
+        width: usize,
+        height: usize,
+        mut planes: Vec<Vec<f32>>,
+    ) -> Image {
+        if self.is_unpremultiplied() {
+            self.map_colours(
+                &mut planes,
+                |colour, alpha| {
+                    if alpha > 0.0 { colour / alpha } else { 0.0 }
+                },
+            );
+        }
+        let mut rest = planes.into_iter();
+        Image::from_planes(
+            width,
+            height,
+            self.layout.colour_names.clone(),
+            rest.by_ref().take(self.colour_count()).collect(),
+        )
+        .with_alpha(
+            if self.layout.has_alpha {
+                rest.next()
+            } else {
+                None
+            },
+            rest.collect(),
+            self.layout.alpha_kind,
+        )
+    }
+
+    fn is_unpremultiplied(&self) -> bool {
+        self.layout.has_alpha && self.layout.alpha_kind == AlphaKind::Unpremultiplied
+    }
+
+    /// Replaces each colour sample by `change` of it and its alpha: the alpha of its own colour where there is one.
+    fn map_colours(&self, planes: &mut [Vec<f32>], change: impl Fn(f32, f32) -> f32) {
+        let (colours, alphas) = planes.split_at_mut(self.colour_count());
+        for (index, plane) in colours.iter_mut().enumerate() {
+            let alpha = if self.layout.has_channel_alphas {
+                1 + index
+            } else {
+                0
+            };
+            for (sample, alpha) in plane.iter_mut().zip(&alphas[alpha]) {
+                *sample = change(*sample, *alpha);
+            }
+        }
+    }
+}
+
+/// Light beyond which tone curves are taken to be flat: the upper end of the bisection.
+const MOST_LIGHT: f64 = 1e6;
+
+/// Returns the least light that `recorded`, an odd and increasing function, maps to `sample`: by bisection.
+fn invert_tone(sample: f64, recorded: impl Fn(f64) -> f64) -> f64 {
+    let size = sample.abs().min(recorded(MOST_LIGHT));
+    let (mut low, mut high) = (0.0, MOST_LIGHT);
+    for _ in 0..64 {
+        let middle = (low + high) / 2.0;
+        if recorded(middle) < size * (1.0 - 1e-9) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high.copysign(sample)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use seidel_optics::sensor::Tone;
+
+    #[test]
+    fn invert_tone_returns_the_light_that_was_recorded() {
+        let tone = Tone {
+            gamma: 0.8,
+            knee: 0.5,
+            clip: 1.2,
+        };
+        for light in [0.0, 0.001, 0.3, 1.0, -0.4] {
+            let found = invert_tone(tone.of(light), |l| tone.of(l));
+            assert!((found - light).abs() < 1e-6, "{light}: {found}");
+        }
+        let clipped = invert_tone(1.2, |l| tone.of(l));
+        assert!(
+            clipped < 4.0 && (tone.of(clipped) - 1.2).abs() < 1e-6,
+            "{clipped}"
+        );
+    }
+
+    #[test]
+    fn each_colour_is_multiplied_by_its_own_alpha() -> Result<()> {
+        let colours = vec![vec![0.5, 0.8], vec![0.5, 0.7]];
+        let image = Image::new(2, 1, vec!["R".into(), "G".into()], colours)?.with_alpha(
+            Some(vec![0.5, 0.0]),
+            vec![vec![0.25, 0.5], vec![1.0, 0.0]],
+            AlphaKind::Unpremultiplied,
+        );
+        let planes = PremultipliedPlanes::new(image.clone())?;
+        assert_eq!(planes.names(), ["R", "G", "A", "alpha.R", "alpha.G"]);
+        assert_eq!(planes.planes()[..2], [vec![0.125, 0.4], vec![0.5, 0.0]]);
+        let back = planes.to_image(planes.planes().to_vec());
+        assert_eq!(back.colours, [vec![0.5, 0.8], vec![0.5, 0.0]]);
+        assert_eq!(back.channel_alphas, image.channel_alphas);
+        Ok(())
+    }
+
+    #[test]
+    fn samples_that_are_not_finite_are_refused_by_channel_and_pixel() -> Result<()> {
+        let mut image = Image::new(2, 1, vec!["Y".into()], vec![vec![0.5, f32::NAN]])?;
+        let refused = PremultipliedPlanes::new(image.clone());
+        let place = refused.err().map(|error| error.place);
+        assert_eq!(place.as_deref(), Some("channel Y, pixel (1, 0)"));
+        assert_eq!(image.replace_non_finite(), 1);
+        assert_eq!(image.colours[0], [0.5, 0.0]);
+        PremultipliedPlanes::new(image).map(|_| ())
+    }
+}

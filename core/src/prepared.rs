@@ -1,0 +1,267 @@
+//! A plate prepared for rendering through a lens.
+
+use std::sync::Arc;
+
+use seidel_optics::error::{Error, Result};
+use seidel_render::{Holdout, Occlusion, Plane, Scene, RenderWindow};
+
+use crate::channel_weights::channel_weights;
+use crate::image::Image;
+use crate::placement::PlatePlacement;
+use crate::planes::PremultipliedPlanes;
+use crate::plate::{Plate, PlateGeometry};
+use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
+use crate::progress::Progress;
+use crate::rendering::Rendering;
+use crate::session::{LensSession, PlateOptics, Refocused, refocus};
+
+/// A plate prepared for rendering through a lens: premultiplied planes, channel weights and vergences.
+///
+/// Made by [`LensSession::prepare`]. The free functions [`apply`](crate::apply), [`remove`](crate::remove) and
+/// [`relens`](crate::relens) do the same in one call; this type serves callers that render windows of a plate, several
+/// frames through one lens, or need the planes in between.
+pub struct PreparedPlate {
+    session: Arc<LensSession>,
+    geometry: PlateGeometry,
+    placement: PlatePlacement,
+    planes: PremultipliedPlanes,
+    weights: Vec<Vec<f64>>,
+    depth: PreparedDepth,
+    holdout: Option<PreparedHoldout>,
+}
+
+impl LensSession {
+    /// Prepares `plate` for rendering: premultiplied planes, channel weights, vergences.
+    ///
+    /// # Errors
+    /// Planes of wrong size or with samples that are not finite, a colour for which the lens has no channel, a depth pass
+    /// where the lens was measured at one distance, and a depth pass or matte that cannot be read.
+    pub fn prepare(self: &Arc<Self>, plate: Plate) -> Result<PreparedPlate> {
+        let depth = PreparedDepth::new(self, &plate.geometry, plate.depth)?;
+        let holdout = plate.holdout.map(|matte| {
+            let holdout = PreparedHoldout::new(self, &plate.geometry, matte);
+            holdout.map_err(|e| e.within("holdout"))
+        });
+        self.prepare_parts(plate.image, plate.geometry, depth, holdout.transpose()?)
+    }
+
+    /// As [`LensSession::prepare`], of parts whose depth and holdout were prepared before.
+    ///
+    /// # Errors
+    /// Planes of wrong size or with samples that are not finite, and a colour for which the lens has no channel.
+    pub fn prepare_parts(
+        self: &Arc<Self>,
+        image: Image,
+        geometry: PlateGeometry,
+        depth: PreparedDepth,
+        holdout: Option<PreparedHoldout>,
+    ) -> Result<PreparedPlate> {
+        let placement = self.place(&geometry)?;
+        if (image.width(), image.height()) != (placement.width, placement.height) {
+            return Err(Error::new(
+                "image",
+                format!("is {} x {}", image.width(), image.height()),
+                format!(
+                    "give one of the size of the data window, {} x {}",
+                    placement.width, placement.height
+                ),
+            ));
+        }
+        let planes = PremultipliedPlanes::new(image)?;
+        Ok(PreparedPlate {
+            weights: channel_weights(planes.layout(), self.predictor())?,
+            session: Arc::clone(self),
+            geometry,
+            placement,
+            planes,
+            depth,
+            holdout,
+        })
+    }
+}
+
+impl PreparedPlate {
+    /// The lens and its settings.
+    pub fn session(&self) -> &Arc<LensSession> {
+        &self.session
+    }
+
+    /// The place of the plate in the frame of the lens.
+    pub fn placement(&self) -> &PlatePlacement {
+        &self.placement
+    }
+
+    /// The premultiplied planes, named as [`Self::names`]: colours, then alpha, then the alphas of single colours.
+    pub fn planes(&self) -> &[Vec<f32>] {
+        self.planes.planes()
+    }
+
+    /// The names of the planes: R, G, B or Y, then A, then alpha.R and so on.
+    pub fn names(&self) -> Vec<String> {
+        self.planes.names()
+    }
+
+    /// Number of colour planes, which come first.
+    pub fn colour_count(&self) -> usize {
+        self.planes.colour_count()
+    }
+
+    /// Largest magnitude of a colour sample.
+    pub fn peak(&self) -> f64 {
+        self.planes.peak()
+    }
+
+    /// The depth of the plate.
+    pub fn depth(&self) -> &PreparedDepth {
+        &self.depth
+    }
+
+    /// Returns the same plate with another lens setting, such as a smaller amount.
+    #[must_use]
+    pub fn with_session(self, session: Arc<LensSession>) -> Self {
+        Self { session, ..self }
+    }
+
+    /// Returns premultiplied `planes` of the plate's size as an image in the plate's own relation of colour and alpha.
+    pub fn to_image(&self, planes: Vec<Vec<f32>>) -> Image {
+        self.planes.to_image(planes)
+    }
+
+    /// As [`Self::to_image`], of planes of `width` x `height` pixels.
+    pub fn to_image_of_size(&self, width: usize, height: usize, planes: Vec<Vec<f32>>) -> Image {
+        self.planes.to_image_of_size(width, height, planes)
+    }
+
+    /// Renders the plate through its lens; returns premultiplied planes as the lens's sensor records them.
+    ///
+    /// # Errors
+    /// A lens that cannot be drawn somewhere on the plate, and cancellation by `progress`.
+    pub fn apply(&self, progress: &Progress) -> Result<Vec<Vec<f32>>> {
+        if self.session.is_neutral() {
+            return Ok(self.planes.planes().to_vec());
+        }
+        self.with_rendering(|rendering| {
+            let mut planes = rendering.render(progress)?;
+            self.develop(&mut planes);
+            Ok(planes)
+        })
+    }
+
+    /// Renders the `window` of the plate alone: to the bit what [`Self::apply`] gives there.
+    ///
+    /// # Errors
+    /// Those of [`Self::apply`], and a window that is empty or not wholly on the plate.
+    pub fn apply_window(&self, window: RenderWindow, progress: &Progress) -> Result<Vec<Vec<f32>>> {
+        self.with_rendering(|rendering| {
+            let mut planes = rendering.render_window(window, progress)?;
+            self.develop(&mut planes);
+            Ok(planes)
+        })
+    }
+
+    /// Renders one more plane, such as a mask, with the mean of the colours' weights; the sensor's tone is left out.
+    ///
+    /// # Errors
+    /// Those of [`Self::apply`], and a plane of the wrong size.
+    pub fn render_mask(&self, samples: &[f32], progress: &Progress) -> Result<Vec<f32>> {
+        let weights = self.mean_colour_weights();
+        let planes = [Plane {
+            samples,
+            weights: &weights,
+        }];
+        self.with_rendering(|rendering| {
+            let rendering = Rendering {
+                planes: &planes,
+                ..*rendering
+            };
+            Ok(rendering.render(progress)?.swap_remove(0))
+        })
+    }
+
+    /// Calls `then` with the request that [`Self::apply`] renders: to measure it against other renderers.
+    ///
+    /// # Errors
+    /// Focus settings that cannot be followed, and those of `then`.
+    pub fn with_rendering<T>(&self, then: impl FnOnce(&Rendering) -> Result<T>) -> Result<T> {
+        let settings = self.session.settings();
+        self.with_optics(|optics| {
+            let refocused = self.holdout.as_ref().and_then(|holdout| {
+                let pass = holdout.vergence()?;
+                optics.focus_remap.map(|range| refocus(range, pass))
+            });
+            let holdout = self.holdout.as_ref().map(|holdout| Holdout {
+                matte: holdout.matte(),
+                vergence: refocused
+                    .as_ref()
+                    .map(Refocused::pass)
+                    .or(holdout.vergence()),
+            });
+            let occlusion = settings.occlusion.map(|occlusion| Occlusion {
+                fill_foreground: occlusion.fill_foreground,
+                blur_inside: occlusion.blur_inside,
+                holdout,
+            });
+            let scene = Scene {
+                edges: settings.edges.of_renderer(),
+                ..optics.scene
+            };
+            then(&Rendering {
+                scene: &scene,
+                planes: &self.planes.weighted(&self.weights),
+                occlusion,
+                edges: settings.edges,
+                quality: settings.quality,
+            })
+        })
+    }
+
+    pub(crate) fn with_optics<T>(&self, then: impl FnOnce(&PlateOptics) -> Result<T>) -> Result<T> {
+        let vergence = self.depth.vergence();
+        self.session.with_optics(&self.placement, vergence, then)
+    }
+
+    pub(crate) fn weights(&self) -> &[Vec<f64>] {
+        &self.weights
+    }
+
+    pub(crate) fn premultiplied(&self) -> &PremultipliedPlanes {
+        &self.planes
+    }
+
+    pub(crate) fn develop(&self, planes: &mut [Vec<f32>]) {
+        let lens = self.session.predictor();
+        self.planes.develop(lens, &self.weights, planes);
+    }
+
+    /// The planes as the light that the sensor recorded.
+    pub(crate) fn undeveloped(&self) -> PremultipliedPlanes {
+        let mut planes = self.planes.clone();
+        planes.undevelop(self.session.predictor(), &self.weights);
+        planes
+    }
+
+    /// Returns the same plate, without its holdout, prepared for the lens of another `session`.
+    ///
+    /// # Errors
+    /// Those of [`LensSession::prepare`].
+    pub fn seen_through(&self, session: &Arc<LensSession>) -> Result<Self> {
+        Ok(Self {
+            weights: channel_weights(self.planes.layout(), session.predictor())?,
+            depth: PreparedDepth::new(session, &self.geometry, self.depth.source().clone())?,
+            placement: session.place(&self.geometry)?,
+            planes: self.planes.clone(),
+            session: Arc::clone(session),
+            geometry: self.geometry,
+            holdout: None,
+        })
+    }
+
+    /// Weights of the lens channels on a plane seen by all colours.
+    fn mean_colour_weights(&self) -> Vec<f64> {
+        let colours = &self.weights[..self.colour_count()];
+        let channels = colours.first().map_or(0, Vec::len);
+        let count = colours.len() as f64;
+        let mean = |k: usize| colours.iter().map(|w| w[k]).sum::<f64>() / count;
+        (0..channels).map(mean).collect()
+    }
+}

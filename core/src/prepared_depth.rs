@@ -1,0 +1,107 @@
+//! The depth of a plate, and of a holdout, as vergences.
+
+use seidel_optics::error::{Error, Result};
+use seidel_render::{DepthReading, VergencePass};
+
+use crate::plate::{Depth, DepthPass, HoldoutMatte, PlateGeometry};
+use crate::session::LensSession;
+
+/// The depth of a plate as vergences, 1/m.
+#[derive(Debug, Clone)]
+pub struct PreparedDepth {
+    source: Depth,
+    vergence: PlateVergence,
+}
+
+#[derive(Debug, Clone)]
+enum PlateVergence {
+    Constant(f64),
+    PerPixel(DepthReading),
+}
+
+impl PreparedDepth {
+    /// Reads the `depth` of a plate of `geometry` for the lens of `session`.
+    ///
+    /// # Errors
+    /// A depth pass where the lens was measured at one distance, an unknown distance where its blur depends on it, and
+    /// samples that are not depths, by pixel.
+    pub fn new(session: &LensSession, geometry: &PlateGeometry, depth: Depth) -> Result<Self> {
+        let vergence = match &depth {
+            Depth::Distance(distance) => {
+                PlateVergence::Constant(session.predictor().vergence(*distance)?)
+            }
+            Depth::Pass(_) if !session.predictor().knows_depth() => {
+                return Err(Error::new(
+                    "depth",
+                    "is a pass, but the lens was fitted at one object distance and cannot follow it",
+                    "fit the lens to sets at three or more distances, or give no depth",
+                ));
+            }
+            Depth::Pass(pass) => PlateVergence::PerPixel(read(session, geometry, pass)?),
+        };
+        Ok(Self {
+            source: depth,
+            vergence,
+        })
+    }
+
+    /// Vergences and statistics of the depth pass, where there is one.
+    pub fn reading(&self) -> Option<&DepthReading> {
+        match &self.vergence {
+            PlateVergence::Constant(_) => None,
+            PlateVergence::PerPixel(reading) => Some(reading),
+        }
+    }
+
+    pub(crate) fn source(&self) -> &Depth {
+        &self.source
+    }
+
+    pub(crate) fn vergence(&self) -> VergencePass<'_> {
+        match &self.vergence {
+            PlateVergence::Constant(vergence) => VergencePass::Constant(*vergence),
+            PlateVergence::PerPixel(reading) => VergencePass::PerPixel(&reading.vergence),
+        }
+    }
+}
+
+/// A holdout matte, and the vergence of what it stands for.
+#[derive(Debug, Clone)]
+pub struct PreparedHoldout {
+    matte: Vec<f32>,
+    vergence: Option<Vec<f32>>,
+}
+
+impl PreparedHoldout {
+    /// Reads the `matte` of a plate of `geometry` for the lens of `session`.
+    ///
+    /// # Errors
+    /// Those of [`HoldoutMatte::check`], and depth samples that are not depths, by pixel.
+    pub fn new(
+        session: &LensSession,
+        geometry: &PlateGeometry,
+        matte: HoldoutMatte,
+    ) -> Result<Self> {
+        matte.check(geometry.data.width)?;
+        let reading = (matte.depth.as_ref()).map(|pass| read(session, geometry, pass));
+        let reading = reading.transpose().map_err(|e| e.within("depth"))?;
+        Ok(Self {
+            matte: matte.samples,
+            vergence: reading.map(|reading| reading.vergence),
+        })
+    }
+
+    pub(crate) fn matte(&self) -> &[f32] {
+        &self.matte
+    }
+
+    pub(crate) fn vergence(&self) -> Option<VergencePass<'_>> {
+        self.vergence.as_deref().map(VergencePass::PerPixel)
+    }
+}
+
+fn read(session: &LensSession, geometry: &PlateGeometry, pass: &DepthPass) -> Result<DepthReading> {
+    let placement = session.place(geometry)?;
+    let axis = session.axis(&placement);
+    pass.read(placement.width, axis, placement.pixel_aspect)
+}

@@ -1,0 +1,232 @@
+//! A plate without the blur of its lens.
+
+use rayon::prelude::*;
+use seidel_optics::error::{Error, Result};
+use seidel_render::remove::{Canvas, Lights, Removal, Removed, Saturation};
+use seidel_render::{Gather, Occlusion, VergencePass};
+
+use crate::image::Image;
+use crate::planes::PremultipliedPlanes;
+use crate::prepared::PreparedPlate;
+use crate::progress::Progress;
+use crate::rendering::Rendering;
+use crate::settings::{Edges, Grain, Quality, RemovalSettings};
+
+/// A plate without the blur of its lens: the solution of each plane on a canvas somewhat larger than the plate.
+#[derive(Debug, Clone)]
+pub struct RemovedPlate {
+    /// Colours first.
+    planes: Vec<Removed>,
+    colour_count: usize,
+    noise_gain: Vec<Vec<f32>>,
+}
+
+/// Whether the amplification of noise is measured, which takes as long again as the removal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum NoiseGain {
+    /// It is not.
+    #[default]
+    Skip,
+    /// It is, for each pixel of each colour.
+    Measure,
+}
+
+impl PreparedPlate {
+    /// Removes the blur of the lens.
+    ///
+    /// # Errors
+    /// Those of [`Removal::remove`], cancellation by `progress` among them.
+    pub fn remove(&self, noise_gain: NoiseGain, progress: &Progress) -> Result<RemovedPlate> {
+        let light = self.undeveloped();
+        let settings = &self.session().settings().removal;
+        self.with_optics(|optics| {
+            let planes = light.weighted(self.weights());
+            let colour_count = light.colour_count();
+            let measures = noise_gain == NoiseGain::Measure;
+            let steps = planes.len() + if measures { colour_count } else { 0 };
+            let lights = Lights::of(&planes[..colour_count], optics.scene.width);
+            let mut found = RemovedPlate {
+                planes: Vec::with_capacity(planes.len()),
+                colour_count,
+                noise_gain: Vec::new(),
+            };
+            let mut done = 0;
+            for (index, plane) in planes.iter().enumerate() {
+                let (scene, planes) = (&optics.scene, &[*plane]);
+                let removal = removal_of_plane(settings, index, colour_count);
+                let share = |done: usize, part: f64| progress((done as f64 + part) / steps as f64);
+                let in_part = |part| share(done, part);
+                let removed = if index < colour_count {
+                    removal.remove_about(&lights, scene, planes, &in_part)
+                } else {
+                    removal.remove(scene, planes, &in_part)
+                }?;
+                done += 1;
+                if measures && index < colour_count {
+                    let in_part = |part| share(done, part);
+                    let gain = removal.noise_gain(&lights, scene, planes, &removed, &in_part)?;
+                    found.noise_gain.extend(gain);
+                    done += 1;
+                }
+                found.planes.extend(removed);
+            }
+            Ok(found)
+        })
+    }
+
+    /// Returns the blur that the plate shows as a share of the lens's blur: 1 where nothing speaks against the lens.
+    ///
+    /// # Errors
+    /// Those of [`LensCheck::of`](seidel_render::remove::LensCheck::of).
+    pub fn blur_share(&self, progress: &Progress) -> Result<f64> {
+        let light = self.undeveloped();
+        let settings = &self.session().settings().removal;
+        self.with_optics(|optics| {
+            let colour_count = light.colour_count();
+            let planes = light.weighted(self.weights()).into_iter().enumerate();
+            let planes: Vec<_> = (planes.take(colour_count))
+                .map(|(index, plane)| (removal_of_plane(settings, index, colour_count), plane))
+                .collect();
+            let check = seidel_render::remove::LensCheck::of(&optics.scene, &planes, progress)?;
+            Ok(check.blur_share)
+        })
+    }
+}
+
+/// The settings of one plane: alpha is never clipped, and its noise is estimated from itself.
+fn removal_of_plane(settings: &RemovalSettings, index: usize, colour_count: usize) -> Removal {
+    let default = Removal::default();
+    if index >= colour_count {
+        return Removal {
+            saturation: Saturation::Never,
+            ..default
+        };
+    }
+    let noise = &settings.noise;
+    Removal {
+        noise: noise.get(index).or(noise.first()).copied(),
+        saturation: settings.saturation,
+        ..default
+    }
+}
+
+impl RemovedPlate {
+    /// The solution of each colour plane.
+    pub fn colours(&self) -> &[Removed] {
+        &self.planes[..self.colour_count]
+    }
+
+    /// The place of the plate on the canvas, the same for all planes.
+    ///
+    /// # Errors
+    /// A plate without planes.
+    pub fn canvas(&self) -> Result<Canvas> {
+        let first = self.planes.first().map(|removed| removed.canvas);
+        first.ok_or_else(|| Error::new("plate", "has no planes", "give at least one colour"))
+    }
+
+    /// Standard deviation of the noise of each plane.
+    pub fn noise(&self) -> Vec<f64> {
+        self.planes.iter().map(|removed| removed.noise).collect()
+    }
+
+    /// Amplification of noise at each pixel of the plate, one plane a colour; empty unless measured.
+    pub fn noise_gain(&self) -> &[Vec<f32>] {
+        &self.noise_gain
+    }
+
+    /// Share of each pixel's detail that the plate determines, 0 to 1, one plane a colour.
+    pub fn confidence(&self) -> Vec<Vec<f32>> {
+        let colours = self.colours().iter();
+        colours.map(|removed| removed.confidence.clone()).collect()
+    }
+
+    /// Returns the sharp premultiplied planes on the canvas, with grain and at the strength that the settings of `plate`
+    /// ask for.
+    ///
+    /// # Errors
+    /// A plate without planes.
+    pub fn sharp_planes(&self, plate: &PreparedPlate) -> Result<Vec<Vec<f32>>> {
+        let settings = &plate.session().settings().removal;
+        let canvas = self.canvas()?;
+        let mut planes = self.solution();
+        if settings.grain == Grain::Keep {
+            self.add_grain(&mut planes, |removed| removed.grain());
+        }
+        let strength = settings.strength as f32;
+        if strength < 1.0 {
+            for (plane, before) in planes.iter_mut().zip(plate.planes()) {
+                for (sample, before) in plane.iter_mut().zip(canvas.extended(before)) {
+                    *sample = before + strength * (*sample - before);
+                }
+            }
+        }
+        Ok(planes)
+    }
+
+    /// Returns the sharp image, cropped to the plate.
+    ///
+    /// # Errors
+    /// A plate without planes.
+    pub fn sharp_image(&self, plate: &PreparedPlate) -> Result<Image> {
+        let canvas = self.canvas()?;
+        let planes = self.sharp_planes(plate)?;
+        let cropped = planes.iter().map(|plane| canvas.cropped(plane)).collect();
+        Ok(plate.to_image(cropped))
+    }
+
+    /// Returns the premultiplied planes of the plate as the lens of `other`, the same plate prepared for another lens,
+    /// renders the solution; with the grain of the plate, and as the other lens's sensor records it.
+    ///
+    /// # Errors
+    /// Those of [`PreparedPlate::apply`].
+    pub fn apply_other(&self, other: &PreparedPlate, progress: &Progress) -> Result<Vec<Vec<f32>>> {
+        let canvas = self.canvas()?;
+        let light: PremultipliedPlanes = other.premultiplied().with_planes(self.solution());
+        let blurred = other.with_optics(|optics| {
+            let pass = match optics.scene.vergence {
+                VergencePass::PerPixel(pass) => Some(canvas.extended(pass)),
+                VergencePass::Constant(_) => None,
+            };
+            let rendering = Rendering {
+                scene: &canvas.scene(&optics.scene, pass.as_deref()),
+                planes: &light.weighted(other.weights()),
+                occlusion: Some(Occlusion::default()),
+                edges: Edges::Mirror,
+                quality: Quality::Final,
+            };
+            Ok(rendering.render_by(&Gather::default(), progress)?.planes)
+        })?;
+        let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.cropped(plane)).collect();
+        self.clamp_alpha(&mut planes);
+        self.add_grain(&mut planes, |removed| canvas.cropped(&removed.grain()));
+        other.develop(&mut planes);
+        Ok(planes)
+    }
+
+    /// The solution on the canvas, alpha within 0..1.
+    fn solution(&self) -> Vec<Vec<f32>> {
+        let mut planes: Vec<Vec<f32>> = (self.planes.iter())
+            .map(|removed| removed.sharp.clone())
+            .collect();
+        self.clamp_alpha(&mut planes);
+        planes
+    }
+
+    fn clamp_alpha(&self, planes: &mut [Vec<f32>]) {
+        let alphas = planes.iter_mut().skip(self.colour_count);
+        for sample in alphas.flatten() {
+            *sample = sample.clamp(0.0, 1.0);
+        }
+    }
+
+    fn add_grain(&self, planes: &mut [Vec<f32>], grain: impl Fn(&Removed) -> Vec<f32>) {
+        for (plane, removed) in planes.iter_mut().zip(self.colours()) {
+            let grain = grain(removed);
+            plane
+                .par_iter_mut()
+                .zip(&grain)
+                .for_each(|(sample, grain)| *sample += grain);
+        }
+    }
+}

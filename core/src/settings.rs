@@ -1,0 +1,162 @@
+//! The settings of [`apply`](crate::apply), [`remove`](crate::remove) and [`relens`](crate::relens).
+
+use seidel_optics::profile::Controls;
+use seidel_render::remove::Saturation;
+use seidel_render::{Displacement, FocusControls, Gather, Renderer, Scatter};
+
+/// How a lens is used and a plate is rendered. The defaults use the lens as measured.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Settings {
+    /// Focus distance, f-number and sensor shift; as measured where left out.
+    pub controls: Controls,
+    /// Identifier of the PSF model, such as `pupil`; the most faithful one for the lens if `None`.
+    pub psf_model: Option<String>,
+    /// Strength of blur and displacement, 0 (none) to 16; 1 is as measured.
+    pub amount: f64,
+    /// Strength of the blur of single channels, on top of `amount`; the last entry of a channel counts.
+    pub channel_scales: Vec<ChannelScale>,
+    /// Offset of the optical axis, plate pixels right and down.
+    pub axis_offset_px: (f64, f64),
+    /// Displacement that is rendered: none, lateral colour, or lateral colour and distortion.
+    pub displacement: Displacement,
+    /// Range in focus, growth of blur before and behind it, and the largest kernel. The focus distance of `controls`,
+    /// where there is one, replaces its focus plane.
+    pub focus: FocusControls,
+    /// Accuracy against the exact renderer.
+    pub quality: Quality,
+    /// Light beyond the edges of the plate.
+    pub edges: Edges,
+    /// How near surfaces occlude far ones where depth varies. `None`: light of all depths is added, and its sum is
+    /// kept.
+    pub occlusion: Option<OcclusionSettings>,
+    /// What is known of the plate when blur is removed.
+    pub removal: RemovalSettings,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            controls: Controls::default(),
+            psf_model: None,
+            amount: 1.0,
+            channel_scales: Vec::new(),
+            axis_offset_px: (0.0, 0.0),
+            displacement: Displacement::Lateral,
+            focus: FocusControls::default(),
+            quality: Quality::Final,
+            edges: Edges::Mirror,
+            occlusion: Some(OcclusionSettings::default()),
+            removal: RemovalSettings::default(),
+        }
+    }
+}
+
+/// Strength of the blur of one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelScale {
+    /// Name of the lens channel, such as `R`.
+    pub channel: String,
+    /// Factor above 0 and up to 16; 1 is as measured.
+    pub scale: f64,
+}
+
+/// Accuracy of a render, as peak signal-to-noise ratio against the exact renderer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Quality {
+    /// 45 dB: for previews.
+    Draft,
+    /// 60 dB; 75 dB where no blur is above 6 px, 50 dB for lenses drawn ray by ray: for delivery.
+    #[default]
+    Final,
+    /// Every source pixel scattered with its own kernel: slow.
+    Exact,
+}
+
+impl Quality {
+    /// Returns the renderer of this quality, without occlusion.
+    pub(crate) fn renderer(self) -> Box<dyn Renderer> {
+        let gather = |quality| Box::new(Gather { quality });
+        match self {
+            Self::Draft => gather(seidel_render::Quality::Draft),
+            Self::Final => gather(seidel_render::Quality::Final),
+            Self::Exact => Box::new(Scatter),
+        }
+    }
+}
+
+/// Light beyond the edges of a plate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Edges {
+    /// The mirrored plate: no light is lost.
+    #[default]
+    Mirror,
+    /// Black: light that leaves the plate is lost.
+    Black,
+    /// The nearest pixel of the plate, with its depth and blur.
+    Extend,
+}
+
+impl Edges {
+    /// The edges that the inner renderer uses; [`Edges::Extend`] pads the plate before it.
+    pub(crate) fn of_renderer(self) -> seidel_render::Edges {
+        match self {
+            Self::Mirror => seidel_render::Edges::Mirror,
+            Self::Black | Self::Extend => seidel_render::Edges::Black,
+        }
+    }
+}
+
+/// How near surfaces occlude far ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OcclusionSettings {
+    /// Whether background that a blurred foreground uncovers is filled from the background beside it, rather than from
+    /// the foreground's own light.
+    pub fill_foreground: bool,
+    /// Whether a blurred foreground becomes transparent inside its own outline, rather than blurring outwards only.
+    pub blur_inside: bool,
+}
+
+impl Default for OcclusionSettings {
+    fn default() -> Self {
+        Self {
+            fill_foreground: true,
+            blur_inside: true,
+        }
+    }
+}
+
+/// What is known of a plate when blur is removed, and what the sharp image is to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RemovalSettings {
+    /// Standard deviation of the noise in scene-linear values: one for all colours or one for each; estimated from the
+    /// plate if empty.
+    pub noise: Vec<f64>,
+    /// Level at which samples are clipped.
+    pub saturation: Saturation,
+    /// Weight of the sharp image against the plate, 0 to 1.
+    pub strength: f64,
+    /// Grain of the sharp image.
+    pub grain: Grain,
+}
+
+impl Default for RemovalSettings {
+    fn default() -> Self {
+        Self {
+            noise: Vec::new(),
+            saturation: Saturation::default(),
+            strength: 1.0,
+            grain: Grain::Keep,
+        }
+    }
+}
+
+/// Grain of an image whose blur was removed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Grain {
+    /// The plate's own grain is added to the solution.
+    #[default]
+    Keep,
+    /// The solution as it is, nearly without grain.
+    Solved,
+}
