@@ -1,6 +1,6 @@
 //! The weights of lens channels on the planes of a plate.
 
-use seidel_optics::error::{Error, Result};
+use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::predict::Predictor;
 
 use crate::planes::PlaneLayout;
@@ -32,7 +32,8 @@ pub(crate) fn channel_weights(layout: &PlaneLayout, lens: &Predictor) -> Result<
                         channels.join(", ")
                     ),
                     "use a lens with this channel, or one with a single channel",
-                ));
+                )
+                .with_kind(ErrorKind::Unsupported));
             }
         };
         weights.push(chosen);

@@ -2,7 +2,7 @@
 
 use seidel_optics::BlurField;
 use seidel_optics::distance::ObjectDistance;
-use seidel_optics::error::Result;
+use seidel_optics::error::{ErrorKind, Result};
 use seidel_optics::field::ImagePoint;
 use seidel_optics::predict::Predictor;
 use seidel_optics::profile::{Controls, LensProfile};
@@ -88,6 +88,13 @@ impl Lens {
         if controls.is_empty() {
             return Ok(self.clone());
         }
-        Self::new(self.profile.with_controls(controls)?)
+        let profile = self.profile.with_controls(controls).map_err(|error| {
+            if self.predictor.has_rays() {
+                error
+            } else {
+                error.with_kind(ErrorKind::Unsupported)
+            }
+        })?;
+        Self::new(profile)
     }
 }

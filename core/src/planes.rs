@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 use seidel_optics::BlurField;
+use seidel_optics::apply_tone;
 use seidel_optics::error::Result;
 use seidel_optics::predict::Predictor;
-use seidel_render::{Plane, develop};
+use seidel_render::Plane;
 
 use crate::image::{AlphaKind, Image};
 
@@ -112,7 +113,7 @@ impl PremultipliedPlanes {
     /// Turns the light of `blurred` colour planes into what the lens's sensor records; alpha stays.
     pub(crate) fn develop(&self, lens: &Predictor, weights: &[Vec<f64>], blurred: &mut [Vec<f32>]) {
         for (plane, weights) in blurred.iter_mut().take(self.colour_count()).zip(weights) {
-            develop(lens, weights, plane);
+            apply_tone(lens, weights, plane);
         }
     }
 
@@ -126,7 +127,7 @@ impl PremultipliedPlanes {
             if tones.iter().all(|(tone, _)| tone.is_linear()) {
                 continue;
             }
-            let recorded = |light: f64| tones.iter().map(|(tone, w)| w * tone.of(light)).sum();
+            let recorded = |light: f64| tones.iter().map(|(tone, w)| w * tone.apply(light)).sum();
             plane.par_iter_mut().for_each(|sample| {
                 *sample = invert_tone(f64::from(*sample), recorded) as f32;
             });
@@ -223,12 +224,12 @@ mod tests {
             clip: 1.2,
         };
         for light in [0.0, 0.001, 0.3, 1.0, -0.4] {
-            let found = invert_tone(tone.of(light), |l| tone.of(l));
+            let found = invert_tone(tone.apply(light), |l| tone.apply(l));
             assert!((found - light).abs() < 1e-6, "{light}: {found}");
         }
-        let clipped = invert_tone(1.2, |l| tone.of(l));
+        let clipped = invert_tone(1.2, |l| tone.apply(l));
         assert!(
-            clipped < 4.0 && (tone.of(clipped) - 1.2).abs() < 1e-6,
+            clipped < 4.0 && (tone.apply(clipped) - 1.2).abs() < 1e-6,
             "{clipped}"
         );
     }

@@ -1,6 +1,6 @@
 //! The depth of a plate, and of a holdout, as vergences.
 
-use seidel_optics::error::{Error, Result};
+use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_render::{DepthReading, VergencePass};
 
 use crate::plate::{Depth, DepthPass, HoldoutMatte, PlateGeometry};
@@ -30,12 +30,13 @@ impl PreparedDepth {
             Depth::Distance(distance) => {
                 PlateVergence::Constant(session.predictor().vergence(*distance)?)
             }
-            Depth::Pass(_) if !session.predictor().knows_depth() => {
+            Depth::Pass(_) if !session.predictor().depends_on_depth() => {
                 return Err(Error::new(
                     "depth",
                     "is a pass, but the lens was fitted at one object distance and cannot follow it",
                     "fit the lens to sets at three or more distances, or give no depth",
-                ));
+                )
+                .with_kind(ErrorKind::Unsupported));
             }
             Depth::Pass(pass) => PlateVergence::PerPixel(read(session, geometry, pass)?),
         };
@@ -50,6 +51,14 @@ impl PreparedDepth {
         match &self.vergence {
             PlateVergence::Constant(_) => None,
             PlateVergence::PerPixel(reading) => Some(reading),
+        }
+    }
+
+    /// The depth pass, where there is one.
+    pub fn pass(&self) -> Option<&DepthPass> {
+        match &self.source {
+            Depth::Pass(pass) => Some(pass),
+            Depth::Distance(_) => None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use seidel_optics::BlurField;
 use seidel_optics::distance::ObjectDistance;
-use seidel_optics::error::{Error, Result};
+use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::field::ImagePoint;
 use seidel_optics::predict::Predictor;
 use seidel_optics::psf::{self, PsfModel};
@@ -43,7 +43,7 @@ impl LensSession {
         let lens = lens.with_controls(&settings.controls)?;
         let predictor = lens.predictor();
         let model = named.unwrap_or_else(|| predictor.default_model());
-        predictor.check_model(model)?;
+        predictor.check_model(model).map_err(unsupported)?;
         let focused_at = settings.controls.focus_distance;
         let session = Self {
             model,
@@ -239,6 +239,10 @@ pub(crate) fn refocus(range: &FocusRemap, vergence: VergencePass) -> Refocused {
             Refocused::PerPixel(refocused.collect())
         }
     }
+}
+
+fn unsupported(error: Error) -> Error {
+    error.with_kind(ErrorKind::Unsupported)
 }
 
 /// The scale of each channel of `lens`.

@@ -1,10 +1,9 @@
-//! How a lens is drawn: by which PSF model, and set to which focus and aperture.
+//! Options of the commands that draw a lens: PSF model, focus, aperture and sensor shift.
 
 use std::path::Path;
 
 use clap::Args;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::predict::Predictor;
+use seidel_core::{Lens, ObjectDistance};
 use seidel_core::profile::{Controls, LensProfile};
 use seidel_core::psf::{self, PsfModel};
 
@@ -12,7 +11,7 @@ use super::{CommandError, parse_distance, read_lens};
 use crate::Console;
 use seidel_image_io::error::FileError;
 
-/// Options about how a lens is drawn.
+/// Options that set a lens and choose its PSF model.
 #[derive(Debug, Clone, Args)]
 pub(super) struct DrawingArgs {
     #[arg(long, value_name = "MODEL", help = model_help())]
@@ -37,34 +36,32 @@ fn model_help() -> String {
     )
 }
 
-/// A lens as it is to be drawn.
+/// A lens and the PSF model that draws it.
 #[derive(Clone)]
 pub(super) struct Drawing {
     /// The lens, its controls set.
-    pub(super) lens: LensProfile,
-    /// The same, ready to ask.
-    pub(super) predictor: Predictor,
-    /// The model to draw it with.
+    pub(super) lens: Lens,
+    /// The model.
     pub(super) model: &'static dyn PsfModel,
 }
 
 impl DrawingArgs {
-    /// Reads the lens at `path` and settles how to draw it.
+    /// Reads the lens at `path`, sets its controls and chooses the PSF model.
     pub(super) fn open(&self, path: &Path, console: &mut Console) -> Result<Drawing, CommandError> {
-        let mut said = Vec::new();
-        let drawing = self.set(&read_lens(path)?, path, &mut said)?;
-        for remark in said {
-            console.remark(remark);
+        let mut warnings = Vec::new();
+        let drawing = self.set(&read_lens(path)?, path, &mut warnings)?;
+        for warning in warnings {
+            console.remark(warning);
         }
         Ok(drawing)
     }
 
-    /// Settles how to draw the lens that was `measured`, of the file `path`; remarks go to `said`.
+    /// Sets the controls of the lens `measured`, read from the file `path`, and chooses the PSF model. Adds to `warnings`.
     pub(super) fn set(
         &self,
         measured: &LensProfile,
         path: &Path,
-        said: &mut Vec<String>,
+        warnings: &mut Vec<String>,
     ) -> Result<Drawing, CommandError> {
         let named = self.psf.as_deref().map(psf::by_id).transpose()?;
         let controls = Controls {
@@ -73,15 +70,11 @@ impl DrawingArgs {
             sensor_shift_um: self.sensor_shift_um,
         };
         let in_file = |e| FileError::from_core(path, e);
-        let lens = measured.with_controls(&controls).map_err(in_file)?;
-        said.extend(measured.control_warnings(&controls));
-        let predictor = Predictor::new(&lens).map_err(in_file)?;
-        let model = named.unwrap_or_else(|| predictor.default_model());
-        predictor.check_model(model).map_err(in_file)?;
-        Ok(Drawing {
-            lens,
-            predictor,
-            model,
-        })
+        let profile = measured.with_controls(&controls).map_err(in_file)?;
+        warnings.extend(measured.control_warnings(&controls));
+        let lens = Lens::new(profile).map_err(in_file)?;
+        let model = named.unwrap_or_else(|| lens.predictor().default_model());
+        lens.predictor().check_model(model).map_err(in_file)?;
+        Ok(Drawing { lens, model })
     }
 }

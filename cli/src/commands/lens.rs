@@ -43,8 +43,8 @@ pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), Co
 }
 
 fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
-    let Drawing { lens, model, .. } = args.drawing.open(&args.lens, console)?;
-    let sheet = lens_sheet(&lens, model, &Default::default())?;
+    let Drawing { lens, model } = args.drawing.open(&args.lens, console)?;
+    let sheet = lens_sheet(lens.profile(), model, &Default::default())?;
     write_png(&args.output, &sheet)?;
     console.say(format!("wrote {}", args.output.display()));
     Ok(())

@@ -30,7 +30,7 @@ pub struct PsfArgs {
 pub(super) fn run(args: &PsfArgs, console: &mut Console) -> Result<(), CommandError> {
     let drawing = args.drawing.open(&args.lens, console)?;
     let read = manifest::read(&args.like, ReadOptions::default())?;
-    let predicted = predict_set(&drawing.predictor, &read.set, drawing.model)
+    let predicted = predict_set(drawing.lens.predictor(), &read.set, drawing.model)
         .map_err(|e| FileError::from_core(&args.like, e))?;
     manifest::write(&predicted, &args.out)?;
     console.say(format!(

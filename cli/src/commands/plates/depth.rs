@@ -1,20 +1,28 @@
-//! Where the depth of a plate comes from.
+//! Options about depth, and the depth of a plate.
 
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use seidel_core::Error;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::plate::DepthMeaning;
-use seidel_core::predict::Predictor;
 use seidel_core::render::{DepthConvention, DepthReading};
+use seidel_core::{
+    Depth, DepthMeaning, DepthPass, Error, Lens, LensSession, ObjectDistance, PlateGeometry,
+    PreparedDepth,
+};
 
-use super::Vergences;
-use super::depth_check::PlateView;
+use super::depth_doubts::depth_doubts;
 use crate::commands::{CommandError, parse_distance};
-use seidel_image_io::depth::{DepthPass, DepthSpec};
+use seidel_image_io::depth::{DepthPass as DepthFile, DepthSpec};
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::Plate;
+
+/// Place of a frame in its run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FrameOrder {
+    /// The first frame, whose depth pass is checked and whose colour space is reported.
+    First,
+    /// Any later frame, or the first one read once more.
+    Later,
+}
 
 /// Options about depth.
 #[derive(Debug, Args)]
@@ -47,7 +55,7 @@ pub(crate) struct DepthArgs {
     no_depth_check: bool,
 }
 
-/// What the numbers of a depth pass are.
+/// The meaning of the samples of a depth pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DepthKind {
     /// Distance along the optical axis
@@ -89,7 +97,7 @@ pub(crate) enum DepthSource {
 }
 
 impl DepthArgs {
-    /// What the numbers of depth passes are.
+    /// The meaning of the samples of depth passes.
     pub(crate) fn meaning(&self) -> Result<DepthMeaning, CommandError> {
         let range = || match (self.near, self.far) {
             (Some(near_m), Some(far_m)) => Ok((near_m, far_m)),
@@ -139,8 +147,8 @@ impl DepthSource {
         }
     }
 
-    /// The settings, by name: a file by the last part of its name, so that it may lie elsewhere another time.
-    pub(super) fn told(&self) -> Vec<(String, String)> {
+    /// The settings by name; files by their last component, so that they may be moved.
+    pub(super) fn record(&self) -> Vec<(String, String)> {
         let named = |name: &str, value: String| (name.to_owned(), value);
         let (spec, meaning) = match self {
             Self::Constant(distance) => return vec![named("distance", distance.to_string())],
@@ -165,9 +173,9 @@ impl DepthSource {
         ]
     }
 
-    /// Refuses a depth pass that the lens could not follow.
-    pub(crate) fn check_lens(&self, lens: &Predictor, file: &Path) -> Result<(), CommandError> {
-        if lens.depends_on_depth() || self.file_pattern().is_none() {
+    /// Rejects a depth pass that the lens cannot follow.
+    pub(crate) fn check_lens(&self, lens: &Lens, file: &Path) -> Result<(), CommandError> {
+        if lens.predictor().depends_on_depth() || self.file_pattern().is_none() {
             return Ok(());
         }
         Err(FileError::new(
@@ -179,33 +187,32 @@ impl DepthSource {
         .into())
     }
 
-    /// Object vergence for `plate`, seen as `view` says; remarks go to `said`. The `first` pass of a run
-    /// is asked whether it holds what it is said to hold.
+    /// Reads the depth of `plate`, from `file` where the pass has one of its own, for the lens of `session`. Adds to
+    /// `warnings`; the first pass of a run is checked for signs of another convention.
     pub(crate) fn read(
         &self,
         plate: &Plate,
+        geometry: &PlateGeometry,
         file: Option<&Path>,
-        lens: &Predictor,
-        view: &PlateView,
-        first: bool,
-        said: &mut Vec<String>,
-    ) -> Result<Vergences, CommandError> {
+        session: &LensSession,
+        order: FrameOrder,
+        warnings: &mut Vec<String>,
+    ) -> Result<PreparedDepth, CommandError> {
+        let prepare = |depth| PreparedDepth::new(session, geometry, depth);
         let (spec, meaning, checked) = match self {
-            Self::Constant(distance) => {
-                return Ok(Vergences::Constant(lens.vergence(*distance)?));
-            }
+            Self::Constant(distance) => return Ok(prepare(Depth::Distance(*distance))?),
             Self::Pass {
                 spec,
                 meaning,
                 checked,
             } => (spec, meaning, *checked),
         };
-        if !lens.depends_on_depth() {
-            return Ok(Vergences::Constant(0.0));
+        if !session.lens().predictor().depends_on_depth() {
+            return Ok(prepare(Depth::Distance(ObjectDistance::Unknown))?);
         }
         let channel = spec.as_ref().and_then(|s| s.channel.as_deref());
         let pass = match file {
-            Some(file) => DepthPass::open(file, channel)?,
+            Some(file) => DepthFile::open(file, channel)?,
             None => plate.depth(None).map_err(|e| {
                 FileError::new(
                     plate.path(),
@@ -216,32 +223,53 @@ impl DepthSource {
             })?,
         };
         let (samples, remark) = pass.over(plate.windows())?;
-        said.extend(remark);
+        warnings.extend(remark);
         let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
         };
-        let reading = meaning.read(&samples, plate.width(), view.axis_and_aspect());
-        let reading = reading.map_err(in_pass)?;
-        describe(&pass, &reading, said);
-        if first && checked {
-            let doubts = view.doubts(plate, &samples, &reading.vergence, meaning.convention);
-            let name = format!("depth {}:{}", pass.file.display(), pass.channel);
-            said.extend(
-                doubts
-                    .map_err(in_pass)?
-                    .iter()
-                    .map(|d| format!("{name} {d}")),
-            );
+        let depth = prepare(Depth::Pass(DepthPass {
+            samples,
+            meaning: *meaning,
+        }));
+        let depth = depth.map_err(in_pass)?;
+        if let Some(reading) = depth.reading() {
+            describe(&pass, reading, warnings);
         }
-        Ok(Vergences::PerPixel(reading.vergence))
+        if order == FrameOrder::First && checked {
+            let doubts = doubts_of(&depth, plate, session, geometry, *meaning).map_err(in_pass)?;
+            let name = format!("depth {}:{}", pass.file.display(), pass.channel);
+            warnings.extend(doubts.iter().map(|doubt| format!("{name} {doubt}")));
+        }
+        Ok(depth)
     }
 }
 
-fn describe(pass: &DepthPass, reading: &DepthReading, said: &mut Vec<String>) {
+/// Signs that the pass of `depth` means something else than `meaning` says.
+fn doubts_of(
+    depth: &PreparedDepth,
+    plate: &Plate,
+    session: &LensSession,
+    geometry: &PlateGeometry,
+    meaning: DepthMeaning,
+) -> seidel_core::Result<Vec<String>> {
+    let (Some(reading), Some(pass)) = (depth.reading(), depth.pass()) else {
+        return Ok(Vec::new());
+    };
+    depth_doubts(
+        session,
+        &session.place(geometry)?,
+        plate,
+        &pass.samples,
+        &reading.vergence,
+        meaning.convention,
+    )
+}
+
+fn describe(pass: &DepthFile, reading: &DepthReading, warnings: &mut Vec<String>) {
     let name = format!("depth {}:{}", pass.file.display(), pass.channel);
     match reading.range_m {
-        Some((near, far)) => said.push(format!("{name} spans {near:.4} m to {far:.4} m")),
-        None => said.push(format!("{name} is at infinity everywhere")),
+        Some((near, far)) => warnings.push(format!("{name} spans {near:.4} m to {far:.4} m")),
+        None => warnings.push(format!("{name} is at infinity everywhere")),
     }
     for (count, what) in [
         (reading.infinite, "pixels at infinity"),
@@ -255,7 +283,7 @@ fn describe(pass: &DepthPass, reading: &DepthReading, said: &mut Vec<String>) {
         ),
     ] {
         if count > 0 {
-            said.push(format!("{name} has {count} {what}"));
+            warnings.push(format!("{name} has {count} {what}"));
         }
     }
 }

@@ -1,11 +1,9 @@
-//! Options about focus, in the terms of depth-of-field tools.
+//! Options about the range in focus, in the terms of depth-of-field tools.
 
 use clap::Args;
-use seidel_core::Result;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::render::FocusControls;
+use seidel_core::{FocusControls, ObjectDistance};
 
-/// Options about what is in focus and how fast blur grows about it.
+/// Options about the range in focus and the growth of blur outside it.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct FocusArgs {
     /// Range about the focus plane, in metres, half of it before the plane, in which everything is as sharp
@@ -41,7 +39,7 @@ pub(crate) struct FocusArgs {
 }
 
 impl FocusArgs {
-    /// What is set; `focus` is what the lens was focused at, where the user said so.
+    /// The focus controls; `focus` is the focus distance that the user set, if any.
     pub(crate) fn controls(&self, focus: Option<ObjectDistance>) -> FocusControls {
         FocusControls {
             focus_per_m: focus.and_then(ObjectDistance::vergence_per_m),
@@ -50,13 +48,5 @@ impl FocusArgs {
             back: self.back_multiplier,
             maximum_px: self.maximum_size,
         }
-    }
-
-    /// Whether the values can be.
-    ///
-    /// # Errors
-    /// Those of [`FocusControls::check`].
-    pub(crate) fn check(&self) -> Result<()> {
-        self.controls(None).check()
     }
 }

@@ -1,14 +1,11 @@
-//! Plates as files have them, and their light.
+//! Options about the plate, and the image in a plate file.
 
-use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use seidel_colour::Alphas;
-use seidel_core::Result;
-use seidel_core::plate::{self, LightParts, Placed, Rectangle};
-use seidel_core::predict::Predictor;
-use seidel_core::render::{BlurField, MAX_PIXEL_ASPECT};
+use seidel_core::render::MAX_PIXEL_ASPECT;
+use seidel_core::{AlphaKind, Image, PlateGeometry, Rectangle};
 
 use super::colour::{ColourArgs, PlateColour};
 use crate::commands::CommandError;
@@ -81,13 +78,6 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
         .ok_or_else(|| "give a number greater than zero".to_owned())
 }
 
-/// The light of a plate, which knows its way back into the plate's file.
-pub(crate) struct Light {
-    light: plate::Light,
-    /// What turns the plate's colours into light and back, where that is anything.
-    colour: Option<PlateColour>,
-}
-
 impl PlateArgs {
     pub(crate) fn options(&self) -> PlateOptions {
         PlateOptions {
@@ -146,14 +136,14 @@ impl PlateArgs {
         .into())
     }
 
-    /// The planes to blur, turned into light by `colour`; remarks go to `said`.
-    pub(crate) fn light(
+    /// Returns the image of `plate`, converted to scene-linear light by `colour`. Adds to `warnings`.
+    pub(crate) fn image(
         &self,
         plate: &Plate,
-        colour: Option<PlateColour>,
-        said: &mut Vec<String>,
-    ) -> std::result::Result<Light, CommandError> {
-        said.extend(plate.remarks());
+        colour: Option<&PlateColour>,
+        warnings: &mut Vec<String>,
+    ) -> std::result::Result<Image, CommandError> {
+        warnings.extend(plate.remarks());
         let bad = plate.non_finite();
         if let Some(first) = bad.first()
             && !self.scrub
@@ -166,28 +156,30 @@ impl PlateArgs {
             )
             .into());
         }
-        said.extend(bad.iter().map(|b| format!("{b}; replaced by zero")));
+        warnings.extend(bad.iter().map(|b| format!("{b}; replaced by zero")));
         let alpha = plate.alpha();
-        let unpremultiplied = alpha.is_some()
-            && match self.alpha {
-                Some(choice) => choice == AlphaChoice::Unpremultiplied,
-                None => !plate.is_premultiplied(),
-            };
+        let premultiplied = match self.alpha {
+            Some(choice) => choice == AlphaChoice::Premultiplied,
+            None => plate.is_premultiplied(),
+        };
+        let kind = if alpha.is_none() || premultiplied {
+            AlphaKind::Premultiplied
+        } else {
+            AlphaKind::Unpremultiplied
+        };
         let mut colours = plate.colour();
         let own_alphas = plate.own_alphas();
-        if let Some(colour) = &colour {
-            let alphas = alphas_of(unpremultiplied, alpha.as_deref(), &own_alphas);
+        if let Some(colour) = colour {
+            let alphas = alphas_of(kind, alpha.as_deref(), &own_alphas);
             let unheld = colour.read(plate, &mut colours, alphas)?;
-            self.check_unheld(plate, unheld, said)?;
+            self.check_unheld(plate, unheld, warnings)?;
         }
-        let light = plate::Light::new(LightParts {
-            names: plate.colour_names().to_vec(),
-            colours,
-            alpha,
-            own_alphas,
-            unpremultiplied,
-        });
-        Ok(Light { light, colour })
+        let names = plate.colour_names().to_vec();
+        let mut image = Image::new(plate.width(), plate.height(), names, colours)?
+            .with_alpha(alpha, own_alphas, kind);
+        // Reported above.
+        image.replace_non_finite();
+        Ok(image)
     }
 
     /// Refuses codes without light, unless they are to be replaced.
@@ -195,12 +187,12 @@ impl PlateArgs {
         &self,
         plate: &Plate,
         unheld: usize,
-        said: &mut Vec<String>,
+        warnings: &mut Vec<String>,
     ) -> std::result::Result<(), CommandError> {
         let problem = format!("{unheld} samples are codes of no finite light");
         match unheld {
             0 => {}
-            _ if self.scrub => said.push(format!("{problem}; replaced by zero")),
+            _ if self.scrub => warnings.push(format!("{problem}; replaced by zero")),
             _ => {
                 let remedy = "check --in-space, or give --scrub to replace such samples by zero";
                 return Err(FileError::new(plate.path(), "colour", problem, remedy).into());
@@ -210,106 +202,61 @@ impl PlateArgs {
     }
 }
 
-/// What colours are multiplied by in a file.
+/// The alphas that colours in a file are multiplied by.
 fn alphas_of<'a>(
-    unpremultiplied: bool,
+    kind: AlphaKind,
     alpha: Option<&'a [f32]>,
-    own_alphas: &'a [Vec<f32>],
+    channel_alphas: &'a [Vec<f32>],
 ) -> Alphas<'a> {
     match alpha {
-        Some(_) if unpremultiplied => Alphas::Straight,
-        Some(_) if !own_alphas.is_empty() => Alphas::PerPlane(own_alphas),
+        Some(_) if kind == AlphaKind::Unpremultiplied => Alphas::Straight,
+        Some(_) if !channel_alphas.is_empty() => Alphas::Each(channel_alphas),
         Some(alpha) => Alphas::Shared(alpha),
         None => Alphas::Straight,
     }
 }
 
-impl Deref for Light {
-    type Target = plate::Light;
-
-    fn deref(&self) -> &Self::Target {
-        &self.light
-    }
-}
-
-impl DerefMut for Light {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.light
-    }
-}
-
-impl Light {
-    /// Other planes in place of these, of any one size.
-    pub(crate) fn with_planes(&self, planes: Vec<Vec<f32>>) -> Self {
-        Self {
-            light: self.light.with_planes(planes),
-            colour: self.colour.clone(),
+/// Puts `image` into `plate`, in the colour space that it is written in.
+pub(super) fn put_image(
+    plate: &mut Plate,
+    mut image: Image,
+    colour: Option<&PlateColour>,
+) -> std::result::Result<(), CommandError> {
+    if let Some(colour) = colour {
+        let alphas = alphas_of(
+            image.alpha_kind,
+            image.alpha.as_deref(),
+            &image.channel_alphas,
+        );
+        colour.write(plate, &mut image.colours, alphas)?;
+        if let Some(space) = colour.other_space() {
+            plate.set_colour_space(space);
         }
     }
-
-    /// What turns the plate into light once it is written.
-    pub(super) fn written_colour(&self) -> Option<PlateColour> {
-        self.colour.as_ref().map(PlateColour::written)
+    plate.set_colour(&image.colours)?;
+    if let Some(alpha) = &image.alpha {
+        plate.set_alpha(alpha)?;
     }
-
-    /// Leaves `plate` as it is, to the bit and not only to the rounding of a render; but for what was scrubbed, and for
-    /// another colour space.
-    pub(crate) fn keep(&self, plate: &mut Plate) -> std::result::Result<(), CommandError> {
-        let colour = self.colour.as_ref();
-        let stays = colour.is_none_or(|colour| colour.other_space().is_none());
-        match stays && plate.non_finite().is_empty() {
-            true => Ok(()),
-            false => self.put_back(plate, self.copied()),
-        }
-    }
-
-    /// Puts blurred planes back into the plate, in the plate's own premultiplication and the space that it is written in.
-    pub(crate) fn put_back(
-        &self,
-        plate: &mut Plate,
-        blurred: Vec<Vec<f32>>,
-    ) -> std::result::Result<(), CommandError> {
-        let mut back = self.returned(blurred);
-        if let Some(colour) = &self.colour {
-            let straight = self.is_unpremultiplied();
-            let alphas = alphas_of(straight, back.alpha.as_deref(), &back.own_alphas);
-            colour.write(plate, &mut back.colours, alphas)?;
-            if let Some(space) = colour.other_space() {
-                plate.set_colour_space(space);
-            }
-        }
-        plate.set_colour(&back.colours)?;
-        if let Some(alpha) = &back.alpha {
-            plate.set_alpha(alpha)?;
-        }
-        plate.set_own_alphas(&back.own_alphas)?;
-        Ok(())
-    }
+    plate.set_own_alphas(&image.channel_alphas)?;
+    Ok(())
 }
 
-/// How much each lens channel acts on each plane of the light of `plate`.
-///
-/// # Errors
-/// Those of [`plate::plate_weights`].
-pub(crate) fn plate_weights(plate: &Plate, lens: &Predictor) -> Result<Vec<Vec<f64>>> {
-    let alphas = (plate.has_alpha(), plate.has_own_alphas());
-    plate::plate_weights(plate.colour_names(), alphas, lens)
-}
-
-/// Where the plate lies in the frame of `lens`: as [`Placed::new`] has it.
-pub(crate) fn placed(
+/// The geometry of `plate` with these pixels and scale.
+pub(super) fn plate_geometry(
     plate: &Plate,
-    lens: &Predictor,
-    scale: Option<f64>,
+    lens_scale: Option<f64>,
     pixel_aspect: f64,
-) -> Placed {
+) -> PlateGeometry {
     let rectangle = |window: Window| Rectangle {
         x: window.x,
         y: window.y,
         width: window.width,
         height: window.height,
     };
-    let windows = (plate.display_window(), plate.data_window());
-    let windows = (rectangle(windows.0), rectangle(windows.1));
-    Placed::new(lens.frame(), windows, scale, pixel_aspect)
+    PlateGeometry {
+        display: rectangle(plate.display_window()),
+        data: rectangle(plate.data_window()),
+        pixel_aspect,
+        lens_scale,
+    }
 }

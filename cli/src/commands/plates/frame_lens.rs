@@ -1,42 +1,41 @@
-//! The lens of a frame: set, adjusted and focused as the options say, or as a table says for that frame.
+//! The lens of a frame: set, adjusted and focused by the options, or by the animation table for that frame.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use seidel_core::distance::ObjectDistance;
 use seidel_core::profile::LensProfile;
+use seidel_core::{LensSession, ObjectDistance, Settings};
 
 use super::adjust::AdjustArgs;
 use super::focus::FocusArgs;
-use crate::commands::drawing::{Drawing, DrawingArgs};
+use crate::commands::drawing::DrawingArgs;
 use crate::commands::{CommandError, short_name};
 
 use crate::files::animation::{Animation, Between};
 use seidel_image_io::error::FileError;
 
-/// How a frame's lens is to be.
+/// The options about the lens, with the values of one frame.
 #[derive(Debug, Clone)]
-pub(crate) struct Settings {
+pub(crate) struct LensOptions {
     pub(crate) drawing: DrawingArgs,
     pub(crate) adjust: AdjustArgs,
     pub(crate) focus: FocusArgs,
 }
 
-/// A frame's lens.
+/// The lens of a frame.
 #[derive(Clone)]
-pub(crate) struct Setup {
-    pub(crate) drawing: Drawing,
-    pub(crate) adjust: AdjustArgs,
-    pub(crate) focus: FocusArgs,
-    /// What the lens was focused at, where that was said.
-    pub(crate) focused_at: Option<ObjectDistance>,
-    /// How the lens is used, each setting by its name.
-    pub(crate) told: Vec<(String, String)>,
+pub(crate) struct FrameLens {
+    /// The lens and the settings that render with it.
+    pub(crate) session: Arc<LensSession>,
+    adjust: AdjustArgs,
+    /// The settings of the lens by name, for provenance and residuals.
+    pub(crate) record: Vec<(String, String)>,
 }
 
-/// What changes a setting to a value.
-type Change = fn(&mut Settings, f64) -> seidel_core::Result<()>;
+/// A change of one option to a value.
+type Change = fn(&mut LensOptions, f64) -> seidel_core::Result<()>;
 
-/// Columns that a table may have; besides, `channel-scale.NAME`.
+/// Columns of an animation table, their interpolation and the option they change; `channel-scale.NAME` is one more.
 const COLUMNS: [(&str, Between, Change); 10] = [
     ("amount", Between::Values, |s, v| {
         s.adjust.amount = v;
@@ -80,10 +79,10 @@ const COLUMNS: [(&str, Between, Change); 10] = [
     }),
 ];
 
-/// Columns that scale a channel begin with this.
+/// Prefix of the columns that scale a channel.
 const CHANNEL: &str = "channel-scale.";
 
-/// Refuses a table with columns that are no options.
+/// Rejects a table with a column that is not an option.
 pub(crate) fn check_names(table: &Animation) -> Result<(), CommandError> {
     let known = |name: &str| {
         name.starts_with(CHANNEL) || COLUMNS.iter().any(|(column, _, _)| *column == name)
@@ -109,11 +108,10 @@ fn or_none(value: Option<f64>) -> String {
     value.map_or_else(|| "none".to_owned(), |value| value.to_string())
 }
 
-impl Settings {
-    /// The same with what `table` says about `frame`.
+impl LensOptions {
+    /// Returns the options with the values of `table` for `frame`.
     pub(crate) fn at(mut self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
-        let in_table = |name: &str, e| {
-            let e: seidel_core::Error = e;
+        let in_table = |name: &str, e: seidel_core::Error| {
             FileError::from_core(table.path(), e.within(&format!("frame {frame}, {name}")))
         };
         for (name, between, change) in COLUMNS {
@@ -131,10 +129,10 @@ impl Settings {
         Ok(self)
     }
 
-    /// The settings of the lens of the file `path`, drawn by `model`.
-    fn told(&self, path: &Path, model: &str) -> Vec<(String, String)> {
+    /// The settings of the lens by name; its profile is the file `path`, its PSF model `model`.
+    fn record(&self, path: &Path, model: &str) -> Vec<(String, String)> {
         let named = |name: &str, value: String| (name.to_owned(), value);
-        let mut told = vec![
+        let mut record = vec![
             named("lens", short_name(path)),
             named("psf", model.to_owned()),
             named(
@@ -147,51 +145,54 @@ impl Settings {
                 or_as_measured(self.drawing.sensor_shift_um),
             ),
         ];
-        told.extend(self.adjust.told());
+        record.extend(self.adjust.record());
         let focus = &self.focus;
-        told.extend([
+        record.extend([
             named("depth-of-field", focus.depth_of_field.to_string()),
             named("front-multiplier", focus.front_multiplier.to_string()),
             named("back-multiplier", focus.back_multiplier.to_string()),
             named("maximum-size", or_none(focus.maximum_size)),
         ]);
-        told
+        record
     }
 
-    /// Sets the lens that was `measured`, of the file `path`; remarks go to `said`.
-    pub(crate) fn open(
+    /// Sets the lens `measured`, read from the file `path`; `base` has the settings that are not about the lens. Adds to
+    /// `warnings`.
+    pub(crate) fn set(
         self,
         measured: &LensProfile,
         path: &Path,
-        said: &mut Vec<String>,
-    ) -> Result<Setup, CommandError> {
-        let drawing = self.drawing.set(measured, path, said)?;
-        let told = self.told(path, drawing.model.id());
-        self.adjust.check(&drawing.predictor)?;
-        self.focus.check()?;
-        Ok(Setup {
-            drawing,
-            focused_at: self.drawing.focus_distance,
-            told,
+        base: &Settings,
+        warnings: &mut Vec<String>,
+    ) -> Result<FrameLens, CommandError> {
+        let drawing = self.drawing.set(measured, path, warnings)?;
+        let mut settings = base.clone();
+        settings.psf_model = Some(drawing.model.id().to_owned());
+        settings.amount = self.adjust.amount;
+        settings.channel_scales = self.adjust.channel_scales();
+        settings.axis_offset_px = self.adjust.axis_offset_px();
+        settings.focus = self.focus.controls(self.drawing.focus_distance);
+        Ok(FrameLens {
+            session: Arc::new(LensSession::new(&drawing.lens, &settings)?),
+            record: self.record(path, drawing.model.id()),
             adjust: self.adjust,
-            focus: self.focus,
         })
     }
 }
 
-impl Setup {
-    /// The same as if --amount were `share` of what it is.
-    pub(crate) fn weakened(&self, share: f64) -> Self {
+impl FrameLens {
+    /// Returns the lens at `share` of its amount.
+    pub(crate) fn weakened(&self, share: f64) -> Result<Self, CommandError> {
         let adjust = self.adjust.weakened(share);
-        let changed = adjust.told();
-        let told = self.told.iter().map(|(name, value)| {
+        let changed = adjust.record();
+        let record = self.record.iter().map(|(name, value)| {
             let new = changed.iter().find(|(changed, _)| changed == name);
             (name.clone(), new.map_or(value, |(_, new)| new).clone())
         });
-        Self {
-            told: told.collect(),
+        Ok(Self {
+            session: Arc::new(self.session.with_amount(adjust.amount)?),
+            record: record.collect(),
             adjust,
-            ..self.clone()
-        }
+        })
     }
 }
