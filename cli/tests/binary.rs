@@ -78,7 +78,7 @@ fn a_full_disk_leaves_nothing_and_says_so() {
 #[cfg(target_os = "linux")]
 fn lens() -> seidel_core::profile::LensProfile {
     use seidel_core::distance::ObjectDistance;
-    use seidel_core::lens::MomentCoefficients;
+    use seidel_core::optics::lens::MomentCoefficients;
     use seidel_core::profile::{
         LensDescription, LensProfile, MomentsChannel, MomentsPlane, Provenance,
     };

@@ -16,13 +16,14 @@ use crate::settings::Settings;
 /// ```
 /// # fn main() -> seidel_core::Result<()> {
 /// # let text = include_str!("../tests/data/lens.json");
-/// use seidel_core::{Image, Lens, Plate, Settings, apply, no_progress};
+/// use seidel_core::{Depth, Image, Lens, ObjectDistance, Plate, Settings, apply, no_progress};
 ///
 /// let lens = Lens::from_json(text)?;
 /// let white = Image::from_interleaved(60, 40, 3, &[1.0; 60 * 40 * 3])?;
+/// let plate = Plate::new(white).with_depth(Depth::Distance(ObjectDistance::metres(2.5)?));
 /// let mut settings = Settings::default();
 /// settings.amount = 0.5;
-/// let blurred = apply(&lens, &Plate::new(white), &settings, &no_progress)?;
+/// let blurred = apply(&lens, &plate, &settings, &no_progress)?;
 /// assert!((blurred.colours[0][60 * 20 + 30] - 1.0).abs() < 1e-3);
 /// # Ok(())
 /// # }

@@ -127,7 +127,11 @@ mod tests {
         );
         assert_eq!(wide.map.scale, 0.5);
         assert_eq!(wide.axis(frame, (1.0, 0.0)), ImagePoint::new(38.5, 50.0));
-        let scaled = Placed::new(frame, (display, display), Some(2.0), 1.0);
+        let scaled = PlateGeometry {
+            lens_scale: Some(2.0),
+            ..geometry(display, display, 1.0)
+        };
+        let scaled = PlatePlacement::new(frame, &scaled);
         assert_eq!(scaled.map.origin, ImagePoint::new(112.5, 75.0));
     }
 }

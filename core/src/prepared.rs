@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use seidel_optics::error::{Error, Result};
-use seidel_render::{Holdout, Occlusion, Plane, Scene, RenderWindow};
+use seidel_render::{Holdout, Occlusion, Plane, RenderWindow, Scene};
 
 use crate::channel_weights::channel_weights;
 use crate::image::Image;
@@ -116,10 +116,15 @@ impl PreparedPlate {
         &self.depth
     }
 
-    /// Returns the same plate with another lens setting, such as a smaller amount.
+    /// Replaces the lens setting by another of the same lens, such as one of a smaller amount.
+    pub fn set_session(&mut self, session: Arc<LensSession>) {
+        self.session = session;
+    }
+
+    /// Adds a holdout matte.
     #[must_use]
-    pub fn with_session(self, session: Arc<LensSession>) -> Self {
-        Self { session, ..self }
+    pub fn with_holdout(self, holdout: Option<PreparedHoldout>) -> Self {
+        Self { holdout, ..self }
     }
 
     /// Returns premultiplied `planes` of the plate's size as an image in the plate's own relation of colour and alpha.
@@ -140,11 +145,7 @@ impl PreparedPlate {
         if self.session.is_neutral() {
             return Ok(self.planes.planes().to_vec());
         }
-        self.with_rendering(|rendering| {
-            let mut planes = rendering.render(progress)?;
-            self.develop(&mut planes);
-            Ok(planes)
-        })
+        self.apply_with(|rendering| Ok(rendering.render(progress)?.planes))
     }
 
     /// Renders the `window` of the plate alone: to the bit what [`Self::apply`] gives there.
@@ -152,8 +153,20 @@ impl PreparedPlate {
     /// # Errors
     /// Those of [`Self::apply`], and a window that is empty or not wholly on the plate.
     pub fn apply_window(&self, window: RenderWindow, progress: &Progress) -> Result<Vec<Vec<f32>>> {
+        self.apply_with(|rendering| Ok(rendering.render_window(window, progress)?.planes))
+    }
+
+    /// As [`Self::apply`], with the light rendered by `render`: to read the statistics of a render, or to measure it
+    /// against other renderers.
+    ///
+    /// # Errors
+    /// Focus settings that cannot be followed, and those of `render`.
+    pub fn apply_with(
+        &self,
+        render: impl FnOnce(&Rendering) -> Result<Vec<Vec<f32>>>,
+    ) -> Result<Vec<Vec<f32>>> {
         self.with_rendering(|rendering| {
-            let mut planes = rendering.render_window(window, progress)?;
+            let mut planes = render(rendering)?;
             self.develop(&mut planes);
             Ok(planes)
         })
@@ -174,15 +187,11 @@ impl PreparedPlate {
                 planes: &planes,
                 ..*rendering
             };
-            Ok(rendering.render(progress)?.swap_remove(0))
+            Ok(rendering.render(progress)?.planes.swap_remove(0))
         })
     }
 
-    /// Calls `then` with the request that [`Self::apply`] renders: to measure it against other renderers.
-    ///
-    /// # Errors
-    /// Focus settings that cannot be followed, and those of `then`.
-    pub fn with_rendering<T>(&self, then: impl FnOnce(&Rendering) -> Result<T>) -> Result<T> {
+    fn with_rendering<T>(&self, then: impl FnOnce(&Rendering) -> Result<T>) -> Result<T> {
         let settings = self.session.settings();
         self.with_optics(|optics| {
             let refocused = self.holdout.as_ref().and_then(|holdout| {

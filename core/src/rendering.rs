@@ -1,7 +1,10 @@
 //! A rendering request: scene, planes, occlusion, edges and quality.
 
 use seidel_optics::error::Result;
-use seidel_render::{EdgeReplicatingRenderer, LayeredRenderer, Occlusion, Plane, Rendered, Renderer, Scene, RenderWindow};
+use seidel_render::{
+    EdgeReplicatingRenderer, LayeredRenderer, Occlusion, Plane, RenderWindow, Rendered, Renderer,
+    Scene,
+};
 
 use crate::progress::Progress;
 use crate::settings::{Edges, Quality};
@@ -51,7 +54,9 @@ impl Rendering<'_> {
     }
 
     fn with_renderer<T>(&self, inner: &dyn Renderer, render: impl FnOnce(&dyn Renderer) -> T) -> T {
-        let layered = self.occlusion.map(|settings| LayeredRenderer { inner, settings });
+        let layered = self
+            .occlusion
+            .map(|settings| LayeredRenderer { inner, settings });
         let renderer: &dyn Renderer = match &layered {
             Some(layered) => layered,
             None => inner,

@@ -7,7 +7,8 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::predict::Predictor;
 use seidel_optics::psf::{self, PsfModel};
 use seidel_render::{
-    AdjustedLens, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens, Scene, VergencePass,
+    AdjustedLens, FocusControls, FocusRemap, LocalKernel, LocalKernels, NonSquarePixelLens, Scene,
+    VergencePass,
 };
 
 use crate::lens::Lens;

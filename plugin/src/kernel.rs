@@ -1,18 +1,15 @@
 //! The PSF of a lens at one point of a plate.
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::plate::Vergences;
-use seidel_core::render::{LocalKernel, LocalKernels, Scene};
+use seidel_core::ObjectDistance;
 
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
 use crate::handles;
-use crate::job::Sight;
 use crate::lens::{SeidelLens, beyond};
 use crate::plate::{Ground, SeidelPlate};
 use crate::pointers::{Place, Sized64, put_sized, sized};
 use crate::settings::{SeidelSettings, Settings};
-use crate::status::{Failure, Result, SeidelStatus};
+use crate::status::{Failure, SeidelStatus};
 use crate::threads::run;
 
 /// A kernel: where the light of one source pixel lands. Set `size`, `weights` and `capacity`; the rest is written.
@@ -76,7 +73,7 @@ pub unsafe extern "C" fn seidel_kernel(
         // SAFETY: as the caller vouches.
         let ground = unsafe { Ground::new(plate)? };
         // SAFETY: as the caller vouches.
-        let mut told = unsafe { sized(kernel.cast_const(), "kernel")? };
+        let mut result = unsafe { sized(kernel.cast_const(), "kernel")? };
         let at = (
             x - f64::from(ground.extent.left),
             y - f64::from(ground.extent.top),
@@ -88,55 +85,37 @@ pub unsafe extern "C" fn seidel_kernel(
                 "give finite numbers of plate pixels",
             ));
         }
-        let sight = Sight::new(&lens, &settings, |lens| ground.placed(lens, &settings))?;
-        let vergence = vergence(&sight, distance)?;
-        let count = lens.measured().channel_names().len();
+        let session = settings.session(&lens)?;
+        let geometry = ground.geometry(&settings);
+        let distance = if distance.is_nan() {
+            ObjectDistance::Unknown
+        } else {
+            ObjectDistance::metres(distance)?
+        };
+        let count = lens.measured().predictor().channel_names().len();
         if channel as usize >= count {
             return Err(beyond("channel", channel, count));
         }
-        let work = move |_: &_| drawn(&sight, channel as usize, at, vergence);
-        let drawn = run(1, &SeidelCallbacks::neutral(), work)?;
-        (told.left, told.top) = (drawn.left, drawn.top);
-        (told.width, told.height) = (drawn.width as u32, drawn.height as u32);
+        let work = move |_: &_| Ok(session.kernel_at(&geometry, channel as usize, at, distance)?);
+        let found = run(1, &SeidelCallbacks::neutral(), work)?;
+        (result.left, result.top) = (found.left, found.top);
+        (result.width, result.height) = (found.width as u32, found.height as u32);
         // SAFETY: as the caller vouches.
-        unsafe { put_sized(kernel, &told, "kernel")? };
-        if told.weights.is_null() || told.capacity < drawn.weights.len() as u64 {
+        unsafe { put_sized(kernel, &result, "kernel")? };
+        if result.weights.is_null() || result.capacity < found.weights.len() as u64 {
             return Err(Failure::new(
                 SeidelStatus::TooSmall,
                 format!(
                     "kernel.capacity: is {}; give room for {} weights",
-                    told.capacity,
-                    drawn.weights.len()
+                    result.capacity,
+                    found.weights.len()
                 ),
             ));
         }
-        for (k, weight) in drawn.weights.iter().enumerate() {
+        for (k, weight) in found.weights.iter().enumerate() {
             // SAFETY: the caller vouches for `capacity` places, of which there are enough.
-            unsafe { Place::new(told.weights.wrapping_add(k), "kernel.weights")? }.put(*weight);
+            unsafe { Place::new(result.weights.wrapping_add(k), "kernel.weights")? }.put(*weight);
         }
         Ok(())
-    })
-}
-
-fn vergence(sight: &Sight, distance: f64) -> Result<f64> {
-    let distance = match distance.is_nan() {
-        true => ObjectDistance::Unknown,
-        false => ObjectDistance::metres(distance)?,
-    };
-    Ok(sight.predictor.vergence(distance)?)
-}
-
-fn drawn(sight: &Sight, channel: usize, at: (f64, f64), vergence: f64) -> Result<LocalKernel> {
-    let lens_use = sight.lens_use();
-    lens_use.seen(&sight.placed, Vergences::Constant(vergence), |seen| {
-        // The point alone is looked at, not the plate about it.
-        let scene = Scene {
-            width: 1,
-            height: 1,
-            ..seen.scene
-        };
-        let mut weights = vec![0.0; scene.lens.channel_count()];
-        weights[channel] = 1.0;
-        Ok(LocalKernels::new(&scene, &weights)?.at(at)?)
     })
 }

@@ -4,14 +4,11 @@ use std::ffi::c_char;
 use std::fs::File;
 use std::io::Read;
 
-use seidel_core::predict::Predictor;
-use seidel_core::profile::LensProfile;
 use seidel_core::psf;
 
 use crate::guard::guard;
 use crate::handles;
 use crate::pointers::{Place, Sized64, copy_text, put_sized, text, values};
-use crate::settings::Settings;
 use crate::status::{Failure, Result, SeidelStatus};
 use crate::threads::end_if_unused;
 
@@ -29,13 +26,9 @@ pub struct SeidelLens {
     _opaque: [u8; 0],
 }
 
-/// What is behind a handle.
+/// The lens behind a handle, as measured.
 #[derive(Debug)]
-pub(crate) struct Lens {
-    profile: LensProfile,
-    /// The lens as measured.
-    predictor: Predictor,
-}
+pub(crate) struct Lens(seidel_core::Lens);
 
 /// What is known of a lens. Numbers that are not known are NaN.
 #[derive(Debug, Clone, Copy)]
@@ -108,9 +101,8 @@ impl Lens {
                 error.valid_up_to()
             ))
         })?;
-        let profile = LensProfile::from_json(text).map_err(|e| refuse(e.to_string()))?;
-        let predictor = Predictor::new(&profile).map_err(|e| refuse(e.to_string()))?;
-        Ok(Self { profile, predictor })
+        let lens = seidel_core::Lens::from_json(text).map_err(|e| refuse(e.to_string()))?;
+        Ok(Self(lens))
     }
 
     fn read(path: &str) -> Result<Self> {
@@ -133,36 +125,22 @@ impl Lens {
     }
 
     /// The lens as measured.
-    pub(crate) fn measured(&self) -> &Predictor {
-        &self.predictor
-    }
-
-    /// The lens with its controls set.
-    pub(crate) fn set(&self, settings: &Settings) -> Result<Predictor> {
-        let controls = settings.controls()?;
-        if controls.is_empty() {
-            return Ok(self.predictor.clone());
-        }
-        let set = self.profile.with_controls(&controls);
-        let set = set.map_err(|e| match self.predictor.has_rays() {
-            true => Failure::from(e),
-            false => Failure::unsupported(&e),
-        })?;
-        Ok(Predictor::new(&set)?)
+    pub(crate) fn measured(&self) -> &seidel_core::Lens {
+        &self.0
     }
 
     /// The models that can draw it, what suits it best first.
     fn models(&self) -> Vec<&'static str> {
-        let best = self.predictor.default_model().id();
+        let best = self.0.predictor().default_model().id();
         let able = psf::ALL
             .iter()
-            .filter(|m| self.predictor.check_model(**m).is_ok());
+            .filter(|m| self.0.predictor().check_model(**m).is_ok());
         let others = able.map(|model| model.id()).filter(|id| *id != best);
         std::iter::once(best).chain(others).collect()
     }
 
     fn info(&self) -> SeidelLensInfo {
-        let (profile, lens) = (&self.profile, &self.predictor);
+        let (profile, lens) = (self.0.profile(), self.0.predictor());
         let camera = &profile.camera;
         let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let (nearest, farthest) = profile.measured_range_m().unzip();
@@ -290,7 +268,7 @@ pub unsafe extern "C" fn seidel_lens_channel(
 ) -> SeidelStatus {
     guard(|| {
         let lens = handles::lens(lens)?;
-        let names = lens.measured().channel_names();
+        let names = lens.measured().predictor().channel_names();
         let name = names.get(index as usize);
         let name = name.ok_or_else(|| beyond("channel", index, names.len()))?;
         // SAFETY: as the caller vouches.

@@ -3,13 +3,12 @@
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
 use crate::handles;
-use crate::job::Job;
 use crate::lens::SeidelLens;
-use crate::plate::{Plate, SeidelPlate};
+use crate::plate::{HoldoutUse, Plate, SeidelPlate};
 use crate::pointers::{Place, Sized64, maybe_sized};
 use crate::remove::check_bounds;
 use crate::settings::{SeidelSettings, Settings};
-use crate::status::{Result, SeidelStatus};
+use crate::status::SeidelStatus;
 use crate::threads::{Watch, run};
 
 /// Compares the blur that a plate shows with that of the lens it is said to be taken with: `blur_share` gets the plate's as
@@ -45,21 +44,11 @@ pub unsafe extern "C" fn seidel_check_lens(
                 "give another",
             ));
         }
-        let job = Job::new(&lens, &plate, &settings)?;
+        let session = settings.session(&lens)?;
+        let prepared = plate.prepare(&session, &settings, HoldoutUse::Ignore)?;
         let callbacks = callbacks.unwrap_or_else(SeidelCallbacks::neutral);
-        let colours = plate.colour_count();
-        let work = move |watch: &Watch| share(&job, colours, watch);
+        let work = move |watch: &Watch| Ok(prepared.blur_share(&|share| watch.tell(share))?);
         place.put(run(settings.raw.threads, &callbacks, work)?);
         Ok(())
-    })
-}
-
-fn share(job: &Job, colours: usize, watch: &Watch) -> Result<f64> {
-    let light = job.undeveloped();
-    job.seen(|seen| {
-        let unblur = job.settings.unblur(colours);
-        let planes = (&light, &job.weights[..]);
-        let found = unblur.lens_check(&seen.scene, planes, &|share| watch.tell(share))?;
-        Ok(found.blur_share)
     })
 }

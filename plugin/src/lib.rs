@@ -5,12 +5,11 @@
 //! know. Every export goes through `guard`, which turns errors and panics into a status and a text.
 
 mod apply;
+mod call_args;
 mod callbacks;
-mod given;
 mod guard;
 mod handles;
 mod image;
-mod job;
 mod kernel;
 mod last_error;
 mod lens;
@@ -20,6 +19,7 @@ mod pointers;
 mod region;
 mod relens;
 mod remove;
+mod results;
 mod settings;
 mod status;
 mod threads;

@@ -1,13 +1,16 @@
 //! A plate in the caller's memory, and what is read of it: light, depth and matte, all owned.
 
-use seidel_core::plate::{Light, LightParts, Placed, Rectangle, Vergences, plate_weights};
-use seidel_core::predict::Predictor;
-use seidel_core::render::{BlurField, MAX_PIXEL_ASPECT};
+use std::sync::Arc;
+
+use seidel_core::{
+    Depth, DepthPass, HoldoutMatte, Image, LensSession, ObjectDistance, PlateGeometry,
+    PreparedDepth, PreparedHoldout, PreparedPlate, Rectangle,
+};
 
 use crate::image::{SeidelImage, SeidelRect, View};
 use crate::pointers::{Sized64, sized};
 use crate::settings::Settings;
-use crate::status::{Failure, Result, SeidelStatus};
+use crate::status::{Failure, Result};
 
 /// A plate. Pictures may hold a part of it, or more than it: what of the plate they lack counts as black, of depth and
 /// mattes as the nearest pixel that there is.
@@ -62,7 +65,14 @@ pub(crate) struct Plate {
     alphas: Option<View>,
 }
 
-/// Where a plate lies, of which no sample is needed.
+/// Whether the matte of a plate takes part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum HoldoutUse {
+    Read,
+    Ignore,
+}
+
+/// The place of a plate whose samples are not needed.
 pub(crate) struct Ground {
     pub(crate) format: SeidelRect,
     pub(crate) extent: SeidelRect,
@@ -70,12 +80,6 @@ pub(crate) struct Ground {
     pub(crate) has_depth: bool,
     /// Channels of its source; nothing where that is not given.
     pub(crate) channels: Option<u32>,
-}
-
-/// A holdout, owned.
-pub(crate) struct Holdout {
-    pub(crate) matte: Vec<f32>,
-    pub(crate) vergence: Option<Vergences>,
 }
 
 const COLOURS: [&[&str]; 4] = [&["Y"], &["Y"], &["R", "G", "B"], &["R", "G", "B"]];
@@ -121,39 +125,26 @@ impl Ground {
         raw.extent.check("plate.extent")
     }
 
-    /// Where it lies in the frame of `lens`.
-    pub(crate) fn placed(&self, lens: &Predictor, settings: &Settings) -> Result<Placed> {
-        placed((self.format, self.extent), lens, settings)
+    /// Its place in the frame of a lens.
+    pub(crate) fn geometry(&self, settings: &Settings) -> PlateGeometry {
+        geometry(self.format, self.extent, settings)
     }
 }
 
-/// Where a plate of this format and extent lies in the frame of `lens`.
-fn placed(
-    (format, extent): (SeidelRect, SeidelRect),
-    lens: &Predictor,
-    settings: &Settings,
-) -> Result<Placed> {
-    let aspect = settings.raw.pixel_aspect;
-    if !(1.0 / MAX_PIXEL_ASPECT..=MAX_PIXEL_ASPECT).contains(&aspect) {
-        return Err(Failure::argument(
-            "settings.pixel_aspect",
-            format!("is {aspect}"),
-            "give the width of a pixel over its height, from 1/16 to 16",
-        ));
-    }
+/// The place of a plate of this format and extent in the frame of a lens.
+fn geometry(format: SeidelRect, extent: SeidelRect, settings: &Settings) -> PlateGeometry {
     let rectangle = |rect: SeidelRect| Rectangle {
         x: rect.left,
         y: rect.top,
         width: rect.columns(),
         height: rect.height as usize,
     };
-    let windows = (rectangle(format), rectangle(extent));
-    Ok(Placed::new(
-        lens.frame(),
-        windows,
-        settings.lens_scale(),
-        aspect,
-    ))
+    PlateGeometry {
+        display: rectangle(format),
+        data: rectangle(extent),
+        pixel_aspect: settings.raw.pixel_aspect,
+        lens_scale: settings.lens_scale(),
+    }
 }
 
 impl Plate {
@@ -179,8 +170,21 @@ impl Plate {
         }
     }
 
-    pub(crate) fn placed(&self, lens: &Predictor, settings: &Settings) -> Result<Placed> {
-        placed((self.format, self.extent), lens, settings)
+    /// Reads the plate and prepares it for the lens of `session`. `holdout` says whether its matte is read.
+    pub(crate) fn prepare(
+        &self,
+        session: &Arc<LensSession>,
+        settings: &Settings,
+        holdout: HoldoutUse,
+    ) -> Result<PreparedPlate> {
+        let geometry = geometry(self.format, self.extent, settings);
+        let depth = self.depth(session, &geometry, settings)?;
+        let holdout = match holdout {
+            HoldoutUse::Read => self.holdout(session, &geometry, settings)?,
+            HoldoutUse::Ignore => None,
+        };
+        let image = self.image(settings)?;
+        Ok(session.prepare_parts(image, geometry, depth, holdout)?)
     }
 
     /// How many colours it has.
@@ -188,16 +192,8 @@ impl Plate {
         COLOURS[self.source.channels - 1].len()
     }
 
-    /// How much each lens channel acts on each of its planes.
-    pub(crate) fn weights(&self, lens: &Predictor, settings: &Settings) -> Result<Vec<Vec<f64>>> {
-        let channels = self.source.channels;
-        let own = settings.raw.alpha_per_channel == 1;
-        let alphas = (has_alpha(channels), own);
-        plate_weights(&colour_names(channels), alphas, lens).map_err(|e| Failure::unsupported(&e))
-    }
-
-    /// Its planes as they are: colours, alpha, alpha of each colour.
-    pub(crate) fn parts(&self, settings: &Settings) -> Result<LightParts> {
+    /// Its image; samples that are not finite are refused, or replaced where the settings say `scrub`.
+    pub(crate) fn image(&self, settings: &Settings) -> Result<Image> {
         let channels = self.source.channels;
         let names = colour_names(channels);
         let own = settings.raw.alpha_per_channel == 1;
@@ -235,18 +231,13 @@ impl Plate {
                 ));
             }
         };
-        Ok(LightParts {
-            names,
-            colours,
-            alpha,
-            own_alphas,
-            unpremultiplied: settings.is_unpremultiplied(),
-        })
-    }
-
-    /// Its light.
-    pub(crate) fn light(&self, settings: &Settings) -> Result<Light> {
-        self.parts(settings).map(Light::new)
+        let (width, height) = (self.extent.columns(), self.extent.height as usize);
+        let image = Image::new(width, height, names, colours)?;
+        let mut image = image.with_alpha(alpha, own_alphas, settings.alpha_kind());
+        if settings.raw.scrub == 1 {
+            image.replace_non_finite();
+        }
+        Ok(image)
     }
 
     fn check_finite(&self, plane: &[f32], name: &str) -> Result<()> {
@@ -267,52 +258,44 @@ impl Plate {
         )
     }
 
-    /// Object vergence of its pixels.
-    pub(crate) fn vergence(
+    /// Its depth, or the distance of the settings.
+    fn depth(
         &self,
-        (lens, placed): (&Predictor, &Placed),
+        session: &LensSession,
+        geometry: &PlateGeometry,
         settings: &Settings,
-    ) -> Result<Vergences> {
-        let Some(depth) = &self.depth else {
-            let distance = settings.distance()?;
-            return match lens.depends_on_depth() {
-                true => Ok(Vergences::Constant(lens.vergence(distance)?)),
-                false => Ok(Vergences::Constant(0.0)),
-            };
+    ) -> Result<PreparedDepth> {
+        let depth = match &self.depth {
+            Some(view) => Depth::Pass(self.depth_pass(view, settings)?),
+            None if session.lens().predictor().depends_on_depth() => {
+                Depth::Distance(settings.distance()?)
+            }
+            None => {
+                settings.distance()?;
+                Depth::Distance(ObjectDistance::Unknown)
+            }
         };
-        if !lens.depends_on_depth() {
-            return Err(Failure::new(
-                SeidelStatus::Unsupported,
-                "plate.depth: the lens was fitted at one object distance, so it cannot follow a depth pass; \
-                 fit it to sets at three or more distances, or give no depth",
-            ));
-        }
-        self.read_depth(depth, "plate.depth", (lens, placed), settings)
+        let named = |e: seidel_core::Error| match &self.depth {
+            Some(_) => e.within("plate.depth"),
+            None => e,
+        };
+        Ok(PreparedDepth::new(session, geometry, depth).map_err(named)?)
     }
 
-    fn read_depth(
-        &self,
-        depth: &View,
-        name: &str,
-        (lens, placed): (&Predictor, &Placed),
-        settings: &Settings,
-    ) -> Result<Vergences> {
-        let samples = depth.read_held(0, self.extent)?;
-        let offset = (settings.raw.axis_offset_x, settings.raw.axis_offset_y);
-        let axis = placed.axis(lens.frame(), offset);
-        let meaning = settings.depth_meaning();
-        let reading = meaning.read(&samples, self.extent.columns(), (axis, placed.pixel_aspect));
-        Ok(Vergences::PerPixel(
-            reading.map_err(|e| e.within(name))?.vergence,
-        ))
+    fn depth_pass(&self, view: &View, settings: &Settings) -> Result<DepthPass> {
+        Ok(DepthPass {
+            samples: view.read_held(0, self.extent)?,
+            meaning: settings.depth_meaning(),
+        })
     }
 
-    /// What will be in front, where there is something.
-    pub(crate) fn holdout(
+    /// The matte of something in front, where there is one.
+    fn holdout(
         &self,
-        lens: (&Predictor, &Placed),
+        session: &LensSession,
+        geometry: &PlateGeometry,
         settings: &Settings,
-    ) -> Result<Option<Holdout>> {
+    ) -> Result<Option<PreparedHoldout>> {
         let Some(matte) = &self.matte else {
             return match self.matte_depth {
                 None => Ok(None),
@@ -336,11 +319,13 @@ impl Plate {
             return Err(self.at_pixel("plate.matte", at, samples[at], remedy));
         }
         let depth = self.matte_depth.as_ref();
-        let depth = depth.map(|view| self.read_depth(view, "plate.matte_depth", lens, settings));
-        Ok(Some(Holdout {
-            matte: samples,
-            vergence: depth.transpose()?,
-        }))
+        let depth = depth.map(|view| self.depth_pass(view, settings));
+        let matte = HoldoutMatte {
+            samples,
+            depth: depth.transpose()?,
+        };
+        let holdout = PreparedHoldout::new(session, geometry, matte);
+        Ok(Some(holdout.map_err(|e| e.within("plate.matte_depth"))?))
     }
 
     /// Refuses pictures of other channels to put results in.

@@ -1,11 +1,10 @@
 //! What a part of a plate needs: of the source, and of memory.
 
-use seidel_core::plate::{Vergences, apply_bytes, remove_bytes};
+use seidel_core::{LensSession, ObjectDistance, apply_bytes, remove_bytes};
 
 use crate::guard::guard;
 use crate::handles;
 use crate::image::SeidelRect;
-use crate::job::Sight;
 use crate::lens::SeidelLens;
 use crate::plate::{Ground, SeidelPlate, plane_count};
 use crate::pointers::Place;
@@ -41,14 +40,15 @@ pub unsafe extern "C" fn seidel_region_of_interest(
         let settings = unsafe { Settings::new(settings)? };
         // SAFETY: as the caller vouches.
         let ground = unsafe { Ground::new(plate)? };
-        let sight = Sight::new(&lens, &settings, |lens| ground.placed(lens, &settings))?;
-        place.put(region_of(&sight, &settings, &ground, window)?);
+        let session = settings.session(&lens)?;
+        session.place(&ground.geometry(&settings))?;
+        place.put(region_of(&session, &settings, &ground, window)?);
         Ok(())
     })
 }
 
 fn region_of(
-    sight: &Sight,
+    session: &LensSession,
     settings: &Settings,
     ground: &Ground,
     window: SeidelRect,
@@ -56,18 +56,15 @@ fn region_of(
     if settings.raw.amount == 0.0 {
         return Ok(window.meet(ground.extent));
     }
-    if !settings.is_exact() || sight.needs_rays() || ground.has_depth {
+    if !settings.is_exact() || session.psf_model().needs_rays() || ground.has_depth {
         return Ok(ground.extent);
     }
-    let distance = settings.distance()?;
-    let vergence = match sight.predictor.depends_on_depth() {
-        true => sight.predictor.vergence(distance)?,
-        false => 0.0,
+    let distance = if session.lens().predictor().depends_on_depth() {
+        settings.distance()?
+    } else {
+        ObjectDistance::Unknown
     };
-    let lens_use = sight.lens_use();
-    let (x, y) = lens_use.seen(&sight.placed, Vergences::Constant(vergence), |seen| {
-        Ok::<_, Failure>(seen.scene.reach_px())
-    })?;
+    let (x, y) = session.reach_px(&ground.geometry(settings), distance)?;
     let most = ground.extent.width.max(ground.extent.height);
     let whole = |px: f64| (px.ceil() as i32).min(most);
     Ok(window.grown(whole(x), whole(y)).meet(ground.extent))

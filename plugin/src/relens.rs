@@ -1,22 +1,21 @@
 //! A plate taken with one lens as another would have drawn it.
 
-use seidel_core::plate::Returned;
+use seidel_core::{Image, NoiseGain, PreparedPlate};
 
-use crate::apply::as_it_is;
+use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;
-use crate::given::Given;
 use crate::guard::guard;
 use crate::handles;
 use crate::image::SeidelImage;
-use crate::job::{Job, Sight, write_back};
 use crate::lens::SeidelLens;
-use crate::plate::{Plate, SeidelPlate};
-use crate::remove::{check_bounds, unblurred};
-use crate::settings::{SeidelSettings, Settings};
+use crate::plate::{HoldoutUse, SeidelPlate};
+use crate::remove::check_bounds;
+use crate::results::write_back;
+use crate::settings::SeidelSettings;
 use crate::status::{Failure, Result, SeidelStatus};
 use crate::threads::{Watch, run};
 
-/// Share of the work that is taking blur off.
+/// Share of the work that is the removal.
 const REMOVAL_SHARE: f64 = 0.9;
 
 /// Takes the blur of the lens `from` off a plate and puts that of `to` on; the plate keeps its grain. Settings hold for
@@ -37,14 +36,14 @@ pub unsafe extern "C" fn seidel_relens(
     guard(|| {
         let (from, to) = (handles::lens(from)?, handles::lens(to)?);
         // SAFETY: as the caller vouches.
-        let given = unsafe { Given::new(settings, plate, (output, alphas), callbacks)? };
-        let Given {
+        let args = unsafe { CallArgs::new(settings, plate, output, alphas, callbacks)? };
+        let CallArgs {
             settings,
             plate,
             output,
             alphas,
             callbacks,
-        } = given;
+        } = args;
         if !plate.extent.contains(output.rect) {
             return Err(Failure::argument(
                 "output.rect",
@@ -53,57 +52,24 @@ pub unsafe extern "C" fn seidel_relens(
             ));
         }
         check_bounds(&plate, &settings)?;
-        let back = if settings.raw.amount == 0.0 {
-            as_it_is(plate.parts(&settings)?, settings.raw.scrub == 1)
+        let image = if settings.raw.amount == 0.0 {
+            plate.image(&settings)?
         } else {
-            let job = Job::new(&from, &plate, &settings)?;
-            let other = Other::new(&to, &plate, &settings)?;
-            let colours = plate.colour_count();
-            let work = move |watch: &Watch| seen_anew(&job, &other, colours, watch);
+            let session = settings.session(&from)?;
+            let prepared = plate.prepare(&session, &settings, HoldoutUse::Ignore)?;
+            let other = prepared.seen_through(&settings.session(&to)?)?;
+            let work = move |watch: &Watch| change_lens(&prepared, &other, watch);
             run(settings.raw.threads, &callbacks, work)?
         };
-        write_back(&back, plate.extent, (&output, alphas.as_ref()));
+        write_back(&image, plate.extent, &output, alphas.as_ref());
         Ok(())
     })
 }
 
-/// The lens whose blur is put on.
-struct Other {
-    sight: Sight,
-    weights: Vec<Vec<f64>>,
-    vergence: seidel_core::plate::Vergences,
-}
-
-impl Other {
-    fn new(
-        lens: &std::sync::Arc<crate::lens::Lens>,
-        plate: &Plate,
-        settings: &Settings,
-    ) -> Result<Self> {
-        let sight = Sight::new(lens, settings, |lens| plate.placed(lens, settings))?;
-        Ok(Self {
-            weights: plate.weights(&sight.predictor, settings)?,
-            vergence: plate.vergence((&sight.predictor, &sight.placed), settings)?,
-            sight,
-        })
-    }
-}
-
-fn seen_anew(job: &Job, other: &Other, colours: usize, watch: &Watch) -> Result<Returned> {
-    let found = unblurred(job, colours, false, &|share| {
-        watch.tell(REMOVAL_SHARE * share)
+fn change_lens(plate: &PreparedPlate, other: &PreparedPlate, watch: &Watch) -> Result<Image> {
+    let removed = plate.remove(NoiseGain::Skip, &|share| watch.tell(REMOVAL_SHARE * share))?;
+    let planes = removed.apply_other(other, &|share| {
+        watch.tell(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)
     })?;
-    let Other {
-        sight,
-        weights,
-        vergence,
-    } = other;
-    let planes = sight
-        .lens_use()
-        .seen(&sight.placed, vergence.clone(), |seen| {
-            let tell = |share| watch.tell(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share);
-            let lens = (&seen.scene, &sight.predictor);
-            Ok::<_, Failure>(found.seen_by(lens, (&job.light, weights), &tell)?)
-        })?;
-    Ok(job.light.returned(planes))
+    Ok(plate.to_image(planes))
 }

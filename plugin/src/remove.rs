@@ -1,19 +1,18 @@
 //! Taking a lens's blur off a plate.
 
-use seidel_core::plate::{Returned, Unblurred, remove_bytes};
-use seidel_core::remove::Canvas;
+use seidel_core::render::remove::Canvas;
+use seidel_core::{Image, NoiseGain, PreparedPlate, RemovedPlate, remove_bytes};
 
-use crate::apply::as_it_is;
+use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;
-use crate::given::Given;
 use crate::guard::guard;
 use crate::handles;
 use crate::image::{SeidelImage, SeidelRect, View};
-use crate::job::{Job, check_memory, write_back};
 use crate::lens::SeidelLens;
-use crate::plate::{Plate, SeidelPlate, plane_count};
+use crate::plate::{HoldoutUse, Plate, SeidelPlate, plane_count};
 use crate::pointers::{Sized64, maybe_sized, put_sized};
-use crate::settings::{SEIDEL_GRAIN_KEEP, SeidelSettings, Settings};
+use crate::results::{check_memory, write_back};
+use crate::settings::{SeidelSettings, Settings};
 use crate::status::{Failure, Result, SeidelStatus};
 use crate::threads::{Watch, run};
 
@@ -91,6 +90,14 @@ impl Maps {
         })
     }
 
+    fn noise_gain_use(&self) -> NoiseGain {
+        if self.noise_gain.is_some() {
+            NoiseGain::Measure
+        } else {
+            NoiseGain::Skip
+        }
+    }
+
     fn write(&self, rect: SeidelRect, confidence: &[Vec<f32>], noise_gain: &[Vec<f32>]) {
         let maps = [
             (&self.confidence, confidence),
@@ -126,44 +133,45 @@ pub unsafe extern "C" fn seidel_remove(
     guard(|| {
         let lens = handles::lens(lens)?;
         // SAFETY: as the caller vouches.
-        let given = unsafe { Given::new(settings, plate, (output, alphas), callbacks)? };
-        let Given {
+        let args = unsafe { CallArgs::new(settings, plate, output, alphas, callbacks)? };
+        let CallArgs {
             settings,
             plate,
             output,
             alphas,
             callbacks,
-        } = given;
+        } = args;
         // SAFETY: as the caller vouches.
         let asked = unsafe { maybe_sized(findings.cast_const(), "findings")? };
-        let mut told = asked.unwrap_or_else(SeidelFindings::neutral);
+        let mut findings_out = asked.unwrap_or_else(SeidelFindings::neutral);
         // SAFETY: as the caller vouches.
-        let maps = unsafe { Maps::new(&told, &plate)? };
+        let maps = unsafe { Maps::new(&findings_out, &plate)? };
         check_bounds(&plate, &settings)?;
-        let colours = plate.colour_count();
-        let (back, rect) = if settings.raw.amount == 0.0 || settings.raw.strength == 0.0 {
-            let parts = plate.parts(&settings)?;
-            told.found = plate.extent;
-            let even = vec![vec![1.0; plate.extent.pixels()]; colours];
-            maps.write(plate.extent, &even, &even);
-            (as_it_is(parts, settings.raw.scrub == 1), plate.extent)
+        let (image, rect) = if settings.raw.amount == 0.0 || settings.raw.strength == 0.0 {
+            let image = plate.image(&settings)?;
+            findings_out.found = plate.extent;
+            let ones = vec![vec![1.0; plate.extent.pixels()]; plate.colour_count()];
+            maps.write(plate.extent, &ones, &ones);
+            (image, plate.extent)
         } else {
-            let job = Job::new(&lens, &plate, &settings)?;
-            let gain = maps.noise_gain.is_some();
-            let work = move |watch: &Watch| sharp(&job, colours, gain, watch);
+            let session = settings.session(&lens)?;
+            let prepared = plate.prepare(&session, &settings, HoldoutUse::Ignore)?;
+            let noise_gain = maps.noise_gain_use();
+            let work = move |watch: &Watch| sharpen(&prepared, noise_gain, watch);
             let found = run(settings.raw.threads, &callbacks, work)?;
             let margin = (found.canvas.margin_x as i32, found.canvas.margin_y as i32);
-            told.found = plate.extent.grown(margin.0, margin.1);
-            found.tell(&mut told);
-            maps.write(plate.extent, &found.confidence, &found.noise_gain);
-            (found.back, told.found)
+            findings_out.found = plate.extent.grown(margin.0, margin.1);
+            fill_findings(&mut findings_out, &found.removed);
+            let (confidence, gain) = (found.removed.confidence(), found.removed.noise_gain());
+            maps.write(plate.extent, &confidence, gain);
+            (found.image, findings_out.found)
         };
-        write_back(&back, rect, (&output, alphas.as_ref()));
-        match findings.is_null() {
-            true => Ok(()),
-            // SAFETY: as the caller vouches.
-            false => unsafe { put_sized(findings, &told, "findings") },
+        write_back(&image, rect, &output, alphas.as_ref());
+        if findings.is_null() {
+            return Ok(());
         }
+        // SAFETY: as the caller vouches.
+        unsafe { put_sized(findings, &findings_out, "findings") }
     })
 }
 
@@ -173,78 +181,33 @@ pub(crate) fn check_bounds(plate: &Plate, settings: &Settings) -> Result<()> {
     check_memory(remove_bytes(plate.extent.pixels() as u64, planes), settings)
 }
 
-/// What was found of one colour.
-struct Told {
-    noise: f64,
-    misfit: f64,
-    /// Level and count.
-    clipped: Option<(f64, usize)>,
-}
-
-/// What was found, ready to be handed over.
-struct Found {
-    back: Returned,
+/// A plate without its blur.
+struct SharpPlate {
+    removed: RemovedPlate,
     canvas: Canvas,
-    confidence: Vec<Vec<f32>>,
-    noise_gain: Vec<Vec<f32>>,
-    told: Vec<Told>,
+    /// As large as the canvas.
+    image: Image,
 }
 
-impl Found {
-    fn tell(&self, findings: &mut SeidelFindings) {
-        for (k, told) in self.told.iter().enumerate().take(3) {
-            findings.noise[k] = told.noise;
-            findings.misfit[k] = told.misfit;
-            let (level, count) = told.clipped.unwrap_or((f64::NAN, 0));
-            findings.clip_level[k] = level;
-            findings.clipped[k] = count as u64;
-        }
-    }
-}
-
-/// The plate without its blur; `progress` is told the share done.
-pub(crate) fn unblurred(
-    job: &Job,
-    colours: usize,
-    gain: bool,
-    progress: &(dyn Fn(f64) -> bool + Sync),
-) -> Result<Unblurred> {
-    let light = job.undeveloped();
-    job.seen(|seen| {
-        let unblur = job.settings.unblur(colours);
-        Ok(unblur.removed(&seen.scene, (&light, &job.weights), gain, progress)?)
-    })
-}
-
-fn sharp(job: &Job, colours: usize, gain: bool, watch: &Watch) -> Result<Found> {
-    let mut found = unblurred(job, colours, gain, &|share| watch.tell(share))?;
-    let Some(canvas) = found.canvas() else {
-        return Err(Failure::panicked());
-    };
-    let mut planes = found.sharp();
-    if job.settings.raw.grain == SEIDEL_GRAIN_KEEP {
-        found.add_grain(&mut planes, false);
-    }
-    let strength = job.settings.raw.strength as f32;
-    if strength < 1.0 {
-        for (plane, before) in planes.iter_mut().zip(job.light.planes()) {
-            for (sample, before) in plane.iter_mut().zip(canvas.extended(before)) {
-                *sample = before + strength * (*sample - before);
-            }
-        }
-    }
-    let of = found.colours().iter();
-    Ok(Found {
-        back: job.light.returned(planes),
+fn sharpen(plate: &PreparedPlate, noise_gain: NoiseGain, watch: &Watch) -> Result<SharpPlate> {
+    let removed = plate.remove(noise_gain, &|share| watch.tell(share))?;
+    let canvas = removed.canvas()?;
+    let planes = removed.sharp_planes(plate)?;
+    let (width, height) = canvas.size();
+    Ok(SharpPlate {
+        image: plate.to_image_of_size(width, height, planes),
         canvas,
-        told: of
-            .map(|colour| Told {
-                noise: colour.noise,
-                misfit: colour.misfit,
-                clipped: colour.clipped,
-            })
-            .collect(),
-        confidence: found.confidence(),
-        noise_gain: std::mem::take(&mut found.noise_gain),
+        removed,
     })
+}
+
+/// Writes noise, misfit and clipping of each colour to `findings`.
+fn fill_findings(findings: &mut SeidelFindings, removed: &RemovedPlate) {
+    for (k, colour) in removed.colours().iter().enumerate().take(3) {
+        findings.noise[k] = colour.noise;
+        findings.misfit[k] = colour.misfit;
+        let (level, count) = colour.clipped.unwrap_or((f64::NAN, 0));
+        findings.clip_level[k] = level;
+        findings.clipped[k] = count as u64;
+    }
 }

@@ -1,19 +1,16 @@
 //! How a lens is used and a plate is read: the options of the command, as one struct that can grow.
 
 use std::ffi::c_char;
+use std::sync::Arc;
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::plate::{DepthMeaning, Unblur};
-use seidel_core::predict::Predictor;
-use seidel_core::profile::Controls;
-use seidel_core::psf::{self, PsfModel};
-use seidel_core::remove::Saturation;
-use seidel_core::render::{
-    BlurField, DepthConvention, Displacement, Edges, FocusControls, Gather, Quality, Renderer,
-    Scatter,
+use seidel_core::{
+    AlphaKind, ChannelScale, Controls, DepthConvention, DepthMeaning, Displacement, Edges,
+    FocusControls, Grain, LensSession, ObjectDistance, OcclusionSettings, Quality, RemovalSettings,
+    Saturation,
 };
 
 use crate::guard::guard;
+use crate::lens::Lens;
 use crate::pointers::{Sized64, maybe_sized, put_sized, text, values};
 use crate::status::{Failure, Result, SeidelStatus};
 
@@ -218,9 +215,6 @@ pub(crate) struct Settings {
 // SAFETY: the two pointers within are NULL: what they point to was copied.
 unsafe impl Send for Settings {}
 
-/// As many noises as there are.
-const NOISES: usize = 4;
-
 /// Nothing where a number is NaN.
 fn given(value: f64) -> Option<f64> {
     (!value.is_nan()).then_some(value)
@@ -250,10 +244,11 @@ impl Settings {
         // SAFETY: the caller vouches for as many values.
         let channel_scales =
             unsafe { values(raw.channel_scales, count, "settings.channel_scales")? };
-        let model = match raw.psf_model.is_null() {
-            true => String::new(),
+        let model = if raw.psf_model.is_null() {
+            String::new()
+        } else {
             // SAFETY: the caller vouches for a text.
-            false => unsafe { text(raw.psf_model, "settings.psf_model")? }.to_owned(),
+            unsafe { text(raw.psf_model, "settings.psf_model")? }.to_owned()
         };
         let settings = Self {
             raw: SeidelSettings {
@@ -265,7 +260,8 @@ impl Settings {
             model,
         };
         settings.check_choices()?;
-        settings.focus()?.check()?;
+        metres(settings.raw.focus_distance)?;
+        settings.focus().check()?;
         Ok(settings)
     }
 
@@ -310,89 +306,130 @@ impl Settings {
         Ok(())
     }
 
-    pub(crate) fn controls(&self) -> Result<Controls> {
-        Ok(Controls {
-            focus_distance: metres(self.raw.focus_distance)?,
-            f_number: given(self.raw.f_number),
-            sensor_shift_um: given(self.raw.sensor_shift_um),
-        })
+    /// Sets `lens` as these settings say.
+    ///
+    /// # Errors
+    /// Values that the lens cannot follow.
+    pub(crate) fn session(&self, lens: &Lens) -> Result<Arc<LensSession>> {
+        let lens = lens.measured();
+        let settings = self.of_core(lens)?;
+        Ok(Arc::new(LensSession::new(lens, &settings)?))
     }
 
-    /// The PSF model for `lens`.
-    pub(crate) fn model(&self, lens: &Predictor) -> Result<&'static dyn PsfModel> {
-        let model = match self.model.as_str() {
-            "" => lens.default_model(),
-            id => psf::by_id(id)?,
+    /// The settings as the core takes them.
+    fn of_core(&self, lens: &seidel_core::Lens) -> Result<seidel_core::Settings> {
+        let raw = &self.raw;
+        let mut settings = seidel_core::Settings::default();
+        settings.controls = Controls {
+            focus_distance: metres(raw.focus_distance)?,
+            f_number: given(raw.f_number),
+            sensor_shift_um: given(raw.sensor_shift_um),
         };
-        lens.check_model(model)
-            .map_err(|e| Failure::unsupported(&e))?;
-        Ok(model)
+        settings.psf_model = (!self.model.is_empty()).then(|| self.model.clone());
+        settings.amount = raw.amount;
+        settings.channel_scales = self.channel_scales(lens)?;
+        settings.axis_offset_px = (raw.axis_offset_x, raw.axis_offset_y);
+        settings.displacement = match raw.geometry {
+            SEIDEL_GEOMETRY_NONE => Displacement::None,
+            SEIDEL_GEOMETRY_FULL => Displacement::Full,
+            _ => Displacement::Lateral,
+        };
+        settings.focus = self.focus();
+        settings.quality = match raw.quality {
+            SEIDEL_QUALITY_DRAFT => Quality::Draft,
+            SEIDEL_QUALITY_EXACT => Quality::Exact,
+            _ => Quality::Final,
+        };
+        settings.edges = match raw.edges {
+            SEIDEL_EDGES_MIRROR => Edges::Mirror,
+            SEIDEL_EDGES_BLACK => Edges::Black,
+            _ => Edges::Extend,
+        };
+        settings.occlusion = (raw.occlusion == 1).then_some(OcclusionSettings {
+            fill_foreground: raw.fill_foreground == 1,
+            blur_inside: raw.blur_inside == 1,
+        });
+        settings.removal = self.removal();
+        Ok(settings)
     }
 
-    pub(crate) fn channel_scales(&self, lens: &Predictor) -> Vec<f64> {
-        match self.channel_scales.is_empty() {
-            true => vec![1.0; lens.channel_count()],
-            false => self.channel_scales.clone(),
+    /// The scales by channel: one for each channel of `lens`, or none.
+    fn channel_scales(&self, lens: &seidel_core::Lens) -> Result<Vec<ChannelScale>> {
+        let names = lens.predictor().channel_names();
+        let count = self.channel_scales.len();
+        if count != 0 && count != names.len() {
+            return Err(Failure::argument(
+                "settings.channel_scales",
+                format!("are {count}"),
+                &format!("give one for each of the lens's {} channels", names.len()),
+            ));
         }
+        let scales = names.iter().zip(&self.channel_scales);
+        let scales = scales.map(|(channel, scale)| ChannelScale {
+            channel: channel.clone(),
+            scale: *scale,
+        });
+        Ok(scales.collect())
     }
 
-    pub(crate) fn focus(&self) -> Result<FocusControls> {
-        Ok(FocusControls {
-            focus_per_m: metres(self.raw.focus_distance)?.and_then(ObjectDistance::vergence_per_m),
+    /// The range in focus; the focus plane is that of the controls.
+    fn focus(&self) -> FocusControls {
+        FocusControls {
+            focus_per_m: None,
             depth_of_field_m: self.raw.depth_of_field,
             front: self.raw.front_multiplier,
             back: self.raw.back_multiplier,
             maximum_px: given(self.raw.maximum_size),
-        })
-    }
-
-    pub(crate) fn displacement(&self) -> Displacement {
-        match self.raw.geometry {
-            SEIDEL_GEOMETRY_NONE => Displacement::None,
-            SEIDEL_GEOMETRY_FULL => Displacement::Full,
-            _ => Displacement::Lateral,
         }
     }
 
-    pub(crate) fn renderer(&self) -> Box<dyn Renderer> {
-        let gather = |quality| Box::new(Gather { quality });
-        match self.raw.quality {
-            SEIDEL_QUALITY_DRAFT => gather(Quality::Draft),
-            SEIDEL_QUALITY_EXACT => Box::new(Scatter),
-            _ => gather(Quality::Final),
+    fn removal(&self) -> RemovalSettings {
+        let raw = &self.raw;
+        let noise = raw.noise;
+        RemovalSettings {
+            noise: match given(noise[0]) {
+                None => Vec::new(),
+                Some(first) => noise.map(|noise| given(noise).unwrap_or(first)).to_vec(),
+            },
+            saturation: match raw.clip {
+                SEIDEL_CLIP_NONE => Saturation::Never,
+                SEIDEL_CLIP_LEVEL => Saturation::From(raw.clip_level),
+                _ => Saturation::Told,
+            },
+            strength: raw.strength,
+            grain: if raw.grain == SEIDEL_GRAIN_KEEP {
+                Grain::Keep
+            } else {
+                Grain::Solved
+            },
         }
     }
 
-    /// Whether all of the kernels of every source pixel are drawn.
+    /// Whether every source pixel is scattered with its own kernel.
     pub(crate) fn is_exact(&self) -> bool {
         self.raw.quality == SEIDEL_QUALITY_EXACT
     }
 
-    /// What renderers are told; what extends a plate does without their own way.
-    pub(crate) fn edges(&self) -> Edges {
-        match self.raw.edges {
-            SEIDEL_EDGES_MIRROR => Edges::Mirror,
-            _ => Edges::Black,
+    /// The relation of colour and alpha.
+    pub(crate) fn alpha_kind(&self) -> AlphaKind {
+        if self.raw.alpha == SEIDEL_ALPHA_UNPREMULTIPLIED {
+            AlphaKind::Unpremultiplied
+        } else {
+            AlphaKind::Premultiplied
         }
     }
 
-    pub(crate) fn is_extended(&self) -> bool {
-        self.raw.edges == SEIDEL_EDGES_NEAREST
-    }
-
-    pub(crate) fn is_unpremultiplied(&self) -> bool {
-        self.raw.alpha == SEIDEL_ALPHA_UNPREMULTIPLIED
-    }
-
+    /// Plate pixels per pixel of the lens's frame, where given.
     pub(crate) fn lens_scale(&self) -> Option<f64> {
         given(self.raw.lens_scale)
     }
 
-    /// The one distance of a plate.
+    /// The one distance of a plate without a depth image.
     pub(crate) fn distance(&self) -> Result<ObjectDistance> {
         Ok(metres(self.raw.distance)?.unwrap_or(ObjectDistance::Unknown))
     }
 
+    /// The meaning of depth samples.
     pub(crate) fn depth_meaning(&self) -> DepthMeaning {
         let raw = &self.raw;
         let metres_per_unit = raw.depth_unit;
@@ -406,23 +443,6 @@ impl Settings {
         DepthMeaning {
             convention,
             along_ray: given(raw.along_ray),
-        }
-    }
-
-    /// What taking blur off is told of a plate of so many colours.
-    pub(crate) fn unblur(&self, colours: usize) -> Unblur {
-        let noise = self.raw.noise;
-        let each = |k: usize| given(noise[k]).unwrap_or(noise[0]);
-        Unblur {
-            noise: match given(noise[0]) {
-                None => Vec::new(),
-                Some(_) => (0..colours.min(NOISES)).map(each).collect(),
-            },
-            saturation: match self.raw.clip {
-                SEIDEL_CLIP_NONE => Saturation::Never,
-                SEIDEL_CLIP_LEVEL => Saturation::From(self.raw.clip_level),
-                _ => Saturation::Told,
-            },
         }
     }
 }

@@ -29,6 +29,8 @@ pub(crate) struct Failure {
     pub(crate) text: String,
 }
 
+use seidel_core::ErrorKind;
+
 pub(crate) type Result<T> = std::result::Result<T, Failure>;
 
 impl Failure {
@@ -45,10 +47,6 @@ impl Failure {
             SeidelStatus::Argument,
             format!("{name}: {problem}; {remedy}"),
         )
-    }
-
-    pub(crate) fn unsupported(error: &seidel_core::Error) -> Self {
-        Self::new(SeidelStatus::Unsupported, error.to_string())
     }
 
     pub(crate) fn aborted() -> Self {
@@ -68,9 +66,10 @@ impl Failure {
 
 impl From<seidel_core::Error> for Failure {
     fn from(error: seidel_core::Error) -> Self {
-        if error.is_cancelled() {
-            return Self::aborted();
+        match error.kind() {
+            ErrorKind::Cancelled => Self::aborted(),
+            ErrorKind::Unsupported => Self::new(SeidelStatus::Unsupported, error.to_string()),
+            _ => Self::new(SeidelStatus::Argument, error.to_string()),
         }
-        Self::new(SeidelStatus::Argument, error.to_string())
     }
 }

@@ -191,7 +191,7 @@ fn remove_and_relens_give_the_same_samples() {
     let mut lens = seidel_core::profile::LensProfile::from_json(&text).expect("a lens");
     if let seidel_core::profile::LensDescription::Pupil(channels) = &mut lens.description {
         for channel in channels {
-            channel.alpha = seidel_core::lens::VergenceSeries::new(vec![6.0, 3.0]);
+            channel.alpha = seidel_core::optics::lens::VergenceSeries::new(vec![6.0, 3.0]);
         }
     }
     std::fs::write(folder.join("other.json"), lens.to_json()).expect("writable");

@@ -1,12 +1,12 @@
 //! Reference values of the mathematics, computed to 50 digits: 12 lenses at 5 image points each.
 
 use seidel_core::field::{FieldPoint, Meridian};
-use seidel_core::lens::{
+use seidel_core::moments::pixels::pixel_power;
+use seidel_core::moments::{CentralMoments, MeridionalMoments};
+use seidel_core::optics::lens::{
     ConjugateShift, Conjugates, DepthLaw, DepthPlane, FourthCoefficients, LocalPupil,
     MomentCoefficients, ReducedNumbers, SeidelAberrations, ThickLens, Wavefront,
 };
-use seidel_core::moments::pixels::pixel_power;
-use seidel_core::moments::{CentralMoments, MeridionalMoments};
 use seidel_core::psf::{
     LocalBlur, Mixture, MomentPsf, PaperParameters, SkewNormal, SkewNormalDensity, best_skew,
     meridional_skew,
@@ -148,9 +148,10 @@ fn moment_coefficients_in_every_frame() {
         ] {
             let want: [f64; 10] = numbers(&case.json[key]);
             // Each is scaled by its contribution at the edge of the field.
-            let weight = |k: usize| (field / unit).powi(seidel_core::lens::BASIS_DEGREE[k]);
+            let weight = |k: usize| (field / unit).powi(seidel_core::optics::lens::BASIS_DEGREE[k]);
             for order in [2, 3] {
-                let of_order = (0..10).filter(|&k| seidel_core::lens::MOMENT_ORDER[k] == order);
+                let of_order =
+                    (0..10).filter(|&k| seidel_core::optics::lens::MOMENT_ORDER[k] == order);
                 let scale = of_order
                     .clone()
                     .map(|k| (want[k] * weight(k)).abs())

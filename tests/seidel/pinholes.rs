@@ -12,7 +12,7 @@
 
 use rayon_free::rows;
 use seidel_core::field::{FieldPoint, Frame};
-use seidel_core::lens::{LocalPupil, ReducedNumbers, Wavefront};
+use seidel_core::optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
 use seidel_core::psf::LocalBlur;
 use seidel_core::render::{BlurField, DisplacedBlur};
 

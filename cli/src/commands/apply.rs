@@ -9,10 +9,10 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::render::{Edges, Gather, Quality, Renderer, Scatter};
+use seidel_core::{Edges, Quality, Settings};
 
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, RunArgs};
 use crate::Console;
 use frame::Job;
 use occlusion::OcclusionArgs;
@@ -40,8 +40,8 @@ pub struct ApplyArgs {
     #[command(flatten)]
     plate: PlateArgs,
     #[command(flatten)]
-    sight: LensArgs,
-    /// What lies beyond the plate's edges
+    lens_options: LensArgs,
+    /// Light beyond the edges of the plate
     #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
     edges: EdgeChoice,
     /// How near to the exact renderer's result: draft (45 dB), final (60 dB, 75 dB where no blur is above 6 px; 50 dB
@@ -60,7 +60,7 @@ pub struct ApplyArgs {
     verbose: bool,
 }
 
-/// Which renderer draws.
+/// Accuracy of the render.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum QualityChoice {
     /// For looking: 45 dB
@@ -71,18 +71,17 @@ enum QualityChoice {
     Exact,
 }
 
-impl QualityChoice {
-    fn renderer(self) -> Box<dyn Renderer> {
-        let gather = |quality| Box::new(Gather { quality });
-        match self {
-            Self::Draft => gather(Quality::Draft),
-            Self::Final => gather(Quality::Final),
-            Self::Exact => Box::new(Scatter),
+impl From<QualityChoice> for Quality {
+    fn from(choice: QualityChoice) -> Self {
+        match choice {
+            QualityChoice::Draft => Self::Draft,
+            QualityChoice::Final => Self::Final,
+            QualityChoice::Exact => Self::Exact,
         }
     }
 }
 
-/// What lies beyond the edges.
+/// Light beyond the edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EdgeChoice {
     /// The mirrored plate: no light is lost
@@ -94,15 +93,15 @@ enum EdgeChoice {
 }
 
 impl ApplyArgs {
-    /// What is used beside the lens, each setting by its name, as `Shared::defaults_told` has it.
-    fn told(&self) -> [(String, String); 3] {
+    /// The settings beside those of the lens by name, as in `default_rendering_record`.
+    fn record(&self) -> [(String, String); 3] {
         let name = |value: Option<clap::builder::PossibleValue>| {
             value.map_or_else(String::new, |value| value.get_name().to_owned())
         };
         [
             ("quality".to_owned(), name(self.quality.to_possible_value())),
             ("edges".to_owned(), name(self.edges.to_possible_value())),
-            ("occlusion".to_owned(), self.occlusion.told()),
+            ("occlusion".to_owned(), self.occlusion.record()),
         ]
     }
 }
@@ -111,8 +110,8 @@ impl From<EdgeChoice> for Edges {
     fn from(choice: EdgeChoice) -> Self {
         match choice {
             EdgeChoice::Mirror => Self::Mirror,
-            // What extends a plate does without the renderer's own way.
-            EdgeChoice::Black | EdgeChoice::Extend => Self::Black,
+            EdgeChoice::Black => Self::Black,
+            EdgeChoice::Extend => Self::Extend,
         }
     }
 }
@@ -123,29 +122,40 @@ pub(super) fn run(
     console: &mut Console,
 ) -> Result<(), CommandError> {
     args.plate.check_output(&args.output)?;
-    let mut said = Vec::new();
-    let options = (&args.sight, &args.depth, &args.plate);
-    let shared = Shared::open(&args.lens, options, &args.output, &mut said)?;
-    for remark in said {
-        console.remark(remark);
+    let mut settings = Settings::default();
+    settings.quality = args.quality.into();
+    settings.edges = args.edges.into();
+    settings.occlusion = args.occlusion.settings();
+    let mut warnings = Vec::new();
+    let reader = PlateReader::new(
+        &args.lens,
+        &args.lens_options,
+        &args.depth,
+        &args.plate,
+        settings,
+        &args.output,
+        &mut warnings,
+    )?;
+    for warning in warnings {
+        console.remark(warning);
     }
     let holdout = args.occlusion.source()?;
     let files = Files {
         input: &args.input,
         output: &args.output,
-        read: (shared.depth_pattern().into_iter())
+        read: (reader.depth_pattern().into_iter())
             .chain(holdout.file_patterns())
             .chain(args.residual.as_deref())
             .collect(),
         written: Vec::new(),
     };
     let frames = args.run.frames(&files, &[&args.lens], console)?;
-    shared.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
+    reader.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
     let made = (words, &[("Lens", args.lens.as_path())][..]);
     let run = args.run.begin("blurring", frames, made, console)?;
     let job = Job {
         args,
-        shared: &shared,
+        reader: &reader,
         holdout: &holdout,
         run: &run,
     };

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use clap::Args;
-use seidel_core::{Lens, ObjectDistance};
 use seidel_core::profile::{Controls, LensProfile};
 use seidel_core::psf::{self, PsfModel};
+use seidel_core::{Lens, ObjectDistance};
 
 use super::{CommandError, parse_distance, read_lens};
 use crate::Console;

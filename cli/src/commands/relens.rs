@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use seidel_core::Settings;
+
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, RunArgs};
 use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
 use frame::Job;
@@ -39,7 +41,7 @@ pub struct RelensArgs {
     #[command(flatten)]
     plate: PlateArgs,
     #[command(flatten)]
-    sight: LensArgs,
+    lens_options: LensArgs,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -50,12 +52,24 @@ pub(super) fn run(
     console: &mut Console,
 ) -> Result<(), CommandError> {
     args.plate.check_output(&args.output)?;
-    let mut said = Vec::new();
-    let options = (&args.sight, &args.depth, &args.plate);
-    let from = Shared::open(&args.from, options, &args.output, &mut said)?;
-    let to = Shared::open(&args.to, options, &args.output, &mut said)?;
-    for remark in said {
-        console.remark(remark);
+    let mut settings = Settings::default();
+    settings.removal = args.removal.settings();
+    let mut warnings = Vec::new();
+    let mut open = |lens| {
+        PlateReader::new(
+            lens,
+            &args.lens_options,
+            &args.depth,
+            &args.plate,
+            settings.clone(),
+            &args.output,
+            &mut warnings,
+        )
+    };
+    let from = open(args.from.as_path())?;
+    let to = open(args.to.as_path())?;
+    for warning in warnings {
+        console.remark(warning);
     }
     let files = Files {
         input: &args.input,

@@ -1,26 +1,26 @@
-//! Taking blur off plates: options that `remove` and `relens` share, the removal plane by plane, and what is said of it.
+//! The removal that `remove` and `relens` share: options, the check of the lens, and warnings.
 
 mod lens_check;
 
 use clap::Args;
-use seidel_core::plate::{Unblur, Unblurred, remove_bytes};
-use seidel_core::remove::{Removed, Saturation};
+use seidel_core::render::remove::Removed;
+use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, remove_bytes};
 
 use super::CommandError;
-use super::plates::{Light, ReadPlate, Shared, Sight};
-use lens_check::OnDoubt;
+use super::plates::{LoadedPlate, PlateReader};
+use lens_check::{Checked, OnDoubt};
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::Plate;
 
 pub(super) use lens_check::LensCheck;
 
-/// From this many standard deviations of its noise on, a plate is not what its lens makes of any picture.
+/// Misfit above which a warning says that the lens does not explain the plate, in standard deviations of the noise.
 const MISFIT: f64 = 1.5;
 
-/// Share of the first frame's work that is the check of the lens.
+/// Share of the first frame's work that the check of the lens takes.
 const CHECK_SHARE: f64 = 0.3;
 
-/// Options about what the plate is known to be.
+/// Options about noise and clipping of the plate.
 #[derive(Debug, Args)]
 pub(super) struct RemovalArgs {
     /// Standard deviation of the plate's noise, in its linear units: one for all colours or one for each, such as
@@ -55,7 +55,7 @@ fn parse_clip(text: &str) -> Result<Saturation, String> {
 }
 
 impl RemovalArgs {
-    /// Refuses a number of noises that is not that of the plate's colours.
+    /// Rejects a number of noise levels that is neither one nor that of the plate's colours.
     pub(super) fn check(&self, plate: &Plate) -> Result<(), CommandError> {
         let names = plate.colour_names();
         if self.noise.len() <= 1 || self.noise.len() == names.len() {
@@ -70,105 +70,86 @@ impl RemovalArgs {
         .into())
     }
 
-    /// The plate of frame `number` without the blur of its lens, what becomes of noise if `gain` is asked for, and what
-    /// there is to say of it; the lens is set as `check` asks for. `progress` is told the share done.
-    pub(super) fn found(
-        &self,
-        (shared, check): (&Shared, &LensCheck),
-        (number, read): (Option<i64>, &mut ReadPlate),
-        gain: bool,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Unblurred, CommandError> {
-        let checking = |share| progress(CHECK_SHARE * share);
-        let is_first = check.settle(self, shared, (number, read), &checking)?;
-        let done = if is_first { CHECK_SHARE } else { 0.0 };
-        let removing = |share| progress(done + (1.0 - done) * share);
-        let found = Self::with_light(shared, read, |sight, light| {
-            self.removed(sight, light, gain, &removing)
-        })?;
-        let said = self.told(read.plate.colour_names(), &found);
-        read.said.extend(said);
-        Ok(found)
-    }
-
-    /// Does `then` with the plate through its lens and the light that fell on the sensor.
-    fn with_light<T>(
-        shared: &Shared,
-        read: &ReadPlate,
-        then: impl FnOnce(&Sight, &Light) -> seidel_core::Result<T>,
-    ) -> Result<T, CommandError> {
-        let ReadPlate { setup, plate, .. } = read;
-        let vergence = read.vergence.clone();
-        shared.seen(setup, plate, vergence, |sight| {
-            let mut light = read.light.with_planes(read.light.copied());
-            light.undevelop(&setup.drawing.predictor, sight.weights);
-            then(sight, &light).map_err(|e| FileError::from_core(plate.path(), e).into())
-        })
-    }
-
-    fn unblur(&self) -> Unblur {
-        Unblur {
+    /// The settings of a removal.
+    pub(super) fn settings(&self) -> RemovalSettings {
+        RemovalSettings {
             noise: self.noise.clone(),
             saturation: self.clip,
+            ..RemovalSettings::default()
         }
     }
 
-    /// `light` without the blur of `sight`; `progress` is told the share done.
-    fn removed(
+    /// Removes the blur of the lens from the plate of frame `number`, after `check` has set the lens. Adds warnings to the
+    /// plate.
+    pub(super) fn remove(
         &self,
-        sight: &Sight,
-        light: &Light,
-        gain: bool,
+        reader: &PlateReader,
+        check: &LensCheck,
+        number: Option<i64>,
+        loaded: &mut LoadedPlate,
+        noise_gain: NoiseGain,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> seidel_core::Result<Unblurred> {
-        let unblur = self.unblur();
-        unblur.removed(&sight.scene, (light, sight.weights), gain, &|share| {
-            progress(share);
+    ) -> Result<RemovedPlate, CommandError> {
+        let checking = |share| progress(CHECK_SHARE * share);
+        let checked = check.settle(self.lens_check, reader, number, loaded, &checking)?;
+        let done = match checked {
+            Checked::Here => CHECK_SHARE,
+            Checked::Before => 0.0,
+        };
+        let removing = |share| {
+            progress(done + (1.0 - done) * share);
             true
-        })
+        };
+        let removed = loaded.prepared.remove(noise_gain, &removing);
+        let removed = removed.map_err(|e| loaded.in_file(e))?;
+        let warnings = self.warnings(loaded.plate.colour_names(), &removed);
+        loaded.warnings.extend(warnings);
+        Ok(removed)
     }
 
-    /// What there is to say of the colours, called `names`.
-    fn told(&self, names: &[String], found: &Unblurred) -> Vec<String> {
-        let each = |of: &dyn Fn(&Removed) -> Option<String>| {
-            let told = names.iter().zip(found.colours());
-            let told = told.filter_map(|(name, removed)| Some(format!("{name} {}", of(removed)?)));
-            told.collect::<Vec<_>>().join(", ")
+    /// Noise, clipping and misfit of the colours called `names`, in words.
+    fn warnings(&self, names: &[String], removed: &RemovedPlate) -> Vec<String> {
+        let each = |describe: &dyn Fn(&Removed) -> Option<String>| {
+            let colours = names.iter().zip(removed.colours());
+            let described = colours
+                .filter_map(|(name, removed)| Some(format!("{name} {}", describe(removed)?)));
+            described.collect::<Vec<_>>().join(", ")
         };
-        let source = match self.noise.is_empty() {
-            true => "told from the plate",
-            false => "as given",
+        let source = if self.noise.is_empty() {
+            "told from the plate"
+        } else {
+            "as given"
         };
         let noise = each(&|removed| Some(format!("{:.3e}", removed.noise)));
-        let mut said = vec![format!("noise, {source}: {noise}")];
+        let mut warnings = vec![format!("noise, {source}: {noise}")];
         let clipped = each(&|removed| {
             let (level, count) = removed.clipped.filter(|(_, count)| *count > 0)?;
             Some(format!("{count} samples from {level:.4} up"))
         });
         if !clipped.is_empty() {
-            said.push(format!("clipped: {clipped}"));
+            warnings.push(format!("clipped: {clipped}"));
         }
         let misfit = each(&|removed| {
             let misfit = misfit(removed).filter(|misfit| *misfit > MISFIT)?;
             Some(format!("{misfit:.1}"))
         });
         if !misfit.is_empty() {
-            said.push(format!(
+            warnings.push(format!(
                 "the lens does not explain the plate: misfit, in times its noise, is {misfit}; check the profile, --amount, or the depth"
             ));
         }
-        said
+        warnings
     }
 }
 
-/// How much more the lens leaves unexplained than there is noise, where there is any.
+/// The misfit, where there is noise to compare it with.
 fn misfit(removed: &Removed) -> Option<f64> {
     (removed.noise > 0.0).then_some(removed.misfit)
 }
 
-/// Memory that a frame takes at most, bytes.
-pub(super) fn work_bytes(read: &ReadPlate) -> u64 {
-    let pixels = read.plate.width() as u64 * read.plate.height() as u64;
+/// Most memory that a frame takes, bytes.
+pub(super) fn work_bytes(loaded: &LoadedPlate) -> u64 {
+    let pixels = loaded.plate.width() as u64 * loaded.plate.height() as u64;
     // The file before and after.
-    2 * read.plate.held_bytes() + remove_bytes(pixels, read.light.plane_count() as u64)
+    2 * loaded.plate.held_bytes() + remove_bytes(pixels, loaded.prepared.planes().len() as u64)
 }

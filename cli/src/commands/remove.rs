@@ -8,8 +8,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use seidel_core::{Grain, RemovalSettings, Settings};
+
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, RunArgs, Shared};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, RunArgs};
 use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
 use frame::Job;
@@ -37,8 +39,8 @@ pub struct RemoveArgs {
     #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = parse_share)]
     strength: f64,
     /// What becomes of the plate's grain
-    #[arg(long, value_enum, default_value_t = Grain::Keep)]
-    grain: Grain,
+    #[arg(long, value_enum, default_value_t = GrainChoice::Keep)]
+    grain: GrainChoice,
     /// Write the plate's own pixels only. Otherwise the data window of an EXR written from
     /// EXR grows by what was found beyond the plate's
     /// edges, so that `seidel apply` gives the plate back right up to them
@@ -62,18 +64,27 @@ pub struct RemoveArgs {
     #[command(flatten)]
     plate: PlateArgs,
     #[command(flatten)]
-    sight: LensArgs,
+    lens_options: LensArgs,
     #[command(flatten)]
     run: RunArgs,
 }
 
-/// What becomes of grain.
+/// Grain of the sharp image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Grain {
+enum GrainChoice {
     /// The sharp picture gets the plate's own
     Keep,
     /// The sharp picture as it was solved for, nearly without
     Solved,
+}
+
+impl From<GrainChoice> for Grain {
+    fn from(choice: GrainChoice) -> Self {
+        match choice {
+            GrainChoice::Keep => Self::Keep,
+            GrainChoice::Solved => Self::Solved,
+        }
+    }
 }
 
 fn parse_share(text: &str) -> Result<f64, String> {
@@ -102,29 +113,42 @@ pub(super) fn run(
     console: &mut Console,
 ) -> Result<(), CommandError> {
     args.plate.check_output(&args.output)?;
-    let mut said = Vec::new();
-    let options = (&args.sight, &args.depth, &args.plate);
-    let shared = Shared::open(&args.lens, options, &args.output, &mut said)?;
-    for remark in said {
-        console.remark(remark);
+    let mut settings = Settings::default();
+    settings.removal = RemovalSettings {
+        strength: args.strength,
+        grain: args.grain.into(),
+        ..args.removal.settings()
+    };
+    let mut warnings = Vec::new();
+    let reader = PlateReader::new(
+        &args.lens,
+        &args.lens_options,
+        &args.depth,
+        &args.plate,
+        settings,
+        &args.output,
+        &mut warnings,
+    )?;
+    for warning in warnings {
+        console.remark(warning);
     }
     let files = Files {
         input: &args.input,
         output: &args.output,
-        read: shared.depth_pattern().into_iter().collect(),
+        read: reader.depth_pattern().into_iter().collect(),
         written: args.written().collect(),
     };
     let frames = args.run.frames(&files, &[&args.lens], console)?;
     for path in frames.iter().flat_map(|frame| &frame.written) {
         check_output_name(path, Format::Exr)?;
     }
-    shared.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
+    reader.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
     let check = LensCheck::new(frames.len(), true);
     let made = (words, &[("Lens", args.lens.as_path())][..]);
     let run = args.run.begin("removing blur", frames, made, console)?;
     let job = Job {
         args,
-        shared: &shared,
+        reader: &reader,
         check,
         run: &run,
     };

@@ -9,7 +9,7 @@ use seidel_core::Result;
 use seidel_core::camera::Camera;
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::Frame;
-use seidel_core::lens::VergenceSeries;
+use seidel_core::optics::lens::VergenceSeries;
 use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
 
 /// Focal length, mm.

@@ -3,12 +3,13 @@
 use std::ptr::null;
 
 use seidel_c::*;
-use seidel_core::plate::{LensUse, Light, LightParts, Placed, Rectangle, Vergences, plate_weights};
 use seidel_core::predict::Predictor;
 use seidel_core::psf::Gaussian;
 use seidel_core::render::{
-    BlurField, Displacement, FocusControls, Gather, LayeredRenderer, Occlusion, Renderer,
+    BlurField, Displacement, Edges, Gather, LayeredRenderer, Occlusion, Plane, Renderer, Scene,
+    VergencePass,
 };
+use seidel_core::{PlateGeometry, PlatePlacement, no_progress};
 
 use crate::support::{
     Held, Picture, applied, doors, farthest, plate, profile, rect, refused, settings, well,
@@ -31,41 +32,37 @@ fn depth(area: SeidelRect) -> Picture {
     })
 }
 
-/// What core makes of a premultiplied picture.
-fn by_core(picture: &Picture, vergences: Vergences) -> Vec<Vec<f32>> {
+/// Renders a premultiplied RGBA picture by the renderers themselves, without the facade that the C ABI calls.
+fn render_by_renderers(picture: &Picture, vergence: VergencePass) -> Vec<Vec<f32>> {
     let lens = Predictor::new(&profile(2.0)).expect("a lens");
-    let light = Light::new(LightParts {
-        names: ["R", "G", "B"].map(str::to_owned).to_vec(),
-        colours: (0..3).map(|k| picture.plane(k)).collect(),
-        alpha: Some(picture.plane(3)),
-        ..LightParts::default()
-    });
-    let names = ["R", "G", "B"].map(str::to_owned);
-    let weights = plate_weights(&names, (true, false), &lens).expect("channels");
-    let all = Rectangle {
-        x: 0,
-        y: 0,
-        width: picture.rect.width as usize,
-        height: picture.rect.height as usize,
-    };
-    let placed = Placed::new(lens.frame(), (all, all), None, 1.0);
-    let used = LensUse {
+    let (width, height) = (picture.rect.width as usize, picture.rect.height as usize);
+    let placement = PlatePlacement::new(lens.frame(), &PlateGeometry::of_size(width, height));
+    let scene = Scene {
         lens: &lens,
         model: &Gaussian,
-        amount: 1.0,
-        channel_scales: vec![1.0; 3],
-        axis_offset_px: (0.0, 0.0),
-        focus: FocusControls::default(),
+        width,
+        height,
+        map: placement.map,
+        vergence,
+        edges: Edges::Mirror,
         displacement: Displacement::Lateral,
     };
-    let rendered = used.seen(&placed, vergences, |seen| {
-        let inner = Gather::default();
-        let layered = LayeredRenderer {
-            inner: &inner,
-            settings: Occlusion::default(),
-        };
-        layered.render(&seen.scene, &light.with_weights(&weights), &|_| true)
-    });
+    let samples: Vec<_> = (0..4).map(|k| picture.plane(k)).collect();
+    let third = 1.0 / 3.0;
+    let weights = [
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [third, third, third],
+    ];
+    let planes: Vec<_> = (samples.iter().zip(&weights))
+        .map(|(samples, weights)| Plane { samples, weights })
+        .collect();
+    let layered = LayeredRenderer {
+        inner: &Gather::default(),
+        settings: Occlusion::default(),
+    };
+    let rendered = layered.render(&scene, &planes, &no_progress);
     rendered.expect("drawable").planes
 }
 
@@ -77,14 +74,15 @@ fn results_are_those_of_the_renderer() {
     let (image, depth_image) = (picture.image(), pass.image());
     for with_depth in [false, true] {
         let mut plate = plate(&image, AREA);
-        let mut vergences = Vergences::Constant(0.5);
+        let vergence = |metres: &f32| (1.0 / f64::from(*metres)) as f32;
+        let vergences: Vec<f32> = pass.samples.iter().map(vergence).collect();
+        let mut vergence = VergencePass::Constant(0.5);
         if with_depth {
             plate.depth = &depth_image;
-            let vergence = |metres: &f32| (1.0 / f64::from(*metres)) as f32;
-            vergences = Vergences::PerPixel(pass.samples.iter().map(vergence).collect());
+            vergence = VergencePass::PerPixel(&vergences);
         }
         let got = applied(&lens, &settings(), &plate, AREA);
-        for (channel, want) in by_core(&picture, vergences).iter().enumerate() {
+        for (channel, want) in render_by_renderers(&picture, vergence).iter().enumerate() {
             assert_eq!(&got.plane(channel), want, "{channel} {with_depth}");
         }
         assert!(farthest(&got.samples, &picture.samples) > 1.0);

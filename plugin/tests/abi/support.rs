@@ -8,7 +8,7 @@ use libloading::Library;
 use seidel_c::*;
 use seidel_core::camera::Camera;
 use seidel_core::field::Frame;
-use seidel_core::lens::VergenceSeries;
+use seidel_core::optics::lens::VergenceSeries;
 use seidel_core::profile::{LensDescription, LensProfile, Provenance, PupilChannel};
 
 pub(crate) type Lens = *const SeidelLens;

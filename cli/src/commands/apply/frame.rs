@@ -2,90 +2,76 @@
 
 use std::path::Path;
 
-use seidel_core::plate::apply_bytes;
-use seidel_core::render::{Plane, Scene, VergencePass};
+use seidel_core::render::VergencePass;
+use seidel_core::{Rendering, apply_bytes};
 
-use super::occlusion::{HoldoutPixels, HoldoutSource};
-use super::{ApplyArgs, EdgeChoice, QualityChoice, residual, verbose};
+use super::occlusion::HoldoutSource;
+use super::{ApplyArgs, QualityChoice, residual, verbose};
 use crate::commands::CommandError;
 use crate::commands::plates::{
-    FrameFiles, Light, Outcome, ReadPlate, Rendering, Run, Shared, Sight, Stages,
+    FrameFiles, FrameId, LoadedPlate, Outcome, PlateReader, Run, Stages,
 };
-use seidel_image_io::error::FileError;
 use seidel_image_io::plate::Plate;
 use seidel_image_io::residual::Residual;
 
-/// What all frames of a run share.
+/// The frames of a run: options, reader and progress.
 pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
-    pub(super) shared: &'a Shared<'a>,
+    pub(super) reader: &'a PlateReader<'a>,
     pub(super) holdout: &'a HoldoutSource,
     pub(super) run: &'a Run,
 }
 
 /// A frame in memory.
-pub(super) struct ReadFrame {
-    read: ReadPlate,
-    holdout: Option<HoldoutPixels>,
+pub(super) struct LoadedFrame {
+    plate: LoadedPlate,
     residual: Option<Residual>,
 }
 
 /// A frame to be written.
 pub(super) struct BlurredFrame {
     plate: Plate,
-    said: Vec<String>,
+    warnings: Vec<String>,
+}
+
+/// The files that are read beside a plate.
+struct FrameInputs<'s> {
+    depth: Option<&'s Path>,
+    matte: Option<&'s Path>,
+    matte_depth: Option<&'s Path>,
+    residual: Option<&'s Path>,
 }
 
 impl Job<'_> {
-    /// Depth of the plate, then matte and depth of the holdout, then the residual.
-    fn files<'s>(&self, frame: &'s FrameFiles) -> [Option<&'s Path>; 4] {
-        let mut files = frame.read.iter();
-        let given = [
-            self.shared.depth_pattern().is_some(),
-            self.holdout.matte.is_some(),
-            self.holdout.depth.is_some(),
-            self.args.residual.is_some(),
-        ];
-        given.map(|given| {
-            let file = given.then(|| files.next());
-            file.flatten().map(|path| path.as_path())
-        })
-    }
-
-    fn scene<'s>(&self, sight: &Sight<'s>) -> Scene<'s> {
-        Scene {
-            edges: self.args.edges.into(),
-            ..sight.scene
+    fn inputs<'s>(&self, frame: &'s FrameFiles) -> FrameInputs<'s> {
+        let mut files = frame.read.iter().map(|path| path.as_path());
+        let mut next = |given: bool| if given { files.next() } else { None };
+        FrameInputs {
+            depth: next(self.reader.depth_pattern().is_some()),
+            matte: next(self.holdout.matte.is_some()),
+            matte_depth: next(self.holdout.depth.is_some()),
+            residual: next(self.args.residual.is_some()),
         }
     }
 
-    fn rendering<'s>(
-        &self,
-        scene: &'s Scene<'s>,
-        planes: &'s [Plane<'s>],
-        holdout: Option<&'s HoldoutPixels>,
-    ) -> Rendering<'s> {
-        let args = self.args;
-        Rendering {
-            scene,
-            planes,
-            occlusion: (args.occlusion.is_on()).then(|| args.occlusion.settings(holdout)),
-            extended: args.edges == EdgeChoice::Extend,
-        }
+    /// The settings of the frame by name.
+    fn record(&self, plate: &LoadedPlate) -> Result<Vec<(String, String)>, CommandError> {
+        let mut record = self.reader.record(&plate.lens, &plate.plate)?;
+        record.extend(self.args.record());
+        Ok(record)
     }
 
-    fn rendered(
+    fn render(
         &self,
         index: usize,
-        sight: &Sight,
-        (light, holdout): (&Light, Option<&HoldoutPixels>),
-        said: &mut Vec<String>,
+        plate: &LoadedPlate,
+        rendering: &Rendering,
+        warnings: &mut Vec<String>,
     ) -> seidel_core::Result<Vec<Vec<f32>>> {
-        let args = self.args;
-        let scene = self.scene(sight);
-        let varies = matches!(scene.vergence, VergencePass::PerPixel(_));
-        if varies && !args.occlusion.is_on() && args.quality != QualityChoice::Exact {
-            said.push(
+        let varies = matches!(rendering.scene.vergence, VergencePass::PerPixel(_));
+        let occlusion = rendering.occlusion.is_some();
+        if varies && !occlusion && self.args.quality != QualityChoice::Exact {
+            warnings.push(
                 "depth varies over the plate: without occlusion it is rendered exactly, whatever --quality says"
                     .into(),
             );
@@ -94,107 +80,78 @@ impl Job<'_> {
             self.run.tell(index, share);
             true
         };
-        let planes = light.with_weights(sight.weights);
-        let rendering = self.rendering(&scene, &planes, holdout);
-        let inner = args.quality.renderer();
-        if !args.verbose {
-            return Ok(rendering.by(&*inner, &progress)?.planes);
+        let rendered = rendering.render(&progress)?;
+        if self.args.verbose {
+            let report = verbose::report(rendering, &rendered, &plate.prepared, self.args)?;
+            warnings.push(report);
         }
-        let about = (args, light.colour_count(), light.peak());
-        let (blurred, told) = verbose::rendered(&rendering, &*inner, about, &progress)?;
-        said.push(told);
-        Ok(blurred)
+        Ok(rendered.planes)
     }
 }
 
 impl Stages for Job<'_> {
-    type Read = ReadFrame;
+    type Read = LoadedFrame;
     type Done = BlurredFrame;
 
-    fn read(&self, index: usize) -> Result<ReadFrame, CommandError> {
+    fn read(&self, index: usize) -> Result<LoadedFrame, CommandError> {
         let frame = self.run.frame(index);
-        let [depth, matte, matte_depth, residual] = self.files(frame);
-        let mut read = self
-            .shared
-            .open_plate(&frame.input, frame.number, depth, index == 0)?;
-        let view = self.shared.view(&read.setup, &read.plate)?;
-        let files = (matte, matte_depth);
+        let inputs = self.inputs(frame);
+        let id = FrameId::new(frame.number, index);
+        let mut plate = self.reader.read(&frame.input, id, inputs.depth)?;
         let holdout = self.holdout.read(
-            &read.plate,
-            files,
-            self.shared.meaning,
-            &view,
-            &mut read.said,
+            &plate.plate,
+            (self.reader.geometry(&plate.plate)?, self.reader.meaning),
+            &plate.lens.session,
+            inputs.matte,
+            inputs.matte_depth,
+            &mut plate.warnings,
         )?;
-        let residual = residual
-            .map(|file| {
-                let mut told = self.shared.told(&read.setup, &read.plate)?;
-                told.extend(self.args.told());
-                residual::open(file, (&read.plate, &read.light), &told, &mut read.said)
-            })
-            .transpose()?;
-        Ok(ReadFrame {
-            read,
-            holdout,
+        plate.prepared = plate.prepared.with_holdout(holdout);
+        let residual = match inputs.residual {
+            Some(file) => Some(residual::open(file, &mut plate, |p| self.record(p))?),
+            None => None,
+        };
+        Ok(LoadedFrame { plate, residual })
+    }
+
+    fn bytes(&self, frame: &LoadedFrame) -> u64 {
+        let plate = &frame.plate.plate;
+        let pixels = plate.width() as u64 * plate.height() as u64;
+        let planes = frame.plate.prepared.planes().len() as u64;
+        plate.held_bytes() + apply_bytes(pixels, planes)
+    }
+
+    fn blur(&self, index: usize, frame: LoadedFrame) -> Result<BlurredFrame, CommandError> {
+        let LoadedFrame {
+            plate: mut loaded,
             residual,
-        })
-    }
-
-    fn bytes(&self, frame: &ReadFrame) -> u64 {
-        let read = &frame.read;
-        let pixels = read.plate.width() as u64 * read.plate.height() as u64;
-        read.plate.held_bytes() + apply_bytes(pixels, read.light.plane_count() as u64)
-    }
-
-    fn blur(&self, index: usize, frame: ReadFrame) -> Result<BlurredFrame, CommandError> {
-        let ReadPlate {
-            setup,
-            mut plate,
-            light,
-            vergence,
-            mut said,
-        } = frame.read;
-        let mut told = self.shared.told(&setup, &plate)?;
-        told.extend(self.args.told());
-        self.run.sign(index, &mut plate, &told);
-        if setup.adjust.is_nothing() {
-            light.keep(&mut plate)?;
+        } = frame;
+        let mut plate = loaded.plate.clone();
+        let mut warnings = std::mem::take(&mut loaded.warnings);
+        self.run.sign(index, &mut plate, &self.record(&loaded)?);
+        if loaded.is_neutral() {
+            loaded.keep(&mut plate)?;
             if self.args.verbose {
-                said.push("not rendered: at --amount 0 the plate stays as it is".into());
+                warnings.push("not rendered: at --amount 0 the plate stays as it is".into());
             }
-            if let Some(residual) = &frame.residual {
-                plate.reframe(residual.plate);
+        } else {
+            let render =
+                |rendering: &Rendering| self.render(index, &loaded, rendering, &mut warnings);
+            let blurred = loaded.prepared.apply_with(render);
+            let mut blurred = blurred.map_err(|e| loaded.in_file(e))?;
+            if let Some(residual) = &residual {
+                residual::add(residual, &loaded.prepared, &mut blurred)
+                    .map_err(|e| loaded.in_file(e))?;
             }
-            return Ok(BlurredFrame { plate, said });
+            loaded.put_planes(&mut plate, blurred)?;
         }
-        let blurred = self.shared.seen(&setup, &plate, vergence, |sight| {
-            let holdout = frame.holdout.map(|h| h.changed(sight.refocused));
-            let holdout = holdout.transpose()?;
-            let in_plate = |e| FileError::from_core(plate.path(), e);
-            let mut blurred = self
-                .rendered(index, sight, (&light, holdout.as_ref()), &mut said)
-                .map_err(in_plate)?;
-            light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
-            if let Some(kept) = &frame.residual {
-                let blur = |planes: &[Plane]| {
-                    let scene = self.scene(sight);
-                    let inner = self.args.quality.renderer();
-                    let rendering = self.rendering(&scene, planes, holdout.as_ref());
-                    Ok(rendering.by(&*inner, &|_| true)?.planes)
-                };
-                residual::add(kept, (&light, sight.weights), &mut blurred, blur)
-                    .map_err(in_plate)?;
-            }
-            Ok(blurred)
-        })?;
-        light.put_back(&mut plate, blurred)?;
-        if let Some(residual) = &frame.residual {
+        if let Some(residual) = &residual {
             plate.reframe(residual.plate);
         }
-        Ok(BlurredFrame { plate, said })
+        Ok(BlurredFrame { plate, warnings })
     }
 
     fn write(&self, index: usize, frame: BlurredFrame) -> Outcome {
-        self.run.write(index, frame.plate, frame.said)
+        self.run.write(index, frame.plate, frame.warnings)
     }
 }

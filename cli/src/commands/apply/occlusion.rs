@@ -1,14 +1,15 @@
-//! Options about near things that hide far ones, and about what will be in front.
+//! Options about occlusion and holdouts.
 
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use seidel_core::Result;
-use seidel_core::render::{Holdout, Occlusion};
+use seidel_core::{
+    DepthMeaning, DepthPass, HoldoutMatte, LensSession, OcclusionSettings, PlateGeometry,
+    PreparedHoldout,
+};
 
 use crate::commands::CommandError;
-use crate::commands::plates::{DepthMeaning, PlateView, Vergences};
-use seidel_image_io::depth::{DepthPass, DepthSpec};
+use seidel_image_io::depth::{DepthPass as DepthFile, DepthSpec};
 use seidel_image_io::error::FileError;
 use seidel_image_io::matte::Matte;
 use seidel_image_io::plate::Plate;
@@ -44,48 +45,32 @@ enum Switch {
     Off,
 }
 
-/// The holdout's files as given, which may hold frame patterns.
+/// The files of a holdout as given, which may hold frame patterns.
 pub(super) struct HoldoutSource {
     pub(super) matte: Option<DepthSpec>,
     pub(super) depth: Option<DepthSpec>,
 }
 
-/// A frame's holdout in memory.
-pub(super) struct HoldoutPixels {
-    matte: Vec<f32>,
-    vergence: Option<Vergences>,
-}
-
-impl HoldoutPixels {
-    /// The same with `change` made to its vergences, such as that made to those of the plate.
-    pub(super) fn changed(self, change: impl Fn(Vergences) -> Result<Vergences>) -> Result<Self> {
-        Ok(Self {
-            vergence: self.vergence.map(change).transpose()?,
-            ..self
-        })
-    }
-}
-
 impl OcclusionArgs {
-    /// Whether light of near and far is kept apart.
-    pub(super) fn is_on(&self) -> bool {
+    /// Whether near surfaces occlude far ones.
+    fn is_on(&self) -> bool {
         self.occlusion == Switch::On
     }
 
-    /// The settings in a word or two.
-    pub(super) fn told(&self) -> String {
-        let mut told = if self.is_on() { "on" } else { "off" }.to_owned();
+    /// The settings as one line.
+    pub(super) fn record(&self) -> String {
+        let mut record = if self.is_on() { "on" } else { "off" }.to_owned();
         for (is_so, word) in [
             (self.no_fill_foreground, ", no-fill-foreground"),
             (self.no_blur_inside, ", no-blur-inside"),
             (self.holdout.is_some(), ", holdout"),
         ] {
-            told.push_str(if is_so { word } else { "" });
+            record.push_str(if is_so { word } else { "" });
         }
-        told
+        record
     }
 
-    pub(super) fn source(&self) -> std::result::Result<HoldoutSource, CommandError> {
+    pub(super) fn source(&self) -> Result<HoldoutSource, CommandError> {
         let asks = [
             (self.no_fill_foreground, "--no-fill-foreground"),
             (self.no_blur_inside, "--no-blur-inside"),
@@ -103,16 +88,12 @@ impl OcclusionArgs {
         })
     }
 
-    /// What the renderer is told.
-    pub(super) fn settings<'a>(&self, holdout: Option<&'a HoldoutPixels>) -> Occlusion<'a> {
-        Occlusion {
+    /// The occlusion settings of the renderer.
+    pub(super) fn settings(&self) -> Option<OcclusionSettings> {
+        self.is_on().then_some(OcclusionSettings {
             fill_foreground: !self.no_fill_foreground,
             blur_inside: !self.no_blur_inside,
-            holdout: holdout.map(|pixels| Holdout {
-                matte: &pixels.matte,
-                vergence: pixels.vergence.as_ref().map(Vergences::pass),
-            }),
-        }
+        })
     }
 }
 
@@ -123,50 +104,40 @@ impl HoldoutSource {
         specs.map(|spec| spec.file.as_str())
     }
 
-    /// The holdout of a frame, from the files of that frame.
+    /// Reads the holdout of `plate`, which lies at `geometry`, from the files of its frame. Adds to `warnings`.
     pub(super) fn read(
         &self,
         plate: &Plate,
-        (matte, depth): (Option<&Path>, Option<&Path>),
-        meaning: DepthMeaning,
-        view: &PlateView,
-        said: &mut Vec<String>,
-    ) -> std::result::Result<Option<HoldoutPixels>, CommandError> {
+        (geometry, meaning): (PlateGeometry, DepthMeaning),
+        session: &LensSession,
+        matte: Option<&Path>,
+        depth: Option<&Path>,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<PreparedHoldout>, CommandError> {
         let Some(file) = matte else {
             return Ok(None);
         };
-        let window = plate.data_window();
         let channel = |spec: &Option<DepthSpec>| spec.as_ref().and_then(|s| s.channel.clone());
         let matte = Matte::open(file, channel(&self.matte).as_deref())?;
         let (samples, remark) = matte.over(plate.windows())?;
-        said.extend(remark);
-        if let Some(at) = samples.iter().position(|v| !(0.0..=1.0).contains(v)) {
-            return Err(FileError::new(
-                file,
-                format!("channel {}", matte.channel),
-                format!(
-                    "pixel ({}, {}) is {}",
-                    at % window.width,
-                    at / window.width,
-                    samples[at]
-                ),
-                "give a matte of values from 0 to 1",
-            )
-            .into());
+        warnings.extend(remark);
+        let mut holdout = HoldoutMatte {
+            samples,
+            depth: None,
+        };
+        let place = format!("channel {}", matte.channel);
+        (holdout.check(geometry.data.width))
+            .map_err(|e| FileError::from_core(file, e.within(&place)))?;
+        if let Some(file) = depth {
+            let pass = DepthFile::open(file, channel(&self.depth).as_deref())?;
+            let (samples, remark) = pass.over(plate.windows())?;
+            warnings.extend(remark);
+            holdout.depth = Some(DepthPass { samples, meaning });
         }
-        let vergence = depth
-            .map(|file| -> std::result::Result<_, CommandError> {
-                let pass = DepthPass::open(file, channel(&self.depth).as_deref())?;
-                let (samples, remark) = pass.over(plate.windows())?;
-                said.extend(remark);
-                let reading = meaning.read(&samples, window.width, view.axis_and_aspect());
-                let reading = reading.map_err(|e| FileError::from_core(file, e))?;
-                Ok(Vergences::PerPixel(reading.vergence))
-            })
-            .transpose()?;
-        Ok(Some(HoldoutPixels {
-            matte: samples,
-            vergence,
-        }))
+        let at_fault = depth.unwrap_or(file);
+        let prepared = PreparedHoldout::new(session, &geometry, holdout);
+        Ok(Some(
+            prepared.map_err(|e| FileError::from_core(at_fault, e))?,
+        ))
     }
 }

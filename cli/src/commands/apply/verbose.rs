@@ -1,65 +1,71 @@
-//! `--verbose`: how a frame was rendered, and how far that is from an exact render.
+//! `--verbose`: the methods that rendered a frame, and the error against the exact renderer.
 
 use std::fmt::Write as _;
 
 use clap::ValueEnum;
-use seidel_core::Result;
 use seidel_core::render::{
-    LevelStatistics, RenderStatistics, Rendered, Renderer, SpotRenderer, VergencePass,
+    LevelStatistics, RenderStatistics, Rendered, SpotRenderer, VergencePass,
     low_discrepancy_pixels, psnr_at,
 };
+use seidel_core::{PreparedPlate, Quality, Rendering, Result, no_progress};
 
 use super::ApplyArgs;
-use crate::commands::plates::Rendering;
 
-/// Pixels at which the exact light is made.
+/// Number of pixels at which the exact render is computed.
 const PIXELS: usize = 64;
 
-/// From this many pixels on neighbours share kernels drawn ray by ray where the exact light is made, in cells
-/// of this side.
+/// Plates of more pixels than this share kernels drawn ray by ray between neighbours in the exact render, in cells of
+/// this side.
 const LARGE: usize = 512 * 512;
 const CELL_PX: usize = 4;
 
-/// Renders by `inner`; returns the planes and what there is to say of it. The first `colours` planes are colour,
-/// `peak` the largest value before.
-pub(super) fn rendered(
+/// Reports how `plate` was `rendered` by `rendering`, and measures the error against the exact renderer.
+pub(super) fn report(
     rendering: &Rendering,
-    inner: &dyn Renderer,
-    (args, colours, peak): (&ApplyArgs, usize, f64),
-    progress: &(dyn Fn(f64) -> bool + Sync),
-) -> Result<(Vec<Vec<f32>>, String)> {
-    let Rendered { planes, statistics } = rendering.by(inner, progress)?;
-    let mut told = heading(rendering, args, inner.id());
+    rendered: &Rendered,
+    plate: &PreparedPlate,
+    args: &ApplyArgs,
+) -> Result<String> {
+    let Rendered { planes, statistics } = rendered;
+    let mut report = heading(rendering, args);
     let mut line = |text: String| {
-        // A string takes all that is written to it.
-        let _ = write!(told, "\n    {text}");
+        // Writing to a string does not fail.
+        let _ = write!(report, "\n    {text}");
     };
-    line(depth(rendering, &statistics));
+    line(depth(rendering, statistics));
     for (index, level) in statistics.levels.iter().enumerate() {
         line(of_level(index, level));
     }
     if statistics.exact == statistics.renders {
         line("every source pixel has its own kernel; nothing to estimate".into());
-        return Ok((planes, told));
+        return Ok(report);
     }
     line(format!(
         "small lights scattered exactly: {} px",
         statistics.highlights
     ));
-    line(error(rendering, &planes[..colours], peak)?);
-    Ok((planes, told))
+    line(error(
+        rendering,
+        &planes[..plate.colour_count()],
+        plate.peak(),
+    )?);
+    Ok(report)
 }
 
-fn heading(rendering: &Rendering, args: &ApplyArgs, id: &str) -> String {
+fn heading(rendering: &Rendering, args: &ApplyArgs) -> String {
     let name = |value: Option<clap::builder::PossibleValue>| {
         value.map_or_else(String::new, |value| value.get_name().to_owned())
     };
-    let way = if id == "exact" { "scatter" } else { "gather" };
+    let (method, id) = match rendering.quality {
+        Quality::Draft => ("gather", "draft"),
+        Quality::Final => ("gather", "final"),
+        Quality::Exact => ("scatter", "exact"),
+    };
     format!(
-        "rendered by {way}, quality {id}, psf {}, edges {}, geometry {}",
+        "rendered by {method}, quality {id}, psf {}, edges {}, geometry {}",
         rendering.scene.model.id(),
         name(args.edges.to_possible_value()),
-        name(args.sight.geometry.to_possible_value()),
+        name(args.lens_options.geometry.to_possible_value()),
     )
 }
 
@@ -96,7 +102,7 @@ fn of_level(index: usize, level: &LevelStatistics) -> String {
     )
 }
 
-/// The exact light at a few pixels against what was rendered there.
+/// Measures the error at a few pixels against the exact render.
 fn error(rendering: &Rendering, planes: &[Vec<f32>], peak: f64) -> Result<String> {
     let scene = rendering.scene;
     let pixels = low_discrepancy_pixels(scene.width, scene.height, PIXELS);
@@ -106,7 +112,7 @@ fn error(rendering: &Rendering, planes: &[Vec<f32>], peak: f64) -> Result<String
         pixels: &pixels,
         cell_px: if shared { CELL_PX } else { 1 },
     };
-    let exact = rendering.by(&spots, &|_| true)?.planes;
+    let exact = rendering.render_by(&spots, &no_progress)?.planes;
     let psnr = psnr_at(planes, &exact, scene.width, &pixels, peak);
     Ok(match psnr {
         Some(db) => format!(

@@ -1,7 +1,9 @@
 //! A check of the first depth pass of a run: signs that its samples mean something else than the options say.
 
 use seidel_core::Result;
-use seidel_core::render::{DepthCheck, DepthConvention, LensDistances, Severity, CameraPerspective};
+use seidel_core::render::{
+    CameraPerspective, DepthCheck, DepthConvention, LensDistances, Severity,
+};
 use seidel_core::{LensProfile, LensSession, PlatePlacement};
 
 use seidel_image_io::plate::Plate;

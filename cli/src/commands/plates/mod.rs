@@ -4,30 +4,28 @@
 mod adjust;
 mod colour;
 mod depth;
-mod depth_check;
+mod depth_doubts;
 mod focus;
+mod frame_lens;
 mod frames;
 mod memory;
 mod plate;
 mod queue;
+mod reader;
 mod run;
-mod setup;
-mod shared;
 mod shares;
 
 pub(crate) use adjust::share_of;
 pub(crate) use colour::{ConfigArgs, space_of};
 pub(crate) use depth::DepthArgs;
-pub(crate) use depth_check::PlateView;
 pub(crate) use frames::{Files, FrameFiles};
-pub(crate) use plate::{Light, PlateArgs};
+pub(crate) use plate::PlateArgs;
 pub(crate) use queue::{Outcome, Stages};
+pub(crate) use reader::{FrameId, LensArgs, LoadedPlate, PlateReader, default_rendering_record};
 pub(crate) use run::{Run, RunArgs};
-pub(crate) use seidel_core::plate::{DepthMeaning, Rendering, Vergences};
-pub(crate) use shared::{LensArgs, ReadPlate, Shared, Sight};
 
 use clap::ValueEnum;
-use seidel_core::render::Displacement;
+use seidel_core::Displacement;
 
 /// Displacement of light by the lens.
 #[derive(Debug, Clone, Copy, ValueEnum)]

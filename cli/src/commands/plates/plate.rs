@@ -210,7 +210,7 @@ fn alphas_of<'a>(
 ) -> Alphas<'a> {
     match alpha {
         Some(_) if kind == AlphaKind::Unpremultiplied => Alphas::Straight,
-        Some(_) if !channel_alphas.is_empty() => Alphas::Each(channel_alphas),
+        Some(_) if !channel_alphas.is_empty() => Alphas::PerPlane(channel_alphas),
         Some(alpha) => Alphas::Shared(alpha),
         None => Alphas::Straight,
     }

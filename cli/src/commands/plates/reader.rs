@@ -1,28 +1,26 @@
-//! What the frames of a run share: the lens, where depth comes from, and how plates are read and seen.
+//! The plates of a run: read, and prepared for the lens of their frame.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use seidel_core::plate::{LensUse, Placed};
 use seidel_core::profile::LensProfile;
-use seidel_core::render::{Gather, Occlusion, Scene};
+use seidel_core::{DepthMeaning, PlateGeometry, PreparedPlate, Settings};
 
+use super::Geometry;
 use super::adjust::AdjustArgs;
 use super::colour::{ColourRoom, PlateColour};
-use super::depth::{DepthArgs, DepthSource};
-use super::depth_check::PlateView;
+use super::depth::{DepthArgs, DepthSource, FrameOrder};
 use super::focus::FocusArgs;
-use super::plate::{Light, PlateArgs, placed, plate_weights};
-use super::setup::{Settings, Setup, check_names};
-use super::{DepthMeaning, Geometry, Rendering, Vergences};
+use super::frame_lens::{FrameLens, LensOptions, check_names};
+use super::plate::{PlateArgs, plate_geometry, put_image};
 use crate::commands::drawing::DrawingArgs;
 use crate::commands::{CommandError, read_lens};
 use crate::files::animation::Animation;
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::Plate;
 
-/// Options about how a lens is used.
+/// Options about the lens of a plate.
 #[derive(Debug, Args)]
 pub(crate) struct LensArgs {
     #[command(flatten)]
@@ -32,18 +30,18 @@ pub(crate) struct LensArgs {
     #[command(flatten)]
     focus: FocusArgs,
     /// Values by frame of --amount, --focus-distance, --f-number and others: CSV with a column `frame` and one an
-    /// option, or JSON; between frames that have a value it changes evenly
+    /// option, or JSON; between frames that have a value it is interpolated
     #[arg(long, value_name = "FILE")]
     animate: Option<PathBuf>,
-    /// Which displacement of light to render
+    /// Displacement of light to render
     #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
     pub(crate) geometry: Geometry,
 }
 
 impl LensArgs {
-    /// How the lens is to be where no table says otherwise.
-    fn settings(&self) -> Settings {
-        Settings {
+    /// The options of a frame that no table changes.
+    fn options(&self) -> LensOptions {
+        LensOptions {
             drawing: self.drawing.clone(),
             adjust: self.adjust.clone(),
             focus: self.focus.clone(),
@@ -51,69 +49,88 @@ impl LensArgs {
     }
 }
 
-/// What the frames of a run share.
-pub(crate) struct Shared<'a> {
-    args: &'a LensArgs,
-    plate: &'a PlateArgs,
+/// Reads the plates of a run and prepares them for the lens of their frame.
+pub(crate) struct PlateReader<'a> {
+    lens_args: &'a LensArgs,
+    plate_args: &'a PlateArgs,
     /// The lens as its file has it.
     measured: LensProfile,
-    /// That file.
-    lens: &'a Path,
+    lens_file: &'a Path,
+    /// Settings that are not about the lens.
+    base: Settings,
     /// The lens of frames that no table changes.
-    setup: Arc<Setup>,
-    /// What changes by frame.
+    lens: FrameLens,
     animation: Option<Animation>,
     depth: DepthSource,
-    /// What converts colours, where they are to be.
+    /// Conversion of colours, where one is asked for.
     colour: Option<ColourRoom<'a>>,
-    /// What the numbers of depth passes are.
+    /// The meaning of the samples of depth passes.
     pub(crate) meaning: DepthMeaning,
 }
 
-/// A frame in memory.
-pub(crate) struct ReadPlate {
-    pub(crate) setup: Arc<Setup>,
+/// A plate in memory.
+pub(crate) struct LoadedPlate {
+    pub(crate) lens: FrameLens,
     pub(crate) plate: Plate,
-    pub(crate) light: Light,
-    pub(crate) vergence: Vergences,
-    /// What the user should know of it.
-    pub(crate) said: Vec<String>,
+    pub(crate) prepared: PreparedPlate,
+    colour: Option<PlateColour>,
+    pub(crate) warnings: Vec<String>,
 }
 
-/// A plate through its lens.
-pub(crate) struct Sight<'a> {
-    /// With mirrored edges.
-    pub(crate) scene: Scene<'a>,
-    /// How much each lens channel acts on each plane of light.
-    pub(crate) weights: &'a [Vec<f64>],
-    /// What the options about focus make of vergences.
-    pub(crate) refocused: &'a dyn Fn(Vergences) -> seidel_core::Result<Vergences>,
+/// The number of a frame in its sequence, and its place in the run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FrameId {
+    pub(crate) number: Option<i64>,
+    pub(crate) order: FrameOrder,
 }
 
-impl<'a> Shared<'a> {
-    /// Reads the `lens`, and settles what the options leave open for an OUT of the name `output`; remarks go to `said`.
-    pub(crate) fn open(
-        lens: &'a Path,
-        (args, depth, plate): (&'a LensArgs, &DepthArgs, &'a PlateArgs),
+impl FrameId {
+    /// The frame `number` at `index` of the run.
+    pub(crate) fn new(number: Option<i64>, index: usize) -> Self {
+        let order = if index == 0 {
+            FrameOrder::First
+        } else {
+            FrameOrder::Later
+        };
+        Self { number, order }
+    }
+}
+
+impl<'a> PlateReader<'a> {
+    /// Reads the profile `lens_file`, and settles what the options leave open for an OUT of the name `output`. `base`
+    /// holds the settings that are not about the lens. Adds to `warnings`.
+    pub(crate) fn new(
+        lens_file: &'a Path,
+        lens_args: &'a LensArgs,
+        depth_args: &DepthArgs,
+        plate_args: &'a PlateArgs,
+        mut base: Settings,
         output: &'a str,
-        said: &mut Vec<String>,
+        warnings: &mut Vec<String>,
     ) -> Result<Self, CommandError> {
-        let measured = read_lens(lens)?;
-        let setup = args.settings().open(&measured, lens, said)?;
-        let animation = args.animate.as_deref().map(Animation::open).transpose()?;
+        base.displacement = lens_args.geometry.into();
+        let measured = read_lens(lens_file)?;
+        let options = lens_args.options();
+        let lens = options.set(&measured, lens_file, &base, warnings)?;
+        let animation = lens_args
+            .animate
+            .as_deref()
+            .map(Animation::open)
+            .transpose()?;
         if let Some(table) = &animation {
             check_names(table)?;
         }
-        let meaning = depth.meaning()?;
-        let depth = depth.source()?;
-        depth.check_lens(&setup.drawing.predictor, lens)?;
-        let colour = plate.colour.room(output, said)?;
+        let meaning = depth_args.meaning()?;
+        let depth = depth_args.source()?;
+        depth.check_lens(lens.session.lens(), lens_file)?;
+        let colour = plate_args.colour.room(output, warnings)?;
         Ok(Self {
-            args,
-            plate,
+            lens_args,
+            plate_args,
             measured,
+            lens_file,
+            base,
             lens,
-            setup: Arc::new(setup),
             animation,
             depth,
             colour,
@@ -132,7 +149,7 @@ impl<'a> Shared<'a> {
         table.flat_map(Animation::names).any(|own| own == name)
     }
 
-    /// Refuses values by frame where there are no frames.
+    /// Rejects an animation table where the run is not a sequence.
     pub(crate) fn check_animation(&self, has_frames: bool) -> Result<(), CommandError> {
         if self.animation.is_none() || has_frames {
             return Ok(());
@@ -142,116 +159,101 @@ impl<'a> Shared<'a> {
         ))
     }
 
-    /// The lens of the frame `number`; remarks go to `said`.
-    fn setup(
+    /// Returns the lens of frame `number`. Adds to `warnings`.
+    pub(crate) fn frame_lens(
         &self,
         number: Option<i64>,
-        said: &mut Vec<String>,
-    ) -> Result<Arc<Setup>, CommandError> {
+        warnings: &mut Vec<String>,
+    ) -> Result<FrameLens, CommandError> {
         let (Some(table), Some(number)) = (&self.animation, number) else {
-            return Ok(Arc::clone(&self.setup));
+            return Ok(self.lens.clone());
         };
-        let settings = self.args.settings().at(table, number)?;
-        Ok(Arc::new(settings.open(&self.measured, self.lens, said)?))
+        let options = self.lens_args.options().at(table, number)?;
+        options.set(&self.measured, self.lens_file, &self.base, warnings)
     }
 
-    /// Opens the plate at `path`, frame `number` of a run, with its lens and depth, which is in `depth_file` where
-    /// [`Shared::depth_pattern`] says so. Depth of the `first` frame is looked at for doubts.
-    pub(crate) fn open_plate(
-        &self,
-        path: &Path,
-        number: Option<i64>,
-        depth_file: Option<&Path>,
-        first: bool,
-    ) -> Result<ReadPlate, CommandError> {
-        let plate = Plate::open(path, &self.plate.options())?;
-        self.read(plate, number, depth_file, first)
-    }
-
-    /// As [`Shared::open_plate`], of a plate in memory.
+    /// Reads the plate file `path` and its depth, from `depth_file` where [`Self::depth_pattern`] names one.
     pub(crate) fn read(
         &self,
-        plate: Plate,
-        number: Option<i64>,
+        path: &Path,
+        frame: FrameId,
         depth_file: Option<&Path>,
-        first: bool,
-    ) -> Result<ReadPlate, CommandError> {
-        let mut said = Vec::new();
+    ) -> Result<LoadedPlate, CommandError> {
+        let plate = Plate::open(path, &self.plate_args.options())?;
+        let mut warnings = Vec::new();
         let colour = self.colour.as_ref();
-        let colour = colour.map(|colour| colour.of(&plate, &mut said));
+        let colour = colour.map(|colour| colour.of(&plate, &mut warnings));
         let colour = colour.transpose()?;
-        self.read_in(plate, colour, (number, depth_file, first), said)
+        self.load(plate, colour, frame, depth_file, warnings)
     }
 
-    /// As [`Shared::read`], of a plate that was made of `light` and is written in its colour space.
-    pub(crate) fn read_written(
+    /// Loads `plate`, made from `source` and in the colour space that it is written in.
+    pub(crate) fn load_written(
         &self,
         plate: Plate,
-        light: &Light,
+        source: &LoadedPlate,
         number: Option<i64>,
         depth_file: Option<&Path>,
-    ) -> Result<ReadPlate, CommandError> {
-        let colour = light.written_colour();
-        self.read_in(plate, colour, (number, depth_file, false), Vec::new())
+    ) -> Result<LoadedPlate, CommandError> {
+        let colour = source.colour.as_ref().map(PlateColour::written);
+        let order = FrameOrder::Later;
+        let frame = FrameId { number, order };
+        self.load(plate, colour, frame, depth_file, Vec::new())
     }
 
-    fn read_in(
+    fn load(
         &self,
         plate: Plate,
         colour: Option<PlateColour>,
-        (number, depth_file, first): (Option<i64>, Option<&Path>, bool),
-        mut said: Vec<String>,
-    ) -> Result<ReadPlate, CommandError> {
-        if self.colour.is_none() && first {
-            said.extend(plate.unheeded_colour_space());
+        frame: FrameId,
+        depth_file: Option<&Path>,
+        mut warnings: Vec<String>,
+    ) -> Result<LoadedPlate, CommandError> {
+        if self.colour.is_none() && frame.order == FrameOrder::First {
+            warnings.extend(plate.unheeded_colour_space());
         }
-        let light = self.plate.light(&plate, colour, &mut said)?;
-        let setup = self.setup(number, &mut said)?;
-        let view = self.view(&setup, &plate)?;
-        let lens = &setup.drawing.predictor;
-        let vergence = self
-            .depth
-            .read(&plate, depth_file, lens, &view, first, &mut said)?;
-        Ok(ReadPlate {
-            setup,
+        let image = (self.plate_args).image(&plate, colour.as_ref(), &mut warnings)?;
+        let lens = self.frame_lens(frame.number, &mut warnings)?;
+        let geometry = self.geometry(&plate)?;
+        let depth = self.depth.read(
+            &plate,
+            &geometry,
+            depth_file,
+            &lens.session,
+            frame.order,
+            &mut warnings,
+        )?;
+        let prepared = lens.session.prepare_parts(image, geometry, depth, None);
+        let prepared = prepared.map_err(|e| FileError::from_core(plate.path(), e))?;
+        Ok(LoadedPlate {
+            lens,
             plate,
-            light,
-            vergence,
-            said,
+            prepared,
+            colour,
+            warnings,
         })
     }
 
-    /// How `plate` lies in the lens's frame.
-    pub(crate) fn view<'s>(
-        &self,
-        setup: &'s Setup,
-        plate: &Plate,
-    ) -> Result<PlateView<'s>, CommandError> {
-        let placed = self.placed(setup, plate)?;
-        let offset = setup.adjust.axis_offset_px();
-        Ok(PlateView::new(&setup.drawing.lens, &placed, offset))
+    /// The place of `plate` in the frame of the lens.
+    pub(crate) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
+        let aspect = self.plate_args.pixel_aspect(plate)?;
+        Ok(plate_geometry(plate, self.plate_args.lens_scale, aspect))
     }
 
-    fn placed(&self, setup: &Setup, plate: &Plate) -> Result<Placed, CommandError> {
-        let aspect = self.plate.pixel_aspect(plate)?;
-        let lens = &setup.drawing.predictor;
-        Ok(placed(plate, lens, self.plate.lens_scale, aspect))
-    }
-
-    /// How `plate` is seen, each setting by its name.
-    pub(crate) fn told(
+    /// The settings by name that `plate` is rendered with through `lens`, for provenance and residuals.
+    pub(crate) fn record(
         &self,
-        setup: &Setup,
+        lens: &FrameLens,
         plate: &Plate,
     ) -> Result<Vec<(String, String)>, CommandError> {
-        let mut told = setup.told.clone();
-        told.extend(self.depth.told());
-        let scale = self.plate.lens_scale;
-        let aspect = self.plate.pixel_aspect(plate)?;
+        let mut record = lens.record.clone();
+        record.extend(self.depth.record());
+        let scale = self.plate_args.lens_scale;
+        let aspect = self.plate_args.pixel_aspect(plate)?;
         for (name, value) in [
             (
                 "geometry",
-                format!("{:?}", self.args.geometry).to_lowercase(),
+                format!("{:?}", self.lens_args.geometry).to_lowercase(),
             ),
             (
                 "lens-scale",
@@ -265,85 +267,58 @@ impl<'a> Shared<'a> {
                     .map_or_else(|| "the plate's".to_owned(), |c| c.working().to_owned()),
             ),
         ] {
-            told.push((name.to_owned(), value));
+            record.push((name.to_owned(), value));
         }
-        Ok(told)
+        Ok(record)
+    }
+}
+
+/// The settings by name of `apply` without options about quality, edges and occlusion.
+pub(crate) fn default_rendering_record() -> [(String, String); 3] {
+    [
+        ("quality", "final"),
+        ("edges", "mirror"),
+        ("occlusion", "on"),
+    ]
+    .map(|(name, value)| (name.to_owned(), value.to_owned()))
+}
+
+impl LoadedPlate {
+    /// Names the plate file in an error of the core.
+    pub(crate) fn in_file(&self, error: seidel_core::Error) -> CommandError {
+        FileError::from_core(self.plate.path(), error).into()
     }
 
-    /// How [`Shared::applied`] draws, each setting by its name.
-    pub(crate) fn defaults_told() -> [(String, String); 3] {
-        [
-            ("quality", "final"),
-            ("edges", "mirror"),
-            ("occlusion", "on"),
-        ]
-        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+    /// Whether the lens leaves the plate as it is.
+    pub(crate) fn is_neutral(&self) -> bool {
+        self.lens.session.is_neutral()
     }
 
-    /// The planes of light that `seidel apply`, its options about quality, edges and occlusion left out, makes of a
-    /// plate; `progress` is told the share done.
-    pub(crate) fn applied(
-        &self,
-        read: &ReadPlate,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Vec<Vec<f32>>, CommandError> {
-        let ReadPlate {
-            setup,
-            plate,
-            light,
-            vergence,
-            ..
-        } = read;
-        if setup.adjust.is_nothing() {
-            return Ok(light.copied());
+    /// Uses `lens` in place of the frame's own, such as one of a smaller amount.
+    pub(crate) fn set_lens(&mut self, lens: FrameLens) {
+        self.prepared.set_session(Arc::clone(&lens.session));
+        self.lens = lens;
+    }
+
+    /// Leaves `target`, a copy of the plate, as it is to the bit; but for replaced samples and another colour space.
+    pub(crate) fn keep(&self, target: &mut Plate) -> Result<(), CommandError> {
+        let colour = self.colour.as_ref();
+        let stays = colour.is_none_or(|colour| colour.other_space().is_none());
+        if stays && target.non_finite().is_empty() {
+            return Ok(());
         }
-        self.seen(setup, plate, vergence.clone(), |sight| {
-            let rendering = Rendering {
-                scene: &sight.scene,
-                planes: &light.with_weights(sight.weights),
-                occlusion: Some(Occlusion::default()),
-                extended: false,
-            };
-            let tell = |share| {
-                progress(share);
-                true
-            };
-            let blurred = rendering.by(&Gather::default(), &tell);
-            let mut blurred = blurred
-                .map_err(|e| FileError::from_core(plate.path(), e))?
-                .planes;
-            light.develop(&setup.drawing.predictor, sight.weights, &mut blurred);
-            Ok(blurred)
-        })
+        self.put_planes(target, self.prepared.planes().to_vec())
     }
 
-    /// Does `then` with what there is to draw of `plate` at some vergences.
-    pub(crate) fn seen<T>(
+    /// Puts premultiplied `planes` of the data window of `target` into it, in the alpha relation and colour space that it is
+    /// written in.
+    pub(crate) fn put_planes(
         &self,
-        setup: &Setup,
-        plate: &Plate,
-        vergence: Vergences,
-        then: impl FnOnce(&Sight) -> Result<T, CommandError>,
-    ) -> Result<T, CommandError> {
-        let lens = &setup.drawing.predictor;
-        let weights =
-            plate_weights(plate, lens).map_err(|e| FileError::from_core(plate.path(), e))?;
-        let placed = self.placed(setup, plate)?;
-        let used = LensUse {
-            lens,
-            model: setup.drawing.model,
-            amount: setup.adjust.amount,
-            channel_scales: setup.adjust.channel_scales(lens)?,
-            axis_offset_px: setup.adjust.axis_offset_px(),
-            focus: setup.focus.controls(setup.focused_at),
-            displacement: self.args.geometry.into(),
-        };
-        used.seen(&placed, vergence, |seen| {
-            then(&Sight {
-                scene: Scene { ..seen.scene },
-                weights: &weights,
-                refocused: seen.refocused,
-            })
-        })
+        target: &mut Plate,
+        planes: Vec<Vec<f32>>,
+    ) -> Result<(), CommandError> {
+        let (width, height) = (target.width(), target.height());
+        let image = self.prepared.to_image_of_size(width, height, planes);
+        put_image(target, image, self.colour.as_ref())
     }
 }

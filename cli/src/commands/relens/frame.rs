@@ -2,24 +2,23 @@
 
 use std::path::Path;
 
-use seidel_core::plate::Unblurred;
+use seidel_core::{NoiseGain, RemovedPlate};
 
 use super::RelensArgs;
 use crate::commands::CommandError;
-use crate::commands::plates::{Outcome, ReadPlate, Run, Shared, Stages};
+use crate::commands::plates::{FrameId, LoadedPlate, Outcome, PlateReader, Run, Stages};
 use crate::commands::removal::{LensCheck, work_bytes};
-use seidel_image_io::error::FileError;
 use seidel_image_io::plate::Plate;
 
-/// Share of the work that is taking blur off.
+/// Share of the work that is the removal.
 const REMOVAL_SHARE: f64 = 0.9;
 
-/// What all frames of a run share.
+/// The frames of a run: options, readers and progress.
 pub(super) struct Job<'a> {
     pub(super) args: &'a RelensArgs,
     /// The lens that the plate was taken with, and the other.
-    pub(super) from: &'a Shared<'a>,
-    pub(super) to: &'a Shared<'a>,
+    pub(super) from: &'a PlateReader<'a>,
+    pub(super) to: &'a PlateReader<'a>,
     /// Whether the first lens's blur is that of the plate.
     pub(super) check: LensCheck,
     pub(super) run: &'a Run,
@@ -28,7 +27,7 @@ pub(super) struct Job<'a> {
 /// A frame to be written.
 pub(super) struct NewFrame {
     plate: Plate,
-    said: Vec<String>,
+    warnings: Vec<String>,
 }
 
 impl Job<'_> {
@@ -37,76 +36,70 @@ impl Job<'_> {
         read.first().map(|path| path.as_path())
     }
 
-    /// The plate's light as the other lens draws what was found, with the plate's own grain.
-    fn seen_anew(
+    /// Renders what was `removed` through the other lens, with the plate's own grain.
+    fn apply_other(
         &self,
         index: usize,
-        read: &ReadPlate,
-        found: &Unblurred,
+        loaded: &LoadedPlate,
+        removed: &RemovedPlate,
     ) -> Result<Vec<Vec<f32>>, CommandError> {
         let number = self.run.frame(index).number;
-        let other = self
-            .to
-            .read(read.plate.clone(), number, self.depth_file(index), false)?;
-        let (setup, plate) = (&other.setup, &other.plate);
-        self.to.seen(setup, plate, other.vergence.clone(), |sight| {
-            let progress = |share: f64| {
-                let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
-                self.run.tell(index, done);
-                true
-            };
-            let lens = &setup.drawing.predictor;
-            let planes = found.seen_by(
-                (&sight.scene, lens),
-                (&read.light, sight.weights),
-                &progress,
-            );
-            Ok(planes.map_err(|e| FileError::from_core(plate.path(), e))?)
-        })
+        let lens = self.to.frame_lens(number, &mut Vec::new())?;
+        let progress = |share: f64| {
+            let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
+            self.run.tell(index, done);
+            true
+        };
+        let other = loaded.prepared.seen_through(&lens.session);
+        let planes = other.and_then(|other| removed.apply_other(&other, &progress));
+        planes.map_err(|e| loaded.in_file(e))
     }
 }
 
 impl Stages for Job<'_> {
-    type Read = ReadPlate;
+    type Read = LoadedPlate;
     type Done = NewFrame;
 
-    fn read(&self, index: usize) -> Result<ReadPlate, CommandError> {
+    fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
         let frame = self.run.frame(index);
-        let depth = self.depth_file(index);
-        let read = self
-            .from
-            .open_plate(&frame.input, frame.number, depth, index == 0)?;
-        self.args.removal.check(&read.plate)?;
-        Ok(read)
+        let id = FrameId::new(frame.number, index);
+        let loaded = (self.from).read(&frame.input, id, self.depth_file(index))?;
+        self.args.removal.check(&loaded.plate)?;
+        Ok(loaded)
     }
 
-    fn bytes(&self, read: &ReadPlate) -> u64 {
-        work_bytes(read)
+    fn bytes(&self, loaded: &LoadedPlate) -> u64 {
+        work_bytes(loaded)
     }
 
-    fn blur(&self, index: usize, mut read: ReadPlate) -> Result<NewFrame, CommandError> {
-        let mut plate = read.plate.clone();
-        if read.setup.adjust.is_nothing() {
-            read.light.keep(&mut plate)?;
-            (read.said).push("at --amount 0 the plate stays as it is".into());
+    fn blur(&self, index: usize, mut loaded: LoadedPlate) -> Result<NewFrame, CommandError> {
+        let mut plate = loaded.plate.clone();
+        if loaded.is_neutral() {
+            loaded.keep(&mut plate)?;
+            (loaded.warnings).push("at --amount 0 the plate stays as it is".into());
         } else {
             let progress = |share| self.run.tell(index, REMOVAL_SHARE * share);
-            let removal = &self.args.removal;
-            let lens = (self.from, &self.check);
-            let frame = (self.run.frame(index).number, &mut read);
-            let found = removal.found(lens, frame, false, &progress)?;
-            let planes = self.seen_anew(index, &read, &found)?;
-            read.light.put_back(&mut plate, planes)?;
+            let number = self.run.frame(index).number;
+            let removed = self.args.removal.remove(
+                self.from,
+                &self.check,
+                number,
+                &mut loaded,
+                NoiseGain::Skip,
+                &progress,
+            )?;
+            let planes = self.apply_other(index, &loaded, &removed)?;
+            loaded.put_planes(&mut plate, planes)?;
         }
-        let told = self.from.told(&read.setup, &read.plate)?;
-        self.run.sign(index, &mut plate, &told);
+        let record = self.from.record(&loaded.lens, &loaded.plate)?;
+        self.run.sign(index, &mut plate, &record);
         Ok(NewFrame {
             plate,
-            said: read.said,
+            warnings: loaded.warnings,
         })
     }
 
     fn write(&self, index: usize, frame: NewFrame) -> Outcome {
-        self.run.write(index, frame.plate, frame.said)
+        self.run.write(index, frame.plate, frame.warnings)
     }
 }

@@ -1,12 +1,11 @@
-//! Whether the lens blurs as the plate shows it: asked of the first frame of a run, and held to in all.
+//! A check of the lens on the first frame of a run: whether the plate shows as much blur as the lens has.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use clap::ValueEnum;
 
-use super::RemovalArgs;
 use crate::commands::CommandError;
-use crate::commands::plates::{ReadPlate, Shared, share_of};
+use crate::commands::plates::{LoadedPlate, PlateReader, share_of};
 
 /// What becomes of a plate that does not show the blur of its lens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -28,6 +27,15 @@ pub(in crate::commands) struct LensCheck {
     is_put_back: bool,
 }
 
+/// Whether a frame was the one that is checked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Checked {
+    /// It was.
+    Here,
+    /// An earlier frame was, or none is.
+    Before,
+}
+
 /// What the first frame showed.
 #[derive(Debug, Clone, Copy)]
 struct Outcome {
@@ -47,65 +55,78 @@ impl LensCheck {
         }
     }
 
-    /// Sets the lens of frame `number`, which was `read`, as the first frame asks for; tells whether that is this one.
-    /// `progress` is told the share done.
+    /// Sets the lens of the plate of frame `number` by what the first frame showed, which is this one if none was checked
+    /// before. `progress` gets the share done.
     pub(super) fn settle(
         &self,
-        args: &RemovalArgs,
-        shared: &Shared,
-        (number, read): (Option<i64>, &mut ReadPlate),
+        on_doubt: OnDoubt,
+        reader: &PlateReader,
+        number: Option<i64>,
+        loaded: &mut LoadedPlate,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<bool, CommandError> {
-        if args.lens_check == OnDoubt::Off {
-            return Ok(false);
+    ) -> Result<Checked, CommandError> {
+        if on_doubt == OnDoubt::Off {
+            return Ok(Checked::Before);
         }
         // Frames are worked on one after the other, in their order.
         let before = self.outcome.get();
         let outcome = match before {
             Some(outcome) => *outcome,
             None => Outcome {
-                share: blur_share(args, shared, read, progress)?,
+                share: blur_share(loaded, progress)?,
                 frame: number,
             },
         };
         let outcome = *self.outcome.get_or_init(|| outcome);
-        let is_first = before.is_none();
-        let is_less = args.lens_check == OnDoubt::Adjust && outcome.share < 1.0;
-        if is_first && outcome.share != 1.0 {
-            let told = self.told(outcome.share, is_less, shared, read);
-            read.said.push(told);
+        let is_less = on_doubt == OnDoubt::Adjust && outcome.share < 1.0;
+        if before.is_none() && outcome.share != 1.0 {
+            let warning = self.warning(outcome.share, is_less, reader, loaded);
+            loaded.warnings.push(warning);
         } else if is_less && let Some(frame) = outcome.frame {
             let percent = percent(outcome.share);
-            read.said.push(format!(
+            loaded.warnings.push(format!(
                 "removed {percent} of the lens's blur, as frame {frame} shows it"
             ));
         }
         if is_less {
-            read.setup = Arc::new(read.setup.weakened(outcome.share));
+            loaded.set_lens(loaded.lens.weakened(outcome.share)?);
         }
-        Ok(is_first)
+        Ok(match before {
+            None => Checked::Here,
+            Some(_) => Checked::Before,
+        })
     }
 
-    /// What there is to say of a plate that shows a `share` of the lens's blur, and whether less `is_removed`.
-    fn told(&self, share: f64, is_removed: bool, shared: &Shared, read: &ReadPlate) -> String {
+    /// The warning about a plate that shows a `share` of the lens's blur, and whether less `is_removed`.
+    fn warning(
+        &self,
+        share: f64,
+        is_removed: bool,
+        reader: &PlateReader,
+        loaded: &LoadedPlate,
+    ) -> String {
         let shown = percent(share);
-        let asked = read.setup.adjust.amount;
-        let of = match asked == 1.0 {
-            true => String::new(),
-            false => format!(" at --amount {asked}"),
+        let asked = loaded.lens.session.settings().amount;
+        let of = if asked == 1.0 {
+            String::new()
+        } else {
+            format!(" at --amount {asked}")
         };
-        let amount = match shared.is_animated("amount") {
-            true => format!("the amounts of --animate times {share}"),
-            false => format!("--amount {}", share_of(asked, share)),
+        let amount = if reader.is_animated("amount") {
+            format!("the amounts of --animate times {share}")
+        } else {
+            format!("--amount {}", share_of(asked, share))
         };
-        let all = match self.is_sequence {
-            true => " from all frames",
-            false => "",
+        let all = if self.is_sequence {
+            " from all frames"
+        } else {
+            ""
         };
         // With another lens put on, --amount would go for that as well.
-        let remedy = match self.is_put_back {
-            true => format!("{amount} removes what is there, if the profile is not right"),
-            false => "check its profile".to_owned(),
+        let remedy = if self.is_put_back {
+            format!("{amount} removes what is there, if the profile is not right")
+        } else {
+            "check its profile".to_owned()
         };
         let keep = "use --lens-check off if the profile is right";
         let done = if is_removed && self.is_put_back {
@@ -126,19 +147,10 @@ fn percent(share: f64) -> String {
 }
 
 /// The blur that the plate shows, as a share of its lens's.
-fn blur_share(
-    args: &RemovalArgs,
-    shared: &Shared,
-    read: &ReadPlate,
-    progress: &(dyn Fn(f64) + Sync),
-) -> Result<f64, CommandError> {
-    RemovalArgs::with_light(shared, read, |sight, light| {
-        let tell = |share| {
-            progress(share);
-            true
-        };
-        let check = args.unblur();
-        let found = check.lens_check(&sight.scene, (light, sight.weights), &tell)?;
-        Ok(found.blur_share)
-    })
+fn blur_share(loaded: &LoadedPlate, progress: &(dyn Fn(f64) + Sync)) -> Result<f64, CommandError> {
+    let share = loaded.prepared.blur_share(&|share| {
+        progress(share);
+        true
+    });
+    share.map_err(|e| loaded.in_file(e))
 }

@@ -1,14 +1,15 @@
-//! One frame of a run: read, its blur taken off, written.
+//! One frame of a run: read, its blur removed, written.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use seidel_core::plate::Unblurred;
+use seidel_core::{NoiseGain, RemovedPlate};
 
+use super::RemoveArgs;
 use super::extras::{Extra, Map};
-use super::{Grain, RemoveArgs};
 use crate::commands::CommandError;
-use crate::commands::plates::{Outcome, ReadPlate, Run, Shared, Stages};
+use crate::commands::plates::{
+    FrameId, LoadedPlate, Outcome, PlateReader, Run, Stages, default_rendering_record,
+};
 use crate::commands::removal::{LensCheck, work_bytes};
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::{Format, output_format};
@@ -16,14 +17,14 @@ use seidel_image_io::plate::Plate;
 use seidel_image_io::residual::Residual;
 use seidel_image_io::windows::{held, surrounded};
 
-/// Share of the work that is taking blur off.
+/// Share of the work that is the removal.
 const REMOVAL_SHARE: f64 = 0.9;
 
-/// What all frames of a run share.
+/// The frames of a run: options, reader and progress.
 pub(super) struct Job<'a> {
     pub(super) args: &'a RemoveArgs,
-    pub(super) shared: &'a Shared<'a>,
-    /// Whether its blur is that of the plate.
+    pub(super) reader: &'a PlateReader<'a>,
+    /// The check of the lens.
     pub(super) check: LensCheck,
     pub(super) run: &'a Run,
 }
@@ -32,7 +33,7 @@ pub(super) struct Job<'a> {
 pub(super) struct SharpFrame {
     plate: Plate,
     extras: Vec<Extra>,
-    said: Vec<String>,
+    warnings: Vec<String>,
 }
 
 impl Job<'_> {
@@ -41,49 +42,48 @@ impl Job<'_> {
         read.first().map(|path| path.as_path())
     }
 
-    /// What the plate that was `read` has beside what its lens makes of the sharp one as its file will hold it.
+    /// The difference between the plate and what its lens makes of the `sharp` plate as its file will hold it.
     fn residual(
         &self,
         index: usize,
-        read: &ReadPlate,
-        (sharp, found): (&Plate, Option<&Unblurred>),
+        loaded: &LoadedPlate,
+        sharp: &Plate,
+        removed: Option<&RemovedPlate>,
         path: &Path,
     ) -> Result<Residual, CommandError> {
         let number = self.run.frame(index).number;
-        let stored = ReadPlate {
-            // As far as the lens was taken off.
-            setup: Arc::clone(&read.setup),
-            ..self.shared.read_written(
-                sharp.clone(),
-                &read.light,
-                number,
-                self.depth_file(index),
-            )?
-        };
+        let depth = self.depth_file(index);
+        let mut stored = (self.reader).load_written(sharp.clone(), loaded, number, depth)?;
+        // As far as the lens was removed.
+        stored.set_lens(loaded.lens.clone());
         let progress = |share: f64| {
             let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
             self.run.tell(index, done);
+            true
         };
-        let applied = self.shared.applied(&stored, &progress)?;
-        let noise = match found {
-            Some(found) => found.noise(),
-            None => vec![0.0; read.light.plane_count()],
+        let applied = stored.prepared.apply(&progress);
+        let applied = applied.map_err(|e| stored.in_file(e))?;
+        let noise = match removed {
+            Some(removed) => removed.noise(),
+            None => vec![0.0; loaded.prepared.planes().len()],
         };
-        let (whole, own) = (sharp.data_window(), read.plate.data_window());
-        let rest = |(seen, plane): (&Vec<f32>, &Vec<f32>)| {
-            let seen = held(seen, whole, own);
-            let rest: Vec<f32> = plane.iter().zip(seen).map(|(p, seen)| p - seen).collect();
-            surrounded(&rest, own, whole)
+        let (whole, own) = (sharp.data_window(), loaded.plate.data_window());
+        let difference = |(applied, plane): (&Vec<f32>, &Vec<f32>)| {
+            let applied = held(applied, whole, own);
+            let difference: Vec<f32> = plane.iter().zip(applied).map(|(p, a)| p - a).collect();
+            surrounded(&difference, own, whole)
         };
-        let mut settings = self.shared.told(&read.setup, &read.plate)?;
-        settings.extend(Shared::defaults_told());
+        let mut settings = self.reader.record(&loaded.lens, &loaded.plate)?;
+        settings.extend(default_rendering_record());
         Ok(Residual {
             path: path.to_owned(),
             windows: sharp.windows(),
             plate: own,
-            names: read.light.names().to_vec(),
-            residual: applied.iter().zip(read.light.planes()).map(rest).collect(),
-            sharp: stored.light.copied(),
+            names: loaded.prepared.names(),
+            residual: (applied.iter().zip(loaded.prepared.planes()))
+                .map(difference)
+                .collect(),
+            sharp: stored.prepared.planes().to_vec(),
             noise,
             settings,
         })
@@ -94,101 +94,111 @@ impl Job<'_> {
         Ok(output_format(&self.run.frame(index).output)? == plate.format())
     }
 
-    /// Puts the sharp planes into `plate`, with overscan where it is an EXR and is written `to_exr`.
+    /// Puts the sharp planes into `plate`, with overscan where `overscan` says so.
     fn put_sharp(
         &self,
-        read: &ReadPlate,
-        found: &Unblurred,
+        loaded: &LoadedPlate,
+        removed: &RemovedPlate,
         plate: &mut Plate,
-        to_exr: bool,
+        overscan: Overscan,
     ) -> Result<(), CommandError> {
-        let Some(canvas) = found.canvas() else {
-            return Ok(());
-        };
-        let mut planes = found.sharp();
-        if self.args.grain == Grain::Keep {
-            found.add_grain(&mut planes, false);
-        }
-        let own = plate.data_window();
-        let grows = to_exr && plate.format() == Format::Exr && !self.args.no_overscan;
-        if grows {
-            plate.reframe(own.grown(canvas.margin_x, canvas.margin_y));
-        } else {
-            planes = planes.iter().map(|plane| canvas.cropped(plane)).collect();
-        }
-        let strength = self.args.strength as f32;
-        if strength < 1.0 {
-            for (plane, before) in planes.iter_mut().zip(read.light.planes()) {
-                let before = held(before, own, plate.data_window());
-                for (sample, before) in plane.iter_mut().zip(before) {
-                    *sample = before + strength * (*sample - before);
-                }
+        let in_file = |e| loaded.in_file(e);
+        let canvas = removed.canvas().map_err(in_file)?;
+        let mut planes = removed.sharp_planes(&loaded.prepared).map_err(in_file)?;
+        match overscan {
+            Overscan::Keep => {
+                let own = plate.data_window();
+                plate.reframe(own.grown(canvas.margin_x, canvas.margin_y));
+            }
+            Overscan::Crop => {
+                planes = planes.iter().map(|plane| canvas.cropped(plane)).collect();
             }
         }
-        read.light.put_back(plate, planes)
+        loaded.put_planes(plate, planes)
+    }
+
+    /// Whether the sharp `plate` keeps the light found beyond its edges: where an EXR is written as EXR.
+    fn overscan(&self, index: usize, plate: &Plate) -> Result<Overscan, CommandError> {
+        let to_exr = output_format(&self.run.frame(index).output)? == Format::Exr;
+        let keep = to_exr && plate.format() == Format::Exr && !self.args.no_overscan;
+        Ok(if keep { Overscan::Keep } else { Overscan::Crop })
     }
 }
 
-/// The map that `option` asks for; of a plate that stays as it is nothing is guessed, and its noise is its own.
-fn map(option: &str, read: &ReadPlate, found: Option<&Unblurred>, path: &Path) -> Map {
-    let planes = match (found, option) {
-        (Some(found), "--confidence") => found.confidence(),
-        (Some(found), _) => found.noise_gain.clone(),
+/// Light found beyond the edges of the plate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Overscan {
+    Keep,
+    Crop,
+}
+
+/// The map that `option` asks for; ones where no blur was removed.
+fn map(option: &str, loaded: &LoadedPlate, removed: Option<&RemovedPlate>, path: &Path) -> Map {
+    let planes = match (removed, option) {
+        (Some(removed), "--confidence") => removed.confidence(),
+        (Some(removed), _) => removed.noise_gain().to_vec(),
         (None, _) => {
-            let pixels = read.plate.width() * read.plate.height();
-            vec![vec![1.0; pixels]; read.light.colour_count()]
+            let pixels = loaded.plate.width() * loaded.plate.height();
+            vec![vec![1.0; pixels]; loaded.prepared.colour_count()]
         }
     };
     Map {
         path: path.to_owned(),
-        windows: read.plate.windows(),
-        names: read.plate.colour_names().to_vec(),
+        windows: loaded.plate.windows(),
+        names: loaded.plate.colour_names().to_vec(),
         planes,
     }
 }
 
 impl Stages for Job<'_> {
-    type Read = ReadPlate;
+    type Read = LoadedPlate;
     type Done = SharpFrame;
 
-    fn read(&self, index: usize) -> Result<ReadPlate, CommandError> {
+    fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
         let frame = self.run.frame(index);
-        let depth = self.depth_file(index);
-        let read = self
-            .shared
-            .open_plate(&frame.input, frame.number, depth, index == 0)?;
-        if self.args.residual.is_some() && !self.keeps_format(index, &read.plate)? {
+        let id = FrameId::new(frame.number, index);
+        let loaded = (self.reader).read(&frame.input, id, self.depth_file(index))?;
+        if self.args.residual.is_some() && !self.keeps_format(index, &loaded.plate)? {
             let problem = format!(
                 "is written as another format than the plate, which is {}: --residual would not fit it",
-                read.plate.format()
+                loaded.plate.format()
             );
             let remedy = "give OUT the extension of IN, or leave out --residual";
             return Err(FileError::new(&frame.output, "", problem, remedy).into());
         }
-        self.args.removal.check(&read.plate)?;
-        Ok(read)
+        self.args.removal.check(&loaded.plate)?;
+        Ok(loaded)
     }
 
-    fn bytes(&self, read: &ReadPlate) -> u64 {
-        work_bytes(read)
+    fn bytes(&self, loaded: &LoadedPlate) -> u64 {
+        work_bytes(loaded)
     }
 
-    fn blur(&self, index: usize, mut read: ReadPlate) -> Result<SharpFrame, CommandError> {
-        let mut plate = read.plate.clone();
-        let mut found = None;
-        if read.setup.adjust.is_nothing() || self.args.strength == 0.0 {
-            read.light.keep(&mut plate)?;
-            (read.said).push("at --amount 0 or --strength 0 the plate stays as it is".into());
+    fn blur(&self, index: usize, mut loaded: LoadedPlate) -> Result<SharpFrame, CommandError> {
+        let mut plate = loaded.plate.clone();
+        let mut removed = None;
+        if loaded.is_neutral() || self.args.strength == 0.0 {
+            loaded.keep(&mut plate)?;
+            (loaded.warnings).push("at --amount 0 or --strength 0 the plate stays as it is".into());
         } else {
             let progress = |share| self.run.tell(index, REMOVAL_SHARE * share);
-            let gain = self.args.noise_gain.is_some();
-            let removal = &self.args.removal;
-            let lens = (self.shared, &self.check);
-            let frame = (self.run.frame(index).number, &mut read);
-            let unblurred = removal.found(lens, frame, gain, &progress)?;
-            let to_exr = output_format(&self.run.frame(index).output)? == Format::Exr;
-            self.put_sharp(&read, &unblurred, &mut plate, to_exr)?;
-            found = Some(unblurred);
+            let noise_gain = if self.args.noise_gain.is_some() {
+                NoiseGain::Measure
+            } else {
+                NoiseGain::Skip
+            };
+            let number = self.run.frame(index).number;
+            let found = self.args.removal.remove(
+                self.reader,
+                &self.check,
+                number,
+                &mut loaded,
+                noise_gain,
+                &progress,
+            )?;
+            let overscan = self.overscan(index, &plate)?;
+            self.put_sharp(&loaded, &found, &mut plate, overscan)?;
+            removed = Some(found);
         }
         if self.keeps_format(index, &plate)? {
             plate.round();
@@ -198,20 +208,21 @@ impl Stages for Job<'_> {
             extras.push(match option {
                 "--residual" => Extra::Residual(Box::new(self.residual(
                     index,
-                    &read,
-                    (&plate, found.as_ref()),
+                    &loaded,
+                    &plate,
+                    removed.as_ref(),
                     path,
                 )?)),
-                _ => Extra::Map(map(option, &read, found.as_ref(), path)),
+                _ => Extra::Map(map(option, &loaded, removed.as_ref(), path)),
             });
         }
-        let mut told = self.shared.told(&read.setup, &read.plate)?;
-        told.push(("strength".to_owned(), self.args.strength.to_string()));
-        self.run.sign(index, &mut plate, &told);
+        let mut record = self.reader.record(&loaded.lens, &loaded.plate)?;
+        record.push(("strength".to_owned(), self.args.strength.to_string()));
+        self.run.sign(index, &mut plate, &record);
         Ok(SharpFrame {
             plate,
             extras,
-            said: read.said,
+            warnings: loaded.warnings,
         })
     }
 
@@ -219,12 +230,12 @@ impl Stages for Job<'_> {
         let SharpFrame {
             plate,
             extras,
-            mut said,
+            mut warnings,
         } = frame;
         for extra in extras {
             extra.write()?;
         }
-        said.extend(plate.write(&self.run.frame(index).output)?);
-        Ok(said)
+        warnings.extend(plate.write(&self.run.frame(index).output)?);
+        Ok(warnings)
     }
 }

@@ -1,4 +1,4 @@
-//! What a call that renders is given beside its lenses, read from the caller's memory.
+//! The arguments of a call that renders, but for its lenses, read from the caller's memory.
 
 use crate::callbacks::SeidelCallbacks;
 use crate::image::{SeidelImage, View};
@@ -7,7 +7,7 @@ use crate::pointers::{Sized64, maybe_sized};
 use crate::settings::{SeidelSettings, Settings};
 use crate::status::Result;
 
-pub(crate) struct Given {
+pub(crate) struct CallArgs {
     pub(crate) settings: Settings,
     pub(crate) plate: Plate,
     pub(crate) output: View,
@@ -15,15 +15,16 @@ pub(crate) struct Given {
     pub(crate) callbacks: SeidelCallbacks,
 }
 
-impl Given {
-    /// What lies at these pointers, the outputs being such as the plate and the settings ask for.
+impl CallArgs {
+    /// Reads the arguments, and checks that the outputs fit the plate and the settings.
     ///
     /// # Safety
     /// All must be NULL or good until the call ends.
     pub(crate) unsafe fn new(
         settings: *const SeidelSettings,
         plate: *const SeidelPlate,
-        (output, alphas): (*const SeidelImage, *const SeidelImage),
+        output: *const SeidelImage,
+        alphas: *const SeidelImage,
         callbacks: *const SeidelCallbacks,
     ) -> Result<Self> {
         // SAFETY: as the caller vouches.
