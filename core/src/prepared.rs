@@ -193,35 +193,36 @@ impl PreparedPlate {
 
     fn with_rendering<T>(&self, then: impl FnOnce(&Rendering) -> Result<T>) -> Result<T> {
         let settings = self.session.settings();
-        self.with_optics(|optics| {
-            let refocused = self.holdout.as_ref().and_then(|holdout| {
-                let pass = holdout.vergence()?;
-                optics.focus_remap.map(|range| refocus(range, pass))
-            });
-            let holdout = self.holdout.as_ref().map(|holdout| Holdout {
-                matte: holdout.matte(),
-                vergence: refocused
-                    .as_ref()
-                    .map(Refocused::pass)
-                    .or(holdout.vergence()),
-            });
-            let occlusion = settings.occlusion.map(|occlusion| Occlusion {
-                fill_foreground: occlusion.fill_foreground,
-                blur_inside: occlusion.blur_inside,
-                holdout,
-            });
-            let scene = Scene {
-                edges: settings.edges.of_renderer(),
-                ..optics.scene
-            };
-            then(&Rendering {
-                scene: &scene,
-                planes: &self.planes.weighted(&self.weights),
-                occlusion,
-                edges: settings.edges,
-                quality: settings.quality,
+        self.session
+            .with_optics(&self.placement, self.depth.vergence(), |optics| {
+                let refocused = self.holdout.as_ref().and_then(|holdout| {
+                    let pass = holdout.vergence()?;
+                    optics.focus_remap.map(|range| refocus(range, pass))
+                });
+                let holdout = self.holdout.as_ref().map(|holdout| Holdout {
+                    matte: holdout.matte(),
+                    vergence: refocused
+                        .as_ref()
+                        .map(Refocused::pass)
+                        .or(holdout.vergence()),
+                });
+                let occlusion = settings.occlusion.map(|occlusion| Occlusion {
+                    fill_foreground: occlusion.fill_foreground,
+                    blur_inside: occlusion.blur_inside,
+                    holdout,
+                });
+                let scene = Scene {
+                    edges: settings.edges.of_renderer(),
+                    ..optics.scene
+                };
+                then(&Rendering {
+                    scene: &scene,
+                    planes: &self.planes.weighted(&self.weights),
+                    occlusion,
+                    edges: settings.edges,
+                    quality: settings.quality,
+                })
             })
-        })
     }
 
     pub(crate) fn with_optics<T>(&self, then: impl FnOnce(&PlateOptics) -> Result<T>) -> Result<T> {

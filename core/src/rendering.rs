@@ -30,7 +30,9 @@ impl Rendering<'_> {
     /// # Errors
     /// Those of [`Renderer::render`].
     pub fn render(&self, progress: &Progress) -> Result<Rendered> {
-        self.render_by(&*self.quality.renderer(), progress)
+        self.with_renderer(&*self.quality.renderer(), |renderer| {
+            renderer.render(self.scene, self.planes, progress)
+        })
     }
 
     /// Renders the `window` of the planes alone, to the bit.
