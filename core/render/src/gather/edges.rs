@@ -1,60 +1,54 @@
-//! What lies beyond the plate's edges, on any level of the pyramid.
+//! The boundary condition at the plate's edges, on any level of the pyramid.
 //!
-//! Light that leaves a mirrored plate is folded back. Doubling is even and keeps to the plate's grid, so
-//! that folding before it is as good as after, where the plate's edges lie between pixels of the level.
+//! Light that leaves a mirrored plate is folded back. Upsampling is symmetric and aligned with the plate's pixels.
+//! Folding before it equals folding after it wherever the plate's edges lie between pixels of the level.
 
-use super::image::Image;
+use super::image::{Image, Rect, Size};
 use super::plan::Level;
 use super::pyramid::MARGIN;
 use crate::scatter::fold;
 use crate::{Edges, RenderWindow};
 
-/// The level at which light beyond the edges of a plate of `size` is folded back: the coarsest below
-/// which all tiles are doubled, and of whose pixels the plate is made up. Finer levels then need nothing
-/// beyond the plate, and their tiles there are taken off.
-pub(super) fn fold_early(
-    (width, height): (usize, usize),
-    edges: Edges,
-    levels: &mut [Level],
-) -> usize {
+/// Chooses the level at which light beyond the edges is folded back, and drops finer tiles that lie beyond them.
+///
+/// It is the coarsest level below which all tiles are upsampled and whose pixels divide the plate evenly. Finer
+/// levels then need nothing beyond the plate.
+pub(super) fn fold_early(size: Size, edges: Edges, levels: &mut [Level]) -> usize {
     if edges == Edges::Black {
         return 0;
     }
-    let doubled = levels.iter().take_while(|l| l.gathered.is_empty()).count();
-    let coarsest = doubled.min(levels.len().saturating_sub(1));
-    let whole = |level: &usize| (width | height).trailing_zeros() as usize >= *level;
-    let folded = (0..=coarsest).rev().find(whole).unwrap_or(0);
-    for (index, level) in levels[..folded].iter_mut().enumerate() {
+    let Size { width, height } = size;
+    let upsampled = levels.iter().take_while(|l| l.gathered.is_empty()).count();
+    let coarsest = upsampled.min(levels.len().saturating_sub(1));
+    let divides = |level: &usize| (width | height).trailing_zeros() as usize >= *level;
+    let fold_level = (0..=coarsest).rev().find(divides).unwrap_or(0);
+    for (index, level) in levels[..fold_level].iter_mut().enumerate() {
         let side = level.grid.tile;
         let within =
             |at: i32, size: usize| usize::try_from(at).is_ok_and(|at| at * side < size >> index);
         level
-            .doubled
+            .upsampled
             .retain(|(row, column)| within(*row, height) && within(*column, width));
     }
-    folded
+    fold_level
 }
 
-/// The `window` of a plate of `size` out of `image`; what is beyond the plate is folded back or left out.
-pub(super) fn cut(
-    image: &Image,
-    (width, height): (usize, usize),
-    edges: Edges,
-    window: RenderWindow,
-) -> Vec<f32> {
+/// Returns `window` of a plate of `size` out of `image`; samples beyond the plate are folded back or dropped.
+pub(super) fn folded(image: &Image, size: Size, edges: Edges, window: RenderWindow) -> Vec<f32> {
     let mut out = vec![0.0_f32; window.width * window.height];
-    fold_onto(image, (width, height), edges, window, &mut out);
+    add_folded(image, size, edges, window, &mut out);
     out
 }
 
-/// Adds to `out`, a `window` of a plate of `size`, what [`cut`] gives.
-pub(super) fn fold_onto(
+/// Adds the result of [`folded`] to `out`, a `window` of a plate of `size`.
+pub(super) fn add_folded(
     image: &Image,
-    (width, height): (usize, usize),
+    size: Size,
     edges: Edges,
     window: RenderWindow,
     out: &mut [f32],
 ) {
+    let Size { width, height } = size;
     let end = image.left + image.width as i32;
     let (first, last) = (window.column as i32, (window.column + window.width) as i32);
     let inside = image.left.max(first).min(last)..end.max(first).min(last);
@@ -75,7 +69,7 @@ pub(super) fn fold_onto(
                 }
             }
         };
-        // On the plate but outside the window nothing lands in it.
+        // Columns of the plate outside the window do not land in it.
         add(image.left..end.min(0));
         add(image.left.max(width as i32)..end);
         if inside.is_empty() {
@@ -91,23 +85,22 @@ pub(super) fn fold_onto(
     }
 }
 
-/// The other way round than [`cut`] of a whole plate of `size`: an image over columns and rows from `place` on
-/// with at each pixel the sample onto which its light is folded, zero where it is left out.
-pub(super) fn unfolded(
-    samples: &[f32],
-    (width, height): (usize, usize),
-    edges: Edges,
-    (place, size): ((i32, i32), (usize, usize)),
-) -> Image {
-    let mut image = Image::zeros(place, size);
-    let columns: Vec<Option<usize>> = (0..size.0)
-        .map(|x| fold(place.0 + x as i32, width, edges))
+/// The transpose of [`folded`] for the whole plate: an image over `rect` whose pixels hold the sample that their light
+/// is folded onto, zero where it is dropped.
+pub(super) fn unfolded(samples: &[f32], size: Size, edges: Edges, rect: Rect) -> Image {
+    let mut image = Image::zeros(rect);
+    let columns: Vec<Option<usize>> = (0..rect.width)
+        .map(|x| fold(rect.left + x as i32, size.width, edges))
         .collect();
-    for (y, out) in image.samples.chunks_exact_mut(size.0.max(1)).enumerate() {
-        let Some(row) = fold(place.1 + y as i32, height, edges) else {
+    for (y, out) in image
+        .samples
+        .chunks_exact_mut(rect.width.max(1))
+        .enumerate()
+    {
+        let Some(row) = fold(rect.top + y as i32, size.height, edges) else {
             continue;
         };
-        let line = &samples[row * width..(row + 1) * width];
+        let line = &samples[row * size.width..(row + 1) * size.width];
         for (out, column) in out.iter_mut().zip(&columns) {
             *out = column.map_or(0.0, |column| line[column]);
         }
@@ -115,22 +108,19 @@ pub(super) fn unfolded(
     image
 }
 
-/// An image of `size` with what doubling sees of the mirrored ones about it.
-pub(super) fn mirrored(samples: &[f32], (width, height): (usize, usize)) -> Image {
+/// Returns a plane of `size` with the mirrored margin that upsampling reads.
+pub(super) fn with_mirrored_margin(samples: &[f32], size: Size) -> Image {
     let wider = |size: usize| -MARGIN..size as i32 + MARGIN;
-    let mut image = Image::zeros(
-        (-MARGIN, -MARGIN),
-        (wider(width).len(), wider(height).len()),
-    );
-    let columns: Vec<usize> = wider(width)
-        .filter_map(|x| fold(x, width, Edges::Mirror))
+    let mut image = Image::zeros(margin_rect(size));
+    let columns: Vec<usize> = wider(size.width)
+        .filter_map(|x| fold(x, size.width, Edges::Mirror))
         .collect();
     let stride = image.width.max(1);
-    for (y, out) in wider(height).zip(image.samples.chunks_exact_mut(stride)) {
-        let Some(row) = fold(y, height, Edges::Mirror) else {
+    for (y, out) in wider(size.height).zip(image.samples.chunks_exact_mut(stride)) {
+        let Some(row) = fold(y, size.height, Edges::Mirror) else {
             continue;
         };
-        let line = &samples[row * width..(row + 1) * width];
+        let line = &samples[row * size.width..(row + 1) * size.width];
         for (out, column) in out.iter_mut().zip(&columns) {
             *out = line[*column];
         }
@@ -138,44 +128,62 @@ pub(super) fn mirrored(samples: &[f32], (width, height): (usize, usize)) -> Imag
     image
 }
 
+/// Returns the rectangle of a plane of `size` with the margin that upsampling reads.
+pub(super) fn margin_rect(size: Size) -> Rect {
+    let margin = 2 * MARGIN as usize;
+    Rect {
+        left: -MARGIN,
+        top: -MARGIN,
+        width: size.width + margin,
+        height: size.height + margin,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::pyramid::{Doubling, doubled};
+    use crate::gather::pyramid::{UpsampleBuffers, upsample_tile};
 
-    /// The square of `side` pixels from (`left`, `left`) on, out of the level above.
-    fn double(coarse: &Image, left: i32, side: usize) -> Image {
-        let mut image = Image::zeros((left, left), (side, side));
-        let space = &mut Doubling::default();
-        doubled(
+    /// Upsamples the square of `side` pixels whose first column and row are `start`.
+    fn upsampled(coarse: &Image, start: i32, side: usize) -> Image {
+        let mut image = Image::zeros(Rect {
+            left: start,
+            top: start,
+            width: side,
+            height: side,
+        });
+        let buffers = &mut UpsampleBuffers::default();
+        upsample_tile(
             &coarse.view(),
-            (left, left),
+            (start, start),
             side,
-            space,
+            buffers,
             &mut image.samples,
         );
         image
     }
 
     #[test]
-    fn folding_before_doubling_is_as_good_as_after() {
-        let mut coarse = Image::zeros((-14, -12), (37, 33));
+    fn folding_before_upsampling_equals_folding_after() {
+        let mut coarse = Image::zeros(Rect {
+            left: -14,
+            top: -12,
+            width: 37,
+            height: 33,
+        });
         for (k, sample) in coarse.samples.iter_mut().enumerate() {
             *sample = ((k * 7919) % 101) as f32 / 101.0;
         }
-        let (size, above) = ((16, 12), (8, 6));
-        let all = |image: &Image, (width, height): (usize, usize), edges: Edges| {
-            let window = RenderWindow {
-                column: 0,
-                row: 0,
-                width,
-                height,
-            };
-            cut(image, (width, height), edges, window)
+        let size = |width, height| Size { width, height };
+        let (fine_size, coarse_size) = (size(16, 12), size(8, 6));
+        let whole = |image: &Image, size: Size, edges: Edges| {
+            let window = RenderWindow::from_size(size.width, size.height);
+            folded(image, size, edges, window)
         };
-        let late = all(&double(&coarse, -48, 112), size, Edges::Mirror);
-        let closed = mirrored(&all(&coarse, above, Edges::Mirror), above);
-        let early = all(&double(&closed, 0, 16), size, Edges::Black);
+        let late = whole(&upsampled(&coarse, -48, 112), fine_size, Edges::Mirror);
+        let closed = whole(&coarse, coarse_size, Edges::Mirror);
+        let closed = with_mirrored_margin(&closed, coarse_size);
+        let early = whole(&upsampled(&closed, 0, 16), fine_size, Edges::Black);
         for (early, late) in early.iter().zip(&late) {
             assert!((early - late).abs() < 1e-4, "{early} {late}");
         }

@@ -1,38 +1,42 @@
-//! The inner loop: a tile of output pixels out of the sources about it, with stencils that change
-//! bilinearly from corner to corner.
+//! The inner loop: an FIR filter over a tile whose taps vary bilinearly between the stencils at its corners.
 
 use super::stencil::Stencil;
 use std::ops::Range;
 
-/// Rows of output that are summed at once.
+/// Output rows summed together.
 pub(super) const ROWS: usize = 8;
-/// Columns of output per vector, at most; tiles are whole multiples of it.
+/// Largest number of output columns per vector; gathered tiles are multiples of it wide.
 pub(super) const LANES: usize = 16;
 
-/// The four stencils of a tile as one: for each tap the weight at the tile's top-left outer corner and
-/// its changes per pixel along x, along y and along both.
+/// The FIR filter of a tile: for each tap the weight at the tile's top-left outer corner and its change per pixel along
+/// x, along y and along both.
 #[derive(Default)]
-pub(super) struct Blend {
-    /// Offsets of the sources seen.
+pub(super) struct BilinearFir {
+    /// Column offsets of the sources.
     pub(super) columns: Range<i32>,
+    /// Row offsets of the sources.
     pub(super) rows: Range<i32>,
-    runs: Vec<Run>,
+    runs: Vec<TapRun>,
     taps: Vec<[f32; 4]>,
-    /// The same, for the rows of output under way.
-    here: Vec<[f32; 4]>,
+    /// The taps at the current block of output rows.
+    block_taps: Vec<[f32; 4]>,
 }
 
-/// A column's taps: one after the other down the sources.
+/// Consecutive taps down one column of sources.
 #[derive(Clone, Copy)]
-struct Run {
-    /// Of the first source, from the first column and row seen.
+struct TapRun {
+    /// Column of the sources, from the first one.
     column: usize,
+    /// Row of the first source, from the first one.
     row: usize,
-    taps: (usize, usize),
+    /// Index of the first tap.
+    first: usize,
+    /// Index after the last tap.
+    end: usize,
 }
 
-impl Blend {
-    /// Joins the stencils of the corners (top left, top right, bottom left, bottom right) of a tile of
+impl BilinearFir {
+    /// Sets the filter to the stencils at the corners (top left, top right, bottom left, bottom right) of a tile of
     /// `side` pixels.
     pub(super) fn set(&mut self, corners: [&Stencil; 4], side: usize) {
         let spread = |of: &dyn Fn(&Stencil) -> Range<i32>| {
@@ -46,7 +50,7 @@ impl Blend {
         self.taps.clear();
         let per = 1.0 / side as f32;
         for x in self.columns.clone() {
-            let columns = corners.map(|s| s.lit(x));
+            let columns = corners.map(|s| s.nonzero_column(x));
             let lit = columns
                 .iter()
                 .filter(|(r, _)| !r.is_empty())
@@ -67,65 +71,68 @@ impl Blend {
                 self.taps
                     .push([a, (b - a) * per, (c - a) * per, (d - c - b + a) * per * per]);
             }
-            self.runs.push(Run {
+            self.runs.push(TapRun {
                 column: (x - self.columns.start) as usize,
                 row: (rows.start - self.rows.start) as usize,
-                taps: (first, self.taps.len()),
+                first,
+                end: self.taps.len(),
             });
         }
     }
 
-    /// The blend that takes the light of a tile's pixels back to the sources seen: its output is counted
-    /// from the first column and row seen, its own first tap sees the tile's pixels furthest left and up.
-    pub(super) fn turned(&self) -> Self {
+    /// Returns the transposed filter, from a tile's pixels to its sources. Its output starts at the first column and
+    /// row of the sources.
+    pub(super) fn transposed(&self) -> Self {
         let (last_column, last_row) = (self.columns.len() - 1, self.rows.len() - 1);
-        let mut turned = Self {
+        let mut transposed = Self {
             columns: 1 - self.columns.end..1 - self.columns.start,
             rows: 1 - self.rows.end..1 - self.rows.start,
             ..Self::default()
         };
         for run in self.runs.iter().rev() {
-            let first = turned.taps.len();
-            let taps = &self.taps[run.taps.0..run.taps.1];
+            let first = transposed.taps.len();
+            let taps = &self.taps[run.first..run.end];
             for (k, &[at, by_x, by_y, by_both]) in taps.iter().enumerate().rev() {
-                // The same weights, told from where the source is.
+                // The same weights, with the origin moved to the source.
                 let (x, y) = (run.column as f32, (run.row + k) as f32);
-                turned.taps.push([
+                transposed.taps.push([
                     at - x * by_x - y * by_y + x * y * by_both,
                     by_x - y * by_both,
                     by_y - x * by_both,
                     by_both,
                 ]);
             }
-            turned.runs.push(Run {
+            transposed.runs.push(TapRun {
                 column: last_column - run.column,
                 row: last_row - (run.row + taps.len() - 1),
-                taps: (first, turned.taps.len()),
+                first,
+                end: transposed.taps.len(),
             });
         }
-        turned
+        transposed
     }
 
-    /// Number of taps.
+    /// Returns the number of taps.
     pub(super) fn len(&self) -> usize {
         self.taps.len()
     }
 
-    /// The sums of `side` x `side` output pixels into `out`, row-major. `sources` are rows of `stride`
-    /// samples, the first where the top-left output pixel has its first column and row seen; each row
-    /// goes on for [`LANES`] more samples than are seen.
+    /// Writes output rows of `side` pixels to `out`, row-major.
+    ///
+    /// `sources` are rows of `stride` samples that begin at the first column and row of the sources of the top-left
+    /// output pixel. Each row is padded with [`LANES`] samples.
     pub(super) fn gather(&mut self, sources: &[f32], stride: usize, side: usize, out: &mut [f32]) {
         for (block, out) in out.chunks_exact_mut(ROWS * side).enumerate() {
-            // At the centre of the block's first row.
+            // Taps at the centre of the block's first row.
             let down = (block * ROWS) as f32 + 0.5;
-            self.here.clear();
-            self.here
+            self.block_taps.clear();
+            self.block_taps
                 .extend(self.taps.iter().map(|&[at, by_x, by_y, by_both]| {
                     [at + down * by_y, by_x + down * by_both, by_y, by_both]
                 }));
             pulp::Arch::new().dispatch(Block {
                 runs: &self.runs,
-                taps: &self.here,
+                taps: &self.block_taps,
                 sources: &sources[block * ROWS * stride..],
                 stride,
                 side,
@@ -135,10 +142,10 @@ impl Blend {
     }
 }
 
-/// [`ROWS`] rows of a tile, for `dispatch`: a type and not a closure, so that its loops are compiled
-/// with the machine's vector instructions.
+/// The sums of [`ROWS`] rows of a tile. A type rather than a closure, so that `dispatch` compiles its loops with the
+/// machine's vector instructions.
 struct Block<'a> {
-    runs: &'a [Run],
+    runs: &'a [TapRun],
     taps: &'a [[f32; 4]],
     sources: &'a [f32],
     stride: usize,
@@ -159,7 +166,7 @@ impl pulp::WithSimd for Block<'_> {
             let across = load::<S>(&places, 0);
             let mut sums = [simd.splat_f32s(0.0); ROWS];
             for run in self.runs {
-                let taps = &self.taps[run.taps.0..run.taps.1];
+                let taps = &self.taps[run.first..run.end];
                 let mut start = run.row * self.stride + run.column + first;
                 let (fours, rest) = taps.as_chunks::<4>();
                 for taps in fours {
@@ -183,8 +190,8 @@ impl pulp::WithSimd for Block<'_> {
     }
 }
 
-/// Adds `N` taps, one below the other, to the sums of [`ROWS`] rows: `M` = `N` + [`ROWS`] - 1 rows of
-/// sources are read once each.
+/// Adds `N` consecutive taps of a column to the sums of [`ROWS`] rows. Each of the `M` = `N` + [`ROWS`] - 1 rows of
+/// sources is read once.
 #[inline(always)]
 fn add<S: pulp::Simd, const N: usize, const M: usize>(
     simd: S,

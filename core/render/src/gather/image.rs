@@ -1,21 +1,43 @@
-//! Rectangles of samples at one pyramid level; beyond them there is nothing.
+//! Rectangles of samples at one pyramid level; everything beyond a rectangle is zero.
 
 use rayon::prelude::*;
 
-/// A rectangle of samples whose first lies at column `left` and row `top` of the level.
+/// Columns and rows of a plate or of a level of its pyramid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Size {
+    pub(super) width: usize,
+    pub(super) height: usize,
+}
+
+/// A rectangle of a level's pixels, which may lie beyond the plate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Rect {
+    /// First column.
+    pub(super) left: i32,
+    /// First row.
+    pub(super) top: i32,
+    pub(super) width: usize,
+    pub(super) height: usize,
+}
+
+/// Borrowed samples of a rectangle, row-major.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
+    /// First column.
     pub(super) left: i32,
+    /// First row.
     pub(super) top: i32,
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) samples: &'a [f32],
 }
 
-/// A [`View`] that owns its samples.
+/// Owned samples of a rectangle, row-major.
 #[derive(Default, Clone)]
 pub(super) struct Image {
+    /// First column.
     pub(super) left: i32,
+    /// First row.
     pub(super) top: i32,
     pub(super) width: usize,
     pub(super) height: usize,
@@ -23,14 +45,23 @@ pub(super) struct Image {
 }
 
 impl Image {
-    /// An image of zeros.
-    pub(super) fn zeros((left, top): (i32, i32), (width, height): (usize, usize)) -> Self {
+    /// Zeros over `rect`.
+    pub(super) fn zeros(rect: Rect) -> Self {
         Self {
-            left,
-            top,
-            width,
-            height,
-            samples: vec![0.0; width * height],
+            left: rect.left,
+            top: rect.top,
+            width: rect.width,
+            height: rect.height,
+            samples: vec![0.0; rect.width * rect.height],
+        }
+    }
+
+    pub(super) fn rect(&self) -> Rect {
+        Rect {
+            left: self.left,
+            top: self.top,
+            width: self.width,
+            height: self.height,
         }
     }
 
@@ -43,20 +74,17 @@ impl Image {
             samples: &self.samples,
         }
     }
-}
 
-impl Image {
-    /// The rectangle of some columns and rows from `place` on, zero where nothing is.
-    pub(super) fn cropped(&self, (place, size): ((i32, i32), (usize, usize))) -> Self {
-        let mut part = Self::zeros(place, size);
+    /// Returns the samples within `rect`, zero beyond this image.
+    pub(super) fn cropped(&self, rect: Rect) -> Self {
+        let mut part = Self::zeros(rect);
         part.add(self);
         part
     }
 
     /// Adds the samples of `other` that lie in this image.
     pub(super) fn add(&mut self, other: &Self) {
-        let place = (self.left, self.top);
-        add_to(place, self.width, &mut self.samples, other);
+        add_rows(self.left, self.top, self.width, &mut self.samples, other);
     }
 
     /// Adds the samples of `parts` that lie in this image, in order, so that sums do not depend on threads.
@@ -64,19 +92,19 @@ impl Image {
         let (left, top, width) = (self.left, self.top, self.width);
         let bands = self.samples.par_chunks_mut(BAND * width.max(1));
         bands.enumerate().for_each(|(band, samples)| {
-            let place = (left, top + (band * BAND) as i32);
+            let top = top + (band * BAND) as i32;
             for part in parts {
-                add_to(place, width, samples, part);
+                add_rows(left, top, width, samples, part);
             }
         });
     }
 }
 
-/// Rows to which one thread adds.
+/// Rows that one thread adds.
 const BAND: usize = 32;
 
-/// Adds the samples of `other` that lie in an image `width` wide from `place` on.
-fn add_to((left, top): (i32, i32), width: usize, samples: &mut [f32], other: &Image) {
+/// Adds the samples of `other` that lie in an image of `width` columns starting at (`left`, `top`).
+fn add_rows(left: i32, top: i32, width: usize, samples: &mut [f32], other: &Image) {
     let end = |start: i32, size: usize| start + size as i32;
     let columns = left.max(other.left)..end(left, width).min(end(other.left, other.width));
     let height = samples.len() / width.max(1);
@@ -94,16 +122,27 @@ fn add_to((left, top): (i32, i32), width: usize, samples: &mut [f32], other: &Im
     }
 }
 
-impl View<'_> {
-    /// Copies the rectangle of `size` (columns, rows) from (`left`, `top`) on into `out`, rows of
-    /// `stride`, with zeros for what lies beyond and for the rest of each row. Whether any is not zero.
-    pub(super) fn copy(
-        &self,
-        (left, top): (i32, i32),
-        (width, height): (usize, usize),
-        stride: usize,
-        out: &mut Vec<f32>,
-    ) -> bool {
+impl<'a> View<'a> {
+    /// A whole plane of a plate.
+    pub(super) fn whole(size: Size, samples: &'a [f32]) -> Self {
+        Self {
+            left: 0,
+            top: 0,
+            width: size.width,
+            height: size.height,
+            samples,
+        }
+    }
+
+    /// Copies `rect` into `out` with rows of `stride` samples, zero beyond the view and at the end of each row.
+    /// Returns whether any sample is not zero.
+    pub(super) fn copy(&self, rect: Rect, stride: usize, out: &mut Vec<f32>) -> bool {
+        let Rect {
+            left,
+            top,
+            width,
+            height,
+        } = rect;
         out.resize(height * stride, 0.0);
         let start = (self.left - left).clamp(0, width as i32) as usize;
         let end = (self.left + self.width as i32 - left).clamp(0, width as i32) as usize;

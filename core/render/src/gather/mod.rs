@@ -1,29 +1,29 @@
-//! The fast renderer: every output pixel gathers the light of the sources about it.
+//! The fast renderer: tiles of an image pyramid, gathered with interpolated stencils.
 //!
-//! The scatter O(x) = sum over x' of I(x') P_x'(x - x') is the gather O(x) = sum over d of Q_x(d) I(x - d)
-//! with Q_x(d) = P_{x-d}(d). Q changes slowly over the plate: it is made at the corners of square tiles
-//! (`corners`, on a `grid`) and is bilinear between (`fir`). Where the blur is wide the same is done on
-//! a coarser level of a `pyramid`; a `plan` says which tile is gathered where. Small `lights` far brighter than
-//! what is about them are taken off first and scattered exactly.
+//! The scatter O(x) = sum over x' of I(x') P_x'(x - x') equals the gather O(x) = sum over d of Q_x(d) I(x - d) with
+//! the stencil Q_x(d) = P_{x-d}(d). Q changes slowly over the plate. It is computed at the corners of square tiles
+//! (`corner_stencils`, on a `tile_grid`) and interpolated bilinearly between them (`fir`). Wide blur is gathered on a
+//! coarser level of an image `pyramid` and upsampled; a `plan` assigns each tile its level. Small `highlights` far
+//! brighter than their surroundings are subtracted first and scattered exactly.
 
 mod adjoint;
-mod corners;
+mod corner_stencils;
 mod edges;
 mod fir;
-mod grid;
+mod gather_pass;
+mod highlights;
 mod image;
-mod lights;
-mod narrow;
+mod lens_probe;
 mod operator;
-mod optics;
-mod pass;
 mod passband;
 mod plan;
 mod pyramid;
 mod stencil;
 #[cfg(test)]
 mod tests;
+mod tile_grid;
 mod tolerance;
+mod window;
 
 pub use operator::Operator;
 pub use tolerance::Quality;
@@ -31,24 +31,25 @@ pub use tolerance::Quality;
 use crate::scatter::Sources;
 use crate::{
     Edges, LevelStatistics, Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scatter,
-    Scene, VergencePass, cancelled,
+    Scene, VergencePass,
 };
 use edges::fold_early;
-use image::View;
-use lights::Split;
-use narrow::narrow;
-use optics::{Optics, Sides};
-use pass::Pass;
-use plan::{Brief, Level, Lit, plan};
+use gather_pass::GatherPass;
+use highlights::HighlightSplit;
+use image::{Size, View};
+use lens_probe::{LensProbe, TileSides};
+use plan::{Level, LitBlocks, PlanInputs, plan};
 use seidel_optics::error::Result;
 use std::collections::BTreeSet;
-use tolerance::Tolerance;
+use window::prune_to_window;
 
-/// Gathers light tile by tile. The result is the same to the bit for any number of threads. How far it
-/// is from the exact renderer's is said by its [`Quality`].
+/// The fast renderer: gathers light tile by tile.
+///
+/// The result is the same to the bit for any number of threads. [`Quality`] states its error against the exact
+/// renderer. Plates of varying vergence, and those too small for how fast their blur changes, are rendered exactly.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Gather {
-    /// How exact.
+    /// Accuracy.
     pub quality: Quality,
 }
 
@@ -76,20 +77,18 @@ impl Renderer for Gather {
             }
         };
         let sources = Sources::new(scene);
-        let (mixes, mix_of) = mixes(planes);
-        let tolerance = self.quality.tolerance();
-        let optics = Optics {
-            sources: &sources,
-            model: scene.model,
-            vergence,
-            mixes: &mixes,
-            tolerance: &tolerance,
-            progress,
-        };
+        let mixes = ChannelMixes::new(planes.iter().map(|plane| plane.weights));
         let job = Job {
             scene,
-            optics,
-            mix_of,
+            lens: LensProbe {
+                sources: &sources,
+                model: scene.model,
+                vergence,
+                mixes: &mixes.weights,
+                tolerance: &self.quality.tolerance(),
+                progress,
+            },
+            mix_of: mixes.mix_of.clone(),
             window,
             progress,
         };
@@ -97,45 +96,66 @@ impl Renderer for Gather {
     }
 }
 
-/// The distinct channel weights of `planes`, and which of them each plane has.
-fn mixes(planes: &[Plane]) -> (Vec<Vec<f64>>, Vec<usize>) {
-    let mut mixes: Vec<Vec<f64>> = Vec::new();
-    let mix_of = planes
-        .iter()
-        .map(|plane| {
-            let known = mixes.iter().position(|mix| mix == plane.weights);
-            known.unwrap_or_else(|| {
-                mixes.push(plane.weights.to_vec());
-                mixes.len() - 1
-            })
-        })
-        .collect();
-    (mixes, mix_of)
+/// The distinct channel weights of planes. Planes with the same weights share their stencils.
+struct ChannelMixes {
+    /// One weight per lens channel for each mix.
+    weights: Vec<Vec<f64>>,
+    /// Index of each plane's mix.
+    mix_of: Vec<usize>,
 }
 
-/// A render under way.
+impl ChannelMixes {
+    /// Collects the mixes of planes with these channel weights.
+    fn new<'a>(planes: impl Iterator<Item = &'a [f64]>) -> Self {
+        let mut weights: Vec<Vec<f64>> = Vec::new();
+        let mix_of = planes
+            .map(|plane| {
+                let known = weights.iter().position(|mix| mix == plane);
+                known.unwrap_or_else(|| {
+                    weights.push(plane.to_vec());
+                    weights.len() - 1
+                })
+            })
+            .collect();
+        Self { weights, mix_of }
+    }
+}
+
+/// A render in progress.
 struct Job<'a> {
     scene: &'a Scene<'a>,
-    optics: Optics<'a>,
+    lens: LensProbe<'a>,
+    /// Index of each plane's channel mix.
     mix_of: Vec<usize>,
     window: RenderWindow,
     progress: &'a (dyn Fn(f64) -> bool + Sync),
 }
 
+/// The work of a render at all levels.
+struct Plan {
+    /// Finest first.
+    levels: Vec<Level>,
+    /// Level at which light beyond the plate's edges is folded back.
+    fold_level: usize,
+    /// Upper bound of how far light travels, px.
+    reach: i32,
+}
+
 impl Job<'_> {
     fn render(&self, planes: &[Plane]) -> Result<Rendered> {
-        let Some(sides) = self.sides()? else {
+        let Some(sides) = self.tile_sides()? else {
             return Scatter.render_window(self.scene, planes, self.window, self.progress);
         };
-        let split = Split::of(planes, self.scene.width);
-        let views = self.views(&split);
-        let pass = self.pass(&Lit::of(&views), &sides)?;
+        let split = HighlightSplit::new(planes, self.scene.width);
+        let size = self.size();
+        let rest = split.rest.iter();
+        let views: Vec<View> = rest.map(|samples| View::whole(size, samples)).collect();
+        let pass = self.pass(&LitBlocks::new(&views), &sides)?;
         let mut plates = pass.forward(&views, self.window, self.progress)?;
-        let place = (self.scene, self.window);
-        split.scatter(place, &self.optics, planes, self.progress, &mut plates)?;
+        split.scatter(self.scene, self.window, &self.lens, planes, &mut plates)?;
         let levels = pass.levels.iter().map(|level| LevelStatistics {
             gathered: level.gathered.len(),
-            upsampled: level.doubled.len(),
+            upsampled: level.upsampled.len(),
             min_tile_px: level.grid.tile,
             max_tile_px: level.grid.tile,
         });
@@ -146,85 +166,87 @@ impl Job<'_> {
                 renders: 1,
                 exact: 0,
                 levels: levels.collect(),
-                highlights: split.count(),
+                highlights: split.pixel_count(),
             },
         })
     }
 
-    /// How wide tiles may be; none where blur changes by too much of itself from pixel to pixel, as only a
-    /// small plate's can.
-    fn sides(&self) -> Result<Option<Sides>> {
-        let Scene { width, height, .. } = *self.scene;
-        let sides = self.optics.sides((width, height))?;
-        let fits = sides.at(0) >= self.least_tile() || self.optics.model.needs_rays();
+    fn size(&self) -> Size {
+        Size {
+            width: self.scene.width,
+            height: self.scene.height,
+        }
+    }
+
+    /// Returns the largest tiles allowed; `None` where the blur changes too much from pixel to pixel for any, as it
+    /// can on small plates only.
+    fn tile_sides(&self) -> Result<Option<TileSides>> {
+        let sides = self.lens.tile_sides(self.size())?;
+        let fits = sides.at(0) >= self.min_tile() || self.lens.model.needs_rays();
         Ok(fits.then_some(sides))
     }
 
-    fn least_tile(&self) -> usize {
-        self.optics.tolerance.least_tile_for(self.optics.model)
+    fn min_tile(&self) -> usize {
+        self.lens.tolerance.min_tile_for(self.lens.model)
     }
 
-    /// What is gathered: planes with their lights taken off.
-    fn views<'s>(&self, split: &'s Split) -> Vec<View<'s>> {
-        let Scene { width, height, .. } = *self.scene;
-        let view = |samples| View {
-            left: 0,
-            top: 0,
-            width,
-            height,
-            samples,
-        };
-        split.rest.iter().map(|samples| view(&**samples)).collect()
-    }
-
-    /// All that the render of light in these places needs but the light.
-    fn pass(&self, lit: &Lit, sides: &Sides) -> Result<Pass> {
-        let (levels, folded, reach) = self.planned(lit, sides)?;
-        let stencils = levels.iter().map(|level| {
+    /// Plans the render of planes lit in the blocks `lit` and computes its stencils.
+    fn pass(&self, lit: &LitBlocks, sides: &TileSides) -> Result<GatherPass> {
+        let plan = self.plan(lit, sides)?;
+        let stencils = plan.levels.iter().map(|level| {
             let corners = corners_of(&level.gathered);
-            corners::stencils(&self.optics, &level.grid, &corners, reach)
+            corner_stencils::compute(&self.lens, &level.grid, &corners, plan.reach)
         });
-        Ok(Pass {
+        Ok(GatherPass {
             stencils: stencils.collect::<Result<_>>()?,
-            levels,
-            folded,
+            levels: plan.levels,
+            fold_level: plan.fold_level,
             mix_of: self.mix_of.clone(),
-            size: (self.scene.width, self.scene.height),
+            size: self.size(),
             edges: self.scene.edges,
         })
     }
 
-    /// The work of all levels, the level at which light beyond the edges is folded back, and how far light goes.
-    fn planned(&self, lit: &Lit, sides: &Sides) -> Result<(Vec<Level>, usize, i32)> {
-        let Scene { width, height, .. } = *self.scene;
-        let reach = self.optics.reach((width, height))?;
+    fn plan(&self, lit: &LitBlocks, sides: &TileSides) -> Result<Plan> {
+        let size = self.size();
+        let reach = self.lens.reach(size)?;
         let beyond = match self.scene.edges {
             Edges::Mirror => reach,
             Edges::Black => 0,
         };
         let span = |size: usize| -beyond..size as i32 + beyond;
-        let sigma = |at: (f64, f64)| self.optics.least_sigma(at);
-        let mut levels = plan(&Brief {
-            size: (width, height),
+        let sigma = |at: (f64, f64)| self.lens.min_sigma(at);
+        let mut levels = plan(&PlanInputs {
+            size,
             sides,
-            least_tile: self.least_tile(),
-            wanted: (span(width), span(height)),
+            min_tile: self.min_tile(),
+            columns: span(size.width),
+            rows: span(size.height),
             reach,
             sigma: &sigma,
-            least_sigma: self.optics.tolerance.least_sigma_for(self.optics.model),
+            min_sigma: self.lens.tolerance.min_sigma_for(self.lens.model),
             lit,
         });
-        let folded = fold_early((width, height), self.scene.edges, &mut levels);
+        let fold_level = fold_early(size, self.scene.edges, &mut levels);
         if self.window != RenderWindow::whole(self.scene) {
-            let plate = ((width, height), self.scene.edges);
-            narrow(&mut levels, folded, plate, self.window);
+            prune_to_window(
+                &mut levels,
+                fold_level,
+                size,
+                self.scene.edges,
+                self.window,
+            );
         }
-        Ok((levels, folded, reach))
+        Ok(Plan {
+            levels,
+            fold_level,
+            reach,
+        })
     }
 }
 
-/// The corners (row, column) of tiles.
+/// Returns the corners (row, column) of tiles.
 fn corners_of(tiles: &BTreeSet<(i32, i32)>) -> BTreeSet<(i32, i32)> {
-    let about = |&(y, x): &(i32, i32)| [(y, x), (y, x + 1), (y + 1, x), (y + 1, x + 1)];
-    tiles.iter().flat_map(about).collect()
+    let around = |&(y, x): &(i32, i32)| [(y, x), (y, x + 1), (y + 1, x), (y + 1, x + 1)];
+    tiles.iter().flat_map(around).collect()
 }

@@ -1,27 +1,29 @@
-//! The fast renderer as a linear operator, made once and laid over light as often as needed, and its adjoint.
+//! The fast renderer as a linear operator with its adjoint.
 
-use super::optics::Optics;
-use super::pass::Pass;
-use super::plan::Lit;
-use super::{Job, Quality, mixes};
+use super::gather_pass::GatherPass;
+use super::image::View;
+use super::lens_probe::LensProbe;
+use super::plan::LitBlocks;
+use super::{ChannelMixes, Job, Quality};
 use crate::scatter::Sources;
 use crate::{Plane, RenderWindow, Scene, VergencePass};
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 
-/// What a lens does to planes of light on one plate: A, of which [`Operator::adjoint`] is A^T.
+/// The linear operator A that blurs planes of one plate; [`Operator::adjoint`] is A^T.
 ///
-/// It is the fast renderer without what depends on the light: small lights are not scattered apart, and no
-/// plate is rendered exactly for being too small. The same to the bit for any number of threads.
+/// Its stencils are computed once and applied to any light. It is the fast renderer without the parts that depend on
+/// the light: highlights are not scattered exactly, and small plates are not rendered exactly. The result is the same
+/// to the bit for any number of threads.
 pub struct Operator {
-    pass: Pass,
+    pass: GatherPass,
 }
 
 impl Operator {
-    /// The operator of `scene`, at one vergence, for planes with these channel `weights`.
+    /// Prepares the operator of `scene`, at one vergence, for planes with these channel `weights`.
     ///
     /// # Errors
-    /// A scene or weights that cannot be, a lens that cannot be drawn, and a vergence that varies.
+    /// An invalid scene or weights, a lens that cannot be drawn, and a vergence that varies.
     pub fn new(scene: &Scene, weights: &[Vec<f64>], quality: Quality) -> Result<Self> {
         let lit = vec![1.0; scene.pixel_count()];
         let planes: Vec<Plane> = weights
@@ -40,49 +42,49 @@ impl Operator {
             ));
         };
         let sources = Sources::new(scene);
-        let (mixes, mix_of) = mixes(&planes);
-        let tolerance = quality.tolerance();
+        let mixes = ChannelMixes::new(weights.iter().map(Vec::as_slice));
         let job = Job {
             scene,
-            optics: Optics {
+            lens: LensProbe {
                 sources: &sources,
                 model: scene.model,
                 vergence,
-                mixes: &mixes,
-                tolerance: &tolerance,
+                mixes: &mixes.weights,
+                tolerance: &quality.tolerance(),
                 progress: &|_| true,
             },
-            mix_of,
+            mix_of: mixes.mix_of.clone(),
             window: RenderWindow::whole(scene),
             progress: &|_| true,
         };
-        let sides = job.optics.sides((scene.width, scene.height))?;
-        let lit = Lit::all_of((scene.width, scene.height));
+        let sides = job.lens.tile_sides(job.size())?;
         Ok(Self {
-            pass: job.pass(&lit, &sides)?,
+            pass: job.pass(&LitBlocks::all(job.size()), &sides)?,
         })
     }
 
-    /// Samples of a plane.
+    /// Returns the number of samples of a plane.
     pub fn pixel_count(&self) -> usize {
-        self.pass.size.0 * self.pass.size.1
+        self.pass.size.width * self.pass.size.height
     }
 
-    /// A: the planes blurred; one a weight given, each of [`Operator::pixel_count`] samples, row-major.
+    /// Applies A: blurs `planes`, one for each of the channel weights, [`Operator::pixel_count`] samples each,
+    /// row-major.
     ///
     /// # Errors
-    /// Planes of another number or size.
+    /// The wrong number or size of planes.
     pub fn apply(&self, planes: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
         self.check(planes)?;
-        let views: Vec<_> = planes.iter().map(|plane| self.pass.view(plane)).collect();
-        let window = RenderWindow::from_size(self.pass.size.0, self.pass.size.1);
+        let size = self.pass.size;
+        let views: Vec<_> = planes.iter().map(|plane| View::whole(size, plane)).collect();
+        let window = RenderWindow::from_size(size.width, size.height);
         self.pass.forward(&views, window, &|_| true)
     }
 
-    /// A^T: the light of blurred planes taken back to the sources that it could have come from.
+    /// Applies A^T: spreads the light of blurred planes back over the sources that contribute to it.
     ///
     /// # Errors
-    /// Planes of another number or size.
+    /// The wrong number or size of planes.
     pub fn adjoint(&self, planes: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
         self.check(planes)?;
         let planes = planes.par_iter().enumerate();

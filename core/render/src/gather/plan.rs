@@ -1,112 +1,124 @@
-//! Which tiles are gathered at which pyramid level, from the top down: what a coarse level can draw is
-//! doubled from it, the rest is gathered where it is needed.
+//! The plan of a render: which tiles are gathered at which pyramid level.
+//!
+//! From the finest level up, tiles whose blur is wide enough are upsampled from the next coarser level; the others
+//! are gathered where they are needed.
 
 use super::fir::ROWS;
-use super::grid::Grid;
-use super::image::View;
-use super::optics::Sides;
+use super::image::{Size, View};
+use super::lens_probe::TileSides;
 use super::pyramid::MARGIN;
+use super::tile_grid::TileGrid;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// The work at one level.
+/// The work at one pyramid level.
 pub(super) struct Level {
-    pub(super) grid: Grid,
-    /// Tiles (row, column) to gather here.
+    pub(super) grid: TileGrid,
+    /// Tiles (row, column) to gather at this level.
     pub(super) gathered: BTreeSet<(i32, i32)>,
-    /// Tiles to double from the level above.
-    pub(super) doubled: BTreeSet<(i32, i32)>,
+    /// Tiles (row, column) to upsample from the next coarser level.
+    pub(super) upsampled: BTreeSet<(i32, i32)>,
+}
+
+/// A rectangle of tiles.
+#[derive(Clone)]
+pub(super) struct TileExtent {
+    pub(super) rows: Range<i32>,
+    pub(super) columns: Range<i32>,
 }
 
 impl Level {
-    /// Tile rows and columns that hold all work of this level.
-    pub(super) fn extent(&self) -> (Range<i32>, Range<i32>) {
-        let mut all = self.gathered.iter().chain(&self.doubled);
+    /// Returns the smallest rectangle of tiles that holds all work of this level.
+    pub(super) fn extent(&self) -> TileExtent {
+        let mut all = self.gathered.iter().chain(&self.upsampled);
         let Some(&(y, x)) = all.next() else {
-            return (0..0, 0..0);
+            return TileExtent {
+                rows: 0..0,
+                columns: 0..0,
+            };
         };
-        all.fold((y..y + 1, x..x + 1), |(rows, columns), &(y, x)| {
-            (
-                rows.start.min(y)..rows.end.max(y + 1),
-                columns.start.min(x)..columns.end.max(x + 1),
-            )
+        let first = TileExtent {
+            rows: y..y + 1,
+            columns: x..x + 1,
+        };
+        all.fold(first, |extent, &(y, x)| TileExtent {
+            rows: extent.rows.start.min(y)..extent.rows.end.max(y + 1),
+            columns: extent.columns.start.min(x)..extent.columns.end.max(x + 1),
         })
     }
 }
 
-/// What a plan depends on.
-pub(super) struct Brief<'a> {
-    pub(super) size: (usize, usize),
-    /// How wide tiles may be.
-    pub(super) sides: &'a Sides,
-    /// Least side of a tile, pixels of its level.
-    pub(super) least_tile: usize,
-    /// Plate pixels to be rendered: columns and rows, which may lie beyond the plate.
-    pub(super) wanted: (Range<i32>, Range<i32>),
-    /// How far light goes from its source, px.
+/// The inputs of a plan.
+pub(super) struct PlanInputs<'a> {
+    /// Size of the plate.
+    pub(super) size: Size,
+    /// Largest tiles allowed.
+    pub(super) sides: &'a TileSides,
+    /// Smallest side of a tile, pixels of its level.
+    pub(super) min_tile: usize,
+    /// Plate columns to render; they may lie beyond the plate.
+    pub(super) columns: Range<i32>,
+    /// Plate rows to render; they may lie beyond the plate.
+    pub(super) rows: Range<i32>,
+    /// Upper bound of how far light travels, px.
     pub(super) reach: i32,
-    /// Least standard deviation of the blur at a plate point, px.
+    /// Smallest standard deviation of the blur at a plate point, px.
     pub(super) sigma: &'a dyn Fn((f64, f64)) -> f64,
-    /// Least standard deviation drawn at a level, pixels of the level.
-    pub(super) least_sigma: f64,
-    /// Where there is light to spread.
-    pub(super) lit: &'a Lit,
+    /// Smallest standard deviation drawn at a level, pixels of the level.
+    pub(super) min_sigma: f64,
+    /// Blocks of the plate that hold light.
+    pub(super) lit: &'a LitBlocks,
 }
 
-/// The work of all levels, finest first.
-pub(super) fn plan(brief: &Brief) -> Vec<Level> {
+/// Plans the work of all levels, finest first.
+pub(super) fn plan(inputs: &PlanInputs) -> Vec<Level> {
     let mut sigmas = BTreeMap::new();
     let mut levels = Vec::new();
     let grid_of = |level: u32| {
-        let tile = tile_within(brief.sides.at(level) >> level);
-        Grid::new(level, tile.max(brief.least_tile), brief.size)
+        let tile = tile_within(inputs.sides.at(level) >> level);
+        TileGrid::new(level, tile.max(inputs.min_tile), inputs.size)
     };
-    let mut needed = tiles_about(&grid_of(0), &brief.wanted);
+    let mut needed = tiles_covering(&grid_of(0), &inputs.columns, &inputs.rows);
     loop {
         let grid = grid_of(levels.len() as u32);
-        needed.retain(|place| brief.lit.near(&square(&grid, *place), brief.reach));
+        needed.retain(|tile| {
+            let (columns, rows) = (grid.plate_columns(*tile), grid.plate_rows(*tile));
+            inputs.lit.any_near(&columns, &rows, inputs.reach)
+        });
         if needed.is_empty() {
             return levels;
         }
-        let enough = brief.least_sigma * 2.0 * grid.step();
+        let wide_enough = inputs.min_sigma * 2.0 * grid.step();
         let above = grid_of(grid.level + 1);
-        // Tiles cannot shrink with their level for ever.
-        let above_fits = above.tile << above.level <= brief.sides.at(above.level);
-        let (doubled, gathered): (BTreeSet<_>, BTreeSet<_>) =
-            needed.into_iter().partition(|place| {
-                above_fits && least_about(&grid, *place, brief, &mut sigmas) >= enough
+        // The minimum side limits how much tiles can shrink with their level.
+        let above_fits = above.tile << above.level <= inputs.sides.at(above.level);
+        let (upsampled, gathered): (BTreeSet<_>, BTreeSet<_>) =
+            needed.into_iter().partition(|tile| {
+                above_fits && min_sigma_around(&grid, *tile, inputs, &mut sigmas) >= wide_enough
             });
-        needed = doubled
+        needed = upsampled
             .iter()
-            .flat_map(|place| tiles_below(&grid, *place, &above))
+            .flat_map(|tile| tiles_upsampled_from(&grid, *tile, &above))
             .collect();
         levels.push(Level {
             grid,
             gathered,
-            doubled,
+            upsampled,
         });
     }
 }
 
-/// The widest tile of at most `side` pixels that is whole rows of blocks, or doubled from whole pixels.
+/// Rounds a tile side down to whole blocks of rows; smaller ones to even numbers, as upsampling needs.
 fn tile_within(side: usize) -> usize {
     let unit = if side < ROWS { 2 } else { ROWS };
     side / unit * unit
 }
 
-/// Columns and rows of plate pixels that a tile (row, column) covers.
-fn square(grid: &Grid, (row, column): (i32, i32)) -> (Range<i32>, Range<i32>) {
-    let side = (grid.tile << grid.level) as i32;
-    (
-        column * side..(column + 1) * side,
-        row * side..(row + 1) * side,
-    )
-}
-
-/// Tiles of `grid` that cover columns and rows of plate pixels.
-pub(super) fn tiles_about(
-    grid: &Grid,
-    (columns, rows): &(Range<i32>, Range<i32>),
+/// Returns the tiles of `grid` that cover these plate columns and rows.
+pub(super) fn tiles_covering(
+    grid: &TileGrid,
+    columns: &Range<i32>,
+    rows: &Range<i32>,
 ) -> BTreeSet<(i32, i32)> {
     let side = (grid.tile << grid.level) as i32;
     let over =
@@ -116,20 +128,24 @@ pub(super) fn tiles_about(
         .collect()
 }
 
-/// Tiles of the level above that a tile is doubled from.
-pub(super) fn tiles_below(grid: &Grid, place: (i32, i32), above: &Grid) -> BTreeSet<(i32, i32)> {
+/// Returns the tiles of the next coarser grid `above` that a tile of `grid` is upsampled from.
+pub(super) fn tiles_upsampled_from(
+    grid: &TileGrid,
+    tile: (i32, i32),
+    above: &TileGrid,
+) -> BTreeSet<(i32, i32)> {
     let margin = MARGIN << above.level;
     let wider = |range: Range<i32>| range.start - margin..range.end + margin;
-    let (columns, rows) = square(grid, place);
-    tiles_about(above, &(wider(columns), wider(rows)))
+    let (columns, rows) = (grid.plate_columns(tile), grid.plate_rows(tile));
+    tiles_covering(above, &wider(columns), &wider(rows))
 }
 
-/// Least standard deviation about a tile: at its corners and at those of the tiles about it, where the
-/// light it sees comes from.
-fn least_about(
-    grid: &Grid,
+/// Returns the smallest standard deviation at the corners of a tile and of its neighbours, where its light comes
+/// from.
+fn min_sigma_around(
+    grid: &TileGrid,
     (row, column): (i32, i32),
-    brief: &Brief,
+    inputs: &PlanInputs,
     sigmas: &mut BTreeMap<(i64, i64), f64>,
 ) -> f64 {
     let mut least = f64::INFINITY;
@@ -137,63 +153,63 @@ fn least_about(
         for x in column - 1..=column + 2 {
             let at = grid.node_at(x, y);
             let at = (
-                at.0.clamp(0.0, brief.size.0 as f64),
-                at.1.clamp(0.0, brief.size.1 as f64),
+                at.0.clamp(0.0, inputs.size.width as f64),
+                at.1.clamp(0.0, inputs.size.height as f64),
             );
             let sigma = *sigmas
                 .entry((at.0 as i64, at.1 as i64))
-                .or_insert_with(|| (brief.sigma)(at));
+                .or_insert_with(|| (inputs.sigma)(at));
             least = least.min(sigma);
         }
     }
     least
 }
 
-/// Squares of the plate that hold light.
-pub(super) struct Lit {
+/// The square blocks of a plate that hold light.
+pub(super) struct LitBlocks {
     columns: usize,
-    squares: Vec<bool>,
+    lit: Vec<bool>,
 }
 
-/// Side of a square, px.
-const SQUARE: usize = 32;
+/// Side of a block, px.
+const BLOCK: usize = 32;
 
-impl Lit {
-    /// Of a plate of some columns and rows that is lit all over.
-    pub(super) fn all_of((width, height): (usize, usize)) -> Self {
-        let columns = width.div_ceil(SQUARE);
+impl LitBlocks {
+    /// All blocks of a plate.
+    pub(super) fn all(size: Size) -> Self {
+        let columns = size.width.div_ceil(BLOCK);
         Self {
             columns,
-            squares: vec![true; columns * height.div_ceil(SQUARE)],
+            lit: vec![true; columns * size.height.div_ceil(BLOCK)],
         }
     }
 
-    /// Of planes of one size.
-    pub(super) fn of(planes: &[View]) -> Self {
+    /// The blocks in which any of `planes`, all of one size, is not zero.
+    pub(super) fn new(planes: &[View]) -> Self {
         let Some(first) = planes.first() else {
             return Self {
                 columns: 0,
-                squares: Vec::new(),
+                lit: Vec::new(),
             };
         };
-        let columns = first.width.div_ceil(SQUARE);
-        let mut squares = vec![false; columns * first.height.div_ceil(SQUARE)];
+        let columns = first.width.div_ceil(BLOCK);
+        let mut lit = vec![false; columns * first.height.div_ceil(BLOCK)];
         for plane in planes {
             for (y, row) in plane.samples.chunks_exact(plane.width).enumerate() {
-                let line = &mut squares[y / SQUARE * columns..][..columns];
-                for (lit, samples) in line.iter_mut().zip(row.chunks(SQUARE)) {
+                let line = &mut lit[y / BLOCK * columns..][..columns];
+                for (lit, samples) in line.iter_mut().zip(row.chunks(BLOCK)) {
                     *lit = *lit || samples.iter().any(|v| *v != 0.0);
                 }
             }
         }
-        Self { columns, squares }
+        Self { columns, lit }
     }
 
-    /// Whether light within `reach` px of a rectangle of columns and rows can come from the plate.
-    fn near(&self, (columns, rows): &(Range<i32>, Range<i32>), reach: i32) -> bool {
-        let count = self.squares.len().checked_div(self.columns).unwrap_or(0);
+    /// Whether any block within `reach` px of a rectangle of columns and rows holds light.
+    fn any_near(&self, columns: &Range<i32>, rows: &Range<i32>, reach: i32) -> bool {
+        let count = self.lit.len().checked_div(self.columns).unwrap_or(0);
         let over = |range: &Range<i32>, count: usize| {
-            let side = SQUARE as i32;
+            let side = BLOCK as i32;
             let first = (range.start - reach)
                 .div_euclid(side)
                 .clamp(0, count as i32);
@@ -201,7 +217,7 @@ impl Lit {
             first as usize..end.clamp(first, count as i32) as usize
         };
         over(rows, count).any(|y| {
-            let line = &self.squares[y * self.columns..][..self.columns];
+            let line = &self.lit[y * self.columns..][..self.columns];
             line[over(columns, self.columns)].iter().any(|lit| *lit)
         })
     }

@@ -1,22 +1,21 @@
-//! Between pyramid levels: halving the resolution and doubling it again.
+//! The image pyramid: downsampling by two and upsampling again.
 //!
-//! The same even low-pass of [`TAPS`] taps both ways, a sinc under a Kaiser window; what it takes from the
-//! pass band the kernels give back (`passband`). A coarse pixel covers two fine ones along each axis, so
-//! that its centre is where theirs meet. Coarse samples are light per fine pixel: an even plate keeps its
-//! value.
+//! Both use the same symmetric low-pass of [`TAPS`] taps, a sinc under a Kaiser window. The kernels of a level
+//! compensate its attenuation in the pass band (`passband`). A coarse pixel covers two fine ones along each axis; its
+//! centre is where theirs meet. Coarse samples are light per fine pixel, so an even plate keeps its value.
 
-use super::image::{Image, View};
+use super::image::{Image, Rect, View};
 use rayon::prelude::*;
 
 /// Taps along one axis.
 pub(super) const TAPS: usize = 12;
-/// Edge of the band, cycles per fine pixel, and shape of the window: with the pass band given back, what
-/// is lost and folded over under a Gaussian of 1.15 coarse pixels is least.
-const BAND: f64 = 0.22;
+/// Cut-off frequency, cycles per fine pixel, and shape parameter of the Kaiser window. Chosen to minimise loss and
+/// aliasing under a Gaussian of 1.15 coarse pixels, with the pass band compensated.
+const CUTOFF: f64 = 0.22;
 const KAISER: f64 = 5.0;
 const HALF: i32 = TAPS as i32 / 2;
 
-/// The taps; they sum to one.
+/// Returns the taps, of unit sum.
 fn taps() -> [f32; TAPS] {
     exact_taps().map(|tap| tap as f32)
 }
@@ -25,7 +24,7 @@ fn exact_taps() -> [f64; TAPS] {
     let mut taps = [0.0_f64; TAPS];
     for (k, tap) in taps.iter_mut().enumerate() {
         let at = k as f64 - f64::from(HALF) + 0.5;
-        let angle = std::f64::consts::TAU * BAND * at;
+        let angle = std::f64::consts::TAU * CUTOFF * at;
         let rest = 1.0 - (at / f64::from(HALF)).powi(2);
         *tap = angle.sin() / angle * bessel(KAISER * rest.sqrt());
     }
@@ -33,7 +32,7 @@ fn exact_taps() -> [f64; TAPS] {
     taps.map(|tap| tap / sum)
 }
 
-/// What the low-pass leaves of a wave of `frequency`, cycles per fine pixel.
+/// Returns the frequency response of the low-pass at `frequency`, cycles per fine pixel.
 pub(super) fn response(frequency: f64) -> f64 {
     let taps = exact_taps();
     let waves = taps.iter().enumerate().map(|(k, tap)| {
@@ -43,7 +42,8 @@ pub(super) fn response(frequency: f64) -> f64 {
     waves.sum()
 }
 
-/// The modified Bessel function of the first kind and order zero, by its power series; up to a dozen.
+/// Returns the modified Bessel function of the first kind and order zero by its power series, for arguments up to
+/// about 12.
 fn bessel(x: f64) -> f64 {
     let quarter = x * x / 4.0;
     let (mut term, mut sum) = (1.0, 1.0);
@@ -54,22 +54,27 @@ fn bessel(x: f64) -> f64 {
     sum
 }
 
-/// Pixels of the coarse level about a rectangle that doubling needs.
+/// Margin of coarse pixels that upsampling reads around a rectangle.
 pub(super) const MARGIN: i32 = HALF / 2;
 
-/// Half as many pixels along each axis, and those beyond the edges that light reaches.
-pub(super) fn halved(fine: &View) -> Image {
+/// Downsamples by two along each axis. The result extends to all coarse pixels that receive light.
+pub(super) fn downsample(fine: &View) -> Image {
     let range = |start: i32, size: usize| {
         let end = start + size as i32;
-        // Coarse pixel i sees fine pixels 2 i - HALF + 1 to 2 i + HALF.
+        // Coarse pixel i reads fine pixels 2 i - HALF + 1 to 2 i + HALF.
         let first = (start - HALF).div_euclid(2) + (start - HALF).rem_euclid(2);
         first..(end - 1 + HALF - 1).div_euclid(2) + 1
     };
     let (columns, rows) = (range(fine.left, fine.width), range(fine.top, fine.height));
-    let mut coarse = Image::zeros((columns.start, rows.start), (columns.len(), rows.len()));
+    let mut coarse = Image::zeros(Rect {
+        left: columns.start,
+        top: rows.start,
+        width: columns.len(),
+        height: rows.len(),
+    });
     let taps = taps();
     let width = coarse.width;
-    // Slices of a plate are dark for the most part.
+    // Most rows of a depth layer are black.
     let lit: Vec<bool> = fine
         .samples
         .par_chunks(fine.width.max(1))
@@ -79,29 +84,32 @@ pub(super) fn halved(fine: &View) -> Image {
         .samples
         .par_chunks_mut(width)
         .zip(rows)
-        .for_each_init(Halving::default, |space, (out, row)| {
-            space.row((fine, &lit), (columns.start, row), &taps, out);
+        .for_each_init(DownsampleBuffers::default, |buffers, (out, row)| {
+            buffers.row(fine, &lit, columns.start, row, &taps, out);
         });
     coarse
 }
 
 /// Buffers of one row.
 #[derive(Default)]
-struct Halving {
+struct DownsampleBuffers {
     line: Vec<f32>,
     even: Vec<f32>,
     odd: Vec<f32>,
 }
 
-impl Halving {
+impl DownsampleBuffers {
+    /// Computes the coarse pixels of `row` from column `first` on. Rows of `fine` that are not `lit` are skipped.
     fn row(
         &mut self,
-        (fine, lit): (&View, &[bool]),
-        (first, row): (i32, i32),
+        fine: &View,
+        lit: &[bool],
+        first: i32,
+        row: i32,
         taps: &[f32; TAPS],
         out: &mut [f32],
     ) {
-        // Two fine samples a coarse one, and the taps beyond.
+        // Two fine samples per coarse one, and the taps beyond.
         let left = 2 * first - HALF + 1;
         self.line.clear();
         self.line.resize(2 * (out.len() + HALF as usize), 0.0);
@@ -133,9 +141,9 @@ impl Halving {
     }
 }
 
-/// Buffers of [`doubled`].
+/// Buffers of [`upsample_tile`].
 #[derive(Default)]
-pub(super) struct Doubling {
+pub(super) struct UpsampleBuffers {
     taps: Option<[f32; TAPS]>,
     window: Vec<f32>,
     tall: Vec<f32>,
@@ -143,43 +151,50 @@ pub(super) struct Doubling {
     odd: Vec<f32>,
 }
 
-/// The tile of `side` (even) pixels from (`left`, `top`) (even) on, out of the level above, into `out`, row-major.
-pub(super) fn doubled(
+/// Upsamples the tile of `side` x `side` pixels at (`left`, `top`) from the next coarser level into `out`, row-major.
+///
+/// Side, left and top are even.
+pub(super) fn upsample_tile(
     coarse: &View,
     (left, top): (i32, i32),
     side: usize,
-    space: &mut Doubling,
+    buffers: &mut UpsampleBuffers,
     out: &mut [f32],
 ) {
-    let taps = *space.taps.get_or_insert_with(taps);
+    let taps = *buffers.taps.get_or_insert_with(taps);
     let (width, height) = (side / 2 + HALF as usize, side / 2 + HALF as usize);
-    let corner = (left.div_euclid(2) - MARGIN, top.div_euclid(2) - MARGIN);
-    if !coarse.copy(corner, (width, height), width, &mut space.window) {
+    let window = Rect {
+        left: left.div_euclid(2) - MARGIN,
+        top: top.div_euclid(2) - MARGIN,
+        width,
+        height,
+    };
+    if !coarse.copy(window, width, &mut buffers.window) {
         out.fill(0.0);
         return;
     }
-    space.tall.resize(width, 0.0);
+    buffers.tall.resize(width, 0.0);
     for (row, line) in out.chunks_exact_mut(side).enumerate() {
-        // Fine pixel 2 m takes coarse m - 5 to m + 4 by the odd taps from the last on, 2 m + 1 takes
-        // m - 4 to m + 5 by the even ones.
+        // Fine pixel 2 m reads coarse m - 5 to m + 4 with the odd taps from the last on; 2 m + 1 reads m - 4 to
+        // m + 5 with the even ones.
         let (m, odd) = (row / 2, row % 2);
-        let mut sum = WeightedSum::new(&mut space.tall);
+        let mut sum = WeightedSum::new(&mut buffers.tall);
         for k in 0..HALF as usize {
-            let source = &space.window[(m + k + odd) * width..][..width];
+            let source = &buffers.window[(m + k + odd) * width..][..width];
             sum.add(source, 2.0 * taps[TAPS - 1 - odd - 2 * k]);
         }
         sum.write();
-        for (half, odd) in [(&mut space.even, 0), (&mut space.odd, 1)] {
+        for (half, odd) in [(&mut buffers.even, 0), (&mut buffers.odd, 1)] {
             half.resize(side / 2, 0.0);
             let mut sum = WeightedSum::new(half);
             for k in 0..HALF as usize {
-                let source = &space.tall[k + odd..k + odd + side / 2];
+                let source = &buffers.tall[k + odd..k + odd + side / 2];
                 sum.add(source, 2.0 * taps[TAPS - 1 - odd - 2 * k]);
             }
             sum.write();
         }
         let (pairs, _) = line.as_chunks_mut::<2>();
-        for ((pair, even), odd) in pairs.iter_mut().zip(&space.even).zip(&space.odd) {
+        for ((pair, even), odd) in pairs.iter_mut().zip(&buffers.even).zip(&buffers.odd) {
             *pair = [*even, *odd];
         }
     }
@@ -188,7 +203,7 @@ pub(super) fn doubled(
 /// Lanes of sums that are kept in registers.
 const LANES: usize = 16;
 
-/// A sum of lines as long as `out`, each times its gain, at most [`TAPS`] of them, in the order added.
+/// A weighted sum of up to [`TAPS`] lines as long as `out`, in the order added.
 struct WeightedSum<'a> {
     out: &'a mut [f32],
     lines: [(&'a [f32], f32); TAPS],
@@ -246,29 +261,34 @@ mod tests {
     use super::*;
 
     fn image(width: usize, height: usize, of: impl Fn(f64, f64) -> f64) -> Image {
-        let mut image = Image::zeros((0, 0), (width, height));
+        let mut image = Image::zeros(Rect {
+            left: 0,
+            top: 0,
+            width,
+            height,
+        });
         for (k, sample) in image.samples.iter_mut().enumerate() {
             *sample = of((k % width) as f64 + 0.5, (k / width) as f64 + 0.5) as f32;
         }
         image
     }
 
-    /// All light of a point is on the coarse level, a quarter as many samples, and comes back.
+    /// The light of a point survives downsampling, where it counts a quarter, and upsampling.
     #[test]
-    fn light_is_kept() {
+    fn the_pyramid_keeps_light() {
         for (x, y) in [(0, 0), (7, 3), (20, 13)] {
             let point = image(21, 14, |u, v| {
                 f64::from(u8::from(u as usize == x && v as usize == y))
             });
-            let coarse = halved(&point.view());
+            let coarse = downsample(&point.view());
             let sum: f32 = coarse.samples.iter().sum();
             assert!((sum - 0.25).abs() < 2e-3, "{sum}");
             let mut out = vec![0.0; 64 * 64];
-            doubled(
+            upsample_tile(
                 &coarse.view(),
                 (-20, -20),
                 64,
-                &mut Doubling::default(),
+                &mut UpsampleBuffers::default(),
                 &mut out,
             );
             let sum: f32 = out.iter().sum();

@@ -1,10 +1,10 @@
-//! Stencils: kernels turned round, as an output pixel sees its sources.
+//! Stencils: the weights with which an output pixel gathers its sources.
 
 use seidel_optics::psf::KernelRows;
 use std::ops::Range;
 
-/// Weights by the offset of a source from an output pixel, column by column. Where it is made of one
-/// source's kernel, the weight at an offset is that kernel's at the opposite one.
+/// Weights by the offset of a source from an output pixel, column by column. The stencil of a single kernel is that
+/// kernel mirrored at its source.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Stencil {
     /// Offset of the first column.
@@ -32,8 +32,8 @@ impl Stencil {
         }
     }
 
-    /// The kernel `drawn`, of unit sum, turned round.
-    pub(super) fn of_kernel(drawn: &KernelRows) -> Self {
+    /// Mirrors a drawn kernel at its source and normalises it to unit sum.
+    pub(super) fn from_kernel(drawn: &KernelRows) -> Self {
         let (columns, rows) = (drawn.columns(), drawn.rows());
         let mut stencil = Self::zeros(
             1 - columns.end..1 - columns.start,
@@ -50,24 +50,23 @@ impl Stencil {
         stencil
     }
 
-    /// Offsets of columns that it covers.
+    /// Returns the column offsets covered.
     pub(super) fn columns(&self) -> Range<i32> {
         self.left..self.left + self.width as i32
     }
 
-    /// Offsets of rows that it covers.
+    /// Returns the row offsets covered.
     pub(super) fn rows(&self) -> Range<i32> {
         self.top..self.top + self.height as i32
     }
 
-    /// The weights of column `x`, counted from the first.
+    /// Returns the weights of column `x`, counted from the first.
     pub(super) fn column(&self, x: usize) -> &[f32] {
         &self.weights[x * self.height..(x + 1) * self.height]
     }
 
-    /// Rows and weights of the column at offset `x` between its first and its last weight that is not
-    /// zero.
-    pub(super) fn lit(&self, x: i32) -> (Range<i32>, &[f32]) {
+    /// Returns the row offsets and weights of the column at offset `x`, from its first to its last non-zero weight.
+    pub(super) fn nonzero_column(&self, x: i32) -> (Range<i32>, &[f32]) {
         if !self.columns().contains(&x) {
             return (0..0, &[]);
         }
@@ -81,27 +80,27 @@ impl Stencil {
         (start..start + (end - first) as i32, &column[first..end])
     }
 
-    /// Sum of all weights.
+    /// Returns the sum of all weights.
     pub(super) fn sum(&self) -> f64 {
         self.weights.iter().map(|w| f64::from(*w)).sum()
     }
 
-    /// Adds `gain` times `weights`, columns of `height` whose first lies at offset `left` and `top`: all
-    /// covered by this stencil.
-    fn add(&mut self, (left, top): (i32, i32), height: usize, weights: &[f32], gain: f32) {
-        let (x, y) = ((left - self.left) as usize, (top - self.top) as usize);
-        for (column, weights) in weights.chunks_exact(height.max(1)).enumerate() {
+    /// Adds `gain` times `other` moved by (`dx`, `dy`), all of which this stencil covers.
+    fn add(&mut self, other: &Self, dx: i32, dy: i32, gain: f32) {
+        let x = (other.left + dx - self.left) as usize;
+        let y = (other.top + dy - self.top) as usize;
+        for (column, weights) in other.weights.chunks_exact(other.height.max(1)).enumerate() {
             let start = (x + column) * self.height + y;
-            let out = &mut self.weights[start..start + height];
+            let out = &mut self.weights[start..start + other.height];
             for (out, weight) in out.iter_mut().zip(weights) {
                 *out += gain * weight;
             }
         }
     }
 
-    /// Adds `other` times `across` and `down`, which hold one weight for each of this stencil's columns
-    /// and rows; what this stencil does not cover is left out.
-    pub(super) fn add_shared(&mut self, other: &Self, across: &[f32], down: &[f32]) {
+    /// Adds `other` times the separable weights `across` and `down`, one for each column and row of this stencil.
+    /// Weights of `other` that this stencil does not cover are skipped.
+    pub(super) fn add_weighted(&mut self, other: &Self, across: &[f32], down: &[f32]) {
         let columns = overlap(self.columns(), other.columns());
         let rows = overlap(self.rows(), other.rows());
         if rows.is_empty() {
@@ -127,8 +126,8 @@ impl Stencil {
         }
     }
 
-    /// The stencil that sees the whole of `parts`, each times its gain.
-    pub(super) fn mean_of(parts: &[(&Self, f64)]) -> Self {
+    /// Returns the sum of `parts`, each times its gain, over the bounding rectangle of all.
+    pub(super) fn weighted_sum(parts: &[(&Self, f64)]) -> Self {
         let Some(((first, _), rest)) = parts.split_first() else {
             return Self::default();
         };
@@ -140,44 +139,28 @@ impl Stencil {
             });
         let mut sum = Self::zeros(columns, rows);
         for (part, gain) in parts {
-            sum.add(
-                (part.left, part.top),
-                part.height,
-                &part.weights,
-                *gain as f32,
-            );
+            sum.add(part, 0, 0, *gain as f32);
         }
         sum
     }
 
-    /// With an even `filter`, its middle tap first, laid over it along both axes.
+    /// Convolves the stencil along both axes with a symmetric `filter`, given from its middle tap to one side.
     pub(super) fn filtered(&self, filter: &[f64]) -> Self {
         let side = filter.len() as i32 - 1;
         let tap = |k: i32| filter[k.unsigned_abs() as usize] as f32;
         let wider = |offsets: Range<i32>| offsets.start - side..offsets.end + side;
         let mut across = Self::zeros(wider(self.columns()), self.rows());
         for k in -side..=side {
-            across.add(
-                (self.left + k, self.top),
-                self.height,
-                &self.weights,
-                tap(k),
-            );
+            across.add(self, k, 0, tap(k));
         }
         let mut both = Self::zeros(across.columns(), wider(self.rows()));
         for k in -side..=side {
-            both.add(
-                (across.left, across.top + k),
-                across.height,
-                &across.weights,
-                tap(k),
-            );
+            both.add(&across, 0, k, tap(k));
         }
         both
     }
 
-    /// Takes away one twelfth px² of variance times `share` along both axes: what integration over a
-    /// pixel adds.
+    /// Subtracts `share` times 1/12 px² of variance along both axes, the variance that integration over a pixel adds.
     pub(super) fn sharpen(&self, share: f64) -> Self {
         let side = (-share / 24.0) as f32;
         let wider = |offsets: Range<i32>| offsets.start - 1..offsets.end + 1;
@@ -185,17 +168,16 @@ impl Stencil {
         let across = [(-1, side), (0, 1.0 - 2.0 * side), (1, side)];
         for (dx, gx) in across {
             for (dy, gy) in across {
-                let place = (self.left + dx, self.top + dy);
-                wide.add(place, self.height, &self.weights, gx * gy);
+                wide.add(self, dx, dy, gx * gy);
             }
         }
         wide
     }
 
-    /// Leaves out the smallest weights, `share` of the light in all, and frees the room about the rest;
-    /// what is left gets the light of what was.
+    /// Truncates the smallest weights at the rim, at most `share` of the light, and crops to the rest. The sum of
+    /// weights is kept.
     pub(super) fn trim(&mut self, share: f64) {
-        let floor = self.floor_of(share);
+        let floor = self.truncation_floor(share);
         let kept = |weights: &[f32]| weights.iter().any(|w| w.abs() >= floor);
         let columns: Vec<usize> = (0..self.width).filter(|x| kept(self.column(*x))).collect();
         let (Some(&first), Some(&last)) = (columns.first(), columns.last()) else {
@@ -232,10 +214,10 @@ impl Stencil {
         }
     }
 
-    /// The size of weight below which all weights together hold at most `share` of the light, to a
-    /// quarter of a power of two.
-    fn floor_of(&self, share: f64) -> f32 {
-        // A histogram over exponents and the two first bits behind.
+    /// Returns the absolute weight below which all weights together hold at most `share` of the light, to a quarter of
+    /// an octave.
+    fn truncation_floor(&self, share: f64) -> f32 {
+        // A histogram over the exponent and the first two mantissa bits.
         const BITS: u32 = 21;
         let mut light = vec![0.0_f64; 1 << (31 - BITS)];
         let mut total = 0.0;
@@ -255,7 +237,7 @@ impl Stencil {
     }
 }
 
-/// What two ranges have in common.
+/// Returns the intersection of two ranges.
 fn overlap(a: Range<i32>, b: Range<i32>) -> Range<i32> {
     a.start.max(b.start)..a.end.min(b.end)
 }
@@ -265,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_covered_is_left_out() {
+    fn weights_that_are_not_covered_are_skipped() {
         let mut part = Stencil::zeros(-1..2, -1..2);
         part.weights.fill(1.0);
         for (columns, rows, inside) in [
@@ -279,7 +261,7 @@ mod tests {
         ] {
             let shares = vec![1.0; columns.len().max(rows.len())];
             let mut sum = Stencil::zeros(columns.clone(), rows.clone());
-            sum.add_shared(&part, &shares, &shares);
+            sum.add_weighted(&part, &shares, &shares);
             assert_eq!(sum.sum(), inside, "{columns:?} {rows:?}");
         }
     }

@@ -1,7 +1,7 @@
 //! The fast renderer against the exact one, and its own properties.
 
 mod adjoint;
-mod lights;
+mod highlights;
 mod properties;
 mod random_lenses;
 mod windows;

@@ -1,0 +1,356 @@
+//! Stencils at the corners of tiles, interpolated from kernels drawn at the nodes of the grid.
+
+use super::lens_probe::LensProbe;
+use super::passband;
+use super::stencil::Stencil;
+use super::tile_grid::TileGrid;
+use crate::scatter::Source;
+use rayon::prelude::*;
+use seidel_optics::error::Result;
+use seidel_optics::psf::KernelRows;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// Optional values on a rectangle of nodes.
+pub(super) struct SparseGrid<T> {
+    columns: Range<i32>,
+    rows: Range<i32>,
+    values: Vec<Option<T>>,
+}
+
+impl<T> SparseGrid<T> {
+    /// An empty grid that covers `wanted` nodes (row, column).
+    fn covering(wanted: &BTreeSet<(i32, i32)>) -> Self {
+        let range = |of: &dyn Fn(&(i32, i32)) -> i32| {
+            let low = wanted.iter().map(of).min().unwrap_or(0);
+            low..wanted.iter().map(of).max().map_or(low, |high| high + 1)
+        };
+        let (rows, columns) = (range(&|p| p.0), range(&|p| p.1));
+        let mut values = Vec::new();
+        values.resize_with(columns.len() * rows.len(), || None);
+        Self {
+            columns,
+            rows,
+            values,
+        }
+    }
+
+    fn slot(&self, (y, x): (i32, i32)) -> Option<usize> {
+        let inside = self.columns.contains(&x) && self.rows.contains(&y);
+        inside.then(|| {
+            (y - self.rows.start) as usize * self.columns.len() + (x - self.columns.start) as usize
+        })
+    }
+
+    /// Returns the value at (row, column).
+    pub(super) fn at(&self, node: (i32, i32)) -> Option<&T> {
+        self.values[self.slot(node)?].as_ref()
+    }
+
+    fn put(&mut self, node: (i32, i32), value: T) {
+        if let Some(slot) = self.slot(node) {
+            self.values[slot] = Some(value);
+        }
+    }
+}
+
+/// One stencil per channel mix.
+pub(super) type MixStencils = Vec<Stencil>;
+
+/// One stencil per lens channel; `None` for unused channels.
+type ChannelStencils = Vec<Option<Stencil>>;
+
+/// How much farther kernels of a coarse level may reach than those of the plate, pixels of the level.
+const ROOM_PX: f64 = 2.0 + passband::SIDE_TAPS as f64;
+
+/// Kernels drawn at nodes, mirrored.
+struct NodeKernels {
+    kernels: SparseGrid<ChannelStencils>,
+    /// Upper bound of how many tiles a kernel reaches.
+    far: i32,
+}
+
+/// Computes the stencils at `wanted` corners (row, column) of `grid`; no light travels farther than `reach`, plate px.
+///
+/// # Errors
+/// A lens that cannot be drawn at some node.
+pub(super) fn compute(
+    lens: &LensProbe,
+    grid: &TileGrid,
+    wanted: &BTreeSet<(i32, i32)>,
+    reach: i32,
+) -> Result<SparseGrid<MixStencils>> {
+    let nodes = node_kernels(lens, grid, wanted, reach)?;
+    let list: Vec<_> = wanted.iter().copied().collect();
+    // Channels are truncated before they are mixed: a mix of planes is then blurred exactly as its planes are.
+    let stencils: Vec<MixStencils> = list
+        .par_iter()
+        .map(|corner| {
+            let channels: ChannelStencils = (0..lens.channel_count())
+                .map(|channel| {
+                    let used = lens.is_used(channel);
+                    used.then(|| {
+                        let share = lens.tolerance.truncated_share;
+                        corner_stencil(grid, &nodes, channel, *corner, share)
+                    })
+                })
+                .collect();
+            let mixes = lens.mixes.iter();
+            mixes.map(|mix| mixed(&channels, mix)).collect()
+        })
+        .collect();
+    let mut out = SparseGrid::covering(wanted);
+    for (corner, stencils) in list.into_iter().zip(stencils) {
+        out.put(corner, stencils);
+    }
+    Ok(out)
+}
+
+/// Draws the kernels of all nodes that contribute to `wanted` corners.
+fn node_kernels(
+    lens: &LensProbe,
+    grid: &TileGrid,
+    wanted: &BTreeSet<(i32, i32)>,
+    reach: i32,
+) -> Result<NodeKernels> {
+    // The bound must not depend on which corners are wanted.
+    let reach = f64::from(reach) / grid.step() + ROOM_PX;
+    let far = 2 + (reach / grid.tile as f64).ceil() as i32;
+    let mut all = nodes_around(grid, wanted, far);
+    let reaches = reaches(lens, grid, &all)?;
+    let corners = AreaCounts::new(wanted);
+    all.retain(|node| corners.any_within(*node, reaches[node]));
+    let drawn = draw_all(lens, grid, &all)?;
+    let mut kernels = SparseGrid::covering(&all);
+    for (node, channels) in all.into_iter().zip(drawn) {
+        kernels.put(node, channels);
+    }
+    Ok(NodeKernels { kernels, far })
+}
+
+/// Returns the grid's nodes at most `far` steps from any of `wanted`.
+fn nodes_around(grid: &TileGrid, wanted: &BTreeSet<(i32, i32)>, far: i32) -> BTreeSet<(i32, i32)> {
+    let near = |at: i32, axis: usize| {
+        (at - far).clamp(0, grid.last[axis])..=(at + far).clamp(0, grid.last[axis])
+    };
+    // Corners beyond an edge are interpolated from the four nodes nearest to it.
+    let least = |range: std::ops::RangeInclusive<i32>, axis: usize| {
+        let last = grid.last[axis];
+        let end = (*range.end()).max(3.min(last));
+        (*range.start()).min((last - 3).max(0))..=end
+    };
+    let mut nodes = BTreeSet::new();
+    for &(y, x) in wanted {
+        for row in least(near(y, 1), 1) {
+            for column in least(near(x, 0), 0) {
+                nodes.insert((row, column));
+            }
+        }
+    }
+    nodes
+}
+
+/// Returns how many steps of the grid the kernels of sources around each node may reach.
+fn reaches(
+    lens: &LensProbe,
+    grid: &TileGrid,
+    nodes: &BTreeSet<(i32, i32)>,
+) -> Result<BTreeMap<(i32, i32), i32>> {
+    let list: Vec<_> = nodes.iter().copied().collect();
+    let reach = |node: &(i32, i32)| {
+        let px = lens.reach_at(grid.node_at(node.1, node.0), &mut Vec::new())?;
+        let steps = (px / grid.step() + ROOM_PX) / grid.tile as f64;
+        Ok((*node, 2 + steps.ceil() as i32))
+    };
+    list.par_iter().map(reach).collect()
+}
+
+/// A summed-area table of a set of nodes (row, column).
+struct AreaCounts {
+    first: (i32, i32),
+    columns: usize,
+    rows: usize,
+    /// Number of nodes above and to the left of each position.
+    sums: Vec<u32>,
+}
+
+impl AreaCounts {
+    fn new(nodes: &BTreeSet<(i32, i32)>) -> Self {
+        let bounds = SparseGrid::<()>::covering(nodes);
+        let (columns, rows) = (bounds.columns.len(), bounds.rows.len());
+        let first = (bounds.rows.start, bounds.columns.start);
+        let mut sums = vec![0; (columns + 1) * (rows + 1)];
+        for row in 0..rows {
+            for column in 0..columns {
+                let node = (first.0 + row as i32, first.1 + column as i32);
+                let at = |row: usize, column: usize| row * (columns + 1) + column;
+                sums[at(row + 1, column + 1)] = u32::from(nodes.contains(&node))
+                    + sums[at(row, column + 1)]
+                    + sums[at(row + 1, column)]
+                    - sums[at(row, column)];
+            }
+        }
+        Self {
+            first,
+            columns,
+            rows,
+            sums,
+        }
+    }
+
+    /// Whether any node of the set lies at most `steps` from `node` along both axes.
+    fn any_within(&self, node: (i32, i32), steps: i32) -> bool {
+        let span = |at: i32, first: i32, count: usize| {
+            let end = |at: i32| (at - first).clamp(0, count as i32) as usize;
+            end(at - steps)..end(at + steps + 1)
+        };
+        let rows = span(node.0, self.first.0, self.rows);
+        let columns = span(node.1, self.first.1, self.columns);
+        let sum = |row: usize, column: usize| self.sums[row * (self.columns + 1) + column];
+        sum(rows.end, columns.end) + sum(rows.start, columns.start)
+            > sum(rows.start, columns.end) + sum(rows.end, columns.start)
+    }
+}
+
+fn draw_all(
+    lens: &LensProbe,
+    grid: &TileGrid,
+    nodes: &BTreeSet<(i32, i32)>,
+) -> Result<Vec<ChannelStencils>> {
+    let list: Vec<_> = nodes.iter().copied().collect();
+    let narrowest = lens.tolerance.min_sigma_for(lens.model);
+    let compensation = passband::compensation_filter(grid.level, narrowest);
+    list.par_iter()
+        .map_init(
+            || (KernelRows::default(), Vec::new()),
+            |(rows, found), node| draw(lens, grid, &compensation, *node, rows, found),
+        )
+        .collect()
+}
+
+/// Draws the mirrored kernels of a source at `node` (row, column), with the pyramid's attenuation compensated.
+fn draw(
+    lens: &LensProbe,
+    grid: &TileGrid,
+    compensation: &[f64],
+    (row, column): (i32, i32),
+    rows: &mut KernelRows,
+    found: &mut Vec<Option<Source>>,
+) -> Result<ChannelStencils> {
+    lens.check_cancelled()?;
+    lens.sources_at(grid.node_at(column, row), found)?;
+    let scale = 1.0 / grid.step();
+    let channels: ChannelStencils = found
+        .iter()
+        .map(|source| {
+            source.as_ref().map(|source| {
+                let shift = (source.shift_px.0 * scale, source.shift_px.1 * scale);
+                lens.model
+                    .draw_rows(&source.blur.rescaled(scale), shift, rows);
+                let mut stencil = Stencil::from_kernel(rows);
+                if lens.model.needs_rays() && grid.level > 0 {
+                    // Rays are integrated over whole pixels of the level instead of the plate's.
+                    stencil = stencil.sharpen(1.0 - scale * scale);
+                }
+                if grid.level > 0 {
+                    stencil = stencil.filtered(compensation);
+                }
+                stencil.trim(lens.tolerance.truncated_share / 8.0);
+                stencil
+            })
+        })
+        .collect();
+    Ok(channels)
+}
+
+/// Returns the sum of the channels' stencils with the weights of a mix.
+fn mixed(channels: &[Option<Stencil>], mix: &[f64]) -> Stencil {
+    let parts: Vec<(&Stencil, f64)> = channels
+        .iter()
+        .zip(mix)
+        .filter(|(_, weight)| **weight != 0.0)
+        .filter_map(|(stencil, weight)| stencil.as_ref().map(|s| (s, *weight)))
+        .collect();
+    match parts[..] {
+        [(only, 1.0)] => only.clone(),
+        _ => Stencil::weighted_sum(&parts),
+    }
+}
+
+/// Computes the stencil of an output pixel at the corner (row, column).
+///
+/// The weight at each offset is that of the source there, whose kernel is interpolated from the nodes around it.
+fn corner_stencil(
+    grid: &TileGrid,
+    nodes: &NodeKernels,
+    channel: usize,
+    (row, column): (i32, i32),
+    truncated_share: f64,
+) -> Stencil {
+    let (columns, rows) = source_offsets(grid, nodes, channel, (row, column));
+    let mut out = Stencil::zeros(columns.clone(), rows.clone());
+    if columns.is_empty() || rows.is_empty() {
+        return out;
+    }
+    let across = grid.interpolation_weights(0, column, columns);
+    let down = grid.interpolation_weights(1, row, rows);
+    for node_row in down.nodes() {
+        for node_column in across.nodes() {
+            let Some(kernel) = nodes.kernel((node_row, node_column), channel) else {
+                continue;
+            };
+            out.add_weighted(kernel, across.of(node_column), down.of(node_row));
+        }
+    }
+    out.trim(truncated_share);
+    out
+}
+
+impl NodeKernels {
+    /// Returns the kernel of `channel` at a node, where it was drawn.
+    fn kernel(&self, node: (i32, i32), channel: usize) -> Option<&Stencil> {
+        self.kernels.at(node)?.get(channel)?.as_ref()
+    }
+}
+
+/// Returns the column and row offsets of the sources whose interpolated kernels reach a corner.
+fn source_offsets(
+    grid: &TileGrid,
+    nodes: &NodeKernels,
+    channel: usize,
+    (row, column): (i32, i32),
+) -> (Range<i32>, Range<i32>) {
+    let far = nodes.far;
+    let (mut columns, mut rows) = (0..0, 0..0);
+    let join = |a: &mut Range<i32>, b: Range<i32>| {
+        *a = if a.start >= a.end {
+            b
+        } else {
+            a.start.min(b.start)..a.end.max(b.end)
+        };
+    };
+    // A node contributes to sources up to two tiles away.
+    let slack = 2 * grid.tile as i32;
+    let around = row - far..=row + far;
+    let all = around.flat_map(|y| (column - far..=column + far).map(move |x| (y, x)));
+    for (node_row, node_column) in all {
+        let Some(kernel) = nodes.kernel((node_row, node_column), channel) else {
+            continue;
+        };
+        let x = (node_column - column) * grid.tile as i32;
+        let y = (node_row - row) * grid.tile as i32;
+        let near = |at: i32, offsets: Range<i32>| {
+            let (low, high) = (
+                (at - slack).max(offsets.start),
+                (at + slack).min(offsets.end),
+            );
+            low..high.max(low)
+        };
+        let (x, y) = (near(x, kernel.columns()), near(y, kernel.rows()));
+        if !x.is_empty() && !y.is_empty() {
+            join(&mut columns, x);
+            join(&mut rows, y);
+        }
+    }
+    (columns, rows)
+}

@@ -1,0 +1,261 @@
+//! The linear part of a render: planes go down the pyramid, are gathered tile by tile and upsampled again. `adjoint`
+//! holds its transpose.
+
+use super::corner_stencils::{MixStencils, SparseGrid};
+use super::edges::{folded, with_mirrored_margin};
+use super::fir::{BilinearFir, LANES, ROWS};
+use super::image::{Image, Rect, Size, View};
+use super::plan::Level;
+use super::pyramid::{UpsampleBuffers, downsample, upsample_tile};
+use crate::{Edges, RenderWindow, cancelled};
+use rayon::prelude::*;
+use seidel_optics::error::Result;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A planned render with its stencils, applicable to any light.
+pub(super) struct GatherPass {
+    /// The work of all levels, finest first.
+    pub(super) levels: Vec<Level>,
+    /// Stencils of each level, at the corners of gathered tiles.
+    pub(super) stencils: Vec<SparseGrid<MixStencils>>,
+    /// Level at which light beyond the plate's edges is folded back.
+    pub(super) fold_level: usize,
+    /// Index of each plane's stencil at a corner.
+    pub(super) mix_of: Vec<usize>,
+    /// Size of the plate.
+    pub(super) size: Size,
+    pub(super) edges: Edges,
+}
+
+impl GatherPass {
+    /// Blurs `planes` and returns the pixels of `window`.
+    ///
+    /// # Errors
+    /// A cancelled render, if `progress` returned false.
+    pub(super) fn forward(
+        &self,
+        planes: &[View],
+        window: RenderWindow,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Vec<f32>>> {
+        let images = self.finest_images(planes, progress)?;
+        let plates = images
+            .par_iter()
+            .map(|image| folded(image, self.size, self.edges_at(0), window));
+        Ok(plates.collect())
+    }
+
+    /// Returns the boundary condition with which the images of `level` are cut to the plate.
+    pub(super) fn edges_at(&self, level: usize) -> Edges {
+        if level == self.fold_level {
+            self.edges
+        } else {
+            Edges::Black
+        }
+    }
+
+    /// Returns the size of the plate on `level`, which is the fold level or finer.
+    pub(super) fn size_at(&self, level: usize) -> Size {
+        Size {
+            width: self.size.width >> level,
+            height: self.size.height >> level,
+        }
+    }
+
+    /// Returns the pixels that a level computes.
+    pub(super) fn rect(level: &Level) -> Rect {
+        let extent = level.extent();
+        let side = level.grid.tile;
+        Rect {
+            left: extent.columns.start * side as i32,
+            top: extent.rows.start * side as i32,
+            width: extent.columns.len() * side,
+            height: extent.rows.len() * side,
+        }
+    }
+
+    /// Computes all levels from the coarsest to the finest, and returns the images of the finest.
+    fn finest_images(
+        &self,
+        planes: &[View],
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Vec<Image>> {
+        let mut pyramid: Vec<Vec<Image>> = Vec::new();
+        for level in 1..self.levels.len() {
+            let above = match level {
+                1 => planes.iter().map(downsample).collect(),
+                _ => pyramid[level - 2]
+                    .iter()
+                    .map(|image| downsample(&image.view()))
+                    .collect(),
+            };
+            pyramid.push(above);
+        }
+        let rows = self.levels.iter().map(|level| level.extent().rows.len());
+        let total = rows.sum::<usize>() * planes.len();
+        let done = AtomicUsize::new(0);
+        let mut coarser: Vec<Image> = vec![Image::default(); planes.len()];
+        for (level, stencils) in self.levels.iter().zip(&self.stencils).rev() {
+            let views: Vec<View> = match level.grid.level {
+                0 => planes.to_vec(),
+                above => pyramid[above as usize - 1]
+                    .iter()
+                    .map(Image::view)
+                    .collect(),
+            };
+            let extent = level.extent();
+            let mut images = vec![Image::zeros(Self::rect(level)); planes.len()];
+            let mut bands = Vec::new();
+            for (plane, image) in images.iter_mut().enumerate() {
+                let band = level.grid.tile * image.width.max(1);
+                for (row, band) in extent.rows.clone().zip(image.samples.chunks_exact_mut(band)) {
+                    bands.push((plane, row, band));
+                }
+            }
+            bands.into_par_iter().try_for_each_init(
+                Scratch::default,
+                |scratch, (plane, row, band)| {
+                    let job = BandJob {
+                        level,
+                        stencils,
+                        mix: self.mix_of[plane],
+                        sources: &views[plane],
+                        coarser: &coarser[plane].view(),
+                    };
+                    job.band(row, extent.columns.clone(), band, scratch);
+                    let share = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64;
+                    if progress(share) {
+                        Ok(())
+                    } else {
+                        Err(cancelled())
+                    }
+                },
+            )?;
+            coarser = self.closed(images, level.grid.level as usize);
+        }
+        Ok(coarser)
+    }
+
+    /// Prepares the images of a level for the next finer one: unchanged, or from the fold level down the plate with its
+    /// mirrored margin.
+    fn closed(&self, images: Vec<Image>, level: usize) -> Vec<Image> {
+        if level == 0 || level > self.fold_level {
+            return images;
+        }
+        let (size, edges) = (self.size_at(level), self.edges_at(level));
+        let window = RenderWindow::from_size(size.width, size.height);
+        let close =
+            |image: &Image| with_mirrored_margin(&folded(image, size, edges, window), size);
+        images.par_iter().map(close).collect()
+    }
+}
+
+/// Returns the size gathered for a tile of `side` pixels, rounded up to whole vectors and blocks of rows.
+pub(super) fn gathered_size(side: usize) -> Size {
+    Size {
+        width: side.next_multiple_of(LANES),
+        height: side.next_multiple_of(ROWS),
+    }
+}
+
+/// The inputs of one plane's tiles at one level.
+struct BandJob<'a> {
+    level: &'a Level,
+    stencils: &'a SparseGrid<MixStencils>,
+    mix: usize,
+    sources: &'a View<'a>,
+    coarser: &'a View<'a>,
+}
+
+/// Buffers of one thread.
+#[derive(Default)]
+struct Scratch {
+    fir: BilinearFir,
+    window: Vec<f32>,
+    tile: Vec<f32>,
+    upsampling: UpsampleBuffers,
+}
+
+/// Sets `fir` to the stencils of channel mix `mix` at the corners of the tile (row, column).
+pub(super) fn set_fir(
+    level: &Level,
+    stencils: &SparseGrid<MixStencils>,
+    mix: usize,
+    (row, column): (i32, i32),
+    fir: &mut BilinearFir,
+) {
+    let corners = [
+        (row, column),
+        (row, column + 1),
+        (row + 1, column),
+        (row + 1, column + 1),
+    ];
+    let Some(stencils) = corners
+        .map(|corner| stencils.at(corner).map(|mixes| &mixes[mix]))
+        .into_iter()
+        .collect::<Option<Vec<_>>>()
+    else {
+        unreachable!("stencils exist at the corners of all gathered tiles");
+    };
+    let corners = [stencils[0], stencils[1], stencils[2], stencils[3]];
+    fir.set(corners, level.grid.tile);
+}
+
+impl BandJob<'_> {
+    /// Computes the tiles of `row` in `columns` into `band`.
+    fn band(
+        &self,
+        row: i32,
+        columns: std::ops::Range<i32>,
+        band: &mut [f32],
+        scratch: &mut Scratch,
+    ) {
+        let side = self.level.grid.tile;
+        let stride = columns.len() * side;
+        for (slot, column) in columns.enumerate() {
+            let tile = (row, column);
+            // Gathered tiles are rounded up to whole vectors.
+            let mut width = side;
+            if self.level.gathered.contains(&tile) {
+                self.gather(tile, scratch);
+                width = gathered_size(side).width;
+            } else if self.level.upsampled.contains(&tile) {
+                let corner = (column * side as i32, row * side as i32);
+                scratch.tile.resize(side * side, 0.0);
+                upsample_tile(
+                    self.coarser,
+                    corner,
+                    side,
+                    &mut scratch.upsampling,
+                    &mut scratch.tile,
+                );
+            } else {
+                continue;
+            }
+            for (y, line) in scratch.tile.chunks_exact(width).take(side).enumerate() {
+                band[y * stride + slot * side..][..side].copy_from_slice(&line[..side]);
+            }
+        }
+    }
+
+    /// Gathers the tile (row, column) into `scratch.tile`.
+    fn gather(&self, (row, column): (i32, i32), scratch: &mut Scratch) {
+        let side = self.level.grid.tile;
+        let fir = &mut scratch.fir;
+        set_fir(self.level, self.stencils, self.mix, (row, column), fir);
+        let Size { width, height } = gathered_size(side);
+        let window = Rect {
+            left: column * side as i32 + fir.columns.start,
+            top: row * side as i32 + fir.rows.start,
+            width: width + fir.columns.len().max(1) - 1,
+            height: height + fir.rows.len().max(1) - 1,
+        };
+        let stride = window.width + LANES;
+        scratch.tile.resize(width * height, 0.0);
+        if fir.len() > 0 && self.sources.copy(window, stride, &mut scratch.window) {
+            fir.gather(&scratch.window, stride, width, &mut scratch.tile);
+        } else {
+            scratch.tile.fill(0.0);
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The tiles of a pyramid level, and the nodes at their corners where the lens is evaluated.
+
+use super::image::Size;
+use std::ops::Range;
+
+/// Square tiles of a level's pixels, anchored at the plate's top-left outer corner.
+///
+/// Tiles and nodes depend on the plate alone, not on the part to render.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct TileGrid {
+    /// Pyramid level; its pixels are 2^level plate pixels wide.
+    pub(super) level: u32,
+    /// Side of a tile, pixels of the level.
+    pub(super) tile: usize,
+    /// Index of the last node along x and y: all sources lie between nodes 0 and this one.
+    pub(super) last: [i32; 2],
+}
+
+/// Interpolation weights of the nodes around each source, for sources at consecutive offsets along one axis.
+#[derive(Debug)]
+pub(super) struct NodeWeights {
+    first: i32,
+    weights: Vec<Vec<f32>>,
+}
+
+impl TileGrid {
+    /// The grid of tiles with sides of `tile` pixels at `level` over a plate of `size`.
+    pub(super) fn new(level: u32, tile: usize, size: Size) -> Self {
+        let side = tile << level;
+        Self {
+            level,
+            tile,
+            last: [size.width, size.height].map(|size| size.div_ceil(side).max(1) as i32),
+        }
+    }
+
+    /// Returns the width of one of the level's pixels, plate px.
+    pub(super) fn step(&self) -> f64 {
+        f64::from(1_u32 << self.level)
+    }
+
+    /// Returns the plate point of node (`x`, `y`), px from the plate's outer corner.
+    pub(super) fn node_at(&self, x: i32, y: i32) -> (f64, f64) {
+        let side = (self.tile << self.level) as f64;
+        (f64::from(x) * side, f64::from(y) * side)
+    }
+
+    /// Returns the plate columns that a tile (row, column) covers.
+    pub(super) fn plate_columns(&self, (_, column): (i32, i32)) -> Range<i32> {
+        let side = (self.tile << self.level) as i32;
+        column * side..(column + 1) * side
+    }
+
+    /// Returns the plate rows that a tile (row, column) covers.
+    pub(super) fn plate_rows(&self, (row, _): (i32, i32)) -> Range<i32> {
+        let side = (self.tile << self.level) as i32;
+        row * side..(row + 1) * side
+    }
+
+    /// Returns the weights of the nodes along `axis` for sources at `offsets`, pixels of the level from node `corner`.
+    ///
+    /// Sources are interpolated by the cubic (Lagrange) polynomial through the four nodes around them, by a lower
+    /// degree on smaller grids, and by the nearest four nodes at the plate's edge. Weights extend one tile beyond the
+    /// last nodes: there are no sources, but the stencil of a corner must be right half way to the next.
+    pub(super) fn interpolation_weights(
+        &self,
+        axis: usize,
+        corner: i32,
+        offsets: Range<i32>,
+    ) -> NodeWeights {
+        let last = self.last[axis];
+        let count = (last + 1).min(4);
+        let node_of = |offset: i32| {
+            let at = f64::from(corner) + f64::from(offset) / self.tile as f64;
+            at.clamp(-1.0, f64::from(last + 1))
+        };
+        let base_of = |at: f64| ((at.floor() as i32) - 1).clamp(0, last + 1 - count);
+        let first = base_of(node_of(offsets.start));
+        let end = base_of(node_of(offsets.end - 1)) + count;
+        let mut weights = vec![vec![0.0_f32; offsets.len()]; (end - first) as usize];
+        for (slot, offset) in offsets.clone().enumerate() {
+            let at = node_of(offset);
+            let base = base_of(at);
+            for k in 0..count {
+                let others = (0..count).filter(|other| *other != k);
+                let weight: f64 = others
+                    .map(|other| (at - f64::from(base + other)) / f64::from(k - other))
+                    .product();
+                weights[(base + k - first) as usize][slot] = weight as f32;
+            }
+        }
+        NodeWeights { first, weights }
+    }
+}
+
+impl NodeWeights {
+    /// Returns the nodes with a weight in any source.
+    pub(super) fn nodes(&self) -> Range<i32> {
+        self.first..self.first + self.weights.len() as i32
+    }
+
+    /// Returns the weights of `node` for the sources at all offsets.
+    pub(super) fn of(&self, node: i32) -> &[f32] {
+        &self.weights[(node - self.first) as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interpolation_is_exact_for_cubics() {
+        let size = Size {
+            width: 100,
+            height: 40,
+        };
+        let grid = TileGrid::new(0, 16, size);
+        assert_eq!(grid.last, [7, 3]);
+        let cubic = |x: f64| 1.0 + 0.5 * x - 0.3 * x * x + 0.07 * x * x * x;
+        for corner in -1..=8 {
+            let weights = grid.interpolation_weights(0, corner, -21..30);
+            for offset in -21..30 {
+                let at = (f64::from(corner) + f64::from(offset) / 16.0).clamp(-1.0, 8.0);
+                let interpolated: f64 = weights
+                    .nodes()
+                    .map(|n| f64::from(weights.of(n)[(offset + 21) as usize]) * cubic(f64::from(n)))
+                    .sum();
+                assert!(
+                    (interpolated - cubic(at)).abs() < 1e-4,
+                    "{corner} {offset}: {interpolated}"
+                );
+            }
+        }
+    }
+}
