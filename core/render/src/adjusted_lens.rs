@@ -1,4 +1,4 @@
-//! A lens used otherwise than it was measured: stronger or weaker, channel by channel, about another axis.
+//! A lens with adjusted strength, colour fringing and optical axis.
 
 use crate::{BlurField, DisplacedBlur};
 use seidel_optics::error::{Error, Result};
@@ -8,23 +8,25 @@ use seidel_optics::sensor::Tone;
 /// Largest amount and channel scale.
 pub const MAX_AMOUNT: f64 = 16.0;
 
-/// A lens with its effect adjusted. Neutral values leave it as it is, to the bit.
+/// A lens with its effect scaled and moved. Neutral values leave it unchanged to the bit.
 pub struct AdjustedLens<'a> {
     lens: &'a dyn BlurField,
     amount: f64,
     channel_scales: Vec<f64>,
-    /// Half frame widths.
+    /// Offset of the axis, half frame widths.
     offset: (f64, f64),
 }
 
 impl<'a> AdjustedLens<'a> {
-    /// `lens` with blur and displacement scaled by `amount` (0: none, 1: as the lens says), the blur of
-    /// each channel scaled by its own of `channel_scales` besides, and its axis moved by
-    /// `axis_offset_px` (x, y), pixels of the lens's frame. What the sensor does to pixel values stays.
+    /// Wraps `lens`.
+    ///
+    /// `amount` scales blur and displacement: 0 is none, 1 the lens as it is. `channel_scales` additionally scale the
+    /// blur of each channel. `axis_offset_px` (x, y) moves the axis, pixels of the lens's frame. The sensor's tone
+    /// stays.
     ///
     /// # Errors
-    /// An amount that is not from 0 to [`MAX_AMOUNT`], a scale that is not above 0 and up to it, the wrong
-    /// number of scales, and an offset that is not finite.
+    /// An amount outside 0 to [`MAX_AMOUNT`], a scale that is not above 0 and up to it, the wrong number of scales,
+    /// and an offset that is not finite.
     pub fn new(
         lens: &'a dyn BlurField,
         amount: f64,
@@ -102,10 +104,10 @@ mod tests {
     use seidel_optics::moments::CentralMoments;
     use seidel_optics::psf::LocalBlur;
 
-    /// Blur and displacement that differ with field, channel and depth.
-    struct Made;
+    /// A lens whose blur and displacement vary with field, channel and depth.
+    struct VaryingLens;
 
-    impl BlurField for Made {
+    impl BlurField for VaryingLens {
         fn frame(&self) -> Frame {
             Frame::new(300, 200, None).expect("a valid frame")
         }
@@ -128,53 +130,57 @@ mod tests {
 
     #[test]
     fn neutral_values_change_no_bit() {
-        let same = AdjustedLens::new(&Made, 1.0, vec![1.0; 2], (0.0, 0.0)).expect("neutral");
+        let same = AdjustedLens::new(&VaryingLens, 1.0, vec![1.0; 2], (0.0, 0.0)).expect("neutral");
         for channel in 0..2 {
             assert_eq!(
                 same.blur_at(channel, AT, 0.4),
-                Made.blur_at(channel, AT, 0.4)
+                VaryingLens.blur_at(channel, AT, 0.4)
             );
         }
     }
 
     #[test]
     fn amount_scales_blur_and_displacement_and_channel_scales_blur_alone() {
-        let want = Made.blur_at(1, AT, 0.0);
+        let want = VaryingLens.blur_at(1, AT, 0.0);
         let root = |placed: &DisplacedBlur| placed.blur.moments.mu20.sqrt();
-        let lens = AdjustedLens::new(&Made, 2.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
+        let lens = AdjustedLens::new(&VaryingLens, 2.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
         let twice = lens.blur_at(1, AT, 0.0);
         assert!((root(&twice) / root(&want) - 2.0).abs() < 1e-12);
         assert_eq!(twice.displacement_px.0, 2.0 * want.displacement_px.0);
-        let lens = AdjustedLens::new(&Made, 1.0, vec![1.0, 2.0], (0.0, 0.0)).expect("valid");
+        let lens = AdjustedLens::new(&VaryingLens, 1.0, vec![1.0, 2.0], (0.0, 0.0)).expect("valid");
         let wide = lens.blur_at(1, AT, 0.0);
         assert!((root(&wide) / root(&want) - 2.0).abs() < 1e-12);
         assert_eq!(wide.displacement_px, want.displacement_px);
-        assert_eq!(lens.blur_at(0, AT, 0.0), Made.blur_at(0, AT, 0.0));
-        let lens = AdjustedLens::new(&Made, 0.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
+        assert_eq!(lens.blur_at(0, AT, 0.0), VaryingLens.blur_at(0, AT, 0.0));
+        let lens = AdjustedLens::new(&VaryingLens, 0.0, vec![1.0; 2], (0.0, 0.0)).expect("valid");
         let none = lens.blur_at(1, AT, 0.0);
         assert_eq!(none.displacement_px, (0.0, 0.0));
         assert_eq!(none.blur.moments.to_array(), [0.0; 7]);
     }
 
     #[test]
-    fn an_axis_offset_is_a_shift_of_the_frame() {
-        let lens = AdjustedLens::new(&Made, 1.0, vec![1.0; 2], (30.0, -12.0)).expect("valid");
-        let frame = Made.frame();
+    fn an_axis_offset_shifts_the_frame() {
+        let lens =
+            AdjustedLens::new(&VaryingLens, 1.0, vec![1.0; 2], (30.0, -12.0)).expect("valid");
+        let frame = VaryingLens.frame();
         let point = frame.image_point(AT);
         let moved = frame.field_point(seidel_optics::field::ImagePoint::new(
             point.x_px - 30.0,
             point.y_px + 12.0,
         ));
-        let (got, want) = (lens.blur_at(0, AT, 0.0), Made.blur_at(0, moved, 0.0));
+        let (got, want) = (lens.blur_at(0, AT, 0.0), VaryingLens.blur_at(0, moved, 0.0));
         assert!((got.blur.moments.mu20 - want.blur.moments.mu20).abs() < 1e-12);
         assert!((got.displacement_px.1 - want.displacement_px.1).abs() < 1e-12);
-        assert!((got.displacement_px.1 - Made.blur_at(0, AT, 0.0).displacement_px.1).abs() > 0.1);
+        assert!(
+            (got.displacement_px.1 - VaryingLens.blur_at(0, AT, 0.0).displacement_px.1).abs() > 0.1
+        );
     }
 
     #[test]
-    fn values_that_cannot_be_are_refused() {
-        let all =
-            |amount, scale, x| AdjustedLens::new(&Made, amount, vec![1.0, scale], (x, 0.0)).err();
+    fn invalid_values_are_refused() {
+        let all = |amount, scale, x| {
+            AdjustedLens::new(&VaryingLens, amount, vec![1.0, scale], (x, 0.0)).err()
+        };
         assert!(all(4.0, 1.5, 3.0).is_none());
         for (amount, scale, x) in [
             (-0.1, 1.0, 0.0),
@@ -186,6 +192,6 @@ mod tests {
         ] {
             assert!(all(amount, scale, x).is_some(), "{amount} {scale} {x}");
         }
-        assert!(AdjustedLens::new(&Made, 1.0, vec![1.0], (0.0, 0.0)).is_err());
+        assert!(AdjustedLens::new(&VaryingLens, 1.0, vec![1.0], (0.0, 0.0)).is_err());
     }
 }

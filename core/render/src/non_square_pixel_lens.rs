@@ -1,19 +1,18 @@
-//! A lens seen by pixels that are not square: those of anamorphic plates, and of some video.
+//! A lens on pixels that are not square, as those of anamorphic plates and some video.
 
 use crate::{BlurField, DisplacedBlur};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::sensor::Tone;
 
-/// Most that a pixel's width may be of its height, or its height of its width.
+/// Largest pixel aspect, and one over the smallest.
 pub const MAX_PIXEL_ASPECT: f64 = 16.0;
 
-/// A lens in whose frame pixels are `pixel_aspect` times as wide as they are high.
+/// A lens with a frame of pixels that are `pixel_aspect` times as wide as they are high.
 ///
-/// Its frame is the lens's own with lengths along x divided by the aspect, and so are displacements; blur is
-/// given on such pixels ([`LocalBlur::on_wider_pixels`](seidel_optics::psf::LocalBlur::on_wider_pixels)). Whatever asks a
-/// [`BlurField`] can ask this one: a [`PlateMap`](crate::PlateMap) then is in pixels of its frame, of one scale
-/// along both axes. With square pixels use the lens itself.
+/// Frame, displacement and blur are those of the lens with lengths along x divided by the aspect
+/// ([`LocalBlur::on_wider_pixels`](seidel_optics::psf::LocalBlur::on_wider_pixels)). A [`PlateMap`](crate::PlateMap) for
+/// this lens is in pixels of its frame, with one scale along both axes. With square pixels use the lens itself.
 pub struct NonSquarePixelLens<'a> {
     lens: &'a dyn BlurField,
     pixel_aspect: f64,
@@ -23,7 +22,7 @@ pub struct NonSquarePixelLens<'a> {
 }
 
 impl<'a> NonSquarePixelLens<'a> {
-    /// `lens` seen by pixels `pixel_aspect` times as wide as they are high.
+    /// Wraps `lens` for pixels that are `pixel_aspect` times as wide as they are high.
     ///
     /// # Errors
     /// An aspect that is not from 1 / [`MAX_PIXEL_ASPECT`] to [`MAX_PIXEL_ASPECT`].
@@ -39,7 +38,7 @@ impl<'a> NonSquarePixelLens<'a> {
             ));
         }
         let whole = lens.frame();
-        // Whole pixels; what that rounds off is in the units.
+        // Rounded up to whole pixels; `units` accounts for the rest.
         let width = (f64::from(whole.width_px()) / pixel_aspect).ceil();
         let axis = ImagePoint::new(whole.axis().x_px / pixel_aspect, whole.axis().y_px);
         let frame = Frame::new(width as u32, whole.height_px(), Some(axis))?;

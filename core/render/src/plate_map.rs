@@ -1,19 +1,20 @@
-//! Where a plate lies in the frame of a lens.
+//! The position of a plate in the frame of a lens.
 
 use seidel_optics::field::ImagePoint;
 
-/// Where the pixels of a plate lie in the lens's frame. Plates whose pixels are not square are seen through a
-/// [`NonSquarePixelLens`] lens.
+/// The position and scale of a plate in the lens's frame.
+///
+/// It applies to square pixels. For others wrap the lens in a [`NonSquarePixelLens`](crate::NonSquarePixelLens).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateMap {
-    /// Lens-frame position of the plate's top-left outer corner.
+    /// Position of the plate's top-left outer corner in the lens's frame.
     pub origin: ImagePoint,
-    /// Plate pixels that make up one lens-frame pixel.
+    /// Plate pixels per pixel of the lens's frame.
     pub scale: f64,
 }
 
 impl PlateMap {
-    /// The map of a plate that begins (`columns`, `rows`) pixels further on, or before where these are negative.
+    /// Returns the map of a plate that begins `columns` to the right and `rows` below this one; both may be negative.
     pub fn moved(&self, columns: f64, rows: f64) -> Self {
         Self {
             origin: ImagePoint::new(
@@ -24,7 +25,7 @@ impl PlateMap {
         }
     }
 
-    /// Lens-frame position of the centre of plate pixel (`column`, `row`).
+    /// Returns the position of the centre of plate pixel (`column`, `row`) in the lens's frame.
     pub fn frame_point(&self, column: usize, row: usize) -> ImagePoint {
         ImagePoint::new(
             self.origin.x_px + (column as f64 + 0.5) / self.scale,

@@ -108,7 +108,11 @@ impl GatherPass {
             let mut bands = Vec::new();
             for (plane, image) in images.iter_mut().enumerate() {
                 let band = level.grid.tile * image.width.max(1);
-                for (row, band) in extent.rows.clone().zip(image.samples.chunks_exact_mut(band)) {
+                for (row, band) in extent
+                    .rows
+                    .clone()
+                    .zip(image.samples.chunks_exact_mut(band))
+                {
                     bands.push((plane, row, band));
                 }
             }
@@ -144,8 +148,7 @@ impl GatherPass {
         }
         let (size, edges) = (self.size_at(level), self.edges_at(level));
         let window = RenderWindow::from_size(size.width, size.height);
-        let close =
-            |image: &Image| with_mirrored_margin(&folded(image, size, edges, window), size);
+        let close = |image: &Image| with_mirrored_margin(&folded(image, size, edges, window), size);
         images.par_iter().map(close).collect()
     }
 }

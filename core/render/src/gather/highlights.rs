@@ -343,8 +343,7 @@ impl HighlightBlock {
             lens.sources_at((*column as f64 + 0.5, *row as f64 + 0.5), &mut found)?;
             for (channel, source) in found.iter().enumerate() {
                 let Some(source) = source else { continue };
-                lens.model
-                    .draw_rows(&source.blur, source.shift_px, kernel);
+                lens.model.draw_rows(&source.blur, source.shift_px, kernel);
                 self.scatter_pixel(index, channel, planes, kernel, &mut images);
             }
         }
@@ -440,7 +439,11 @@ mod tests {
     }
 
     /// A plate with a rectangle of light at (`column`, `row`).
-    fn with_light((column, row): (usize, usize), (width, height): (usize, usize), light: f32) -> Vec<f32> {
+    fn with_light(
+        (column, row): (usize, usize),
+        (width, height): (usize, usize),
+        light: f32,
+    ) -> Vec<f32> {
         let mut samples = plate();
         for y in row..row + height {
             samples[y * WIDTH + column..][..width].fill(light);

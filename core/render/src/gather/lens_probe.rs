@@ -82,11 +82,7 @@ impl LensProbe<'_> {
     ///
     /// # Errors
     /// A lens that cannot be drawn there.
-    pub(super) fn sources_at(
-        &self,
-        at: (f64, f64),
-        found: &mut Vec<Option<Source>>,
-    ) -> Result<()> {
+    pub(super) fn sources_at(&self, at: (f64, f64), found: &mut Vec<Option<Source>>) -> Result<()> {
         self.sources
             .at(at, self.vergence, |channel| self.is_used(channel), found)
     }
@@ -154,10 +150,7 @@ impl LensProbe<'_> {
         let widest = MAX_TILE.min(size.width.min(size.height) / 3).max(1);
         let widest = widest as f64;
         let side_at = |probe: &(f64, f64), first: f64| {
-            let at = (
-                probe.0 * size.width as f64,
-                probe.1 * size.height as f64,
-            );
+            let at = (probe.0 * size.width as f64, probe.1 * size.height as f64);
             self.side_at(at, size, first, widest)
         };
         let (first, rest) = (&PROBES[0], &PROBES[1..]);
@@ -177,13 +170,7 @@ impl LensProbe<'_> {
 
     /// Searches the largest tile side around `at`, from `first` and up to `widest`, plate px, at the coarsest level
     /// that draws the blur there.
-    fn side_at(
-        &self,
-        at: (f64, f64),
-        size: Size,
-        first: f64,
-        widest: f64,
-    ) -> Result<ProbedSide> {
+    fn side_at(&self, at: (f64, f64), size: Size, first: f64, widest: f64) -> Result<ProbedSide> {
         let sigma = self.min_sigma(at).max(1e-3);
         let level_for = |narrowest: f64| (sigma / narrowest).log2().floor().clamp(0.0, 16.0);
         let level = level_for(self.tolerance.min_sigma_for(self.model));

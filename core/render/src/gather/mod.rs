@@ -229,13 +229,7 @@ impl Job<'_> {
         });
         let fold_level = fold_early(size, self.scene.edges, &mut levels);
         if self.window != RenderWindow::whole(self.scene) {
-            prune_to_window(
-                &mut levels,
-                fold_level,
-                size,
-                self.scene.edges,
-                self.window,
-            );
+            prune_to_window(&mut levels, fold_level, size, self.scene.edges, self.window);
         }
         Ok(Plan {
             levels,

@@ -76,7 +76,10 @@ impl Operator {
     pub fn apply(&self, planes: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
         self.check(planes)?;
         let size = self.pass.size;
-        let views: Vec<_> = planes.iter().map(|plane| View::whole(size, plane)).collect();
+        let views: Vec<_> = planes
+            .iter()
+            .map(|plane| View::whole(size, plane))
+            .collect();
         let window = RenderWindow::from_size(size.width, size.height);
         self.pass.forward(&views, window, &|_| true)
     }

@@ -117,7 +117,10 @@ mod tests {
                 .fold(0.0, f64::max)
         };
         let coarse = downsample(&fine.view());
-        let (without, with) = (worst(&coarse), worst(&convolved(&coarse, &compensation_filter(1, 1.15))));
+        let (without, with) = (
+            worst(&coarse),
+            worst(&convolved(&coarse, &compensation_filter(1, 1.15))),
+        );
         assert!(with < 1e-3 && without > 10.0 * with, "{with} {without}");
     }
 }

@@ -61,12 +61,7 @@ pub(super) fn prune_to_window(
 
 /// Returns the tiles of the plate that receive a tile's light once it is folded back; the tile itself where nothing
 /// folds.
-fn folded_tiles(
-    grid: &TileGrid,
-    (row, column): (i32, i32),
-    size: Size,
-    edges: Edges,
-) -> Tiles {
+fn folded_tiles(grid: &TileGrid, (row, column): (i32, i32), size: Size, edges: Edges) -> Tiles {
     let span = |at: i32, size: usize| -> RangeInclusive<i32> {
         let side = grid.tile as i32;
         let on_level = (size >> grid.level).max(1);

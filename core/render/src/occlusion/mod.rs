@@ -1,54 +1,54 @@
-//! Occlusion on top of any renderer: near over far, and what a blurred foreground uncovers.
+//! Occlusion on top of any renderer: near over far, with disocclusion fill.
 //!
-//! The plate is cut into slices of nearly equal blur (`layers`, `slices`), each is blurred on its own
-//! by the inner renderer together with its *presence*, one for every pixel, and the slices are put
-//! behind each other from the nearest on (`resolve`). What lies behind near sides of depth edges is
-//! guessed (`hidden`, `pyramid`); anti-aliased edges of the depth pass are made sharp (`depth_edges`), those
-//! of the plate are shared out to both sides (`mixed`).
+//! The plate is cut into depth layers of nearly equal blur (`depth_layers`, `layer_samples`). The inner renderer blurs
+//! each layer together with its *presence*, one at every pixel of the layer. The layers are composited from the nearest
+//! to the farthest (`composite`). Samples hidden behind near sides of depth edges are estimated (`disocclusion`,
+//! `cell_pyramid`). Anti-aliased edges of the depth pass are made sharp (`depth_edges`); those of the plate are split
+//! between both sides (`mixed_pixels`).
 
+mod cell_pyramid;
+mod composite;
 mod depth_edges;
 mod depth_layers;
-mod hidden;
-mod mixed;
-mod pyramid;
-mod resolve;
-mod slices;
+mod disocclusion;
+mod layer_samples;
+mod mixed_pixels;
 #[cfg(test)]
 mod tests;
 
-pub use hidden::HIDDEN_REACH_PX;
+pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
+pub use disocclusion::HIDDEN_REACH_PX;
 
 use crate::{
     Edges, Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scene, VergencePass,
     cancelled,
 };
-pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
-use hidden::{HiddenInput, HiddenRow};
+use composite::{BlurredLayer, Compositor, Outline, SharpMattes};
+use disocclusion::{ExtraSamples, LayeredPlate};
+use layer_samples::{LayerSamples, LayerSource};
 use rayon::prelude::*;
-use resolve::{Blurred, Resolve, Sharp};
 use seidel_optics::error::{Error, Result};
-use slices::Stock;
 
-/// Something that is put in front later: what lies behind it is kept back, sharp to the pixel.
+/// A holdout: an object composited in front later, whose matte holds back what lies behind it without blur.
 #[derive(Debug, Clone, Copy)]
 pub struct Holdout<'a> {
-    /// How much is kept back of each pixel, row-major, 0 to 1.
+    /// Share of each pixel held back, row-major, 0 to 1.
     pub matte: &'a [f32],
-    /// Where it is; only what is farther is kept back. `None`: everything is. Things within about 8 % of its
-    /// vergence are neither wholly before nor wholly behind it.
+    /// Vergence of the object; it holds back only what is farther. `None` holds back everything. Surfaces within about
+    /// 8 % of its vergence are partly in front and partly behind.
     pub vergence: Option<VergencePass<'a>>,
 }
 
-/// How depth edges are treated.
+/// The treatment of depth edges.
 #[derive(Debug, Clone, Copy)]
 pub struct Occlusion<'a> {
-    /// Whether what a blurred foreground uncovers is filled with what can be seen beside it. If not, it
-    /// is filled with what the blur brings there, the foreground's own light for the most part.
+    /// Whether areas uncovered by a blurred foreground are filled with the background visible beside it. If not, they
+    /// are filled with whatever light blur brings there, mostly the foreground's own.
     pub fill_foreground: bool,
-    /// Whether a blurred foreground becomes transparent within its own outline. If not, nothing shows
-    /// through there: it is blurred outwards only, and its outline stays hard.
+    /// Whether a blurred foreground becomes transparent within its own outline. If not, it is blurred outwards only and
+    /// its outline stays hard.
     pub blur_inside: bool,
-    /// Something that will be in front.
+    /// An object composited in front later.
     pub holdout: Option<Holdout<'a>>,
 }
 
@@ -62,15 +62,15 @@ impl Default for Occlusion<'_> {
     }
 }
 
-/// A renderer that lets near things hide far ones, on top of one that need not know depth.
+/// A renderer in which near surfaces hide far ones, on top of an inner renderer for one vergence.
 ///
-/// Plates at constant vergence are rendered by the inner renderer alone. On others the brightness of
-/// even surfaces is kept, rather than the sum of light.
+/// The inner renderer alone renders plates of constant vergence. On others the brightness of even surfaces is kept,
+/// not the sum of light.
 #[derive(Clone, Copy)]
 pub struct LayeredRenderer<'r> {
-    /// Blurs the slices.
+    /// Renderer of each depth layer.
     pub inner: &'r dyn Renderer,
-    /// How depth edges are treated.
+    /// Treatment of depth edges.
     pub settings: Occlusion<'r>,
 }
 
@@ -143,22 +143,22 @@ impl Occlusion<'_> {
         Ok(())
     }
 
-    /// Keeps back what is to be kept back of planes that are all at one vergence.
+    /// Applies the holdout to planes at one vergence.
     fn hold_out(&self, vergence: f64, planes: &mut [Vec<f32>]) {
         let Some(holdout) = self.holdout else {
             return;
         };
         for plane in planes {
             for (index, sample) in plane.iter_mut().enumerate() {
-                *sample *= holdout.passing(vergence, index);
+                *sample *= holdout.transmittance(vergence, index);
             }
         }
     }
 }
 
 impl Holdout<'_> {
-    /// How much of something at `vergence` is not kept back at pixel `index`.
-    fn passing(&self, vergence: f64, index: usize) -> f32 {
+    /// Returns the share of light at `vergence` that passes at pixel `index`.
+    fn transmittance(&self, vergence: f64, index: usize) -> f32 {
         let behind = match self.vergence {
             None => true,
             Some(VergencePass::Constant(at)) => vergence < at,
@@ -167,8 +167,6 @@ impl Holdout<'_> {
         if behind { 1.0 - self.matte[index] } else { 1.0 }
     }
 }
-
-type Planes = Vec<Vec<f32>>;
 
 impl LayeredRenderer<'_> {
     fn render_layers(
@@ -183,7 +181,7 @@ impl LayeredRenderer<'_> {
             fold(f32::INFINITY, f32::min),
             fold(f32::NEG_INFINITY, f32::max),
         );
-        // What a holdout is in front of may be as blurred as what it is behind.
+        // A holdout separates surfaces that may be equally blurred.
         let spacing = match self.settings.holdout {
             Some(Holdout {
                 vergence: Some(_), ..
@@ -191,46 +189,56 @@ impl LayeredRenderer<'_> {
             _ => LayerSpacing::ByBlur,
         };
         let layers = DepthLayers::new(scene, f64::from(least), f64::from(largest), spacing);
-        let places: Vec<f32> = pass
+        let coordinates: Vec<f32> = pass
             .par_iter()
             .map(|v| layers.coordinate(f64::from(*v)))
             .collect();
-        let places = depth_edges::snapped(&places, scene.width, scene.height);
-        let input = HiddenInput {
+        let coordinates = depth_edges::snapped(&coordinates, scene.width, scene.height);
+        let input = LayeredPlate {
             width: scene.width,
             height: scene.height,
-            origin: hidden::grid_origin(scene.map),
-            places: &places,
+            origin: disocclusion::grid_origin(scene.map),
+            coordinates: &coordinates,
             planes,
         };
-        let go_on = || match progress(0.0) {
-            true => Ok(()),
-            false => Err(cancelled()),
-        };
-        go_on()?;
-        let mixed = mixed::shared_out(&input);
-        go_on()?;
-        let sheet = self.sheet(&input, &layers, &|| progress(0.0));
-        let sheet = sheet.ok_or_else(cancelled)?;
-        let hard = (!self.settings.blur_inside).then(|| covered(&sheet, scene.width));
-        let stock = Stock {
-            planes,
-            places: &places,
-            further: if self.settings.fill_foreground {
-                &[&mixed, &sheet]
+        let check_cancelled = || {
+            if progress(0.0) {
+                Ok(())
             } else {
-                &[&mixed]
+                Err(cancelled())
+            }
+        };
+        check_cancelled()?;
+        let corrections = mixed_pixels::corrections(&input);
+        check_cancelled()?;
+        let hidden = self.hidden_samples(&input, &layers, &|| progress(0.0));
+        let hidden = hidden.ok_or_else(cancelled)?;
+        let held = (!self.settings.blur_inside).then(|| presence_of(&hidden, scene.width));
+        let source = LayerSource {
+            planes,
+            coordinates: &coordinates,
+            extra: if self.settings.fill_foreground {
+                &[&corrections, &hidden]
+            } else {
+                &[&corrections]
             },
             width: scene.width,
         };
-        let sharp = Sharp {
+        let mattes = SharpMattes {
             holdout: self.settings.holdout,
-            hard: hard.as_deref().map(|hard| (&places[..], hard)),
+            outline: held.as_deref().map(|held| Outline {
+                coordinates: &coordinates,
+                held,
+            }),
         };
-        let views = Views::new(planes);
-        let size = (scene.width, scene.height);
-        let mut resolve = Resolve::new(size, views.mix.clone(), views.view_of.clone());
-        let crops = stock.crops(scene, &layers);
+        let mixes = PresenceMixes::new(planes);
+        let mut composite = Compositor::new(
+            scene.width,
+            scene.height,
+            mixes.presence_of.clone(),
+            mixes.mix_of.clone(),
+        );
+        let crops = source.crops(scene, &layers);
         let count = crops.iter().flatten().count() as f64;
         let mut statistics = RenderStatistics {
             layers: crops.iter().filter(|crops| !crops.is_empty()).count(),
@@ -242,68 +250,71 @@ impl LayeredRenderer<'_> {
         for (done, (layer, crop)) in all.enumerate() {
             let vergence = layers.vergence(layer);
             let progress = |share: f64| progress((done as f64 + share) / count);
-            let slice = stock.slice(layers.coordinate_of(layer), crop);
-            let cropped = slices::cropped(scene, crop, vergence);
-            let (blurred, presence) =
-                self.blur(&cropped, &views, planes, slice, &progress, &mut statistics)?;
-            let blurred = Blurred {
-                layer,
-                place: layers.coordinate_of(layer),
-                vergence,
-                crop,
-                planes: &blurred,
-                presence: &presence,
-            };
-            resolve.put(&blurred, &sharp);
+            let samples = source.layer(layers.coordinate_of(layer), crop);
+            let cropped = layer_samples::cropped_scene(scene, crop, vergence);
+            let blurred = self.blur(&cropped, &mixes, planes, &samples, &progress)?;
+            statistics.add_part(&blurred.statistics);
+            composite.add(
+                &BlurredLayer {
+                    layer,
+                    coordinate: layers.coordinate_of(layer),
+                    vergence,
+                    crop,
+                    planes: &blurred.planes[..planes.len()],
+                    presence: &blurred.planes[planes.len()..],
+                },
+                &mattes,
+            );
         }
         Ok(Rendered {
-            planes: resolve.finish(),
+            planes: composite.finish(),
             statistics,
         })
     }
 
-    /// What is behind near sides of edges, if it is needed.
-    fn sheet(
+    /// Estimates the samples hidden behind near sides of edges, if the settings need them; `None` once `goes_on` returns
+    /// false.
+    fn hidden_samples(
         &self,
-        input: &HiddenInput,
+        input: &LayeredPlate,
         layers: &DepthLayers,
         goes_on: &(dyn Fn() -> bool + Sync),
-    ) -> Option<Vec<HiddenRow>> {
+    ) -> Option<Vec<ExtraSamples>> {
         if !self.settings.fill_foreground && self.settings.blur_inside {
             return Some(Vec::new());
         }
-        hidden::sheet(input, layers, goes_on)
+        disocclusion::hidden_samples(input, layers, goes_on)
     }
 
-    /// Planes and presence planes of one slice, blurred.
+    /// Blurs the samples of one layer: the planes, then the presence planes.
     fn blur(
         &self,
         scene: &Scene,
-        views: &Views,
+        mixes: &PresenceMixes,
         planes: &[Plane],
-        (samples, presence): (Planes, Vec<f32>),
+        samples: &LayerSamples,
         progress: &(dyn Fn(f64) -> bool + Sync),
-        statistics: &mut RenderStatistics,
-    ) -> Result<(Planes, Planes)> {
-        let light = samples.iter().zip(planes).map(|(samples, plane)| Plane {
-            samples,
-            weights: plane.weights,
-        });
-        let presences = views.presence_weights.iter().map(|weights| Plane {
-            samples: &presence,
+    ) -> Result<Rendered> {
+        let light = samples
+            .planes
+            .iter()
+            .zip(planes)
+            .map(|(samples, plane)| Plane {
+                samples,
+                weights: plane.weights,
+            });
+        let presences = mixes.presence_weights.iter().map(|weights| Plane {
+            samples: &samples.presence,
             weights,
         });
         if scene.edges == Edges::Mirror {
             let all: Vec<_> = light.chain(presences).collect();
-            let mut done = self.inner.render(scene, &all, progress)?;
-            statistics.add_part(&done.statistics);
-            let presence = done.planes.split_off(planes.len());
-            return Ok((done.planes, presence));
+            return self.inner.render(scene, &all, progress);
         }
-        // Light may leave the plate; that is no reason to make up for it. Presence stays.
+        // Light may leave the plate. Presence must not, or the composite would make up for that light.
         let light: Vec<_> = light.collect();
         let presences: Vec<_> = presences.collect();
-        let done = self
+        let mut blurred = self
             .inner
             .render(scene, &light, &|done| progress(0.5 * done))?;
         let mirrored = Scene {
@@ -313,16 +324,16 @@ impl LayeredRenderer<'_> {
         let presence = self
             .inner
             .render(&mirrored, &presences, &|done| progress(0.5 + 0.5 * done))?;
-        statistics.add_part(&done.statistics);
-        statistics.add_part(&presence.statistics);
-        Ok((done.planes, presence.planes))
+        blurred.planes.extend(presence.planes);
+        blurred.statistics.add_part(&presence.statistics);
+        Ok(blurred)
     }
 }
 
-/// How much is known to be behind every pixel.
-fn covered(sheet: &[HiddenRow], width: usize) -> Vec<f32> {
-    let mut out = vec![0.0; sheet.len() * width];
-    for (row, line) in sheet.iter().zip(out.chunks_exact_mut(width)) {
+/// Returns the presence of hidden samples at every pixel.
+fn presence_of(hidden: &[ExtraSamples], width: usize) -> Vec<f32> {
+    let mut out = vec![0.0; hidden.len() * width];
+    for (row, line) in hidden.iter().zip(out.chunks_exact_mut(width)) {
         for (column, weight) in row.columns.iter().zip(&row.weights) {
             line[*column as usize] = *weight;
         }
@@ -330,55 +341,51 @@ fn covered(sheet: &[HiddenRow], width: usize) -> Vec<f32> {
     out
 }
 
-/// The distinct channel weights of planes, and the presence planes that they need.
-struct Views {
-    /// View of each plane.
-    view_of: Vec<usize>,
+/// The distinct channel weights ("mixes") of planes, and the presence planes that they need.
+struct PresenceMixes {
+    /// Index of each plane's mix.
+    mix_of: Vec<usize>,
     /// Channel weights of the presence planes.
     presence_weights: Vec<Vec<f64>>,
-    /// For each view, shares of the presence planes.
-    mix: Vec<Vec<f32>>,
+    /// For each mix, the weight of each presence plane.
+    presence_of: Vec<Vec<f32>>,
 }
 
-impl Views {
+impl PresenceMixes {
     fn new(planes: &[Plane]) -> Self {
-        let mut views: Vec<&[f64]> = Vec::new();
-        let view = |plane: &Plane<'_>, views: &mut Vec<&[f64]>| {
-            views.iter().position(|view| *view == plane.weights)
-        };
-        let mut view_of = Vec::with_capacity(planes.len());
+        let mut mixes: Vec<&[f64]> = Vec::new();
+        let mut mix_of = Vec::with_capacity(planes.len());
         for plane in planes {
-            let index = view(plane, &mut views).unwrap_or(views.len());
-            if index == views.len() {
-                views.push(plane.weights);
-            }
-            view_of.push(index);
+            let known = mixes.iter().position(|mix| *mix == plane.weights);
+            mix_of.push(known.unwrap_or_else(|| {
+                mixes.push(plane.weights);
+                mixes.len() - 1
+            }));
         }
-        let channels = views.first().map_or(0, |view| view.len());
+        let channels = mixes.first().map_or(0, |mix| mix.len());
         let used: Vec<usize> = (0..channels)
-            .filter(|&channel| views.iter().any(|view| view[channel] != 0.0))
+            .filter(|&channel| mixes.iter().any(|mix| mix[channel] != 0.0))
             .collect();
-        let of = |index: usize, size: usize| {
-            let mut unit = vec![0.0; size];
-            unit[index] = 1.0;
-            unit
-        };
-        // Blur is linear: presence as several channels see it together is the sum of theirs.
-        if used.len() < views.len() {
-            let pick = |view: &&[f64]| used.iter().map(|&k| view[k] as f32).collect();
+        // Blur is linear: with fewer channels than mixes, the presence of a mix is the sum of its channels'.
+        if used.len() < mixes.len() {
+            let unit = |channel: usize| {
+                (0..channels)
+                    .map(|k| f64::from(u8::from(k == channel)))
+                    .collect()
+            };
+            let pick = |mix: &&[f64]| used.iter().map(|&k| mix[k] as f32).collect();
             return Self {
-                view_of,
-                presence_weights: used.iter().map(|&k| of(k, channels)).collect(),
-                mix: views.iter().map(pick).collect(),
+                mix_of,
+                presence_weights: used.iter().map(|&k| unit(k)).collect(),
+                presence_of: mixes.iter().map(pick).collect(),
             };
         }
-        let count = views.len();
+        let count = mixes.len();
+        let unit = |mix: usize| (0..count).map(|k| f32::from(u8::from(k == mix))).collect();
         Self {
-            view_of,
-            presence_weights: views.iter().map(|view| view.to_vec()).collect(),
-            mix: (0..count)
-                .map(|k| of(k, count).into_iter().map(|v: f64| v as f32).collect())
-                .collect(),
+            mix_of,
+            presence_weights: mixes.iter().map(|mix| mix.to_vec()).collect(),
+            presence_of: (0..count).map(unit).collect(),
         }
     }
 }

@@ -1,15 +1,14 @@
-//! Where scattered light is gathered: a single-precision strip for the light of one source row, and
-//! a double-precision band for that of many.
+//! Accumulators of scattered light: a single-precision strip for one source row, a double-precision band for many.
 //!
-//! Light is added to a strip in single precision at full vector width. The strip is emptied into the
-//! band after each source row, so that no single-precision sum has more terms than a kernel has
-//! columns: hundreds of thousands of small terms added to one number would each lose digits to it.
+//! A strip is filled in single precision at full vector width and emptied into its band after each source row. So no
+//! single-precision sum has more terms than a kernel has columns; sums of hundreds of thousands of small terms would
+//! lose digits.
 
 use crate::Edges;
 use seidel_optics::psf::KernelRows;
 use std::ops::Range;
 
-/// The light of one source row, about that row: all planes, with room beyond the plate's edges.
+/// The scattered light of one source row in all planes, on rows around it and beyond the plate's edges.
 pub(crate) struct Strip {
     plate_width: usize,
     /// Plate column of the first sample; not positive.
@@ -18,7 +17,7 @@ pub(crate) struct Strip {
     stride: usize,
     /// Rows kept, relative to the source row.
     rows: Range<i32>,
-    /// Rows that hold light since the last emptying.
+    /// Rows with light added since the strip was last emptied.
     used: Range<i32>,
     planes: Vec<Vec<f32>>,
 }
@@ -35,7 +34,7 @@ impl Strip {
         }
     }
 
-    /// Makes room for `kernel` about plate column `column`; to be called before [`Strip::add`].
+    /// Makes room for `kernel` around plate column `column`; [`Strip::add`] relies on it.
     pub(crate) fn make_room(&mut self, kernel: &KernelRows, column: i32) {
         let (columns, rows) = (kernel.columns(), kernel.rows());
         self.used = if self.used.is_empty() {
@@ -52,7 +51,7 @@ impl Strip {
         {
             return;
         }
-        // Half as much again as needed: blur grows smoothly over the plate, and room is made rarely.
+        // Half as much again as needed: blur grows smoothly, so few reallocations are enough.
         let spare = |missing: i32| {
             if missing > 0 {
                 missing + missing / 2
@@ -79,10 +78,10 @@ impl Strip {
         (self.left, self.stride, self.rows) = (left, stride, all);
     }
 
-    /// Adds `gain` times the kernel's weights about plate column `column`.
+    /// Adds `gain` times the kernel's weights around plate column `column`.
     pub(crate) fn add(&mut self, plane: usize, kernel: &KernelRows, column: i32, gain: f32) {
         let samples = self.planes[plane].as_mut_slice();
-        pulp::Arch::new().dispatch(Adding {
+        pulp::Arch::new().dispatch(AddKernel {
             samples,
             left: self.left - column,
             top: self.rows.start,
@@ -92,7 +91,7 @@ impl Strip {
         });
     }
 
-    /// Moves all light to `band`, the strip being about plate row `source_row`.
+    /// Moves all light to `band`; the strip belongs to plate row `source_row`.
     pub(crate) fn empty_into(&mut self, band: &mut Band, source_row: i32) {
         let used = std::mem::replace(&mut self.used, 0..0);
         for row in used.clone() {
@@ -105,7 +104,7 @@ impl Strip {
                 let line = &plane[start..start + self.stride];
                 let out = (target - band.rows.start) * self.plate_width;
                 let out = &mut gathered[out..out + self.plate_width];
-                gather(line, self.left, out, band.edges);
+                add_row(line, self.left, out, band.edges);
             }
         }
         let cleared = (used.start - self.rows.start) as usize * self.stride
@@ -116,19 +115,20 @@ impl Strip {
     }
 }
 
-/// The loop of [`Strip::add`] for `dispatch`. A type and not a closure: the compiler's own shim around
-/// a closure is not always inlined, and its loops are then compiled without the vector instructions.
-struct Adding<'a> {
+/// The loop of [`Strip::add`]. A type rather than a closure, whose shim is not always inlined: its loops would then be
+/// compiled without vector instructions.
+struct AddKernel<'a> {
     samples: &'a mut [f32],
-    /// Column and row of the first sample, relative to the source pixel.
+    /// Column of the first sample, relative to the source pixel.
     left: i32,
+    /// Row of the first sample, relative to the source pixel.
     top: i32,
     stride: usize,
     kernel: &'a KernelRows,
     gain: f32,
 }
 
-impl pulp::WithSimd for Adding<'_> {
+impl pulp::WithSimd for AddKernel<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -140,7 +140,7 @@ impl pulp::WithSimd for Adding<'_> {
             let (out, _) = out.as_chunks_mut::<{ KernelRows::PADDING }>();
             let (weights, _) = weights.as_chunks::<{ KernelRows::PADDING }>();
             for (out, weights) in out.iter_mut().zip(weights) {
-                // On copies: the compiler cannot know that the two buffers do not overlap.
+                // Copies tell the compiler that the two buffers do not overlap.
                 let (mut block, weights) = (*out, *weights);
                 for (light, weight) in block.iter_mut().zip(weights) {
                     *light += self.gain * weight;
@@ -151,13 +151,13 @@ impl pulp::WithSimd for Adding<'_> {
     }
 }
 
-/// The loop over a row's inside for `dispatch`, see [`Adding`].
-struct Gathering<'a> {
+/// The loop over the part of a row on the plate; a type for the reason given at [`AddKernel`].
+struct AddInside<'a> {
     inside: &'a [f32],
     out: &'a mut [f64],
 }
 
-impl pulp::WithSimd for Gathering<'_> {
+impl pulp::WithSimd for AddInside<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -169,10 +169,10 @@ impl pulp::WithSimd for Gathering<'_> {
 }
 
 /// Adds a strip's row, which starts at plate column `left`, to a row of the plate.
-fn gather(line: &[f32], left: i32, out: &mut [f64], edges: Edges) {
+fn add_row(line: &[f32], left: i32, out: &mut [f64], edges: Edges) {
     let (before, rest) = line.split_at(-left as usize);
     let (inside, after) = rest.split_at(out.len());
-    pulp::Arch::new().dispatch(Gathering { inside, out });
+    pulp::Arch::new().dispatch(AddInside { inside, out });
     let width = out.len();
     let mut outside = |light: f32, column: i32| {
         if light != 0.0
@@ -189,8 +189,10 @@ fn gather(line: &[f32], left: i32, out: &mut [f64], edges: Edges) {
     }
 }
 
-/// Where light meant for `index` lands on an axis of `size` pixels: mirrored at the outer edges of
-/// the first and last pixel, as often as needed, or nowhere.
+/// Returns the pixel on which light at `index` lands along an axis of `size` pixels.
+///
+/// Mirrored edges reflect at the outer edges of the first and last pixel, as often as needed. `None` where the light is
+/// lost.
 pub(crate) fn fold(index: i32, size: usize, edges: Edges) -> Option<usize> {
     let size = i32::try_from(size).expect("plate sizes are checked to fit");
     if (0..size).contains(&index) {
@@ -205,7 +207,7 @@ pub(crate) fn fold(index: i32, size: usize, edges: Edges) -> Option<usize> {
     }
 }
 
-/// The light of a band of source rows, on all rows of the plate that it reaches.
+/// The scattered light of a band of source rows, on all plate rows that it reaches.
 pub(crate) struct Band {
     width: usize,
     height: usize,
@@ -226,7 +228,7 @@ impl Band {
         }
     }
 
-    /// Memory held, bytes.
+    /// Returns the memory held, bytes.
     pub(crate) fn size_bytes(&self) -> usize {
         self.planes.len() * self.rows.len() * self.width * size_of::<f64>()
     }
@@ -241,7 +243,7 @@ impl Band {
         }
     }
 
-    /// Makes sure that plate row `row` is kept.
+    /// Makes room for plate row `row`.
     fn make_room(&mut self, row: usize) {
         if self.rows.contains(&row) {
             return;

@@ -1,5 +1,4 @@
-//! The exact renderer's light at a few pixels of a plate, without rendering the rest: what faster
-//! renderers are measured against on plates too large to render exactly.
+//! The exact render at a few pixels of a plate: the reference on plates too large to render exactly.
 
 use crate::scatter::sources::{Source, Sources, runs};
 use crate::{Edges, Plane, Scene, VergencePass};
@@ -8,20 +7,20 @@ use seidel_optics::error::{Error, Result};
 use seidel_optics::psf::{KernelRows, SampleGrid};
 use std::ops::RangeInclusive;
 
-/// The light that [`Scatter`](crate::Scatter) puts on `pixels` (column, row) of `plane`, in their order.
+/// Returns the light that [`Scatter`](crate::Scatter) renders at `pixels` (column, row) of `plane`, in their order.
 ///
-/// Every source pixel of the plate is asked how far it reaches, so none is missed. Kernels whose
-/// samples sum to one anyway are sampled at the wanted pixels alone
-/// ([`PsfModel::sums_to_one`](seidel_optics::psf::PsfModel::sums_to_one)); others are drawn where they reach
-/// one. With `cell_px` 1 kernels are those of the exact renderer. Drawing large kernels ray by ray takes
-/// milliseconds: with a larger `cell_px` models that need rays draw one kernel, that in the middle, for
-/// each cell of `cell_px` x `cell_px` source pixels; other models do not heed it. What a cell costs falls
-/// by 12 dB where its side is halved; it is best found by halving it.
+/// All source pixels that reach a chosen pixel contribute. Kernels whose samples sum to one anyway are sampled at the
+/// chosen pixels only ([`PsfModel::sums_to_one`](seidel_optics::psf::PsfModel::sums_to_one)); others are drawn.
 ///
-/// The same to the bit for any number of threads.
+/// With `cell_px` 1 kernels are those of the exact renderer. Ray-tracing a large kernel takes milliseconds. With a
+/// larger `cell_px`, ray-traced models share the kernel at the middle of each cell of `cell_px` x `cell_px` source
+/// pixels; other models ignore it. The error falls by 12 dB for each halving of the cell, which is also how to measure
+/// it.
+///
+/// The result is the same to the bit for any number of threads.
 ///
 /// # Errors
-/// [`Scene::check`]'s, a pixel outside the plate, a lens whose blur cannot be drawn, `cell_px` zero, or
+/// Those of [`Scene::check`], a pixel outside the plate, a lens whose blur cannot be drawn, and a `cell_px` of zero, or
 /// above one where the model needs rays and depth varies by pixel.
 pub fn exact_at_pixels(
     scene: &Scene,
@@ -67,14 +66,14 @@ fn check(scene: &Scene, pixels: &[(usize, usize)], cell_px: usize, side: usize) 
         return Err(Error::new(
             "cell of source pixels",
             "is 0 px wide",
-            "give 1 for a kernel a pixel",
+            "give 1 for a kernel per pixel",
         ));
     }
     if side > 1 && matches!(scene.vergence, VergencePass::PerPixel(_)) {
         return Err(Error::new(
             "cell of source pixels",
             format!("is {side} px wide, and depth varies within it"),
-            "give 1 for a kernel a pixel",
+            "give 1 for a kernel per pixel",
         ));
     }
     Ok(())
@@ -87,14 +86,15 @@ struct Job<'a> {
     sources: Sources<'a>,
 }
 
-/// A place off or on the plate whose light ends in a wanted pixel.
+/// A position on or beyond the plate whose light is folded onto a chosen pixel.
 struct Landing {
     column: i32,
     row: i32,
+    /// Index of the chosen pixel.
     pixel: usize,
 }
 
-/// Columns and rows that light reaches, on the plate or relative to its source.
+/// The columns and rows that light reaches, on the plate or relative to its source.
 #[derive(Clone)]
 struct Bounds {
     columns: RangeInclusive<i32>,
@@ -112,8 +112,8 @@ impl Bounds {
         }
     }
 
-    /// Bounds relative to a source at (`column`, `row`), on the plate.
-    fn about(&self, column: usize, row: usize) -> Self {
+    /// Returns bounds relative to a source at (`column`, `row`) as bounds on the plate.
+    fn around(&self, column: usize, row: usize) -> Self {
         let moved = |range: &RangeInclusive<i32>, by: usize| {
             range.start() + by as i32..=range.end() + by as i32
         };
@@ -123,8 +123,8 @@ impl Bounds {
         }
     }
 
-    /// Those of `landings`, which are sorted by row, that lie within.
-    fn among(self, landings: &[Landing]) -> impl Iterator<Item = &Landing> {
+    /// Returns those `landings`, sorted by row, that lie within.
+    fn select(self, landings: &[Landing]) -> impl Iterator<Item = &Landing> {
         let first = landings.partition_point(|landing| landing.row < *self.rows.start());
         let last = landings.partition_point(|landing| landing.row <= *self.rows.end());
         let columns = self.columns;
@@ -134,7 +134,7 @@ impl Bounds {
 }
 
 impl Job<'_> {
-    /// What the sources of plate row `row` put on each wanted pixel.
+    /// Returns the light of plate row `row` at each chosen pixel.
     fn row(&self, row: usize) -> Result<Vec<f64>> {
         let mut sources = vec![Vec::new(); self.plane.weights.len()];
         self.sources.of_row(&[*self.plane], row, &mut sources)?;
@@ -146,7 +146,7 @@ impl Job<'_> {
                 .collect();
             let spans = runs.iter().map(|(run, _, bounds)| {
                 let (first, last) = (run[0].0, run[run.len() - 1].0);
-                bounds.about(first, row).join(&bounds.about(last, row))
+                bounds.around(first, row).join(&bounds.around(last, row))
             });
             let Some(all) = spans.reduce(|a, b| a.join(&b)) else {
                 continue;
@@ -154,18 +154,18 @@ impl Job<'_> {
             let landings = self.landings(&all);
             for (run, middle, bounds) in &runs {
                 let lit = |&(column, _): &(usize, Source)| {
-                    let mut among = bounds.about(column, row).among(&landings);
-                    among.next().is_some()
+                    let mut reached = bounds.around(column, row).select(&landings);
+                    reached.next().is_some()
                 };
                 if !run.iter().any(lit) {
                     continue;
                 }
                 let drawn = self.draw(middle, &mut kernel);
                 for &(column, _) in *run {
-                    let light = self.light((column, row), channel);
-                    for landing in bounds.about(column, row).among(&landings) {
-                        let place = (landing.column - column as i32, landing.row - row as i32);
-                        sums[landing.pixel] += light * self.weight(middle, drawn, place);
+                    let light = self.light(column, row, channel);
+                    for landing in bounds.around(column, row).select(&landings) {
+                        let offset = (landing.column - column as i32, landing.row - row as i32);
+                        sums[landing.pixel] += light * self.weight(middle, drawn, offset);
                     }
                 }
             }
@@ -173,8 +173,8 @@ impl Job<'_> {
         Ok(sums)
     }
 
-    /// What the rows of cells of `side` pixels from `first_row` on put on each wanted pixel, one kernel
-    /// a cell and channel.
+    /// Returns the light of the row of cells of `side` pixels at `first_row` at each chosen pixel, with one kernel per cell
+    /// and channel.
     fn cells(&self, first_row: usize, side: usize) -> Result<Vec<f64>> {
         let Scene { width, height, .. } = *self.scene;
         let rows = first_row..(first_row + side).min(height);
@@ -198,8 +198,8 @@ impl Job<'_> {
                     continue;
                 };
                 let bounds = self.bounds(&source);
-                let first = bounds.about(columns.start, rows.start);
-                let last = bounds.about(columns.end - 1, rows.end - 1);
+                let first = bounds.around(columns.start, rows.start);
+                let last = bounds.around(columns.end - 1, rows.end - 1);
                 let landings = self.landings(&first.join(&last));
                 if landings.is_empty() {
                     continue;
@@ -209,10 +209,10 @@ impl Job<'_> {
                     .clone()
                     .flat_map(|row| columns.clone().map(move |column| (column, row)))
                 {
-                    let light = self.light((column, row), channel);
-                    for landing in bounds.about(column, row).among(&landings) {
-                        let place = (landing.column - column as i32, landing.row - row as i32);
-                        sums[landing.pixel] += light * self.weight(&source, drawn, place);
+                    let light = self.light(column, row, channel);
+                    for landing in bounds.around(column, row).select(&landings) {
+                        let offset = (landing.column - column as i32, landing.row - row as i32);
+                        sums[landing.pixel] += light * self.weight(&source, drawn, offset);
                     }
                 }
             }
@@ -220,12 +220,13 @@ impl Job<'_> {
         Ok(sums)
     }
 
-    fn light(&self, (column, row): (usize, usize), channel: usize) -> f64 {
+    /// Returns the light of a source pixel in one channel.
+    fn light(&self, column: usize, row: usize, channel: usize) -> f64 {
         let sample = self.plane.samples[row * self.scene.width + column];
         f64::from(sample) * self.plane.weights[channel]
     }
 
-    /// Where the light of `source` goes, relative to it: never less than what is drawn.
+    /// Returns the bounds of the kernel of `source`, relative to it; they hold all of what is drawn.
     fn bounds(&self, source: &Source) -> Bounds {
         let reach = self.scene.model.kernel_bounds(&source.blur);
         let (x, y) = source.shift_px;
@@ -239,7 +240,7 @@ impl Job<'_> {
         }
     }
 
-    /// All places within `bounds` whose light ends in a wanted pixel, by row.
+    /// Returns all positions within `bounds` whose light ends on a chosen pixel, by row.
     fn landings(&self, bounds: &Bounds) -> Vec<Landing> {
         let Scene {
             width,
@@ -259,7 +260,7 @@ impl Job<'_> {
         landings
     }
 
-    /// Draws the kernel of `source` unless its samples sum to one anyway.
+    /// Draws the kernel of `source`; `None` if its samples sum to one anyway.
     fn draw<'k>(&self, source: &Source, kernel: &'k mut KernelRows) -> Option<&'k KernelRows> {
         let model = self.scene.model;
         if model.sums_to_one(&source.blur) {
@@ -269,14 +270,14 @@ impl Job<'_> {
         Some(kernel)
     }
 
-    /// The kernel's share of light at `place` (column, row) from the source pixel.
-    fn weight(&self, source: &Source, drawn: Option<&KernelRows>, place: (i32, i32)) -> f64 {
+    /// Returns the kernel's share of light at `offset` (column, row) from the source pixel.
+    fn weight(&self, source: &Source, drawn: Option<&KernelRows>, offset: (i32, i32)) -> f64 {
         if let Some(kernel) = drawn {
-            return weight_of(kernel, place);
+            return drawn_weight(kernel, offset);
         }
         let window = SampleGrid {
-            first_x_px: f64::from(place.0) - source.shift_px.0,
-            first_y_px: f64::from(place.1) - source.shift_px.1,
+            first_x_px: f64::from(offset.0) - source.shift_px.0,
+            first_y_px: f64::from(offset.1) - source.shift_px.1,
             width: 1,
             height: 1,
         };
@@ -286,16 +287,17 @@ impl Job<'_> {
     }
 }
 
-fn weight_of(kernel: &KernelRows, place: (i32, i32)) -> f64 {
-    let span = kernel.spans().find(|span| span.row == place.1);
+/// Returns the normalised weight of a drawn kernel at `offset` (column, row).
+fn drawn_weight(kernel: &KernelRows, offset: (i32, i32)) -> f64 {
+    let span = kernel.spans().find(|span| span.row == offset.1);
     let weight = span.and_then(|span| {
-        let column = usize::try_from(place.0 - span.column).ok()?;
+        let column = usize::try_from(offset.0 - span.column).ok()?;
         span.weights.get(column)
     });
     weight.map_or(0.0, |&weight| f64::from(weight) / kernel.sum())
 }
 
-/// Every place of an axis within `range` from which light ends at `index` of `size`: the inverse of
+/// Returns every position of an axis within `range` whose light lands on `index` of `size` pixels: the inverse of
 /// [`fold`](crate::scatter::accumulators::fold).
 fn unfolded(
     index: usize,

@@ -1,26 +1,26 @@
-//! The kernel of a lens at one point of a plate, as an array.
+//! Kernels of a lens at single points of a plate, as arrays.
 
 use crate::scatter::sources::{Source, Sources};
 use crate::{Plane, Scene, VergencePass};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::psf::KernelRows;
 
-/// Where the light of one source pixel lands: weights of unit sum, row-major.
+/// The kernel of one source pixel, of unit sum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocalKernel {
-    /// First column, from the source pixel.
+    /// First column, relative to the source pixel.
     pub left: i32,
-    /// First row, from the source pixel.
+    /// First row, relative to the source pixel.
     pub top: i32,
     /// Columns.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Row by row.
+    /// Weights, row-major.
     pub weights: Vec<f32>,
 }
 
-/// The kernels of a lens for planes of some channel weights, at one vergence.
+/// The kernels of a lens at one vergence, for planes with some channel weights.
 pub struct LocalKernels<'a> {
     scene: &'a Scene<'a>,
     sources: Sources<'a>,
@@ -29,10 +29,10 @@ pub struct LocalKernels<'a> {
 }
 
 impl<'a> LocalKernels<'a> {
-    /// Of a plane with these channel `weights`, which sum to one.
+    /// Prepares the kernels of a plane with these channel `weights`, which sum to one.
     ///
     /// # Errors
-    /// A scene or weights that cannot be, and a vergence that varies.
+    /// An invalid scene or weights, and a vergence that varies.
     pub fn new(scene: &'a Scene<'a>, weights: &'a [f64]) -> Result<Self> {
         let dark = vec![0.0; scene.pixel_count()];
         scene.check(&[Plane {
@@ -54,12 +54,12 @@ impl<'a> LocalKernels<'a> {
         })
     }
 
-    /// Object vergence, 1/m.
+    /// Returns the object vergence, 1/m.
     pub fn vergence_per_m(&self) -> f64 {
         self.vergence_per_m
     }
 
-    /// The kernel of a source at plate point `at` (px from the outer corner).
+    /// Returns the kernel of a source at plate point `at`, px from the plate's outer corner.
     ///
     /// # Errors
     /// A lens that cannot be drawn there.
@@ -68,12 +68,12 @@ impl<'a> LocalKernels<'a> {
         let needed = |k: usize| weights[k] != 0.0;
         self.sources
             .at(at, self.vergence_per_m, needed, &mut found)?;
-        Ok(joined(self.scene, &found, weights))
+        Ok(weighted_sum(self.scene, &found, weights))
     }
 }
 
-/// The weighted sum of the kernels of one source's channels.
-fn joined(scene: &Scene, found: &[Option<Source>], weights: &[f64]) -> LocalKernel {
+/// Returns the weighted sum of the kernels of one source's channels.
+fn weighted_sum(scene: &Scene, found: &[Option<Source>], weights: &[f64]) -> LocalKernel {
     let drawn: Vec<(KernelRows, f64)> = found
         .iter()
         .zip(weights)
@@ -123,10 +123,10 @@ mod tests {
     use seidel_optics::moments::MeridionalMoments;
     use seidel_optics::psf::{Gaussian, LocalBlur};
 
-    /// Two channels, one blurred more and displaced.
-    struct Two(Frame);
+    /// A lens of two channels, one blurred more and displaced.
+    struct TwoChannels(Frame);
 
-    impl BlurField for Two {
+    impl BlurField for TwoChannels {
         fn frame(&self) -> Frame {
             self.0
         }
@@ -150,10 +150,9 @@ mod tests {
         }
     }
 
-    /// The kernel is what the exact renderer makes of one lit pixel.
     #[test]
-    fn a_lit_pixel_lands_so() {
-        let lens = Two(Frame::new(60, 50, None).expect("a frame"));
+    fn the_kernel_equals_the_exact_render_of_one_pixel() {
+        let lens = TwoChannels(Frame::new(60, 50, None).expect("a frame"));
         let scene = Scene {
             lens: &lens,
             model: &Gaussian,

@@ -1,4 +1,4 @@
-//! The exact renderer and what it is made of: kernels scattered pixel by pixel.
+//! The exact renderer: kernels scattered pixel by pixel.
 
 mod accumulators;
 mod exact_pixels;

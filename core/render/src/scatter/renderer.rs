@@ -1,6 +1,7 @@
-//! The exact renderer: every source pixel spreads its light with its own kernel. The reference that
-//! faster renderers are held against. Kernels drawn ray by ray are shared by neighbours that differ
-//! by less than can be seen ([`PsfModel::alike`](seidel_optics::psf::PsfModel::alike)).
+//! The exact renderer: every source pixel scatters its light with its own kernel. It is the reference for faster ones.
+//!
+//! Neighbours whose ray-traced kernels differ by less than can be seen share one
+//! ([`PsfModel::alike`](seidel_optics::psf::PsfModel::alike)).
 
 use crate::scatter::accumulators::{Band, Strip};
 use crate::scatter::sources::{Source, Sources, runs};
@@ -10,21 +11,22 @@ use seidel_optics::error::Result;
 use seidel_optics::psf::KernelRows;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Scatters light pixel by pixel. The result is the same to the bit for any number of threads: the
-/// plate is cut into the same bands of source rows, each gathers its light apart, and bands are added
-/// in order. The time taken grows with the pixels times the kernel's area.
+/// The exact renderer: scatters light pixel by pixel.
+///
+/// Bands of source rows accumulate their light separately and are added in order, so the result is the same to the bit
+/// for any number of threads. Time grows with the number of pixels times the area of kernels.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Scatter;
 
-/// Source rows per band. A few, so that small plates occupy many threads; not fewer, since a band
-/// keeps as many rows again as the kernels reach.
+/// Source rows per band: few enough for small plates to occupy many threads. Each band also holds the rows that its
+/// kernels reach, so fewer would cost memory.
 const BAND_ROWS: usize = 16;
 
-/// Bands are rendered in waves of at most this much memory where kernels are large.
+/// Memory of the bands rendered together where kernels are large, bytes.
 const WAVE_BYTES: usize = 1 << 30;
 
-/// After so many kernels it is asked whether to go on: those drawn ray by ray take a millisecond each.
-const ASKED_AFTER: usize = 32;
+/// Kernels drawn between checks for cancellation: ray-traced ones take a millisecond each.
+const CANCELLATION_INTERVAL: usize = 32;
 
 impl Renderer for Scatter {
     fn id(&self) -> &'static str {
@@ -43,8 +45,8 @@ impl Renderer for Scatter {
         let job = Job::new(scene, planes, progress);
         let mut total = vec![vec![0.0_f64; scene.pixel_count()]; planes.len()];
         let band_count = scene.height.div_ceil(BAND_ROWS);
-        // Several bands a thread even out their costs. How large bands are is known when the first
-        // are done; at most they are as large as the plate.
+        // Several bands per thread even out their costs. Their size is known once the first are done, and is at
+        // most that of the plate.
         let threads = rayon::current_num_threads();
         let wave_of = |band_bytes: usize| (WAVE_BYTES / band_bytes.max(1)).clamp(1, 4 * threads);
         let mut wave = wave_of(planes.len() * scene.pixel_count() * size_of::<f64>());
@@ -71,7 +73,7 @@ impl Renderer for Scatter {
     }
 }
 
-/// A render under way.
+/// A render in progress.
 struct Job<'a> {
     scene: &'a Scene<'a>,
     planes: &'a [Plane<'a>],
@@ -95,31 +97,32 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Tells how much is done; stops where that is asked for.
-    fn go_on(&self) -> Result<()> {
+    /// Reports the share done and checks for cancellation.
+    fn report(&self) -> Result<()> {
         let done = self.rows_done.load(Ordering::Relaxed);
-        match (self.progress)(done as f64 / self.scene.height as f64) {
-            true => Ok(()),
-            false => Err(cancelled()),
+        if (self.progress)(done as f64 / self.scene.height as f64) {
+            Ok(())
+        } else {
+            Err(cancelled())
         }
     }
 
-    /// The light of the band of source rows that starts at `first_row`.
+    /// Scatters the band of source rows that starts at `first_row`.
     fn band(&self, first_row: usize) -> Result<Band> {
         let Scene { width, height, .. } = *self.scene;
         let mut band = Band::new(width, height, self.scene.edges, self.planes.len());
         let mut strip = Strip::new(width, self.planes.len());
         let mut kernel = KernelRows::default();
-        // Of each channel, so that a channel's kernels are scattered one after the other and the
-        // rows they share stay in the cache.
+        // Sorted by channel: the kernels of a channel are scattered one after the other, so that the rows they share
+        // stay in the cache.
         let mut sources: Vec<Vec<(usize, Source)>> =
             vec![Vec::new(); self.scene.lens.channel_count()];
         for row in first_row..(first_row + BAND_ROWS).min(height) {
             self.sources.of_row(self.planes, row, &mut sources)?;
             for (channel, sources) in sources.iter().enumerate() {
                 for (count, (run, middle)) in runs(self.scene.model, sources).enumerate() {
-                    if count % ASKED_AFTER == ASKED_AFTER - 1 {
-                        self.go_on()?;
+                    if count % CANCELLATION_INTERVAL == CANCELLATION_INTERVAL - 1 {
+                        self.report()?;
                     }
                     self.scene
                         .model
@@ -138,7 +141,7 @@ impl<'a> Job<'a> {
             }
             strip.empty_into(&mut band, row as i32);
             self.rows_done.fetch_add(1, Ordering::Relaxed);
-            self.go_on()?;
+            self.report()?;
         }
         Ok(band)
     }

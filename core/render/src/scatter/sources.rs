@@ -1,34 +1,32 @@
-//! What a lens does to the light of single source points of a plate, in plate pixels, and which
-//! neighbours share a kernel.
+//! Blur and displacement of single source points, in plate pixels, and runs of neighbours that share a kernel.
 
 use crate::{DisplacedBlur, Displacement, Plane, Scene};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::psf::{LocalBlur, PsfModel};
 
-/// Least variance of a displaced kernel, plate px². Undisplaced centroids lie on pixel centres;
-/// displaced ones drift past them. A kernel much narrower than a pixel, seen only at pixel centres,
-/// is all on one pixel until its centroid passes half way and then all on the next: where
-/// displacement shrinks the picture two sources land on one pixel, where it stretches one pixel gets
-/// none, and an even surface shows bright and dark lines. With variance v the light passes from pixel
-/// to pixel at most 1 / (4 v) times as fast as the centroid moves, so the lines have at most 1.5
-/// times the contrast of the displacement's own gradient (1 % of distortion: 1.5 %).
+/// Least variance of a displaced kernel, plate px².
+///
+/// Undisplaced centroids lie on pixel centres; displaced ones drift past them. A kernel much narrower than a pixel is
+/// sampled on one pixel until its centroid passes half way, and then on the next. Where displacement shrinks the
+/// picture two sources land on one pixel, where it stretches one pixel gets none: even surfaces show bright and dark
+/// lines. With variance v the light passes from pixel to pixel at most 1 / (4 v) times as fast as the centroid moves,
+/// so the lines have at most 1.5 times the contrast of the displacement's own gradient (1 % of distortion: 1.5 %).
 const DISPLACED_VARIANCE_PX2: f64 = 0.1;
 
-/// Largest standard deviation and displacement that are drawn, plate px: beyond any use, and short of
-/// filling the machine's memory with one kernel.
+/// Largest standard deviation and displacement drawn, plate px: beyond any use, yet one kernel still fits in memory.
 const LARGEST_SIGMA_PX: f64 = 512.0;
 const LARGEST_DISPLACEMENT_PX: f64 = 4096.0;
 
-/// A source point's light in one channel, ready to be drawn.
+/// The kernel of a source point in one channel, ready to be drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Source {
     pub(crate) blur: LocalBlur,
-    /// Where the centroid lands, px from the source point.
+    /// Offset of the centroid from the source point, px.
     pub(crate) shift_px: (f64, f64),
 }
 
-/// Asks a scene's lens about points of its plate.
+/// Evaluates a scene's lens at points of its plate.
 pub(crate) struct Sources<'a> {
     scene: &'a Scene<'a>,
     frame: Frame,
@@ -44,14 +42,14 @@ impl<'a> Sources<'a> {
         }
     }
 
-    /// The sources of those channels that are `wanted` at plate point (`x`, `y`), px from the plate's
-    /// outer corner, into `out`.
+    /// Writes the sources of the `wanted` channels at plate point `at` to `out`; `at` is in px from the plate's outer
+    /// corner.
     ///
     /// # Errors
-    /// A blur or displacement that is not finite or beyond what is drawn.
+    /// A blur or displacement that is not finite or too large to draw.
     pub(crate) fn at(
         &self,
-        (x, y): (f64, f64),
+        at: (f64, f64),
         vergence: f64,
         wanted: impl Fn(usize) -> bool,
         out: &mut Vec<Option<Source>>,
@@ -64,7 +62,7 @@ impl<'a> Sources<'a> {
                 out.push(None);
                 continue;
             }
-            let placed = self.placed(channel, (x, y), vergence)?;
+            let placed = self.placed(channel, at, vergence)?;
             mean.0 += placed.displacement_px.0 / self.channel_count as f64;
             mean.1 += placed.displacement_px.1 / self.channel_count as f64;
             out.push(Some(Source {
@@ -77,16 +75,16 @@ impl<'a> Sources<'a> {
                 *slot = None;
             }
             if let Some(source) = slot {
-                self.settle(source, mean);
+                self.keep_displacement(source, mean);
             }
         }
         Ok(())
     }
 
-    /// The light to draw of plate row `row` of `planes`: for each channel, columns and kernels.
+    /// Writes the sources of plate row `row` with light in any of `planes`: columns and kernels for each channel.
     ///
     /// # Errors
-    /// [`Sources::at`]'s.
+    /// Those of [`Sources::at`].
     pub(crate) fn of_row(
         &self,
         planes: &[Plane],
@@ -115,8 +113,8 @@ impl<'a> Sources<'a> {
         Ok(())
     }
 
-    /// Takes off what the scene does not displace by, and widens what is displaced.
-    fn settle(&self, source: &mut Source, mean: (f64, f64)) {
+    /// Reduces the displacement to what the scene keeps of it, and widens displaced kernels.
+    fn keep_displacement(&self, source: &mut Source, mean: (f64, f64)) {
         let (x, y) = source.shift_px;
         source.shift_px = match self.scene.displacement {
             Displacement::None => (0.0, 0.0),
@@ -128,8 +126,9 @@ impl<'a> Sources<'a> {
         }
     }
 
-    /// What the lens does to a point in one channel, in plate pixels.
-    fn placed(&self, channel: usize, (x, y): (f64, f64), vergence: f64) -> Result<DisplacedBlur> {
+    /// Returns the blur and displacement of one channel at a plate point, plate px.
+    fn placed(&self, channel: usize, at: (f64, f64), vergence: f64) -> Result<DisplacedBlur> {
+        let (x, y) = at;
         let map = self.scene.map;
         let scale = map.scale;
         let at = self.frame.field_point(ImagePoint::new(
@@ -175,9 +174,9 @@ impl<'a> Sources<'a> {
     }
 }
 
-/// Cuts a row of one channel's sources into runs that share a kernel, that of the source in their
-/// middle: neighbours to which the lens does the same, or so nearly that the model says it cannot be
-/// seen.
+/// Cuts a row of one channel's sources into runs that share the kernel of their middle source.
+///
+/// The kernels of a run are equal, or differ by less than can be seen ([`PsfModel::alike`]).
 pub(crate) fn runs<'a>(
     model: &'a dyn PsfModel,
     mut rest: &'a [(usize, Source)],

@@ -1,44 +1,43 @@
-//! What can be seen of the farther surface along depth edges, averaged over cells of growing size.
+//! A pyramid of cells with the visible samples of the farther surface along depth edges.
 //!
-//! Pixels on the far side of a jump in depth are gathered in a band a few pixels wide. Cells have sides
-//! of 2, 4, 8, ... pixels on a grid fixed to the frame, and keep the average of their farthest surface.
+//! It holds the pixels within a few px of a jump in depth, on its far side. Cells have sides of 2, 4, 8, ... pixels on
+//! a grid fixed to the frame, and hold the average of their farthest surface.
 
-use super::HiddenInput;
+use super::disocclusion::LayeredPlate;
 use rayon::prelude::*;
 
-/// A jump from one pixel to the next is more than this many layers; what is within as much of the
-/// farthest is one surface.
+/// Least jump between surfaces, layers. Samples within this distance of the farthest are one surface.
 pub(super) const JUMP: f32 = 1.5;
-/// How wide the band along a jump is, px.
+/// Width of the band along a jump, px.
 const BAND_PX: usize = 4;
-/// What pixels right at the jump count, whose colour is often mixed with that of the near side.
+/// Weight of pixels right at a jump, whose colour is often mixed with that of the near side.
 const AT_JUMP: f32 = 0.05;
-/// Part of a cell that is brighter than this many times the rest counts less: a small light next to an
-/// edge must not be drawn out into a large one.
+/// Brightness relative to the rest of a cell above which a part's weight is reduced: a small light next to an edge must
+/// not grow into a large one.
 const BRIGHTEST: f32 = 4.0;
 
-/// The cells of one size, row-major; planes beside each other.
-pub(super) struct Level {
-    /// Cell of the plate's first pixel on the frame's grid.
+/// The cells of one size, row-major.
+pub(super) struct CellLevel {
+    /// Column and row of the plate's first cell on the frame's grid.
     pub(super) first: [usize; 2],
     pub(super) columns: usize,
     rows: usize,
-    /// How much of the farther surface is in each cell; zero: none.
+    /// Weight of the farther surface in each cell.
     pub(super) weight: Vec<f32>,
-    /// Its place on the layers.
-    pub(super) place: Vec<f32>,
-    /// Its samples, those of a cell together.
+    /// Layer coordinate of that surface.
+    pub(super) coordinate: Vec<f32>,
+    /// Its samples, cell by cell, one per plane.
     pub(super) samples: Vec<f32>,
 }
 
-impl Level {
-    /// Index of the first cell of `row` on the frame's grid, if the plate has it.
+impl CellLevel {
+    /// Returns the index of the first cell of `row` on the frame's grid; `None` beyond the plate.
     pub(super) fn row(&self, row: i64) -> Option<usize> {
         let row = usize::try_from(row - self.first[1] as i64).ok()?;
         (row < self.rows).then(|| row * self.columns)
     }
 
-    /// Index of the cell (`column`, `row`) on the frame's grid, if the plate has it.
+    /// Returns the index of the cell (`column`, `row`) on the frame's grid; `None` beyond the plate.
     fn cell(&self, column: i64, row: i64) -> Option<usize> {
         let column = usize::try_from(column - self.first[0] as i64).ok()?;
         (column < self.columns).then_some(self.row(row)? + column)
@@ -52,13 +51,12 @@ impl Level {
             columns,
             rows,
             weight: vec![0.0; count],
-            place: vec![0.0; count],
+            coordinate: vec![0.0; count],
             samples: vec![0.0; count * planes],
         }
     }
 
-    /// Fills every cell with the merger of the `parts` that lie in it, whose samples are `read` by index
-    /// and plane.
+    /// Fills every cell with the average of its `parts`. `read` returns the sample of a part by index and plane.
     fn fill(
         &mut self,
         planes: usize,
@@ -68,41 +66,41 @@ impl Level {
         let columns = self.columns;
         let [first_column, first_row] = self.first;
         let weights = self.weight.par_chunks_mut(columns);
-        let places = self.place.par_chunks_mut(columns);
+        let coordinates = self.coordinate.par_chunks_mut(columns);
         let samples = self.samples.par_chunks_mut(columns * planes);
-        let rows = weights.zip(places).zip(samples).enumerate();
-        rows.for_each(|(row, ((weights, places), samples))| {
+        let rows = weights.zip(coordinates).zip(samples).enumerate();
+        rows.for_each(|(row, ((weights, coordinates), samples))| {
             let mut found = Vec::with_capacity(4);
-            let cells = weights.iter_mut().zip(places);
-            for (column, ((weight, place), out)) in
+            let cells = weights.iter_mut().zip(coordinates);
+            for (column, ((weight, coordinate), out)) in
                 cells.zip(samples.chunks_exact_mut(planes)).enumerate()
             {
                 found.clear();
                 parts(first_column + column, first_row + row, &mut found);
                 if !found.is_empty() {
-                    (*weight, *place) = merged(&mut found, &read, out);
+                    (*weight, *coordinate) = merged(&mut found, &read, out);
                 }
             }
         });
     }
 }
 
-/// A cell's part: a pixel or a smaller cell.
+/// A part of a cell: a pixel or a smaller cell.
 struct Part {
     weight: f32,
-    place: f32,
+    coordinate: f32,
     index: usize,
 }
 
-/// The pyramid of `input`, which has planes, cells of 2 px first, up to those of 2^`levels`.
-pub(super) fn build(input: &HiddenInput, levels: u32) -> Vec<Level> {
+/// Builds the pyramid of `input`, which has at least one plane: cells of 2 px first, up to 2^`levels`.
+pub(super) fn build(input: &LayeredPlate, levels: u32) -> Vec<CellLevel> {
     let planes = input.planes.len();
     let band = band(input);
     let [x, y] = input.origin;
     let last = [x + input.width - 1, y + input.height - 1];
-    let mut pyramid: Vec<Level> = Vec::new();
+    let mut pyramid: Vec<CellLevel> = Vec::new();
     for level in 1..=levels {
-        let mut next = Level::empty([x >> level, y >> level], last.map(|l| l >> level), planes);
+        let mut next = CellLevel::empty([x >> level, y >> level], last.map(|l| l >> level), planes);
         match pyramid.last() {
             None => next.fill(
                 planes,
@@ -116,7 +114,7 @@ pub(super) fn build(input: &HiddenInput, levels: u32) -> Vec<Level> {
                         if band[index] > 0.0 {
                             found.push(Part {
                                 weight: band[index],
-                                place: input.places[index],
+                                coordinate: input.coordinates[index],
                                 index,
                             });
                         }
@@ -133,7 +131,7 @@ pub(super) fn build(input: &HiddenInput, levels: u32) -> Vec<Level> {
                         let lit = cell.filter(|index| finer.weight[*index] > 0.0);
                         found.extend(lit.map(|index| Part {
                             weight: finer.weight[index],
-                            place: finer.place[index],
+                            coordinate: finer.coordinate[index],
                             index,
                         }));
                     }
@@ -148,15 +146,15 @@ pub(super) fn build(input: &HiddenInput, levels: u32) -> Vec<Level> {
 
 const CHILDREN: [(usize, usize); 4] = [(0, 0), (1, 0), (0, 1), (1, 1)];
 
-/// Weight and place of what is farthest in `parts`; its samples go to `out`.
+/// Writes the average samples of the farthest surface in `parts` to `out`; returns its weight and coordinate.
 fn merged(
     parts: &mut Vec<Part>,
     read: impl Fn(usize, usize) -> f32,
     out: &mut [f32],
 ) -> (f32, f32) {
-    let places = parts.iter().map(|part| part.place);
-    let farthest = places.fold(f32::INFINITY, f32::min);
-    parts.retain(|part| part.place <= farthest + JUMP);
+    let coordinates = parts.iter().map(|part| part.coordinate);
+    let farthest = coordinates.fold(f32::INFINITY, f32::min);
+    parts.retain(|part| part.coordinate <= farthest + JUMP);
     let brightness = |part: &Part| {
         let planes = (0..out.len()).map(|plane| read(part.index, plane).abs());
         planes.fold(0.0, f32::max)
@@ -164,67 +162,67 @@ fn merged(
     let bright: Vec<f32> = parts.iter().map(brightness).collect();
     let sum: f32 = parts.iter().map(|part| part.weight).sum();
     let light: f32 = parts.iter().zip(&bright).map(|(p, b)| p.weight * b).sum();
-    let (mut total, mut place) = (0.0, 0.0);
+    let (mut total, mut coordinate) = (0.0, 0.0);
     for (part, own) in parts.iter().zip(&bright) {
         let rest = sum - part.weight;
-        // Mean brightness of the others; a part that is alone has nothing to be held against.
+        // Mean brightness of the other parts; a single part has none to compare with.
         let others = (light - part.weight * own).max(0.0) / rest.max(f32::MIN_POSITIVE);
         let share = if rest > 0.0 && *own > BRIGHTEST * others {
             BRIGHTEST * others / own
         } else {
             1.0
         };
-        // A little is left: a cell of one light on black would otherwise be empty.
+        // Never zero: a cell of one light on black would be empty.
         let weight = part.weight * share.max(1e-6);
         total += weight;
-        place += weight * part.place;
+        coordinate += weight * part.coordinate;
         for (plane, out) in out.iter_mut().enumerate() {
             *out += weight * read(part.index, plane);
         }
     }
     out.iter_mut().for_each(|sample| *sample /= total);
-    (sum, place / total)
+    (sum, coordinate / total)
 }
 
-/// How much each pixel counts as the far side of a jump.
-fn band(input: &HiddenInput) -> Vec<f32> {
-    let (width, height, places) = (input.width, input.height, input.places);
-    // The near sides of jumps.
-    let mut near = vec![f32::NEG_INFINITY; places.len()];
+/// Returns the weight of each pixel as the far side of a jump.
+fn band(input: &LayeredPlate) -> Vec<f32> {
+    let (width, height, coordinates) = (input.width, input.height, input.coordinates);
+    // Coordinates of the near sides of jumps.
+    let mut near = vec![f32::NEG_INFINITY; coordinates.len()];
     near.par_chunks_mut(width)
         .enumerate()
         .for_each(|(row, out)| {
             for (column, out) in out.iter_mut().enumerate() {
                 let index = row * width + column;
-                let mut least = places[index];
+                let mut least = coordinates[index];
                 for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
                     let (x, y) = (column as i64 + dx, row as i64 + dy);
                     if (0..width as i64).contains(&x) && (0..height as i64).contains(&y) {
-                        least = least.min(places[y as usize * width + x as usize]);
+                        least = least.min(coordinates[y as usize * width + x as usize]);
                     }
                 }
-                if places[index] - least > JUMP {
-                    *out = places[index];
+                if coordinates[index] - least > JUMP {
+                    *out = coordinates[index];
                 }
             }
         });
-    let close = largest_about(&near, width, 1);
-    let about = largest_about(&near, width, BAND_PX);
-    let weigh = |((place, close), about): ((&f32, &f32), &f32)| {
-        if *close > place + JUMP {
+    let close = dilated(&near, width, 1);
+    let about = dilated(&near, width, BAND_PX);
+    let weigh = |((coordinate, close), about): ((&f32, &f32), &f32)| {
+        if *close > coordinate + JUMP {
             AT_JUMP
-        } else if *about > place + JUMP {
+        } else if *about > coordinate + JUMP {
             1.0
         } else {
             0.0
         }
     };
-    let all = places.par_iter().zip(&close).zip(&about);
+    let all = coordinates.par_iter().zip(&close).zip(&about);
     all.map(weigh).collect()
 }
 
-/// Largest value within `radius` pixels along both axes.
-fn largest_about(values: &[f32], width: usize, radius: usize) -> Vec<f32> {
+/// Returns the largest value within `radius` pixels along both axes: a dilation.
+fn dilated(values: &[f32], width: usize, radius: usize) -> Vec<f32> {
     let height = values.len() / width;
     let mut across = vec![0.0; values.len()];
     let rows = across.par_chunks_mut(width).zip(values.par_chunks(width));
@@ -247,7 +245,7 @@ fn largest_about(values: &[f32], width: usize, radius: usize) -> Vec<f32> {
     both
 }
 
-/// Makes each of `out` at least the value beside it.
+/// Raises each of `out` to at least the corresponding value.
 fn raise(out: &mut [f32], values: &[f32]) {
     for (out, value) in out.iter_mut().zip(values) {
         *out = if *value > *out { *value } else { *out };

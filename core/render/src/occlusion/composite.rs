@@ -1,0 +1,271 @@
+//! Compositing of blurred depth layers, from the nearest to the farthest.
+//!
+//! Each layer has a presence m >= 0, the part of a pixel's view that the layer alone takes up, and planes c multiplied
+//! by presence. Layers of one surface together take up the whole view and *add up*; separate surfaces *hide* each
+//! other. Gaps between layers distinguish the two. A pixel keeps T, the transmittance of all surfaces so far, and G,
+//! the part of the view taken up by the current surface. A layer gets
+//!
+//!   u = T min(m, 1 - G),  G <- G + min(m, 1 - G),  picture <- picture + (u / m) c.
+//!
+//! A nearly empty layer closes the surface. With q = max(0, 1 - m / e)^2, which is one for an empty layer,
+//!
+//!   T <- T (1 - q G),  G <- G (1 - q) / (1 - q G),
+//!
+//! which keeps T (1 - G). At the end the picture is divided by the sum of u, which fills what no layer covers. Coverage
+//! and light have the same weights: an opaque plate stays opaque, a transparent one as transparent as it is.
+
+use super::Holdout;
+use crate::RenderWindow;
+use rayon::prelude::*;
+
+/// The presence e below which a layer begins to close the surface in front of it.
+const EMPTY: f32 = 0.02;
+
+/// The composite of the layers so far.
+pub(super) struct Compositor {
+    rows: Vec<Row>,
+    /// For each channel mix, the weight of each presence plane.
+    presence_of: Vec<Vec<f32>>,
+    /// Index of each plane's channel mix.
+    mix_of: Vec<usize>,
+}
+
+/// A row of the plate.
+struct Row {
+    /// Index of the last layer at each pixel; surfaces are closed where one is missing.
+    last: Vec<i32>,
+    mixes: Vec<MixRow>,
+    planes: Vec<Vec<f32>>,
+}
+
+/// The state of a row for planes of one channel mix.
+#[derive(Clone)]
+struct MixRow {
+    /// T.
+    transmittance: Vec<f32>,
+    /// G.
+    surface: Vec<f32>,
+    /// Sum of u.
+    used: Vec<f32>,
+}
+
+/// A blurred crop of a depth layer.
+pub(super) struct BlurredLayer<'a> {
+    /// Index of the layer.
+    pub(super) layer: usize,
+    /// Coordinate of the layer.
+    pub(super) coordinate: f32,
+    /// Vergence of the layer, 1/m.
+    pub(super) vergence: f64,
+    pub(super) crop: RenderWindow,
+    pub(super) planes: &'a [Vec<f32>],
+    pub(super) presence: &'a [Vec<f32>],
+}
+
+/// Mattes that hold light back without blur.
+pub(super) struct SharpMattes<'a> {
+    pub(super) holdout: Option<Holdout<'a>>,
+    /// The outlines of foregrounds that are blurred outwards only.
+    pub(super) outline: Option<Outline<'a>>,
+}
+
+/// Pixels within the outline of a foreground, which hide what lies behind them.
+#[derive(Clone, Copy)]
+pub(super) struct Outline<'a> {
+    /// Layer coordinate of every pixel.
+    pub(super) coordinates: &'a [f32],
+    /// Share of the light behind every pixel that is held back.
+    pub(super) held: &'a [f32],
+}
+
+impl Compositor {
+    /// An empty composite of `width` x `height` pixels.
+    ///
+    /// `presence_of` holds the weight of each presence plane for each channel mix, `mix_of` the mix of each plane.
+    pub(super) fn new(
+        width: usize,
+        height: usize,
+        presence_of: Vec<Vec<f32>>,
+        mix_of: Vec<usize>,
+    ) -> Self {
+        let row = || Row {
+            last: vec![i32::MAX; width],
+            mixes: vec![
+                MixRow {
+                    transmittance: vec![1.0; width],
+                    surface: vec![0.0; width],
+                    used: vec![0.0; width],
+                };
+                presence_of.len()
+            ],
+            planes: vec![vec![0.0; width]; mix_of.len()],
+        };
+        Self {
+            rows: (0..height).map(|_| row()).collect(),
+            presence_of,
+            mix_of,
+        }
+    }
+
+    /// Adds a layer behind those before it.
+    pub(super) fn add(&mut self, layer: &BlurredLayer, mattes: &SharpMattes) {
+        let RenderWindow { row, height, .. } = layer.crop;
+        let (presence_of, mix_of) = (&self.presence_of, &self.mix_of);
+        let rows = self.rows[row..row + height].par_iter_mut().enumerate();
+        rows.for_each_init(Scratch::default, |scratch, (line, row)| {
+            row.add(layer, mattes, line, presence_of, mix_of, scratch);
+        });
+    }
+
+    /// Returns the composited planes.
+    pub(super) fn finish(self) -> Vec<Vec<f32>> {
+        let Self { rows, mix_of, .. } = self;
+        let plane = |(index, &mix): (usize, &usize)| {
+            let row = |row: &Row| {
+                let used = row.mixes[mix].used.iter();
+                let pairs = row.planes[index].iter().zip(used);
+                pairs
+                    .map(|(light, used)| if *used > 0.0 { light / used } else { 0.0 })
+                    .collect::<Vec<_>>()
+            };
+            rows.par_iter().flat_map_iter(row).collect()
+        };
+        mix_of.iter().enumerate().map(plane).collect()
+    }
+}
+
+/// Buffers of a row.
+#[derive(Default)]
+struct Scratch {
+    presence: Vec<f32>,
+    /// Transmittance of the holdout: it dims the picture, not the weights.
+    holdout: Vec<f32>,
+    /// Transmittance of outlines: it dims picture and weights.
+    outline: Vec<f32>,
+    /// u / m of each channel mix.
+    shares: Vec<Vec<f32>>,
+}
+
+impl Row {
+    /// Adds row `line` of the layer's crop.
+    fn add(
+        &mut self,
+        layer: &BlurredLayer,
+        mattes: &SharpMattes,
+        line: usize,
+        presence_of: &[Vec<f32>],
+        mix_of: &[usize],
+        scratch: &mut Scratch,
+    ) {
+        let crop = layer.crop;
+        let columns = crop.column..crop.column + crop.width;
+        let from = line * crop.width..(line + 1) * crop.width;
+        let first = (crop.row + line) * self.last.len() + crop.column;
+        self.close_missed(layer.layer as i32, columns.clone());
+        mattes.fill(layer, first..first + crop.width, scratch);
+        scratch.shares.resize(presence_of.len(), Vec::new());
+        for (index, (mix, shares)) in self.mixes.iter_mut().zip(presence_of).enumerate() {
+            scratch.presence.clear();
+            scratch.presence.resize(crop.width, 0.0);
+            for (plane, share) in layer.presence.iter().zip(shares) {
+                if *share != 0.0 {
+                    for (sum, m) in scratch.presence.iter_mut().zip(&plane[from.clone()]) {
+                        *sum += share * m;
+                    }
+                }
+            }
+            let out = &mut scratch.shares[index];
+            out.resize(crop.width, 0.0);
+            mix.add(columns.clone(), &scratch.presence, &scratch.outline, out);
+            for (share, transmittance) in out.iter_mut().zip(&scratch.holdout) {
+                *share *= transmittance;
+            }
+        }
+        for ((out, plane), mix) in self.planes.iter_mut().zip(layer.planes).zip(mix_of) {
+            let lines = out[columns.clone()].iter_mut().zip(&plane[from.clone()]);
+            for ((out, light), share) in lines.zip(&scratch.shares[*mix]) {
+                *out += share * light;
+            }
+        }
+    }
+
+    /// Closes surfaces where layers between the last one and `layer` were empty.
+    fn close_missed(&mut self, layer: i32, columns: std::ops::Range<usize>) {
+        for column in columns {
+            let last = &mut self.last[column];
+            if *last != layer + 1 {
+                for mix in &mut self.mixes {
+                    mix.transmittance[column] *= 1.0 - mix.surface[column];
+                    mix.surface[column] = 0.0;
+                }
+            }
+            *last = layer;
+        }
+    }
+}
+
+impl MixRow {
+    /// Adds a layer with this `presence` behind `outline`, the transmittance of outlines, and writes u / m to `shares`.
+    fn add(
+        &mut self,
+        columns: std::ops::Range<usize>,
+        presence: &[f32],
+        outline: &[f32],
+        shares: &mut [f32],
+    ) {
+        let state = self.transmittance[columns.clone()]
+            .iter_mut()
+            .zip(&mut self.surface[columns.clone()])
+            .zip(&mut self.used[columns]);
+        let layer = presence.iter().zip(outline).zip(shares);
+        for (((transmittance, surface), used), ((m, outline), share)) in state.zip(layer) {
+            // Rounding in the inner renderer can make presence slightly negative.
+            let m = m.max(0.0);
+            let gap = (1.0 - m / EMPTY).max(0.0);
+            let gap = gap * gap;
+            let left = 1.0 - gap * *surface;
+            *transmittance *= left;
+            // `left` is zero where a full surface is closed completely.
+            *surface = if left > 0.0 {
+                *surface * (1.0 - gap) / left
+            } else {
+                0.0
+            };
+            let taken = m.min(1.0 - *surface).max(0.0);
+            *surface += taken;
+            let u = *transmittance * taken * outline;
+            *used += u;
+            *share = if m > 0.0 { u / m } else { 0.0 };
+        }
+    }
+}
+
+impl SharpMattes<'_> {
+    /// Computes the transmittance in front of a layer at the plate's pixels `range`.
+    fn fill(&self, layer: &BlurredLayer, range: std::ops::Range<usize>, scratch: &mut Scratch) {
+        let Scratch {
+            holdout: through_holdout,
+            outline: through_outline,
+            ..
+        } = scratch;
+        through_holdout.clear();
+        through_holdout.resize(range.len(), 1.0);
+        through_outline.clear();
+        through_outline.resize(range.len(), 1.0);
+        if let Some(Outline { coordinates, held }) = self.outline {
+            let pixels = coordinates[range.clone()].iter().zip(&held[range.clone()]);
+            for (transmittance, (coordinate, held)) in through_outline.iter_mut().zip(pixels) {
+                // The farther of the two layers of the pixel's own surface is less than one layer away.
+                if layer.coordinate <= coordinate - 1.0 {
+                    *transmittance = 1.0 - held;
+                }
+            }
+        }
+        let Some(holdout) = self.holdout else {
+            return;
+        };
+        for (transmittance, index) in through_holdout.iter_mut().zip(range) {
+            *transmittance = holdout.transmittance(layer.vergence, index);
+        }
+    }
+}

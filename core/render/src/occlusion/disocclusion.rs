@@ -1,0 +1,220 @@
+//! Disocclusion fill: hidden samples behind the near side of depth edges, estimated from the visible far side.
+//!
+//! A blurred foreground is half transparent towards its edge and reveals what the plate does not show. Each pixel near
+//! an edge gets one hidden sample of colour, alpha and vergence: the samples of the far side next to the edge, and
+//! averages of ever larger cells of them further in, as far as the blur of both reaches. The rule is local
+//! ([`HIDDEN_REACH_PX`]) and cells lie on a grid fixed to the frame, so a tile with that much margin equals the whole.
+
+use super::cell_pyramid::{self, CellLevel, JUMP};
+use super::depth_layers::DepthLayers;
+use crate::{Plane, PlateMap};
+use rayon::prelude::*;
+
+/// Largest number of levels of the cell pyramid.
+const MAX_LEVELS: u32 = 8;
+
+/// Largest distance between a hidden sample and the pixels it is estimated from, px.
+pub const HIDDEN_REACH_PX: usize = 3 << (MAX_LEVELS - 1);
+
+/// One over the weight at which an estimate counts as fully present: a quarter of its surroundings.
+const FULL_PRESENCE: f32 = 4.0;
+/// Least weight of a hidden sample.
+const MIN_WEIGHT: f32 = 1e-3;
+
+/// A plate with the layer coordinates of its pixels.
+pub(super) struct LayeredPlate<'a> {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Position of the plate's first pixel on the frame's grid of cells.
+    pub(super) origin: [usize; 2],
+    /// Place of every pixel on the layers.
+    pub(super) coordinates: &'a [f32],
+    pub(super) planes: &'a [Plane<'a>],
+}
+
+/// Returns the position of a plate's first pixel on the frame's grid of cells.
+pub(super) fn grid_origin(map: PlateMap) -> [usize; 2] {
+    let period = f64::from(1 << MAX_LEVELS);
+    [map.origin.x_px, map.origin.y_px]
+        .map(|at| (at * map.scale).round().rem_euclid(period) as usize)
+}
+
+/// Samples of one row in addition to the plate's: hidden ones, or corrections of mixed pixels.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct ExtraSamples {
+    /// Plate columns, ascending.
+    pub(super) columns: Vec<u32>,
+    /// Presence of each sample; negative where it is taken away.
+    pub(super) weights: Vec<f32>,
+    pub(super) coordinates: Vec<f32>,
+    /// Samples of each, one per plane, multiplied by presence.
+    pub(super) samples: Vec<f32>,
+}
+
+/// Estimates the hidden samples of all rows; `None` once `goes_on` returns false.
+pub(super) fn hidden_samples(
+    input: &LayeredPlate,
+    layers: &DepthLayers,
+    goes_on: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<ExtraSamples>> {
+    let largest = input
+        .coordinates
+        .par_iter()
+        .map(|coordinate| layers.size(*coordinate));
+    let reach = 2.0 * largest.reduce(|| 0.0, f32::max);
+    let levels = (1..MAX_LEVELS)
+        .find(|level| (1 << level) as f32 >= 6.0 * (reach + SPARE_PX))
+        .unwrap_or(MAX_LEVELS);
+    let pyramid = cell_pyramid::build(input, levels);
+    (0..input.height)
+        .into_par_iter()
+        .map(|row| goes_on().then(|| hidden_row(input, layers, &pyramid, row)))
+        .collect()
+}
+
+/// Margin added to the reach of the blur, px.
+const SPARE_PX: f32 = 2.0;
+
+fn hidden_row(
+    input: &LayeredPlate,
+    layers: &DepthLayers,
+    pyramid: &[CellLevel],
+    row: usize,
+) -> ExtraSamples {
+    let mut out = ExtraSamples::default();
+    let mut estimate = HiddenEstimate {
+        samples: vec![0.0; input.planes.len()],
+        ..HiddenEstimate::default()
+    };
+    let lines: Vec<CellRows> = pyramid
+        .iter()
+        .enumerate()
+        .map(|(index, level)| CellRows::new(level, (2 << index) as f32, row + input.origin[1]))
+        .collect();
+    for column in 0..input.width {
+        let coordinate = input.coordinates[row * input.width + column];
+        estimate.estimate(&lines, layers, column + input.origin[0], coordinate);
+        if estimate.weight > MIN_WEIGHT {
+            out.columns.push(column as u32);
+            let presence = (FULL_PRESENCE * estimate.weight).min(1.0);
+            out.weights.push(presence);
+            out.coordinates.push(estimate.coordinate / estimate.weight);
+            let gain = presence / estimate.weight;
+            out.samples
+                .extend(estimate.samples.iter().map(|sample| gain * sample));
+        }
+    }
+    out
+}
+
+/// The two rows of cells of one level around a row of pixels.
+struct CellRows<'a> {
+    level: &'a CellLevel,
+    /// Side of a cell, px.
+    side: f32,
+    /// First cell of each row of cells with the row's interpolation weight; `None` beyond the plate.
+    rows: [Option<(usize, f32)>; 2],
+    /// First and end column with any weight in either row, on the frame's grid.
+    lit: (i32, i32),
+}
+
+impl<'a> CellRows<'a> {
+    /// The rows of cells around row `y` of the frame's grid.
+    fn new(level: &'a CellLevel, side: f32, y: usize) -> Self {
+        let at = (y as f32 + 0.5) / side - 0.5;
+        let row = at.floor();
+        let share = at - row;
+        let found = |dy: i64, share: f32| level.row(row as i64 + dy).map(|first| (first, share));
+        let rows = [found(0, 1.0 - share), found(1, share)];
+        let mut lit = (i32::MAX, i32::MIN);
+        for (first, _) in rows.iter().flatten() {
+            let weights = &level.weight[*first..first + level.columns];
+            if let Some(start) = weights.iter().position(|w| *w > 0.0) {
+                let end = weights.iter().rposition(|w| *w > 0.0).unwrap_or(start) + 1;
+                let on_grid = |column: usize| (column + level.first[0]) as i32;
+                lit = (lit.0.min(on_grid(start)), lit.1.max(on_grid(end)));
+            }
+        }
+        Self {
+            level,
+            side,
+            rows,
+            lit,
+        }
+    }
+}
+
+/// The estimate of a hidden sample, accumulated from fine cells to coarse ones.
+#[derive(Default)]
+struct HiddenEstimate {
+    weight: f32,
+    /// Multiplied by the weight, as the samples are.
+    coordinate: f32,
+    samples: Vec<f32>,
+}
+
+impl HiddenEstimate {
+    /// Estimates what lies behind the pixel in column `x` of the frame's grid with a layer `coordinate`.
+    fn estimate(&mut self, lines: &[CellRows], layers: &DepthLayers, x: usize, coordinate: f32) {
+        (self.weight, self.coordinate) = (0.0, 0.0);
+        self.samples.fill(0.0);
+        let size = layers.size(coordinate);
+        for line in lines {
+            let left = 1.0 - self.weight;
+            if left < MIN_WEIGHT {
+                return;
+            }
+            let at = (x as f32 + 0.5) / line.side - 0.5;
+            // Rounds down: `at` is -0.5 or more.
+            let column = (at + 1.0) as i32 - 1;
+            if column + 1 < line.lit.0 || column >= line.lit.1 {
+                continue;
+            }
+            let share = at - column as f32;
+            for (first, across) in line.rows.iter().flatten() {
+                for (column, down) in [(column, 1.0 - share), (column + 1, share)] {
+                    if column < line.lit.0 || column >= line.lit.1 {
+                        continue;
+                    }
+                    let cell = first + column as usize - line.level.first[0];
+                    let share = left * across * down;
+                    self.add_cell(line, cell, share, coordinate, size, layers);
+                }
+            }
+        }
+    }
+
+    /// Adds a cell with a weight of up to `share`, as far as it lies behind `coordinate` and within reach of a blur of
+    /// `size`.
+    fn add_cell(
+        &mut self,
+        line: &CellRows,
+        cell: usize,
+        share: f32,
+        coordinate: f32,
+        size: f32,
+        layers: &DepthLayers,
+    ) {
+        let level = line.level;
+        let behind = (coordinate - level.coordinate[cell] - JUMP / 2.0).clamp(0.0, 1.0);
+        if level.weight[cell] == 0.0 || behind == 0.0 {
+            return;
+        }
+        // Cells up to twice the reach of the blur count in full.
+        let reach = size + layers.size(level.coordinate[cell]) + SPARE_PX;
+        let near = (3.0 * reach / line.side - 0.5).clamp(0.0, 1.0);
+        // A cell of mixed pixels alone counts little beside a larger one.
+        let known = level.weight[cell].min(1.0);
+        self.add(level, cell, share * behind * near * known);
+    }
+
+    fn add(&mut self, level: &CellLevel, cell: usize, weight: f32) {
+        self.weight += weight;
+        self.coordinate += weight * level.coordinate[cell];
+        let planes = self.samples.len();
+        let from = &level.samples[cell * planes..(cell + 1) * planes];
+        for (sum, sample) in self.samples.iter_mut().zip(from) {
+            *sum += weight * sample;
+        }
+    }
+}
