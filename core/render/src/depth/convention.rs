@@ -1,64 +1,66 @@
-//! What the numbers of a depth pass mean, and object vergence from them.
+//! Conventions of depth passes, and conversion to object vergence.
 
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::ImagePoint;
 
-/// What the numbers of a depth pass are. All distances are along the optical axis.
+/// The convention of a depth pass. All distances are along the optical axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DepthConvention {
     /// Distance in units of `metres_per_unit`.
     Distance {
-        /// Metres that make up one unit; negative for passes that count backwards.
+        /// Metres per unit; negative for passes of negative depth.
         metres_per_unit: f64,
     },
-    /// One over the distance in such units; zero is infinity.
+    /// 1 / distance, with distance in units of `metres_per_unit`; zero is infinity.
     Inverse {
-        /// Metres that make up one unit of distance.
+        /// Metres per unit of distance.
         metres_per_unit: f64,
     },
-    /// 0 at `near_m`, 1 at `far_m`, distance linear between.
+    /// 0 at `near_m` and 1 at `far_m`, linear in distance.
     FarOne {
-        /// Metres at 0.
+        /// Distance at 0, metres.
         near_m: f64,
-        /// Metres at 1.
+        /// Distance at 1, metres.
         far_m: f64,
     },
-    /// 1 at `near_m`, 0 at `far_m`, distance linear between.
+    /// 1 at `near_m` and 0 at `far_m`, linear in distance.
     FarZero {
-        /// Metres at 1.
+        /// Distance at 1, metres.
         near_m: f64,
-        /// Metres at 0.
+        /// Distance at 0, metres.
         far_m: f64,
     },
 }
 
-/// Object vergence from a depth pass, and what was found in it.
+/// The object vergence read from a depth pass, with counts of special pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthReading {
-    /// 1 / distance in 1/m of every pixel.
+    /// Vergence of every pixel, 1 / distance in 1/m.
     pub vergence: Vec<f32>,
     /// Pixels at infinity.
     pub infinite: usize,
-    /// Pixels without a distance in front of the camera (zero or negative), taken to be at infinity.
+    /// Pixels whose distance is zero or negative; they count as infinitely far.
     pub empty: usize,
-    /// Normalised values outside 0..1, taken to be at the end they passed.
+    /// Normalised values outside 0..1, clamped.
     pub outside: usize,
     /// Nearest and farthest finite distance, metres; `None` if every pixel is at infinity.
     pub range_m: Option<(f64, f64)>,
 }
 
-/// What one sample of a depth pass says.
+/// The meaning of one sample of a depth pass.
 enum Sample {
     Metres(f64),
     Infinity,
     Empty,
-    Impossible,
+    Invalid,
 }
 
 impl DepthReading {
-    /// Turns distances along the ray from the camera, as this was read, into distances along its axis:
-    /// z = r / sqrt(1 + (x² + y²) / F²), x and y being lengths from `axis` and F `focal_px`, all in pixel
-    /// widths. The pass is `width` pixels wide; each is `pixel_aspect` times as wide as it is high.
+    /// Converts distances r along the ray from the camera to distances z along its axis,
+    /// z = r / sqrt(1 + (x² + y²) / F²).
+    ///
+    /// x and y are measured from `axis`, F is `focal_px`, all in pixel widths. The pass is `width` pixels wide; pixels are
+    /// `pixel_aspect` times as wide as they are high.
     ///
     /// # Errors
     /// A focal length that is not above zero, and an axis that is not finite.
@@ -99,8 +101,8 @@ impl DepthConvention {
     /// Reads a depth pass `width` pixels wide.
     ///
     /// # Errors
-    /// A NaN or impossible value (the message names the pixel), a pass in which no pixel has a
-    /// distance in front of the camera, and a unit or range that cannot be.
+    /// A NaN or invalid value (the message names the pixel), a pass in which no pixel has a distance in front of the
+    /// camera, and an invalid unit or range.
     pub fn read(&self, samples: &[f32], width: usize) -> Result<DepthReading> {
         self.check()?;
         let mut reading = DepthReading {
@@ -129,7 +131,7 @@ impl DepthConvention {
                     reading.empty += 1;
                     0.0
                 }
-                Sample::Impossible => {
+                Sample::Invalid => {
                     return Err(Error::new(
                         format!("pixel ({}, {})", index % width.max(1), index / width.max(1)),
                         format!("is {value}"),
@@ -143,7 +145,7 @@ impl DepthConvention {
             return Err(Error::new(
                 "depth pass",
                 "has no pixel with a distance in front of the camera",
-                "check which channel it is and what its numbers mean; one that counts backwards needs a negative unit",
+                "check its channel and convention; a pass of negative depth needs a negative unit",
             ));
         }
         Ok(reading)
@@ -151,7 +153,7 @@ impl DepthConvention {
 
     fn sample(&self, value: f64) -> Sample {
         if value.is_nan() {
-            return Sample::Impossible;
+            return Sample::Invalid;
         }
         match *self {
             Self::Distance { metres_per_unit } => {
@@ -168,7 +170,7 @@ impl DepthConvention {
                 if value == 0.0 {
                     Sample::Infinity
                 } else if value.is_infinite() {
-                    Sample::Impossible
+                    Sample::Invalid
                 } else if value / metres_per_unit > 0.0 {
                     Sample::Metres(metres_per_unit / value)
                 } else {
@@ -193,7 +195,7 @@ impl DepthConvention {
                 Err(Error::new(
                     "depth unit",
                     format!("is {metres_per_unit} m"),
-                    "give the metres that make up one unit of the pass",
+                    "give the metres per unit of the pass",
                 ))
             }
             Self::FarOne { near_m, far_m } | Self::FarZero { near_m, far_m } => {
@@ -215,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_convention_gives_the_same_vergence() {
+    fn all_conventions_give_the_same_vergence() {
         let want = [0.5, 0.125];
         for (convention, samples) in [
             (
@@ -284,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn invalid_values_and_conventions_are_refused() {
         let metres = DepthConvention::Distance {
             metres_per_unit: 1.0,
         };
@@ -313,8 +315,8 @@ mod tests {
     }
 
     #[test]
-    fn distances_along_the_ray_become_those_along_the_axis() {
-        // A wall square to the axis, 2 m away, seen by a camera of 90 degrees.
+    fn distances_along_the_ray_convert_to_those_along_the_axis() {
+        // A wall perpendicular to the axis at 2 m, in a field of view of 90 degrees.
         let (width, focal_px) = (9, 4.5);
         let axis = ImagePoint::new(4.5, 2.5);
         let ray = |k: usize| {

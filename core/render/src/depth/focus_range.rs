@@ -1,35 +1,34 @@
-//! Focus as compositors set it: a range in focus, blur in front and behind by factors, a largest kernel.
+//! Focus controls: a range in focus, factors of blur in front and behind, and a largest circle of confusion.
 //!
-//! All of it is a function from vergence to vergence: kernels stay those the lens has at some distance,
-//! with their shape, colour and place in the field.
+//! Together they are a function from vergence to vergence. Kernels remain those of the lens at some distance, with their
+//! shape, colour and dependence on the field.
 
 use crate::{BlurField, PlateMap};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
 
-/// Largest factor of blur in front of the focus plane or behind it.
+/// Largest multiplier of blur in front of or behind the focus plane.
 pub const MAX_MULTIPLIER: f64 = 16.0;
 
-/// Vergences farther from focus than this are not asked of a lens, 1/m: one hundredth of a millimetre.
+/// Largest distance from focus at which the lens is evaluated, 1/m: an object at a hundredth of a millimetre.
 const FARTHEST_FROM_FOCUS: f64 = 1e5;
-/// Places along each side of a plate where the size of kernels is tried.
-const PLACES: usize = 9;
-/// Halvings of an octave of distance from focus: the largest kernel is met to a part in 10^4.
+/// Probes along each side of a plate for the size of kernels.
+const PROBES: usize = 9;
+/// Bisections of an octave of distance from focus: the largest kernel is found to 1 in 10^4.
 const HALVINGS: usize = 14;
 
-/// What is set; the default changes nothing.
+/// The focus controls of a compositor; the default changes nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FocusControls {
-    /// The focus plane, as vergence, 1/m; where the lens is sharpest if `None`: see [`focus_vergence`].
+    /// Vergence of the focus plane, 1/m; `None`: where the lens is sharpest ([`focus_vergence`]).
     pub focus_per_m: Option<f64>,
-    /// Metres about the focus plane, half of them before it, in which everything is as sharp as there.
+    /// Depth of field, metres: the range around the focus plane, half on each side, that is as sharp as the plane.
     pub depth_of_field_m: f64,
-    /// How many times as far from focus everything before the focus plane is, in vergence.
+    /// Multiplier of the vergence difference to focus in front of the focus plane.
     pub front: f64,
-    /// The same behind it.
+    /// The same behind the focus plane.
     pub back: f64,
-    /// Largest kernel: two standard deviations where it is widest, plate pixels. That is the radius of an
-    /// even disc.
+    /// Largest kernel, plate px: two standard deviations along its widest direction, the radius of an even disc.
     pub maximum_px: Option<f64>,
 }
 
@@ -46,7 +45,7 @@ impl Default for FocusControls {
 }
 
 impl FocusControls {
-    /// Whether they change nothing.
+    /// Whether the controls change nothing.
     pub fn is_neutral(&self) -> bool {
         let Self { focus_per_m, .. } = *self;
         *self
@@ -56,10 +55,10 @@ impl FocusControls {
             }
     }
 
-    /// Whether the values can be.
+    /// Checks the values.
     ///
     /// # Errors
-    /// Values that are not finite or out of their range, by name.
+    /// Values that are not finite or out of range, by name.
     pub fn check(&self) -> Result<()> {
         if let Some(focus) = self.focus_per_m.filter(|v| !v.is_finite()) {
             return Err(Error::new(
@@ -100,10 +99,10 @@ impl FocusControls {
     }
 }
 
-/// A plate as far as the size of its kernels goes.
+/// The position and size of a plate in the lens's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateExtent {
-    /// Where it lies in the lens's frame.
+    /// Position and scale in the lens's frame.
     pub map: PlateMap,
     /// Columns.
     pub width: usize,
@@ -111,30 +110,32 @@ pub struct PlateExtent {
     pub height: usize,
 }
 
-/// [`FocusControls`] for a lens and a plate: vergences to draw in place of those that are.
+/// [`FocusControls`] resolved for a lens and a plate: a map from object vergence to the vergence to draw.
 ///
-/// With u the distance in vergence from the nearer end of the range in focus (positive before it), f the
-/// vergence in focus and m the factor of that side, v becomes f + m u, f itself inside the range, held
-/// between the two vergences at which the largest kernel of the plate has the size that is allowed.
+/// Outside the range in focus v maps to f + m u. Here f is the vergence in focus, u the difference of v to the nearer end
+/// of the range, and m the multiplier of that side. Inside the range v maps to f. The result is clamped to the two
+/// vergences at which the largest kernel of the plate has the maximum size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FocusRemap {
     focus: f64,
-    /// Ends of the range in focus, 1/m.
+    /// Nearer end of the range in focus, 1/m.
     near: f64,
+    /// Farther end of the range in focus, 1/m.
     far: f64,
     front: f64,
     back: f64,
-    /// What is drawn at most, either way, 1/m.
-    least: f64,
-    most: f64,
+    /// Smallest vergence drawn, 1/m.
+    lowest: f64,
+    /// Largest vergence drawn, 1/m.
+    highest: f64,
 }
 
 impl FocusRemap {
-    /// `controls` for `lens` on `plate`.
+    /// Resolves `controls` for `lens` on `plate`.
     ///
     /// # Errors
-    /// Values that cannot be; a lens whose blur does not depend on distance; a range about a focus that
-    /// is not at a finite distance; and a largest kernel smaller than what the lens has in focus.
+    /// Invalid values; a lens whose blur does not depend on distance; a range around a focus plane at infinity; and a
+    /// largest kernel smaller than those in focus.
     pub fn new(lens: &dyn BlurField, plate: PlateExtent, controls: &FocusControls) -> Result<Self> {
         controls.check()?;
         let mut range = Self {
@@ -143,8 +144,8 @@ impl FocusRemap {
             far: 0.0,
             front: controls.front,
             back: controls.back,
-            least: f64::NEG_INFINITY,
-            most: f64::INFINITY,
+            lowest: f64::NEG_INFINITY,
+            highest: f64::INFINITY,
         };
         if controls.is_neutral() {
             return Ok(range);
@@ -152,21 +153,21 @@ impl FocusRemap {
         let sharpest = focus_vergence(lens).ok_or_else(|| {
             Error::new(
                 "focus controls",
-                "need a lens with a focus; the blur of this one does not grow with distance from one",
+                "need a lens with a focus, but the blur of this one does not grow on both sides of any distance",
                 "fit it to sets at three or more distances, or leave out depth of field, multipliers and maximum size",
             )
         })?;
         range.focus = controls.focus_per_m.unwrap_or(sharpest);
         (range.near, range.far) = ends(range.focus, controls.depth_of_field_m)?;
         if let Some(size) = controls.maximum_px {
-            let kernels = Kernels::of(lens, plate);
-            range.most = kernels.farthest(range.focus, 1.0, size)?;
-            range.least = kernels.farthest(range.focus, -1.0, size)?;
+            let kernels = KernelProbes::new(lens, plate);
+            range.highest = kernels.farthest(range.focus, 1.0, size)?;
+            range.lowest = kernels.farthest(range.focus, -1.0, size)?;
         }
         Ok(range)
     }
 
-    /// The vergence to draw for an object at vergence `v`, 1/m.
+    /// Returns the vergence to draw for an object at vergence `v`, 1/m.
     pub fn vergence(&self, v: f64) -> f64 {
         let (end, factor) = if v > self.near {
             (self.near, self.front)
@@ -175,17 +176,17 @@ impl FocusRemap {
         } else {
             return self.focus;
         };
-        // Not by way of the focus where nothing changes, so that no bit does.
+        // A separate formula without a multiplier, so that neutral values change no bit.
         let moved = if factor == 1.0 {
             v - (end - self.focus)
         } else {
             self.focus + factor * (v - end)
         };
-        moved.clamp(self.least, self.most)
+        moved.clamp(self.lowest, self.highest)
     }
 }
 
-/// The nearer and the farther end, as vergences, of `range_m` metres about `focus`.
+/// Returns the nearer and the farther end of `range_m` metres around `focus`, all but the range as vergences.
 fn ends(focus: f64, range_m: f64) -> Result<(f64, f64)> {
     if range_m == 0.0 {
         return Ok((focus, focus));
@@ -206,8 +207,9 @@ fn ends(focus: f64, range_m: f64) -> Result<(f64, f64)> {
     Ok((near, 1.0 / (middle + half)))
 }
 
-/// The vergence that `lens` draws sharpest on its axis, 1/m: where the variance of its blur, a parabola in
-/// vergence or nearly one, is least in the mean of channels. `None` where blur does not grow on both sides.
+/// Returns the vergence at which `lens` is sharpest on its axis, 1/m; `None` where blur does not grow on both sides.
+///
+/// It minimises the mean variance of all channels, which is close to a parabola in vergence.
 pub fn focus_vergence(lens: &dyn BlurField) -> Option<f64> {
     let axis = FieldPoint::new(0.0, 0.0);
     let variance = |v: f64| {
@@ -216,13 +218,13 @@ pub fn focus_vergence(lens: &dyn BlurField) -> Option<f64> {
         channels.map(|k| of(k).mu20 + of(k).mu02).sum::<f64>()
     };
     let mut middle = 0.0;
-    // Parabolas through three points, ever nearer; the first is as wide as from infinity to half a metre.
+    // Successive parabolic interpolation; the first step spans infinity to half a metre.
     for step in [2.0, 1.0, 0.5, 0.25, 0.1, 0.03, 0.01] {
         let [before, here, after] = [-step, 0.0, step].map(|by| variance(middle + by));
         let bend = before - 2.0 * here + after;
         let scale = before.abs() + here.abs() + after.abs();
         if !bend.is_finite() || bend <= 1e-9 * scale {
-            // Flat at first: no focus; flat close to it: near enough.
+            // Flat at a wide step: no focus. Flat at a narrow one: close enough to it.
             return (step < 1.0).then_some(middle);
         }
         middle += (0.5 * step * (before - after) / bend).clamp(-20.0, 20.0);
@@ -230,20 +232,20 @@ pub fn focus_vergence(lens: &dyn BlurField) -> Option<f64> {
     Some(middle)
 }
 
-/// The kernels of a plate, tried on a grid of places.
-struct Kernels<'a> {
+/// The kernels of a plate, probed on a grid.
+struct KernelProbes<'a> {
     lens: &'a dyn BlurField,
     places: Vec<FieldPoint>,
     scale: f64,
 }
 
-impl<'a> Kernels<'a> {
-    fn of(lens: &'a dyn BlurField, plate: PlateExtent) -> Self {
+impl<'a> KernelProbes<'a> {
+    fn new(lens: &'a dyn BlurField, plate: PlateExtent) -> Self {
         let frame = lens.frame();
-        let along = |size: usize, k: usize| (size - 1) as f64 * k as f64 / (PLACES - 1) as f64;
-        let places = (0..PLACES * PLACES).map(|k| {
-            let column = along(plate.width.max(1), k % PLACES).round() as usize;
-            let row = along(plate.height.max(1), k / PLACES).round() as usize;
+        let along = |size: usize, k: usize| (size - 1) as f64 * k as f64 / (PROBES - 1) as f64;
+        let places = (0..PROBES * PROBES).map(|k| {
+            let column = along(plate.width.max(1), k % PROBES).round() as usize;
+            let row = along(plate.height.max(1), k / PROBES).round() as usize;
             frame.field_point(plate.map.frame_point(column, row))
         });
         Self {
@@ -253,7 +255,7 @@ impl<'a> Kernels<'a> {
         }
     }
 
-    /// Two standard deviations of the widest kernel at vergence `v`, plate px.
+    /// Returns the size of the largest kernel at vergence `v`: two standard deviations, plate px.
     fn largest(&self, v: f64) -> f64 {
         let variance = |at: &FieldPoint, channel: usize| {
             let m = self.lens.blur_at(channel, *at, v).blur.moments;
@@ -265,7 +267,7 @@ impl<'a> Kernels<'a> {
         2.0 * all.fold(0.0, f64::max).sqrt() * self.scale
     }
 
-    /// How far from `focus` to the side of `sign` no kernel is larger than `size`.
+    /// Returns the vergence farthest from `focus` on the side of `sign` at which no kernel exceeds `size`.
     fn farthest(&self, focus: f64, sign: f64, size: f64) -> Result<f64> {
         let in_focus = self.largest(focus);
         if in_focus > size {

@@ -1,4 +1,4 @@
-//! Depth passes: what their numbers mean, a check of that, and the range in focus.
+//! Depth passes: conventions, a plausibility check, and focus controls.
 
 mod check;
 mod convention;

@@ -1,53 +1,60 @@
-//! Depth that was filtered at edges: multiplied by alpha, or averaged with a background of zero. Such
-//! pixels hang in the air before the surface and draw a rim of wrong blur.
+//! Detection of depth filtered at edges: multiplied by alpha, or averaged with a background of zero.
+//!
+//! Such pixels lie in front of the surface and give it a rim of wrong blur.
 
 use super::super::DepthConvention;
 use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
 
-/// Coverages that can tell a product from the surface.
+/// Coverages at which the product differs clearly from the surface's depth.
 const PARTIAL: std::ops::RangeInclusive<f32> = 0.15..=0.85;
-/// Coverage of the surface itself.
+/// Least coverage of the surface itself.
 const COVERED: f32 = 0.995;
-/// How far from an edge its surface may be, px.
+/// Largest distance from an edge pixel to its surface, px.
 const REACH: usize = 3;
-/// Ratios of depths this close are equal.
+/// Tolerance of ratios of depths.
 const CLOSE: f32 = 0.08;
-/// Edge pixels that must be seen.
-const LEAST_PIXELS: usize = 40;
-/// Share of them that must be products.
-const LEAST_SHARE: f64 = 0.6;
+/// Least number of edge pixels.
+const MIN_PIXELS: usize = 40;
+/// Least share of them that are products.
+const MIN_SHARE: f64 = 0.6;
 
-/// Whether depth is mixed with zero at edges.
+/// Finds depth mixed with zero at edges.
 pub(super) fn filtered(check: &DepthCheck) -> Option<DepthFinding> {
-    let (pixels, products) = match check.alpha {
-        Some(alpha) => against_alpha(check, alpha),
-        None => (0, 0),
-    };
-    let by_alpha = finding(pixels, products);
-    by_alpha.or_else(|| {
-        // An inverse of zero is infinity, which a mixture may well approach.
+    let by_alpha = check.alpha.map(|alpha| against_alpha(check, alpha));
+    by_alpha.and_then(EdgeCounts::finding).or_else(|| {
+        // Inverse depth of zero is infinity, which mixtures may well approach.
         if !matches!(check.convention, DepthConvention::Distance { .. }) {
             return None;
         }
-        let (pixels, products) = against_empty(check);
-        finding(pixels, products)
+        against_empty(check).finding()
     })
 }
 
-fn finding(pixels: usize, products: usize) -> Option<DepthFinding> {
-    let share = products as f64 / pixels.max(1) as f64;
-    (pixels >= LEAST_PIXELS && share >= LEAST_SHARE).then(|| DepthFinding {
+/// Counts of edge pixels.
+#[derive(Default)]
+struct EdgeCounts {
+    pixels: usize,
+    /// Those whose depth is a fraction of the surface's.
+    products: usize,
+}
+
+impl EdgeCounts {
+    fn finding(self) -> Option<DepthFinding> {
+        let Self { pixels, products } = self;
+        let share = products as f64 / pixels.max(1) as f64;
+        (pixels >= MIN_PIXELS && share >= MIN_SHARE).then(|| DepthFinding {
         problem: DepthProblem::Premultiplied { pixels, share },
         severity: Severity::Warning,
         remedy:
             "divide depth by its alpha, or render it without filtering (the nearest sample of a pixel)"
                 .to_owned(),
     })
+    }
 }
 
-/// Partly covered pixels beside a covered one, and those whose depth is its depth times their alpha.
-fn against_alpha(check: &DepthCheck, alpha: &[f32]) -> (usize, usize) {
-    let (mut pixels, mut products) = (0, 0);
+/// Counts partly covered pixels beside a covered one; the depth of products is its depth times their alpha.
+fn against_alpha(check: &DepthCheck, alpha: &[f32]) -> EdgeCounts {
+    let mut counts = EdgeCounts::default();
     for row in 0..check.height {
         for column in 0..check.width {
             let index = row * check.width + column;
@@ -58,14 +65,14 @@ fn against_alpha(check: &DepthCheck, alpha: &[f32]) -> (usize, usize) {
             let Some(surface) = surface_beside(check, alpha, column, row) else {
                 continue;
             };
-            pixels += 1;
-            products += usize::from((depth / surface - cover).abs() < CLOSE);
+            counts.pixels += 1;
+            counts.products += usize::from((depth / surface - cover).abs() < CLOSE);
         }
     }
-    (pixels, products)
+    counts
 }
 
-/// Depth of the nearest covered pixel.
+/// Returns the depth of the nearest covered pixel within reach.
 fn surface_beside(check: &DepthCheck, alpha: &[f32], column: usize, row: usize) -> Option<f32> {
     let range = |at: usize, size: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(size);
     let mut best: Option<(usize, f32)> = None;
@@ -83,16 +90,16 @@ fn surface_beside(check: &DepthCheck, alpha: &[f32], column: usize, row: usize) 
     best.map(|(_, depth)| depth)
 }
 
-/// Pixels between emptiness and a smooth surface, and those that lie clearly before it: a product with
-/// coverages that nobody wrote down.
-fn against_empty(check: &DepthCheck) -> (usize, usize) {
-    let (mut pixels, mut products) = (0, 0);
+/// Counts pixels between an empty one and a smooth surface; products with an unknown coverage lie clearly in front of
+/// it.
+fn against_empty(check: &DepthCheck) -> EdgeCounts {
+    let mut counts = EdgeCounts::default();
     let mut look = |empty: f32, edge: f32, inner: f32, deep: f32| {
         let smooth = (inner / deep - 1.0).abs() < CLOSE / 2.0;
         let ratio = edge / inner;
         if empty == 0.0 && edge != 0.0 && inner != 0.0 && smooth && ratio.is_finite() {
-            pixels += 1;
-            products += usize::from((CLOSE..1.0 - CLOSE).contains(&ratio));
+            counts.pixels += 1;
+            counts.products += usize::from((CLOSE..1.0 - CLOSE).contains(&ratio));
         }
     };
     for row in 0..check.height {
@@ -109,5 +116,5 @@ fn against_empty(check: &DepthCheck) -> (usize, usize) {
             }
         }
     }
-    (pixels, products)
+    counts
 }

@@ -1,95 +1,95 @@
-//! What a depth check can find, in numbers and in words.
+//! The findings of a depth check, as values and as messages.
 
 use std::fmt;
 
 use super::super::DepthConvention;
 
-/// How sure a finding is.
+/// The certainty of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
-    /// The evidence leaves little doubt: the blur would be wrong.
+    /// Strong evidence that the blur would be wrong.
     Warning,
-    /// Unusual, but it can be meant.
+    /// Unusual, but possibly intended.
     Note,
 }
 
-/// One thing found in a depth pass.
+/// A finding in a depth pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthFinding {
-    /// What it is, with its evidence.
+    /// The problem and its evidence.
     pub problem: DepthProblem,
-    /// How sure it is.
+    /// Its certainty.
     pub severity: Severity,
     /// What the user can do.
     pub remedy: String,
 }
 
-/// What can be wrong with a depth pass, and the evidence for it.
+/// A problem of a depth pass, with the evidence for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DepthProblem {
-    /// Distances are along the ray from the camera, not along its axis.
+    /// Distances run along the ray from the camera, not along its axis.
     AlongRay {
-        /// Patches that are planes only so.
+        /// Patches that are planar only in this reading.
         patches: usize,
-        /// Patches that are planes as the pass is read.
+        /// Patches that are planar in the stated reading.
         against: usize,
-        /// Half the field of view across the picture's width, degrees, with which they are planes.
+        /// Half the horizontal field of view that makes them planar, degrees.
         half_field_deg: f64,
-        /// Distance along the ray over distance along the axis in the farthest corner, less one.
+        /// Distance along the ray over distance along the axis in the farthest corner, minus one.
         corner_error: f64,
     },
-    /// Values are read upside down: inverse depth or disparity as distance, or distance as inverse.
+    /// Values are reciprocals of what they are read as: inverse depth or disparity read as distance, or the reverse.
     Inverted {
-        /// Patches that are planes only so.
+        /// Patches that are planar only in this reading.
         patches: usize,
-        /// Patches that are planes as the pass is read.
+        /// Patches that are planar in the stated reading.
         against: usize,
-        /// Whether distances are along the ray besides.
+        /// Whether distances also run along the ray.
         along_ray: bool,
     },
-    /// Distances lie where no scene is.
+    /// Distances are implausible for any scene.
     ImplausibleRange {
-        /// Nearest distance but for 2 % of pixels, metres.
+        /// Nearest distance without the nearest 2 % of pixels, metres.
         near_m: f64,
-        /// Farthest distance but for 2 % of pixels, metres.
+        /// Farthest distance without the farthest 2 % of pixels, metres.
         far_m: f64,
     },
-    /// Every distance lies far from those at which the lens was measured.
+    /// All distances are far from those at which the lens was measured.
     OffTheLens {
-        /// Nearest distance but for 2 % of pixels, metres.
+        /// Nearest distance without the nearest 2 % of pixels, metres.
         near_m: f64,
-        /// Farthest distance but for 2 % of pixels, metres.
+        /// Farthest distance without the farthest 2 % of pixels, metres.
         far_m: f64,
         /// Nearest and farthest distance at which the lens was measured, metres.
         measured_m: (f64, f64),
     },
-    /// Numbers from 0 to 1 read as metres.
+    /// Numbers from 0 to 1 are read as metres.
     Normalised {
         /// Smallest number.
         least: f64,
         /// Largest number.
         largest: f64,
     },
-    /// Depth was multiplied by alpha, or averaged with a background of zero.
+    /// Depth is multiplied by alpha, or filtered against a background of zero.
     Premultiplied {
-        /// Pixels on edges that were looked at.
+        /// Edge pixels examined.
         pixels: usize,
-        /// Share of them whose depth is that of the surface times its coverage.
+        /// Share of them whose depth is the surface's depth times its coverage.
         share: f64,
     },
-    /// Depth has as few levels as 8 bits hold, and surfaces climb them as steps.
+    /// Depth has at most 256 levels, and surfaces show them as steps.
     Quantised {
-        /// Levels in the whole pass.
+        /// Distinct values in the pass.
         levels: usize,
     },
-    /// One depth in every pixel that has any.
+    /// All pixels with a depth have the same one.
     Constant {
-        /// The number.
+        /// The value.
         value: f64,
     },
-    /// No pixel, or next to none, has a distance.
+    /// Almost no pixel has a distance.
     Empty {
-        /// Share of pixels that have one.
+        /// Share of pixels that have a distance.
         share: f64,
     },
 }
@@ -104,7 +104,7 @@ impl fmt::Display for DepthProblem {
                 corner_error,
             } => write!(
                 f,
-                "distances seem to be along the ray, not along the axis: {patches} patches are planes only so (half field {half_field_deg:.1} degrees), {against} as it is read; in the corner that is {:.1} % too far",
+                "distances seem to run along the ray, not along the axis: {patches} patches are planar only then (half field {half_field_deg:.1} degrees), {against} as stated; in the corner distances are {:.1} % too far",
                 100.0 * corner_error
             ),
             Self::Inverted {
@@ -113,12 +113,12 @@ impl fmt::Display for DepthProblem {
                 along_ray,
             } => write!(
                 f,
-                "values seem to be one over what they are read as{}: {patches} patches are planes only so, {against} as it is read",
+                "values seem to be the reciprocal of what they are read as{}: {patches} patches are planar only then, {against} as stated",
                 if along_ray { ", along the ray" } else { "" }
             ),
             Self::ImplausibleRange { near_m, far_m } => write!(
                 f,
-                "distances from {near_m:.4} m to {far_m:.4} m are hardly a scene: is the unit right?"
+                "distances from {near_m:.4} m to {far_m:.4} m are implausible for a scene: is the unit right?"
             ),
             Self::OffTheLens {
                 near_m,
@@ -126,7 +126,7 @@ impl fmt::Display for DepthProblem {
                 measured_m: (near, far),
             } => write!(
                 f,
-                "everything lies between {near_m:.4} m and {far_m:.4} m, the lens was measured from {near:.4} m to {far:.4} m; is the unit right?"
+                "all distances are between {near_m:.4} m and {far_m:.4} m, but the lens was measured from {near:.4} m to {far:.4} m: is the unit right?"
             ),
             Self::Normalised { least, largest } => write!(
                 f,
@@ -134,17 +134,17 @@ impl fmt::Display for DepthProblem {
             ),
             Self::Premultiplied { pixels, share } => write!(
                 f,
-                "depth seems multiplied by coverage, or smoothed against zero: on {:.0} % of {pixels} edge pixels it is a part of the surface's",
+                "depth seems multiplied by coverage, or filtered against zero: on {:.0} % of {pixels} edge pixels it is a fraction of the surface's depth",
                 100.0 * share
             ),
             Self::Quantised { levels } => write!(
                 f,
-                "has only {levels} levels, which surfaces climb in steps, as a pass of 8 bits does: blur will show them"
+                "has only {levels} levels, as an 8-bit pass does, and surfaces show them as steps: so will the blur"
             ),
             Self::Constant { value } => write!(f, "is {value} in every pixel that has a depth"),
             Self::Empty { share } => write!(
                 f,
-                "is nearly empty: {:.3} % of pixels have a distance",
+                "is nearly empty: only {:.3} % of pixels have a distance",
                 100.0 * share
             ),
         }
@@ -157,22 +157,22 @@ impl fmt::Display for DepthFinding {
     }
 }
 
-/// What to do about distances along the ray.
+/// Returns the remedy for distances along the ray.
 pub(super) fn along_ray_remedy(focal_px: f64) -> String {
     format!(
-        "give --along-ray with the camera's focal length in pixels of the plate (some {focal_px:.0}), or render depth along its axis"
+        "give --along-ray with the camera's focal length in pixels of the plate (about {focal_px:.0}), or render depth along its axis"
     )
 }
 
-/// What to do about values that are one over what they are read as.
+/// Returns the remedy for values that are reciprocals of what they are read as.
 pub(super) fn inversion_remedy(convention: DepthConvention) -> &'static str {
     match convention {
         DepthConvention::Distance { .. } => {
-            "give --depth-kind inverse, with --depth-unit where one over metres is not the unit; disparity or estimated depth must be turned into distance first"
+            "give --depth-kind inverse, with --depth-unit unless the unit is 1/m; convert disparity or estimated depth to distance first"
         }
         DepthConvention::Inverse { .. } => "give --depth-kind distance",
         DepthConvention::FarOne { .. } | DepthConvention::FarZero { .. } => {
-            "the pass is linear in one over the distance between near and far, as z-buffers are: turn it into distance first"
+            "the pass is linear in 1/distance between near and far, as z-buffers are: convert it to distance first"
         }
     }
 }

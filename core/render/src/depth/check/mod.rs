@@ -1,5 +1,7 @@
-//! A look at a depth pass before the first frame: does it hold what it is said to hold? Wrong depth
-//! draws a plausible picture with the wrong blur, so nobody notices; here the pass itself is asked.
+//! A plausibility check of a depth pass before the first frame.
+//!
+//! A wrong convention gives a plausible picture with the wrong blur, which is easy to miss. The pass itself holds
+//! evidence of its convention.
 
 mod edges;
 mod finding;
@@ -17,63 +19,62 @@ use super::DepthConvention;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::ImagePoint;
 
-/// A depth pass and what is known around it.
+/// The inputs of a depth check: a depth pass with its convention, camera and lens.
 #[derive(Debug, Clone, Copy)]
 pub struct DepthCheck<'a> {
-    /// The numbers of the pass as they stand, row-major.
+    /// The numbers of the pass, row-major.
     pub samples: &'a [f32],
-    /// The vergence they were read as, 1/m, zero at infinity: [`super::DepthReading::vergence`].
+    /// The vergence that they were read as, 1/m, zero at infinity: [`super::DepthReading::vergence`].
     pub vergence: &'a [f32],
     /// Columns.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// What the numbers are said to be.
+    /// The convention that the user states.
     pub convention: DepthConvention,
-    /// The plate's alpha, where it has one.
+    /// The plate's alpha, if any.
     pub alpha: Option<&'a [f32]>,
     /// The camera's perspective.
     pub view: CameraPerspective,
-    /// What the lens tells about distances.
+    /// The distances that the lens profile states.
     pub lens: LensDistances,
 }
 
 /// The perspective of the camera, in pixels of the pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraPerspective {
-    /// Where the optical axis meets the picture.
+    /// Image point of the optical axis.
     pub axis: ImagePoint,
-    /// Distance of the image plane: half the picture's width over the tangent of half its field of
-    /// view; `None` where it is not known.
+    /// Focal length: half the picture's width over the tangent of half its field of view; `None` if unknown.
     pub focal_px: Option<f64>,
-    /// Width of a pixel over its height; lengths along x are in widths.
+    /// Width of a pixel over its height; `axis` and `focal_px` are in pixel widths along x.
     pub pixel_aspect: f64,
 }
 
-/// What a lens tells about the distances it is used at; every part may be missing.
+/// The distances that a lens profile states; each may be missing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LensDistances {
-    /// Nearest and farthest distance at which it was measured, metres; the farthest may be infinite.
+    /// Nearest and farthest measured distance, metres; the farthest may be infinite.
     pub measured_m: Option<(f64, f64)>,
     /// Focal length, metres.
     pub focal_length_m: Option<f64>,
 }
 
 impl DepthCheck<'_> {
-    /// What is wrong with the pass, gravest first; nothing where no evidence is strong.
+    /// Returns the findings, warnings first; empty unless the evidence is strong.
     ///
     /// # Errors
-    /// Planes of another size than the pass, and a perspective that cannot be.
+    /// Planes of another size than the pass, and an invalid perspective.
     pub fn findings(&self) -> Result<Vec<DepthFinding>> {
         self.check()?;
         if let Some(finding) = values::constant(self) {
             return Ok(vec![finding]);
         }
         let mut findings = Vec::new();
-        // Each makes the next mean nothing: stretched numbers bend planes, and values of another
-        // meaning have no unit that could be wrong.
+        // Each of these makes the next meaningless: normalised numbers bend planes, and values of another
+        // convention have no unit.
         let meaning = values::normalised(self)
-            .or_else(|| planes::meaning(self))
+            .or_else(|| planes::wrong_reading(self))
             .or_else(|| values::unit(self));
         findings.extend(meaning);
         findings.extend(edges::filtered(self));
@@ -111,7 +112,7 @@ impl DepthCheck<'_> {
         Ok(())
     }
 
-    /// Rows of the pass where `row` starts at `row * width`.
+    /// Returns the number at a pixel.
     fn sample(&self, column: usize, row: usize) -> f32 {
         self.samples[row * self.width + column]
     }

@@ -1,20 +1,19 @@
-//! Patches of a depth pass, and how flat each is under every guess of what the pass holds.
+//! Patches of a depth pass, and how planar each is under every possible reading of the pass.
 //!
-//! A perspective camera sees the plane n . X = c where 1/z = (n . d)/c, d = (x/F, y/F, 1) being the ray
-//! through image point (x, y): the inverse of distance along the axis is linear in image coordinates on
-//! every plane, wherever it is and however it lies. Read under the right guess planes are
-//! flat, under a wrong one bent; how much is known.
+//! A perspective camera images the plane n . X = c with 1/z = (n . d)/c, d = (x/F, y/F, 1) being the ray through image
+//! point (x, y). On every plane the inverse of distance along the axis is therefore linear in image coordinates. The
+//! right reading makes planes linear, a wrong one gives them a quadratic part, the *bend*.
 
 use std::rc::Rc;
 
 use super::DepthCheck;
 
-/// What the reciprocal w of the distance as read may stand for.
+/// A possible meaning of the reciprocal w of the distance in the stated convention.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Guess {
-    /// w = 1/z: the pass is what it is said to be.
-    AsRead,
-    /// w = 1/(z s), s = |d| being the length of the ray for one unit along the axis.
+pub(super) enum Reading {
+    /// w = 1/z: the stated convention is right.
+    Stated,
+    /// w = 1/(z s), s = |d| being the length of the ray per unit along the axis.
     AlongRay,
     /// w = z, up to a factor and an offset.
     Inverted,
@@ -22,47 +21,46 @@ pub(super) enum Guess {
     InvertedAlongRay,
 }
 
-pub(super) const GUESSES: [Guess; 4] = [
-    Guess::AsRead,
-    Guess::AlongRay,
-    Guess::Inverted,
-    Guess::InvertedAlongRay,
+pub(super) const READINGS: [Reading; 4] = [
+    Reading::Stated,
+    Reading::AlongRay,
+    Reading::Inverted,
+    Reading::InvertedAlongRay,
 ];
 
-/// Sides of patches as parts of the picture's width: large ones for noisy passes, small ones for busy
-/// scenes.
+/// Sides of patches as fractions of the picture's width: large ones for noisy passes, small ones for busy scenes.
 const PARTS: [usize; 4] = [4, 8, 16, 32];
-/// Samples along the side of a patch, at most.
-const MOST_SAMPLES: usize = 32;
-/// Samples along the side of a patch, at least.
-const LEAST_SAMPLES: usize = 8;
-/// No residual of a smooth patch passes this many times their root mean square; edges do.
+/// Largest number of samples along the side of a patch.
+const MAX_SAMPLES: usize = 32;
+/// Smallest number of samples along the side of a patch.
+const MIN_SAMPLES: usize = 8;
+/// Largest residual of a smooth patch, as a multiple of the root mean square; edges exceed it.
 const LARGEST_RESIDUAL: f64 = 8.0;
 
-/// The bend of one patch under every guess.
+/// The bend of a patch under every reading.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Patch {
-    /// Root mean square of what is quadratic, as a share of the mean, by guess.
+    /// Root mean square of the quadratic part relative to the mean, by reading.
     pub bend: [f64; 4],
-    /// Root mean square that noise alone would give it.
+    /// Root mean square that noise alone gives the quadratic part, by reading.
     pub noise: [f64; 4],
 }
 
-/// A smooth patch of the pass, before the perspective is settled.
+/// A smooth patch of the pass, for any perspective.
 #[derive(Debug, Clone)]
 pub(super) struct Sampled {
     basis: Rc<Basis>,
-    /// Reciprocals of the distance as read.
+    /// Reciprocals of the distance in the stated convention.
     w: Vec<f64>,
     /// Squared distances from the axis, pixel widths squared.
     off_axis: Vec<f64>,
-    /// Bend and its noise without the length of the ray.
+    /// Bend and noise of w and 1/w, which do not depend on the perspective.
     plain: [(f64, f64); 2],
 }
 
 impl Sampled {
-    /// The patch where the image plane is `focal_px` away.
-    pub(super) fn seen(&self, focal_px: f64) -> Option<Patch> {
+    /// Returns the bends at a focal length of `focal_px`; `None` where an edge appears.
+    pub(super) fn at_focal_length(&self, focal_px: f64) -> Option<Patch> {
         let squared = 1.0 / (focal_px * focal_px);
         let rays: Vec<f64> = (self.off_axis.iter())
             .map(|r2| (1.0 + r2 * squared).sqrt())
@@ -79,21 +77,21 @@ impl Sampled {
         })
     }
 
-    /// Bend as read, and its noise.
-    pub(super) fn as_read(&self) -> (f64, f64) {
+    /// Returns bend and noise in the stated convention.
+    pub(super) fn as_stated(&self) -> (f64, f64) {
         self.plain[0]
     }
 }
 
-/// All smooth patches.
+/// Returns all smooth patches.
 pub(super) fn patches(check: &DepthCheck) -> Vec<Sampled> {
     let farthest = f64::from(farthest_vergence(check.vergence));
     let mut found = Vec::new();
     for part in PARTS {
         let side = check.width.div_ceil(part).min(check.height);
-        let stride = side.div_ceil(MOST_SAMPLES).max(1);
+        let stride = side.div_ceil(MAX_SAMPLES).max(1);
         let count = side / stride;
-        if count < LEAST_SAMPLES {
+        if count < MIN_SAMPLES {
             continue;
         }
         let side = count * stride;
@@ -113,13 +111,13 @@ pub(super) fn patches(check: &DepthCheck) -> Vec<Sampled> {
     found
 }
 
-/// The least vergence above zero.
+/// Returns the smallest vergence above zero.
 fn farthest_vergence(vergence: &[f32]) -> f32 {
     let finite = vergence.iter().copied().filter(|v| *v > 0.0);
     finite.fold(f32::INFINITY, f32::min)
 }
 
-/// Where a patch's samples lie.
+/// The positions of a patch's samples.
 struct Grid {
     left: usize,
     top: usize,
@@ -128,8 +126,8 @@ struct Grid {
 }
 
 impl Grid {
-    /// `None` where some pixel has no distance, at edges, and in a background fill, which is flat
-    /// under any convention and says nothing.
+    /// Samples the patch; `None` where some pixel has no distance, at edges, and in a constant background, which is
+    /// planar in any convention.
     fn patch(&self, check: &DepthCheck, basis: &Rc<Basis>, farthest: f64) -> Option<Sampled> {
         let (w, off_axis) = self.read(check)?;
         let flat = w.iter().all(|v| (v / w[0] - 1.0).abs() < 1e-6);
@@ -146,7 +144,7 @@ impl Grid {
         })
     }
 
-    /// Vergences, and squared distances from the axis.
+    /// Returns vergences and squared distances from the axis; `None` where some pixel has no distance.
     fn read(&self, check: &DepthCheck) -> Option<(Vec<f64>, Vec<f64>)> {
         let mut w = Vec::with_capacity(self.count * self.count);
         let mut off_axis = Vec::with_capacity(self.count * self.count);
@@ -168,8 +166,7 @@ impl Grid {
     }
 }
 
-/// 1, x, y, x² - c, xy and y² - c at the points of a square grid about its middle, of unit norm:
-/// orthogonal.
+/// The functions 1, x, y, x² - c, xy and y² - c at the points of a centred square grid: orthogonal and of unit norm.
 #[derive(Debug)]
 struct Basis(Vec<[f64; 6]>);
 
@@ -190,8 +187,8 @@ impl Basis {
         Self(points)
     }
 
-    /// Root mean squares of the quadratic part of `values` and of noise in it, as shares of their mean;
-    /// `None` where something stands out, as an edge does.
+    /// Returns the root mean square of the quadratic part of `values` and of the noise in it, relative to their mean;
+    /// `None` where a residual stands out, as at an edge.
     fn bend(&self, values: &[f64]) -> Option<(f64, f64)> {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
@@ -211,7 +208,7 @@ impl Basis {
             largest = largest.max(rest.abs());
         }
         let residual = (squares / (count - 6.0)).sqrt();
-        // Rounding of single precision leaves residuals of no meaning.
+        // Single-precision rounding leaves meaningless residuals.
         if largest > LARGEST_RESIDUAL * residual.max(1e-7) {
             return None;
         }

@@ -1,39 +1,41 @@
-//! What a depth pass holds, told by which guess makes its planes flat: patches vote.
+//! Detection of a wrong reading of a depth pass: smooth patches vote for the reading that makes them planar.
 
 use super::finding::{along_ray_remedy, inversion_remedy};
-use super::patches::{GUESSES, Guess, Patch, Sampled, patches};
+use super::patches::{Patch, READINGS, Reading, Sampled, patches};
 use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
 
-/// A patch votes for a guess that leaves it this much flatter than another.
+/// Largest ratio of the curvature under the winning reading to that under the losing one.
 const FLATTER: f64 = 0.2;
-/// The bend under the worse guess must pass its noise this many times...
+/// Least curvature under the losing reading, as a multiple of its noise...
 const ABOVE_NOISE: f64 = 8.0;
-/// ...and this, below which rounding of single precision bends planes.
-const LEAST_BEND: f64 = 1e-6;
-/// Patches a wrong reading must win, at least.
-const LEAST_VOTES: usize = 6;
-/// Votes for a wrong reading over votes for the right one, at least.
+/// ...and absolutely: single-precision rounding bends planes by less.
+const MIN_BEND: f64 = 1e-6;
+/// Least number of votes for a wrong reading.
+const MIN_VOTES: usize = 6;
+/// Least ratio of votes for a wrong reading to votes for the stated one.
 const MAJORITY: usize = 4;
-/// Votes without one against them, from which on so small a share of those that could tell will do:
-/// measured scenes are mostly curved, and what is curved hardly ever votes for an inversion.
+/// Number of unopposed votes for an inversion from which a smaller share is enough: measured scenes are mostly curved,
+/// and curved patches hardly ever vote for an inversion.
 const UNOPPOSED_VOTES: usize = 24;
 const UNOPPOSED_SHARE: f64 = 0.05;
-/// Distances along the ray that differ less than this in the corner are not worth a word.
-const LEAST_CORNER_ERROR: f64 = 0.003;
+/// Least relative error in the corner for which distances along the ray are reported.
+const MIN_CORNER_ERROR: f64 = 0.003;
 
-/// How many patches a guess must win, as a number and as a share of those that could tell.
+/// The votes that a reading needs.
 struct Quorum {
+    /// Number of votes.
     votes: usize,
+    /// Share of the patches that could vote for it.
     share: f64,
 }
 
 impl Quorum {
-    /// Curved things can mimic planes at some perspective: where it is chosen to suit the votes, a
-    /// guess that hangs on it needs more of them.
-    fn of(guess: Guess, perspective_is_known: bool) -> Self {
-        if perspective_is_known || guess == Guess::Inverted {
+    /// Curved surfaces can mimic planes at some perspective. Where the perspective is searched, readings that depend on
+    /// it need more votes.
+    fn new(reading: Reading, perspective: Perspective) -> Self {
+        if perspective == Perspective::Known || reading == Reading::Inverted {
             Self {
-                votes: LEAST_VOTES,
+                votes: MIN_VOTES,
                 share: 0.2,
             }
         } else {
@@ -45,37 +47,50 @@ impl Quorum {
     }
 }
 
-/// The wrong meaning that the pass turns out to have.
-pub(super) fn meaning(check: &DepthCheck) -> Option<DepthFinding> {
+/// Returns the finding of a wrong reading, if any.
+pub(super) fn wrong_reading(check: &DepthCheck) -> Option<DepthFinding> {
     let sampled = patches(check);
-    // Only patches that are bent as read can speak against the reading.
-    let bent = sampled.iter().filter(|p| is_bent(p.as_read())).count();
-    if bent < LEAST_VOTES {
+    // Only patches that are curved in the stated reading speak against it.
+    let bent = sampled
+        .iter()
+        .filter(|p| {
+            let (bend, noise) = p.as_stated();
+            is_bent(bend, noise)
+        })
+        .count();
+    if bent < MIN_VOTES {
         return None;
     }
-    let near = check
-        .view
-        .focal_px
-        .and_then(|f| best(&sampled, [1.0, 0.85, 1.18].map(|factor| factor * f), true));
-    near.or_else(|| best(&sampled, perspectives(check), false))?
+    let near = check.view.focal_px.and_then(|f| {
+        let nearby = [1.0, 0.85, 1.18].map(|factor| factor * f);
+        best(&sampled, nearby, Perspective::Known)
+    });
+    near.or_else(|| best(&sampled, perspectives(check), Perspective::Searched))?
         .finding(check)
 }
 
-fn is_bent((bend, noise): (f64, f64)) -> bool {
-    bend > LEAST_BEND && bend > ABOVE_NOISE * noise
+fn is_bent(bend: f64, noise: f64) -> bool {
+    bend > MIN_BEND && bend > ABOVE_NOISE * noise
 }
 
-/// The verdict of most patches over several perspectives.
+/// Whether the camera's perspective is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Perspective {
+    Known,
+    Searched,
+}
+
+/// Returns the verdict with the most votes over several focal lengths.
 fn best(
     sampled: &[Sampled],
     focal_px: impl IntoIterator<Item = f64>,
-    known: bool,
+    perspective: Perspective,
 ) -> Option<Verdict> {
     let verdicts = focal_px.into_iter().filter_map(|f| {
-        let seen = sampled.iter().filter_map(|p| p.seen(f));
-        Votes::of(seen).verdict(known, f)
+        let patches = sampled.iter().filter_map(|p| p.at_focal_length(f));
+        Votes::count(patches).verdict(perspective, f)
     });
-    // The first of equals, which is the perspective as given.
+    // The first of equals: the focal length as given.
     verdicts.reduce(|best, next| {
         if next.patches > best.patches {
             next
@@ -85,38 +100,38 @@ fn best(
     })
 }
 
-/// Perspectives from half a field of 60 degrees to one of 7.
+/// Returns focal lengths for half fields from 60 to 7 degrees, px.
 fn perspectives(check: &DepthCheck) -> impl Iterator<Item = f64> + use<> {
     let half = check.width as f64 / 2.0;
     std::iter::successors(Some(0.58 * half), |f| Some(1.15 * f))
         .take_while(move |f| *f < 8.2 * half)
 }
 
-/// What patches say of each pair of guesses.
+/// The votes of patches between each pair of readings.
 #[derive(Debug, Default)]
 struct Votes {
-    /// Patches flatter under the one than under the other: `[winner][loser]`.
+    /// Patches clearly flatter under one than under the other: `[winner][loser]`.
     flatter: [[usize; 4]; 4],
-    /// Patches clearly bent under the guess or as read: those that could tell.
-    telling: [usize; 4],
+    /// Patches clearly curved under the reading or the stated one: those that could vote.
+    voters: [usize; 4],
 }
 
-/// A guess that won over the reading.
+/// A reading that won over the stated one.
 struct Verdict {
-    guess: Guess,
+    reading: Reading,
     patches: usize,
     against: usize,
     focal_px: f64,
 }
 
 impl Votes {
-    fn of(patches: impl Iterator<Item = Patch>) -> Self {
+    fn count(patches: impl Iterator<Item = Patch>) -> Self {
         let mut votes = Self::default();
         for patch in patches {
-            let bent = |k: usize| is_bent((patch.bend[k], patch.noise[k]));
-            for winner in 0..GUESSES.len() {
-                votes.telling[winner] += usize::from(bent(winner) || bent(0));
-                for loser in 0..GUESSES.len() {
+            let bent = |k: usize| is_bent(patch.bend[k], patch.noise[k]);
+            for winner in 0..READINGS.len() {
+                votes.voters[winner] += usize::from(bent(winner) || bent(0));
+                for loser in 0..READINGS.len() {
                     let wins = bent(loser) && patch.bend[winner] < FLATTER * patch.bend[loser];
                     votes.flatter[winner][loser] += usize::from(wins);
                 }
@@ -125,12 +140,12 @@ impl Votes {
         votes
     }
 
-    fn verdict(&self, known: bool, focal_px: f64) -> Option<Verdict> {
+    fn verdict(&self, perspective: Perspective, focal_px: f64) -> Option<Verdict> {
         let wins = |k: &usize| {
-            let quorum = Quorum::of(GUESSES[*k], known);
+            let quorum = Quorum::new(READINGS[*k], perspective);
             let (patches, against) = (self.flatter[*k][0], self.flatter[0][*k]);
             let unopposed =
-                GUESSES[*k] == Guess::Inverted && against == 0 && patches >= UNOPPOSED_VOTES;
+                READINGS[*k] == Reading::Inverted && against == 0 && patches >= UNOPPOSED_VOTES;
             let share = if unopposed {
                 UNOPPOSED_SHARE
             } else {
@@ -138,10 +153,10 @@ impl Votes {
             };
             patches >= quorum.votes
                 && patches > MAJORITY * against
-                && patches as f64 >= share * self.telling[*k] as f64
+                && patches as f64 >= share * self.voters[*k] as f64
         };
-        let best = (1..GUESSES.len()).filter(wins).reduce(|a, b| {
-            // Steep planes look flat with the ray's length or without: where both will do, without.
+        let best = (1..READINGS.len()).filter(wins).reduce(|a, b| {
+            // Steep planes look flat with the length of the ray or without; without is preferred.
             if self.flatter[b][a] > self.flatter[a][b] {
                 b
             } else {
@@ -149,7 +164,7 @@ impl Votes {
             }
         })?;
         Some(Verdict {
-            guess: GUESSES[best],
+            reading: READINGS[best],
             patches: self.flatter[best][0],
             against: self.flatter[0][best],
             focal_px,
@@ -160,12 +175,12 @@ impl Votes {
 impl Verdict {
     fn finding(&self, check: &DepthCheck) -> Option<DepthFinding> {
         let (patches, against) = (self.patches, self.against);
-        let along_ray = self.guess == Guess::InvertedAlongRay;
-        let (problem, remedy) = match self.guess {
-            Guess::AsRead => return None,
-            Guess::AlongRay => {
+        let along_ray = self.reading == Reading::InvertedAlongRay;
+        let (problem, remedy) = match self.reading {
+            Reading::Stated => return None,
+            Reading::AlongRay => {
                 let corner_error = corner_error(check, self.focal_px);
-                if corner_error < LEAST_CORNER_ERROR {
+                if corner_error < MIN_CORNER_ERROR {
                     return None;
                 }
                 let tangent = check.width as f64 / 2.0 / self.focal_px;
@@ -177,7 +192,7 @@ impl Verdict {
                 };
                 (problem, along_ray_remedy(self.focal_px))
             }
-            Guess::Inverted | Guess::InvertedAlongRay => (
+            Reading::Inverted | Reading::InvertedAlongRay => (
                 DepthProblem::Inverted {
                     patches,
                     against,
@@ -199,7 +214,7 @@ impl Verdict {
     }
 }
 
-/// By how much distance along the ray passes that along the axis in the farthest corner, as a share.
+/// Returns the relative excess of distance along the ray over that along the axis in the farthest corner.
 fn corner_error(check: &DepthCheck, focal_px: f64) -> f64 {
     let farthest = |size: usize, axis: f64| axis.abs().max((size as f64 - axis).abs()) / focal_px;
     let x = farthest(check.width, check.view.axis.x_px);

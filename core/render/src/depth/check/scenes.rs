@@ -1,25 +1,25 @@
-//! Made scenes with exact depth: a floor, walls, boxes and balls before a sky, seen in perspective.
+//! Synthetic scenes with exact depth: a floor, walls, boxes and balls before a sky, in perspective.
 
 use seidel_optics::field::ImagePoint;
 use seidel_optics::numeric::SplitMix64;
 
-/// Columns and rows of made passes.
+/// Columns and rows of synthetic passes.
 pub(super) const SIZE: (usize, usize) = (320, 180);
 
-/// A camera and what it sees. World axes: x right, y down, z ahead; the camera is at the origin.
-pub(super) struct MadeScene {
-    /// Distance of the image plane, px.
+/// A camera and the objects in front of it. World axes: x right, y down, z ahead; the camera is at the origin.
+pub(super) struct TestScene {
+    /// Focal length, px.
     pub focal_px: f64,
     /// World directions of the camera's axes.
     axes: [[f64; 3]; 3],
-    /// Planes n . p = c, seen from the side where c > 0.
+    /// Planes n . p = c with c > 0: the camera is on their inner side.
     planes: Vec<([f64; 3], f64)>,
     boxes: Vec<Block>,
-    /// Middle and radius.
+    /// Centre and radius of each.
     balls: Vec<([f64; 3], f64)>,
 }
 
-/// A box turned about the vertical.
+/// A box rotated about the vertical.
 struct Block {
     middle: [f64; 3],
     half: [f64; 3],
@@ -35,8 +35,8 @@ fn between(random: &mut SplitMix64, low: f64, high: f64) -> f64 {
     low + (high - low) * random.unit()
 }
 
-impl MadeScene {
-    /// A random scene: half fields of 12 to 42 degrees; rooms and open ground.
+impl TestScene {
+    /// A random room or open ground with a half field of 12 to 42 degrees.
     pub(super) fn random(seed: u64) -> Self {
         let mut random = SplitMix64::new(seed);
         let r = &mut random;
@@ -59,10 +59,10 @@ impl MadeScene {
                 (middle, between(r, 0.2, 1.0) * size)
             })
             .collect();
-        Self::seen(half_field, pitch, roll, planes, boxes, balls)
+        Self::new(half_field, pitch, roll, planes, boxes, balls)
     }
 
-    /// Balls alone before an empty background.
+    /// Random balls before an empty background.
     pub(super) fn balls(seed: u64) -> Self {
         let mut random = SplitMix64::new(seed);
         let r = &mut random;
@@ -74,10 +74,10 @@ impl MadeScene {
             })
             .collect();
         let half_field = between(r, 12.0, 42.0).to_radians();
-        Self::seen(half_field, 0.0, 0.0, Vec::new(), Vec::new(), balls)
+        Self::new(half_field, 0.0, 0.0, Vec::new(), Vec::new(), balls)
     }
 
-    fn seen(
+    fn new(
         half_field: f64,
         pitch: f64,
         roll: f64,
@@ -102,7 +102,7 @@ impl MadeScene {
         ImagePoint::new(SIZE.0 as f64 / 2.0, SIZE.1 as f64 / 2.0)
     }
 
-    /// Length of the ray through an image point for one unit along the axis.
+    /// Returns the length of the ray through an image point per unit along the axis.
     pub(super) fn ray_length(&self, x: f64, y: f64) -> f64 {
         let (x, y) = self.slopes(x, y);
         (1.0 + x * x + y * y).sqrt()
@@ -116,7 +116,7 @@ impl MadeScene {
         )
     }
 
-    /// Distance along the axis at image point (`x`, `y`); infinite where there is nothing.
+    /// Returns the distance along the axis at image point (`x`, `y`); infinite on the background.
     pub(super) fn depth(&self, x: f64, y: f64) -> f64 {
         let (sx, sy) = self.slopes(x, y);
         let [right, below, ahead] = self.axes;
@@ -135,7 +135,7 @@ impl MadeScene {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// `value` at every pixel centre.
+    /// Returns `value` at every pixel centre.
     pub(super) fn pass<T>(&self, value: &dyn Fn(f64, f64) -> T) -> Vec<T> {
         let (width, height) = SIZE;
         (0..width * height)
@@ -156,7 +156,7 @@ impl Block {
         }
     }
 
-    /// How far along `ray` from the origin the box begins (slabs by axis).
+    /// Returns how far along `ray` from the origin the box begins, by the slab method.
     fn hit(&self, ray: [f64; 3]) -> Option<f64> {
         let turned = |v: [f64; 3]| {
             [

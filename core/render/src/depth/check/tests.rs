@@ -1,11 +1,11 @@
-//! Sound passes stay silent, wrong ones are named: over random scenes, every wrong convention.
+//! Valid passes give no finding, and wrong ones the right finding, over random scenes and all wrong conventions.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::scenes::{MadeScene, SIZE};
+use super::scenes::{SIZE, TestScene};
 use super::{CameraPerspective, DepthCheck, DepthFinding, DepthProblem, LensDistances, Severity};
 use crate::DepthConvention;
 use seidel_optics::numeric::SplitMix64;
@@ -18,14 +18,14 @@ const INVERSE: DepthConvention = DepthConvention::Inverse {
 };
 const RANGE: (f64, f64) = (0.05, 60.0);
 
-/// What a made pass holds.
-struct Made {
+/// A synthetic depth pass.
+struct TestPass {
     samples: Vec<f32>,
     convention: DepthConvention,
     alpha: Option<Vec<f32>>,
 }
 
-fn findings(made: &Made, focal_px: Option<f64>) -> Vec<DepthFinding> {
+fn findings(made: &TestPass, focal_px: Option<f64>) -> Vec<DepthFinding> {
     let reading = made
         .convention
         .read(&made.samples, SIZE.0)
@@ -38,7 +38,7 @@ fn findings(made: &Made, focal_px: Option<f64>) -> Vec<DepthFinding> {
         convention: made.convention,
         alpha: made.alpha.as_deref(),
         view: CameraPerspective {
-            axis: MadeScene::axis(),
+            axis: TestScene::axis(),
             focal_px,
             pixel_aspect: 1.0,
         },
@@ -50,26 +50,26 @@ fn findings(made: &Made, focal_px: Option<f64>) -> Vec<DepthFinding> {
     check.findings().expect("valid")
 }
 
-/// How a pass is stored.
+/// The precision of a pass.
 #[derive(Debug, Clone, Copy)]
-enum Stored {
+enum Precision {
     Float,
     Half,
     /// Standard deviation as a share of depth.
     Noisy(f64),
 }
 
-/// Distance as `stored`, by pixel.
-fn stored(samples: &mut [f32], how: Stored, seed: u64) {
+/// Reduces `samples` to a precision.
+fn degrade(samples: &mut [f32], precision: Precision, seed: u64) {
     let mut random = SplitMix64::new(seed);
     for sample in samples {
-        match how {
-            Stored::Float => {}
-            // Ten bits after the point, rounded to nearest.
-            Stored::Half => {
+        match precision {
+            Precision::Float => {}
+            // A mantissa of ten bits, rounded to nearest.
+            Precision::Half => {
                 *sample = f32::from_bits((sample.to_bits() + 0x1000) & !0x1FFF);
             }
-            Stored::Noisy(sigma) => {
+            Precision::Noisy(sigma) => {
                 let normal = (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
                 *sample *= (1.0 + sigma * normal) as f32;
             }
@@ -77,31 +77,31 @@ fn stored(samples: &mut [f32], how: Stored, seed: u64) {
     }
 }
 
-/// Distances along the axis, and lengths of rays for one unit along it, by pixel.
-struct Seen {
+/// Distances along the axis, and lengths of rays per unit along it, by pixel.
+struct SceneDepth {
     z: Vec<f64>,
     ray: Vec<f64>,
 }
 
-impl Seen {
-    fn of(scene: &MadeScene) -> Self {
+impl SceneDepth {
+    fn new(scene: &TestScene) -> Self {
         Self {
             z: scene.pass(&|x, y| scene.depth(x, y)),
             ray: scene.pass(&|x, y| scene.ray_length(x, y)),
         }
     }
 
-    /// A pass of `value` of distance and length of ray.
-    fn made(&self, convention: DepthConvention, value: &dyn Fn(f64, f64) -> f64) -> Made {
+    /// Returns a pass of `value` of distance and length of ray.
+    fn pass(&self, convention: DepthConvention, value: &dyn Fn(f64, f64) -> f64) -> TestPass {
         let pixels = self.z.iter().zip(&self.ray);
-        Made {
+        TestPass {
             samples: pixels.map(|(z, ray)| value(*z, *ray) as f32).collect(),
             convention,
             alpha: None,
         }
     }
 
-    /// Nearest and farthest distance but for the sky's.
+    /// Returns the nearest and farthest distance without the sky.
     fn range(&self) -> (f64, f64) {
         let finite = || self.z.iter().copied().filter(|z| z.is_finite());
         (
@@ -111,8 +111,8 @@ impl Seen {
     }
 }
 
-/// Passes as they should be.
-fn sound(seen: &Seen) -> Vec<(&'static str, Made)> {
+/// Passes that match their convention.
+fn valid_passes(depth: &SceneDepth) -> Vec<(&'static str, TestPass)> {
     let (near_m, far_m) = RANGE;
     let unit = |z: f64| ((z - near_m) / (far_m - near_m)).clamp(0.0, 1.0);
     let (far_one, far_zero) = (
@@ -121,49 +121,52 @@ fn sound(seen: &Seen) -> Vec<(&'static str, Made)> {
     );
     let or_zero = |z: f64| if z.is_finite() { z } else { 0.0 };
     vec![
-        ("metres", seen.made(METRES, &|z, _| z)),
-        ("metres, sky 10000", seen.made(METRES, &|z, _| z.min(1e4))),
-        ("metres, sky 0", seen.made(METRES, &|z, _| or_zero(z))),
-        ("inverse", seen.made(INVERSE, &|z, _| 1.0 / z)),
-        ("far one", seen.made(far_one, &|z, _| unit(z))),
-        ("far zero", seen.made(far_zero, &|z, _| 1.0 - unit(z))),
+        ("metres", depth.pass(METRES, &|z, _| z)),
+        ("metres, sky 10000", depth.pass(METRES, &|z, _| z.min(1e4))),
+        ("metres, sky 0", depth.pass(METRES, &|z, _| or_zero(z))),
+        ("inverse", depth.pass(INVERSE, &|z, _| 1.0 / z)),
+        ("far one", depth.pass(far_one, &|z, _| unit(z))),
+        ("far zero", depth.pass(far_zero, &|z, _| 1.0 - unit(z))),
     ]
 }
 
-/// Passes that are not what they are said to be.
-fn wrong(seen: &Seen) -> Vec<(&'static str, Made)> {
+/// Passes that do not match their convention.
+fn wrong_passes(depth: &SceneDepth) -> Vec<(&'static str, TestPass)> {
     let (near_m, far_m) = (0.5, 300.0);
     let buffer = |z: f64| (1.0 / near_m - 1.0 / z) / (1.0 / near_m - 1.0 / far_m);
     let far_one = DepthConvention::FarOne { near_m, far_m };
-    let (least, most) = seen.range();
+    let (least, most) = depth.range();
     let unit = |z: f64| ((z - least) / (most - least)).min(1.0);
     let coarse = |z: f64| (40.0 * (255.0 * (z / 40.0).min(1.0)).round() / 255.0).max(1e-3);
     let sky = |z: f64| z.min(1e4);
     vec![
-        ("along the ray", seen.made(METRES, &|z, s| sky(z) * s)),
+        ("along the ray", depth.pass(METRES, &|z, s| sky(z) * s)),
         (
             "along the ray, inverse",
-            seen.made(INVERSE, &|z, s| 1.0 / (z * s)),
+            depth.pass(INVERSE, &|z, s| 1.0 / (z * s)),
         ),
-        ("inverse as metres", seen.made(METRES, &|z, _| 1.0 / sky(z))),
+        (
+            "inverse as metres",
+            depth.pass(METRES, &|z, _| 1.0 / sky(z)),
+        ),
         (
             "disparity as metres",
-            seen.made(METRES, &|z, _| 3.0 + 200.0 / z),
+            depth.pass(METRES, &|z, _| 3.0 + 200.0 / z),
         ),
-        ("metres as inverse", seen.made(INVERSE, &|z, _| sky(z))),
+        ("metres as inverse", depth.pass(INVERSE, &|z, _| sky(z))),
         (
             "z-buffer as far one",
-            seen.made(far_one, &|z, _| buffer(z).clamp(0.0, 1.0)),
+            depth.pass(far_one, &|z, _| buffer(z).clamp(0.0, 1.0)),
         ),
         (
             "inverse along the ray as metres",
-            seen.made(METRES, &|z, s| 1.0 / (sky(z) * s)),
+            depth.pass(METRES, &|z, s| 1.0 / (sky(z) * s)),
         ),
-        ("millimetres as metres", seen.made(METRES, &|z, _| 1e3 * z)),
-        ("kilometres as metres", seen.made(METRES, &|z, _| 1e-3 * z)),
-        ("normalised as metres", seen.made(METRES, &|z, _| unit(z))),
-        ("8 bits", seen.made(METRES, &|z, _| coarse(z))),
-        ("constant", seen.made(METRES, &|_, _| 3.0)),
+        ("millimetres as metres", depth.pass(METRES, &|z, _| 1e3 * z)),
+        ("kilometres as metres", depth.pass(METRES, &|z, _| 1e-3 * z)),
+        ("normalised as metres", depth.pass(METRES, &|z, _| unit(z))),
+        ("8 bits", depth.pass(METRES, &|z, _| coarse(z))),
+        ("constant", depth.pass(METRES, &|_, _| 3.0)),
     ]
 }
 
@@ -186,7 +189,8 @@ fn name(problem: &DepthProblem) -> &'static str {
     }
 }
 
-/// What must be said of each of [`wrong`], in how many of a hundred scenes at least, by store.
+/// The finding expected of each of [`wrong_passes`], with its least share of scenes in per cent: in floats, and in half
+/// floats.
 const WANTED: [(&str, &str, [u32; 2]); 12] = [
     ("along the ray", "along ray", [95, 70]),
     ("along the ray, inverse", "along ray", [95, 70]),
@@ -206,25 +210,32 @@ const WANTED: [(&str, &str, [u32; 2]); 12] = [
     ("constant", "constant", [100, 0]),
 ];
 
-/// Counts by what was made and what was said.
+/// Whether the check is given the focal length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Camera {
+    Known,
+    Unknown,
+}
+
+/// Counts by pass and finding.
 type Table = BTreeMap<(&'static str, String), u32>;
 
-/// What is said of the passes that `make` makes of some scenes.
+/// Counts the findings of the passes that `make` derives from `scenes`.
 fn tally(
     scenes: Range<u64>,
-    make: fn(&Seen) -> Vec<(&'static str, Made)>,
-    how: Stored,
-    known: bool,
+    make: fn(&SceneDepth) -> Vec<(&'static str, TestPass)>,
+    precision: Precision,
+    camera: Camera,
 ) -> Table {
     let of_scene = |seed: u64| {
-        let scene = MadeScene::random(seed);
-        let focal_px = known.then_some(scene.focal_px);
+        let scene = TestScene::random(seed);
+        let focal_px = (camera == Camera::Known).then_some(scene.focal_px);
         let mut table = Table::new();
-        for (what, mut made) in make(&Seen::of(&scene)) {
-            stored(&mut made.samples, how, seed);
+        for (what, mut made) in make(&SceneDepth::new(&scene)) {
+            degrade(&mut made.samples, precision, seed);
             for finding in findings(&made, focal_px) {
-                let said = name(&finding.problem).to_owned();
-                *table.entry((what, said)).or_default() += 1;
+                let found = name(&finding.problem).to_owned();
+                *table.entry((what, found)).or_default() += 1;
             }
         }
         table
@@ -237,71 +248,76 @@ fn tally(
     total
 }
 
-fn silent(scenes: Range<u64>, how: Stored, known: bool) {
-    let said = tally(scenes, sound, how, known);
-    assert!(said.is_empty(), "{how:?}, known {known}: {said:?}");
+fn expect_no_finding(scenes: Range<u64>, precision: Precision, camera: Camera) {
+    let found = tally(scenes, valid_passes, precision, camera);
+    assert!(found.is_empty(), "{precision:?}, {camera:?}: {found:?}");
 }
 
-fn named(scenes: Range<u64>, how: Stored, known: bool, column: usize) {
+fn expect_findings(scenes: Range<u64>, precision: Precision, camera: Camera, column: usize) {
     let count = (scenes.end - scenes.start) as u32;
-    let said = tally(scenes, wrong, how, known);
+    let found = tally(scenes, wrong_passes, precision, camera);
     for (what, finding, least) in WANTED {
         let key = (what, finding.to_owned());
-        let hits = said.get(&key).copied().unwrap_or(0);
+        let hits = found.get(&key).copied().unwrap_or(0);
         let wanted = least[column] * count / 100;
         assert!(
             hits >= wanted,
-            "{how:?}, known {known}, {what}: {hits}; {said:?}"
+            "{precision:?}, {camera:?}, {what}: {hits}; {found:?}"
         );
     }
 }
 
 #[test]
-fn sound_passes_are_silent() {
-    silent(0..7, Stored::Float, true);
-    silent(7..9, Stored::Float, false);
+fn valid_passes_give_no_finding() {
+    expect_no_finding(0..7, Precision::Float, Camera::Known);
+    expect_no_finding(7..9, Precision::Float, Camera::Unknown);
 }
 
 #[test]
-fn sound_half_floats_and_noise_are_silent() {
-    for (first, how) in [
-        (500, Stored::Half),
-        (503, Stored::Noisy(0.001)),
-        (506, Stored::Noisy(0.01)),
+fn valid_half_floats_and_noise_give_no_finding() {
+    for (first, precision) in [
+        (500, Precision::Half),
+        (503, Precision::Noisy(0.001)),
+        (506, Precision::Noisy(0.01)),
     ] {
-        silent(first..first + 2, how, true);
-        silent(first + 2..first + 3, how, false);
+        expect_no_finding(first..first + 2, precision, Camera::Known);
+        expect_no_finding(first + 2..first + 3, precision, Camera::Unknown);
     }
 }
 
 #[test]
-fn wrong_passes_are_named() {
-    named(0..4, Stored::Float, true, 0);
-    named(4..6, Stored::Float, false, 0);
-    named(6..9, Stored::Half, true, 1);
+fn wrong_passes_give_their_finding() {
+    expect_findings(0..4, Precision::Float, Camera::Known, 0);
+    expect_findings(4..6, Precision::Float, Camera::Unknown, 0);
+    expect_findings(6..9, Precision::Half, Camera::Known, 1);
 }
 
 #[test]
 #[ignore = "minutes long: many scenes"]
-fn many_scenes_are_told_right() {
-    for (scenes, how, known, column) in [
-        (0..200, Stored::Float, true, 0),
-        (0..50, Stored::Float, false, 0),
-        (0..50, Stored::Half, true, 1),
+fn many_scenes_give_the_right_findings() {
+    for (scenes, precision, camera, column) in [
+        (0..200, Precision::Float, Camera::Known, 0),
+        (0..50, Precision::Float, Camera::Unknown, 0),
+        (0..50, Precision::Half, Camera::Known, 1),
     ] {
-        silent(scenes.clone(), how, known);
-        named(scenes, how, known, column);
+        expect_no_finding(scenes.clone(), precision, camera);
+        expect_findings(scenes, precision, camera, column);
     }
-    for how in [Stored::Half, Stored::Noisy(0.001), Stored::Noisy(0.01)] {
-        for known in [true, false] {
-            silent(500..520, how, known);
+    for precision in [
+        Precision::Half,
+        Precision::Noisy(0.001),
+        Precision::Noisy(0.01),
+    ] {
+        for camera in [Camera::Known, Camera::Unknown] {
+            expect_no_finding(500..520, precision, camera);
         }
     }
     coverage(0..20);
 }
 
-/// Coverage and depth of what stands before nothing, from 4 x 4 samples a pixel.
-fn supersampled(scene: &MadeScene) -> [Vec<f32>; 3] {
+/// Returns coverage, filtered depth and nearest depth of objects before an empty background, from 4 x 4 samples per
+/// pixel.
+fn supersampled(scene: &TestScene) -> [Vec<f32>; 3] {
     let samples = |x: f64, y: f64| -> Vec<f64> {
         (0..16)
             .map(|k| {
@@ -321,18 +337,18 @@ fn supersampled(scene: &MadeScene) -> [Vec<f32>; 3] {
 }
 
 #[test]
-fn depth_times_coverage_is_named_and_clean_edges_are_not() {
+fn depth_times_coverage_is_found_at_edges_and_clean_depth_is_not() {
     coverage(0..4);
 }
 
 fn coverage(scenes: Range<u64>) {
     for seed in scenes {
-        let scene = MadeScene::balls(seed);
+        let scene = TestScene::balls(seed);
         let [alpha, mixed, nearest] = supersampled(&scene);
         let opaque = vec![1.0; alpha.len()];
         for (samples, is_mixed) in [(mixed, true), (nearest, false)] {
             for alpha in [Some(&alpha), None, Some(&opaque)] {
-                let made = Made {
+                let made = TestPass {
                     samples: samples.clone(),
                     convention: METRES,
                     alpha: alpha.cloned(),
@@ -348,7 +364,7 @@ fn coverage(scenes: Range<u64>) {
 
 #[test]
 fn rows_of_a_level_floor_are_not_levels_of_8_bits() {
-    // One depth a row, evenly spaced in one over it, and cards of one depth: few levels, none of them a flaw.
+    // One depth per row, evenly spaced in its reciprocal, and flat cards: few levels without a flaw.
     let (width, height) = SIZE;
     let samples = (0..width * height).map(|k| {
         let (x, y) = (k % width, k / width);
@@ -359,7 +375,7 @@ fn rows_of_a_level_floor_are_not_levels_of_8_bits() {
             300.0 / (1.0 + y as f32)
         }
     });
-    let made = Made {
+    let made = TestPass {
         samples: samples.collect(),
         convention: METRES,
         alpha: None,
@@ -368,10 +384,10 @@ fn rows_of_a_level_floor_are_not_levels_of_8_bits() {
 }
 
 #[test]
-fn empty_passes_are_named_and_other_sizes_refused() {
+fn empty_passes_are_found_and_wrong_sizes_refused() {
     let mut samples = vec![f32::INFINITY; SIZE.0 * SIZE.1];
     samples[7] = 2.0;
-    let mut made = Made {
+    let mut made = TestPass {
         samples,
         convention: METRES,
         alpha: None,
@@ -389,7 +405,7 @@ fn empty_passes_are_named_and_other_sizes_refused() {
         convention: METRES,
         alpha: None,
         view: CameraPerspective {
-            axis: MadeScene::axis(),
+            axis: TestScene::axis(),
             focal_px: None,
             pixel_aspect: 1.0,
         },

@@ -1,33 +1,33 @@
-//! What the numbers of a depth pass tell by themselves: their range, their levels, their number.
+//! Checks of the values of a depth pass: their range, their unit and the number of distinct levels.
 
 use super::super::DepthConvention;
 use super::{DepthCheck, DepthFinding, DepthProblem, Severity};
 
-/// Share of pixels left out at either end of a range.
+/// Share of pixels ignored at each end of a range.
 const TAIL: f64 = 0.02;
-/// Half of a scene is never nearer than this to a lens, nor than its focal length, metres...
+/// Least median distance of a scene, metres; the focal length if that is longer.
 const NEAREST_M: f64 = 0.01;
-/// ...and hardly a scene has nothing nearer than this.
+/// Largest distance of the nearest object, metres.
 const FARTHEST_M: f64 = 1e4;
-/// A scene may lie this many times farther, or nearer, than a lens was measured.
+/// Largest ratio of a scene's distances to those at which the lens was measured, and the reverse.
 const BEYOND_LENS: f64 = 20.0;
-/// Levels of 8 bits.
-const MOST_LEVELS: usize = 256;
-/// Fewer may be as many cards.
-const LEAST_LEVELS: usize = 40;
-/// Steps of less than this share of the distance are as fine as half floats, and harmless.
+/// Number of levels of 8 bits.
+const MAX_LEVELS: usize = 256;
+/// Least number of levels reported: fewer may be flat cards.
+const MIN_LEVELS: usize = 40;
+/// Relative step below which levels are as fine as half floats, and harmless.
 const FINE_STEP: f64 = 0.001;
-/// Steps on surfaces that must be seen.
-const LEAST_STEPS: usize = 200;
-/// Pixels with a distance below which a pass is empty, as a share.
-const LEAST_FILLED: f64 = 0.001;
+/// Least number of steps on surfaces.
+const MIN_STEPS: usize = 200;
+/// Share of pixels with a distance below which a pass is empty.
+const MIN_FILLED: f64 = 0.001;
 
-/// A pass with nothing in it, or the same everywhere.
+/// Finds passes that are empty or constant.
 pub(super) fn constant(check: &DepthCheck) -> Option<DepthFinding> {
     let mut depths = check.vergence.iter().zip(check.samples);
     let filled = check.vergence.iter().filter(|v| **v > 0.0).count();
     let share = filled as f64 / check.vergence.len() as f64;
-    if share < LEAST_FILLED {
+    if share < MIN_FILLED {
         return Some(DepthFinding {
             problem: DepthProblem::Empty { share },
             severity: Severity::Warning,
@@ -46,7 +46,7 @@ pub(super) fn constant(check: &DepthCheck) -> Option<DepthFinding> {
     })
 }
 
-/// Numbers from 0 to 1 that are read as metres.
+/// Finds numbers from 0 to 1 that are read as metres.
 pub(super) fn normalised(check: &DepthCheck) -> Option<DepthFinding> {
     let DepthConvention::Distance { metres_per_unit } = check.convention else {
         return None;
@@ -57,12 +57,12 @@ pub(super) fn normalised(check: &DepthCheck) -> Option<DepthFinding> {
         .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| {
             (low.min(*v), high.max(*v))
         });
-    // Another unit was chosen by someone who knew the numbers.
     let fills = (0.0..=0.05).contains(&least) && (0.98..=1.0).contains(&largest);
     let filled = check.vergence.iter().filter(|v| **v > 0.0).count() as f64;
     let ends = check.samples.iter().filter(|v| **v == 1.0).count() as f64;
-    // A whole background at one metre to the last bit is where far was put.
+    // A background at exactly 1 is the far end of a normalised range.
     let far_fill = (0.0..1.0).contains(&least) && largest == 1.0 && ends > 0.01 * filled;
+    // A user who states another unit than metres knows the numbers.
     (metres_per_unit == 1.0 && (fills || far_fill)).then(|| DepthFinding {
         problem: DepthProblem::Normalised {
             least: f64::from(least),
@@ -73,15 +73,19 @@ pub(super) fn normalised(check: &DepthCheck) -> Option<DepthFinding> {
     })
 }
 
-/// Distances where no scene is, or far from where the lens was measured.
+/// Finds distances that are implausible, or far from those at which the lens was measured.
 pub(super) fn unit(check: &DepthCheck) -> Option<DepthFinding> {
-    let (near_m, middle_m, far_m) = middle_range(check.vergence)?;
+    let SceneRange {
+        near_m,
+        median_m,
+        far_m,
+    } = scene_range(check.vergence)?;
     let nearest = check
         .lens
         .focal_length_m
         .unwrap_or(NEAREST_M)
         .max(NEAREST_M);
-    if middle_m < nearest || near_m > FARTHEST_M {
+    if median_m < nearest || near_m > FARTHEST_M {
         return Some(DepthFinding {
             problem: DepthProblem::ImplausibleRange { near_m, far_m },
             severity: Severity::Warning,
@@ -105,7 +109,7 @@ pub(super) fn unit(check: &DepthCheck) -> Option<DepthFinding> {
     })
 }
 
-/// A range that cannot be may come of one over the numbers.
+/// Returns the remedy for an implausible range that comes from reciprocal values.
 fn kind_remedy(convention: DepthConvention) -> &'static str {
     match convention {
         DepthConvention::Distance { .. } => {
@@ -116,7 +120,7 @@ fn kind_remedy(convention: DepthConvention) -> &'static str {
     }
 }
 
-/// Which unit would put the scene where the lens was measured.
+/// Returns the remedy that proposes the unit closest to the distances at which the lens was measured.
 fn unit_remedy(check: &DepthCheck, near_m: f64, far_m: f64) -> String {
     let (DepthConvention::Distance { metres_per_unit }
     | DepthConvention::Inverse { metres_per_unit }) = check.convention
@@ -148,13 +152,20 @@ fn unit_remedy(check: &DepthCheck, near_m: f64, far_m: f64) -> String {
     }
 }
 
-/// Nearest, middle and farthest distance, metres, without the tails and without a background fill.
-fn middle_range(vergence: &[f32]) -> Option<(f64, f64, f64)> {
-    let mut seen: Vec<f32> = vergence.iter().copied().filter(|v| *v > 0.0).collect();
-    seen.sort_by(f32::total_cmp);
-    let farthest = *seen.first()?;
-    let fill = seen.partition_point(|v| *v <= farthest);
-    let scene = &seen[if fill * 100 > seen.len() && fill < seen.len() {
+/// The distances of a scene, without tails and constant background.
+struct SceneRange {
+    near_m: f64,
+    median_m: f64,
+    far_m: f64,
+}
+
+/// Returns the distances of a scene; `None` if no pixel has one.
+fn scene_range(vergence: &[f32]) -> Option<SceneRange> {
+    let mut sorted: Vec<f32> = vergence.iter().copied().filter(|v| *v > 0.0).collect();
+    sorted.sort_by(f32::total_cmp);
+    let farthest = *sorted.first()?;
+    let fill = sorted.partition_point(|v| *v <= farthest);
+    let scene = &sorted[if fill * 100 > sorted.len() && fill < sorted.len() {
         fill
     } else {
         0
@@ -162,27 +173,27 @@ fn middle_range(vergence: &[f32]) -> Option<(f64, f64, f64)> {
     let tail = (TAIL * scene.len() as f64) as usize;
     let metres = |v: f32| 1.0 / f64::from(v);
     let last = scene.len() - 1;
-    Some((
-        metres(scene[last - tail]),
-        metres(scene[last / 2]),
-        metres(scene[tail]),
-    ))
+    Some(SceneRange {
+        near_m: metres(scene[last - tail]),
+        median_m: metres(scene[last / 2]),
+        far_m: metres(scene[tail]),
+    })
 }
 
-/// A pass of 8 bits stretched to floats.
+/// Finds passes of 8 bits stored as floats.
 pub(super) fn quantised(check: &DepthCheck) -> Option<DepthFinding> {
     let levels = levels(check.samples)?;
     let even =
         |f: &dyn Fn(f32) -> f64| evenly_spaced(&levels.iter().map(|v| f(*v)).collect::<Vec<_>>());
-    // Half floats are spaced evenly over an octave: a narrow range of them has few levels of its own.
-    if middle_step(&levels) < FINE_STEP
-        || levels.len() < LEAST_LEVELS
+    // Half floats are evenly spaced over an octave: a narrow range of them has few levels, too.
+    if median_step(&levels) < FINE_STEP
+        || levels.len() < MIN_LEVELS
         || !(even(&|v| f64::from(v)) || even(&|v| 1.0 / f64::from(v)))
     {
         return None;
     }
-    let (steps, lone) = steps(check, &levels);
-    (steps >= LEAST_STEPS && 2 * lone > steps).then(|| DepthFinding {
+    let steps = count_steps(check, &levels);
+    (steps.all >= MIN_STEPS && 2 * steps.between_flats > steps.all).then(|| DepthFinding {
         problem: DepthProblem::Quantised {
             levels: levels.len(),
         },
@@ -191,7 +202,7 @@ pub(super) fn quantised(check: &DepthCheck) -> Option<DepthFinding> {
     })
 }
 
-/// The different numbers in a pass, rising; `None` if there are more than 8 bits hold.
+/// Returns the distinct numbers in a pass, ascending; `None` if there are more than 8 bits hold.
 fn levels(samples: &[f32]) -> Option<Vec<f32>> {
     let mut levels: Vec<f32> = Vec::new();
     let mut last = f32::NAN;
@@ -203,18 +214,18 @@ fn levels(samples: &[f32]) -> Option<Vec<f32>> {
         }
         last = sample;
         if let Err(place) = levels.binary_search_by(|v| v.total_cmp(&sample)) {
-            if levels.len() > MOST_LEVELS {
+            if levels.len() > MAX_LEVELS {
                 return None;
             }
             levels.insert(place, sample);
         }
     }
-    // One beyond, for a background fill of its own.
+    // One more than 256 is allowed: a constant background.
     Some(levels)
 }
 
-/// Middle of the steps from level to level, as shares of the levels.
-fn middle_step(levels: &[f32]) -> f64 {
+/// Returns the median relative step from level to level.
+fn median_step(levels: &[f32]) -> f64 {
     let steps = levels.windows(2).map(|pair| {
         let [low, high] = [pair[0], pair[1]].map(f64::from);
         (high - low) / low.abs().max(high.abs())
@@ -224,13 +235,13 @@ fn middle_step(levels: &[f32]) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Whether nearly all gaps are whole multiples of one.
+/// Whether nearly all gaps are whole multiples of the smallest.
 fn evenly_spaced(levels: &[f64]) -> bool {
     let gaps = levels.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let gaps: Vec<f64> = gaps.filter(|gap| gap.is_finite()).collect();
     let mut sorted = gaps.clone();
     sorted.sort_by(f64::total_cmp);
-    // The smallest but for the odd one out.
+    // The smallest gap, without outliers.
     let Some(&unit) = sorted.get(sorted.len() / 20) else {
         return false;
     };
@@ -239,22 +250,31 @@ fn evenly_spaced(levels: &[f64]) -> bool {
         count < 1e3 && (count - count.round()).abs() < 0.05 && count > 0.5
     };
     let fit = gaps.iter().filter(whole).count();
-    // An end of the range may be cut off between levels, a fill lie anywhere.
+    // Ends of the range may be clipped between levels, and a background lie anywhere.
     fit + 3 >= gaps.len()
 }
 
-/// Steps from one level to the next, and those of them with flats of at least two pixels on both
-/// sides: a smooth surface in float never has those, one of 8 bits has little else.
-fn steps(check: &DepthCheck, levels: &[f32]) -> (usize, usize) {
+/// Numbers of steps from one level to the next.
+struct Steps {
+    all: usize,
+    /// Those between flats of at least two pixels: smooth surfaces in float have none, those in 8 bits little else.
+    between_flats: usize,
+}
+
+/// Counts the steps between neighbouring levels along rows and columns.
+fn count_steps(check: &DepthCheck, levels: &[f32]) -> Steps {
     let place = |v: f32| levels.partition_point(|level| *level < v);
-    let (mut steps, mut lone) = (0, 0);
+    let mut steps = Steps {
+        all: 0,
+        between_flats: 0,
+    };
     let mut look = |run: [f32; 4]| {
         if run[1] == run[2] || !run.iter().all(|v| v.is_finite()) {
             return;
         }
         if place(run[1]).abs_diff(place(run[2])) == 1 {
-            steps += 1;
-            lone += usize::from(run[0] == run[1] && run[2] == run[3]);
+            steps.all += 1;
+            steps.between_flats += usize::from(run[0] == run[1] && run[2] == run[3]);
         }
     };
     for row in 0..check.height {
@@ -267,5 +287,5 @@ fn steps(check: &DepthCheck, levels: &[f32]) -> (usize, usize) {
             }
         }
     }
-    (steps, lone)
+    steps
 }

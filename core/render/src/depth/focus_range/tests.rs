@@ -1,4 +1,4 @@
-//! Focus controls against what they promise: nothing, a range, factors, a bound, and order in depth.
+//! Focus controls: neutral values, the range in focus, multipliers, the largest kernel, and order in depth.
 
 use crate::*;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
@@ -7,16 +7,16 @@ use seidel_optics::moments::CentralMoments;
 use seidel_optics::numeric::SplitMix64;
 use seidel_optics::psf::LocalBlur;
 
-/// In focus at 2 m; larger off the axis; the second channel a little larger throughout.
-struct Made {
+/// A lens in focus at 2 m, with more blur off the axis and a little more in the second channel.
+struct TestLens {
     /// Growth of the standard deviation with vergence, px m.
     slope: f64,
 }
 
-const MADE: Made = Made { slope: 9.0 };
+const MADE: TestLens = TestLens { slope: 9.0 };
 const FOCUS: f64 = 0.5;
 
-impl BlurField for Made {
+impl BlurField for TestLens {
     fn frame(&self) -> Frame {
         Frame::new(300, 200, None).expect("a valid frame")
     }
@@ -49,7 +49,7 @@ const PLATE: PlateExtent = PlateExtent {
     height: 400,
 };
 
-fn set(controls: FocusControls) -> FocusRemap {
+fn remap(controls: FocusControls) -> FocusRemap {
     FocusRemap::new(&MADE, PLATE, &controls).expect("valid")
 }
 
@@ -60,8 +60,8 @@ fn vergences() -> impl Iterator<Item = f64> {
 
 #[test]
 fn neutral_controls_change_no_bit() {
-    let neutral = set(FocusControls::default());
-    let wide = set(FocusControls {
+    let neutral = remap(FocusControls::default());
+    let wide = remap(FocusControls {
         focus_per_m: Some(0.37),
         maximum_px: Some(1e9),
         ..FocusControls::default()
@@ -73,8 +73,8 @@ fn neutral_controls_change_no_bit() {
 }
 
 #[test]
-fn a_range_in_focus_is_in_focus_and_depth_is_measured_from_its_ends() {
-    let range = set(FocusControls {
+fn the_range_is_in_focus_and_blur_grows_from_its_ends() {
+    let range = remap(FocusControls {
         depth_of_field_m: 0.8,
         ..FocusControls::default()
     });
@@ -89,8 +89,8 @@ fn a_range_in_focus_is_in_focus_and_depth_is_measured_from_its_ends() {
     ] {
         assert!((range.vergence(1.0 / z) - want).abs() < 1e-9, "{z} m");
     }
-    // Wider than the way to the camera: nothing before the focus plane is blurred.
-    let all = set(FocusControls {
+    // A range that reaches the camera: nothing in front of the focus plane is blurred.
+    let all = remap(FocusControls {
         depth_of_field_m: 5.0,
         ..FocusControls::default()
     });
@@ -99,8 +99,8 @@ fn a_range_in_focus_is_in_focus_and_depth_is_measured_from_its_ends() {
 }
 
 #[test]
-fn multipliers_are_distances_from_focus_as_many_times_as_far() {
-    let range = set(FocusControls {
+fn multipliers_scale_the_distance_from_focus() {
+    let range = remap(FocusControls {
         front: 2.0,
         back: 0.0,
         ..FocusControls::default()
@@ -114,7 +114,7 @@ fn multipliers_are_distances_from_focus_as_many_times_as_far() {
         }
         assert!((range.vergence(FOCUS - by) - FOCUS).abs() < 1e-9, "{by}");
     }
-    let front_alone = set(FocusControls {
+    let front_alone = remap(FocusControls {
         front: 2.0,
         ..FocusControls::default()
     });
@@ -145,9 +145,9 @@ fn largest(lens: &dyn BlurField, v: f64) -> f64 {
 }
 
 #[test]
-fn no_kernel_passes_the_maximum_and_the_largest_meets_it() {
+fn the_largest_kernel_has_the_maximum_size() {
     let maximum = 11.0;
-    let range = set(FocusControls {
+    let range = remap(FocusControls {
         maximum_px: Some(maximum),
         front: 1.5,
         ..FocusControls::default()
@@ -162,7 +162,7 @@ fn no_kernel_passes_the_maximum_and_the_largest_meets_it() {
 }
 
 #[test]
-fn order_in_depth_is_kept_whatever_is_set() {
+fn all_controls_keep_the_order_in_depth() {
     let mut random = SplitMix64::new(8);
     for _ in 0..200 {
         let controls = FocusControls {
@@ -172,7 +172,7 @@ fn order_in_depth_is_kept_whatever_is_set() {
             back: 4.0 * random.unit(),
             maximum_px: (random.unit() < 0.5).then(|| 40.0 + 200.0 * random.unit()),
         };
-        let range = set(controls);
+        let range = remap(controls);
         let drawn: Vec<f64> = vergences().map(|v| range.vergence(v)).collect();
         assert!(
             drawn.windows(2).all(|pair| pair[0] <= pair[1] + 1e-12),
@@ -185,8 +185,8 @@ fn order_in_depth_is_kept_whatever_is_set() {
 fn focus_is_where_the_lens_is_sharpest() {
     let found = focus_vergence(&MADE).expect("a focus");
     assert!((found - FOCUS).abs() < 1e-9);
-    assert_eq!(focus_vergence(&Made { slope: 0.0 }), None);
-    // Spherical aberration draws the sharpest plane away from that of paraxial rays.
+    assert_eq!(focus_vergence(&TestLens { slope: 0.0 }), None);
+    // Spherical aberration moves the sharpest plane away from the paraxial focus.
     struct Spherical;
     impl BlurField for Spherical {
         fn frame(&self) -> Frame {
@@ -222,8 +222,8 @@ fn focus_is_where_the_lens_is_sharpest() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_by_name() {
-    let refused = |lens: &Made, controls: FocusControls| {
+fn invalid_values_are_refused_by_name() {
+    let refused = |lens: &TestLens, controls: FocusControls| {
         let error = FocusRemap::new(lens, PLATE, &controls).expect_err("refused");
         error.to_string()
     };
@@ -265,5 +265,5 @@ fn what_cannot_be_is_refused_by_name() {
         front: 2.0,
         ..neutral
     };
-    assert!(refused(&Made { slope: 0.0 }, front).contains("focus controls"));
+    assert!(refused(&TestLens { slope: 0.0 }, front).contains("focus controls"));
 }
