@@ -105,7 +105,7 @@ fn the_extended_model_and_its_options_are_reported_completely() {
     let all = profile(&folder.join("b.json"));
     assert!(all.held_out.is_none());
     let settings = all.provenance.settings;
-    assert!(settings.contains("law only") && settings.contains("none kept aside"));
+    assert!(settings.contains("law only") && settings.contains("none held out"));
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod pupil;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::fit::AxisChoice;
+use seidel_core::fit::{self, AxisChoice, Fit, FitSettings, Weighting};
 use seidel_core::measure::Rejection;
 use seidel_core::moments::support::Support;
 use seidel_core::observations::ObservationSet;
@@ -14,6 +14,7 @@ use seidel_core::profile::LensProfile;
 use serde_json::{Value, json};
 
 use super::choice::ChoiceArgs;
+use super::picture::read_image;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
 use seidel_image_io::atomic::write_whole;
@@ -91,37 +92,47 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
         console.remark(format!("left out {line}"));
     }
     args.choice.restrict(&mut sets)?;
-    let support = if args.all_pixels {
-        Support::AllPixels
-    } else {
-        Support::Auto
-    };
-    let remarks = if args.model == Some(Model::Moments) {
-        let mut fit = moments::fit(&sets, args, support)?;
-        args.write(&mut fit.lens)?;
-        if args.json {
-            console.say(moments::report_json(&fit, &skipped));
-        } else {
-            moments::report_text(&fit, args, console);
-        }
-        fit.remarks
-    } else {
-        let mut fit = pupil::fit(&sets, args, support)?;
-        args.write(&mut fit.lens)?;
-        if args.json {
-            console.say(pupil::report_json(&fit, &skipped));
-        } else {
-            pupil::report_text(&fit, args, console);
-        }
-        fit.remarks
-    };
-    for remark in &remarks {
-        console.remark(remark);
+    let mut fit = fit::fit(&sets, &args.settings()?)?;
+    args.write(fit.lens_mut())?;
+    match &fit {
+        Fit::Moments(fit) if args.json => console.say(moments::report_json(fit, &skipped)),
+        Fit::Moments(fit) => moments::report_text(fit, args, console),
+        Fit::Pupil(fit) if args.json => console.say(pupil::report_json(fit, &skipped)),
+        Fit::Pupil(fit) => pupil::report_text(fit, args, console),
+    }
+    for warning in fit.warnings() {
+        console.remark(warning);
     }
     Ok(())
 }
 
 impl FitArgs {
+    /// Returns the settings of the fit. Reads the test image if one is given.
+    fn settings(&self) -> Result<FitSettings, CommandError> {
+        Ok(FitSettings {
+            model: match self.model {
+                None => fit::Model::Auto,
+                Some(Model::Moments) => fit::Model::Moments,
+                Some(Model::Reduced) => fit::Model::Reduced,
+                Some(Model::Extended) => fit::Model::Extended,
+            },
+            axis: self.axis.unwrap_or_default(),
+            support: if self.all_pixels {
+                Support::AllPixels
+            } else {
+                Support::Auto
+            },
+            weighting: if self.unweighted {
+                Weighting::Unweighted
+            } else {
+                Weighting::Weighted
+            },
+            use_all: self.use_all,
+            law_only: self.law_only,
+            test_image: self.image.as_deref().map(read_image).transpose()?,
+        })
+    }
+
     /// Refuses options of another model than the one asked for.
     fn check(&self) -> Result<(), CommandError> {
         let of_moments = self.model == Some(Model::Moments);

@@ -239,7 +239,7 @@ fn draw_title(canvas: &mut Canvas, (left, top): (u32, u32), room: u32, lines: [&
 }
 
 fn draw_decibels(canvas: &mut Canvas, area: Area, prediction: &ShapePrediction) {
-    let label = format!("{:.1} dB", prediction.decibels);
+    let label = format!("{:.1} dB", prediction.snr_db);
     let at = (area.left, area.top + area.height + 6);
     canvas.text(at, area.width, 2, TEXT, &label);
 }
@@ -271,7 +271,7 @@ mod tests {
         let predictions = titles.iter().map(|&title| ShapePrediction {
             title,
             samples: observed.iter().map(|v| 0.5 * v).collect(),
-            decibels: 300.0,
+            snr_db: 300.0,
         });
         ShapeRow {
             file: "psf/0001.exr".to_owned(),

@@ -1,4 +1,4 @@
-//! What a fit needs of every tile: its place in the field, its moments and their noise.
+//! Moments of observed tiles, with their noise and field position.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use seidel_optics::moments::support::{self, Support};
 use seidel_optics::moments::{CentralMoments, FourthMoments};
 use seidel_optics::observations::ObservationSet;
 
-/// A tile that took no part in a fit.
+/// A tile excluded from a fit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rejection {
     /// Index of the observation set among those given.
@@ -19,7 +19,7 @@ pub struct Rejection {
     pub file: String,
     /// Channel name.
     pub channel: String,
-    /// Why, in words.
+    /// Reason, in words.
     pub reason: String,
 }
 
@@ -38,36 +38,35 @@ pub struct MeasuredTile {
     pub distance: ObjectDistance,
     /// Frame position of the centroid.
     pub centroid: ImagePoint,
-    /// Where an undistorted lens would have put the point, where known.
+    /// Ideal image point (without distortion), where known.
     pub ideal: Option<ImagePoint>,
-    /// Central moments of the light before the sensor integrated it over pixels, px² and px³.
+    /// Central moments before pixel integration, px² and px³.
     pub optical: CentralMoments,
-    /// Fourth central moments of the same light, px⁴.
+    /// Fourth central moments before pixel integration, px⁴.
     pub fourth: FourthMoments,
-    /// Standard deviations of the seven from pixel noise; zero where the noise is not known.
+    /// Standard deviations of the seven moments from pixel noise; zero where the noise is unknown.
     pub noise: [f64; 7],
 }
 
-/// Variance of the finest detail that blur acts on, px². Found by forward-blur SNR near focus, where
-/// values from 2 up do as well as each other and values below 1 lose up to 0.8 dB.
+/// Variance of the finest image detail, px². Chosen by forward-blur SNR near focus: values from 2 up are
+/// equivalent, and values below 1 lose up to 0.8 dB.
 const DETAIL_VARIANCE_PX2: f64 = 2.0;
 
 impl MeasuredTile {
-    /// Field position of the ideal image point where known, of the centroid otherwise: the model is
-    /// polynomial in the former, and the difference is distortion.
+    /// Returns the field position of the ideal image point where known, and of the centroid otherwise. The
+    /// model is polynomial in the ideal position.
     pub fn field_point(&self, frame: &Frame) -> FieldPoint {
         frame.field_point(self.ideal.unwrap_or(self.centroid))
     }
 
-    /// Size (px) by which residuals of this tile's moments are judged: the root of its trace and that
-    /// of the finest picture detail. A wide PSF is drawn wrong in proportion to its size, one of a
-    /// pixel or less in proportion to its plain error.
+    /// Returns the size (px) to which moment residuals are relative: the root of the trace plus that of the
+    /// finest image detail. For PSFs of a pixel or less the residual counts in absolute terms.
     pub fn size_px(&self) -> f64 {
         (self.optical.trace().max(0.0) + 2.0 * DETAIL_VARIANCE_PX2).sqrt()
     }
 }
 
-/// Measures every tile of every set. What cannot take part is added to `rejected`.
+/// Measures the moments of every tile of every set, and adds excluded tiles to `rejected`.
 pub fn measure(
     sets: &[ObservationSet],
     support: Support,
@@ -111,9 +110,7 @@ fn measure_one(
         reason: reason.to_owned(),
     };
     if observation.saturated {
-        return Err(reject(
-            "marked saturated: its moments are those of a clipped spot",
-        ));
+        return Err(reject("marked saturated, so clipping biases its moments"));
     }
     let light = observation.light(channel);
     let sigma = observation.noise_sigma[channel];

@@ -1,34 +1,13 @@
 //! `--model moments`: S1..S10 by channel and distance, and how their fit went.
 
-use seidel_core::fit::{Fit, FitSettings, Weighting, fit_moments};
-use seidel_core::moments::support::Support;
-use seidel_core::observations::ObservationSet;
+use seidel_core::fit::MomentsFit;
 use serde_json::json;
 
-use super::super::CommandError;
 use super::{FitArgs, rejected_json, say_rejected};
 use crate::Console;
 
-/// Fits `sets` as the options say.
-pub(super) fn fit(
-    sets: &[ObservationSet],
-    args: &FitArgs,
-    support: Support,
-) -> Result<Fit, CommandError> {
-    let settings = FitSettings {
-        weighting: if args.unweighted {
-            Weighting::Unweighted
-        } else {
-            Weighting::Weighted
-        },
-        axis: args.axis.unwrap_or_default(),
-        support,
-    };
-    Ok(fit_moments(sets, &settings)?)
-}
-
 /// Prints how the fit went.
-pub(super) fn report_text(fit: &Fit, args: &FitArgs, console: &mut Console) {
+pub(super) fn report_text(fit: &MomentsFit, args: &FitArgs, console: &mut Console) {
     console.say(format!(
         "{:<8} {:>16} {:>6} {:>12} {:>12} {:>14}",
         "channel", "distance", "tiles", "2nd misfit %", "3rd misfit %", "least var px²"
@@ -68,7 +47,7 @@ pub(super) fn report_text(fit: &Fit, args: &FitArgs, console: &mut Console) {
 }
 
 /// The same as one JSON document; `skipped` was left out when the sets were read.
-pub(super) fn report_json(fit: &Fit, skipped: &[String]) -> String {
+pub(super) fn report_json(fit: &MomentsFit, skipped: &[String]) -> String {
     let planes: Vec<_> = fit
         .planes
         .iter()
@@ -80,7 +59,7 @@ pub(super) fn report_json(fit: &Fit, skipped: &[String]) -> String {
                 "second_residual": p.second_residual,
                 "third_residual": p.third_residual,
                 "least_variance_px2": p.least_variance_px2,
-                "rounds": p.rounds,
+                "rounds": p.iterations,
                 "converged": p.converged,
             })
         })
@@ -94,7 +73,7 @@ pub(super) fn report_json(fit: &Fit, skipped: &[String]) -> String {
     });
     let report = json!({
         "planes": planes, "rejected": rejected_json(&fit.rejected), "axis": axis,
-        "left_out": skipped, "remarks": fit.remarks,
+        "left_out": skipped, "remarks": fit.warnings,
     });
     serde_json::to_string_pretty(&report).expect("a report is plain JSON")
 }

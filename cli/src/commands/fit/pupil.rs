@@ -1,42 +1,16 @@
 //! `--model reduced` and `--model extended`: a lens known ray by ray, and how its fit went.
 
-use seidel_core::fit::pixels::{Correlation, Extension, Metric};
-use seidel_core::fit::{PupilFit, PupilSettings, fit_pupil};
-use seidel_core::moments::support::Support;
-use seidel_core::observations::ObservationSet;
+use seidel_core::fit::PupilFit;
+use seidel_core::fit::axis::AxisEstimate;
+use seidel_core::fit::pixels::{Correlation, Metric};
 use seidel_core::profile::HeldOut;
-use seidel_core::score::TestImage;
 use serde_json::{Value, json};
 
-use super::super::CommandError;
-use super::super::picture::read_image;
-use super::{FitArgs, Model, rejected_json, say_rejected};
+use super::{FitArgs, rejected_json, say_rejected};
 use crate::Console;
 
 /// Correlations that the text report names; the JSON one has all that are strong.
 const NAMED: usize = 5;
-
-/// Fits `sets` as the options say.
-pub(super) fn fit(
-    sets: &[ObservationSet],
-    args: &FitArgs,
-    support: Support,
-) -> Result<PupilFit, CommandError> {
-    let picture: Option<TestImage> = args.image.as_deref().map(read_image).transpose()?;
-    let settings = PupilSettings {
-        extension: match args.model {
-            None => Extension::WhereNeeded,
-            Some(Model::Extended) => Extension::Always,
-            Some(_) => Extension::Never,
-        },
-        axis: args.axis.unwrap_or_default(),
-        support,
-        use_all: args.use_all,
-        law_only: args.law_only,
-        picture,
-    };
-    Ok(fit_pupil(sets, &settings)?)
-}
 
 /// Prints how the fit went.
 pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console) {
@@ -60,7 +34,7 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
             c.channel,
             c.distance.to_string(),
             c.used,
-            c.aside,
+            c.held_out,
             numbers.join(" "),
             c.blur_px
         ));
@@ -68,10 +42,10 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
     if let Some(held_out) = &fit.lens.held_out {
         say_held_out(held_out, console);
     }
-    if let Some((axis, sigma)) = fit.axis {
+    if let Some(AxisEstimate { axis, sigma_px }) = fit.axis {
         console.say(format!(
             "optical axis ({:.2} ± {:.2}, {:.2} ± {:.2}) px",
-            axis.x_px, sigma.0, axis.y_px, sigma.1
+            axis.x_px, sigma_px.0, axis.y_px, sigma_px.1
         ));
     }
     for Correlation { names, value } in fit.correlations.iter().take(NAMED) {
@@ -110,7 +84,7 @@ pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
             let [alpha, beta, gamma, delta, phi] = c.numbers;
             json!({
                 "channel": c.channel, "distance": c.distance.to_string(),
-                "used": c.used, "aside": c.aside,
+                "used": c.used, "aside": c.held_out,
                 "alpha": alpha, "beta": beta, "gamma": gamma, "delta": delta, "phi": phi,
                 "blur_px": c.blur_px,
             })
@@ -122,14 +96,14 @@ pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
         .map(|c| json!({"names": c.names, "value": c.value}))
         .collect();
     let unclear: Vec<Value> = fit
-        .unclear
+        .poorly_determined
         .iter()
-        .map(|u| json!({"names": u.names, "times": u.times}))
+        .map(|u| json!({"names": u.names, "times": u.inflation}))
         .collect();
-    let axis = fit.axis.map(|(axis, sigma)| {
+    let axis = fit.axis.map(|estimate| {
         json!({
-            "x_px": axis.x_px, "y_px": axis.y_px,
-            "sigma_x_px": sigma.0, "sigma_y_px": sigma.1,
+            "x_px": estimate.axis.x_px, "y_px": estimate.axis.y_px,
+            "sigma_x_px": estimate.sigma_px.0, "sigma_y_px": estimate.sigma_px.1,
         })
     });
     let report = json!({
@@ -137,7 +111,7 @@ pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
         "held_out": fit.lens.held_out.as_ref().map(held_out_json),
         "metric": match fit.metric {
             Metric::Pixels => "pixels",
-            Metric::Picture => "picture",
+            Metric::NaturalSpectrum => "picture",
         },
         "converged": fit.converged,
         "axis": axis,
@@ -145,7 +119,7 @@ pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
         "unclear": unclear,
         "rejected": rejected_json(&fit.rejected),
         "left_out": skipped,
-        "remarks": fit.remarks,
+        "remarks": fit.warnings,
     });
     serde_json::to_string_pretty(&report).expect("a report is plain JSON")
 }

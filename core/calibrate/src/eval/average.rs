@@ -1,24 +1,24 @@
-//! The average PSF of a data set: the paper's baseline, one blur for the whole field.
+//! Average PSF of a group of tiles: the space-invariant baseline of the paper.
 
 use rayon::prelude::*;
 
 use super::spline::Spline;
-use crate::score::{PlacedTile, to_unit_sum};
+use crate::score::{PreparedTile, to_unit_sum};
 
-/// How many shifted tiles are held in memory at a time.
+/// Number of shifted tiles in memory at a time.
 const CHUNK: usize = 64;
 
-/// The average of all tiles of a group, with and without bringing them to a common centroid.
+/// Average of all tiles of a group, with and without alignment of centroids.
 pub(super) struct Averages {
-    /// Unit sum, centroid on the square's centre pixel.
+    /// Average with the centroid at the square's centre, unit sum.
     aligned: Spline,
-    /// Unit sum.
+    /// Average without alignment, unit sum.
     unaligned: Vec<f64>,
 }
 
 impl Averages {
-    /// Of `tiles`, which lie in squares of `side` px.
-    pub(super) fn of(tiles: &[PlacedTile], side: usize) -> Self {
+    /// Averages `tiles`, on squares of `side` px.
+    pub(super) fn of(tiles: &[PreparedTile], side: usize) -> Self {
         let mut aligned = vec![0.0; side * side];
         let mut unaligned = vec![0.0; side * side];
         for chunk in tiles.chunks(CHUNK) {
@@ -26,13 +26,13 @@ impl Averages {
                 .par_iter()
                 .map(|tile| {
                     let (dx, dy) = tile.off_centre(side);
-                    Spline::through(&tile.truth, side).shifted(-dx, -dy)
+                    Spline::through(&tile.measured, side).shifted(-dx, -dy)
                 })
                 .collect();
             // Summed in order, so that the result does not depend on the number of threads.
             for (tile, shifted) in chunk.iter().zip(&shifted) {
                 add(&mut aligned, shifted);
-                add(&mut unaligned, &tile.truth);
+                add(&mut unaligned, &tile.measured);
             }
         }
         to_unit_sum(&mut aligned);
@@ -43,15 +43,15 @@ impl Averages {
         }
     }
 
-    /// The mean of the tiles moved to a common centroid, moved on to the centroid of `tile`.
-    pub(super) fn aligned_to(&self, tile: &PlacedTile, side: usize) -> Vec<f64> {
+    /// Returns the aligned average, shifted to the centroid of `tile`.
+    pub(super) fn aligned_to(&self, tile: &PreparedTile, side: usize) -> Vec<f64> {
         let (dx, dy) = tile.off_centre(side);
         let mut kernel = self.aligned.shifted(dx, dy);
         to_unit_sum(&mut kernel);
         kernel
     }
 
-    /// The plain mean of the tiles as they lie.
+    /// Returns the average without alignment.
     pub(super) fn unaligned(&self) -> &[f64] {
         &self.unaligned
     }
@@ -71,8 +71,8 @@ mod tests {
 
     const SIDE: usize = 25;
 
-    /// A round spot of 2 px standard deviation at (`x`, `y`) in square coordinates.
-    fn spot(x: f64, y: f64) -> PlacedTile {
+    /// A Gaussian spot of 2 px standard deviation at (`x`, `y`) in square coordinates.
+    fn spot(x: f64, y: f64) -> PreparedTile {
         let mut truth: Vec<f64> = (0..SIDE * SIDE)
             .map(|k| {
                 let dx = (k % SIDE) as f64 + 0.5 - x;
@@ -81,11 +81,11 @@ mod tests {
             })
             .collect();
         to_unit_sum(&mut truth);
-        PlacedTile {
+        PreparedTile {
             field: FieldPoint::new(0.0, 0.0),
-            plain: CentralMoments::default(),
+            moments: CentralMoments::default(),
             centroid: (x, y),
-            truth,
+            measured: truth,
         }
     }
 
@@ -97,10 +97,10 @@ mod tests {
             let kernel = averages.aligned_to(tile, SIDE);
             let worst = kernel
                 .iter()
-                .zip(&tile.truth)
+                .zip(&tile.measured)
                 .map(|(a, b)| (a - b).abs())
                 .fold(0.0, f64::max);
-            // A quarter of a per cent of the peak: what two cubic splines make of so small a spot.
+            // A quarter of a per cent of the peak: the error of two cubic-spline shifts of so small a spot.
             assert!(worst < 1e-4, "{worst}");
             assert!((kernel.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         }
@@ -111,7 +111,7 @@ mod tests {
         let tiles = [spot(11.0, 12.5), spot(14.0, 12.5)];
         let averages = Averages::of(&tiles, SIDE);
         for (k, value) in averages.unaligned().iter().enumerate() {
-            let want = (tiles[0].truth[k] + tiles[1].truth[k]) / 2.0;
+            let want = (tiles[0].measured[k] + tiles[1].measured[k]) / 2.0;
             assert!((value - want).abs() < 1e-15);
         }
     }

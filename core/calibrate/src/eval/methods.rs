@@ -1,134 +1,137 @@
-//! The ways of predicting a PSF that are compared, and their scores.
+//! The compared PSF predictors and their scores (Table 2).
 
 use rayon::prelude::*;
 
-use super::LensHere;
+use super::LensAtDistance;
 use super::average::Averages;
-use crate::score::BlurScorer;
-use crate::score::{PlacedTile, draw, on_pixels};
+use crate::score::{BlurScorer, PreparedTile, render_kernel, with_pixel_integration};
 use seidel_optics::predict::Predictor;
 use seidel_optics::psf::{
     Gaussian, LocalBlur, MirroredPair, PsfModel, Pupil, SkewNormal, SkewNormalEq43,
     SkewNormalGeneral,
 };
 
-/// How well one way of predicting PSFs does over the tiles of a group.
+/// Score of one predictor over the tiles of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MethodScore {
     /// Stable identifier.
     pub id: &'static str,
-    /// What it is, in words.
+    /// Description.
     pub title: &'static str,
     /// Mean over tiles of M_FB, dB.
     pub mean_db: f64,
-    /// Standard deviation of M_FB over tiles (of the population), dB.
+    /// Population standard deviation of M_FB over tiles, dB.
     pub std_db: f64,
     /// M_FB of the worst tile, dB.
     pub worst_db: f64,
 }
 
-/// Least variance (px², the pixel's included) along any direction with which measured moments are
-/// drawn by the Gaussian and the general skew-normals: noise can leave them none.
-const LEAST_MEASURED_PX2: f64 = 0.03;
+/// Lower bound of measured variances along any direction, px², with pixel integration. Used for the Gaussian
+/// and the general skew-normals, because noise can make measured variances vanish.
+const MIN_MEASURED_VARIANCE_PX2: f64 = 0.03;
 
-/// Whose blur a kernel is drawn from.
+/// Source of the moments of a kernel.
 #[derive(Clone, Copy)]
-enum From {
-    /// The tile's own moments.
+enum MomentSource {
+    /// Measured moments of the tile.
     Tile,
-    /// The tile's own moments, no variance below [`LEAST_MEASURED_PX2`].
+    /// Measured moments, variances at least [`MIN_MEASURED_VARIANCE_PX2`].
     TileFloored,
-    /// The lens's prediction.
+    /// Predicted by the lens.
     Lens,
 }
 
 #[derive(Clone, Copy)]
-enum Way {
+enum Predicted {
     AverageAligned,
     AverageUnaligned,
-    Psf(&'static dyn PsfModel, From),
+    Psf(&'static dyn PsfModel, MomentSource),
 }
 
 struct Method {
     id: &'static str,
     title: &'static str,
-    way: Way,
+    way: Predicted,
 }
 
-const fn method(id: &'static str, title: &'static str, way: Way) -> Method {
+const fn method(id: &'static str, title: &'static str, way: Predicted) -> Method {
     Method { id, title, way }
 }
 
 impl Method {
-    /// Whether it can be asked of `lens`.
+    /// Returns whether the predictor works with `lens`.
     fn serves(&self, lens: &Predictor) -> bool {
         match self.way {
-            Way::Psf(model, _) => lens.check_model(model).is_ok(),
-            Way::AverageAligned | Way::AverageUnaligned => true,
+            Predicted::Psf(model, _) => lens.check_model(model).is_ok(),
+            Predicted::AverageAligned | Predicted::AverageUnaligned => true,
         }
     }
 }
 
-/// Every method; those that draw rays are left out where the lens is not known so.
+/// All predictors. Those that trace pupils are skipped for lenses described by moments.
 static METHODS: &[Method] = &[
     method(
         "average-aligned",
         "average PSF, centroids aligned",
-        Way::AverageAligned,
+        Predicted::AverageAligned,
     ),
     method(
         "average-unaligned",
         "average PSF, tiles as they lie",
-        Way::AverageUnaligned,
+        Predicted::AverageUnaligned,
     ),
     method(
         "gaussian-raw",
         "Gaussian, measured moments",
-        Way::Psf(&Gaussian, From::TileFloored),
+        Predicted::Psf(&Gaussian, MomentSource::TileFloored),
     ),
     method(
         "gaussian-model",
         "Gaussian, lens",
-        Way::Psf(&Gaussian, From::Lens),
+        Predicted::Psf(&Gaussian, MomentSource::Lens),
     ),
     method(
         "skew-normal-general-raw",
         "skew-normal (weights 1, 3, 3, 1), measured moments",
-        Way::Psf(&SkewNormalGeneral, From::TileFloored),
+        Predicted::Psf(&SkewNormalGeneral, MomentSource::TileFloored),
     ),
     method(
         "skew-normal-eq43-raw",
         "skew-normal (Eq 43), measured moments",
-        Way::Psf(&SkewNormalEq43, From::TileFloored),
+        Predicted::Psf(&SkewNormalEq43, MomentSource::TileFloored),
     ),
     method(
         "skew-normal-model",
         "skew-normal (meridional), lens",
-        Way::Psf(&SkewNormal, From::Lens),
+        Predicted::Psf(&SkewNormal, MomentSource::Lens),
     ),
     method(
         "skew-normal-eq43-model",
         "skew-normal (Eq 43), lens",
-        Way::Psf(&SkewNormalEq43, From::Lens),
+        Predicted::Psf(&SkewNormalEq43, MomentSource::Lens),
     ),
     method(
         "mirrored-pair-raw",
         "mirrored pair, measured moments",
-        Way::Psf(&MirroredPair, From::Tile),
+        Predicted::Psf(&MirroredPair, MomentSource::Tile),
     ),
     method(
         "mirrored-pair-model",
         "mirrored pair, lens",
-        Way::Psf(&MirroredPair, From::Lens),
+        Predicted::Psf(&MirroredPair, MomentSource::Lens),
     ),
-    method("pupil-model", "pupil, lens", Way::Psf(&Pupil, From::Lens)),
+    method(
+        "pupil-model",
+        "pupil, lens",
+        Predicted::Psf(&Pupil, MomentSource::Lens),
+    ),
 ];
 
-/// Scores every method that `lens` has on `tiles`; `squares` are V(P) of each.
+/// Scores every applicable predictor on `tiles`; `signal_powers` holds V(P) of each tile.
 pub(super) fn score(
-    tiles: &[PlacedTile],
-    squares: &[f64],
-    lens: LensHere,
+    tiles: &[PreparedTile],
+    signal_powers: &[f64],
+    lens: LensAtDistance,
     scorer: &BlurScorer,
 ) -> Vec<MethodScore> {
     let side = scorer.side();
@@ -139,23 +142,23 @@ pub(super) fn score(
         .collect();
     let scores: Vec<Vec<f64>> = tiles
         .par_iter()
-        .zip(squares)
+        .zip(signal_powers)
         .map(|(tile, &square)| {
-            let predicted = on_pixels(lens.blur(tile.field));
+            let predicted = with_pixel_integration(lens.blur(tile.field));
             let measured = |moments| LocalBlur::from_moments(moments, tile.field.meridian());
-            let against = |kernel: &[f64]| scorer.decibels(&tile.truth, square, kernel);
+            let against = |kernel: &[f64]| scorer.snr_db(&tile.measured, square, kernel);
             let of_method = |method: &&Method| match method.way {
-                Way::AverageAligned => against(&averages.aligned_to(tile, side)),
-                Way::AverageUnaligned => against(averages.unaligned()),
-                Way::Psf(model, from) => {
+                Predicted::AverageAligned => against(&averages.aligned_to(tile, side)),
+                Predicted::AverageUnaligned => against(averages.unaligned()),
+                Predicted::Psf(model, from) => {
                     let blur = match from {
-                        From::Tile => measured(tile.plain),
-                        From::TileFloored => {
-                            measured(tile.plain.with_least_variance(LEAST_MEASURED_PX2))
+                        MomentSource::Tile => measured(tile.moments),
+                        MomentSource::TileFloored => {
+                            measured(tile.moments.with_least_variance(MIN_MEASURED_VARIANCE_PX2))
                         }
-                        From::Lens => predicted,
+                        MomentSource::Lens => predicted,
                     };
-                    against(&draw(model, &blur, tile, side))
+                    against(&render_kernel(model, &blur, tile, side))
                 }
             };
             methods.iter().map(of_method).collect()

@@ -1,19 +1,16 @@
-//! How well a lens describes a set of PSFs: the tables and figure of section 4 of the paper.
+//! Evaluation of a lens on a set of PSFs: the tables and figure of section 4 of the paper.
 //!
-//! The protocol, in which details move the figures more than methods differ:
+//! Protocol:
 //! - Every channel at every distance is a data set of its own (a *group*).
 //! - A tile is its light over the support ([`seidel_optics::moments::support`]), scaled to unit sum. Its
-//!   moments are plain sums over pixels; a lens's prediction gains the pixel's 1/12 px² to compare.
-//! - Table 1: the share of each moment's variance over the field that the lens explains
-//!   ([`VarianceExplained`]).
-//! - Table 2: forward-blur signal to noise M_FB ([`crate::score`]) of each way to predict a PSF, mean
-//!   over tiles. Tiles and kernels lie on squares 8 px wider on each side than the group's largest tile,
-//!   or exactly as large where noise masks tiles. Kernels are sampled at pixel centres about the
-//!   tile's measured centroid and have unit sum over the square.
-//! - The averages are over all tiles, the one tested included. Aligned ones are moved by cubic splines
-//!   to a common centroid and back.
-//! - Figure 13: M_FB against the number of PSFs in the fit ([`SparseCurve`]).
-//! - [`shapes()`] gives some of the tiles, the predictions of them and their M_FB, to look at.
+//!   moments are plain sums over pixels; predictions gain the pixel's 1/12 px².
+//! - Table 1: variance of each moment over the field explained by the lens ([`VarianceExplained`]).
+//! - Table 2: forward-blur SNR M_FB ([`crate::score`]) of each predictor, mean over tiles. Tiles and kernels
+//!   lie on squares 8 px wider on each side than the group's largest tile, or exactly as large where noise
+//!   masks tiles. Kernels are sampled at pixel centres about the measured centroid and have unit sum.
+//! - Averages include the tile under test. Aligned averages are shifted by cubic B-splines.
+//! - Figure 13: M_FB against the number of training PSFs ([`SparseCurve`]).
+//! - [`shapes()`] returns some tiles with their predictions for display.
 
 mod average;
 mod methods;
@@ -33,7 +30,7 @@ pub use variance_explained::VarianceExplained;
 use rayon::prelude::*;
 
 use crate::measure::{MeasuredTile, measure};
-use crate::score::{ImageCorrelation, TestImage, place_tiles};
+use crate::score::{ImageAutocorrelation, TestImage, prepare_tiles};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
@@ -45,55 +42,54 @@ use seidel_optics::profile::LensProfile;
 use seidel_optics::psf::LocalBlur;
 use seidel_render::BlurField;
 
-/// What to evaluate, and how.
+/// Settings of [`evaluate`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EvalSettings {
-    /// Channels by name; all of the set's if empty.
+    /// Channel names; all channels of the set if empty.
     pub channels: Vec<String>,
-    /// Distances; all of the set's if empty.
+    /// Distances; all distances of the set if empty.
     pub distances: Vec<ObjectDistance>,
-    /// Which pixels of a tile count.
+    /// Pixels of a tile that count.
     pub support: Support,
-    /// Draws figure 13 as well.
+    /// Settings of Figure 13, which is computed if given.
     pub sparse: Option<SparseSettings>,
 }
 
-/// How well a lens describes a set.
+/// Evaluation of a lens on a set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
-    /// One entry a channel and distance, channels in the set's order, nearest distance first.
+    /// One entry per channel and distance: channels in the set's order, nearest distance first.
     pub groups: Vec<GroupEvaluation>,
-    /// What a reader of the figures should know, such as tiles left out.
+    /// Limits of the figures, such as excluded tiles.
     pub remarks: Vec<String>,
 }
 
-/// How well a lens describes one channel at one distance.
+/// Evaluation of one channel at one distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupEvaluation {
     /// Channel name.
     pub channel: String,
     /// Object distance.
     pub distance: ObjectDistance,
-    /// Tiles that took part.
+    /// Number of tiles.
     pub tiles: usize,
-    /// Least and largest measured mu20 as plain sums over pixels give it, px²: 1/12 px² more than that
-    /// of the light before the sensor integrated it.
+    /// Smallest and largest measured mu20 with pixel integration (1/12 px²), px².
     pub mu20_px2: (f64, f64),
     /// Table 1, in the order of [`seidel_optics::moments::CentralMoments::NAMES`].
     pub explained: [VarianceExplained; 7],
     /// Table 2.
     pub methods: Vec<MethodScore>,
-    /// Figure 13, where asked for.
+    /// Figure 13, if requested.
     pub sparse: Option<SparseCurve>,
     /// Side of the squares on which kernels were compared, px.
     pub square_px: usize,
 }
 
-/// Evaluates `lens` on `set` with the picture `z`. The axis is the lens's, not the set's.
+/// Evaluates `lens` on `set` with the test image `z`. Field positions are relative to the lens's axis.
 ///
 /// # Errors
-/// Frames of different sizes, channels that the set or the lens lacks, an unknown distance where the
-/// lens's blur depends on it, and settings that leave no tile.
+/// Frames of different sizes; channels missing in the set or the lens; an unknown distance where the lens
+/// depends on it; settings that select no usable tile.
 pub fn evaluate(
     lens: &LensProfile,
     set: &ObservationSet,
@@ -111,7 +107,7 @@ pub fn evaluate(
     let mut rejected = Vec::new();
     let measured = measure(std::slice::from_ref(set), settings.support, &mut rejected);
     let mut remarks = remarks::left_out(set, &rejected, &channels, &distances);
-    let correlation = ImageCorrelation::new(z);
+    let correlation = ImageAutocorrelation::new(z);
     let mut groups = Vec::new();
     for &(in_set, in_lens) in &channels {
         for &distance in &distances {
@@ -128,7 +124,7 @@ pub fn evaluate(
                 .vergence(distance)
                 .map_err(|error| error.within(&place))?;
             let group = Group {
-                lens: LensHere {
+                lens: LensAtDistance {
                     predictor: &predictor,
                     channel: in_lens,
                     vergence,
@@ -159,14 +155,14 @@ pub fn evaluate(
 
 /// A lens in one channel at one distance.
 #[derive(Clone, Copy)]
-struct LensHere<'a> {
+struct LensAtDistance<'a> {
     predictor: &'a Predictor,
     channel: usize,
     vergence: f64,
 }
 
-impl LensHere<'_> {
-    /// What it does at `field`, before the sensor integrates over pixels.
+impl LensAtDistance<'_> {
+    /// Returns the blur at `field` before pixel integration.
     fn blur(&self, field: FieldPoint) -> LocalBlur {
         let placed = self.predictor.blur_at(self.channel, field, self.vergence);
         placed.blur
@@ -175,13 +171,17 @@ impl LensHere<'_> {
 
 /// One channel at one distance.
 struct Group<'a> {
-    lens: LensHere<'a>,
+    lens: LensAtDistance<'a>,
     set: &'a ObservationSet,
     tiles: &'a [&'a MeasuredTile],
 }
 
 impl Group<'_> {
-    fn evaluate(&self, correlation: &ImageCorrelation, settings: &EvalSettings) -> GroupEvaluation {
+    fn evaluate(
+        &self,
+        correlation: &ImageAutocorrelation,
+        settings: &EvalSettings,
+    ) -> GroupEvaluation {
         let frame = &self.lens.predictor.frame();
         let first = self.tiles[0];
         let pairs: Vec<([f64; 7], [f64; 7])> = self
@@ -189,7 +189,7 @@ impl Group<'_> {
             .par_iter()
             .map(|tile| {
                 let predicted = self.lens.blur(tile.field_point(frame)).moments;
-                // Both without the pixel's share, which cancels in their difference.
+                // Both without pixel integration, which cancels in their difference.
                 (tile.optical.to_array(), predicted.to_array())
             })
             .collect();
@@ -202,16 +202,16 @@ impl Group<'_> {
                 .iter()
                 .map(|t| t.optical.mu20 + PIXEL_VARIANCE_PX2)
         };
-        let (square_px, placed) = place_tiles(
+        let (square_px, placed) = prepare_tiles(
             std::slice::from_ref(self.set),
             self.tiles,
             frame,
             settings.support,
         );
         let scorer = correlation.scorer(square_px);
-        let squares: Vec<f64> = placed
+        let signal_powers: Vec<f64> = placed
             .par_iter()
-            .map(|tile| scorer.mean_square(&tile.truth))
+            .map(|tile| scorer.blurred_power(&tile.measured))
             .collect();
         GroupEvaluation {
             channel: self.set.channels[first.channel].clone(),
@@ -222,11 +222,10 @@ impl Group<'_> {
                 mu20().fold(f64::NEG_INFINITY, f64::max),
             ),
             explained,
-            methods: methods::score(&placed, &squares, self.lens, &scorer),
-            sparse: settings
-                .sparse
-                .as_ref()
-                .map(|sparse| sparse::curve(frame, self.tiles, &placed, &squares, &scorer, sparse)),
+            methods: methods::score(&placed, &signal_powers, self.lens, &scorer),
+            sparse: settings.sparse.as_ref().map(|sparse| {
+                sparse::curve(frame, self.tiles, &placed, &signal_powers, &scorer, sparse)
+            }),
             square_px,
         }
     }
@@ -242,7 +241,7 @@ impl Group<'_> {
             .count();
         (impossible > 0).then(|| {
             format!(
-                "{place}: the lens predicts a negative variance at {impossible} of {} tiles; they are scored with the least a kernel can have",
+                "{place}: the lens predicts a negative variance at {impossible} of {} tiles; they are scored with the smallest variance of a kernel",
                 self.tiles.len()
             )
         })
@@ -264,7 +263,7 @@ fn one_frame(lens: &LensProfile, set: &ObservationSet) -> Result<()> {
     ))
 }
 
-/// Indices in the set and in the lens of the channels to evaluate.
+/// Returns the indices, in the set and in the lens, of the channels to evaluate.
 fn chosen_channels(
     lens: &LensProfile,
     set: &ObservationSet,

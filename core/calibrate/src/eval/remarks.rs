@@ -1,14 +1,14 @@
-//! What a reader of an evaluation's figures should know, in words.
+//! Remarks on an evaluation.
 
 use super::SparseCurve;
 use crate::measure::Rejection;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::observations::ObservationSet;
 
-/// How many files a remark names at most.
+/// Maximum number of files named in a remark.
 const NAMED: usize = 8;
 
-/// What was left out of the evaluated channels and distances: one remark a reason.
+/// Returns one remark per reason for excluded tiles of the evaluated channels and distances.
 pub(super) fn left_out(
     set: &ObservationSet,
     rejected: &[Rejection],
@@ -46,7 +46,7 @@ pub(super) fn left_out(
         .collect()
 }
 
-/// What a reader of figure 13 should know of the fits behind it.
+/// Returns a remark on the fits of Figure 13, if any.
 pub(super) fn sparse(place: &str, curve: &SparseCurve) -> Option<String> {
     if curve.points.is_empty() || curve.test_tiles == 0 {
         return Some(format!(

@@ -1,9 +1,9 @@
-//! Observed PSFs beside what a lens predicts of them, pixel by pixel: the numbers of a picture.
+//! Observed PSFs and their predictions, pixel by pixel, for display.
 
-use super::{EvalSettings, LensHere, chosen_channels, one_frame};
+use super::{EvalSettings, LensAtDistance, chosen_channels, one_frame};
 use crate::measure::{MeasuredTile, measure};
-use crate::score::{ImageCorrelation, TestImage, place_tiles};
-use crate::score::{draw, on_pixels};
+use crate::score::{ImageAutocorrelation, TestImage, prepare_tiles};
+use crate::score::{render_kernel, with_pixel_integration};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{FieldPoint, Frame};
@@ -12,22 +12,21 @@ use seidel_optics::predict::Predictor;
 use seidel_optics::profile::LensProfile;
 use seidel_optics::psf::{Gaussian, PsfModel, Pupil, SkewNormal};
 
-/// Field radii at which PSFs are shown, shares of the corner's: near the axis, half way, near the
-/// corner.
+/// Field radii shown, relative to the corner: near the axis, half way, near the corner.
 pub const SHOWN_RADII: [f64; 3] = [0.1, 0.55, 0.95];
 
-/// Field radii that differ by less are one: mirror-symmetric sets hold every radius several times, and
-/// rounding must not pick another quadrant at every distance.
+/// Radii that differ by less count as equal. Mirror-symmetric sets hold every radius several times, and
+/// rounding must not change the quadrant between distances.
 const SAME_RADIUS: f64 = 1e-6;
 
-/// The models compared, most faithful first.
+/// The compared models, most accurate first.
 static MODELS: [(&str, &dyn PsfModel); 3] = [
     ("pupil", &Pupil),
     ("skew-normal", &SkewNormal),
     ("Gaussian", &Gaussian),
 ];
 
-/// One observed PSF and the lens's predictions of it, all of unit sum on one square.
+/// An observed PSF and its predictions, all of unit sum on the same square.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeRow {
     /// The observation's file.
@@ -36,34 +35,35 @@ pub struct ShapeRow {
     pub channel: String,
     /// Object distance.
     pub distance: ObjectDistance,
-    /// Place in the field of the lens.
+    /// Field position.
     pub field: FieldPoint,
-    /// Field radius as a share of the corner's.
+    /// Field radius relative to the corner.
     pub corner_share: f64,
     /// Side of the square, px.
     pub side_px: usize,
     /// Measured centroid, px from the top-left corner of the square.
     pub centroid_px: (f64, f64),
-    /// The observed light, zero outside its support, row-major.
+    /// Observed samples, zero outside the support, row-major.
     pub observed: Vec<f64>,
-    /// What the lens predicts, by every model that suits it, most faithful first.
+    /// Predictions of all applicable models, most accurate first.
     pub predictions: Vec<ShapePrediction>,
 }
 
 /// One prediction of an observed PSF.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapePrediction {
-    /// The model's name, in words.
+    /// Name of the model.
     pub title: &'static str,
-    /// The predicted light, row-major.
+    /// Predicted samples, row-major.
     pub samples: Vec<f64>,
-    /// Forward-blur SNR of the prediction for what was observed, dB.
-    pub decibels: f64,
+    /// Forward-blur SNR of the prediction, dB.
+    pub snr_db: f64,
 }
 
-/// Predictions of `set` by `lens` beside what was observed, by the rules of [`super::evaluate`]: the
-/// first of the chosen channels, at most three of the chosen distances (nearest, middle, farthest), and
-/// at each the tiles nearest to [`SHOWN_RADII`]. A tile that is nearest to two of them is given once.
+/// Returns observed PSFs with the predictions of `lens`, prepared as in [`super::evaluate`].
+///
+/// Covers the first selected channel, at most three of the selected distances (nearest, middle, farthest),
+/// and at each the tiles nearest to [`SHOWN_RADII`], without duplicates.
 ///
 /// # Errors
 /// As [`super::evaluate`].
@@ -84,7 +84,7 @@ pub fn shapes(
         )
     };
     let &(channel, in_lens) = channels.first().ok_or_else(none)?;
-    // What is left out is told by the evaluation.
+    // The evaluation reports excluded tiles.
     let mut rejected = Vec::new();
     let mut measured = measure(std::slice::from_ref(set), settings.support, &mut rejected);
     measured.retain(|tile| {
@@ -93,20 +93,20 @@ pub fn shapes(
     });
     let mut distances = set.distances();
     distances.retain(|distance| measured.iter().any(|tile| tile.distance == *distance));
-    let correlation = ImageCorrelation::new(z);
+    let correlation = ImageAutocorrelation::new(z);
     let mut rows = Vec::new();
     for distance in spread(&distances) {
         let tiles: Vec<&MeasuredTile> =
             measured.iter().filter(|t| t.distance == distance).collect();
         let place = format!("channel {} at {distance}", set.channels[channel]);
         let vergence = predictor.vergence(distance);
-        let here = LensHere {
+        let here = LensAtDistance {
             predictor: &predictor,
             channel: in_lens,
             vergence: vergence.map_err(|error| error.within(&place))?,
         };
-        // All tiles of the group are laid out, so that squares and scores are those of the tables.
-        let (side, placed) = place_tiles(
+        // All tiles of the group are prepared, so that squares and scores equal those of the tables.
+        let (side, placed) = prepare_tiles(
             std::slice::from_ref(set),
             &tiles,
             &lens.frame,
@@ -115,16 +115,16 @@ pub fn shapes(
         let scorer = correlation.scorer(side);
         for index in shown(&tiles, &lens.frame) {
             let (measured, tile) = (tiles[index], &placed[index]);
-            let square = scorer.mean_square(&tile.truth);
-            let blur = on_pixels(here.blur(tile.field));
+            let square = scorer.blurred_power(&tile.measured);
+            let blur = with_pixel_integration(here.blur(tile.field));
             let suited = MODELS
                 .iter()
                 .filter(|(_, model)| predictor.check_model(*model).is_ok());
             let predictions = suited.map(|&(title, model)| {
-                let samples = draw(model, &blur, tile, side);
+                let samples = render_kernel(model, &blur, tile, side);
                 ShapePrediction {
                     title,
-                    decibels: scorer.decibels(&tile.truth, square, &samples),
+                    snr_db: scorer.snr_db(&tile.measured, square, &samples),
                     samples,
                 }
             });
@@ -137,7 +137,7 @@ pub fn shapes(
                 side_px: side,
                 centroid_px: tile.centroid,
                 predictions: predictions.collect(),
-                observed: tile.truth.clone(),
+                observed: tile.measured.clone(),
             });
         }
     }
@@ -147,7 +147,7 @@ pub fn shapes(
     Ok(rows)
 }
 
-/// The first, the middle and the last of `all`; all of them if they are three or fewer.
+/// Returns the first, middle and last of `all`; all of them if there are at most three.
 fn spread(all: &[ObjectDistance]) -> Vec<ObjectDistance> {
     match all.len() {
         0..=3 => all.to_vec(),
@@ -155,7 +155,7 @@ fn spread(all: &[ObjectDistance]) -> Vec<ObjectDistance> {
     }
 }
 
-/// Indices of the tiles to show, from the axis outwards.
+/// Returns the indices of the tiles to show, from the axis outwards.
 fn shown(tiles: &[&MeasuredTile], frame: &Frame) -> Vec<usize> {
     let corner = frame.corner_radius();
     let mut chosen: Vec<usize> = Vec::new();
@@ -174,7 +174,7 @@ fn shown(tiles: &[&MeasuredTile], frame: &Frame) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::super::evaluate;
-    use super::super::tests::{drawn, lens, lens_of_rays, picture};
+    use super::super::tests::{drawn, lens, picture, pupil_lens};
     use super::*;
     use seidel_optics::predict::predict_set;
 
@@ -184,7 +184,7 @@ mod tests {
         let one = drawn(&lens);
         let mut set = one.clone();
         set.observations.clear();
-        // One plane of moments: the lens does not ask for the distance.
+        // With one plane of moments the lens ignores the distance.
         for metres in [4.0, 1.0, 5.0, 2.0, 3.0] {
             set.observations
                 .extend(one.observations.iter().cloned().map(|mut o| {
@@ -203,7 +203,7 @@ mod tests {
             .collect();
         for (row, share) in rows.iter().zip(SHOWN_RADII.into_iter().cycle()) {
             let off = (row.corner_share - share).abs();
-            // Centroids of cut tiles are not quite at their centres.
+            // Centroids of cropped tiles deviate slightly from their centres.
             assert!(radii.iter().all(|r| (r - share).abs() > off - 1e-3));
             assert_eq!(row.observed.len(), row.side_px * row.side_px);
             let titles: Vec<_> = row.predictions.iter().map(|p| p.title).collect();
@@ -224,8 +224,8 @@ mod tests {
     }
 
     #[test]
-    fn a_lens_predicts_what_it_drew_and_scores_are_those_of_the_tables() {
-        let lens = lens_of_rays();
+    fn predictions_match_drawn_psfs_and_scores_match_the_tables() {
+        let lens = pupil_lens();
         let predictor = Predictor::new(&lens).expect("sound");
         let places = drawn(&super::super::tests::lens());
         let set = predict_set(&predictor, &places, &Pupil).expect("drawable");
@@ -236,15 +236,15 @@ mod tests {
             let [pupil, skew, gaussian] = row.predictions.as_slice() else {
                 panic!("three models serve a lens of rays");
             };
-            assert!(pupil.decibels > 60.0, "{}", pupil.decibels);
-            assert!(pupil.decibels > skew.decibels + 20.0);
-            assert!(skew.decibels > gaussian.decibels - 3.0);
+            assert!(pupil.snr_db > 60.0, "{}", pupil.snr_db);
+            assert!(pupil.snr_db > skew.snr_db + 20.0);
+            assert!(skew.snr_db > gaussian.snr_db - 3.0);
             let peak = row.observed.iter().copied().fold(0.0, f64::max);
             for (seen, predicted) in row.observed.iter().zip(&pupil.samples) {
                 assert!((seen - predicted).abs() < 0.01 * peak);
             }
         }
-        // A set of one tile: the mean of the table is its score.
+        // For a set of one tile the mean of the table is its score.
         let mut one = set.clone();
         one.observations.retain(|o| o.file == rows[1].file);
         let alone = shapes(&lens, &one, &picture(), &settings).expect("sound");
@@ -253,7 +253,7 @@ mod tests {
         for (id, prediction) in ids.into_iter().zip(&alone[0].predictions) {
             let methods = &table.groups[0].methods;
             let scored = methods.iter().find(|m| m.id == id).expect("listed");
-            assert!((scored.mean_db - prediction.decibels).abs() < 1e-9, "{id}");
+            assert!((scored.mean_db - prediction.snr_db).abs() < 1e-9, "{id}");
         }
     }
 }

@@ -1,8 +1,8 @@
-//! How few PSFs a fit needs: M_FB against the number of tiles it was trained on (figure 13).
+//! Figure 13: M_FB against the number of training tiles, by repeated random splits.
 //!
-//! A split is one random order of the tiles. Its first n tiles train S1..S10 for every n asked for;
-//! its last ones, which no n reaches, are scored. So no tile is scored that took part in a fit, and
-//! within a split all n are judged by the same tiles: the curve's shape is not blurred by their choice.
+//! A split is a random permutation of the tiles. Its first n tiles train S1..S10 for every n; its last tiles,
+//! which no n reaches, are the test tiles. All n of a split share the test tiles, so their choice does not
+//! blur the curve.
 
 use rayon::prelude::*;
 
@@ -10,24 +10,24 @@ use super::SplitMean;
 use crate::fit::plane::{Weighting, fit_plane};
 use crate::measure::MeasuredTile;
 use crate::score::BlurScorer;
-use crate::score::PlacedTile;
-use crate::score::{draw, on_pixels};
+use crate::score::PreparedTile;
+use crate::score::{render_kernel, with_pixel_integration};
 use seidel_optics::field::Frame;
 use seidel_optics::numeric::SplitMix64;
 use seidel_optics::psf::{Gaussian, LocalBlur, PsfModel, SkewNormal};
 
-/// How to draw figure 13.
+/// Settings of Figure 13.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparseSettings {
-    /// Numbers of training tiles; those above 80 % of a group's tiles are left out.
+    /// Numbers of training tiles; those above 80 % of a group's tiles are skipped.
     pub counts: Vec<usize>,
-    /// Random splits.
+    /// Number of random splits.
     pub splits: usize,
-    /// Most tiles scored in a split.
+    /// Maximum number of test tiles per split.
     pub test_tiles: usize,
     /// Seed of the splits.
     pub seed: u64,
-    /// How residuals count in the fits.
+    /// Weights of the residuals in the fits.
     pub weighting: Weighting,
 }
 
@@ -48,33 +48,33 @@ impl Default for SparseSettings {
 /// M_FB against the number of training tiles, for one channel at one distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparseCurve {
-    /// One entry a number of training tiles, rising.
+    /// One point per number of training tiles, rising.
     pub points: Vec<SparsePoint>,
-    /// Random splits tried for each.
+    /// Number of random splits.
     pub splits: usize,
-    /// Tiles scored in each split.
+    /// Number of test tiles per split.
     pub test_tiles: usize,
 }
 
-/// Fits to one number of training tiles.
+/// Scores for one number of training tiles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparsePoint {
     /// Training tiles.
     pub training: usize,
-    /// Splits whose tiles did not determine S1..S10, which have no score.
+    /// Splits whose tiles do not determine S1..S10; they have no score.
     pub undetermined: usize,
-    /// Gaussian from the fitted lens; `None` where no split was determined.
+    /// Score of the Gaussian; `None` where no split was determined.
     pub gaussian: Option<SplitMean>,
-    /// Meridional skew-normal from the fitted lens; `None` where no split was determined.
+    /// Score of the meridional skew-normal; `None` where no split was determined.
     pub skew_normal: Option<SplitMean>,
 }
 
-/// Makes the curve of one group; `measured`, `placed` and `squares` (V(P)) go together by index.
+/// Computes the curve of one group. `measured`, `placed` and `signal_powers` (V(P)) have the same order.
 pub(super) fn curve(
     frame: &Frame,
     measured: &[&MeasuredTile],
-    placed: &[PlacedTile],
-    squares: &[f64],
+    placed: &[PreparedTile],
+    signal_powers: &[f64],
     scorer: &BlurScorer,
     settings: &SparseSettings,
 ) -> SparseCurve {
@@ -90,7 +90,7 @@ pub(super) fn curve(
     let largest = counts.last().copied().unwrap_or(0);
     let test_tiles = settings.test_tiles.min(tiles - largest);
     let splits = if test_tiles == 0 { 0 } else { settings.splits };
-    // By split, then by count: mean dB of the two models, or nothing.
+    // By split, then by count: mean dB of the two models, or `None` if undetermined.
     let scores: Vec<Vec<Option<[f64; 2]>>> = (0..splits)
         .into_par_iter()
         .map(|split| {
@@ -110,9 +110,9 @@ pub(super) fn curve(
                                 let field = placed[k].field;
                                 let of_lens =
                                     LocalBlur::from_moments(s.moments(field), field.meridian());
-                                let blur = on_pixels(of_lens);
-                                let kernel = draw(model, &blur, &placed[k], scorer.side());
-                                scorer.decibels(&placed[k].truth, squares[k], &kernel)
+                                let blur = with_pixel_integration(of_lens);
+                                let kernel = render_kernel(model, &blur, &placed[k], scorer.side());
+                                scorer.snr_db(&placed[k].measured, signal_powers[k], &kernel)
                             })
                             .sum();
                         total / test_tiles as f64
@@ -147,9 +147,9 @@ pub(super) fn curve(
     }
 }
 
-/// The order of the tiles in split number `split`.
+/// Returns the permutation of the tiles in split number `split`.
 fn split_order(seed: u64, split: usize, tiles: usize) -> Vec<usize> {
-    // Each split has a generator of its own, so that splits do not depend on how many there are.
+    // Each split has its own generator, so it does not depend on the number of splits.
     let mut seeds = SplitMix64::new(seed);
     let mut own = seeds.next();
     for _ in 0..split {
@@ -162,8 +162,8 @@ fn split_order(seed: u64, split: usize, tiles: usize) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::measure::measure;
-    use crate::score::ImageCorrelation;
-    use crate::score::{TestImage, place_tiles};
+    use crate::score::ImageAutocorrelation;
+    use crate::score::{TestImage, prepare_tiles};
     use seidel_optics::field::FieldPoint;
     use seidel_optics::moments::support::Support;
 
@@ -179,32 +179,31 @@ mod tests {
             ..SparseSettings::default()
         };
         let order = split_order(settings.seed, 0, tiles);
-        // Every tile may do its own part only: the last eight of the order have no moments to train
-        // with, the others nothing to be scored by. Either would show as NaN.
+        // Training on a test tile, or scoring a training tile, would show as NaN.
         for &k in &order[tiles - tested..] {
             measured[k].optical.mu20 = f64::NAN;
             measured[k].optical.mu30 = f64::NAN;
         }
         let measured: Vec<&MeasuredTile> = measured.iter().collect();
-        let (side, mut placed) = place_tiles(
+        let (side, mut placed) = prepare_tiles(
             std::slice::from_ref(&set),
             &measured,
             &lens.frame,
             Support::Auto,
         );
         for &k in &order[..tiles - tested] {
-            placed[k].truth.fill(f64::NAN);
+            placed[k].measured.fill(f64::NAN);
         }
-        let scorer = ImageCorrelation::new(&TestImage::natural()).scorer(side);
-        let squares: Vec<f64> = placed
+        let scorer = ImageAutocorrelation::new(&TestImage::natural()).scorer(side);
+        let signal_powers: Vec<f64> = placed
             .iter()
-            .map(|t| scorer.mean_square(&t.truth))
+            .map(|t| scorer.blurred_power(&t.measured))
             .collect();
         let curve = curve(
             &lens.frame,
             &measured,
             &placed,
-            &squares,
+            &signal_powers,
             &scorer,
             &settings,
         );
@@ -231,16 +230,16 @@ mod tests {
         }
         let measured = measure(std::slice::from_ref(&set), Support::Auto, &mut Vec::new());
         let measured: Vec<&MeasuredTile> = measured.iter().collect();
-        let (side, placed) = place_tiles(
+        let (side, placed) = prepare_tiles(
             std::slice::from_ref(&set),
             &measured,
             &lens.frame,
             Support::Auto,
         );
-        let scorer = ImageCorrelation::new(&TestImage::natural()).scorer(side);
-        let squares: Vec<f64> = placed
+        let scorer = ImageAutocorrelation::new(&TestImage::natural()).scorer(side);
+        let signal_powers: Vec<f64> = placed
             .iter()
-            .map(|t| scorer.mean_square(&t.truth))
+            .map(|t| scorer.blurred_power(&t.measured))
             .collect();
         let settings = SparseSettings {
             counts: vec![10],
@@ -251,7 +250,7 @@ mod tests {
             &lens.frame,
             &measured,
             &placed,
-            &squares,
+            &signal_powers,
             &scorer,
             &settings,
         );

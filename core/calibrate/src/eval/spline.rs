@@ -1,22 +1,22 @@
-//! Shifting small images by parts of a pixel: interpolation by cubic B-splines.
+//! Subpixel shifts of small images by cubic B-spline interpolation.
 //!
-//! The convention is that of the reference study: the image is mirrored about the centres of its outer
-//! pixels to find the spline, and what lies beyond those centres is zero.
+//! As in the reference study the image is mirrored about the centres of its outer pixels for the prefilter,
+//! and zero beyond those centres.
 
-/// The cubic spline through the samples of a square image.
+/// Cubic B-spline through the samples of a square image.
 #[derive(Debug, Clone)]
 pub(super) struct Spline {
     side: usize,
     coefficients: Vec<f64>,
 }
 
-/// sqrt(3) - 2: the pole of the filter that turns samples into coefficients.
+/// Pole of the prefilter, sqrt(3) - 2.
 const POLE: f64 = -0.267_949_192_431_122_7;
-/// (1 - z)(1 - 1 / z): makes the filter keep constants.
+/// Gain of the prefilter, (1 - z)(1 - 1 / z), which preserves constants.
 const GAIN: f64 = 6.0;
 
 impl Spline {
-    /// Through `samples`, row-major, `side` a row.
+    /// Interpolates `samples`, row-major, `side` per row.
     pub(super) fn through(samples: &[f64], side: usize) -> Self {
         debug_assert_eq!(samples.len(), side * side);
         let mut coefficients = samples.to_vec();
@@ -38,7 +38,7 @@ impl Spline {
         Self { side, coefficients }
     }
 
-    /// The samples of the image moved by (`dx`, `dy`) px; zero where nothing moved in.
+    /// Returns the image shifted by (`dx`, `dy`) px, with zeros shifted in.
     pub(super) fn shifted(&self, dx: f64, dy: f64) -> Vec<f64> {
         let across = taps(self.side, dx);
         let down = taps(self.side, dy);
@@ -63,7 +63,7 @@ impl Spline {
     }
 }
 
-/// The four coefficients under one sample, and their weights.
+/// Indices and weights of the four coefficients under one sample.
 struct Tap([usize; 4], [f64; 4]);
 
 impl Tap {
@@ -72,7 +72,7 @@ impl Tap {
     }
 }
 
-/// For every sample of a line moved by `shift` px; `None` where it comes from outside.
+/// Returns the taps of every sample of a line shifted by `shift` px; `None` outside.
 fn taps(side: usize, shift: f64) -> Vec<Option<Tap>> {
     let last = side as i64 - 1;
     (0..side)
@@ -105,12 +105,12 @@ fn taps(side: usize, shift: f64) -> Vec<Option<Tap>> {
         .collect()
 }
 
-/// Samples to B-spline coefficients in place: a recursive filter forth and back (Unser 1999). At
-/// least two samples.
+/// Converts samples to B-spline coefficients in place, by a causal and an anticausal recursive filter (Unser
+/// 1999). The line has at least two samples.
 fn filter(line: &mut [f64]) {
     let count = line.len();
     let far = POLE.powi(count as i32 - 1);
-    // The exact sum over the mirrored, periodic line.
+    // Exact initial value for the mirrored, periodic line.
     let mut power = POLE;
     let mut first = GAIN * (line[0] + far * line[count - 1]);
     for index in 1..count - 1 {
@@ -156,8 +156,8 @@ mod tests {
     }
 
     #[test]
-    fn a_smooth_function_is_followed() {
-        // A cosine that fits the mirrored border; a cubic spline's error is about (2 pi f)^4 / 400.
+    fn a_smooth_function_is_interpolated() {
+        // A cosine that matches the mirrored border; the error of a cubic spline is about (2 pi f)^4 / 400.
         let side = 33;
         let turn = std::f64::consts::TAU / 32.0;
         let wave = |x: f64, y: f64| (turn * x).cos() * (1.0 + 0.5 * (2.0 * turn * y).cos());

@@ -1,20 +1,19 @@
-//! Means over random splits, and how far chance can have moved them.
+//! Means over random splits, with confidence intervals.
 
-/// The mean over splits of each split's mean M_FB over its test tiles.
+/// Mean over splits of the mean M_FB over test tiles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SplitMean {
     /// The mean, dB.
     pub mean_db: f64,
-    /// Half the width of the 95 % confidence interval of this mean, dB, by Student's t over splits;
-    /// `None` for a single one. Splits draw on the same tiles, so it tells of the choice of training
-    /// tiles, not of other lenses.
+    /// Half width of the 95 % confidence interval of the mean, dB, by Student's t over splits; `None` for a
+    /// single split. Splits share tiles, so it covers the choice of training tiles only.
     pub half_width_db: Option<f64>,
     /// The worst split, dB.
     pub worst_db: f64,
 }
 
 impl SplitMean {
-    /// Of one mean a split; `None` without any.
+    /// Averages one mean per split; `None` without any.
     pub(super) fn of(means: &[f64]) -> Option<Self> {
         if means.is_empty() {
             return None;
@@ -33,7 +32,7 @@ impl SplitMean {
     }
 }
 
-/// The 97.5 % point of Student's t with `freedom` degrees of freedom, within 0.001.
+/// Returns the 97.5 % quantile of Student's t with `freedom` degrees of freedom, within 0.001.
 fn student_t(freedom: usize) -> f64 {
     const FEW: [f64; 8] = [
         12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060,

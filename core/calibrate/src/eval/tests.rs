@@ -1,4 +1,4 @@
-//! Evaluation of made-up sets, whose right answers are known.
+//! Evaluation of synthetic sets with known results.
 
 use super::*;
 use seidel_optics::camera::Camera;
@@ -34,7 +34,7 @@ pub(super) fn lens() -> LensProfile {
     }
 }
 
-/// What `lens` draws with mirrored pairs, which carry all seven moments, at 40 places, as observations.
+/// Observations drawn from `lens` at 40 places with mirrored pairs, which carry all seven moments.
 pub(super) fn drawn(lens: &LensProfile) -> ObservationSet {
     let observations = (0..40)
         .map(|k| {
@@ -113,7 +113,7 @@ fn a_lens_explains_what_it_drew() {
     let curve = group.sparse.as_ref().expect("asked for");
     assert_eq!(curve.points.last().expect("some").training, 30);
     assert_eq!((curve.splits, curve.test_tiles), (4, 10));
-    // No noise: thirty tiles say what forty do, but for the mu12 that skew-normals lack.
+    // Without noise thirty tiles are as good as forty, but for the mu12 that skew-normals lack.
     let all = curve
         .points
         .last()
@@ -122,8 +122,8 @@ fn a_lens_explains_what_it_drew() {
     assert!(all.mean_db > 40.0, "{all:?}");
 }
 
-/// A lens known ray by ray whose discs show their edges.
-pub(super) fn lens_of_rays() -> LensProfile {
+/// A lens described by its pupil, with visible disc edges.
+pub(super) fn pupil_lens() -> LensProfile {
     let constant = VergenceSeries::constant;
     LensProfile {
         description: LensDescription::Pupil(vec![PupilChannel {
@@ -147,8 +147,8 @@ pub(super) fn lens_of_rays() -> LensProfile {
 }
 
 #[test]
-fn lenses_of_rays_are_drawn_by_their_pupil_too() {
-    let (lens, moments) = (lens_of_rays(), lens());
+fn pupil_lenses_are_also_scored_by_the_pupil_model() {
+    let (lens, moments) = (pupil_lens(), lens());
     let predictor = Predictor::new(&lens).expect("sound");
     let set = predict_set(&predictor, &drawn(&moments), &Pupil).expect("drawable");
     let got = evaluate(&lens, &set, &picture(), &EvalSettings::default()).expect("sound");
@@ -171,7 +171,7 @@ fn lenses_of_rays_are_drawn_by_their_pupil_too() {
 }
 
 #[test]
-fn results_do_not_depend_on_chance() {
+fn results_are_reproducible() {
     let lens = lens();
     let set = drawn(&lens);
     let settings = EvalSettings {
@@ -186,7 +186,7 @@ fn results_do_not_depend_on_chance() {
 }
 
 #[test]
-fn what_is_left_out_is_said() {
+fn excluded_tiles_are_reported() {
     let lens = lens();
     let mut set = drawn(&lens);
     set.observations[3].saturated = true;
@@ -211,7 +211,7 @@ fn noise_masks_tiles_and_takes_the_margin_away() {
 }
 
 #[test]
-fn sets_that_do_not_fit_the_lens_are_refused() {
+fn incompatible_sets_are_rejected() {
     let (lens, z, settings) = (lens(), picture(), EvalSettings::default());
     let set = drawn(&lens);
     let mut other = set.clone();
@@ -230,7 +230,7 @@ fn sets_that_do_not_fit_the_lens_are_refused() {
         ..EvalSettings::default()
     };
     assert!(evaluate(&lens, &set, &z, &unknown).is_err());
-    // One plane: the distance does not matter.
+    // With one plane the distance does not matter.
     let mut other = set.clone();
     for observation in &mut other.observations {
         observation.distance = ObjectDistance::Unknown;

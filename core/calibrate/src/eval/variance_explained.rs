@@ -1,26 +1,26 @@
-//! The share of a moment's variance over the field that a prediction explains (MVarFrac of the paper).
+//! Variance of a moment over the field explained by a prediction (MVarFrac of the paper).
 
-/// How much of the variance of measured values a prediction explains, per cent.
+/// Explained variance, per cent.
 ///
-/// 100 is perfect, 0 no better than the mean of the measured values everywhere, below 0 worse than that.
-/// `None` where the measured values do not vary.
+/// 100 is perfect; 0 is no better than the mean of the measured values; negative is worse. `None` where the
+/// measured values do not vary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VarianceExplained {
-    /// Over all tiles: 100 (1 - mean(E²) / Var(M)), E = measured - predicted, Var of the population.
-    /// The mean square, so that a constant error counts.
+    /// Over all tiles: 100 (1 - mean(E²) / Var(M)) with E = measured - predicted and the population variance.
+    /// A constant error counts.
     pub full: Option<f64>,
-    /// The same over the tiles left when ceil(0.05 (N - 1)) of them with the most negative and as many
-    /// with the most positive E are dropped; Var(M) is of those same tiles.
+    /// The same without the ceil(0.05 (N - 1)) most negative and most positive E; Var(M) is of the remaining
+    /// tiles.
     pub middle: Option<f64>,
 }
 
 impl VarianceExplained {
-    /// Of pairs (measured, predicted), one a tile.
+    /// Computes the explained variance of pairs (measured, predicted), one per tile.
     pub fn of(pairs: &[(f64, f64)]) -> Self {
         let full = explained(pairs.iter());
         let mut by_error = pairs.to_vec();
         by_error.sort_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)));
-        // ceil(0.05 (N - 1)) in whole numbers.
+        // ceil(0.05 (N - 1)) in integers.
         let dropped = pairs.len().saturating_sub(1).div_ceil(20);
         let kept = by_error.len().saturating_sub(2 * dropped);
         Self {
@@ -47,7 +47,7 @@ mod tests {
         // Mean 2.5, variance 1.25; errors 1, 0, 0, -1: mean square 0.5.
         let got = VarianceExplained::of(&[(1.0, 0.0), (2.0, 2.0), (3.0, 3.0), (4.0, 5.0)]);
         assert!((got.full.expect("varies") - 60.0).abs() < 1e-12);
-        // One dropped at each end leaves the two that are exact.
+        // Dropping one at each end leaves the two exact pairs.
         assert_eq!(got.middle, Some(100.0));
     }
 
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn five_per_cent_are_dropped_at_each_end() {
-        // 100 tiles: 5 large errors of each sign are exactly what is dropped.
+        // 100 tiles: the 5 large errors of each sign are exactly those dropped.
         let pairs: Vec<(f64, f64)> = (0..100)
             .map(|k| {
                 let m = f64::from(k);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_vary_is_not_judged() {
+    fn constant_measurements_give_none() {
         assert_eq!(VarianceExplained::of(&[(1.0, 1.0)]).full, None);
         assert_eq!(VarianceExplained::of(&[]).full, None);
         assert_eq!(VarianceExplained::of(&[(1.0, 1.0), (1.0, 0.5)]).full, None);

@@ -1,4 +1,4 @@
-//! The optical axis, found where the moments of all channels and planes agree best with the model.
+//! Estimation of the optical axis from the field dependence of the moments.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -7,27 +7,37 @@ use crate::measure::MeasuredTile;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint};
 
-/// How the search for the optical axis ended.
+/// Estimated position of the optical axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisEstimate {
+    /// Position in the frame, px.
+    pub axis: ImagePoint,
+    /// Standard errors along x and y, px.
+    pub sigma_px: (f64, f64),
+}
+
+/// Result of [`find_axis`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisFit {
-    /// Where the axis meets the frame.
+    /// Position in the frame, px.
     pub axis: ImagePoint,
-    /// Standard error of its position along x and y, px.
+    /// Standard errors along x and y, px.
     pub sigma_px: (f64, f64),
-    /// Steps taken.
+    /// Iterations of Levenberg-Marquardt.
     pub steps: usize,
-    /// Whether the last step was below a hundredth of a pixel.
+    /// Whether the last step was shorter than 0.01 px.
     pub converged: bool,
 }
 
-const MOST_STEPS: usize = 40;
-/// Step of the numeric derivatives, px: residuals are smooth over whole pixels.
-const PROBE_PX: f64 = 2.0;
+const MAX_STEPS: usize = 40;
+/// Step of the central differences, px. Residuals are smooth over whole pixels.
+const DIFFERENCE_STEP_PX: f64 = 2.0;
 const CONVERGED_PX: f64 = 0.01;
 
-/// Levenberg-Marquardt on the two coordinates of the axis; S1..S10 of every group are fitted anew at
-/// each trial. `groups` are the tiles of each channel and distance. Moments alone are compared, not
-/// positions.
+/// Estimates the axis by Levenberg-Marquardt with variable projection.
+///
+/// Each trial position refits S1..S10 of every group by linear least squares. `groups` are the tiles of each
+/// channel and distance. The residuals are those of moments; positions of PSFs do not enter.
 ///
 /// # Errors
 /// As [`fit_plane`]; or moments that do not depend on the axis.
@@ -36,7 +46,7 @@ pub fn find_axis(
     groups: &[&[&MeasuredTile]],
     weighting: Weighting,
 ) -> Result<AxisFit> {
-    // Outliers are rejected once, about the starting axis, so that the cost stays one function.
+    // Outliers and weights are fixed at the initial axis, so that the cost function stays the same.
     let kept: Vec<PlaneFit> = groups
         .iter()
         .map(|group| fit_plane(start, group, weighting))
@@ -56,17 +66,17 @@ pub fn find_axis(
     let mut steps = 0;
     let mut converged = false;
     let mut normal = Matrix2::zeros();
-    while steps < MOST_STEPS && !converged {
+    while steps < MAX_STEPS && !converged {
         steps += 1;
         let mut slopes = [Vec::new(), Vec::new()];
         for (k, slope) in slopes.iter_mut().enumerate() {
             let mut probe = Vector2::zeros();
-            probe[k] = PROBE_PX;
+            probe[k] = DIFFERENCE_STEP_PX;
             let (low, high) = (residuals(axis - probe)?, residuals(axis + probe)?);
             *slope = high
                 .iter()
                 .zip(&low)
-                .map(|(h, l)| (h - l) / (2.0 * PROBE_PX))
+                .map(|(h, l)| (h - l) / (2.0 * DIFFERENCE_STEP_PX))
                 .collect();
         }
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
@@ -77,7 +87,7 @@ pub fn find_axis(
             let Some(inverse) = damped.try_inverse() else {
                 return Err(Error::new(
                     "optical axis",
-                    "cannot be told from these observations",
+                    "is not determined by these observations",
                     "give observations off the axis, or state the axis",
                 ));
             };
@@ -98,12 +108,12 @@ pub fn find_axis(
             damping *= 8.0;
             if damping > 1e9 {
                 converged = step.norm() < CONVERGED_PX;
-                steps = MOST_STEPS;
+                steps = MAX_STEPS;
                 break;
             }
         }
     }
-    // The two coordinates, and S1..S10 of every group.
+    // Two coordinates, and ten coefficients per group.
     let unknowns = 2 + 10 * kept.len();
     let freedom = here.len().saturating_sub(unknowns).max(1) as f64;
     let covariance = normal

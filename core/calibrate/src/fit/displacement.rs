@@ -1,13 +1,15 @@
-//! Where PSFs land: centroid against ideal position, which per channel is lateral colour.
+//! Centroid displacement: magnification and distortion per channel, whose differences are lateral colour.
 
 use super::linear;
 use crate::measure::MeasuredTile;
 use seidel_optics::field::Frame;
 use seidel_optics::profile::RadialDisplacement;
 
-/// Least squares of centroid - ideal = X (magnification + distortion |X|²) over the tiles that know
-/// their ideal position; `None` where fewer than three do. To third order this is the whole law:
-/// coma and a change of magnification give the first term, distortion the second (docs/background/model.md section 3).
+/// Fits centroid - ideal = X (magnification + distortion |X|²) by linear least squares.
+///
+/// Uses the tiles with a known ideal position; returns `None` for fewer than three. To third order the law is
+/// complete: coma and magnification give the first term, distortion the second (docs/background/model.md
+/// section 3).
 pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<RadialDisplacement> {
     let (mut rows, mut targets) = (Vec::new(), Vec::new());
     let mut count = 0;

@@ -1,39 +1,40 @@
-//! Which observations a fit keeps aside, to be judged by PSFs it has not seen.
+//! Held-out validation: the observations excluded from a fit and used to score it.
 //!
-//! Whole zones of the field are kept aside, so that the neighbours of a kept-aside PSF, which tell
-//! almost the same, take no part either; every ring and every direction gives some.
+//! The split is by zones of the field, because neighbouring PSFs are strongly correlated. Every ring and
+//! every direction contributes a zone.
 
 use std::f64::consts::TAU;
 
 use seidel_optics::field::{FieldPoint, Frame};
 
-/// Rings, and sectors of each.
+/// Number of rings, and of sectors per ring.
 const ZONES: usize = 5;
-/// Places that zones need; with fewer, single places are kept aside.
-const FEWEST_FOR_ZONES: usize = 25;
-/// Places of which any can be spared.
-const FEWEST: usize = 10;
-/// Share of the distinct places to keep aside.
-const SHARE: f64 = 0.2;
-/// Shares at which the rule of zones is left as it is.
-const FAIR: std::ops::RangeInclusive<f64> = 0.1..=0.3;
-/// Places no further apart than this, px, are one.
-const SAME_PX: f64 = 1.0;
+/// Distinct places below which single places are held out instead of zones.
+const MIN_PLACES_FOR_ZONES: usize = 25;
+/// Distinct places below which none is held out.
+const MIN_PLACES: usize = 10;
+/// Target share of the distinct places.
+const TARGET_SHARE: f64 = 0.2;
+/// Shares accepted without adding or removing zones.
+const ACCEPTED_SHARES: std::ops::RangeInclusive<f64> = 0.1..=0.3;
+/// Distance below which two places count as one, px.
+const MERGE_RADIUS_PX: f64 = 1.0;
 
-/// Whether each of `places` is kept aside: about a fifth of the distinct ones. `places` are ideal
-/// positions where known, else tile centres; a place seen at several distances or in several channels
-/// is kept aside in all of them or in none.
+/// Returns which of `places` are held out: about a fifth of the distinct places.
 ///
-/// The distinct places make five rings of equal counts by field radius, each of five sectors of 72
-/// degrees; ring i keeps aside its sector (2 i) mod 5. Where that is less than 10 % or more than 30 %
-/// of the places, zones are added or dropped until it is as close to a fifth as it gets. Of 10 to 24
-/// places every fifth by radius is kept aside, of fewer none.
-pub fn held_out(frame: &Frame, places: &[FieldPoint]) -> Vec<bool> {
+/// `places` are ideal positions where known, and tile centres otherwise. A place observed at several
+/// distances or in several channels is held out in all of them or in none.
+///
+/// The distinct places form five rings of equal counts by field radius, each of five sectors of 72 degrees.
+/// Ring i holds out its sector (2 i) mod 5. Where that selects less than 10 % or more than 30 % of the
+/// places, zones are added or removed greedily towards a fifth. Of 10 to 24 places every fifth by radius is
+/// held out; of fewer, none.
+pub fn held_out_mask(frame: &Frame, places: &[FieldPoint]) -> Vec<bool> {
     let (distinct, index) = distinct(frame, places);
     let count = distinct.len();
-    let kept: Vec<bool> = if count < FEWEST {
+    let kept: Vec<bool> = if count < MIN_PLACES {
         vec![false; count]
-    } else if count < FEWEST_FOR_ZONES {
+    } else if count < MIN_PLACES_FOR_ZONES {
         (0..count).map(|rank| rank % 5 == 2).collect()
     } else {
         let zones: Vec<usize> = distinct
@@ -47,9 +48,9 @@ pub fn held_out(frame: &Frame, places: &[FieldPoint]) -> Vec<bool> {
     index.into_iter().map(|k| kept[k]).collect()
 }
 
-/// The distinct places by rising field radius, and for each of `places` which of them it is.
+/// Returns the distinct places by rising field radius, and the index of each of `places` among them.
 fn distinct(frame: &Frame, places: &[FieldPoint]) -> (Vec<FieldPoint>, Vec<usize>) {
-    let same = SAME_PX / frame.half_width_px();
+    let same = MERGE_RADIUS_PX / frame.half_width_px();
     let square = |at: FieldPoint| at.x * at.x + at.y * at.y;
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|&a, &b| {
@@ -63,7 +64,7 @@ fn distinct(frame: &Frame, places: &[FieldPoint]) -> (Vec<FieldPoint>, Vec<usize
     let mut index = vec![0; places.len()];
     for k in order {
         let at = places[k];
-        // Only the last of those before it can be as near: they come by radius.
+        // Places are sorted by radius, so only the last few can lie within the merge radius.
         let known = (0..found.len())
             .rev()
             .take_while(|&f| at.radius() - found[f].radius() <= same)
@@ -76,13 +77,13 @@ fn distinct(frame: &Frame, places: &[FieldPoint]) -> (Vec<FieldPoint>, Vec<usize
     (found, index)
 }
 
-/// Which fifth of the full turn, from the x axis, `at` lies in.
+/// Returns the index of the 72-degree sector of `at`, counted from the x axis.
 fn sector(at: FieldPoint) -> usize {
     let turn = at.y.atan2(at.x).rem_euclid(TAU) / TAU;
     ((turn * ZONES as f64) as usize).min(ZONES - 1)
 }
 
-/// The zones kept aside, `zones` being those of the distinct places.
+/// Returns which zones are held out; `zones` are those of the distinct places.
 fn choose(zones: &[usize]) -> Vec<bool> {
     let mut sizes = [0_usize; ZONES * ZONES];
     for &zone in zones {
@@ -98,16 +99,16 @@ fn choose(zones: &[usize]) -> Vec<bool> {
             .sum();
         kept as f64 / zones.len() as f64
     };
-    if FAIR.contains(&share(&chosen)) {
+    if ACCEPTED_SHARES.contains(&share(&chosen)) {
         return chosen;
     }
     loop {
-        let off = (share(&chosen) - SHARE).abs();
+        let off = (share(&chosen) - TARGET_SHARE).abs();
         let best = (0..chosen.len())
             .map(|zone| {
                 let mut other = chosen.clone();
                 other[zone] = !other[zone];
-                ((share(&other) - SHARE).abs(), zone)
+                ((share(&other) - TARGET_SHARE).abs(), zone)
             })
             .min_by(|a, b| a.0.total_cmp(&b.0));
         match best {
@@ -139,10 +140,10 @@ mod tests {
     }
 
     #[test]
-    fn a_fifth_of_a_grid_is_kept_aside_in_every_ring_and_direction() {
+    fn a_fifth_of_a_grid_is_held_out_in_every_ring_and_direction() {
         let places = grid(14, 10);
-        let kept = held_out(&frame(), &places);
-        assert!(FAIR.contains(&share(&kept)), "{}", share(&kept));
+        let kept = held_out_mask(&frame(), &places);
+        assert!(ACCEPTED_SHARES.contains(&share(&kept)), "{}", share(&kept));
         let (mut by_radius, _) = distinct(&frame(), &places);
         let mut sectors = [false; ZONES];
         for ring in by_radius.chunks_mut(places.len() / ZONES) {
@@ -150,7 +151,7 @@ mod tests {
                 .iter()
                 .filter(|at| kept[places.iter().position(|p| p == *at).expect("known")])
                 .collect();
-            // All of one sector, and all that the sector has.
+            // The held-out places of a ring are exactly one sector.
             let first = sector(**of_ring.first().expect("every ring gives some"));
             assert!(of_ring.iter().all(|at| sector(**at) == first));
             let all = ring.iter().filter(|at| sector(**at) == first).count();
@@ -161,18 +162,18 @@ mod tests {
     }
 
     #[test]
-    fn a_place_seen_twice_is_one() {
+    fn repeated_places_share_one_decision() {
         let once = grid(8, 6);
         let nearly = once.iter().map(|p| FieldPoint::new(p.x + 2e-4, p.y - 2e-4));
         let twice: Vec<FieldPoint> = once.iter().copied().chain(nearly).collect();
-        let kept = held_out(&frame(), &twice);
+        let kept = held_out_mask(&frame(), &twice);
         assert_eq!(kept[..48], kept[48..]);
-        assert!(FAIR.contains(&share(&kept)));
+        assert!(ACCEPTED_SHARES.contains(&share(&kept)));
     }
 
     #[test]
-    fn lopsided_sets_still_give_about_a_fifth() {
-        // One quarter of the field; one line; all in one corner.
+    fn uneven_sets_still_hold_out_about_a_fifth() {
+        // One quadrant of the field, one line, and one corner.
         let quarter: Vec<FieldPoint> = grid(16, 16)
             .into_iter()
             .filter(|p| p.x > 0.0 && p.y > 0.0)
@@ -185,9 +186,9 @@ mod tests {
             .filter(|p| p.x < -0.7 && p.y < -0.4)
             .collect();
         for places in [quarter, line, corner] {
-            let kept = held_out(&frame(), &places);
+            let kept = held_out_mask(&frame(), &places);
             assert!(
-                FAIR.contains(&share(&kept)),
+                ACCEPTED_SHARES.contains(&share(&kept)),
                 "{} of {}",
                 share(&kept),
                 places.len()
@@ -197,9 +198,9 @@ mod tests {
 
     #[test]
     fn few_places_give_single_ones_and_very_few_none() {
-        let kept = held_out(&frame(), &grid(5, 4));
+        let kept = held_out_mask(&frame(), &grid(5, 4));
         assert_eq!(kept.iter().filter(|k| **k).count(), 4);
-        assert_eq!(held_out(&frame(), &grid(3, 3)), vec![false; 9]);
-        assert_eq!(held_out(&frame(), &[]), Vec::<bool>::new());
+        assert_eq!(held_out_mask(&frame(), &grid(3, 3)), vec![false; 9]);
+        assert_eq!(held_out_mask(&frame(), &[]), Vec::<bool>::new());
     }
 }

@@ -4,20 +4,21 @@ use nalgebra::{DMatrix, DVector};
 
 use seidel_optics::error::{Error, Result};
 
-/// The solution of a linear least-squares problem.
+/// Solution of a linear least-squares problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearFit {
-    /// The unknowns.
+    /// Estimated coefficients.
     pub values: Vec<f64>,
-    /// Their standard errors, from the scatter of the residuals.
+    /// Standard errors from the residual variance.
     pub sigma: Vec<f64>,
 }
 
-/// Least squares of `rows . values = targets`, each row being weighed by its entry in `weights`
-/// (multiplied into row and target). Unknowns are scaled internally, so their units do not matter.
+/// Solves `rows . values = targets` by weighted least squares, using a singular value decomposition.
+///
+/// `weights` multiply rows and targets. Columns are scaled to unit norm internally, so units do not matter.
 ///
 /// # Errors
-/// Fewer rows than unknowns, or rows that leave a combination of unknowns free.
+/// Fewer rows than unknowns, or a rank-deficient matrix (relative singular value below 1e-9).
 pub fn solve(rows: &[Vec<f64>], targets: &[f64], weights: &[f64]) -> Result<LinearFit> {
     let unknowns = rows.first().map_or(0, Vec::len);
     let undetermined = |problem: String| {
@@ -38,7 +39,7 @@ pub fn solve(rows: &[Vec<f64>], targets: &[f64], weights: &[f64]) -> Result<Line
     let scales: Vec<f64> = matrix.column_iter().map(|c| c.norm()).collect();
     if let Some(column) = scales.iter().position(|s| !(*s > 0.0 && s.is_finite())) {
         return Err(undetermined(format!(
-            "does not touch unknown {}",
+            "does not depend on unknown {}",
             column + 1
         )));
     }
@@ -47,7 +48,7 @@ pub fn solve(rows: &[Vec<f64>], targets: &[f64], weights: &[f64]) -> Result<Line
     let largest = svd.singular_values.max();
     if svd.singular_values.min() <= 1e-9 * largest {
         return Err(undetermined(
-            "leaves a combination of its unknowns free".to_owned(),
+            "does not determine all its unknowns".to_owned(),
         ));
     }
     let solution = svd

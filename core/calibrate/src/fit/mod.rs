@@ -1,19 +1,24 @@
-//! From observations to a lens profile: `--model moments`, the paper's own fit.
+//! Fits of a lens profile to observed point-spread functions (PSFs).
 //!
-//! Moments of every tile ([`crate::measure`]) -> S1..S10 per channel and object distance by linear least
-//! squares ([`plane`]) -> centroid displacement ([`displacement`]) -> [`LensProfile`]. The optical
-//! axis is found on request ([`axis`]).
+//! [`fit`] fits any [`Model`]:
 //!
-//! For fits to pixels: where they may start ([`starts`]) and what they keep aside ([`holdout`]).
+//! - [`fit_moments`]: the moments model of the paper. S1..S10 per channel and object distance by weighted
+//!   linear least squares ([`plane`], Eqs 18-24), and the centroid displacement ([`displacement`]).
+//! - [`fit_pupil`]: a lens described by its pupil, fitted to the pixels of all tiles by robust nonlinear
+//!   least squares ([`pixels`]).
+//!
+//! Shared parts: moments of every tile ([`crate::measure`]), the optical axis ([`axis`]), initial estimates
+//! from moments ([`initial`]) and the held-out tiles ([`holdout`]).
 
 pub mod axis;
 pub mod displacement;
+mod front;
 pub mod holdout;
+pub mod initial;
 pub mod linear;
 pub mod pixels;
 pub mod plane;
-mod remarks;
-pub mod starts;
+mod warnings;
 
 use rayon::prelude::*;
 
@@ -29,83 +34,84 @@ use seidel_optics::profile::{
     LensDescription, LensProfile, MomentsChannel, MomentsPlane, Provenance,
 };
 
-pub use pixels::{Extension, PupilFit, PupilSettings, fit_pupil};
+pub use front::{Fit, FitSettings, Model, fit};
+pub use pixels::{PupilFit, PupilModel, PupilSettings, fit_pupil};
 pub use plane::Weighting;
 
-/// How to fit.
+/// Settings of [`fit_moments`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct FitSettings {
-    /// Weighted and robust, or unweighted as in the paper.
+pub struct MomentsSettings {
+    /// Weights of the residuals.
     pub weighting: Weighting,
-    /// Where the optical axis is.
+    /// Position of the optical axis.
     pub axis: AxisChoice,
-    /// Which pixels of a tile take part.
+    /// Pixels of a tile that enter its moments.
     pub support: Support,
 }
 
-/// Where the optical axis meets the frame.
+/// Position of the optical axis in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum AxisChoice {
-    /// Where the observation set says; the frame's centre if it does not.
+    /// The axis stated by the observation set, or else the frame's centre.
     #[default]
     AsObserved,
-    /// At this frame position.
+    /// The given frame position, px.
     At(ImagePoint),
-    /// Where the moments agree best, searched from what the set says.
+    /// Estimated from the PSFs by Levenberg-Marquardt, starting at the axis of the observation set.
     Free,
 }
 
-/// A fitted lens and how the fit went.
+/// A fitted moments model and its report.
 #[derive(Debug, Clone)]
-pub struct Fit {
-    /// The lens.
+pub struct MomentsFit {
+    /// The fitted lens profile.
     pub lens: LensProfile,
-    /// One report a channel and plane, in the profile's order.
+    /// Reports per channel and object distance, in the profile's order.
     pub planes: Vec<PlaneReport>,
-    /// Tiles that took no part, and why.
+    /// Tiles excluded from the fit, with reasons.
     pub rejected: Vec<Rejection>,
-    /// How the search for the axis ended, where one was asked for.
+    /// The estimated optical axis, for [`AxisChoice::Free`].
     pub axis: Option<AxisFit>,
-    /// What a user should know about the result, such as what the planes at hand cannot tell.
-    pub remarks: Vec<String>,
+    /// Limits of the result, such as coefficients that the object distances do not determine.
+    pub warnings: Vec<String>,
 }
 
-/// How the fit of one channel at one distance went.
+/// Report on one channel at one object distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneReport {
     /// Channel name.
     pub channel: String,
     /// Object distance.
     pub distance: ObjectDistance,
-    /// Tiles that took part.
+    /// Number of tiles fitted.
     pub used: usize,
-    /// Root mean square residual of second moments over the PSF's trace.
+    /// Root mean square residual of second moments, relative to the PSF's trace.
     pub second_residual: f64,
-    /// Root mean square residual of third moments over the PSF's trace to the power 3/2.
+    /// Root mean square residual of third moments, relative to the trace to the power 3/2.
     pub third_residual: f64,
-    /// Rounds of reweighting and rejection.
-    pub rounds: usize,
-    /// Whether the last round changed nothing.
+    /// Iterations of reweighting and outlier rejection.
+    pub iterations: usize,
+    /// Whether the last iteration changed neither weights nor outliers.
     pub converged: bool,
-    /// Least variance in px² that the fit predicts anywhere in the frame; negative is not realisable.
+    /// Smallest predicted variance anywhere in the frame, px². A negative value is not realisable.
     pub least_variance_px2: f64,
 }
-/// Fits S1..S10 per channel and distance to one or more observation sets of one camera.
+/// Fits S1..S10 (Eqs 18-24) per channel and object distance to observation sets of one camera.
 ///
 /// # Errors
-/// Sets of different frames or channels, a channel and distance with too few usable tiles, or
-/// positions that do not determine S1..S10 (such as all at one field radius).
-pub fn fit_moments(sets: &[ObservationSet], settings: &FitSettings) -> Result<Fit> {
-    let first = one_camera(sets)?;
+/// Sets that differ in frame, channels or axis; known and unknown distances mixed; fewer than three usable
+/// tiles in a channel at a distance; positions that do not determine S1..S10, such as a single field radius.
+pub fn fit_moments(sets: &[ObservationSet], settings: &MomentsSettings) -> Result<MomentsFit> {
+    let first = check_same_camera(sets)?;
     let start = match settings.axis {
         AxisChoice::At(axis) => first.frame.with_axis(axis)?,
         AxisChoice::AsObserved | AxisChoice::Free => first.frame,
     };
     let mut rejected = Vec::new();
     let tiles = measure(sets, settings.support, &mut rejected);
-    let groups = grouped(sets, &tiles)?;
+    let groups = group_tiles(sets, &tiles)?;
     let (frame, axis) = if settings.axis == AxisChoice::Free {
-        let found = axis::find_axis(&start, &groups_of_tiles(&groups), settings.weighting)?;
+        let found = axis::find_axis(&start, &group_slices(&groups), settings.weighting)?;
         (start.with_axis(found.axis)?, Some(found))
     } else {
         (start, None)
@@ -133,16 +139,16 @@ struct Group<'a> {
     tiles: Vec<&'a MeasuredTile>,
 }
 
-fn groups_of_tiles<'a>(groups: &'a [Group<'a>]) -> Vec<&'a [&'a MeasuredTile]> {
+fn group_slices<'a>(groups: &'a [Group<'a>]) -> Vec<&'a [&'a MeasuredTile]> {
     groups.iter().map(|group| group.tiles.as_slice()).collect()
 }
 
-/// Checks that all sets are of one camera and returns the first.
-fn one_camera(sets: &[ObservationSet]) -> Result<&ObservationSet> {
+/// Returns the first set after checking that all sets have its frame size, channels and axis.
+fn check_same_camera(sets: &[ObservationSet]) -> Result<&ObservationSet> {
     let first = sets.first().ok_or_else(|| {
         Error::new(
             "observations",
-            "none were given",
+            "none given",
             "give at least one observation set",
         )
     })?;
@@ -150,8 +156,8 @@ fn one_camera(sets: &[ObservationSet]) -> Result<&ObservationSet> {
         let differs = |field: &str, theirs: String, ours: String| {
             Err(Error::new(
                 format!("observation set {} {field}", index + 1),
-                format!("is {theirs}, the first set's is {ours}"),
-                "fit sets of one camera and frame together, others apart",
+                format!("is {theirs}; that of the first set is {ours}"),
+                "fit only sets of the same camera and frame together",
             ))
         };
         let size = |s: &ObservationSet| format!("{} x {}", s.frame.width_px(), s.frame.height_px());
@@ -174,14 +180,14 @@ fn one_camera(sets: &[ObservationSet]) -> Result<&ObservationSet> {
     Ok(first)
 }
 
-fn grouped<'a>(sets: &[ObservationSet], tiles: &'a [MeasuredTile]) -> Result<Vec<Group<'a>>> {
+fn group_tiles<'a>(sets: &[ObservationSet], tiles: &'a [MeasuredTile]) -> Result<Vec<Group<'a>>> {
     let mut distances: Vec<ObjectDistance> = Vec::new();
     for distance in sets.iter().flat_map(ObservationSet::distances) {
         if !distances.contains(&distance) {
             distances.push(distance);
         }
     }
-    // From infinity inwards, by rising vergence; unknown last.
+    // Rising vergence, from infinity inwards; unknown last.
     distances.sort_by(|a, b| {
         let rank = |d: &ObjectDistance| d.vergence_per_m().unwrap_or(f64::INFINITY);
         rank(a).total_cmp(&rank(b))
@@ -189,7 +195,7 @@ fn grouped<'a>(sets: &[ObservationSet], tiles: &'a [MeasuredTile]) -> Result<Vec
     if distances.len() > 1 && distances.contains(&ObjectDistance::Unknown) {
         return Err(Error::new(
             "depth_m",
-            "is left out for some observations and given for others",
+            "is missing for some observations and given for others",
             "give every observation's distance (null for infinity), or none's",
         ));
     }
@@ -209,13 +215,13 @@ fn grouped<'a>(sets: &[ObservationSet], tiles: &'a [MeasuredTile]) -> Result<Vec
 
 fn assemble(
     sets: &[ObservationSet],
-    settings: &FitSettings,
+    settings: &MomentsSettings,
     frame: Frame,
     axis: Option<AxisFit>,
     groups: &[Group],
     fits: &[PlaneFit],
     mut rejected: Vec<Rejection>,
-) -> Fit {
+) -> MomentsFit {
     let first = &sets[0];
     let mut channels: Vec<MomentsChannel> = first
         .channels
@@ -226,7 +232,7 @@ fn assemble(
         })
         .collect();
     let mut planes = Vec::new();
-    let mut said = Vec::new();
+    let mut warnings = Vec::new();
     for (group, fit) in groups.iter().zip(fits) {
         let name = &first.channels[group.channel];
         channels[group.channel].planes.push(MomentsPlane {
@@ -244,13 +250,13 @@ fn assemble(
             used: fit.used.len(),
             second_residual: fit.second_residual,
             third_residual: fit.third_residual,
-            rounds: fit.rounds,
+            iterations: fit.iterations,
             converged: fit.converged,
             least_variance_px2: least,
         });
         if least < 0.0 {
-            said.push(format!(
-                "channel {name} at {}: the fit predicts a variance of {least:.3} px² somewhere in the frame; it is drawn as if it were the least a kernel can have",
+            warnings.push(format!(
+                "channel {name} at {}: the fit predicts a variance of {least:.3} px² somewhere in the frame; rendering replaces it by the smallest variance of a kernel",
                 group.distance
             ));
         }
@@ -274,17 +280,17 @@ fn assemble(
             settings: settings.describe(),
         },
     };
-    said.extend(remarks::on_depth(&lens));
-    Fit {
+    warnings.extend(warnings::depth_warnings(&lens));
+    MomentsFit {
         lens,
         planes,
         rejected,
         axis,
-        remarks: said,
+        warnings: warnings,
     }
 }
 
-impl FitSettings {
+impl MomentsSettings {
     fn describe(&self) -> String {
         let weighting = match self.weighting {
             Weighting::Weighted => "weighted",

@@ -1,4 +1,4 @@
-//! S1..S10 of one channel at one object distance (Eqs 18-24).
+//! Fit of S1..S10 of one channel at one object distance (Eqs 18-24).
 
 use super::linear;
 use crate::measure::MeasuredTile;
@@ -7,63 +7,63 @@ use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::MomentCoefficients;
 use seidel_optics::psf::LEAST_VARIANCE_PX2;
 
-/// How residuals count.
+/// Weights of the residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Weighting {
-    /// Relative to each PSF's own size and to its noise, the same in every orientation, outliers
-    /// rejected. Keeps small PSFs near focus from being drowned by large ones.
+    /// Iteratively reweighted least squares with outlier rejection. Weights are relative to each PSF's size
+    /// and noise, and rotation-invariant. Small PSFs near focus keep their influence.
     #[default]
     Weighted,
-    /// All alike, nothing rejected: as in the paper.
+    /// Equal weights and no rejection, as in the paper.
     Unweighted,
 }
 
-/// The fit of one plane.
+/// The fitted coefficients of one channel at one object distance.
 #[derive(Debug, Clone)]
 pub struct PlaneFit<'a> {
-    /// S1..S10: optical moments in px, field in half frame widths.
+    /// S1..S10: optical moments in px to their order, field in half frame widths.
     pub s: MomentCoefficients,
-    /// Their standard errors.
+    /// Standard errors of S1..S10.
     pub s_sigma: [f64; 10],
-    /// Tiles that took part.
+    /// Tiles fitted.
     pub used: Vec<&'a MeasuredTile>,
-    /// Tiles that did not, and why.
+    /// Rejected tiles, with reasons.
     pub rejected: Vec<(&'a MeasuredTile, String)>,
-    /// Root mean square residual of second moments relative to size².
+    /// Root mean square residual of second moments, relative to size².
     pub second_residual: f64,
-    /// Root mean square residual of third moments relative to size³.
+    /// Root mean square residual of third moments, relative to size³.
     pub third_residual: f64,
-    /// Typical misfit beyond noise of second and third moments, relative to size² and size³, with
-    /// which the last round weighed; zero if it did not.
+    /// Model error of second and third moments, relative to size² and size³, used in the last weights. Zero
+    /// if unweighted.
     pub misfit: [f64; 2],
-    /// Rounds of reweighting and rejection.
-    pub rounds: usize,
-    /// Whether the last round changed nothing that matters.
+    /// Iterations of reweighting and rejection.
+    pub iterations: usize,
+    /// Whether the last iteration found no outlier and changed the model error by at most 1 %.
     pub converged: bool,
 }
 
-/// How often each moment occurs in its symmetric tensor: with these weights a sum of squares is the
-/// same in every orientation.
+/// Multiplicity of each moment in its symmetric tensor. These weights make a sum of squares
+/// rotation-invariant.
 const TENSOR_WEIGHT: [f64; 7] = [1.0, 2.0, 1.0, 1.0, 3.0, 3.0, 1.0];
 /// Order of each of the seven moments.
 const ORDER: [i32; 7] = [2, 2, 2, 3, 3, 3, 3];
-/// A tile is rejected whose residual exceeds this many times the typical one: with honest scatter
-/// of any shape that real sets have shown, none does by chance.
+/// Residual, in units of the typical one, above which a tile is rejected. No tile of the real sets tried
+/// exceeds it by chance.
 const REJECTION_LIMIT: f64 = 8.0;
-const MOST_ROUNDS: usize = 12;
-/// A realisability constraint counts this much more than the weightiest moment: as good as exact.
+const MAX_ITERATIONS: usize = 12;
+/// Weight of a realisability constraint relative to the largest weight: practically exact.
 const CONSTRAINT_WEIGHT: f64 = 1e3;
-/// Constraints added at most; each removes the worst violation left, and two or three do.
-const MOST_CONSTRAINTS: usize = 24;
-/// Field radii at which variances are checked.
+/// Maximum number of constraints. Each removes the worst remaining violation; two or three suffice.
+const MAX_CONSTRAINTS: usize = 24;
+/// Number of field radii at which variances are checked.
 const FIELD_STEPS: u32 = 60;
-/// Tiles needed: each gives three second and four third moments for five unknowns each.
-const FEWEST_TILES: usize = 3;
+/// Minimum number of tiles: each gives three second and four third moments for five unknowns each.
+const MIN_TILES: usize = 3;
 
-/// Fits S1..S10 to `tiles`.
+/// Fits S1..S10 to `tiles` of one channel at one distance.
 ///
 /// # Errors
-/// Too few tiles, or tiles whose places do not determine S1..S10.
+/// Fewer than three usable tiles, or positions that do not determine S1..S10.
 pub fn fit_plane<'a>(
     frame: &Frame,
     tiles: &[&'a MeasuredTile],
@@ -71,16 +71,16 @@ pub fn fit_plane<'a>(
 ) -> Result<PlaneFit<'a>> {
     let mut used: Vec<&MeasuredTile> = tiles.to_vec();
     let mut rejected: Vec<(&MeasuredTile, String)> = Vec::new();
-    // Model misfit relative to PSF size, for second and third moments; found round by round.
+    // Model error relative to PSF size, of second and third moments, updated in every iteration.
     let mut misfit = [0.0, 0.0];
-    let mut rounds = 0;
+    let mut iterations = 0;
     loop {
-        rounds += 1;
-        if used.len() < FEWEST_TILES {
+        iterations += 1;
+        if used.len() < MIN_TILES {
             return Err(Error::new(
                 "observations",
                 format!("{} usable tiles, {} rejected", used.len(), rejected.len()),
-                format!("S1..S10 need at least {FEWEST_TILES} at different field positions"),
+                format!("S1..S10 need at least {MIN_TILES} at different field positions"),
             ));
         }
         let (s, s_sigma) = solve(frame, &used, weighting, misfit)?;
@@ -103,7 +103,7 @@ pub fn fit_plane<'a>(
             second_residual: rms(0..3),
             third_residual: rms(3..7),
             misfit,
-            rounds,
+            iterations,
             converged,
         };
         if weighting == Weighting::Unweighted {
@@ -111,10 +111,10 @@ pub fn fit_plane<'a>(
         }
         let found = typical_misfit(&used, &residuals);
         let outliers = outliers(&used, &residuals, found);
-        let settled = rounds > 1
+        let settled = iterations > 1
             && (0..2).all(|k| (found[k] - misfit[k]).abs() <= 0.01 * found[k].max(1e-12));
         let finished = outliers.is_empty() && settled;
-        if finished || rounds == MOST_ROUNDS {
+        if finished || iterations == MAX_ITERATIONS {
             return Ok(done(finished, misfit));
         }
         misfit = found;
@@ -132,7 +132,7 @@ fn solve(
 ) -> Result<(MomentCoefficients, [f64; 10])> {
     let mut s = [0.0; 10];
     let mut s_sigma = [0.0; 10];
-    // Second and third moments share no unknown.
+    // Second and third moments share no coefficient, so they are solved separately.
     for (moments, unknowns, kind) in [(0..3, 0..5, 0), (3..7, 5..10, 1)] {
         let (mut rows, mut targets, mut weights) = (Vec::new(), Vec::new(), Vec::new());
         for tile in tiles {
@@ -152,7 +152,7 @@ fn solve(
         let mut fit = linear::solve(&rows, &targets, &weights)?;
         if weighting == Weighting::Weighted && kind == 0 {
             let heavy = weights.iter().copied().fold(0.0, f64::max) * CONSTRAINT_WEIGHT;
-            for _ in 0..MOST_CONSTRAINTS {
+            for _ in 0..MAX_CONSTRAINTS {
                 let found = MomentCoefficients(second_only(&fit.values));
                 let Some(row) = violated(frame, &found) else {
                     break;
@@ -173,8 +173,8 @@ fn second_only(values: &[f64]) -> [f64; 10] {
     std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
 }
 
-/// The equation "this variance is as small as can be drawn" for the most negative meridional or
-/// sagittal variance that `s` predicts inside the frame, where there is one: no light has it.
+/// Returns the constraint row for the most negative meridional or sagittal variance that `s` predicts inside
+/// the frame, if any. The constraint sets this variance to the least that can be drawn.
 fn violated(frame: &Frame, s: &MomentCoefficients) -> Option<Vec<f64>> {
     let edge = frame.corner_radius();
     let mut worst = (-1e-9 * s.meridional(0.5 * edge).mu20.abs(), None);
@@ -192,11 +192,11 @@ fn violated(frame: &Frame, s: &MomentCoefficients) -> Option<Vec<f64>> {
     })
 }
 
-/// Residuals of all moments of the tiles of `fit`, in the units in which they count, after the best
-/// S1..S10 for `frame`.
+/// Returns the weighted residuals of all moments after refitting S1..S10 for `frame`, with the tiles and
+/// weights of `fit`.
 ///
 /// # Errors
-/// Tiles whose places do not determine S1..S10.
+/// Positions that do not determine S1..S10.
 pub(super) fn projected_residuals(
     frame: &Frame,
     fit: &PlaneFit,
@@ -209,7 +209,7 @@ pub(super) fn projected_residuals(
         for (m, residual) in residual.into_iter().enumerate() {
             let size = tile.size_px().powi(ORDER[m]);
             all.push(match weighting {
-                // The two orders have no common unit: third moments count per size.
+                // Orders have different units: third moments are divided by the size.
                 Weighting::Unweighted => residual * size / tile.size_px().powi(ORDER[m] - 2),
                 Weighting::Weighted => {
                     let kind = usize::from(m >= 3);
@@ -222,10 +222,10 @@ pub(super) fn projected_residuals(
     Ok(all)
 }
 
-/// Standard deviation expected of moment `m` of `tile`: noise, and misfit in proportion to size.
+/// Returns the expected standard deviation of moment `m`: noise and model error in quadrature.
 fn uncertainty(tile: &MeasuredTile, m: usize, misfit: f64) -> f64 {
     let scale = tile.size_px().powi(ORDER[m]);
-    // Without any misfit known yet all PSFs count in proportion to their size.
+    // Before the first estimate of the model error all PSFs count in proportion to their size.
     let misfit = if misfit > 0.0 { misfit } else { 1.0 };
     (misfit * scale).hypot(tile.noise[m])
 }
@@ -236,8 +236,8 @@ fn relative_residual(frame: &Frame, tile: &MeasuredTile, s: &MomentCoefficients)
     std::array::from_fn(|m| (measured[m] - model[m]) / tile.size_px().powi(ORDER[m]))
 }
 
-/// Root mean square of a tile's relative residuals of second (`0..3`) or third (`3..7`) moments, and
-/// of what noise alone gives.
+/// Returns the root mean square of a tile's relative residuals of second (`0..3`) or third (`3..7`) moments,
+/// and the same of the noise.
 fn tile_rms(
     tile: &MeasuredTile,
     residual: &[f64; 7],
@@ -253,7 +253,7 @@ fn tile_rms(
     ((square / count).sqrt(), (noise / count).sqrt())
 }
 
-/// Typical misfit beyond noise, by the median over tiles: outliers do not move it.
+/// Returns the median over tiles of the model error beyond noise.
 fn typical_misfit(tiles: &[&MeasuredTile], residuals: &[[f64; 7]]) -> [f64; 2] {
     [0..3, 3..7].map(|moments| {
         let mut beyond: Vec<f64> = tiles
@@ -265,7 +265,7 @@ fn typical_misfit(tiles: &[&MeasuredTile], residuals: &[[f64; 7]]) -> [f64; 2] {
             })
             .collect();
         beyond.sort_by(f64::total_cmp);
-        // A floor keeps weights finite where the model fits exactly.
+        // The floor keeps weights finite where the model fits exactly.
         beyond[beyond.len() / 2].max(0.0).sqrt().max(1e-6)
     })
 }
@@ -284,7 +284,7 @@ fn outliers(
                 found.push((
                     index,
                     format!(
-                        "its {name} moments lie {:.1} times the typical residual off the fit",
+                        "its {name} moments deviate from the fit by {:.1} times the typical residual",
                         rms / expected
                     ),
                 ));

@@ -1,4 +1,4 @@
-//! Planted lenses come back; outliers and sets that do not belong together are named.
+//! Recovery of synthetic lenses; reports of outliers and of incompatible sets.
 
 use super::*;
 use seidel_optics::camera::Camera;
@@ -16,7 +16,7 @@ const TRUTH: ReducedNumbers = ReducedNumbers {
     phi: 0.6,
 };
 
-/// Tiles of a mirrored pair, whose seven moments are those of the lens, on a grid over the frame.
+/// Tiles of a mirrored pair with the seven moments of the true lens, on a grid over the frame.
 fn planted(axis: ImagePoint, distance: ObjectDistance) -> ObservationSet {
     let frame = Frame::new(900, 600, Some(axis)).expect("valid");
     let s = TRUTH.coefficients();
@@ -79,13 +79,13 @@ fn assert_close(got: &MomentCoefficients, relative: f64) {
 }
 
 #[test]
-fn a_planted_lens_is_found_with_either_weighting() {
+fn a_synthetic_lens_is_recovered_with_either_weighting() {
     let centre = ImagePoint::new(450.0, 300.0);
     let set = planted(centre, ObjectDistance::Metres(2.0));
     for weighting in [Weighting::Weighted, Weighting::Unweighted] {
-        let settings = FitSettings {
+        let settings = MomentsSettings {
             weighting,
-            ..FitSettings::default()
+            ..MomentsSettings::default()
         };
         let fit = fit_moments(std::slice::from_ref(&set), &settings).expect("fits");
         let plane = &fit.lens.moments_channels()[0].planes[0];
@@ -106,9 +106,9 @@ fn the_axis_is_found_when_free() {
         .frame
         .with_axis(ImagePoint::new(450.0, 300.0))
         .expect("valid");
-    let settings = FitSettings {
+    let settings = MomentsSettings {
         axis: AxisChoice::Free,
-        ..FitSettings::default()
+        ..MomentsSettings::default()
     };
     let fit = fit_moments(&[set], &settings).expect("fits");
     let found = fit.axis.expect("asked for");
@@ -125,7 +125,7 @@ fn outliers_and_saturated_tiles_are_rejected_and_named() {
     let mut samples = tile.samples().to_vec();
     samples[200] += 0.3;
     set.observations[9].tiles[0] = Tile::new(61, 61, samples).expect("valid");
-    let fit = fit_moments(&[set], &FitSettings::default()).expect("fits");
+    let fit = fit_moments(&[set], &MomentsSettings::default()).expect("fits");
     let named: Vec<usize> = fit.rejected.iter().map(|r| r.observation).collect();
     assert_eq!(named, [5, 9]);
     assert!(fit.rejected[0].reason.contains("saturated"));
@@ -134,33 +134,33 @@ fn outliers_and_saturated_tiles_are_rejected_and_named() {
 }
 
 #[test]
-fn sets_that_do_not_belong_together_are_refused() {
+fn incompatible_sets_are_rejected() {
     let centre = ImagePoint::new(450.0, 300.0);
     let near = planted(centre, ObjectDistance::Metres(2.0));
     let mut other = planted(centre, ObjectDistance::Metres(4.0));
     other.channels = vec!["R".into()];
-    let error =
-        fit_moments(&[near.clone(), other], &FitSettings::default()).expect_err("channels differ");
+    let error = fit_moments(&[near.clone(), other], &MomentsSettings::default())
+        .expect_err("channels differ");
     assert!(error.place.contains("channels"), "{error}");
     let mut mixed = near.clone();
     mixed.observations[3].distance = ObjectDistance::Unknown;
-    let error = fit_moments(&[mixed], &FitSettings::default()).expect_err("mixed distances");
+    let error = fit_moments(&[mixed], &MomentsSettings::default()).expect_err("mixed distances");
     assert!(error.place.contains("depth_m"), "{error}");
     let mut few = near;
     few.observations.truncate(2);
-    assert!(fit_moments(&[few], &FitSettings::default()).is_err());
-    assert!(fit_moments(&[], &FitSettings::default()).is_err());
+    assert!(fit_moments(&[few], &MomentsSettings::default()).is_err());
+    assert!(fit_moments(&[], &MomentsSettings::default()).is_err());
 }
 
 #[test]
-fn one_distance_is_said_to_tell_nothing_of_depth() {
+fn a_single_distance_gives_a_depth_warning() {
     let set = planted(ImagePoint::new(450.0, 300.0), ObjectDistance::Metres(2.0));
-    let fit = fit_moments(&[set], &FitSettings::default()).expect("fits");
+    let fit = fit_moments(&[set], &MomentsSettings::default()).expect("fits");
     assert!(
-        fit.remarks
+        fit.warnings
             .iter()
             .any(|r| r.contains("one object distance")),
         "{:?}",
-        fit.remarks
+        fit.warnings
     );
 }

@@ -1,35 +1,35 @@
-//! How alike two blurs make a picture: forward-blur signal to noise (M_FB of the paper, Eq 45).
+//! Forward-blur signal-to-noise ratio M_FB of the paper (Eq 45).
 //!
-//! M_FB = 10 log10( Var[P * Z] / mean((P * Z - Q * Z)²) ) for the true kernel P, its stand-in Q and a
-//! picture Z. Z is mirrored to twice its width and height and taken as periodic, so that no border
-//! enters, and its mean is removed. Then for any kernel K
+//! M_FB = 10 log10( Var[P * Z] / mean((P * Z - Q * Z)²) ) for the true kernel P, its approximation Q and an
+//! image Z. Z is extended by mirroring to twice its width and height and taken as periodic, so borders have
+//! no influence; its mean is removed. Then for any kernel K
 //!
-//!   V(K) = mean((K * Z)²) = sum over lags d of R_K(d) A(d)
+//! V(K) = mean((K * Z)²) = sum over lags d of R_K(d) A(d)
 //!
-//! with R_K and A the autocorrelations of K and of Z, and M_FB = 10 log10(V(P) / V(P - Q)): exact, and
-//! at the cost of one small transform a kernel instead of a convolution.
+//! with the autocorrelations R_K of K and A of Z (Wiener-Khinchin), and M_FB = 10 log10(V(P) / V(P - Q)).
+//! This is exact, and costs one small transform per kernel instead of a convolution.
 //!
-//! The picture decides the figures more than the methods do (the reference study saw 1 to 6 dB between
-//! two photographs): compare only like with like.
+//! The choice of image changes the figures more than the choice of method does (1 to 6 dB between two
+//! photographs in the reference study). Compare only figures of the same image.
 
 use realfft::num_complex::Complex;
 
 use super::TestImage;
-use super::spectrum::{Transform, quick_length};
+use super::spectrum::{Transform, fast_fft_length};
 
-/// V(P) / V(P - Q) is not told apart from an exact match beyond this ratio: 10 log10 of it is 300 dB.
-const EXACT: f64 = 1e30;
+/// Largest ratio V(P) / V(P - Q) reported: 300 dB.
+const MAX_POWER_RATIO: f64 = 1e30;
 
-/// The autocorrelation of a test image, mirrored and periodic: made once, used for every kernel size.
-pub struct ImageCorrelation {
+/// Autocorrelation of a mirrored, periodic test image. Made once and used for every kernel size.
+pub struct ImageAutocorrelation {
     width: usize,
     height: usize,
-    /// Row-major, lag (0, 0) first; every column of the half plane of x lags 0..=width / 2.
+    /// Row-major, lag (0, 0) first; the half plane of x lags 0..=width / 2.
     values: Vec<f64>,
 }
 
-impl ImageCorrelation {
-    /// Of `image`, mirrored to twice its size, its mean removed.
+impl ImageAutocorrelation {
+    /// Computes the autocorrelation of `image`, mirrored to twice its size, without its mean.
     pub fn new(image: &TestImage) -> Self {
         let (w, h) = (image.width(), image.height());
         let (width, height) = (2 * w, 2 * h);
@@ -42,8 +42,8 @@ impl ImageCorrelation {
         }
         let transform = Transform::new(width, height);
         let spectrum = transform.apply(&mirrored, width);
-        // The power spectrum is real and even, so transforming it forth is as good as back. It is laid
-        // out whole; entry (kx, ky) of the other half plane equals (-kx, -ky).
+        // The power spectrum is real and even, so a forward transform serves as the inverse. Entry (kx, ky)
+        // of the other half plane equals (-kx, -ky).
         let mut power = vec![0.0; width * height];
         for ky in 0..height {
             for kx in 0..width {
@@ -67,7 +67,7 @@ impl ImageCorrelation {
         }
     }
 
-    /// Mean over the picture of Z(x) Z(x + d), lag d = (`dx`, `dy`) px.
+    /// Returns the mean over the image of Z(x) Z(x + d) at lag d = (`dx`, `dy`) px.
     fn at(&self, dx: i64, dy: i64) -> f64 {
         let mut x = dx.rem_euclid(self.width as i64) as usize;
         let mut y = dy.rem_euclid(self.height as i64) as usize;
@@ -78,9 +78,9 @@ impl ImageCorrelation {
         self.values[x * self.height + y]
     }
 
-    /// A scorer of kernels drawn on squares of `side` px.
+    /// Returns a scorer of kernels on squares of `side` px.
     pub fn scorer(&self, side: usize) -> BlurScorer {
-        let size = quick_length(2 * side);
+        let size = fast_fft_length(2 * side);
         let transform = Transform::new(size, size);
         let mut lags = vec![0.0; size * size];
         let most = side as i64 - 1;
@@ -108,26 +108,26 @@ impl ImageCorrelation {
     }
 }
 
-/// M_FB of kernels on squares of one size under one picture.
+/// Forward-blur SNR of kernels of one size under one image.
 pub struct BlurScorer {
     side: usize,
     transform: Transform,
-    /// What each entry of a kernel's power spectrum adds to V.
+    /// Contribution of each entry of a kernel's power spectrum to V.
     weights: Vec<f64>,
 }
 
 impl BlurScorer {
-    /// Side of the squares on which kernels are given, px.
+    /// Returns the side of the kernels, px.
     pub fn side(&self) -> usize {
         self.side
     }
 
-    /// V(K): mean square of the picture convolved with `kernel` (row-major, [`BlurScorer::side`]
-    /// squared samples).
+    /// Returns V(K), the mean square of the image convolved with `kernel` (row-major, [`BlurScorer::side`]²
+    /// samples).
     ///
     /// # Panics
     /// If `kernel` has another number of samples.
-    pub fn mean_square(&self, kernel: &[f64]) -> f64 {
+    pub fn blurred_power(&self, kernel: &[f64]) -> f64 {
         assert_eq!(kernel.len(), self.side * self.side, "one sample a pixel");
         let spectrum = self.transform.apply(kernel, self.side);
         spectrum
@@ -137,15 +137,20 @@ impl BlurScorer {
             .sum()
     }
 
-    /// M_FB in dB of `stand_in` for `truth`, whose V(P) is `truth_square`; 300 dB at most.
+    /// Returns M_FB in dB of `approximation` for `reference`, whose V(P) is `reference_power`; at most 300
+    /// dB.
     ///
     /// # Panics
-    /// If either kernel is not of [`BlurScorer::side`] squared samples.
-    pub fn decibels(&self, truth: &[f64], truth_square: f64, stand_in: &[f64]) -> f64 {
-        assert_eq!(truth.len(), stand_in.len(), "kernels of one size");
-        let difference: Vec<f64> = truth.iter().zip(stand_in).map(|(p, q)| p - q).collect();
-        let error = self.mean_square(&difference);
-        10.0 * (truth_square / error.max(truth_square / EXACT)).log10()
+    /// If either kernel does not have [`BlurScorer::side`]² samples.
+    pub fn snr_db(&self, reference: &[f64], reference_power: f64, approximation: &[f64]) -> f64 {
+        assert_eq!(reference.len(), approximation.len(), "kernels of one size");
+        let difference: Vec<f64> = reference
+            .iter()
+            .zip(approximation)
+            .map(|(p, q)| p - q)
+            .collect();
+        let error = self.blurred_power(&difference);
+        10.0 * (reference_power / error.max(reference_power / MAX_POWER_RATIO)).log10()
     }
 }
 
@@ -154,8 +159,7 @@ mod tests {
     use super::*;
     use seidel_optics::numeric::SplitMix64;
 
-    /// Mean square of the mirrored, periodic, zero-mean picture convolved with `kernel`, by the sums
-    /// of the definition.
+    /// Mean square of the mirrored, periodic, zero-mean image convolved with `kernel`, by direct summation.
     fn by_convolution(image: &TestImage, kernel: &[f64], side: usize) -> f64 {
         let (w, h) = (image.width(), image.height());
         let mean = image.samples().iter().sum::<f64>() / (w * h) as f64;
@@ -183,11 +187,11 @@ mod tests {
     #[test]
     fn the_fast_form_equals_convolution() {
         let mut random = SplitMix64::new(3);
-        // Kernels smaller and larger than the mirrored picture.
+        // Kernels smaller and larger than the mirrored image.
         for (width, height, side) in [(7, 6, 3), (5, 8, 4), (3, 4, 11)] {
             let samples = (0..width * height).map(|_| random.unit()).collect();
             let image = TestImage::new(width, height, samples).expect("valid");
-            let scorer = ImageCorrelation::new(&image).scorer(side);
+            let scorer = ImageAutocorrelation::new(&image).scorer(side);
             let kernel = |random: &mut SplitMix64| -> Vec<f64> {
                 (0..side * side).map(|_| random.unit() - 0.3).collect()
             };
@@ -195,9 +199,9 @@ mod tests {
             let difference: Vec<f64> = p.iter().zip(&q).map(|(p, q)| p - q).collect();
             let signal = by_convolution(&image, &p, side);
             let error = by_convolution(&image, &difference, side);
-            let got = scorer.mean_square(&p);
+            let got = scorer.blurred_power(&p);
             assert!((got / signal - 1.0).abs() < 1e-9, "{got} {signal}");
-            let got = scorer.decibels(&p, got, &q);
+            let got = scorer.snr_db(&p, got, &q);
             let want = 10.0 * (signal / error).log10();
             assert!((got - want).abs() < 1e-9, "{got} {want}");
         }
@@ -206,8 +210,8 @@ mod tests {
     #[test]
     fn an_exact_match_is_finite() {
         let image = TestImage::new(2, 2, vec![0.0, 1.0, 2.0, 5.0]).expect("valid");
-        let scorer = ImageCorrelation::new(&image).scorer(1);
-        let square = scorer.mean_square(&[1.0]);
-        assert!((scorer.decibels(&[1.0], square, &[1.0]) - 300.0).abs() < 1e-9);
+        let scorer = ImageAutocorrelation::new(&image).scorer(1);
+        let square = scorer.blurred_power(&[1.0]);
+        assert!((scorer.snr_db(&[1.0], square, &[1.0]) - 300.0).abs() < 1e-9);
     }
 }

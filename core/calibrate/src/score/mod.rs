@@ -6,8 +6,8 @@ mod spectrum;
 mod test_image;
 mod tiles;
 
-pub use forward_blur::{BlurScorer, ImageCorrelation};
-pub(crate) use kernel::{draw, kernel_of_lens, on_pixels};
-pub(crate) use spectrum::quick_length;
+pub use forward_blur::{BlurScorer, ImageAutocorrelation};
+pub(crate) use kernel::{predicted_kernel, render_kernel, with_pixel_integration};
+pub(crate) use spectrum::fast_fft_length;
 pub use test_image::TestImage;
-pub(crate) use tiles::{PlacedTile, place as place_tiles, to_unit_sum};
+pub(crate) use tiles::{PreparedTile, prepare_tiles, to_unit_sum};

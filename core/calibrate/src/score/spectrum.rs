@@ -5,11 +5,10 @@ use std::sync::Arc;
 use realfft::num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 
-/// The transform of real `width` x `height` arrays, planned once.
+/// A planned transform of real `width` x `height` arrays.
 ///
-/// Only the half plane of column frequencies 0..=width / 2 is made: the other half is its conjugate.
-/// Columns are transformed as two real sequences, their real and imaginary parts, so that one kind of
-/// transform does for both directions.
+/// Only the half plane of column frequencies 0..=width / 2 is computed; the other half is its conjugate.
+/// Columns are transformed as two real sequences, their real and imaginary parts.
 pub(crate) struct Transform {
     width: usize,
     height: usize,
@@ -28,12 +27,12 @@ impl Transform {
         }
     }
 
-    /// How many column frequencies are made: 0..=width / 2.
+    /// Returns the number of column frequencies, width / 2 + 1.
     pub(crate) fn columns(&self) -> usize {
         self.width / 2 + 1
     }
 
-    /// In how many entries of the whole plane the values of column frequency `kx` occur.
+    /// Returns how many entries of the full plane hold column frequency `kx`: 1 or 2.
     pub(crate) fn multiplicity(&self, kx: usize) -> f64 {
         if kx == 0 || 2 * kx == self.width {
             1.0
@@ -42,8 +41,8 @@ impl Transform {
         }
     }
 
-    /// The unnormalised transform of `samples`, rows of `row_length` at the top left of an array
-    /// otherwise zero: entry `kx * height + ky` for column frequency kx and row frequency ky.
+    /// Returns the unnormalised transform of `samples`, rows of `row_length` zero-padded at the right and
+    /// bottom. Entry `kx * height + ky` holds column frequency kx and row frequency ky.
     pub(crate) fn apply(&self, samples: &[f64], row_length: usize) -> Vec<Complex<f64>> {
         debug_assert!(row_length <= self.width && samples.len() <= row_length * self.height);
         let mut plane = vec![Complex::default(); self.columns() * self.height];
@@ -52,7 +51,7 @@ impl Transform {
         let mut scratch = self.across.make_scratch_vec();
         for (y, given) in samples.chunks_exact(row_length).enumerate() {
             row[..row_length].copy_from_slice(given);
-            // The transform uses its input as working space.
+            // The transform overwrites its input.
             row[row_length..].fill(0.0);
             self.across
                 .process_with_scratch(&mut row, &mut line, &mut scratch)
@@ -90,9 +89,9 @@ impl Transform {
     }
 }
 
-/// The least even number not below `least` whose only prime factors are 2, 3 and 5: quick to
-/// transform.
-pub(crate) fn quick_length(least: usize) -> usize {
+/// Returns the least even number of at least `least` with no prime factors other than 2, 3 and 5, for fast
+/// transforms.
+pub(crate) fn fast_fft_length(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for p in [2, 3, 5] {
             while n.is_multiple_of(p) {
@@ -139,6 +138,9 @@ mod tests {
 
     #[test]
     fn quick_lengths_are_even_and_smooth() {
-        assert_eq!([1, 7, 50, 97, 129].map(quick_length), [2, 8, 50, 100, 144]);
+        assert_eq!(
+            [1, 7, 50, 97, 129].map(fast_fft_length),
+            [2, 8, 50, 100, 144]
+        );
     }
 }

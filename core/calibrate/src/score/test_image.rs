@@ -1,9 +1,9 @@
-//! The picture Z that kernels are compared on, and one made by the program.
+//! Test image Z of the forward-blur score, read or synthetic.
 
 use seidel_optics::error::{Error, Result};
 use seidel_optics::numeric::SplitMix64;
 
-/// A grey picture, scene-linear.
+/// A scene-linear grey image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TestImage {
     width: usize,
@@ -11,20 +11,20 @@ pub struct TestImage {
     samples: Vec<f64>,
 }
 
-/// Side of the picture made by the program, px.
+/// Side of the synthetic image, px.
 const SIDE: usize = 512;
-/// Samples along each side of a pixel of it, averaged: softens the discs' edges as a sensor does.
+/// Subsamples per pixel side, averaged as a sensor averages.
 const OVERSAMPLING: usize = 2;
-/// Least and largest radius of the discs, px.
+/// Smallest and largest radius of the discs, px.
 const RADII_PX: [f64; 2] = [1.0, 160.0];
 /// Seed of [`TestImage::natural`].
 const SEED: u64 = 2014;
 
 impl TestImage {
-    /// A picture of `width` x `height` samples, row-major from the top-left pixel.
+    /// Creates an image of `width` x `height` samples, row-major from the top-left pixel.
     ///
     /// # Errors
-    /// A zero size, a sample count that differs from it, samples that are not finite or all alike.
+    /// A zero size, another number of samples, non-finite samples, or a uniform image.
     pub fn new(width: usize, height: usize, samples: Vec<f64>) -> Result<Self> {
         let bad = |problem: String, remedy: &str| Err(Error::new("test image", problem, remedy));
         if width == 0 || height == 0 || width.checked_mul(height) != Some(samples.len()) {
@@ -49,7 +49,7 @@ impl TestImage {
         }
         if samples.iter().all(|s| *s == samples[0]) {
             return bad(
-                "is the same everywhere, so that no blur shows".into(),
+                "is uniform, so blur has no effect on it".into(),
                 "give a picture with detail",
             );
         }
@@ -60,12 +60,11 @@ impl TestImage {
         })
     }
 
-    /// The program's own picture: 512 x 512 px with the statistics of natural scenes, the same on every
-    /// machine.
+    /// Returns a synthetic image of 512 x 512 px with natural statistics, identical on every machine.
     ///
-    /// Dead leaves (Matheron 1968; Lee, Mumford and Huang 2001): opaque discs of uniform grey dropped
-    /// until the plane is full, the number of radii r falling as r^-3, which makes the picture look
-    /// alike at every scale. Its amplitude spectrum falls about as 1 / frequency, as that of photographs does.
+    /// The dead-leaves model (Matheron 1968; Lee, Mumford and Huang 2001): opaque discs of uniform grey are
+    /// dropped until the plane is covered. The number of radii r falls as r^-3, which makes the image
+    /// scale-invariant. Its amplitude spectrum falls about as 1 / frequency, as that of photographs does.
     pub fn natural() -> Self {
         Self::dead_leaves(SEED)
     }
@@ -75,8 +74,8 @@ impl TestImage {
         let fine = SIDE * OVERSAMPLING;
         let [least, largest] = RADII_PX.map(|r| r * OVERSAMPLING as f64);
         let (near, far) = (1.0 / (least * least), 1.0 / (largest * largest));
-        // From the front backwards: a sample keeps the first disc that covers it. Only additions,
-        // products and roots, which every machine rounds alike.
+        // Front to back: a sample keeps the first disc that covers it. Only additions, products and roots are
+        // used, which every machine rounds alike.
         let mut plane = vec![f64::NAN; fine * fine];
         let mut left = plane.len();
         while left > 0 {
@@ -113,17 +112,17 @@ impl TestImage {
         }
     }
 
-    /// Width in pixels.
+    /// Returns the width, px.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height, px.
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// The samples, row-major.
+    /// Returns the samples, row-major.
     pub fn samples(&self) -> &[f64] {
         &self.samples
     }
@@ -134,12 +133,12 @@ mod tests {
     use super::*;
     use crate::score::spectrum::Transform;
 
-    /// Exponent of the amplitude spectrum: the slope of log amplitude (root mean power of a ring an
-    /// octave third wide) against log frequency from 4 to 128 cycles a picture.
+    /// Exponent of the amplitude spectrum: slope of log amplitude (root mean power of a ring a third of an
+    /// octave wide) against log frequency from 4 to 128 cycles per image.
     fn slope(image: &TestImage) -> f64 {
         let (w, h) = (image.width(), image.height());
         let mean = image.samples().iter().sum::<f64>() / (w * h) as f64;
-        // A Hann window, so that the border's jump does not fill the spectrum.
+        // A Hann window suppresses the discontinuity at the border.
         let hann = |k: usize, n: usize| {
             0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).cos()
         };
@@ -181,13 +180,13 @@ mod tests {
     }
 
     #[test]
-    fn the_made_picture_has_a_natural_spectrum() {
+    fn the_synthetic_image_has_a_natural_spectrum() {
         let got = slope(&TestImage::natural());
         assert!((got + 1.0).abs() < 0.25, "amplitude ~ f^{got}");
     }
 
     #[test]
-    fn the_made_picture_is_full_and_always_the_same() {
+    fn the_synthetic_image_is_covered_and_reproducible() {
         let image = TestImage::natural();
         assert!(image.samples().iter().all(|v| (0.0..1.0).contains(v)));
         assert_eq!(image, TestImage::natural());
@@ -195,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_without_use_are_refused() {
+    fn invalid_images_are_rejected() {
         assert!(TestImage::new(2, 2, vec![0.0; 3]).is_err());
         assert!(TestImage::new(0, 0, vec![]).is_err());
         assert!(TestImage::new(2, 1, vec![0.5; 2]).is_err());

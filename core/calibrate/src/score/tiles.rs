@@ -1,4 +1,4 @@
-//! Measured tiles made ready for comparison: unit sum, laid in squares of one size.
+//! Measured tiles prepared for comparison: unit sum, on squares of one size.
 
 use crate::measure::MeasuredTile;
 use seidel_optics::field::{FieldPoint, Frame};
@@ -8,45 +8,45 @@ use seidel_optics::moments::support::{self, Support};
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::psf::SampleGrid;
 
-/// Empty pixels on each side of the largest tile of a group without noise, so that what a model draws
-/// beyond the tile counts against it. Where noise masks the tiles nothing is known beyond their
-/// edges, and there is no margin.
+/// Zero margin on each side of the largest tile of a group without noise, px. It penalises predictions beyond
+/// the tile. Masked tiles get no margin, because nothing is known beyond their support.
 pub(crate) const MARGIN_PX: usize = 8;
 
-/// One tile on the square of its group.
-pub(crate) struct PlacedTile {
-    /// Place in the field of the lens.
+/// A measured tile on the square of its group.
+pub(crate) struct PreparedTile {
+    /// Field position.
     pub(crate) field: FieldPoint,
-    /// Measured central moments, the pixel's area included: those that a kernel sampled at pixel
-    /// centres must have.
-    pub(crate) plain: CentralMoments,
+    /// Measured central moments with pixel integration, as kernels sampled at pixel centres have them.
+    pub(crate) moments: CentralMoments,
     /// Measured centroid, px from the top-left corner of the square.
     pub(crate) centroid: (f64, f64),
-    /// The tile, zero outside its support, unit sum, row-major on the square.
-    pub(crate) truth: Vec<f64>,
+    /// Samples of unit sum, zero outside the support, row-major on the square.
+    pub(crate) measured: Vec<f64>,
 }
 
-impl PlacedTile {
-    /// Centroid from the centre of a square of `side` px.
+impl PreparedTile {
+    /// Returns the centroid relative to the centre of a square of `side` px.
     pub(crate) fn off_centre(&self, side: usize) -> (f64, f64) {
         let middle = side as f64 / 2.0;
         (self.centroid.0 - middle, self.centroid.1 - middle)
     }
 
-    /// The square as a grid about the centroid.
+    /// Returns the square as a sample grid about the centroid.
     pub(crate) fn window(&self, side: usize) -> SampleGrid {
         SampleGrid::for_tile(side, side, self.centroid.0, self.centroid.1)
     }
 }
 
-/// Lays the tiles of one channel at one distance, of any of `sets`, in squares as large as the largest of them and, if
-/// none is masked, [`MARGIN_PX`] more on each side. Returns the squares' side in px.
-pub(crate) fn place(
+/// Prepares the tiles of one channel at one distance. Returns the side of the squares in px, and the tiles.
+///
+/// Squares are as large as the largest tile; if no tile is masked they have a margin of [`MARGIN_PX`] on each
+/// side.
+pub(crate) fn prepare_tiles(
     sets: &[ObservationSet],
     tiles: &[&MeasuredTile],
     frame: &Frame,
     support: Support,
-) -> (usize, Vec<PlacedTile>) {
+) -> (usize, Vec<PreparedTile>) {
     let mut largest = 0;
     let mut masks = Vec::with_capacity(tiles.len());
     for measured in tiles {
@@ -69,40 +69,41 @@ pub(crate) fn place(
         .iter()
         .zip(masks)
         .map(|(measured, mask)| {
-            place_one(&sets[measured.set], measured, frame, mask.as_deref(), side)
+            prepare_tile(&sets[measured.set], measured, frame, mask.as_deref(), side)
         })
         .collect();
     (side, placed)
 }
 
-fn place_one(
+fn prepare_tile(
     set: &ObservationSet,
     measured: &MeasuredTile,
     frame: &Frame,
     mask: Option<&[bool]>,
     side: usize,
-) -> PlacedTile {
+) -> PreparedTile {
     let observation = &set.observations[measured.observation];
     let light = observation.light(measured.channel);
     let (width, height) = (light.width(), light.height());
     let (left, top) = ((side - width) / 2, (side - height) / 2);
-    let mut truth = vec![0.0; side * side];
+    let mut measured_kernel = vec![0.0; side * side];
     for (index, &sample) in light.samples().iter().enumerate() {
         if mask.is_none_or(|m| m[index]) {
-            truth[(top + index / width) * side + left + index % width] = f64::from(sample);
+            measured_kernel[(top + index / width) * side + left + index % width] =
+                f64::from(sample);
         }
     }
-    to_unit_sum(&mut truth);
+    to_unit_sum(&mut measured_kernel);
     let (x, y) = observation.tile_point(measured.centroid);
-    PlacedTile {
+    PreparedTile {
         field: measured.field_point(frame),
-        plain: measured.optical.with_added_variance(PIXEL_VARIANCE_PX2),
+        moments: measured.optical.with_added_variance(PIXEL_VARIANCE_PX2),
         centroid: (left as f64 + x, top as f64 + y),
-        truth,
+        measured: measured_kernel,
     }
 }
 
-/// Scales `kernel` to unit sum; left as it is if its sum is zero.
+/// Scales `kernel` to unit sum, unless its sum is zero.
 pub(crate) fn to_unit_sum(kernel: &mut [f64]) {
     let sum: f64 = kernel.iter().sum();
     if sum != 0.0 {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-use crate::score::quick_length;
+use crate::score::fast_fft_length;
 
 /// Transforms of arrays whose rows are `stride` long.
 pub(super) struct Helix {
@@ -25,7 +25,7 @@ pub(super) struct Helix {
 impl Helix {
     /// For square arrays of side `stride`.
     pub(super) fn new(stride: usize) -> Self {
-        let length = quick_length(stride * stride);
+        let length = fast_fft_length(stride * stride);
         let mut planner = RealFftPlanner::new();
         Self {
             stride,

@@ -1,28 +1,28 @@
-//! What a residual counts: its pixels as they are, or what it does to a picture.
+//! Weighting of residuals over spatial frequency.
 
-/// How the pixels of a residual are weighed against each other.
+/// Weighting of the residual pixels of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Metric {
-    /// Every pixel alike: right where noise is all that parts model and data.
+    /// White: all pixels alike. The maximum-likelihood choice where noise dominates.
     Pixels,
-    /// By the spectrum of natural pictures, 1 / f²: what a wrong PSF does to a picture. Right where
-    /// the model's own shortcomings part it from the data, for it spends what freedom there is on
-    /// what is seen.
+    /// Weighted by the power spectrum of natural images, 1 / f², as the effect of a PSF error on an image is.
+    /// The choice where model error dominates over noise.
     #[default]
-    Picture,
+    NaturalSpectrum,
 }
 
 impl Metric {
-    /// `columns` values a pixel of a `width` x `height` tile made ready for a plain sum of squares:
-    /// appends all samples that count, weighed.
+    /// Appends to `out` the weighted samples of a tile, whose plain sum of squares is the weighted misfit.
     ///
-    /// A pyramid stands in for the spectrum: each level is the one before blurred and halved in
-    /// size, and weighed so that the levels that hold a frequency f add up to about 1 / f².
-    pub(super) fn weigh(
+    /// `samples` hold `columns` values per pixel of a `width` x `height` tile. The 1 / f² weighting is
+    /// approximated by a binomial pyramid: each level is the previous one blurred and halved, with weights
+    /// such that the levels holding a frequency f add up to about 1 / f².
+    pub(super) fn apply(
         self,
         samples: &[f64],
         columns: usize,
-        (width, height): (usize, usize),
+        width: usize,
+        height: usize,
         out: &mut Vec<f64>,
     ) {
         out.clear();
@@ -32,33 +32,29 @@ impl Metric {
         }
         let mut level = samples.to_vec();
         let (mut w, mut h) = (width, height);
-        // A level's samples are four times as few and stand for a spectrum four times as strong.
+        // A level has a quarter of the samples and stands for four times the power.
         let mut weight = 1.0;
         loop {
             out.extend(level.iter().map(|v| v * weight));
             if w.max(h) <= 2 {
                 return;
             }
-            (level, w, h) = halved(&level, columns, (w, h));
+            (level, w, h) = halved(&level, columns, w, h);
             weight *= GROWTH;
         }
     }
 }
 
-/// Root of the weight of a level's samples over the level before: 4 for as many fewer samples, and
-/// 4 for half the frequency.
+/// Amplitude weight of a level relative to the one before: sqrt(4 * 4), for a quarter of the samples and half
+/// the frequency.
 const GROWTH: f64 = 4.0;
 
-/// Blurs with (1, 3, 3, 1) / 8 along both axes and keeps every second sample, beyond the edges dark.
-/// The sum over samples becomes a quarter.
-fn halved(
-    level: &[f64],
-    columns: usize,
-    (width, height): (usize, usize),
-) -> (Vec<f64>, usize, usize) {
+/// Blurs with (1, 3, 3, 1) / 8 along both axes and keeps every second sample, with zeros beyond the edges.
+/// The sum over samples falls to a quarter.
+fn halved(level: &[f64], columns: usize, width: usize, height: usize) -> (Vec<f64>, usize, usize) {
     let (w, h) = (width / 2 + 1, height / 2 + 1);
     let taps = |k: usize, size: usize| {
-        // Sample k of the half level lies between samples 2 k - 1 and 2 k.
+        // Sample k of the half-size level lies between samples 2 k - 1 and 2 k.
         [(0, 0.125), (1, 0.375), (2, 0.375), (3, 0.125)]
             .into_iter()
             .filter_map(move |(t, weight)| {
@@ -103,7 +99,7 @@ mod tests {
                 .map(|k| ((k % size) as f64 / period * std::f64::consts::TAU).sin())
                 .collect();
             let mut out = Vec::new();
-            Metric::Picture.weigh(&samples, 1, (size, size), &mut out);
+            Metric::NaturalSpectrum.apply(&samples, 1, size, size, &mut out);
             out.iter().map(|v| v * v).sum()
         };
         for period in [6.0, 9.0, 12.0] {
@@ -117,8 +113,8 @@ mod tests {
         let samples: Vec<f64> = (0..35).map(|k| f64::from(k * k % 11)).collect();
         let doubled: Vec<f64> = samples.iter().flat_map(|v| [*v, 2.0 * v]).collect();
         let (mut one, mut two) = (Vec::new(), Vec::new());
-        Metric::Picture.weigh(&samples, 1, (7, 5), &mut one);
-        Metric::Picture.weigh(&doubled, 2, (7, 5), &mut two);
+        Metric::NaturalSpectrum.apply(&samples, 1, 7, 5, &mut one);
+        Metric::NaturalSpectrum.apply(&doubled, 2, 7, 5, &mut two);
         for (k, v) in one.iter().enumerate() {
             assert!((two[2 * k] - v).abs() < 1e-12 && (two[2 * k + 1] - 2.0 * v).abs() < 1e-12);
         }

@@ -1,146 +1,155 @@
-//! A whole lens from the pixels of all its tiles: `--model reduced` and `--model extended`.
+//! Pixel fit: a lens described by its pupil, fitted to the pixels of all tiles (`--model reduced`,
+//! `extended`).
 //!
-//! Starts come from moments ([`super::starts`]); each is tried on a few tiles, and the best is refined
-//! on all of them over all distances and channels at once (`descent`). How freely each number may
-//! change with vergence is decided by distances left out, and what the law leaves at the measured
-//! ones is kept where zones of the field left out say so (`law`). Effects are added one by one
-//! (`extend`). A fifth of the PSFs takes no part in any of this and says how good it is (`score`).
+//! 1. Initial estimates come from moments ([`super::initial`]) and are compared on few tiles (`context`).
+//! 2. The best is refined over all tiles, distances and channels by Levenberg-Marquardt with a robust loss
+//! per tile (`levenberg_marquardt`). Flux and centroid of each tile are eliminated (`tile_equations`).
+//! 3. The degrees of the parameters in vergence are selected by cross-validation over distances, and residual
+//! corrections per distance by cross-validation over field zones (`vergence_law`).
+//! 4. The extended model adds fifth-order aberrations and vignetting (`extended`).
+//! 5. Standard errors come from the Fisher information or a sandwich estimator (`covariance`). About a fifth
+//! of the PSFs are held out and score the result (`score`).
 
-mod change;
-mod descent;
-mod errors;
-mod extend;
-mod job;
-mod law;
-mod layout;
+mod context;
+mod covariance;
+mod extended;
+mod jacobian;
+mod levenberg_marquardt;
 mod metric;
+mod parameters;
 mod report;
 mod score;
 #[cfg(test)]
 mod tests;
-mod tile;
+mod tile_equations;
+mod vergence_law;
 
-pub use errors::{Correlation, Unclear};
-pub use layout::{Freedom, Quantity, Structure};
+pub use covariance::{Correlation, PoorlyDetermined};
 pub use metric::Metric;
+pub use parameters::{ModelStructure, PolynomialSpec, Quantity};
 pub use report::{ChannelReport, PupilFit};
 
-use super::{AxisChoice, axis, displacement, holdout, one_camera, plane};
+use super::{AxisChoice, axis, check_same_camera, displacement, holdout, plane};
 use crate::measure::{MeasuredTile, Rejection, measure};
 use crate::score::TestImage;
-use job::Job;
+use context::FitContext;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
 use seidel_optics::moments::support::Support;
 use seidel_optics::observations::ObservationSet;
 
-/// How to fit the pixels of a lens.
+/// Settings of [`fit_pupil`].
 #[derive(Debug, Clone, Default)]
 pub struct PupilSettings {
-    /// Whether effects are added.
-    pub extension: Extension,
-    /// Where the optical axis is.
+    /// The model to fit.
+    pub model: PupilModel,
+    /// Position of the optical axis.
     pub axis: AxisChoice,
-    /// Which pixels of a tile take part.
+    /// Pixels of a tile that take part.
     pub support: Support,
-    /// Whether all PSFs take part, and none is kept aside.
+    /// Fits all PSFs and holds none out; the profile then has no held-out score.
     pub use_all: bool,
-    /// Whether the lens is the same law over all distances, without what it leaves at each.
+    /// Describes each parameter by a polynomial in vergence alone, without residual corrections at the
+    /// measured distances.
     pub law_only: bool,
-    /// The picture through which kept-aside PSFs are compared; one with natural statistics if none.
-    pub picture: Option<TestImage>,
+    /// Test image of the held-out score; [`TestImage::natural`] if `None`.
+    pub test_image: Option<TestImage>,
 }
 
-/// Whether a fit adds effects, fifth-order aberrations and vignetting, to the reduced numbers.
+/// The model that [`fit_pupil`] fits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Extension {
-    /// It does not.
+pub enum PupilModel {
+    /// The five reduced numbers (third-order aberrations) and a symmetric blur.
     #[default]
-    Never,
-    /// Where PSFs kept aside show that third order falls short, and that effects mend it.
-    WhereNeeded,
-    /// It does.
-    Always,
+    Reduced,
+    /// Also fifth-order aberrations, and vignetting where it lowers the misfit.
+    Extended,
+    /// [`PupilModel::Extended`] where the held-out pixel gap of [`PupilModel::Reduced`] is above 0.001 and the
+    /// extended model gains at least 1 dB on the held-out PSFs; [`PupilModel::Reduced`] otherwise.
+    Auto,
 }
 
-/// Mean gap of PSFs kept aside from which on third order falls short, and the forward-blur signal to
-/// noise that effects must gain to be kept, dB.
-const FALLS_SHORT: f64 = 1e-3;
-const GAINS_DB: f64 = 1.0;
+/// Held-out pixel gap above which the reduced model is insufficient, and the gain in held-out forward-blur
+/// SNR (dB) that the extended model must reach.
+const MAX_REDUCED_GAP: f64 = 1e-3;
+const MIN_GAIN_DB: f64 = 1.0;
 
-/// Fits a lens ray by ray to one or more observation sets of one camera.
+/// Fits a lens described by its pupil to one or more observation sets of one camera.
 ///
 /// # Errors
-/// Sets of different frames or channels, known and unknown distances mixed, and channels with too few
-/// usable tiles to start from.
+/// Sets that differ in frame, channels or axis; known and unknown distances mixed; channels with too few
+/// usable tiles for an initial estimate.
 pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<PupilFit> {
-    let first = one_camera(sets)?;
+    let first = check_same_camera(sets)?;
     let mut frame = match settings.axis {
         AxisChoice::At(axis) => first.frame.with_axis(axis)?,
         AxisChoice::AsObserved | AxisChoice::Free => first.frame,
     };
     let mut rejected = Vec::new();
     let measured = measure(sets, settings.support, &mut rejected);
-    // Also says which distances are mixed, and which channels have no tile.
-    let groups = super::grouped(sets, &measured)?;
+    // Also reports mixed distances and channels without tiles.
+    let groups = super::group_tiles(sets, &measured)?;
     if settings.axis == AxisChoice::Free {
         let found = axis::find_axis(
             &frame,
-            &super::groups_of_tiles(&groups),
+            &super::group_slices(&groups),
             plane::Weighting::Weighted,
         )?;
         frame = frame.with_axis(found.axis)?;
     }
-    let aside = kept_aside(sets, &measured, &frame, settings);
-    let mut job = Job::new(sets, settings, frame, &measured, aside);
-    let mut fit = job.begin()?;
-    fit = law::choose(&job, fit, &law::REDUCED)?;
-    if settings.extension == Extension::Always {
-        fit = extend::extend(&job, fit)?;
+    let held_out = held_out_tiles(sets, &measured, &frame, settings);
+    let mut context = FitContext::new(sets, settings, frame, &measured, held_out);
+    let mut fit = context.fit_reduced()?;
+    fit = vergence_law::choose(&context, fit, &vergence_law::REDUCED_LAWS)?;
+    if settings.model == PupilModel::Extended {
+        fit = extended::extend(&context, fit)?;
     }
     if settings.axis == AxisChoice::Free {
-        fit = job.free_axis(fit);
-        job.settle_axis(&mut fit)?;
+        fit = context.free_axis(fit);
+        context.move_frame_to_axis(&mut fit)?;
     }
-    let reduced = finish(&job, fit.clone(), &rejected)?;
+    let reduced = finish(&context, fit.clone(), &rejected)?;
     let short = |f: &PupilFit| {
         (f.lens.held_out.as_ref())
-            .filter(|h| h.pixel_gap > FALLS_SHORT)
+            .filter(|h| h.pixel_gap > MAX_REDUCED_GAP)
             .cloned()
     };
-    let Some(before) = short(&reduced).filter(|_| settings.extension == Extension::WhereNeeded)
-    else {
+    let Some(before) = short(&reduced).filter(|_| settings.model == PupilModel::Auto) else {
         return Ok(reduced);
     };
-    let mut extended = finish(&job, extend::extend(&job, fit)?, &rejected)?;
+    let mut extended = finish(&context, extended::extend(&context, fit)?, &rejected)?;
     let gained = extended
         .lens
         .held_out
         .as_ref()
         .map_or(0.0, |h| h.snr_db - before.snr_db);
-    if gained < GAINS_DB {
+    if gained < MIN_GAIN_DB {
         return Ok(reduced);
     }
-    extended.remarks.push(format!(
-        "third order falls short of these PSFs (gap {:.4}): fifth order and vignetting were added, which gain {gained:.1} dB on PSFs kept aside",
+    extended.warnings.push(format!(
+        "the reduced model leaves a held-out pixel gap of {:.4}: fifth-order aberrations and vignetting were added, which raise the held-out forward-blur SNR by {gained:.1} dB",
         before.pixel_gap
     ));
     Ok(extended)
 }
 
-/// The lens with errors, what its law leaves, and its score.
-fn finish(job: &Job, fit: job::Fitted, rejected: &[Rejection]) -> Result<PupilFit> {
-    let errors = errors::Errors::of(job, &fit);
-    let remainders = if job.settings.law_only {
+/// Completes a fit with standard errors, residual corrections and the held-out score.
+fn finish(
+    context: &FitContext,
+    fit: context::FittedLens,
+    rejected: &[Rejection],
+) -> Result<PupilFit> {
+    let errors = covariance::CovarianceEstimate::of(context, &fit);
+    let remainders = if context.settings.law_only {
         Vec::new()
     } else {
-        law::remainders(job, &fit)
+        vergence_law::remainders(context, &fit)
     };
-    report::assemble(job, fit, &errors, &remainders, rejected.to_vec())
+    report::assemble(context, fit, &errors, &remainders, rejected.to_vec())
 }
 
-/// Which measured tiles take no part in the fit.
-fn kept_aside(
+/// Returns which measured tiles are held out.
+fn held_out_tiles(
     sets: &[ObservationSet],
     measured: &[MeasuredTile],
     frame: &seidel_optics::field::Frame,
@@ -156,11 +165,11 @@ fn kept_aside(
             frame.field_point(observation.ideal.unwrap_or(observation.centre))
         })
         .collect();
-    holdout::held_out(frame, &places)
+    holdout::held_out_mask(frame, &places)
 }
 
-/// The error of a channel that no lens could be started for.
-fn no_start(channel: &str) -> Error {
+/// Returns the error of a channel without an initial estimate.
+fn no_initial_estimate(channel: &str) -> Error {
     Error::new(
         format!("channel {channel}"),
         "has too few tiles, or tiles too alike, to start a fit from",

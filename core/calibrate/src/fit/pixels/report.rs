@@ -1,70 +1,70 @@
-//! A finished pixel fit: the lens, and how the fit went.
+//! Result of a pixel fit: the profile and the report.
 
-use super::errors::{Correlation, Errors, Unclear};
-use super::job::{Fitted, Job};
-use super::law::Remainder;
-use super::layout::Quantity;
+use super::context::{FitContext, FittedLens};
+use super::covariance::{Correlation, CovarianceEstimate, PoorlyDetermined};
 use super::metric::Metric;
-use super::{Extension, displacement, score};
+use super::parameters::Quantity;
+use super::vergence_law::Remainder;
+use super::{PupilModel, displacement, score};
+use crate::fit::axis::AxisEstimate;
 use crate::fit::{AxisChoice, PupilSettings};
 use crate::measure::{MeasuredTile, Rejection};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::Result;
-use seidel_optics::field::ImagePoint;
 use seidel_optics::lens::VergenceSeries;
 use seidel_optics::profile::{
     LensDescription, LensProfile, Provenance, PupilChannel, RadialDisplacement,
 };
 
-/// A fitted lens and how the fit went.
+/// A fitted pupil model and its report.
 #[derive(Debug, Clone)]
 pub struct PupilFit {
-    /// The lens, with what it scored on the PSFs kept aside.
+    /// The fitted lens profile, with its held-out score.
     pub lens: LensProfile,
-    /// One report a channel and distance, in the order of channels, from infinity inwards.
+    /// Reports per channel and distance, from infinity inwards.
     pub channels: Vec<ChannelReport>,
-    /// Tiles that took no part, and why.
+    /// Tiles excluded from the fit, with reasons.
     pub rejected: Vec<Rejection>,
-    /// Where the optical axis was found, and its standard errors in px, where it was free.
-    pub axis: Option<(ImagePoint, (f64, f64))>,
-    /// Whether pixels counted alike or by what a picture shows.
+    /// Estimated optical axis, for [`AxisChoice::Free`].
+    pub axis: Option<AxisEstimate>,
+    /// Weighting of the residuals in the final fit.
     pub metric: Metric,
-    /// Pairs of numbers that trade off against each other, strongest first.
+    /// Strongly correlated pairs of parameters, strongest first.
     pub correlations: Vec<Correlation>,
-    /// Combinations of numbers that the data hardly fix.
-    pub unclear: Vec<Unclear>,
-    /// Whether the last descent came to rest.
+    /// Poorly determined combinations of parameters.
+    pub poorly_determined: Vec<PoorlyDetermined>,
+    /// Whether the last minimisation converged.
     pub converged: bool,
-    /// What a user should know about the result.
-    pub remarks: Vec<String>,
+    /// Limits of the result.
+    pub warnings: Vec<String>,
 }
 
-/// The tiles of one channel at one distance.
+/// Report on one channel at one distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelReport {
     /// Channel name.
     pub channel: String,
     /// Object distance.
     pub distance: ObjectDistance,
-    /// Tiles that took part.
+    /// Number of tiles fitted.
     pub used: usize,
-    /// Tiles kept aside.
-    pub aside: usize,
-    /// alpha, beta, gamma, delta and phi there, px and half frame widths.
+    /// Number of tiles held out.
+    pub held_out: usize,
+    /// alpha, beta, gamma, delta and phi, in px and half frame widths.
     pub numbers: [f64; 5],
     /// Standard deviation of the symmetric blur, px.
     pub blur_px: f64,
 }
 
 pub(super) fn assemble(
-    job: &Job,
-    fit: Fitted,
-    errors: &Errors,
+    context: &FitContext,
+    fit: FittedLens,
+    errors: &CovarianceEstimate,
     remainders: &[Remainder],
     rejected: Vec<Rejection>,
 ) -> Result<PupilFit> {
-    let first = &job.sets[0];
-    let channels: Vec<PupilChannel> = job
+    let first = &context.sets[0];
+    let channels: Vec<PupilChannel> = context
         .channel_names()
         .iter()
         .enumerate()
@@ -73,14 +73,14 @@ pub(super) fn assemble(
                 .layout
                 .channel(&fit.theta, &errors.covariance, index, name);
             add_remainders(&mut channel, index, remainders);
-            channel.measured_vergence = job.range;
+            channel.measured_vergence = context.range;
             channel.wavelength_px = first.wavelength_px(name).unwrap_or(0.0);
-            [channel.magnification, channel.distortion] = landing(job, index);
+            [channel.magnification, channel.distortion] = displacement_series(context, index);
             channel
         })
         .collect();
     let mut lens = LensProfile {
-        frame: job.frame,
+        frame: context.frame,
         pixel_pitch_um: first.pixel_pitch_um,
         camera: first.camera.clone(),
         description: LensDescription::Pupil(channels),
@@ -88,45 +88,49 @@ pub(super) fn assemble(
         provenance: Provenance {
             program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
             sources: Vec::new(),
-            settings: job.settings.describe(),
+            settings: context.settings.describe(),
         },
     };
-    lens.held_out = score::held_out(job, &lens)?;
-    let axis = (job.settings.axis == AxisChoice::Free).then(|| {
+    lens.held_out = score::held_out(context, &lens)?;
+    let axis = (context.settings.axis == AxisChoice::Free).then(|| {
         let count = fit.theta.len();
-        let unit = job.frame.half_width_px();
+        let unit = context.frame.half_width_px();
         let sigma = |k: usize| errors.covariance[(k, k)].max(0.0).sqrt() * unit;
-        (job.frame.axis(), (sigma(count - 2), sigma(count - 1)))
+        AxisEstimate {
+            axis: context.frame.axis(),
+            sigma_px: (sigma(count - 2), sigma(count - 1)),
+        }
     });
-    let mut remarks = Vec::new();
+    let mut warnings = Vec::new();
     if !fit.converged {
-        remarks.push("the fit was still improving when it was stopped".to_owned());
+        warnings
+            .push("the fit did not converge within the maximum number of iterations".to_owned());
     }
-    if lens.held_out.is_none() && !job.settings.use_all {
-        remarks
-            .push("too few PSFs to keep any aside: nothing says how good the lens is".to_owned());
+    if lens.held_out.is_none() && !context.settings.use_all {
+        warnings
+            .push("too few PSFs to hold any out: the accuracy of the lens is unknown".to_owned());
     }
-    for unclear in &errors.unclear {
-        remarks.push(format!(
-            "these data hardly tell apart {}: together they are {:.0} times less well fixed than each would be alone",
-            unclear.names.join(", "),
-            unclear.times
+    for poorly_determined in &errors.poorly_determined {
+        warnings.push(format!(
+            "these data hardly determine a combination of {}: its standard error is {:.0} times that of uncorrelated parameters",
+            poorly_determined.names.join(", "),
+            poorly_determined.inflation
         ));
     }
     Ok(PupilFit {
-        channels: reports(job, &lens),
+        channels: reports(context, &lens),
         lens,
         rejected,
         axis,
         metric: fit.metric,
         correlations: errors.correlations.clone(),
-        unclear: errors.unclear.clone(),
+        poorly_determined: errors.poorly_determined.clone(),
         converged: fit.converged,
-        remarks,
+        warnings,
     })
 }
 
-/// Puts what the law leaves into the channel's series.
+/// Adds the residual corrections to the channel's series.
 fn add_remainders(channel: &mut PupilChannel, index: usize, remainders: &[Remainder]) {
     for r in remainders.iter().filter(|r| r.channel == index) {
         let series = match r.quantity {
@@ -142,27 +146,27 @@ fn add_remainders(channel: &mut PupilChannel, index: usize, remainders: &[Remain
     }
 }
 
-/// Magnification and distortion of a channel as lines in vergence.
-fn landing(job: &Job, channel: usize) -> [VergenceSeries; 2] {
-    let points: Vec<_> = job
+/// Fits magnification and distortion of a channel as lines in vergence.
+fn displacement_series(context: &FitContext, channel: usize) -> [VergenceSeries; 2] {
+    let points: Vec<_> = context
         .vergences
         .iter()
         .filter_map(|&v| {
-            let tiles: Vec<&MeasuredTile> = job
+            let tiles: Vec<&MeasuredTile> = context
                 .measured
                 .iter()
-                .zip(&job.aside)
-                .filter(|(m, aside)| !**aside && m.channel == channel)
+                .zip(&context.held_out)
+                .filter(|(m, held_out)| !**held_out && m.channel == channel)
                 .filter(|(m, _)| m.distance.vergence_per_m().unwrap_or(0.0) == v)
                 .map(|(m, _)| m)
                 .collect();
-            let found = displacement::fit_displacement(&job.frame, &tiles)?;
+            let found = displacement::fit_displacement(&context.frame, &tiles)?;
             Some((v, found))
         })
         .collect();
     let mut lines = RadialDisplacement::fit_lines(&points);
-    if points.len() > 2 && !job.settings.law_only {
-        // What real lenses leave of a line, which is at most a pixel or two, is kept.
+    if points.len() > 2 && !context.settings.law_only {
+        // Residual corrections of a pixel or two from these lines are kept.
         let [magnification, distortion] = &lines;
         let left = points.iter().map(|(v, found)| {
             let of_magnification = found.magnification - magnification.at(*v);
@@ -179,11 +183,11 @@ fn landing(job: &Job, channel: usize) -> [VergenceSeries; 2] {
     lines
 }
 
-fn reports(job: &Job, lens: &LensProfile) -> Vec<ChannelReport> {
+fn reports(context: &FitContext, lens: &LensProfile) -> Vec<ChannelReport> {
     let mut reports = Vec::new();
     for (index, channel) in lens.pupil_channels().iter().enumerate() {
         let mut distances: Vec<ObjectDistance> = Vec::new();
-        for tile in job.measured {
+        for tile in context.measured {
             if !distances.contains(&tile.distance) {
                 distances.push(tile.distance);
             }
@@ -193,10 +197,10 @@ fn reports(job: &Job, lens: &LensProfile) -> Vec<ChannelReport> {
         for distance in distances {
             let v = vergence(&distance);
             let count = |wanted: bool| {
-                let pairs = job.measured.iter().zip(&job.aside);
+                let pairs = context.measured.iter().zip(&context.held_out);
                 pairs
-                    .filter(|(m, aside)| {
-                        m.channel == index && m.distance == distance && **aside == wanted
+                    .filter(|(m, held_out)| {
+                        m.channel == index && m.distance == distance && **held_out == wanted
                     })
                     .count()
             };
@@ -205,7 +209,7 @@ fn reports(job: &Job, lens: &LensProfile) -> Vec<ChannelReport> {
                 channel: channel.name.clone(),
                 distance,
                 used: count(false),
-                aside: count(true),
+                held_out: count(true),
                 numbers: [n.alpha, n.beta, n.gamma, n.delta, n.phi],
                 blur_px: channel.blur_variance_px2.at(v).max(0.0).sqrt(),
             });
@@ -216,10 +220,10 @@ fn reports(job: &Job, lens: &LensProfile) -> Vec<ChannelReport> {
 
 impl PupilSettings {
     fn describe(&self) -> String {
-        let model = match self.extension {
-            Extension::Never => "reduced",
-            Extension::WhereNeeded => "extended where needed",
-            Extension::Always => "extended",
+        let model = match self.model {
+            PupilModel::Reduced => "reduced",
+            PupilModel::Auto => "extended where needed",
+            PupilModel::Extended => "extended",
         };
         let axis = match self.axis {
             AxisChoice::AsObserved => "axis as observed".to_owned(),
@@ -235,7 +239,7 @@ impl PupilSettings {
             words.push_str(", law only");
         }
         if self.use_all {
-            words.push_str(", none kept aside");
+            words.push_str(", none held out");
         }
         words
     }

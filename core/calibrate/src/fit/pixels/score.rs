@@ -1,62 +1,69 @@
-//! How well a lens describes PSFs that took no part in its fit.
+//! Held-out score of a fitted lens.
 
 use rayon::prelude::*;
 
-use super::job::Job;
+use super::context::FitContext;
 use crate::measure::MeasuredTile;
-use crate::score::ImageCorrelation;
-use crate::score::{TestImage, kernel_of_lens, place_tiles};
+use crate::score::ImageAutocorrelation;
+use crate::score::{TestImage, predicted_kernel, prepare_tiles};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::Result;
 use seidel_optics::predict::Predictor;
 use seidel_optics::profile::{HeldOut, HeldOutGroup, LensProfile};
 
-/// How they were chosen, in words.
+/// Description of the held-out split in the profile.
 const RULE: &str =
     "a fifth by field zone: of five rings of equal counts, one sector of 72 degrees each";
 
-/// Scores `lens` on the tiles of `job` that were kept aside; `None` where there are none.
-pub(super) fn held_out(job: &Job, lens: &LensProfile) -> Result<Option<HeldOut>> {
-    if !job.aside.contains(&true) {
+/// Scores `lens` on the held-out tiles; `None` where there are none.
+pub(super) fn held_out(context: &FitContext, lens: &LensProfile) -> Result<Option<HeldOut>> {
+    if !context.held_out.contains(&true) {
         return Ok(None);
     }
     let natural;
-    let picture = match &job.settings.picture {
+    let picture = match &context.settings.test_image {
         Some(picture) => picture,
         None => {
             natural = TestImage::natural();
             &natural
         }
     };
-    let correlation = ImageCorrelation::new(picture);
+    let correlation = ImageAutocorrelation::new(picture);
     let predictor = Predictor::new(lens)?;
     let mut groups = Vec::new();
     let (mut decibels, mut gaps) = (Vec::new(), Vec::new());
-    for (channel, name) in job.channel_names().iter().enumerate() {
-        for distance in distances(job) {
-            let tiles: Vec<&MeasuredTile> = job
+    for (channel, name) in context.channel_names().iter().enumerate() {
+        for distance in distances(context) {
+            let tiles: Vec<&MeasuredTile> = context
                 .measured
                 .iter()
-                .zip(&job.aside)
-                .filter(|(m, aside)| **aside && m.channel == channel && m.distance == distance)
+                .zip(&context.held_out)
+                .filter(|(m, held_out)| {
+                    **held_out && m.channel == channel && m.distance == distance
+                })
                 .map(|(m, _)| m)
                 .collect();
             if tiles.is_empty() {
                 continue;
             }
             let vergence = predictor.vergence(distance)?;
-            // Squares may hold tiles of several sets, each measured in its own.
-            let (side, placed) = place_tiles(job.sets, &tiles, &job.frame, job.settings.support);
+            // Tiles of several sets are prepared together, each by its own set.
+            let (side, placed) = prepare_tiles(
+                context.sets,
+                &tiles,
+                &context.frame,
+                context.settings.support,
+            );
             let scorer = correlation.scorer(side);
             let scores: Vec<(f64, f64)> = placed
                 .par_iter()
                 .map(|tile| {
-                    let kernel = kernel_of_lens(&predictor, channel, vergence, tile, side);
-                    let square = scorer.mean_square(&tile.truth);
-                    let norm: f64 = tile.truth.iter().map(|v| v * v).sum();
-                    let pairs = tile.truth.iter().zip(&kernel);
+                    let kernel = predicted_kernel(&predictor, channel, vergence, tile, side);
+                    let square = scorer.blurred_power(&tile.measured);
+                    let norm: f64 = tile.measured.iter().map(|v| v * v).sum();
+                    let pairs = tile.measured.iter().zip(&kernel);
                     let gap = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>() / norm;
-                    (scorer.decibels(&tile.truth, square, &kernel), gap)
+                    (scorer.snr_db(&tile.measured, square, &kernel), gap)
                 })
                 .collect();
             let count = scores.len() as f64;
@@ -81,9 +88,9 @@ pub(super) fn held_out(job: &Job, lens: &LensProfile) -> Result<Option<HeldOut>>
     }))
 }
 
-fn distances(job: &Job) -> Vec<ObjectDistance> {
+fn distances(context: &FitContext) -> Vec<ObjectDistance> {
     let mut all: Vec<ObjectDistance> = Vec::new();
-    for tile in job.measured {
+    for tile in context.measured {
         if !all.contains(&tile.distance) {
             all.push(tile.distance);
         }

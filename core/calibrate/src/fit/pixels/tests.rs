@@ -1,4 +1,4 @@
-//! Planted lenses: what is put in is found again, within the errors that are stated.
+//! Recovery of synthetic lenses within their stated errors.
 
 use super::*;
 use seidel_optics::camera::Camera;
@@ -23,7 +23,7 @@ fn normal(random: &mut SplitMix64) -> f64 {
     (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
 }
 
-/// A lens whose discs are a few pixels wide and pass through focus.
+/// A lens with discs of a few pixels that passes through focus.
 fn planted(random: &mut SplitMix64) -> PupilChannel {
     let slope = 14.0 + 10.0 * random.unit();
     let focus = 0.25 + 0.15 * random.unit();
@@ -46,7 +46,7 @@ fn planted(random: &mut SplitMix64) -> PupilChannel {
     }
 }
 
-/// `places` points at each distance, their peaks `snr` times the noise.
+/// Observes `places` points at each distance, with a peak signal-to-noise ratio of `snr`.
 fn observed(
     lens: &PupilChannel,
     places: usize,
@@ -95,7 +95,7 @@ fn observed(
     }
 }
 
-/// The seven numbers of a reduced lens with their standard errors, and their names.
+/// Returns the seven numbers of a reduced lens with their names and standard errors.
 fn numbers(lens: &PupilChannel) -> Vec<(&'static str, f64, f64)> {
     let one = |name, s: &VergenceSeries, k: usize| (name, s.coefficients[k], s.sigma[k]);
     vec![
@@ -109,7 +109,7 @@ fn numbers(lens: &PupilChannel) -> Vec<(&'static str, f64, f64)> {
     ]
 }
 
-fn all_of_it() -> PupilSettings {
+fn all_psfs() -> PupilSettings {
     PupilSettings {
         use_all: true,
         law_only: true,
@@ -118,7 +118,7 @@ fn all_of_it() -> PupilSettings {
     }
 }
 
-/// Errors in standard errors of every number of `lenses` planted lenses.
+/// Returns the errors, in standard errors, of every number of `lenses` synthetic lenses.
 fn scores(lenses: u64) -> Vec<(&'static str, f64)> {
     use rayon::prelude::*;
     (0..lenses)
@@ -127,7 +127,7 @@ fn scores(lenses: u64) -> Vec<(&'static str, f64)> {
             let mut random = SplitMix64::new(1000 + seed);
             let truth = planted(&mut random);
             let set = observed(&truth, 14, 60.0, &mut random);
-            let fit = fit_pupil(&[set], &all_of_it()).expect("a fit");
+            let fit = fit_pupil(&[set], &all_psfs()).expect("a fit");
             assert_eq!(fit.metric, Metric::Pixels, "seed {seed}");
             let found = numbers(&fit.lens.pupil_channels()[0]);
             let pairs = found.into_iter().zip(numbers(&truth));
@@ -144,7 +144,7 @@ fn coverage(scores: &[(&str, f64)]) -> f64 {
 }
 
 #[test]
-fn planted_lenses_are_found_within_their_errors() {
+fn synthetic_lenses_are_recovered_within_their_errors() {
     let all = scores(8);
     assert!(all.iter().all(|(_, z)| z.abs() < 5.0), "{all:?}");
     assert!(coverage(&all) > 0.8, "{}", coverage(&all));
@@ -168,14 +168,14 @@ fn two_hundred_planted_lenses_are_covered() {
 }
 
 #[test]
-fn a_noise_free_lens_is_found_exactly() {
+fn a_noise_free_lens_is_recovered() {
     let mut random = SplitMix64::new(5);
     let truth = planted(&mut random);
     let set = observed(&truth, 20, 0.0, &mut random);
     let fit = fit_pupil(&[set], &PupilSettings::default()).expect("a fit");
-    let held = fit.lens.held_out.as_ref().expect("some kept aside");
-    assert!(held.snr_db > 55.0, "{}", held.snr_db);
-    assert!(held.tiles > 5 && held.pixel_gap < 1e-4);
+    let held_out = fit.lens.held_out.as_ref().expect("PSFs were held out");
+    assert!(held_out.snr_db > 55.0, "{}", held_out.snr_db);
+    assert!(held_out.tiles > 5 && held_out.pixel_gap < 1e-4);
     let found = numbers(&fit.lens.pupil_channels()[0]);
     for ((name, got, _), (_, want, _)) in found.iter().zip(numbers(&truth)) {
         assert!(
@@ -186,7 +186,7 @@ fn a_noise_free_lens_is_found_exactly() {
 }
 
 #[test]
-fn too_few_tiles_are_refused_by_channel() {
+fn too_few_tiles_are_rejected_by_channel() {
     let mut random = SplitMix64::new(6);
     let lens = planted(&mut random);
     let mut set = observed(&lens, 1, 0.0, &mut random);

@@ -1,24 +1,24 @@
-//! How a pupil changes with one free number of a lens.
+//! Derivative of a local pupil with respect to a model parameter.
 
 use seidel_optics::lens::{LocalPupil, MAX_STOPS, Stop, TERMS, Wavefront};
 
-/// Numbers of the stops besides the rim: centre and radius of each.
-pub(super) const STOP_NUMBERS: usize = 3 * (MAX_STOPS - 1);
+/// Number of parameters of the stops other than the rim: centre and radius of each.
+pub(super) const STOP_PARAMETERS: usize = 3 * (MAX_STOPS - 1);
 
-/// How a pupil changes with one free number.
+/// Derivative of a local pupil with respect to one model parameter.
 #[derive(Debug, Clone)]
-pub(super) struct Change {
-    /// Which.
+pub(super) struct ParameterDerivative {
+    /// Index of the parameter.
     pub(super) slot: usize,
-    /// Rate of the wavefront.
+    /// Derivative of the wavefront.
     pub(super) wavefront: Wavefront,
-    /// Rates of centre (x, y) and radius of each stop but the rim.
-    pub(super) stops: [f64; STOP_NUMBERS],
-    /// Rate of the blur's variance, px².
+    /// Derivatives of centre (x, y) and radius of each stop other than the rim.
+    pub(super) stops: [f64; STOP_PARAMETERS],
+    /// Derivative of the blur's variance, px².
     pub(super) blur: f64,
 }
 
-impl Change {
+impl ParameterDerivative {
     pub(super) fn between(
         slot: usize,
         here: &LocalPupil,
@@ -31,9 +31,9 @@ impl Change {
         for (k, c) in coefficients.iter_mut().enumerate() {
             *c = (b[k] - a[k]) / distance;
         }
-        let mut stops = [0.0; STOP_NUMBERS];
+        let mut stops = [0.0; STOP_PARAMETERS];
         let counts = [here, low, high].map(|p| p.stops().len());
-        // A stop that only just begins to clip has no effect yet.
+        // A stop that only begins to clip has no derivative yet.
         if counts[0] == counts[1] && counts[0] == counts[2] {
             let pairs = low.stops().iter().zip(high.stops()).skip(1);
             for (rates, (a, b)) in stops.chunks_exact_mut(3).zip(pairs) {

@@ -1,92 +1,95 @@
-//! One tile of a pixel fit: how its misfit changes with the free numbers.
+//! Normal equations of one tile in a pixel fit.
 //!
-//! What a tile can tell is how its own pupil should change: its wavefront in a few directions, its
-//! stops, its blur. These directions are few however many numbers the lens has, so the derivatives are
-//! drawn along them and turned into those by the lens's numbers afterwards. Light and centre of every
-//! tile are free and solved for on the way.
+//! A tile constrains the lens only through its local pupil: a few wavefront terms, stops and a blur. So
+//! derivatives of the PSF are drawn along an orthonormal basis of these, and the chain rule turns them into
+//! derivatives by the lens parameters. Flux and centroid of the tile are eliminated by the Schur complement.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::change::{Change, STOP_NUMBERS};
-use super::layout::Layout;
+use super::jacobian::{ParameterDerivative, STOP_PARAMETERS};
 use super::metric::Metric;
+use super::parameters::ParameterLayout;
 use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, MAX_STOPS, Stop, TERMS, Wavefront};
 use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
 
-/// Numbers that every tile has for itself: light, and centre along x and y.
-const OWN: usize = 3;
+/// Number of nuisance parameters per tile: flux, and centroid along x and y.
+const TILE_PARAMETERS: usize = 3;
 
-/// A tile as a pixel fit sees it.
+/// Data of one tile.
 #[derive(Debug, Clone)]
 pub(super) struct FitTile {
-    /// Which of the measured tiles it is.
+    /// Index of the measured tile.
     pub(super) measured: usize,
     /// Index of the channel.
     pub(super) channel: usize,
-    /// Field position from the axis that the fit began with.
+    /// Field position relative to the initial axis.
     pub(super) at: FieldPoint,
     /// Vergence, 1/m.
     pub(super) vergence: f64,
     /// Columns and rows.
     pub(super) size: (usize, usize),
-    /// Light of each pixel, zero where `counts` says no.
+    /// Samples, zero where `counts` is false.
     pub(super) light: Vec<f64>,
-    /// Which pixels take part; all where `None`.
+    /// Pixels that take part; all if `None`.
     pub(super) counts: Option<Vec<bool>>,
-    /// Standard deviation of a pixel's noise; zero where not known.
+    /// Standard deviation of pixel noise; zero where unknown.
     pub(super) sigma: f64,
 }
 
-/// What a fit chooses for one tile alone.
+/// Nuisance parameters of one tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Own {
-    /// Total light, in the tile's units.
-    pub(super) light: f64,
-    /// Centroid in tile coordinates.
+pub(super) struct TileParameters {
+    /// Total flux, in the tile's units.
+    pub(super) flux: f64,
+    /// Centroid in tile coordinates, px.
     pub(super) centroid: [f64; 2],
 }
 
-/// A tile's misfit near the present numbers.
+/// Normal equations of one tile after elimination of its nuisance parameters.
 #[derive(Debug, Clone)]
-pub(super) struct TileSystem {
-    /// Misfit: chi squared per degree of freedom where the noise decides, the square of the residual
-    /// over that of the light where the picture does.
+pub(super) struct TileEquations {
+    /// Misfit: chi squared per degree of freedom for [`Metric::Pixels`] with known noise; otherwise squared
+    /// residual over squared signal.
     pub(super) misfit: f64,
     /// Degrees of freedom.
     pub(super) freedom: f64,
-    /// Normal matrix and right-hand side of the free numbers that `slots` lists, own ones eliminated.
+    /// Normal matrix and right-hand side for the lens parameters listed in `parameters`.
     pub(super) normal: DMatrix<f64>,
     pub(super) right: DVector<f64>,
-    pub(super) slots: Vec<usize>,
-    /// How the own numbers follow.
-    follow: Follow,
+    pub(super) parameters: Vec<usize>,
+    /// Back-substitution for the nuisance parameters.
+    back_substitution: BackSubstitution,
 }
 
 #[derive(Debug, Clone)]
-struct Follow {
+struct BackSubstitution {
     inverse: DMatrix<f64>,
     across: DMatrix<f64>,
     right: DVector<f64>,
 }
 
-impl TileSystem {
-    /// The change of the own numbers that goes with a change `delta` of all free numbers.
-    pub(super) fn own_step(&self, delta: &DVector<f64>) -> [f64; 3] {
-        let mine = DVector::from_iterator(self.slots.len(), self.slots.iter().map(|&s| delta[s]));
-        let step = &self.follow.inverse * (&self.follow.right - &self.follow.across * mine);
+impl TileEquations {
+    /// Returns the step of the nuisance parameters for a step `delta` of all lens parameters.
+    pub(super) fn tile_step(&self, delta: &DVector<f64>) -> [f64; 3] {
+        let mine = DVector::from_iterator(
+            self.parameters.len(),
+            self.parameters.iter().map(|&s| delta[s]),
+        );
+        let step = &self.back_substitution.inverse
+            * (&self.back_substitution.right - &self.back_substitution.across * mine);
         [step[0], step[1], step[2]]
     }
 }
 
-/// A few directions whose combinations make all the changes of a tile.
-struct Directions {
+/// Orthonormal basis of the pupil changes that the parameters cause in one tile.
+struct TangentBasis {
     waves: Vec<[f64; TERMS]>,
-    stops: Vec<[f64; STOP_NUMBERS]>,
+    stops: Vec<[f64; STOP_PARAMETERS]>,
 }
 
-impl Directions {
-    fn of(changes: &[Change]) -> Self {
+impl TangentBasis {
+    fn of(changes: &[ParameterDerivative]) -> Self {
         let mut directions = Self {
             waves: Vec::new(),
             stops: Vec::new(),
@@ -98,7 +101,7 @@ impl Directions {
         directions
     }
 
-    /// The tangents to draw along: tilts first, what moves stops last.
+    /// Returns the pupil derivatives to draw: tilts first, stops last.
     fn tangents(&self) -> Vec<PupilDerivative> {
         let tilts = [Wavefront::tilt(1.0, 0.0), Wavefront::tilt(0.0, 1.0)];
         let waves = self
@@ -128,8 +131,9 @@ impl Directions {
         self.waves.len() + self.stops.len() + 1
     }
 
-    /// How much of each direction, and of blur, one unit of each change holds.
-    fn shares(&self, changes: &[Change]) -> DMatrix<f64> {
+    /// Returns the matrix of the chain rule: components of each parameter derivative in the basis, and in the
+    /// blur.
+    fn shares(&self, changes: &[ParameterDerivative]) -> DMatrix<f64> {
         DMatrix::from_fn(self.count(), changes.len(), |row, column| {
             let change = &changes[column];
             if row < self.waves.len() {
@@ -143,8 +147,8 @@ impl Directions {
     }
 }
 
-/// The wavefront less the tilt that would move an unclipped pupil's centroid: a tile's centroid is its
-/// own number.
+/// Removes the tilt that would move an unclipped pupil's centroid, because the centroid is a parameter of its
+/// own.
 fn centred(wavefront: Wavefront) -> Wavefront {
     let [x, y] = wavefront.mean_slope();
     wavefront.add_scaled(-1.0, &Wavefront::tilt(x, y))
@@ -154,14 +158,14 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Adds the part of `vector` that the orthonormal `basis` does not hold yet.
+/// Extends the orthonormal `basis` by `vector` (Gram-Schmidt).
 fn extend<const N: usize>(basis: &mut Vec<[f64; N]>, vector: [f64; N]) {
     let size = dot(&vector, &vector).sqrt();
     if size == 0.0 {
         return;
     }
     let mut rest = vector;
-    // Twice, for the sake of rounding.
+    // A second pass removes rounding errors.
     for _ in 0..2 {
         for b in basis.iter() {
             let share = dot(&rest, b);
@@ -176,16 +180,16 @@ fn extend<const N: usize>(basis: &mut Vec<[f64; N]>, vector: [f64; N]) {
     }
 }
 
-/// How tiles are held against the model.
+/// How tiles are compared with the model.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Comparison {
+pub(super) struct MisfitSettings {
     pub(super) metric: Metric,
     pub(super) detail: Detail,
-    /// Share of the usual misfit below which a tile's counts in proportion, above by its logarithm.
+    /// Scale of the robust loss in units of the median misfit.
     pub(super) tolerance: f64,
 }
 
-/// Buffers for one thread.
+/// Working memory of one thread.
 #[derive(Debug, Default)]
 pub(super) struct Buffers {
     space: Workspace,
@@ -195,7 +199,7 @@ pub(super) struct Buffers {
 }
 
 impl FitTile {
-    /// The tile's pixels relative to the chief ray if the PSF's centroid lies at `centroid` in the tile.
+    /// Returns the tile's pixel grid relative to the chief ray for a PSF centroid at `centroid` in the tile.
     fn grid(&self, pupil: &LocalPupil, centroid: [f64; 2]) -> TileGrid {
         let off = pupil.centroid();
         TileGrid {
@@ -205,13 +209,15 @@ impl FitTile {
         }
     }
 
-    /// Weight of a residual sample: one over the noise, or over the light's own size.
-    fn unit(&self, comparison: Comparison, buffers: &mut Buffers) -> f64 {
-        if comparison.metric == Metric::Pixels && self.sigma > 0.0 {
+    /// Returns the weight of residual samples: 1 / noise, or 1 / norm of the signal.
+    fn unit(&self, misfit_settings: MisfitSettings, buffers: &mut Buffers) -> f64 {
+        if misfit_settings.metric == Metric::Pixels && self.sigma > 0.0 {
             return 1.0 / self.sigma;
         }
         let Buffers { weighed, .. } = buffers;
-        comparison.metric.weigh(&self.light, 1, self.size, weighed);
+        misfit_settings
+            .metric
+            .apply(&self.light, 1, self.size.0, self.size.1, weighed);
         1.0 / dot(weighed, weighed).sqrt()
     }
 
@@ -222,15 +228,15 @@ impl FitTile {
             .map_or(all, |c| c.iter().filter(|&&c| c).count())
     }
 
-    /// The misfit with these numbers, the light being the best.
+    /// Returns the misfit for a pupil and nuisance parameters.
     pub(super) fn misfit(
         &self,
         pupil: &LocalPupil,
-        own: &Own,
-        comparison: Comparison,
+        own: &TileParameters,
+        misfit_settings: MisfitSettings,
         buffers: &mut Buffers,
     ) -> f64 {
-        let unit = self.unit(comparison, buffers);
+        let unit = self.unit(misfit_settings, buffers);
         let grid = self.grid(pupil, own.centroid);
         let Buffers {
             space,
@@ -238,44 +244,46 @@ impl FitTile {
             rows,
             weighed,
         } = buffers;
-        draw(pupil, &grid, &[], comparison.detail, space, drawn);
+        draw(pupil, &grid, &[], misfit_settings.detail, space, drawn);
         rows.clear();
         for (k, &model) in drawn.light.iter().enumerate() {
             let counts = self.counts.as_ref().is_none_or(|c| c[k]);
             let residual = if counts {
-                self.light[k] - own.light * model
+                self.light[k] - own.flux * model
             } else {
                 0.0
             };
             rows.push(residual);
         }
-        comparison.metric.weigh(rows, 1, self.size, weighed);
+        misfit_settings
+            .metric
+            .apply(rows, 1, self.size.0, self.size.1, weighed);
         let square = dot(weighed, weighed) * unit * unit;
-        square / self.scale(comparison)
+        square / self.scale(misfit_settings)
     }
 
-    /// What the square of the residual is divided by for the misfit.
-    fn scale(&self, comparison: Comparison) -> f64 {
-        if comparison.metric == Metric::Pixels && self.sigma > 0.0 {
-            (self.pixels() as f64 - OWN as f64).max(1.0)
+    /// Returns the divisor of the squared residual.
+    fn scale(&self, misfit_settings: MisfitSettings) -> f64 {
+        if misfit_settings.metric == Metric::Pixels && self.sigma > 0.0 {
+            (self.pixels() as f64 - TILE_PARAMETERS as f64).max(1.0)
         } else {
             1.0
         }
     }
 
-    /// The misfit and how it changes.
+    /// Returns the normal equations at `theta`.
     pub(super) fn system(
         &self,
-        layout: &Layout,
+        layout: &ParameterLayout,
         theta: &[f64],
-        own: &Own,
-        comparison: Comparison,
+        own: &TileParameters,
+        misfit_settings: MisfitSettings,
         buffers: &mut Buffers,
-    ) -> TileSystem {
-        let unit = self.unit(comparison, buffers);
+    ) -> TileEquations {
+        let unit = self.unit(misfit_settings, buffers);
         let pupil = layout.pupil(theta, self.channel, self.at, self.vergence);
         let changes = layout.changes(theta, self.channel, self.at, self.vergence);
-        let directions = Directions::of(&changes);
+        let directions = TangentBasis::of(&changes);
         let tangents = directions.tangents();
         let grid = self.grid(&pupil, own.centroid);
         let Buffers {
@@ -284,25 +292,34 @@ impl FitTile {
             rows,
             weighed,
         } = buffers;
-        draw(&pupil, &grid, &tangents, comparison.detail, space, drawn);
-        // A row a pixel: residual, light, centre, directions, blur.
+        draw(
+            &pupil,
+            &grid,
+            &tangents,
+            misfit_settings.detail,
+            space,
+            drawn,
+        );
+        // One row per pixel: residual, flux, centroid, basis directions, blur.
         let stride = PsfImage::stride(tangents.len());
-        let width = 1 + OWN + directions.count();
+        let width = 1 + TILE_PARAMETERS + directions.count();
         rows.clear();
         rows.resize(self.light.len() * width, 0.0);
         for (k, row) in rows.chunks_exact_mut(width).enumerate() {
             if self.counts.as_ref().is_some_and(|c| !c[k]) {
                 continue;
             }
-            row[0] = (self.light[k] - own.light * drawn.light[k]) * unit;
+            row[0] = (self.light[k] - own.flux * drawn.light[k]) * unit;
             row[1] = drawn.light[k] * unit;
             let slopes = &drawn.derivatives[k * stride..][..tangents.len()];
             for (value, slope) in row[2..].iter_mut().zip(slopes) {
-                *value = slope * own.light * unit;
+                *value = slope * own.flux * unit;
             }
-            row[width - 1] = drawn.blur_derivative[k] * own.light * unit;
+            row[width - 1] = drawn.blur_derivative[k] * own.flux * unit;
         }
-        comparison.metric.weigh(rows, width, self.size, weighed);
+        misfit_settings
+            .metric
+            .apply(rows, width, self.size.0, self.size.1, weighed);
         let mut sums = vec![0.0; width * width];
         for row in weighed.chunks_exact(width) {
             for (a, sums) in row.iter().zip(sums.chunks_exact_mut(width)) {
@@ -312,47 +329,59 @@ impl FitTile {
             }
         }
         let all = DMatrix::from_row_slice(width, width, &sums);
-        self.eliminate(&all, &directions.shares(&changes), &changes, comparison)
+        self.eliminate_tile_parameters(
+            &all,
+            &directions.shares(&changes),
+            &changes,
+            misfit_settings,
+        )
     }
 
-    /// Solves the own numbers away and turns directions into free numbers.
-    fn eliminate(
+    /// Eliminates the nuisance parameters by the Schur complement and applies the chain rule.
+    fn eliminate_tile_parameters(
         &self,
         all: &DMatrix<f64>,
         shares: &DMatrix<f64>,
-        changes: &[Change],
-        comparison: Comparison,
-    ) -> TileSystem {
-        let rest = all.nrows() - 1 - OWN;
-        let mut own = all.view((1, 1), (OWN, OWN)).into_owned();
-        for k in 0..OWN {
-            // A spot within one pixel says nothing of where in it: it stays where it is.
+        changes: &[ParameterDerivative],
+        misfit_settings: MisfitSettings,
+    ) -> TileEquations {
+        let rest = all.nrows() - 1 - TILE_PARAMETERS;
+        let mut own = all
+            .view((1, 1), (TILE_PARAMETERS, TILE_PARAMETERS))
+            .into_owned();
+        for k in 0..TILE_PARAMETERS {
+            // A spot within one pixel does not determine its centroid; the floor keeps it in place.
             own[(k, k)] = own[(k, k)] * (1.0 + 1e-9) + 1e-12 * own[(0, 0)].max(1e-300);
         }
-        let inverse = if comparison.metric == Metric::Picture {
-            // The model is used with its centroid where the light's is: one that fits better when
-            // moved is wrong there. Where noise decides, pixels say where the centre is.
-            let mut light_alone = DMatrix::zeros(OWN, OWN);
+        let inverse = if misfit_settings.metric == Metric::NaturalSpectrum {
+            // A lens is used with centroids aligned, so the centroid must not compensate for model error.
+            // Only where noise dominates is it estimated from pixels.
+            let mut light_alone = DMatrix::zeros(TILE_PARAMETERS, TILE_PARAMETERS);
             light_alone[(0, 0)] = 1.0 / own[(0, 0)];
             light_alone
         } else {
             own.clone()
                 .try_inverse()
-                .unwrap_or_else(|| DMatrix::zeros(OWN, OWN))
+                .unwrap_or_else(|| DMatrix::zeros(TILE_PARAMETERS, TILE_PARAMETERS))
         };
-        let own_right = all.view((1, 0), (OWN, 1)).column(0).into_owned();
-        let across = all.view((1, 1 + OWN), (OWN, rest)) * shares;
-        let normal = shares.transpose() * all.view((1 + OWN, 1 + OWN), (rest, rest)) * shares
+        let own_right = all
+            .view((1, 0), (TILE_PARAMETERS, 1))
+            .column(0)
+            .into_owned();
+        let across = all.view((1, 1 + TILE_PARAMETERS), (TILE_PARAMETERS, rest)) * shares;
+        let normal = shares.transpose()
+            * all.view((1 + TILE_PARAMETERS, 1 + TILE_PARAMETERS), (rest, rest))
+            * shares
             - across.transpose() * &inverse * &across;
-        let right = shares.transpose() * all.view((1 + OWN, 0), (rest, 1)).column(0)
+        let right = shares.transpose() * all.view((1 + TILE_PARAMETERS, 0), (rest, 1)).column(0)
             - across.transpose() * &inverse * &own_right;
-        TileSystem {
-            misfit: all[(0, 0)] / self.scale(comparison),
-            freedom: self.scale(comparison),
+        TileEquations {
+            misfit: all[(0, 0)] / self.scale(misfit_settings),
+            freedom: self.scale(misfit_settings),
             normal,
             right,
-            slots: changes.iter().map(|c| c.slot).collect(),
-            follow: Follow {
+            parameters: changes.iter().map(|c| c.slot).collect(),
+            back_substitution: BackSubstitution {
                 inverse,
                 across,
                 right: own_right,

@@ -1,4 +1,4 @@
-//! Planted lenses are among the starts, from exact moments and from noisy ones with outliers.
+//! Recovery of synthetic lenses, from exact moments and from noisy ones with outliers.
 
 use super::*;
 use seidel_optics::distance::ObjectDistance;
@@ -19,8 +19,8 @@ fn normal(random: &mut SplitMix64) -> f64 {
     radius * (std::f64::consts::TAU * random.unit()).cos()
 }
 
-/// A lens whose defocus is in focus somewhere near the middle of the range of distances.
-fn lens(random: &mut SplitMix64, distances: &[ObjectDistance]) -> Start {
+/// A lens that is in focus near the middle of the range of distances.
+fn lens(random: &mut SplitMix64, distances: &[ObjectDistance]) -> InitialEstimate {
     let sign = |random: &mut SplitMix64| if random.unit() < 0.5 { -1.0 } else { 1.0 };
     let alpha = if distances.len() > 1 {
         let slope = between(random, 20.0, 60.0);
@@ -29,7 +29,7 @@ fn lens(random: &mut SplitMix64, distances: &[ObjectDistance]) -> Start {
         [sign(random) * between(random, 2.0, 15.0), 0.0]
     };
     let bend = sign(random);
-    Start {
+    InitialEstimate {
         alpha,
         beta: sign(random) * between(random, 0.5, 5.0),
         gamma: sign(random) * between(random, 0.2, 3.0),
@@ -39,8 +39,12 @@ fn lens(random: &mut SplitMix64, distances: &[ObjectDistance]) -> Start {
     }
 }
 
-/// Exact moments at 40 places a distance.
-fn tiles(random: &mut SplitMix64, lens: &Start, distances: &[ObjectDistance]) -> Vec<MeasuredTile> {
+/// Exact moments at 40 places per distance.
+fn tiles(
+    random: &mut SplitMix64,
+    lens: &InitialEstimate,
+    distances: &[ObjectDistance],
+) -> Vec<MeasuredTile> {
     let mut all = Vec::new();
     for &distance in distances {
         let numbers = lens.reduced(distance.vergence_per_m().unwrap_or(0.0));
@@ -63,8 +67,8 @@ fn tiles(random: &mut SplitMix64, lens: &Start, distances: &[ObjectDistance]) ->
     all
 }
 
-/// Noise of `share` of the PSF's own size to the power of its order on every moment; every 20th tile is nonsense.
-fn spoil(random: &mut SplitMix64, tiles: &mut [MeasuredTile], share: f64) {
+/// Adds noise of `share` times size^order to every moment; every 20th tile is an outlier.
+fn add_noise_and_outliers(random: &mut SplitMix64, tiles: &mut [MeasuredTile], share: f64) {
     for (index, tile) in tiles.iter_mut().enumerate() {
         let size = tile.optical.trace().sqrt();
         let share = if index % 20 == 7 { 0.7 } else { share };
@@ -93,9 +97,9 @@ fn distances(count: usize) -> Vec<ObjectDistance> {
         .to_vec()
 }
 
-/// Largest difference, over the largest of the numbers.
-fn difference(got: &Start, want: &Start) -> f64 {
-    let of = |s: &Start| [s.alpha[0], s.alpha[1], s.beta, s.gamma, s.delta, s.phi];
+/// Largest difference relative to the largest number.
+fn difference(got: &InitialEstimate, want: &InitialEstimate) -> f64 {
+    let of = |s: &InitialEstimate| [s.alpha[0], s.alpha[1], s.beta, s.gamma, s.delta, s.phi];
     let scale = of(want).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let far = of(got)
         .into_iter()
@@ -104,9 +108,9 @@ fn difference(got: &Start, want: &Start) -> f64 {
     far.fold(0.0, f64::max) / scale
 }
 
-fn found(tiles: &[MeasuredTile], most: usize) -> Vec<Start> {
+fn found(tiles: &[MeasuredTile], most: usize) -> Vec<InitialEstimate> {
     let all: Vec<&MeasuredTile> = tiles.iter().collect();
-    starts(&frame(), &all, most)
+    initial_estimates(&frame(), &all, most)
 }
 
 fn assert_planted(count: usize, seeds: std::ops::Range<u64>, noise: f64, tolerance: f64) {
@@ -116,7 +120,7 @@ fn assert_planted(count: usize, seeds: std::ops::Range<u64>, noise: f64, toleran
         let lens = lens(&mut random, &distances);
         let mut tiles = tiles(&mut random, &lens, &distances);
         if noise > 0.0 {
-            spoil(&mut random, &mut tiles, noise);
+            add_noise_and_outliers(&mut random, &mut tiles, noise);
         }
         let found = found(&tiles, 3);
         assert!(!found.is_empty() && found.len() <= 3);
@@ -142,17 +146,17 @@ fn exact_moments_at_four_distances_give_the_lens() {
 
 #[test]
 fn noise_and_outliers_leave_the_lens_close() {
-    // At one distance noise alone can move alpha against beta by more: the least squares from the truth
-    // do so too. These lenses are not of that kind.
+    // At one distance noise can trade alpha against beta by more, even from the true solution. These lenses
+    // are not of that kind.
     assert_planted(1, 100..108, 0.02, 0.05);
     assert_planted(4, 100..108, 0.02, 0.05);
 }
 
 #[test]
-fn without_coma_both_signs_of_beta_are_offered() {
+fn without_coma_both_signs_of_beta_are_returned() {
     let distances = distances(1);
     let mut random = SplitMix64::new(5);
-    let lens = Start {
+    let lens = InitialEstimate {
         phi: 0.0,
         ..lens(&mut random, &distances)
     };
@@ -160,7 +164,7 @@ fn without_coma_both_signs_of_beta_are_offered() {
     for most in [2, 6] {
         let found = found(&tiles, most);
         assert!(difference(&found[0], &lens) < 1e-6, "{found:?}");
-        let other = Start {
+        let other = InitialEstimate {
             alpha: [lens.alpha[0] + 4.0 / 3.0 * lens.beta, 0.0],
             beta: -lens.beta,
             ..lens
@@ -173,8 +177,8 @@ fn without_coma_both_signs_of_beta_are_offered() {
 }
 
 #[test]
-fn odd_sets_are_borne() {
-    assert!(starts(&frame(), &[], 3).is_empty());
+fn degenerate_sets_give_finite_estimates() {
+    assert!(initial_estimates(&frame(), &[], 3).is_empty());
     let mut random = SplitMix64::new(9);
     let distances = [ObjectDistance::Unknown];
     let lens = lens(&mut random, &distances);
@@ -184,7 +188,7 @@ fn odd_sets_are_borne() {
     tiles[3].optical.mu20 = f64::NAN;
     assert!(difference(&found(&tiles, 3)[0], &lens) < 1e-6);
     assert!(found(&tiles, 0).is_empty());
-    // Too few to tell anything: still finite numbers.
+    // One tile does not determine the lens; estimates must still be finite.
     for start in found(&tiles[..1], 3) {
         assert!(start.misfit.is_finite() && start.alpha[0].is_finite());
     }

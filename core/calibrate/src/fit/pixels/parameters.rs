@@ -1,6 +1,6 @@
-//! Which numbers a pixel fit is free to choose, and the lens that they make.
+//! Parameterisation of a pixel fit: the free parameters, and the lens they describe.
 
-use super::change::Change;
+use super::jacobian::ParameterDerivative;
 use seidel_optics::effects::{Effect, ScenePoint};
 use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, VergenceSeries, Wavefront};
@@ -21,12 +21,12 @@ pub enum Quantity {
     Phi,
     /// Variance of the symmetric blur.
     Blur,
-    /// A parameter of an effect, by their places.
+    /// A parameter of an effect: index of the effect, index of the parameter.
     Effect(usize, usize),
 }
 
 impl Quantity {
-    /// The six that every lens has.
+    /// The six quantities of every lens.
     pub const BASE: [Self; 6] = [
         Self::Alpha,
         Self::Beta,
@@ -37,35 +37,36 @@ impl Quantity {
     ];
 }
 
-/// How freely one quantity may change with vergence and channel.
+/// Degrees of freedom of one quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Freedom {
-    /// What.
+pub struct PolynomialSpec {
+    /// The quantity.
     pub quantity: Quantity,
     /// Degree of its polynomial in vergence.
     pub degree: usize,
-    /// Whether all channels have the same.
+    /// Whether all channels share it.
     pub shared: bool,
-    /// Whether it stays as it is.
-    pub held: bool,
+    /// Whether it is held fixed.
+    pub fixed: bool,
 }
 
-/// What a fit is free to choose.
+/// Structure of the model: its quantities, effects and axis.
 #[derive(Clone)]
-pub struct Structure {
-    /// One entry a quantity, [`Quantity::BASE`] first, then the effects' parameters in order. A
-    /// parameter that is left out stays neutral.
-    pub freedoms: Vec<Freedom>,
-    /// The effects that the lens has.
+pub struct ModelStructure {
+    /// One entry per quantity: [`Quantity::BASE`] first, then the effects' parameters in order. A parameter
+    /// without an entry stays at its neutral value.
+    pub polynomials: Vec<PolynomialSpec>,
+    /// The effects of the lens.
     pub effects: Vec<&'static dyn Effect>,
     /// Whether the optical axis is free.
     pub axis: bool,
 }
 
-impl Structure {
-    /// Five numbers and a blur a channel: defocus of `alpha_degree` in vergence, the rest constant.
+impl ModelStructure {
+    /// Returns the reduced model: five numbers and a blur per channel. Defocus has degree `alpha_degree` in
+    /// vergence, the others are constant.
     pub fn reduced(alpha_degree: usize) -> Self {
-        let freedoms = Quantity::BASE.map(|quantity| Freedom {
+        let polynomials = Quantity::BASE.map(|quantity| PolynomialSpec {
             quantity,
             degree: if quantity == Quantity::Alpha {
                 alpha_degree
@@ -73,62 +74,62 @@ impl Structure {
                 0
             },
             shared: false,
-            held: false,
+            fixed: false,
         });
         Self {
-            freedoms: freedoms.to_vec(),
+            polynomials: polynomials.to_vec(),
             effects: Vec::new(),
             axis: false,
         }
     }
 }
 
-/// One free number: a coefficient of a quantity, or of the axis.
+/// One scalar parameter: a coefficient of a quantity, or a coordinate of the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Slot {
-    /// The coefficient of a power of the scaled vergence; of one channel or of all.
+pub(super) enum Parameter {
+    /// Coefficient of a power of the scaled vergence, of one channel or of all.
     Coefficient {
         quantity: Quantity,
         channel: Option<usize>,
         power: usize,
     },
-    /// Offset of the axis along x (0) or y (1), field units.
+    /// Offset of the axis along x (0) or y (1), half frame widths.
     Axis(usize),
 }
 
-/// The order of the free numbers, and the lens they make.
+/// Order of the parameters in the vector `theta`, and the lens that a vector describes.
 #[derive(Clone)]
-pub(super) struct Layout {
-    pub(super) structure: Structure,
-    pub(super) slots: Vec<Slot>,
+pub(super) struct ParameterLayout {
+    pub(super) structure: ModelStructure,
+    pub(super) parameters: Vec<Parameter>,
     /// Middle and half the range of the measured vergences, 1/m.
     middle: f64,
     half: f64,
-    /// First slot of each freedom and channel.
+    /// Index of the first parameter of each polynomial and channel.
     starts: Vec<Vec<usize>>,
     /// See [`ScenePoint::stop_lever_m`].
     stop_lever_m: f64,
 }
 
-impl Layout {
+impl ParameterLayout {
     pub(super) fn new(
-        structure: Structure,
+        structure: ModelStructure,
         channels: usize,
         vergences: (f64, f64),
         stop_lever_m: f64,
     ) -> Self {
-        let mut slots = Vec::new();
+        let mut parameters = Vec::new();
         let mut starts = Vec::new();
-        for freedom in &structure.freedoms {
+        for freedom in &structure.polynomials {
             let mut of_channel = Vec::new();
             for channel in 0..channels {
                 if freedom.shared && channel > 0 {
                     of_channel.push(of_channel[0]);
                     continue;
                 }
-                of_channel.push(slots.len());
+                of_channel.push(parameters.len());
                 for power in 0..=freedom.degree {
-                    slots.push(Slot::Coefficient {
+                    parameters.push(Parameter::Coefficient {
                         quantity: freedom.quantity,
                         channel: (!freedom.shared).then_some(channel),
                         power,
@@ -138,13 +139,13 @@ impl Layout {
             starts.push(of_channel);
         }
         if structure.axis {
-            slots.extend([Slot::Axis(0), Slot::Axis(1)]);
+            parameters.extend([Parameter::Axis(0), Parameter::Axis(1)]);
         }
         let (low, high) = vergences;
         let half = if high > low { (high - low) / 2.0 } else { 1.0 };
         Self {
             structure,
-            slots,
+            parameters,
             middle: (low + high) / 2.0,
             half,
             starts,
@@ -152,20 +153,20 @@ impl Layout {
         }
     }
 
-    /// Whether the number in slot `k` stays as it is.
-    pub(super) fn holds(&self, k: usize) -> bool {
-        let Slot::Coefficient { quantity, .. } = self.slots[k] else {
+    /// Returns whether parameter `k` is held fixed.
+    pub(super) fn is_fixed(&self, k: usize) -> bool {
+        let Parameter::Coefficient { quantity, .. } = self.parameters[k] else {
             return false;
         };
-        let mut freedoms = self.structure.freedoms.iter();
-        freedoms.any(|f| f.quantity == quantity && f.held)
+        let mut polynomials = self.structure.polynomials.iter();
+        polynomials.any(|f| f.quantity == quantity && f.fixed)
     }
 
     fn scaled(&self, v: f64) -> f64 {
         (v - self.middle) / self.half
     }
 
-    /// The value of `quantity` in `channel` at vergence `v`; `None` where it stays neutral.
+    /// Returns `quantity` in `channel` at vergence `v`; `None` where it stays neutral.
     pub(super) fn value(
         &self,
         theta: &[f64],
@@ -175,11 +176,11 @@ impl Layout {
     ) -> Option<f64> {
         let which = self
             .structure
-            .freedoms
+            .polynomials
             .iter()
             .position(|f| f.quantity == quantity)?;
         let start = self.starts[which][channel];
-        let degree = self.structure.freedoms[which].degree;
+        let degree = self.structure.polynomials[which].degree;
         let t = self.scaled(v);
         Some(
             theta[start..=start + degree]
@@ -189,27 +190,27 @@ impl Layout {
         )
     }
 
-    /// Where the axis was moved to, field units.
+    /// Returns the offset of the axis, half frame widths.
     pub(super) fn axis(&self, theta: &[f64]) -> [f64; 2] {
         if self.structure.axis {
-            let count = self.slots.len();
+            let count = self.parameters.len();
             [theta[count - 2], theta[count - 1]]
         } else {
             [0.0, 0.0]
         }
     }
 
-    /// The place of `at` seen from the axis as `theta` has it.
+    /// Returns the field position of `at` relative to the fitted axis.
     pub(super) fn place(&self, theta: &[f64], at: FieldPoint) -> FieldPoint {
         let [x, y] = self.axis(theta);
         FieldPoint::new(at.x - x, at.y - y)
     }
 
-    /// What the number in slot `k` is, in words: quantity, power of vergence, channel.
+    /// Returns the name of parameter `k`: quantity, power of vergence, channel.
     pub(super) fn name(&self, k: usize, channels: &[String]) -> String {
-        let (quantity, channel, power) = match self.slots[k] {
-            Slot::Axis(axis) => return format!("axis {}", ["x", "y"][axis]),
-            Slot::Coefficient {
+        let (quantity, channel, power) = match self.parameters[k] {
+            Parameter::Axis(axis) => return format!("axis {}", ["x", "y"][axis]),
+            Parameter::Coefficient {
                 quantity,
                 channel,
                 power,
@@ -236,7 +237,7 @@ impl Layout {
         format!("{base}{of_v}{of_channel}")
     }
 
-    /// What the lens does to a point at `at`, seen from the axis as given, at vergence `v`.
+    /// Returns the local pupil of a point at `at`, relative to the initial axis, at vergence `v`.
     pub(super) fn pupil(
         &self,
         theta: &[f64],
@@ -262,7 +263,7 @@ impl Layout {
             at,
             vergence_per_m: v,
             stop_lever_m: self.stop_lever_m,
-            // Effects that a fit knows do not ask for these.
+            // The effects used in fits do not depend on these.
             defocus_px_m: 0.0,
             focus_vergence_per_m: 0.0,
             wavelength_px: 0.0,
@@ -282,18 +283,17 @@ impl Layout {
         pupil
     }
 
-    /// Of the two ways to write the same lens, the pupil one way or the other way round, chooses the
-    /// one whose alpha rises with vergence, at a single distance the one whose delta is not negative.
-    /// For lenses without effects.
-    pub(super) fn right_way_round(&self, theta: &mut [f64]) {
+    /// Chooses between the two equivalent signs of the pupil: alpha rises with vergence, or at a single
+    /// distance delta is not negative. For models without effects.
+    pub(super) fn normalise_signs(&self, theta: &mut [f64]) {
         for channel in self.starts.first().map_or(0..0, |s| 0..s.len()) {
             let number = |quantity, power| {
-                self.slots_of(channel).into_iter().find(|&k| {
-                    let Slot::Coefficient {
+                self.free_parameters_of(channel).into_iter().find(|&k| {
+                    let Parameter::Coefficient {
                         quantity: q,
                         power: p,
                         ..
-                    } = self.slots[k]
+                    } = self.parameters[k]
                     else {
                         return false;
                     };
@@ -304,11 +304,11 @@ impl Layout {
             if sign.is_none_or(|k| theta[k] >= 0.0) {
                 continue;
             }
-            for k in self.slots_of(channel) {
-                if let Slot::Coefficient {
+            for k in self.free_parameters_of(channel) {
+                if let Parameter::Coefficient {
                     quantity: Quantity::Alpha | Quantity::Beta | Quantity::Gamma | Quantity::Delta,
                     ..
-                } = self.slots[k]
+                } = self.parameters[k]
                 {
                     theta[k] = -theta[k];
                 }
@@ -316,49 +316,55 @@ impl Layout {
         }
     }
 
-    /// Copies the numbers of `channel` from one lens to another.
+    /// Copies the parameters of `channel`.
     pub(super) fn copy_channel(&self, to: &mut [f64], from: &[f64], channel: usize) {
-        for k in self.slots_of(channel) {
+        for k in self.free_parameters_of(channel) {
             to[k] = from[k];
         }
     }
 
     /// Sets the constant term of `quantity` in `channel`.
-    pub(super) fn put(&self, theta: &mut [f64], quantity: Quantity, channel: usize, value: f64) {
-        let freedoms = &self.structure.freedoms;
-        if let Some(which) = freedoms.iter().position(|f| f.quantity == quantity) {
+    pub(super) fn set_constant(
+        &self,
+        theta: &mut [f64],
+        quantity: Quantity,
+        channel: usize,
+        value: f64,
+    ) {
+        let polynomials = &self.structure.polynomials;
+        if let Some(which) = polynomials.iter().position(|f| f.quantity == quantity) {
             theta[self.starts[which][channel]] = value;
         }
     }
 
-    /// The slots that `channel` depends on, less those that are held.
-    pub(super) fn slots_of(&self, channel: usize) -> Vec<usize> {
-        (0..self.slots.len())
-            .filter(|&k| match self.slots[k] {
-                Slot::Coefficient { channel: of, .. } => of.is_none_or(|c| c == channel),
-                Slot::Axis(_) => true,
+    /// Returns the free parameters on which `channel` depends.
+    pub(super) fn free_parameters_of(&self, channel: usize) -> Vec<usize> {
+        (0..self.parameters.len())
+            .filter(|&k| match self.parameters[k] {
+                Parameter::Coefficient { channel: of, .. } => of.is_none_or(|c| c == channel),
+                Parameter::Axis(_) => true,
             })
-            .filter(|&k| !self.holds(k))
+            .filter(|&k| !self.is_fixed(k))
             .collect()
     }
 
-    /// How the pupil of a point changes with each slot that its channel depends on: by differences of
-    /// the pupil's few coefficients, which are polynomials of low degree.
+    /// Returns the derivatives of a point's pupil with respect to each free parameter of its channel, by
+    /// central differences. The pupil's coefficients are low-degree polynomials of the parameters.
     pub(super) fn changes(
         &self,
         theta: &[f64],
         channel: usize,
         at: FieldPoint,
         v: f64,
-    ) -> Vec<Change> {
+    ) -> Vec<ParameterDerivative> {
         let here = self.pupil(theta, channel, at, v);
         let mut moved = theta.to_vec();
-        self.slots_of(channel)
+        self.free_parameters_of(channel)
             .into_iter()
             .map(|slot| {
-                let step = match self.slots[slot] {
-                    Slot::Coefficient { .. } => 1e-4,
-                    Slot::Axis(_) => 1e-5,
+                let step = match self.parameters[slot] {
+                    Parameter::Coefficient { .. } => 1e-4,
+                    Parameter::Axis(_) => 1e-5,
                 };
                 let mut at_offset = |by: f64| {
                     moved[slot] = theta[slot] + by;
@@ -367,12 +373,12 @@ impl Layout {
                     pupil
                 };
                 let (low, high) = (at_offset(-step), at_offset(step));
-                Change::between(slot, &here, &low, &high, 2.0 * step)
+                ParameterDerivative::between(slot, &here, &low, &high, 2.0 * step)
             })
             .collect()
     }
 
-    /// Vergence series of `quantity` in `channel`, with standard errors from `covariance`.
+    /// Returns the vergence series of `quantity` in `channel`, with standard errors from `covariance`.
     fn series(
         &self,
         theta: &[f64],
@@ -380,11 +386,11 @@ impl Layout {
         quantity: Quantity,
         channel: usize,
     ) -> Option<VergenceSeries> {
-        let freedoms = &self.structure.freedoms;
-        let which = freedoms.iter().position(|f| f.quantity == quantity)?;
+        let polynomials = &self.structure.polynomials;
+        let which = polynomials.iter().position(|f| f.quantity == quantity)?;
         let start = self.starts[which][channel];
-        let degree = freedoms[which].degree;
-        // From powers of (v - middle) / half to powers of v.
+        let degree = polynomials[which].degree;
+        // Change of basis from powers of (v - middle) / half to powers of v.
         let mut turned = nalgebra::DMatrix::zeros(degree + 1, degree + 1);
         for power in 0..=degree {
             let mut binomial = 1.0;
@@ -416,7 +422,7 @@ impl Layout {
         })
     }
 
-    /// The channel of the lens that `theta` makes; positions are left to others.
+    /// Returns the profile's channel for `theta`, with zero magnification and distortion.
     pub(super) fn channel(
         &self,
         theta: &[f64],
@@ -464,20 +470,19 @@ impl Layout {
         }
     }
 
-    /// `theta` of `from` carried over to this layout: what both have is kept, what is new is zero, or
-    /// neutral for effects.
-    pub(super) fn carry(&self, from: &Self, theta: &[f64]) -> Vec<f64> {
-        self.slots
+    /// Returns `theta` of the layout `from` in this layout. New parameters are zero, or neutral for effects.
+    pub(super) fn transfer(&self, from: &Self, theta: &[f64]) -> Vec<f64> {
+        self.parameters
             .iter()
             .map(|slot| {
-                let same = |other: &Slot| match (slot, other) {
+                let same = |other: &Parameter| match (slot, other) {
                     (
-                        Slot::Coefficient {
+                        Parameter::Coefficient {
                             quantity: a,
                             channel: c,
                             power: p,
                         },
-                        Slot::Coefficient {
+                        Parameter::Coefficient {
                             quantity: b,
                             channel: d,
                             power: q,
@@ -485,11 +490,11 @@ impl Layout {
                     ) => a == b && p == q && (c == d || c.is_none() || d.is_none()),
                     (a, b) => a == b,
                 };
-                if let Some(found) = from.slots.iter().position(same) {
+                if let Some(found) = from.parameters.iter().position(same) {
                     return theta[found];
                 }
                 match *slot {
-                    Slot::Coefficient {
+                    Parameter::Coefficient {
                         quantity: Quantity::Effect(which, k),
                         power: 0,
                         ..
@@ -501,9 +506,9 @@ impl Layout {
     }
 
     /// Sets the constant term of `quantity` in every channel.
-    pub(super) fn set(&self, theta: &mut [f64], quantity: Quantity, value: f64) {
-        for (slot, number) in self.slots.iter().zip(theta) {
-            if let Slot::Coefficient {
+    pub(super) fn set_constant_in_all(&self, theta: &mut [f64], quantity: Quantity, value: f64) {
+        for (slot, number) in self.parameters.iter().zip(theta) {
+            if let Parameter::Coefficient {
                 quantity: q,
                 power: 0,
                 ..
@@ -515,16 +520,16 @@ impl Layout {
         }
     }
 
-    /// Sets `alpha = first + slope v` and the constants of the other numbers of `channel`.
-    pub(super) fn start(
+    /// Sets alpha and the constants of the other numbers of `channel` from an initial estimate.
+    pub(super) fn set_initial(
         &self,
         theta: &mut [f64],
         channel: usize,
-        start: &super::super::starts::Start,
+        start: &crate::fit::initial::InitialEstimate,
     ) {
         let [first, slope] = start.alpha;
-        for (slot, number) in self.slots.iter().zip(theta) {
-            let Slot::Coefficient {
+        for (slot, number) in self.parameters.iter().zip(theta) {
+            let Parameter::Coefficient {
                 quantity,
                 channel: of,
                 power,
@@ -547,17 +552,16 @@ impl Layout {
         }
     }
 
-    /// Keeps `theta` where it makes sense: no negative blur on the average, effects within their
-    /// bounds.
-    pub(super) fn keep_within(&self, theta: &mut [f64], least_blur: f64) {
-        for (slot, number) in self.slots.iter().zip(theta) {
+    /// Clamps `theta` to its bounds: the constant of the blur, and the constants of effects.
+    pub(super) fn clamp_to_bounds(&self, theta: &mut [f64], least_blur: f64) {
+        for (slot, number) in self.parameters.iter().zip(theta) {
             match *slot {
-                Slot::Coefficient {
+                Parameter::Coefficient {
                     quantity: Quantity::Blur,
                     power: 0,
                     ..
                 } => *number = number.max(least_blur),
-                Slot::Coefficient {
+                Parameter::Coefficient {
                     quantity: Quantity::Effect(which, k),
                     power: 0,
                     ..

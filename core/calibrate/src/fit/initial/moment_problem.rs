@@ -1,4 +1,4 @@
-//! The robust least squares of [`super`]: moments of orders 2, 3 and 4 against six numbers.
+//! Robust nonlinear least squares of moments of orders 2, 3 and 4 in six parameters.
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -6,38 +6,37 @@ use crate::measure::MeasuredTile;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::ReducedNumbers;
 
-/// alpha at mid vergence, its change over half the range of vergence, beta, gamma, delta, phi.
-pub(super) type Numbers = Vector6<f64>;
+/// Alpha at mid vergence, its change over half the vergence range, beta, gamma, delta, phi.
+pub(super) type Parameters = Vector6<f64>;
 
-/// The moments of a mirror-symmetric PSF in its own meridional frame: mu20, mu02, mu30, mu12, mu40,
+/// Number of moments that a mirror-symmetric PSF has in its meridional frame: mu20, mu02, mu30, mu12, mu40,
 /// mu22, mu04.
 const MOMENTS: usize = 7;
 const ORDER: [i32; MOMENTS] = [2, 2, 3, 3, 4, 4, 4];
-/// Weight of a squared residual: how often the moment occurs in its symmetric tensor, over the number
-/// of the tensor's elements.
-const SHARE: [f64; MOMENTS] = [0.25, 0.25, 0.125, 0.375, 0.0625, 0.375, 0.0625];
-/// Same for the moments that vanish by mirror symmetry: mu11; mu21, mu03; mu31, mu13.
-const ODD_SHARE: [f64; 3] = [0.5, 0.125, 0.25];
-/// Fourth moments weigh less: the rims of tiles touch them most.
+/// Weight of a squared residual: multiplicity of the moment in its symmetric tensor over the tensor's size.
+const TENSOR_WEIGHT: [f64; MOMENTS] = [0.25, 0.25, 0.125, 0.375, 0.0625, 0.375, 0.0625];
+/// The same for moments that vanish by mirror symmetry: mu11; mu21, mu03; mu31, mu13.
+const ODD_TENSOR_WEIGHT: [f64; 3] = [0.5, 0.125, 0.25];
+/// Weight per order. Fourth moments weigh less, because truncation of the tile biases them most.
 const ORDER_WEIGHT: [f64; 5] = [0.0, 0.0, 1.0, 1.0, 0.5];
-/// Noise counts once it exceeds this share of size^order, which a third-order lens typically misses.
-const USUAL_MISFIT: f64 = 0.02;
-/// Steps of the numeric derivatives, in the numbers' scales.
-const PROBE: f64 = 1e-4;
+/// Relative error of a typical third-order lens. Noise above it lowers the weight.
+const TYPICAL_MODEL_ERROR: f64 = 0.02;
+/// Step of the central differences, in units of the parameter scales.
+const DIFFERENCE_STEP: f64 = 1e-4;
 
-/// The orders of moments that a misfit may be taken over.
+/// Orders of the moments that enter a misfit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Orders {
-    /// 2, 3 and 4.
+    /// Orders 2, 3 and 4.
     All,
-    /// 2 and 3.
+    /// Orders 2 and 3.
     BelowFourth,
 }
 
-/// What one tile asks of the six numbers.
+/// Measured moments of one tile, scaled and weighted.
 #[derive(Debug, Clone)]
-pub(super) struct Equation {
-    /// Index among the distinct distances.
+pub(super) struct TileEquation {
+    /// Index of the distinct distance.
     pub plane: usize,
     h: f64,
     /// Measured moments over size^order.
@@ -46,12 +45,12 @@ pub(super) struct Equation {
     unit: [f64; MOMENTS],
     /// Weights of the squared residuals.
     weight: [f64; MOMENTS],
-    /// Weighted square of what no symmetric lens gives, below the fourth order and of it.
+    /// Weighted squares of the moments that vanish by symmetry: below the fourth order, and of it.
     odd: [f64; 2],
 }
 
-impl Equation {
-    /// `None` where the tile's moments are not finite.
+impl TileEquation {
+    /// Returns `None` where the tile's moments are not finite.
     pub(super) fn new(frame: &Frame, tile: &MeasuredTile, plane: usize) -> Option<Self> {
         let at = tile.field_point(frame);
         let central = tile.optical.rotated_into(at.meridian());
@@ -61,7 +60,7 @@ impl Equation {
         let mean =
             |sigma: &[f64]| (sigma.iter().map(|s| s * s).sum::<f64>() / sigma.len() as f64).sqrt();
         let (second, third) = (mean(&tile.noise[0..3]), mean(&tile.noise[3..7]));
-        // Each order multiplies noise by about the reach of the tile's support.
+        // Each order multiplies noise by about the radius of the tile's support.
         let last = if second > 0.0 {
             third * third / second
         } else {
@@ -69,7 +68,7 @@ impl Equation {
         };
         let order_weight: [f64; 5] = std::array::from_fn(|n| {
             let noise = [0.0, 0.0, second, third, last][n] / powers[n];
-            ORDER_WEIGHT[n] / (1.0 + (noise / USUAL_MISFIT).powi(2))
+            ORDER_WEIGHT[n] / (1.0 + (noise / TYPICAL_MODEL_ERROR).powi(2))
         });
         let unit = ORDER.map(|n| 1.0 / powers[n as usize]);
         let raw = [
@@ -87,14 +86,14 @@ impl Equation {
             h: at.radius(),
             measured: std::array::from_fn(|m| raw[m] * unit[m]),
             unit,
-            weight: std::array::from_fn(|m| SHARE[m] * order_weight[ORDER[m] as usize]),
+            weight: std::array::from_fn(|m| TENSOR_WEIGHT[m] * order_weight[ORDER[m] as usize]),
             odd: [
-                odd(2, ODD_SHARE[0] * central.mu11.powi(2))
-                    + odd(3, 3.0 * ODD_SHARE[1] * central.mu21.powi(2))
-                    + odd(3, ODD_SHARE[1] * central.mu03.powi(2)),
+                odd(2, ODD_TENSOR_WEIGHT[0] * central.mu11.powi(2))
+                    + odd(3, 3.0 * ODD_TENSOR_WEIGHT[1] * central.mu21.powi(2))
+                    + odd(3, ODD_TENSOR_WEIGHT[1] * central.mu03.powi(2)),
                 odd(
                     4,
-                    ODD_SHARE[2] * (fourth.mu31.powi(2) + fourth.mu13.powi(2)),
+                    ODD_TENSOR_WEIGHT[2] * (fourth.mu31.powi(2) + fourth.mu13.powi(2)),
                 ),
             ],
         };
@@ -105,21 +104,21 @@ impl Equation {
     }
 }
 
-/// The equations and the units in which steps are taken.
+/// Equations of all tiles, and the parameter scales.
 #[derive(Debug, Clone)]
-pub(super) struct Problem {
-    pub equations: Vec<Equation>,
-    /// Each distinct distance's place between -1 and 1; 0 where there is but one.
-    pub places: Vec<f64>,
-    /// A natural change of each number.
-    pub scales: Numbers,
+pub(super) struct MomentProblem {
+    pub equations: Vec<TileEquation>,
+    /// Vergence of each distinct distance, scaled to -1..1; 0 for a single distance.
+    pub scaled_vergences: Vec<f64>,
+    /// Typical size of each parameter.
+    pub scales: Parameters,
 }
 
-impl Problem {
-    /// The reduced numbers at distinct distance `plane`.
-    pub(super) fn reduced(&self, numbers: &Numbers, plane: usize) -> ReducedNumbers {
+impl MomentProblem {
+    /// Returns the reduced numbers at distance index `plane`.
+    pub(super) fn reduced(&self, numbers: &Parameters, plane: usize) -> ReducedNumbers {
         ReducedNumbers {
-            alpha: numbers[0] + numbers[1] * self.places[plane],
+            alpha: numbers[0] + numbers[1] * self.scaled_vergences[plane],
             beta: numbers[2],
             gamma: numbers[3],
             delta: numbers[4],
@@ -127,9 +126,9 @@ impl Problem {
         }
     }
 
-    /// Weighted residuals of every equation.
-    fn residuals(&self, numbers: &Numbers) -> Vec<[f64; MOMENTS]> {
-        let planes: Vec<_> = (0..self.places.len())
+    /// Returns the weighted residuals of every tile.
+    fn residuals(&self, numbers: &Parameters) -> Vec<[f64; MOMENTS]> {
+        let planes: Vec<_> = (0..self.scaled_vergences.len())
             .map(|plane| {
                 let reduced = self.reduced(numbers, plane);
                 (reduced.coefficients(), reduced.fourth_coefficients())
@@ -151,7 +150,7 @@ impl Problem {
             .collect()
     }
 
-    /// Squared relative misfit of every tile.
+    /// Returns the squared relative misfit of every tile.
     fn squares(&self, residuals: &[[f64; MOMENTS]], orders: Orders) -> Vec<f64> {
         let (count, odd) = match orders {
             Orders::All => (MOMENTS, 2),
@@ -167,31 +166,36 @@ impl Problem {
             .collect()
     }
 
-    /// Median over tiles of their relative misfit.
-    pub(super) fn typical(&self, numbers: &Numbers) -> f64 {
+    /// Returns the median relative misfit.
+    pub(super) fn median_misfit(&self, numbers: &Parameters) -> f64 {
         let mut squares = self.squares(&self.residuals(numbers), Orders::All);
         squares.sort_by(f64::total_cmp);
         squares.get(squares.len() / 2).map_or(0.0, |s| s.sqrt())
     }
 
-    /// Relative misfit over all tiles, those far beyond `bound` counting little more than it: for
-    /// small misfits their root mean square.
-    pub(super) fn misfit(&self, numbers: &Numbers, bound: f64, orders: Orders) -> f64 {
+    /// Returns the robust relative misfit. Tiles far beyond `cauchy_scale` saturate; small misfits give the
+    /// root mean square.
+    pub(super) fn misfit(&self, numbers: &Parameters, cauchy_scale: f64, orders: Orders) -> f64 {
         let squares = self.squares(&self.residuals(numbers), orders);
-        bound * (cost(&squares, bound) / squares.len().max(1) as f64).sqrt()
+        cauchy_scale * (cauchy_cost(&squares, cauchy_scale) / squares.len().max(1) as f64).sqrt()
     }
 
-    /// Levenberg-Marquardt from `start`, at most `most_steps` steps, on Cauchy's robust cost of the
-    /// tiles' misfits with scale `bound`.
-    pub(super) fn descend(&self, start: Numbers, bound: f64, most_steps: usize) -> Numbers {
+    /// Minimises the Cauchy loss of the tiles' misfits by Levenberg-Marquardt, for at most `max_iterations`.
+    pub(super) fn minimise(
+        &self,
+        start: Parameters,
+        cauchy_scale: f64,
+        max_iterations: usize,
+    ) -> Parameters {
         let mut here = start;
         let mut residuals = self.residuals(&here);
         let mut squares = self.squares(&residuals, Orders::All);
-        let mut lowest = cost(&squares, bound);
+        let mut lowest = cauchy_cost(&squares, cauchy_scale);
         let mut damping = 1e-3;
-        for _ in 0..most_steps {
-            let (normal, gradient) = self.normal(&here, &residuals, &squares, bound);
-            // Numbers that nothing depends on, as the slope of alpha at one distance, stay.
+        for _ in 0..max_iterations {
+            let (normal, gradient) = self.normal(&here, &residuals, &squares, cauchy_scale);
+            // The floor keeps parameters without influence in place, such as the slope of alpha at a single
+            // distance.
             let floor = 1e-12 * normal.diagonal().max() + f64::MIN_POSITIVE;
             let mut moved = None;
             while damping < 1e12 {
@@ -203,7 +207,7 @@ impl Problem {
                     let trial = here + step.component_mul(&self.scales);
                     let there = self.residuals(&trial);
                     let trial_squares = self.squares(&there, Orders::All);
-                    let trial_cost = cost(&trial_squares, bound);
+                    let trial_cost = cauchy_cost(&trial_squares, cauchy_scale);
                     if trial_cost < lowest {
                         let gain = (lowest - trial_cost) / lowest;
                         here = trial;
@@ -226,22 +230,22 @@ impl Problem {
         here
     }
 
-    /// Normal matrix and gradient in units of `scales`, tiles weighed by Cauchy's rule.
+    /// Returns the Gauss-Newton normal matrix and gradient in units of `scales`, with Cauchy weights.
     fn normal(
         &self,
-        here: &Numbers,
+        here: &Parameters,
         residuals: &[[f64; MOMENTS]],
         squares: &[f64],
-        bound: f64,
+        cauchy_scale: f64,
     ) -> (Matrix6<f64>, Vector6<f64>) {
-        let slopes: [Vec<[f64; MOMENTS]>; 6] = std::array::from_fn(|k| {
-            let mut probe = Numbers::zeros();
-            probe[k] = PROBE * self.scales[k];
-            let low = self.residuals(&(here - probe));
-            let mut slope = self.residuals(&(here + probe));
+        let jacobian: [Vec<[f64; MOMENTS]>; 6] = std::array::from_fn(|k| {
+            let mut offset = Parameters::zeros();
+            offset[k] = DIFFERENCE_STEP * self.scales[k];
+            let low = self.residuals(&(here - offset));
+            let mut slope = self.residuals(&(here + offset));
             for (high, low) in slope.iter_mut().zip(&low) {
                 for (h, l) in high.iter_mut().zip(low) {
-                    *h = (*h - l) / (2.0 * PROBE);
+                    *h = (*h - l) / (2.0 * DIFFERENCE_STEP);
                 }
             }
             slope
@@ -249,9 +253,9 @@ impl Problem {
         let mut normal = Matrix6::zeros();
         let mut gradient = Vector6::zeros();
         for tile in 0..residuals.len() {
-            let weight = 1.0 / (1.0 + squares[tile] / (bound * bound));
+            let weight = 1.0 / (1.0 + squares[tile] / (cauchy_scale * cauchy_scale));
             for m in 0..MOMENTS {
-                let row = Vector6::from_fn(|k, _| slopes[k][tile][m]);
+                let row = Vector6::from_fn(|k, _| jacobian[k][tile][m]);
                 normal += row * row.transpose() * weight;
                 gradient += row * (residuals[tile][m] * weight);
             }
@@ -260,6 +264,9 @@ impl Problem {
     }
 }
 
-fn cost(squares: &[f64], bound: f64) -> f64 {
-    squares.iter().map(|s| (s / (bound * bound)).ln_1p()).sum()
+fn cauchy_cost(squares: &[f64], cauchy_scale: f64) -> f64 {
+    squares
+        .iter()
+        .map(|s| (s / (cauchy_scale * cauchy_scale)).ln_1p())
+        .sum()
 }

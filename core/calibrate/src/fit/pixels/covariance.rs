@@ -1,57 +1,60 @@
-//! How well the data fix the numbers of a lens.
+//! Covariance of the fitted parameters.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::descent::Problem;
-use super::job::{Fitted, Job, LENIENT};
+use super::context::{FitContext, FittedLens, LENIENT_TOLERANCE};
+use super::levenberg_marquardt::Problem;
 use super::metric::Metric;
 
-/// Two numbers that the data let trade off against each other.
+/// A strong correlation between two parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correlation {
-    /// The two, by name.
+    /// Names of the two parameters.
     pub names: [String; 2],
-    /// Their correlation, from -1 to 1.
+    /// Correlation coefficient, -1 to 1.
     pub value: f64,
 }
 
-/// A combination of numbers that the data hardly fix.
+/// A linear combination of parameters that the data hardly determine.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unclear {
-    /// The numbers with most weight in it.
+pub struct PoorlyDetermined {
+    /// Names of the parameters with the largest weights in it.
     pub names: Vec<String>,
-    /// By how much it is less well fixed than if all numbers were independent.
-    pub times: f64,
+    /// Its standard error relative to that of uncorrelated parameters (root of the inverse eigenvalue of the
+    /// normalised Fisher information).
+    pub inflation: f64,
 }
 
-/// Correlations from here on are told.
-const TELLING: f64 = 0.95;
-/// A combination this many times less well fixed than independent numbers would be is told.
-const UNCLEAR: f64 = 30.0;
+/// Absolute correlation from which on a pair is reported.
+const MIN_CORRELATION: f64 = 0.95;
+/// Inflation of the standard error from which on a combination is reported.
+const MIN_INFLATION: f64 = 30.0;
 
-/// Covariance of a fit's free numbers.
-pub(super) struct Errors {
+/// Covariance of the free parameters, with its diagnostics.
+pub(super) struct CovarianceEstimate {
     pub(super) covariance: DMatrix<f64>,
     pub(super) correlations: Vec<Correlation>,
-    pub(super) unclear: Vec<Unclear>,
+    pub(super) poorly_determined: Vec<PoorlyDetermined>,
 }
 
-impl Errors {
-    /// Of `fit` on all its tiles. Where noise decides, from the noise; else from how tiles differ in
-    /// what they ask for, for the misfit of neighbouring pixels is no noise.
-    pub(super) fn of(job: &Job, fit: &Fitted) -> Self {
-        let tiles = job.all();
-        let comparison = fit.comparison(LENIENT);
+impl CovarianceEstimate {
+    /// Estimates the covariance at `fit` over all its tiles.
+    ///
+    /// Where noise dominates this is the inverse Fisher information. Otherwise it is the sandwich estimator
+    /// clustered by tile, because model errors of neighbouring pixels are correlated.
+    pub(super) fn of(context: &FitContext, fit: &FittedLens) -> Self {
+        let tiles = context.all();
+        let misfit_settings = fit.misfit_settings(LENIENT_TOLERANCE);
         let problem = Problem {
             layout: &fit.layout,
             tiles: &tiles,
-            comparison,
+            misfit_settings,
         };
-        let still = super::descent::Patience {
-            steps: 0,
-            fall: 0.0,
+        let still = super::levenberg_marquardt::StopCriteria {
+            max_steps: 0,
+            min_decrease: 0.0,
         };
-        let settled = problem.descend(job.state(&tiles, &fit.theta), still);
+        let settled = problem.descend(context.state(&tiles, &fit.theta), still);
         let (normal, _) = problem.total(&settled.systems, &settled.weights);
         let count = normal.nrows();
         let inverse = inverse(&normal);
@@ -61,7 +64,7 @@ impl Errors {
             let mut asked = DMatrix::zeros(count, count);
             for (system, weight) in settled.systems.iter().zip(&settled.weights) {
                 let mut right = DVector::zeros(count);
-                for (a, &slot) in system.slots.iter().enumerate() {
+                for (a, &slot) in system.parameters.iter().enumerate() {
                     right[slot] = weight * system.right[a];
                 }
                 asked += &right * right.transpose();
@@ -71,26 +74,28 @@ impl Errors {
             &inverse * asked * &inverse * (tiles / spare)
         };
         let names: Vec<String> = (0..count)
-            .map(|k| fit.layout.name(k, job.channel_names()))
+            .map(|k| fit.layout.name(k, context.channel_names()))
             .collect();
         Self {
             correlations: correlations(&covariance, &names),
-            unclear: unclear(&normal, &names),
+            poorly_determined: poorly_determined(&normal, &names),
             covariance,
         }
     }
 }
 
-/// Inverse of a normal matrix; numbers that nothing depends on get zero.
+/// Returns the pseudo-inverse of a normal matrix; parameters without influence get zero.
 fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let count = normal.nrows();
     let root: Vec<f64> = (0..count).map(|k| normal[(k, k)].max(0.0).sqrt()).collect();
     let scaled = DMatrix::from_fn(count, count, |a, b| {
         let size = root[a] * root[b];
-        match (size > 0.0, a == b) {
-            (true, _) => normal[(a, b)] / size,
-            (false, true) => 1.0,
-            (false, false) => 0.0,
+        if size > 0.0 {
+            normal[(a, b)] / size
+        } else if a == b {
+            1.0
+        } else {
+            0.0
         }
     });
     let inverse = scaled
@@ -112,7 +117,7 @@ fn correlations(covariance: &DMatrix<f64>, names: &[String]) -> Vec<Correlation>
         for b in a + 1..names.len() {
             let size = (covariance[(a, a)] * covariance[(b, b)]).sqrt();
             let value = covariance[(a, b)] / size;
-            if value.abs() >= TELLING {
+            if value.abs() >= MIN_CORRELATION {
                 found.push(Correlation {
                     names: [names[a].clone(), names[b].clone()],
                     value,
@@ -124,34 +129,34 @@ fn correlations(covariance: &DMatrix<f64>, names: &[String]) -> Vec<Correlation>
     found
 }
 
-fn unclear(normal: &DMatrix<f64>, names: &[String]) -> Vec<Unclear> {
+fn poorly_determined(normal: &DMatrix<f64>, names: &[String]) -> Vec<PoorlyDetermined> {
     let used: Vec<usize> = (0..names.len()).filter(|&k| normal[(k, k)] > 0.0).collect();
     let scaled = DMatrix::from_fn(used.len(), used.len(), |a, b| {
         let (i, j) = (used[a], used[b]);
         normal[(i, j)] / (normal[(i, i)] * normal[(j, j)]).sqrt()
     });
     let eigen = scaled.symmetric_eigen();
-    let mut found: Vec<Unclear> = eigen
+    let mut found: Vec<PoorlyDetermined> = eigen
         .eigenvalues
         .iter()
         .enumerate()
         .filter_map(|(k, value)| {
-            let times = 1.0 / value.max(1e-12).sqrt();
-            (times > UNCLEAR).then(|| {
+            let inflation = 1.0 / value.max(1e-12).sqrt();
+            (inflation > MIN_INFLATION).then(|| {
                 let direction = eigen.eigenvectors.column(k);
                 let largest = direction.amax();
-                Unclear {
+                PoorlyDetermined {
                     names: used
                         .iter()
                         .zip(direction.iter())
                         .filter(|(_, share)| share.abs() > 0.3 * largest)
                         .map(|(&slot, _)| names[slot].clone())
                         .collect(),
-                    times,
+                    inflation,
                 }
             })
         })
         .collect();
-    found.sort_by(|a, b| b.times.total_cmp(&a.times));
+    found.sort_by(|a, b| b.inflation.total_cmp(&a.inflation));
     found
 }

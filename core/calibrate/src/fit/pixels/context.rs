@@ -1,11 +1,11 @@
-//! A pixel fit under way: its tiles, and the steps that all models share.
+//! Data of a pixel fit, and the fitting steps shared by all models.
 
-use super::descent::{Patience, Problem, Settled, State};
-use super::layout::{Layout, Quantity, Structure};
+use super::levenberg_marquardt::{FitState, Minimum, Problem, StopCriteria};
 use super::metric::Metric;
-use super::tile::{Comparison, FitTile, Own};
-use super::{PupilSettings, Support, no_start};
-use crate::fit::starts::{Start, starts};
+use super::parameters::{ModelStructure, ParameterLayout, Quantity};
+use super::tile_equations::{FitTile, MisfitSettings, TileParameters};
+use super::{PupilSettings, Support, no_initial_estimate};
+use crate::fit::initial::{InitialEstimate, initial_estimates};
 use crate::measure::MeasuredTile;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
@@ -14,67 +14,67 @@ use seidel_optics::moments::support;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::psf::pupil::Detail;
 
-/// Tiles of a channel on which starts are tried.
+/// Tiles per channel on which initial estimates are compared.
 const TRIAL_TILES: usize = 30;
-/// Fewer tiles of a channel than this cannot tell how its PSFs change over the field.
-const LEAST_TILES: usize = 6;
-/// Starts that are tried.
-const MOST_STARTS: usize = 6;
-/// Variance of the symmetric blur to begin with, px².
-const FIRST_BLUR_PX2: f64 = 0.1;
-/// Starts that are followed to their end where noise says that they led to a wrong place.
-const MOST_TRIES: usize = 6;
-/// Tiles of a channel on which that is seen.
+/// Minimum number of tiles per channel.
+const MIN_TILES: usize = 6;
+/// Initial estimates compared per channel.
+const MAX_ESTIMATES: usize = 6;
+/// Initial variance of the symmetric blur, px².
+const INITIAL_BLUR_PX2: f64 = 0.1;
+/// Estimates refined where the noise shows that a fit ended in a local minimum.
+const MAX_TRIES: usize = 6;
+/// Tiles per channel for that check.
 const CHECK_TILES: usize = 60;
-/// Misfit in units of the noise below which nothing but noise is left.
-const NOISE_ALONE: f64 = 1.02;
-/// Misfit in units of the noise above which it is the model that falls short, not the data.
-const NOISE_DECIDES: f64 = 1.5;
+/// Chi squared per degree of freedom below which only noise is left.
+const NOISE_LIMITED_CHI2: f64 = 1.02;
+/// Chi squared per degree of freedom above which model error dominates over noise.
+const NOISE_DOMINATED_CHI2: f64 = 1.5;
 
-/// Quick, on few tiles; thorough, on all; to the end.
-pub(super) const QUICK: Patience = Patience {
-    steps: 8,
-    fall: 1e-2,
+/// Stop criteria on few tiles (quick) and on all tiles (thorough).
+pub(super) const QUICK: StopCriteria = StopCriteria {
+    max_steps: 8,
+    min_decrease: 1e-2,
 };
-pub(super) const THOROUGH: Patience = Patience {
-    steps: 20,
-    fall: 1e-3,
+pub(super) const THOROUGH: StopCriteria = StopCriteria {
+    max_steps: 20,
+    min_decrease: 1e-3,
 };
 
-/// Shares of the usual misfit below which a tile counts in proportion: first steps, later ones.
-pub(super) const LENIENT: f64 = 2.0;
-pub(super) const STRICT: f64 = 0.3;
+/// Scale of the robust loss in units of the median misfit: in first iterations, and in the last.
+pub(super) const LENIENT_TOLERANCE: f64 = 2.0;
+pub(super) const STRICT_TOLERANCE: f64 = 0.3;
 
-/// What a fit works on.
-pub(super) struct Job<'a> {
+/// Data and settings of a pixel fit.
+pub(super) struct FitContext<'a> {
     pub(super) sets: &'a [ObservationSet],
     pub(super) settings: &'a PupilSettings,
     pub(super) frame: Frame,
     pub(super) measured: &'a [MeasuredTile],
-    /// Tiles that take part.
+    /// Tiles fitted.
     pub(super) tiles: Vec<FitTile>,
-    /// Which measured tiles are kept aside.
-    pub(super) aside: Vec<bool>,
-    /// Least and largest vergence, 1/m.
+    /// Which measured tiles are held out.
+    pub(super) held_out: Vec<bool>,
+    /// Range of vergences, 1/m.
     pub(super) range: (f64, f64),
-    /// Vergences at which there are tiles, rising.
+    /// Distinct vergences of the tiles, rising, 1/m.
     pub(super) vergences: Vec<f64>,
     pub(super) stop_lever_m: f64,
 }
 
-/// A lens as far as it is fitted.
+/// A lens at some stage of the fit.
 #[derive(Clone)]
-pub(super) struct Fitted {
-    pub(super) layout: Layout,
+pub(super) struct FittedLens {
+    pub(super) layout: ParameterLayout,
     pub(super) theta: Vec<f64>,
     pub(super) metric: Metric,
     pub(super) converged: bool,
 }
 
-impl Fitted {
-    /// How tiles are held against it.
-    pub(super) fn comparison(&self, tolerance: f64) -> Comparison {
-        Comparison {
+impl FittedLens {
+    /// Returns how tiles are compared with this lens.
+    pub(super) fn misfit_settings(&self, tolerance: f64) -> MisfitSettings {
+        MisfitSettings {
             metric: self.metric,
             detail: Detail::FIT,
             tolerance,
@@ -82,18 +82,18 @@ impl Fitted {
     }
 }
 
-impl<'a> Job<'a> {
+impl<'a> FitContext<'a> {
     pub(super) fn new(
         sets: &'a [ObservationSet],
         settings: &'a PupilSettings,
         frame: Frame,
         measured: &'a [MeasuredTile],
-        aside: Vec<bool>,
+        held_out: Vec<bool>,
     ) -> Self {
         let tiles: Vec<FitTile> = measured
             .iter()
             .enumerate()
-            .filter(|(k, _)| !aside[*k])
+            .filter(|(k, _)| !held_out[*k])
             .map(|(k, m)| fit_tile(sets, &frame, m, k, settings.support))
             .collect();
         let mut vergences: Vec<f64> = tiles.iter().map(|t| t.vergence).collect();
@@ -109,7 +109,7 @@ impl<'a> Job<'a> {
             frame,
             measured,
             tiles,
-            aside,
+            held_out,
             range,
             vergences,
             stop_lever_m: stop_lever_m(&sets[0]).unwrap_or(0.0),
@@ -120,92 +120,95 @@ impl<'a> Job<'a> {
         &self.sets[0].channels
     }
 
-    pub(super) fn layout(&self, structure: Structure) -> Layout {
+    pub(super) fn layout(&self, structure: ModelStructure) -> ParameterLayout {
         let channels = self.channel_names().len();
-        Layout::new(structure, channels, self.range, self.stop_lever_m)
+        ParameterLayout::new(structure, channels, self.range, self.stop_lever_m)
     }
 
-    /// A problem's start: the lens as given, every tile's light and centroid as measured.
-    pub(super) fn state(&self, tiles: &[&FitTile], theta: &[f64]) -> State {
+    /// Returns the initial state: the given lens, with the flux and centroid of every tile as measured.
+    pub(super) fn state(&self, tiles: &[&FitTile], theta: &[f64]) -> FitState {
         let own = tiles
             .iter()
             .map(|tile| {
                 let m = &self.measured[tile.measured];
                 let (x, y) = self.sets[m.set].observations[m.observation].tile_point(m.centroid);
-                Own {
-                    light: tile.light.iter().sum(),
+                TileParameters {
+                    flux: tile.light.iter().sum(),
                     centroid: [x, y],
                 }
             })
             .collect();
-        State {
+        FitState {
             theta: theta.to_vec(),
             own,
         }
     }
 
-    /// Descends on `tiles` from `theta`.
+    /// Minimises the misfit of `tiles` from `theta`.
     pub(super) fn descend(
         &self,
-        layout: &Layout,
+        layout: &ParameterLayout,
         tiles: &[&FitTile],
         theta: &[f64],
-        comparison: Comparison,
-        patience: Patience,
-    ) -> Settled {
+        misfit_settings: MisfitSettings,
+        stop: StopCriteria,
+    ) -> Minimum {
         let problem = Problem {
             layout,
             tiles,
-            comparison,
+            misfit_settings,
         };
-        problem.descend(self.state(tiles, theta), patience)
+        problem.descend(self.state(tiles, theta), stop)
     }
 
     pub(super) fn all(&self) -> Vec<&FitTile> {
         self.tiles.iter().collect()
     }
 
-    /// Five numbers and a blur a channel, from moments to pixels.
-    pub(super) fn begin(&self) -> Result<Fitted> {
+    /// Fits the five reduced numbers and a blur per channel, starting from moments.
+    ///
+    /// Tries several initial estimates on few tiles. Where the noise is known, it stops at the first fit
+    /// whose chi squared is consistent with noise.
+    pub(super) fn fit_reduced(&self) -> Result<FittedLens> {
         let depths = usize::from(self.vergences.len() > 1);
-        let layout = self.layout(Structure::reduced(depths));
-        let mut theta = vec![0.0; layout.slots.len()];
-        layout.set(&mut theta, Quantity::Blur, FIRST_BLUR_PX2);
-        let comparison = Comparison {
-            metric: Metric::Picture,
+        let layout = self.layout(ModelStructure::reduced(depths));
+        let mut theta = vec![0.0; layout.parameters.len()];
+        layout.set_constant_in_all(&mut theta, Quantity::Blur, INITIAL_BLUR_PX2);
+        let misfit_settings = MisfitSettings {
+            metric: Metric::NaturalSpectrum,
             detail: Detail::COARSE,
-            tolerance: LENIENT,
+            tolerance: LENIENT_TOLERANCE,
         };
-        let mut tries = vec![theta.clone(); MOST_TRIES];
+        let mut tries = vec![theta.clone(); MAX_TRIES];
         for (channel, name) in self.channel_names().iter().enumerate() {
             let measured: Vec<&MeasuredTile> = self
                 .measured
                 .iter()
-                .zip(&self.aside)
-                .filter(|(m, aside)| m.channel == channel && !**aside)
+                .zip(&self.held_out)
+                .filter(|(m, held_out)| m.channel == channel && !**held_out)
                 .map(|(m, _)| m)
                 .collect();
             let mine: Vec<&FitTile> = self.tiles.iter().filter(|t| t.channel == channel).collect();
-            if mine.len() < LEAST_TILES {
-                return Err(no_start(name));
+            if mine.len() < MIN_TILES {
+                return Err(no_initial_estimate(name));
             }
-            let few = spread(&mine, TRIAL_TILES);
+            let few = subsample(&mine, TRIAL_TILES);
             let mut ranked: Vec<(f64, Vec<f64>)> = Vec::new();
-            let mut begin = starts(&self.frame, &measured, MOST_STARTS);
-            begin.extend(crossings(&measured));
-            for start in begin {
+            let mut fit_reduced = initial_estimates(&self.frame, &measured, MAX_ESTIMATES);
+            fit_reduced.extend(defocus_only_estimates(&measured));
+            for start in fit_reduced {
                 let mut trial = theta.clone();
-                layout.start(&mut trial, channel, &start);
-                let settled = self.descend(&layout, &few, &trial, comparison, QUICK);
-                let size = settled.typical();
+                layout.set_initial(&mut trial, channel, &start);
+                let settled = self.descend(&layout, &few, &trial, misfit_settings, QUICK);
+                let size = settled.mean_log_misfit();
                 if size.is_finite() {
                     ranked.push((size, settled.state.theta));
                 }
             }
             ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-            ranked.truncate(MOST_TRIES);
+            ranked.truncate(MAX_TRIES);
             if ranked.is_empty() {
-                return Err(no_start(name));
+                return Err(no_initial_estimate(name));
             }
             for (rank, trial) in tries.iter_mut().enumerate() {
                 let (_, found) = &ranked[rank.min(ranked.len() - 1)];
@@ -213,23 +216,23 @@ impl<'a> Job<'a> {
             }
         }
         for trial in &mut tries {
-            layout.right_way_round(trial);
+            layout.normalise_signs(trial);
         }
         let noisy = self.tiles.iter().all(|t| t.sigma > 0.0);
-        let pixels = Comparison {
+        let pixels = MisfitSettings {
             metric: Metric::Pixels,
             detail: Detail::FIT,
-            tolerance: LENIENT,
+            tolerance: LENIENT_TOLERANCE,
         };
-        let mut best: Option<Settled> = None;
-        // Where the noise is known it is also known whether a start led to the right place.
-        let few = spread(&self.all(), CHECK_TILES * self.channel_names().len());
-        for trial in tries.iter().take(if noisy { MOST_TRIES } else { 0 }) {
+        let mut best: Option<Minimum> = None;
+        // Known noise tells a global from a local minimum.
+        let few = subsample(&self.all(), CHECK_TILES * self.channel_names().len());
+        for trial in tries.iter().take(if noisy { MAX_TRIES } else { 0 }) {
             let settled = self.descend(&layout, &few, trial, pixels, THOROUGH);
-            let right = settled.typical() < NOISE_ALONE.ln();
+            let right = settled.mean_log_misfit() < NOISE_LIMITED_CHI2.ln();
             if best
                 .as_ref()
-                .is_none_or(|b| settled.typical() < b.typical())
+                .is_none_or(|b| settled.mean_log_misfit() < b.mean_log_misfit())
             {
                 best = Some(settled);
             }
@@ -238,56 +241,61 @@ impl<'a> Job<'a> {
             }
         }
         let Some(best) = best else {
-            return Ok(self.refine(&layout, tries.swap_remove(0), Metric::Picture));
+            return Ok(self.refine(&layout, tries.swap_remove(0), Metric::NaturalSpectrum));
         };
         let best = self.descend(&layout, &self.all(), &best.state.theta, pixels, THOROUGH);
-        let noise_decides = best.typical() < NOISE_DECIDES.ln();
+        let noise_decides = best.mean_log_misfit() < NOISE_DOMINATED_CHI2.ln();
         let mut theta = best.state.theta;
-        layout.right_way_round(&mut theta);
+        layout.normalise_signs(&mut theta);
         if noise_decides {
-            return Ok(Fitted {
+            return Ok(FittedLens {
                 layout,
                 metric: Metric::Pixels,
                 converged: best.converged,
                 theta,
             });
         }
-        Ok(self.refine(&layout, theta, Metric::Picture))
+        Ok(self.refine(&layout, theta, Metric::NaturalSpectrum))
     }
 
-    /// Descends on all tiles, leniently and then strictly.
-    pub(super) fn refine(&self, layout: &Layout, theta: Vec<f64>, metric: Metric) -> Fitted {
+    /// Minimises over all tiles, first with a lenient and then with a strict robust loss.
+    pub(super) fn refine(
+        &self,
+        layout: &ParameterLayout,
+        theta: Vec<f64>,
+        metric: Metric,
+    ) -> FittedLens {
         let all = self.all();
-        let mut fitted = Fitted {
+        let mut fitted = FittedLens {
             layout: layout.clone(),
             theta,
             metric,
             converged: false,
         };
-        let descend = |fitted: &mut Fitted, tolerance: f64| {
-            let comparison = fitted.comparison(tolerance);
-            let settled = self.descend(layout, &all, &fitted.theta, comparison, THOROUGH);
+        let descend = |fitted: &mut FittedLens, tolerance: f64| {
+            let misfit_settings = fitted.misfit_settings(tolerance);
+            let settled = self.descend(layout, &all, &fitted.theta, misfit_settings, THOROUGH);
             fitted.theta.clone_from(&settled.state.theta);
             fitted.converged = settled.converged;
         };
-        descend(&mut fitted, LENIENT);
-        if metric == Metric::Picture {
-            descend(&mut fitted, STRICT);
+        descend(&mut fitted, LENIENT_TOLERANCE);
+        if metric == Metric::NaturalSpectrum {
+            descend(&mut fitted, STRICT_TOLERANCE);
         }
         fitted
     }
 
-    /// Refines with the optical axis free as well.
-    pub(super) fn free_axis(&self, fit: Fitted) -> Fitted {
+    /// Refines with the optical axis as two further parameters.
+    pub(super) fn free_axis(&self, fit: FittedLens) -> FittedLens {
         let mut structure = fit.layout.structure.clone();
         structure.axis = true;
         let layout = self.layout(structure);
-        let theta = layout.carry(&fit.layout, &fit.theta);
+        let theta = layout.transfer(&fit.layout, &fit.theta);
         self.refine(&layout, theta, fit.metric)
     }
 
-    /// Moves the frame's axis to where the fit found it; the fit's own offset becomes zero.
-    pub(super) fn settle_axis(&mut self, fit: &mut Fitted) -> Result<()> {
+    /// Moves the frame's axis to the fitted position and resets the fitted offset to zero.
+    pub(super) fn move_frame_to_axis(&mut self, fit: &mut FittedLens) -> Result<()> {
         let [x, y] = fit.layout.axis(&fit.theta);
         self.frame = self
             .frame
@@ -301,15 +309,15 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Starts of defocus alone that passes through focus before, between and beyond the distances of
-/// `tiles`: what moments drowned in noise may have missed.
-fn crossings(tiles: &[&MeasuredTile]) -> Vec<Start> {
+/// Returns estimates of pure defocus that cross focus before, between or beyond the distances of `tiles`.
+/// They cover solutions that noisy moments miss.
+fn defocus_only_estimates(tiles: &[&MeasuredTile]) -> Vec<InitialEstimate> {
     let mut radii: Vec<(f64, Vec<f64>)> = Vec::new();
     for tile in tiles {
         let Some(v) = tile.distance.vergence_per_m() else {
             return Vec::new();
         };
-        // An even disc of radius r has a trace of r²/2.
+        // A uniform disc of radius r has a trace of r²/2.
         let radius = (2.0 * tile.optical.trace().max(0.0)).sqrt();
         match radii.iter_mut().find(|(at, _)| *at == v) {
             Some((_, all)) => all.push(radius),
@@ -332,7 +340,7 @@ fn crossings(tiles: &[&MeasuredTile]) -> Vec<Start> {
                 }
             });
             let line = VergenceSeries::fit_line(&signed.collect::<Vec<_>>());
-            Start {
+            InitialEstimate {
                 alpha: [line.coefficients[0], line.coefficients[1]],
                 beta: 0.0,
                 gamma: 0.0,
@@ -344,8 +352,8 @@ fn crossings(tiles: &[&MeasuredTile]) -> Vec<Start> {
         .collect()
 }
 
-/// About `count` of `tiles`, spread over them.
-pub(super) fn spread<'t>(tiles: &[&'t FitTile], count: usize) -> Vec<&'t FitTile> {
+/// Returns about `count` of `tiles`, evenly spaced in the list.
+pub(super) fn subsample<'t>(tiles: &[&'t FitTile], count: usize) -> Vec<&'t FitTile> {
     let step = (tiles.len() as f64 / count as f64).max(1.0);
     (0..)
         .map(|k| (k as f64 * step) as usize)
@@ -381,7 +389,7 @@ fn fit_tile(
     }
 }
 
-/// See [`seidel_optics::effects::ScenePoint::stop_lever_m`]; the pupil is taken to lie in a thin lens.
+/// Returns [`seidel_optics::effects::ScenePoint::stop_lever_m`] for a thin lens with the pupil in its plane.
 fn stop_lever_m(set: &ObservationSet) -> Option<f64> {
     let f_m = set.camera.focal_length_mm? * 1e-3;
     let radius_m = f_m / (2.0 * set.camera.f_number?);

@@ -1,111 +1,118 @@
-//! The descent of a pixel fit: Levenberg-Marquardt over all tiles at once, robust against bad ones.
+//! Levenberg-Marquardt over all tiles at once, with a robust loss per tile.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::layout::Layout;
 use super::metric::Metric;
-use super::tile::{Buffers, Comparison, FitTile, Own, TileSystem};
+use super::parameters::ParameterLayout;
+use super::tile_equations::{Buffers, FitTile, MisfitSettings, TileEquations, TileParameters};
 
-/// Least variance of the symmetric blur that is fitted, px².
-const LEAST_BLUR_PX2: f64 = 0.0;
+/// Lower bound of the symmetric blur's variance, px².
+const MIN_BLUR_PX2: f64 = 0.0;
 
-/// Where a fit stands.
+/// Parameters of the lens and of every tile.
 #[derive(Debug, Clone)]
-pub(super) struct State {
-    /// The lens's free numbers, in the layout's order.
+pub(super) struct FitState {
+    /// Lens parameters, in the layout's order.
     pub(super) theta: Vec<f64>,
-    /// Every tile's own.
-    pub(super) own: Vec<Own>,
+    /// Flux and centroid of every tile.
+    pub(super) own: Vec<TileParameters>,
 }
 
-/// How long to go on.
+/// Stop criteria of the minimisation.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Patience {
-    /// Steps at most.
-    pub(super) steps: usize,
-    /// Relative fall of the cost below which to stop.
-    pub(super) fall: f64,
+pub(super) struct StopCriteria {
+    /// Maximum number of iterations.
+    pub(super) max_steps: usize,
+    /// Relative decrease of the cost below which the minimisation has converged.
+    pub(super) min_decrease: f64,
 }
 
-/// A fit at its end.
-pub(super) struct Settled {
-    pub(super) state: State,
-    pub(super) systems: Vec<TileSystem>,
+/// Result of a minimisation.
+pub(super) struct Minimum {
+    pub(super) state: FitState,
+    pub(super) systems: Vec<TileEquations>,
     pub(super) weights: Vec<f64>,
     pub(super) converged: bool,
 }
 
-impl Settled {
-    /// Mean logarithm of the tiles' misfits.
-    pub(super) fn typical(&self) -> f64 {
+impl Minimum {
+    /// Returns the mean logarithm of the tiles' misfits.
+    pub(super) fn mean_log_misfit(&self) -> f64 {
         let logs = self.systems.iter().map(|s| s.misfit.max(1e-12).ln());
         logs.sum::<f64>() / self.systems.len().max(1) as f64
     }
 }
 
-/// How tiles share in the cost: the logarithm of the misfit, as a mean of decibels has it, above a
-/// scale below which it is linear; a misfit of many times the usual counts little.
+/// Cauchy (Lorentzian) loss of a tile's misfit m: scale ln(1 + m / scale). It is linear in m below the scale
+/// and logarithmic above, so outlying tiles have little influence.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Robust {
+pub(super) struct RobustLoss {
     scale: f64,
 }
 
-impl Robust {
-    /// For tiles with these misfits.
-    fn of(systems: &[TileSystem], comparison: Comparison, noisy: bool) -> Self {
+impl RobustLoss {
+    /// Returns the loss scaled to the median of these misfits.
+    fn of(systems: &[TileEquations], misfit_settings: MisfitSettings, noisy: bool) -> Self {
         let mut all: Vec<f64> = systems.iter().map(|s| s.misfit).collect();
         all.sort_by(f64::total_cmp);
         let median = all[all.len() / 2];
-        let scale = if comparison.metric == Metric::Pixels && noisy {
-            // Misfits are about one where the noise is all: tiles up to a few times that count whole.
+        let scale = if misfit_settings.metric == Metric::Pixels && noisy {
+            // Where noise dominates misfits are about one; tiles up to ten times that keep nearly full
+            // weight.
             10.0 * median.max(1.0)
         } else {
-            comparison.tolerance * median.max(1e-12)
+            misfit_settings.tolerance * median.max(1e-12)
         };
         Self { scale }
     }
 
-    fn cost(&self, system: &TileSystem) -> f64 {
+    fn cost(&self, system: &TileEquations) -> f64 {
         (system.misfit / self.scale).ln_1p() * self.scale * system.freedom
     }
 
-    fn weight(&self, system: &TileSystem) -> f64 {
+    fn weight(&self, system: &TileEquations) -> f64 {
         1.0 / (1.0 + system.misfit / self.scale)
     }
 }
 
-/// A problem to descend in.
+/// A minimisation problem: model, tiles and comparison.
 pub(super) struct Problem<'a> {
-    pub(super) layout: &'a Layout,
+    pub(super) layout: &'a ParameterLayout,
     pub(super) tiles: &'a [&'a FitTile],
-    pub(super) comparison: Comparison,
+    pub(super) misfit_settings: MisfitSettings,
 }
 
 impl Problem<'_> {
-    fn systems(&self, state: &State) -> Vec<TileSystem> {
+    fn systems(&self, state: &FitState) -> Vec<TileEquations> {
         self.tiles
             .par_iter()
             .zip(&state.own)
             .map_init(Buffers::default, |buffers, (tile, own)| {
-                tile.system(self.layout, &state.theta, own, self.comparison, buffers)
+                tile.system(
+                    self.layout,
+                    &state.theta,
+                    own,
+                    self.misfit_settings,
+                    buffers,
+                )
             })
             .collect()
     }
 
-    /// The sum of all tiles' systems.
+    /// Assembles the weighted normal equations of all tiles.
     pub(super) fn total(
         &self,
-        systems: &[TileSystem],
+        systems: &[TileEquations],
         weights: &[f64],
     ) -> (DMatrix<f64>, DVector<f64>) {
-        let count = self.layout.slots.len();
+        let count = self.layout.parameters.len();
         let mut normal = DMatrix::zeros(count, count);
         let mut right = DVector::zeros(count);
         for (system, weight) in systems.iter().zip(weights) {
-            for (a, &row) in system.slots.iter().enumerate() {
+            for (a, &row) in system.parameters.iter().enumerate() {
                 right[row] += weight * system.right[a];
-                for (b, &column) in system.slots.iter().enumerate() {
+                for (b, &column) in system.parameters.iter().enumerate() {
                     normal[(row, column)] += weight * system.normal[(a, b)];
                 }
             }
@@ -113,15 +120,15 @@ impl Problem<'_> {
         (normal, right)
     }
 
-    fn moved(&self, state: &State, systems: &[TileSystem], delta: &DVector<f64>) -> State {
+    fn moved(&self, state: &FitState, systems: &[TileEquations], delta: &DVector<f64>) -> FitState {
         let mut theta: Vec<f64> = state
             .theta
             .iter()
             .zip(delta.iter())
             .map(|(t, d)| t + d)
             .collect();
-        self.layout.keep_within(&mut theta, LEAST_BLUR_PX2);
-        // What the bounds left of the step.
+        self.layout.clamp_to_bounds(&mut theta, MIN_BLUR_PX2);
+        // The part of the step inside the bounds.
         let kept = DVector::from_iterator(
             theta.len(),
             theta.iter().zip(&state.theta).map(|(new, old)| new - old),
@@ -132,12 +139,12 @@ impl Problem<'_> {
             .zip(systems)
             .zip(self.tiles)
             .map(|((own, system), tile)| {
-                let [light, x, y] = system.own_step(&kept);
+                let [light, x, y] = system.tile_step(&kept);
                 let near = |step: f64| step.clamp(-1.0, 1.0);
-                let least = 0.2 * own.light.abs();
+                let least = 0.2 * own.flux.abs();
                 let size = tile.size;
-                Own {
-                    light: (own.light + light).clamp(least, 5.0 * own.light.abs()),
+                TileParameters {
+                    flux: (own.flux + light).clamp(least, 5.0 * own.flux.abs()),
                     centroid: [
                         (own.centroid[0] + near(x)).clamp(0.0, size.0 as f64),
                         (own.centroid[1] + near(y)).clamp(0.0, size.1 as f64),
@@ -145,19 +152,19 @@ impl Problem<'_> {
                 }
             })
             .collect();
-        State { theta, own }
+        FitState { theta, own }
     }
 
-    /// Descends from `state`.
-    pub(super) fn descend(&self, state: State, patience: Patience) -> Settled {
+    /// Minimises the cost from `state`.
+    pub(super) fn descend(&self, state: FitState, stop: StopCriteria) -> Minimum {
         let noisy = self.tiles.iter().any(|t| t.sigma > 0.0);
         let mut state = state;
         let mut systems = self.systems(&state);
         let mut damping = 1e-3;
         let mut converged = false;
-        let mut robust = Robust::of(&systems, self.comparison, noisy);
-        for _ in 0..patience.steps {
-            robust = Robust::of(&systems, self.comparison, noisy);
+        let mut robust = RobustLoss::of(&systems, self.misfit_settings, noisy);
+        for _ in 0..stop.max_steps {
+            robust = RobustLoss::of(&systems, self.misfit_settings, noisy);
             let weights: Vec<f64> = systems.iter().map(|s| robust.weight(s)).collect();
             let cost: f64 = systems.iter().map(|s| robust.cost(s)).sum();
             let (normal, right) = self.total(&systems, &weights);
@@ -183,13 +190,13 @@ impl Problem<'_> {
                 break;
             };
             (state, systems) = (trial, there);
-            if cost - new < patience.fall * cost {
+            if cost - new < stop.min_decrease * cost {
                 converged = true;
                 break;
             }
         }
         let weights = systems.iter().map(|s| robust.weight(s)).collect();
-        Settled {
+        Minimum {
             state,
             systems,
             weights,
@@ -197,24 +204,24 @@ impl Problem<'_> {
         }
     }
 
-    /// Which numbers may move: not those that are held, nor those that stand at a bound and would go beyond it.
-    fn free(&self, state: &State, right: &DVector<f64>) -> Vec<bool> {
+    /// Returns which parameters may move: those neither fixed nor pushed beyond a bound.
+    fn free(&self, state: &FitState, right: &DVector<f64>) -> Vec<bool> {
         (0..right.len())
             .map(|k| {
-                if self.layout.holds(k) {
+                if self.layout.is_fixed(k) {
                     return false;
                 }
                 let mut pushed = state.theta.clone();
                 pushed[k] += 1e-6 * right[k].signum();
                 let wanted = pushed[k];
-                self.layout.keep_within(&mut pushed, LEAST_BLUR_PX2);
+                self.layout.clamp_to_bounds(&mut pushed, MIN_BLUR_PX2);
                 pushed[k] == wanted
             })
             .collect()
     }
 }
 
-/// Solves the damped system for the numbers that are free; the others get zero.
+/// Solves the damped normal equations for the free parameters; the others get a zero step.
 fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, free: &[bool], damping: f64) -> DVector<f64> {
     let chosen: Vec<usize> = (0..right.len())
         .filter(|&k| free[k] && normal[(k, k)] > 0.0)

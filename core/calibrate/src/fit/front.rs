@@ -1,0 +1,126 @@
+//! One function for all lens models.
+
+use super::{
+    AxisChoice, MomentsFit, MomentsSettings, PupilFit, PupilModel, PupilSettings, Weighting,
+    fit_moments, fit_pupil,
+};
+use crate::measure::Rejection;
+use crate::score::TestImage;
+use seidel_optics::error::Result;
+use seidel_optics::moments::support::Support;
+use seidel_optics::observations::ObservationSet;
+use seidel_optics::profile::LensProfile;
+
+/// The lens model to fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Model {
+    /// S1..S10 per channel and object distance, the model of the paper: [`fit_moments`].
+    Moments,
+    /// Third-order aberrations and a symmetric blur: [`PupilModel::Reduced`].
+    Reduced,
+    /// Also fifth-order aberrations and vignetting: [`PupilModel::Extended`].
+    Extended,
+    /// The extended model where held-out PSFs show that it is needed, or else the reduced one:
+    /// [`PupilModel::Auto`].
+    #[default]
+    Auto,
+}
+
+/// Settings of [`fit`].
+#[derive(Debug, Clone, Default)]
+pub struct FitSettings {
+    /// The lens model.
+    pub model: Model,
+    /// Position of the optical axis.
+    pub axis: AxisChoice,
+    /// Pixels of a tile that take part.
+    pub support: Support,
+    /// Weights of the residuals of moments; used by [`Model::Moments`] only.
+    pub weighting: Weighting,
+    /// Fits all PSFs and holds none out; ignored by [`Model::Moments`], which never holds any out.
+    pub use_all: bool,
+    /// Omits residual corrections at the measured distances; ignored by [`Model::Moments`].
+    pub law_only: bool,
+    /// Test image of the held-out score; [`TestImage::natural`] if `None`. Ignored by [`Model::Moments`].
+    pub test_image: Option<TestImage>,
+}
+
+/// A fitted lens with its report.
+#[derive(Debug, Clone)]
+pub enum Fit {
+    /// Result of [`Model::Moments`].
+    Moments(MomentsFit),
+    /// Result of the other models.
+    Pupil(PupilFit),
+}
+
+impl Fit {
+    /// Returns the fitted profile.
+    pub fn lens(&self) -> &LensProfile {
+        match self {
+            Self::Moments(fit) => &fit.lens,
+            Self::Pupil(fit) => &fit.lens,
+        }
+    }
+
+    /// Returns the fitted profile, for instance to record the sources in its provenance.
+    pub fn lens_mut(&mut self) -> &mut LensProfile {
+        match self {
+            Self::Moments(fit) => &mut fit.lens,
+            Self::Pupil(fit) => &mut fit.lens,
+        }
+    }
+
+    /// Returns the fitted profile without the report.
+    pub fn into_lens(self) -> LensProfile {
+        match self {
+            Self::Moments(fit) => fit.lens,
+            Self::Pupil(fit) => fit.lens,
+        }
+    }
+
+    /// Returns the limits of the result, a sentence each.
+    pub fn warnings(&self) -> &[String] {
+        match self {
+            Self::Moments(fit) => &fit.warnings,
+            Self::Pupil(fit) => &fit.warnings,
+        }
+    }
+
+    /// Returns the tiles excluded from the fit, with reasons.
+    pub fn rejected(&self) -> &[Rejection] {
+        match self {
+            Self::Moments(fit) => &fit.rejected,
+            Self::Pupil(fit) => &fit.rejected,
+        }
+    }
+}
+
+/// Fits a lens to one or more observation sets of one camera.
+///
+/// # Errors
+/// As [`fit_moments`] for [`Model::Moments`], and as [`fit_pupil`] for the other models.
+pub fn fit(sets: &[ObservationSet], settings: &FitSettings) -> Result<Fit> {
+    let model = match settings.model {
+        Model::Moments => {
+            let settings = MomentsSettings {
+                weighting: settings.weighting,
+                axis: settings.axis,
+                support: settings.support,
+            };
+            return fit_moments(sets, &settings).map(Fit::Moments);
+        }
+        Model::Reduced => PupilModel::Reduced,
+        Model::Extended => PupilModel::Extended,
+        Model::Auto => PupilModel::Auto,
+    };
+    let settings = PupilSettings {
+        model,
+        axis: settings.axis,
+        support: settings.support,
+        use_all: settings.use_all,
+        law_only: settings.law_only,
+        test_image: settings.test_image.clone(),
+    };
+    fit_pupil(sets, &settings).map(Fit::Pupil)
+}
