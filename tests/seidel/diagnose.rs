@@ -5,7 +5,7 @@ use std::path::Path;
 
 use std::sync::atomic::AtomicBool;
 
-use seidel_core::diagnose::{PairSettings, Picture, Progress, estimate_pair};
+use seidel_core::diagnose::{PairImage, PairSettings, Progress, estimate_pair};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::effects;
 use seidel_core::predict::{Predictor, predict_set};
@@ -169,7 +169,7 @@ fn rendered_blur_is_estimated_correctly() {
     let text = fs::read_to_string(folder.path().join("lens.json")).expect("there");
     let lens = LensProfile::from_json(&text).expect("a lens");
     let planes = ["sharp.exr", "plate.exr"].map(|n| [read_channel(&folder.path().join(n), "Y")]);
-    let [sharp, plate] = [&planes[0], &planes[1]].map(|planes| Picture {
+    let [sharp, plate] = [&planes[0], &planes[1]].map(|planes| PairImage {
         width: 300,
         height: 200,
         planes,

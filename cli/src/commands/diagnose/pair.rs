@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
-use seidel_core::diagnose::{PairEstimate, PairSettings, Picture, Progress, estimate_pair};
+use seidel_core::diagnose::{PairEstimate, PairImage, PairSettings, Progress, estimate_pair};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
@@ -183,8 +183,8 @@ struct Planes {
 }
 
 impl Planes {
-    fn picture(&self) -> Picture<'_> {
-        Picture {
+    fn picture(&self) -> PairImage<'_> {
+        PairImage {
             width: self.width,
             height: self.height,
             planes: &self.planes,

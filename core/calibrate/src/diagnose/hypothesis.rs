@@ -1,26 +1,26 @@
-//! A guess at what is missing: effects, and which of their numbers are free in which channels.
+//! A hypothesis: the effects that the lens may lack, and their free parameters.
 
-use super::seen::Seen;
+use super::tiles::TileData;
 use seidel_optics::effects::{self, Effect, Scope, SearchStart};
 use seidel_optics::lens::LocalPupil;
 use seidel_optics::lens::VergenceSeries;
 use seidel_optics::profile::{ProfileEffect, PupilChannel};
 
-/// Effects and free numbers.
+/// Effects with their free parameters.
 #[derive(Clone)]
 pub(super) struct Hypothesis {
-    /// In acting order, each with where its search starts.
+    /// Effects in acting order, each with its search start.
     pub(super) parts: Vec<(&'static dyn Effect, SearchStart)>,
     pub(super) slots: Vec<Slot>,
     channels: usize,
 }
 
-/// A free number.
+/// One free parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Slot {
     pub(super) part: usize,
     pub(super) parameter: usize,
-    /// The channel whose it is; `None` if all share it.
+    /// Channel; `None` if all channels share the parameter.
     pub(super) channel: Option<usize>,
     pub(super) least: f64,
     pub(super) most: f64,
@@ -28,7 +28,8 @@ pub(super) struct Slot {
 }
 
 impl Hypothesis {
-    /// `parts`, for a lens of `channels` channels of which `reference` is that of middle wavelength.
+    /// Creates the hypothesis of `parts` for a lens of `channels` channels. `reference` is the channel of
+    /// middle wavelength.
     pub(super) fn new(
         mut parts: Vec<(&'static dyn Effect, SearchStart)>,
         channels: usize,
@@ -67,7 +68,7 @@ impl Hypothesis {
         }
     }
 
-    /// Where the search starts: one number a slot.
+    /// Returns the starting values of the free parameters.
     pub(super) fn start(&self) -> Vec<f64> {
         self.slots
             .iter()
@@ -75,24 +76,24 @@ impl Hypothesis {
             .collect()
     }
 
-    /// Values at which nothing happens: one number a slot.
+    /// Returns the values at which the effects vanish.
     pub(super) fn neutral(&self) -> Vec<f64> {
         let of = |slot: &Slot| self.parts[slot.part].0.parameters()[slot.parameter].neutral;
         self.slots.iter().map(of).collect()
     }
 
-    /// Identifiers of the effects.
+    /// Returns the identifiers of the effects.
     pub(super) fn ids(&self) -> Vec<&'static str> {
         self.parts.iter().map(|(effect, _)| effect.id()).collect()
     }
 
-    /// The values of every part in `channel`.
+    /// Returns the parameter values of every effect in `channel`.
     pub(super) fn values(&self, theta: &[f64], channel: usize) -> Vec<Vec<f64>> {
         let mut values: Vec<Vec<f64>> = self
             .parts
             .iter()
             .map(|(effect, start)| {
-                // What differs between channels is neutral where it is not free.
+                // Differences between channels are zero where they are not free.
                 let own = effect.parameters().iter().zip(&start.values);
                 own.map(|(p, v)| match p.scope {
                     Scope::Difference => p.neutral,
@@ -109,24 +110,24 @@ impl Hypothesis {
         values
     }
 
-    /// Whether slot `slot` changes tiles of `channel`.
+    /// Returns whether free parameter `slot` affects `channel`.
     pub(super) fn concerns(&self, slot: usize, channel: usize) -> bool {
         self.slots[slot].channel.is_none_or(|c| c == channel)
     }
 
-    /// The light of `seen` with the effects at `values`, and how far its chief ray moves, px.
-    pub(super) fn act(&self, values: &[Vec<f64>], seen: &Seen) -> (LocalPupil, [f64; 2]) {
-        let mut pupil = seen.pupil;
+    /// Returns the pupil of `tile` with the effects applied, and the shift of the chief ray, px.
+    pub(super) fn act(&self, values: &[Vec<f64>], tile: &TileData) -> (LocalPupil, [f64; 2]) {
+        let mut pupil = tile.pupil;
         let mut moved = [0.0; 2];
         for ((effect, _), values) in self.parts.iter().zip(values) {
-            effect.apply(values, seen.point, &mut pupil);
-            let shift = effect.chief_ray(values, seen.point);
+            effect.apply(values, tile.point, &mut pupil);
+            let shift = effect.chief_ray(values, tile.point);
             moved = [moved[0] + shift[0], moved[1] + shift[1]];
         }
         (pupil, moved)
     }
 
-    /// `channels` with the effects at `theta` added.
+    /// Returns `channels` with the effects at `theta` added.
     pub(super) fn added_to(
         &self,
         channels: &[PupilChannel],
@@ -172,13 +173,13 @@ impl Hypothesis {
         errors
     }
 
-    /// Number of channels.
+    /// Returns the number of channels.
     pub(super) fn channels(&self) -> usize {
         self.channels
     }
 }
 
-/// Place of `effect` in acting order.
+/// Returns the position of `effect` in acting order.
 fn rank(effect: &dyn Effect) -> usize {
     let mut all = effects::ALL.iter();
     all.position(|e| e.id() == effect.id())

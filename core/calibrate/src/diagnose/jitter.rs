@@ -1,30 +1,30 @@
-//! How well ideal positions are known.
+//! Random errors of ideal positions.
 //!
-//! Positions of points come from a survey or a detector and are off by some hundredths of a pixel, alike in
-//! all channels of an observation and at random from one to the next. That is an error of measurement, not a
-//! gap: it is read off what the best hypothesis leaves, and taken off before gaps are compared. What is
-//! smooth over the field is left for effects to explain.
+//! Positions from a survey or a detector have errors of some hundredths of a pixel, common to all channels of
+//! an observation and independent between observations. They are measurement errors, not a gap. They are
+//! estimated from the residuals of the best hypothesis and removed before gaps are compared. Shifts that vary
+//! smoothly over the field remain for effects to explain.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::picture::Easel;
+use super::prediction::TilePredictor;
 use super::search::Candidate;
-use super::seen::Seen;
+use super::tiles::TileData;
 use seidel_optics::psf::pupil::Detail;
 
-/// Farthest that a point is moved, px: more is a gap.
-const MOST_PX: f64 = 0.25;
-/// How far apart the pictures are of which derivatives are taken, px.
-const APART_PX: f64 = 0.1;
-/// Rounds of estimating and moving.
-const ROUNDS: usize = 2;
+/// Largest correction, px; larger shifts count as a gap.
+const MAX_SHIFT_PX: f64 = 0.25;
+/// Step of the finite differences, px.
+const DIFFERENCE_STEP_PX: f64 = 0.1;
+/// Iterations of estimation and correction.
+const ITERATIONS: usize = 2;
 
-/// Moves the tiles of every observation to where the point seems to be, as far as that is at random;
-/// returns the standard deviation of these moves along either axis, px.
-pub(super) fn take_off(best: &Candidate, tiles: &mut [Seen]) -> f64 {
+/// Removes the random shift of every observation from its tiles. Returns the standard deviation of the shifts
+/// along either axis, px.
+pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
     let mut moved: Vec<(usize, [f64; 2])> = Vec::new();
-    for _ in 0..ROUNDS {
+    for _ in 0..ITERATIONS {
         let shifts = incoherent(shifts(best, tiles), tiles);
         for (observation, shift) in shifts {
             let total = match moved.iter_mut().find(|m| m.0 == observation) {
@@ -36,7 +36,11 @@ pub(super) fn take_off(best: &Candidate, tiles: &mut [Seen]) -> f64 {
             };
             let wanted = [total.1[0] + shift[0], total.1[1] + shift[1]];
             let far = wanted[0].hypot(wanted[1]);
-            let allowed = if far > MOST_PX { MOST_PX / far } else { 1.0 };
+            let allowed = if far > MAX_SHIFT_PX {
+                MAX_SHIFT_PX / far
+            } else {
+                1.0
+            };
             let wanted = wanted.map(|w| w * allowed);
             for tile in tiles.iter_mut().filter(|t| t.observation == observation) {
                 tile.corner.0 -= wanted[0] - total.1[0];
@@ -49,20 +53,20 @@ pub(super) fn take_off(best: &Candidate, tiles: &mut [Seen]) -> f64 {
     (squares / (2 * moved.len()).max(1) as f64).sqrt()
 }
 
-/// How far each observation's pictures, all channels together, are off what `best` predicts, px.
-fn shifts(best: &Candidate, tiles: &[Seen]) -> Vec<(usize, [f64; 2])> {
-    let slopes: Vec<Slopes> = tiles
+/// Estimates the shift of each observation, over all its channels, against the prediction of `best`, px.
+fn shifts(best: &Candidate, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
+    let equations: Vec<ShiftEquations> = tiles
         .par_iter()
         .map_init(
-            || (Easel::default(), [const { Vec::new() }; 3]),
-            |(easel, pictures), seen| Slopes::of(best, seen, easel, pictures),
+            || (TilePredictor::default(), [const { Vec::new() }; 3]),
+            |(predictor, pictures), tile| ShiftEquations::of(best, tile, predictor, pictures),
         )
         .collect();
-    let mut sums: Vec<(usize, Slopes)> = Vec::new();
-    for (seen, own) in tiles.iter().zip(&slopes).filter(|(t, _)| t.placed) {
+    let mut sums: Vec<(usize, ShiftEquations)> = Vec::new();
+    for (tile, own) in tiles.iter().zip(&equations).filter(|(t, _)| t.placed) {
         match sums.last_mut() {
-            Some((observation, sum)) if *observation == seen.observation => sum.add(own),
-            _ => sums.push((seen.observation, *own)),
+            Some((observation, sum)) if *observation == tile.observation => sum.add(own),
+            _ => sums.push((tile.observation, *own)),
         }
     }
     sums.iter()
@@ -70,8 +74,9 @@ fn shifts(best: &Candidate, tiles: &[Seen]) -> Vec<(usize, [f64; 2])> {
         .collect()
 }
 
-/// `shifts` less, at each distance, a quadratic of the field position (where there are few, their mean).
-fn incoherent(shifts: Vec<(usize, [f64; 2])>, tiles: &[Seen]) -> Vec<(usize, [f64; 2])> {
+/// Subtracts from `shifts`, at each distance, their quadratic trend over the field; of few observations,
+/// their mean.
+fn incoherent(shifts: Vec<(usize, [f64; 2])>, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
     let tile_of = |observation: usize| {
         let tile = tiles.iter().find(|t| t.observation == observation);
         tile.expect("every shift is of a tile")
@@ -105,10 +110,9 @@ fn incoherent(shifts: Vec<(usize, [f64; 2])>, tiles: &[Seen]) -> Vec<(usize, [f6
     result
 }
 
-/// Sums over a tile's pixels, over its squared norm, of products of the picture's derivatives by x and y and
-/// the residual.
+/// Normal equations of a tile's shift, relative to its squared norm.
 #[derive(Debug, Clone, Copy)]
-struct Slopes {
+struct ShiftEquations {
     xx: f64,
     xy: f64,
     yy: f64,
@@ -116,16 +120,25 @@ struct Slopes {
     y: f64,
 }
 
-impl Slopes {
-    fn of(best: &Candidate, seen: &Seen, easel: &mut Easel, pictures: &mut [Vec<f64>; 3]) -> Self {
-        let values = best.hypothesis.values(&best.theta, seen.of_lens);
-        let moves = [(0.0, 0.0), (APART_PX, 0.0), (0.0, APART_PX)];
+impl ShiftEquations {
+    fn of(
+        best: &Candidate,
+        tile: &TileData,
+        predictor: &mut TilePredictor,
+        pictures: &mut [Vec<f64>; 3],
+    ) -> Self {
+        let values = best.hypothesis.values(&best.theta, tile.of_lens);
+        let moves = [
+            (0.0, 0.0),
+            (DIFFERENCE_STEP_PX, 0.0),
+            (0.0, DIFFERENCE_STEP_PX),
+        ];
         for ((x, y), picture) in moves.into_iter().zip(&mut *pictures) {
-            let moved = Seen {
-                corner: (seen.corner.0 - x, seen.corner.1 - y),
-                ..seen.clone()
+            let moved = TileData {
+                corner: (tile.corner.0 - x, tile.corner.1 - y),
+                ..tile.clone()
             };
-            easel.predict(&best.hypothesis, &values, &moved, Detail::FIT, picture);
+            predictor.predict(&best.hypothesis, &values, &moved, Detail::FIT, picture);
         }
         let [here, right, below] = pictures;
         let mut sums = Self {
@@ -135,13 +148,17 @@ impl Slopes {
             x: 0.0,
             y: 0.0,
         };
-        for (k, (o, p)) in seen.light.iter().zip(&*here).enumerate() {
-            let (dx, dy, r) = ((right[k] - p) / APART_PX, (below[k] - p) / APART_PX, o - p);
-            sums.xx += dx * dx / seen.norm;
-            sums.xy += dx * dy / seen.norm;
-            sums.yy += dy * dy / seen.norm;
-            sums.x += dx * r / seen.norm;
-            sums.y += dy * r / seen.norm;
+        for (k, (o, p)) in tile.light.iter().zip(&*here).enumerate() {
+            let (dx, dy, r) = (
+                (right[k] - p) / DIFFERENCE_STEP_PX,
+                (below[k] - p) / DIFFERENCE_STEP_PX,
+                o - p,
+            );
+            sums.xx += dx * dx / tile.norm;
+            sums.xy += dx * dy / tile.norm;
+            sums.yy += dy * dy / tile.norm;
+            sums.x += dx * r / tile.norm;
+            sums.y += dy * r / tile.norm;
         }
         sums
     }
@@ -154,7 +171,7 @@ impl Slopes {
         self.y += other.y;
     }
 
-    /// The shift that explains the residual best, px.
+    /// Returns the least-squares shift, px.
     fn shift_px(&self) -> Option<[f64; 2]> {
         let determinant = self.xx * self.yy - self.xy * self.xy;
         (determinant > 0.0).then(|| {

@@ -1,47 +1,47 @@
-//! The sim-to-real gap: where a lens and observations differ, which effect the lens lacks, and how far the
-//! gap shrinks once it is added.
+//! Diagnosis of the gap between a lens and observations: the missing effect, and the gap after it is added.
 //!
-//! Tiles are compared with the lens's own predictions on their pixel grid (`seen`, `picture`). Every
-//! effect, and pairs of them, are fitted (`hypothesis`, `descent`, `search`) and scored on zones of the
-//! field left out; what they leave gives the odds (`odds`). The best is fitted again to all tiles, and
-//! without each zone in turn for the figures that are reported (`proof`).
+//! Tiles are compared with the lens's predictions on their pixel grid (`tiles`, `prediction`). Every effect,
+//! and pairs of them, are fitted by Levenberg-Marquardt (`hypothesis`, `least_squares`, `search`) and scored
+//! by cross-validation over field zones. The scores give posterior probabilities (`posterior`) and a verdict
+//! (`verdict`). The selected effects are fitted to all tiles, and without each zone in turn for the reported
+//! figures (`proof`).
 
-mod captures;
-mod ceiling;
-mod descent;
 mod diagnosis;
+mod explainable;
 mod hypothesis;
 mod jitter;
-mod odds;
+mod least_squares;
+mod next_capture;
 mod pair;
-mod picture;
 mod places;
+mod posterior;
+mod prediction;
 mod proof;
 mod search;
-mod seen;
 mod settings;
 mod shape;
+mod tiles;
 mod verdict;
 
 pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
 };
-pub use pair::{PairEstimate, PairSettings, Picture, estimate_pair};
+pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
 pub use settings::{Progress, Settings};
 
-use search::{Candidate, Ground};
-use seen::SeenSet;
+use search::{Candidate, HypothesisSearch};
 use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::profile::{LensDescription, LensProfile, PupilChannel};
+use tiles::TileSet;
 
-/// Scatter of ideal positions that is told, px.
-const TOLD_PX: f64 = 0.02;
-/// Singles that are searched with more tiles.
-const REFINED: usize = 4;
-/// Singles of which pairs are made, and pairs that are searched with more tiles.
-const PAIRED: usize = 4;
+/// Random error of ideal positions above which a remark reports it, px.
+const MIN_REPORTED_JITTER_PX: f64 = 0.02;
+/// Single effects refined on more tiles.
+const REFINED_SINGLES: usize = 4;
+/// Single effects from which pairs are formed, and pairs refined on more tiles.
+const PAIRED_SINGLES: usize = 4;
 const REFINED_PAIRS: usize = 3;
 
 /// Diagnoses the gap between `lens` and `set`.
@@ -57,74 +57,74 @@ pub fn diagnose(
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
     let library = library(settings)?;
-    let mut seen = SeenSet::new(lens, channels, set)?;
+    let mut seen = TileSet::new(lens, channels, set)?;
     let reference = reference(lens, channels);
     let first = seen.tiles.clone();
-    let ground = Ground::new(&first, channels.len(), reference);
-    let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| ground.can_try(*e));
+    let search = HypothesisSearch::new(&first, channels.len(), reference);
+    let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| search.can_try(*e));
     let steps = tried.len() as f64 + 4.0;
     let mut singles: Vec<Candidate> = Vec::new();
     for (done, effect) in tried.iter().enumerate() {
         progress.step(done as f64 / steps)?;
-        singles.push(ground.single(*effect));
+        singles.push(search.single(*effect));
     }
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     if let Some(best) = singles.first() {
-        let jitter_px = jitter::take_off(best, &mut seen.tiles);
-        if jitter_px > TOLD_PX {
+        let jitter_px = jitter::remove(best, &mut seen.tiles);
+        if jitter_px > MIN_REPORTED_JITTER_PX {
             seen.remarks.push(format!(
                 "ideal positions scatter by {jitter_px:.2} px at random: taken off"
             ));
         }
     }
-    let ground = Ground::new(&seen.tiles, channels.len(), reference);
-    let rest = singles.split_off(REFINED.min(singles.len()));
-    let refined = singles.into_iter().map(|single| ground.refined(single));
-    let rest = rest.into_iter().map(|single| ground.rescored(single));
+    let search = HypothesisSearch::new(&seen.tiles, channels.len(), reference);
+    let rest = singles.split_off(REFINED_SINGLES.min(singles.len()));
+    let refined = singles.into_iter().map(|single| search.refined(single));
+    let rest = rest.into_iter().map(|single| search.rescored(single));
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
-    let stage = verdict::Stage::new(lens, &ground, &singles);
-    let pairs = if settings.pairs && stage.wants_pairs() {
-        pairs(&ground, &singles, |share| {
+    let statistics = verdict::GapStatistics::new(lens, &search, &singles);
+    let pairs = if settings.pairs && statistics.wants_pairs() {
+        pairs(&search, &singles, |share| {
             progress.step((tried.len() as f64 + 3.0 * share) / steps)
         })?
     } else {
         Vec::new()
     };
     progress.step((steps - 1.0) / steps)?;
-    let decided = stage.decide(&singles, &pairs);
-    proof::diagnosis(proof::Found {
+    let decision = statistics.decide(&singles, &pairs);
+    proof::diagnosis(proof::Findings {
         lens,
         channels,
         set,
         seen: &seen,
-        ground: &ground,
-        stage: &stage,
+        search: &search,
+        statistics: &statistics,
         singles: &singles,
         pairs: &pairs,
-        decided: &decided,
+        decision: &decision,
         left: &left,
     })
 }
 
 /// The pairs worth trying: each of the best singles with every other effect.
 fn pairs(
-    ground: &Ground,
+    search: &HypothesisSearch,
     singles: &[Candidate],
     progress: impl Fn(f64) -> Result<()>,
 ) -> Result<Vec<Candidate>> {
     let mut found: Vec<Candidate> = Vec::new();
-    let first = PAIRED.min(singles.len());
+    let first = PAIRED_SINGLES.min(singles.len());
     for (i, one) in singles[..first].iter().enumerate() {
         progress(i as f64 / first as f64)?;
         let others: Vec<&Candidate> = singles.iter().skip(i + 1).collect();
-        for other in ground.promising(one, &others) {
-            found.push(ground.pair(one, other));
+        for other in search.promising(one, &others) {
+            found.push(search.pair(one, other));
         }
     }
     found.sort_by(|a, b| a.after.total_cmp(&b.after));
     let rest = found.split_off(REFINED_PAIRS.min(found.len()));
-    let refined = found.into_iter().map(|pair| ground.refined(pair));
+    let refined = found.into_iter().map(|pair| search.refined(pair));
     let mut found: Vec<Candidate> = refined.chain(rest).collect();
     found.sort_by(|a, b| a.after.total_cmp(&b.after));
     Ok(found)

@@ -31,7 +31,7 @@ const MOST_AT_EDGES: f64 = 0.05;
 
 /// A picture, scene-linear.
 #[derive(Debug, Clone, Copy)]
-pub struct Picture<'a> {
+pub struct PairImage<'a> {
     /// Columns.
     pub width: usize,
     /// Rows.
@@ -109,8 +109,8 @@ impl PairEstimate {
 pub fn estimate_pair(
     frame: &Frame,
     channels: &[String],
-    sharp: &Picture<'_>,
-    plate: &Picture<'_>,
+    sharp: &PairImage<'_>,
+    plate: &PairImage<'_>,
     settings: &PairSettings,
     progress: &Progress<'_>,
 ) -> Result<PairEstimate> {
@@ -178,8 +178,8 @@ pub fn estimate_pair(
 fn check(
     frame: &Frame,
     channels: &[String],
-    sharp: &Picture<'_>,
-    plate: &Picture<'_>,
+    sharp: &PairImage<'_>,
+    plate: &PairImage<'_>,
     settings: &PairSettings,
 ) -> Result<()> {
     if (sharp.width, sharp.height) != (plate.width, plate.height) {
@@ -258,8 +258,8 @@ fn places(width: usize, height: usize, side: usize, most: usize) -> Result<Vec<(
 
 /// What is seen of one channel in the window at (`left`, `top`), on the helix's square.
 fn patch(
-    sharp: &Picture<'_>,
-    plate: &Picture<'_>,
+    sharp: &PairImage<'_>,
+    plate: &PairImage<'_>,
     channel: usize,
     (left, top): (usize, usize),
     settings: &PairSettings,
@@ -267,7 +267,7 @@ fn patch(
     let side = settings.side;
     let (window, margin) = (WINDOW_TILES * side, side / 2);
     let square = window + 2 * margin;
-    let cut = |picture: &Picture<'_>| -> Vec<f64> {
+    let cut = |picture: &PairImage<'_>| -> Vec<f64> {
         let plane = &picture.planes[channel];
         (0..square)
             .flat_map(|y| {

@@ -1,7 +1,7 @@
 //! Where in field, channel and depth the gap lies.
 
 use super::diagnosis::Place;
-use super::seen::Seen;
+use super::tiles::TileData;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::profile::PupilChannel;
 
@@ -15,7 +15,7 @@ type Zone = ((usize, usize, usize), ObjectDistance, Vec<f64>);
 /// The parts of the field with their gaps, largest first: those whose gap stands out of its scatter and of
 /// what the lens leaves anyway.
 pub(super) fn places(
-    tiles: &[&Seen],
+    tiles: &[&TileData],
     gaps: &[f64],
     channels: &[PupilChannel],
     misfit: f64,

@@ -1,16 +1,16 @@
-//! The answer proved: fitted to all tiles, and scored on every zone by a fit without it.
+//! Final fit of the selected effects, with cross-validated figures.
 
-use super::captures;
-use super::ceiling;
-use super::descent::Problem;
 use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, TileGap, Value, Verdict};
+use super::explainable;
 use super::hypothesis::Hypothesis;
-use super::picture::Easel;
+use super::least_squares::Problem;
+use super::next_capture;
 use super::places;
-use super::search::{Candidate, Ground, standard_errors};
-use super::seen::{FOLDS, Seen, SeenSet};
+use super::prediction::TilePredictor;
+use super::search::{Candidate, HypothesisSearch, standard_errors};
 use super::shape;
-use super::verdict::{Decided, Stage};
+use super::tiles::{FOLDS, TileData, TileSet};
+use super::verdict::{Decision, GapStatistics};
 use seidel_optics::effects::Effect;
 use seidel_optics::error::Result;
 use seidel_optics::observations::ObservationSet;
@@ -18,22 +18,22 @@ use seidel_optics::profile::{LensDescription, LensProfile, PupilChannel};
 use seidel_optics::psf::pupil::Detail;
 use seidel_optics::tile::Tile;
 
-/// All that was found.
-pub(super) struct Found<'a> {
+/// Results of the search.
+pub(super) struct Findings<'a> {
     pub(super) lens: &'a LensProfile,
     pub(super) channels: &'a [PupilChannel],
     pub(super) set: &'a ObservationSet,
-    pub(super) seen: &'a SeenSet,
-    pub(super) ground: &'a Ground<'a>,
-    pub(super) stage: &'a Stage,
+    pub(super) seen: &'a TileSet,
+    pub(super) search: &'a HypothesisSearch<'a>,
+    pub(super) statistics: &'a GapStatistics,
     pub(super) singles: &'a [Candidate],
     pub(super) pairs: &'a [Candidate],
-    pub(super) decided: &'a Decided,
+    pub(super) decision: &'a Decision,
     /// Effects that this lens and set cannot show.
     pub(super) left: &'a [&'static dyn Effect],
 }
 
-/// The chosen hypothesis on all tiles.
+/// The selected hypothesis fitted to all tiles.
 struct Final {
     hypothesis: Hypothesis,
     theta: Vec<f64>,
@@ -42,9 +42,9 @@ struct Final {
     after: Vec<f64>,
 }
 
-pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
-    let tiles: Vec<&Seen> = found.seen.tiles.iter().collect();
-    let nothing = found.ground.nothing();
+pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
+    let tiles: Vec<&TileData> = found.seen.tiles.iter().collect();
+    let nothing = found.search.nothing();
     let before = Problem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);
     let last = finish(&found, &tiles, &before);
     let gap = summary(&found, &tiles, &before, &last.after);
@@ -62,7 +62,7 @@ pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
     } else {
         (&last.hypothesis, &last.theta[..])
     };
-    let decided = found.decided;
+    let decision = found.decision;
     let causes = causes(&found, &last);
     let tile_gaps: Vec<TileGap> = tiles
         .iter()
@@ -78,24 +78,24 @@ pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
         })
         .collect();
     let left_shape = shape::shape(&tiles, shown.0, shown.1);
-    let residual = match decided.verdict {
+    let residual = match decision.verdict {
         Verdict::Unexplained => shape::describe(&left_shape, &tiles, &tile_gaps),
         _ => String::new(),
     };
     Ok(Diagnosis {
-        verdict: decided.verdict,
-        added: decided
+        verdict: decision.verdict,
+        added: decision
             .added
             .as_ref()
             .map(|c| strongest_first(&found, c))
             .unwrap_or_default(),
         gap,
-        nothing_missing: decided.nothing_missing,
-        next_capture: captures::next(decided.verdict, &causes, &decided.equivalents),
+        nothing_missing: decision.nothing_missing,
+        next_capture: next_capture::next(decision.verdict, &causes, &decision.equivalents),
         causes,
         pairs: pairs(&found),
-        equivalents: decided.equivalents.clone(),
-        places: places::places(&tiles, &before, found.channels, found.stage.misfit),
+        equivalents: decision.equivalents.clone(),
+        places: places::places(&tiles, &before, found.channels, found.statistics.misfit),
         shape: shape::shape(&tiles, &nothing, &[]),
         residual,
         remarks: remarks(&found),
@@ -105,11 +105,11 @@ pub(super) fn diagnosis(found: Found) -> Result<Diagnosis> {
     })
 }
 
-/// Fits what is added to all tiles, then to all but each fold.
-fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
-    let Some(added) = &found.decided.added else {
+/// Fits the selected effects to all tiles, then without each fold.
+fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
+    let Some(added) = &found.decision.added else {
         return Final {
-            hypothesis: found.ground.nothing(),
+            hypothesis: found.search.nothing(),
             theta: Vec::new(),
             sigma: Vec::new(),
             after: before.to_vec(),
@@ -121,8 +121,8 @@ fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
     let sigma = standard_errors(&whole.linear(&theta));
     let mut after = before.to_vec();
     for fold in 0..FOLDS {
-        let others: Vec<&Seen> = tiles.iter().filter(|t| t.fold != fold).copied().collect();
-        let own: Vec<&Seen> = tiles.iter().filter(|t| t.fold == fold).copied().collect();
+        let others: Vec<&TileData> = tiles.iter().filter(|t| t.fold != fold).copied().collect();
+        let own: Vec<&TileData> = tiles.iter().filter(|t| t.fold == fold).copied().collect();
         if others.is_empty() || own.is_empty() {
             continue;
         }
@@ -146,7 +146,7 @@ fn finish(found: &Found, tiles: &[&Seen], before: &[f64]) -> Final {
     }
 }
 
-fn summary(found: &Found, tiles: &[&Seen], before: &[f64], after: &[f64]) -> Gap {
+fn summary(found: &Findings, tiles: &[&TileData], before: &[f64], after: &[f64]) -> Gap {
     let noise: Vec<f64> = tiles.iter().map(|t| t.noise).collect();
     let (closed, ci) = closed(tiles, before, after);
     let mean = |values: &[f64]| {
@@ -159,13 +159,13 @@ fn summary(found: &Found, tiles: &[&Seen], before: &[f64], after: &[f64]) -> Gap
         closed,
         closed_ci95: ci,
         noise_floor: noise.iter().sum::<f64>() / noise.len() as f64,
-        lens_misfit: found.stage.misfit,
-        explainable: ceiling::explainable(tiles, &found.ground.nothing()),
+        lens_misfit: found.statistics.misfit,
+        explainable: explainable::explainable(tiles, &found.search.nothing()),
     }
 }
 
-/// Share of the gap that is closed, and its interval: tiles of one observation count as one witness.
-fn closed(tiles: &[&Seen], before: &[f64], after: &[f64]) -> (f64, (f64, f64)) {
+/// Returns the closed share of the gap with its 95 % interval, clustered by observation.
+fn closed(tiles: &[&TileData], before: &[f64], after: &[f64]) -> (f64, (f64, f64)) {
     let mut points: Vec<(usize, f64, f64)> = Vec::new();
     for (tile, (b, a)) in tiles.iter().zip(before.iter().zip(after)) {
         let (b, a) = (b - tile.noise, a - tile.noise);
@@ -192,14 +192,14 @@ fn closed(tiles: &[&Seen], before: &[f64], after: &[f64]) -> (f64, (f64, f64)) {
     )
 }
 
-fn causes(found: &Found, last: &Final) -> Vec<Cause> {
-    let stage = found.stage;
-    let many = found.ground.many();
-    let base = found.ground.nothing();
+fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
+    let statistics = found.statistics;
+    let many = found.search.many();
+    let base = found.search.nothing();
     let base = Problem::new(&base, many, Detail::COARSE).gaps(&[]);
     let share = |after: f64| {
-        if stage.before > 0.0 {
-            (1.0 - after / stage.before).clamp(-1.0, 1.0)
+        if statistics.before > 0.0 {
+            (1.0 - after / statistics.before).clamp(-1.0, 1.0)
         } else {
             0.0
         }
@@ -207,7 +207,7 @@ fn causes(found: &Found, last: &Final) -> Vec<Cause> {
     let mut causes: Vec<Cause> = found
         .singles
         .iter()
-        .zip(&found.decided.singles)
+        .zip(&found.decision.singles)
         .map(|(single, probability)| {
             let id = single.hypothesis.ids()[0];
             // An effect that was added is shown as it was added.
@@ -245,7 +245,7 @@ fn causes(found: &Found, last: &Final) -> Vec<Cause> {
         .collect();
     causes.push(Cause {
         effect: "unknown",
-        probability: found.decided.unknown,
+        probability: found.decision.unknown,
         gap_closed: 0.0,
         gap_closed_ci95: (0.0, 0.0),
         parameters: Vec::new(),
@@ -300,9 +300,9 @@ fn values(
     all
 }
 
-fn pairs(found: &Found) -> Vec<Pair> {
-    let before = found.stage.before;
-    let pairs = found.pairs.iter().zip(&found.decided.pairs);
+fn pairs(found: &Findings) -> Vec<Pair> {
+    let before = found.statistics.before;
+    let pairs = found.pairs.iter().zip(&found.decision.pairs);
     pairs
         .map(|(pair, probability)| {
             let ids = pair.hypothesis.ids();
@@ -316,7 +316,7 @@ fn pairs(found: &Found) -> Vec<Pair> {
 }
 
 /// The effects of `added`, the one that closes more of the gap alone first.
-fn strongest_first(found: &Found, added: &Candidate) -> Vec<&'static str> {
+fn strongest_first(found: &Findings, added: &Candidate) -> Vec<&'static str> {
     let mut ids = added.hypothesis.ids();
     let rank = |id: &str| {
         found
@@ -328,7 +328,7 @@ fn strongest_first(found: &Found, added: &Candidate) -> Vec<&'static str> {
     ids
 }
 
-fn remarks(found: &Found) -> Vec<String> {
+fn remarks(found: &Findings) -> Vec<String> {
     let mut remarks = found.seen.remarks.clone();
     if !found.left.is_empty() {
         let ids: Vec<&str> = found.left.iter().map(|e| e.id()).collect();
@@ -358,7 +358,7 @@ fn remarks(found: &Found) -> Vec<String> {
 
 /// The worst gaps and some of the middle, no two of one observation.
 fn examples(
-    tiles: &[&Seen],
+    tiles: &[&TileData],
     before: &[f64],
     base: (&Hypothesis, &[f64]),
     corrected: (&Hypothesis, &[f64]),
@@ -378,11 +378,11 @@ fn examples(
             chosen.push(k);
         }
     }
-    let mut easel = Easel::default();
-    let mut draw = |(hypothesis, theta): (&Hypothesis, &[f64]), seen: &Seen| {
+    let mut predictor = TilePredictor::default();
+    let mut draw = |(hypothesis, theta): (&Hypothesis, &[f64]), seen: &TileData| {
         let values = hypothesis.values(theta, seen.of_lens);
         let mut picture = Vec::new();
-        easel.predict(hypothesis, &values, seen, Detail::FIT, &mut picture);
+        predictor.predict(hypothesis, &values, seen, Detail::FIT, &mut picture);
         tile(seen, &picture)
     };
     chosen
@@ -399,7 +399,7 @@ fn examples(
         .collect()
 }
 
-fn tile(seen: &Seen, samples: &[f64]) -> Option<Tile> {
+fn tile(seen: &TileData, samples: &[f64]) -> Option<Tile> {
     let samples = samples.iter().map(|v| *v as f32).collect();
     Tile::new(seen.size.0, seen.size.1, samples).ok()
 }

@@ -1,38 +1,38 @@
-//! Hypotheses tried: where their searches start, where they end, and how they do on folds left out.
+//! Search over hypotheses: starting points, minimisation and cross-validation scores.
 
 use nalgebra::DMatrix;
 
-use super::descent::{Fitted, Linear, Problem, weight};
 use super::hypothesis::Hypothesis;
-use super::seen::Seen;
+use super::least_squares::{FoldEquations, LocalMinimum, Problem, weight};
+use super::tiles::TileData;
 use seidel_optics::effects::{Effect, SearchStart};
 use seidel_optics::psf::pupil::Detail;
 
-/// A hypothesis at its best values.
+/// A hypothesis at its estimated parameters.
 #[derive(Clone)]
 pub(super) struct Candidate {
     pub(super) hypothesis: Hypothesis,
     pub(super) theta: Vec<f64>,
-    /// Weighted mean gap on folds left out, noise taken off.
+    /// Cross-validated weighted mean gap, without noise.
     pub(super) after: f64,
-    /// Normal equations there.
-    pub(super) linear: Linear,
+    /// Normal equations at the estimate.
+    pub(super) linear: FoldEquations,
 }
 
 impl Candidate {
-    /// Number of free numbers.
+    /// Returns the number of free parameters.
     pub(super) fn freedom(&self) -> usize {
         self.hypothesis.slots.len()
     }
 
-    /// Standard errors, from how tiles differ in what they ask for.
+    /// Returns the standard errors by the sandwich covariance over tiles.
     pub(super) fn sigma(&self) -> Vec<f64> {
         standard_errors(&self.linear)
     }
 }
 
-/// Standard errors of the numbers at which `linear` was taken.
-pub(super) fn standard_errors(linear: &Linear) -> Vec<f64> {
+/// Returns the sandwich standard errors at the linearisation `linear`.
+pub(super) fn standard_errors(linear: &FoldEquations) -> Vec<f64> {
     let total = linear.total(None);
     let n = total.right.len();
     let mean = total.matrix.diagonal().sum() / n.max(1) as f64;
@@ -44,83 +44,83 @@ pub(super) fn standard_errors(linear: &Linear) -> Vec<f64> {
     (0..n).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect()
 }
 
-/// The tiles of a search, thinned out for its stages.
-pub(super) struct Ground<'a> {
-    /// For choosing where to start.
-    scouts: Vec<&'a Seen>,
-    /// For first searches.
-    few: Vec<&'a Seen>,
-    /// For searches of what is promising.
-    many: Vec<&'a Seen>,
+/// Search over hypotheses on subsamples of the tiles.
+pub(super) struct HypothesisSearch<'a> {
+    /// Tiles for comparing starting points.
+    screening: Vec<&'a TileData>,
+    /// Tiles for first searches.
+    few: Vec<&'a TileData>,
+    /// Tiles for refined searches and comparisons.
+    many: Vec<&'a TileData>,
     channels: usize,
     reference: usize,
 }
 
-/// Tiles looked at when starts are chosen, in first searches, and when hypotheses are compared.
-const SCOUTS: usize = 18;
-const FEW: usize = 36;
-const MANY: usize = 110;
-/// Mean gap by noise up to which so few do.
-const QUIET: f64 = 3e-3;
-/// Least gap that others are measured by.
-const LEAST_EXCESS: f64 = 1e-6;
-/// Partners of an effect that are searched in full.
-const PROMISING: usize = 2;
-/// Starts of its own that the second effect of a pair is given.
-const FRESH: usize = 10;
-/// Starts from which searches descend.
-const DESCENDED: usize = 2;
-/// Shares of what is left that a step must gain for a search to go on: a first one, and a later one.
-const FIRST_ENOUGH: f64 = 0.01;
-const ENOUGH: f64 = 1e-3;
-/// How far along a start's direction to look, in its own length.
-const STRIDES: [f64; 7] = [1.0, 0.3, 0.1, 0.03, -0.03, -0.1, -0.3];
+/// Numbers of tiles for comparing starting points, for first searches, and for comparing hypotheses.
+const SCREENING_TILES: usize = 18;
+const FIRST_SEARCH_TILES: usize = 36;
+const COMPARISON_TILES: usize = 110;
+/// Mean noise contribution up to which these numbers suffice.
+const MAX_QUIET_NOISE: f64 = 3e-3;
+/// Lower bound of the reference gap.
+const MIN_EXCESS: f64 = 1e-6;
+/// Partners per effect that are searched in full.
+const PARTNERS: usize = 2;
+/// Starting points of its own for the second effect of a pair.
+const PARTNER_STARTS: usize = 10;
+/// Starting points that are refined.
+const REFINED_STARTS: usize = 2;
+/// Relative decreases of the cost at which first and later searches stop.
+const COARSE_TOLERANCE: f64 = 0.01;
+const TOLERANCE: f64 = 1e-3;
+/// Positions tried along the line from the neutral values (0) to the starting point (1).
+const STEP_LENGTHS: [f64; 7] = [1.0, 0.3, 0.1, 0.03, -0.03, -0.1, -0.3];
 
-impl<'a> Ground<'a> {
-    pub(super) fn new(tiles: &'a [Seen], channels: usize, reference: usize) -> Self {
-        // Where noise hides what effects do, more tiles make up for it.
+impl<'a> HypothesisSearch<'a> {
+    pub(super) fn new(tiles: &'a [TileData], channels: usize, reference: usize) -> Self {
+        // More tiles compensate for noise.
         let noise = tiles.iter().map(|t| t.noise).sum::<f64>() / tiles.len().max(1) as f64;
-        let times = (noise / QUIET).clamp(1.0, 4.0);
+        let times = (noise / MAX_QUIET_NOISE).clamp(1.0, 4.0);
         let count = |quiet: usize| (quiet as f64 * times) as usize;
         Self {
-            scouts: thinned(tiles, count(SCOUTS)),
-            few: thinned(tiles, count(FEW)),
-            many: thinned(tiles, count(MANY)),
+            screening: thinned(tiles, count(SCREENING_TILES)),
+            few: thinned(tiles, count(FIRST_SEARCH_TILES)),
+            many: thinned(tiles, count(COMPARISON_TILES)),
             channels,
             reference,
         }
     }
 
-    /// Tiles by which hypotheses are compared.
-    pub(super) fn many(&self) -> &[&'a Seen] {
+    /// Returns the tiles on which hypotheses are compared.
+    pub(super) fn many(&self) -> &[&'a TileData] {
         &self.many
     }
 
-    /// `hypothesis` against the tiles by which hypotheses are compared.
+    /// Returns the problem of `hypothesis` on the comparison tiles.
     pub(super) fn problem<'b>(&'b self, hypothesis: &'b Hypothesis, detail: Detail) -> Problem<'b> {
         Problem::new(hypothesis, &self.many, detail)
     }
 
-    /// Weighted mean gap of the lens as given on `tiles`, noise taken off.
-    pub(super) fn excess(&self, tiles: &[&Seen]) -> f64 {
+    /// Returns the weighted mean gap of the given lens on `tiles`, without noise.
+    pub(super) fn excess(&self, tiles: &[&TileData]) -> f64 {
         let nothing = self.nothing();
         let cost = Problem::new(&nothing, tiles, Detail::FULL).cost(&[]);
         let noise: f64 = tiles.iter().map(|t| weight(t) * t.noise).sum();
         let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
-        ((cost - noise) / weights).max(LEAST_EXCESS)
+        ((cost - noise) / weights).max(MIN_EXCESS)
     }
 
-    /// Sum of those tiles' weights.
+    /// Returns the sum of weights of the comparison tiles.
     pub(super) fn weight(&self) -> f64 {
         self.many.iter().map(|t| weight(t)).sum()
     }
 
-    /// The hypothesis that nothing is missing.
+    /// Returns the null hypothesis: no effect is missing.
     pub(super) fn nothing(&self) -> Hypothesis {
         Hypothesis::new(Vec::new(), self.channels, self.reference)
     }
 
-    /// Whether `effect` has any number to vary in a lens of as many channels.
+    /// Returns whether `effect` has a free parameter in a lens of this number of channels.
     pub(super) fn can_try(&self, effect: &'static dyn Effect) -> bool {
         effect.starts().into_iter().all(|start| {
             let parts = vec![(effect, start)];
@@ -130,7 +130,7 @@ impl<'a> Ground<'a> {
         })
     }
 
-    /// Searches for the values of `effect` alone.
+    /// Estimates the parameters of `effect` alone.
     pub(super) fn single(&self, effect: &'static dyn Effect) -> Candidate {
         let starts = effect.starts().into_iter().map(|start| {
             let hypothesis = Hypothesis::new(vec![(effect, start)], self.channels, self.reference);
@@ -140,12 +140,13 @@ impl<'a> Ground<'a> {
         self.best(starts.collect(), None)
     }
 
-    /// Searches for the values of both effects together, from where each is best alone.
+    /// Estimates the parameters of both effects jointly, starting from their separate estimates.
     pub(super) fn pair(&self, one: &Candidate, other: &Candidate) -> Candidate {
         self.best(self.joined(one, other), Some(one.hypothesis.ids()[0]))
     }
 
-    /// Both effects in one hypothesis: at their values alone, then the other where it would start afresh.
+    /// Returns joint starting points: both effects at their separate estimates, and the second at its own
+    /// starting points.
     fn joined(&self, one: &Candidate, other: &Candidate) -> Vec<(Hypothesis, Vec<f64>)> {
         let part = |c: &Candidate| c.hypothesis.parts[0].clone();
         let alone = |c: &Candidate, start: &SearchStart| {
@@ -182,14 +183,15 @@ impl<'a> Ground<'a> {
             (&other.hypothesis, &other.theta[..]),
         );
         let mut starts = vec![both(a, b)];
-        for start in part(other).0.starts().into_iter().take(FRESH) {
+        for start in part(other).0.starts().into_iter().take(PARTNER_STARTS) {
             let (fresh, theta) = alone(other, &start);
             starts.push(both(a, (&fresh, &theta)));
         }
         starts
     }
 
-    /// Those of `others` that, joined to `one`, promise most: one step of each on few tiles.
+    /// Returns those of `others` that lower the cost most when joined to `one`, by a single step on few
+    /// tiles.
     pub(super) fn promising<'c>(
         &self,
         one: &Candidate,
@@ -201,60 +203,65 @@ impl<'a> Ground<'a> {
                 let settled = Some(one.hypothesis.ids()[0]);
                 let starts = self.joined(one, other).into_iter();
                 let scouted = starts.map(|(hypothesis, theta)| {
-                    let fitted = self.scout(&hypothesis, &theta, settled);
+                    let fitted = self.screen(&hypothesis, &theta, settled);
                     (hypothesis, fitted)
                 });
                 let best = scouted.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
                 let (hypothesis, start) = best.expect("effects have starts");
-                let problem = Problem::new(&hypothesis, &self.scouts, Detail::COARSE);
-                (problem.descend(&start.theta, 1, ENOUGH).cost, *other)
+                let problem = Problem::new(&hypothesis, &self.screening, Detail::COARSE);
+                (problem.descend(&start.theta, 1, TOLERANCE).cost, *other)
             })
             .collect();
         promised.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let chosen = promised.into_iter().take(PROMISING);
+        let chosen = promised.into_iter().take(PARTNERS);
         chosen.map(|(_, other)| other).collect()
     }
 
-    /// Chooses among `starts` on few tiles, and descends on those. The values of the effect `settled` are
-    /// good already.
+    /// Selects among `starts` on few tiles and refines the best. The effect `settled` keeps its values while
+    /// starting points are compared.
     fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>, settled: Option<&str>) -> Candidate {
-        let mut scouted: Vec<(Hypothesis, Fitted)> = starts
+        let mut scouted: Vec<(Hypothesis, LocalMinimum)> = starts
             .into_iter()
             .map(|(hypothesis, theta)| {
-                let fitted = self.scout(&hypothesis, &theta, settled);
+                let fitted = self.screen(&hypothesis, &theta, settled);
                 (hypothesis, fitted)
             })
             .collect();
         scouted.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        scouted.truncate(DESCENDED);
-        let mut tried: Vec<(Hypothesis, Fitted)> = scouted
+        scouted.truncate(REFINED_STARTS);
+        let mut tried: Vec<(Hypothesis, LocalMinimum)> = scouted
             .into_iter()
             .map(|(hypothesis, start)| {
                 let problem = Problem::new(&hypothesis, &self.few, Detail::COARSE);
-                let fitted = problem.descend(&start.theta, 2, FIRST_ENOUGH);
+                let fitted = problem.descend(&start.theta, 2, COARSE_TOLERANCE);
                 (hypothesis, fitted)
             })
             .collect();
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let (hypothesis, fitted) = tried.swap_remove(0);
         let problem = Problem::new(&hypothesis, &self.few, Detail::COARSE);
-        let fitted = problem.descend(&fitted.theta, 4, FIRST_ENOUGH);
+        let fitted = problem.descend(&fitted.theta, 4, COARSE_TOLERANCE);
         self.scored(hypothesis, fitted.theta, &self.few)
     }
 
-    /// The best of some points on the line from neutral through `theta`: how far to go is not known, and a
-    /// search must start where pictures still overlap.
-    fn scout(&self, hypothesis: &Hypothesis, theta: &[f64], settled: Option<&str>) -> Fitted {
+    /// Line search from the neutral values through `theta`, because the scale of an effect is unknown and a
+    /// gradient search needs overlapping images.
+    fn screen(
+        &self,
+        hypothesis: &Hypothesis,
+        theta: &[f64],
+        settled: Option<&str>,
+    ) -> LocalMinimum {
         let mut neutral = hypothesis.neutral();
         for ((slot, neutral), value) in hypothesis.slots.iter().zip(&mut neutral).zip(theta) {
             if settled == Some(hypothesis.parts[slot.part].0.id()) {
                 *neutral = *value;
             }
         }
-        let problem = Problem::new(hypothesis, &self.scouts, Detail::COARSE);
-        // Where nothing happens yet, such as behind a stop too large to clip, no search finds its way.
+        let problem = Problem::new(hypothesis, &self.screening, Detail::COARSE);
+        // A stop too large to clip has zero gradient, so unchanged cost disqualifies a point.
         let still = problem.cost(&neutral);
-        let tries = STRIDES.iter().filter_map(|stride| {
+        let tries = STEP_LENGTHS.iter().filter_map(|stride| {
             let there: Vec<f64> = theta
                 .iter()
                 .zip(&neutral)
@@ -262,7 +269,7 @@ impl<'a> Ground<'a> {
                 .collect();
             let slots = hypothesis.slots.iter().zip(&there);
             let mut within = slots.map(|(s, v)| (s.least..=s.most).contains(v));
-            within.all(|w| w).then(|| Fitted {
+            within.all(|w| w).then(|| LocalMinimum {
                 cost: problem.cost(&there),
                 theta: there,
             })
@@ -270,32 +277,32 @@ impl<'a> Ground<'a> {
         tries
             .filter(|tried| (tried.cost - still).abs() > 1e-9 * still)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
-            .unwrap_or_else(|| Fitted {
+            .unwrap_or_else(|| LocalMinimum {
                 theta: theta.to_vec(),
                 cost: problem.cost(theta),
             })
     }
 
-    /// Searches on with all tiles by which hypotheses are compared.
+    /// Refines `candidate` on the comparison tiles.
     pub(super) fn refined(&self, candidate: Candidate) -> Candidate {
         let problem = self.problem(&candidate.hypothesis, Detail::COARSE);
-        let theta = problem.descend(&candidate.theta, 5, ENOUGH).theta;
+        let theta = problem.descend(&candidate.theta, 5, TOLERANCE).theta;
         self.scored(candidate.hypothesis, theta, &self.many)
     }
 
-    /// `candidate`, which a ground of other noise scored on few tiles.
+    /// Scores `candidate`, estimated at another noise level, again on few tiles.
     pub(super) fn rescored(&self, candidate: Candidate) -> Candidate {
         self.scored(candidate.hypothesis, candidate.theta, &self.few)
     }
 
-    fn scored(&self, hypothesis: Hypothesis, theta: Vec<f64>, tiles: &[&Seen]) -> Candidate {
+    fn scored(&self, hypothesis: Hypothesis, theta: Vec<f64>, tiles: &[&TileData]) -> Candidate {
         let linear = Problem::new(&hypothesis, tiles, Detail::COARSE).linear(&theta);
         let left = left_out_gap(&linear, &theta, &hypothesis, tiles);
-        // What the coarse mesh misses is no gap.
+        // The discretisation error of the coarse mesh is no gap.
         let fine = Problem::new(&hypothesis, tiles, Detail::FULL).cost(&theta);
         let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
         let after = left - (linear.total(None).cost - fine) / weights;
-        // Tiles differ: what is left on some is told as it would be on those by which all are compared.
+        // Scores on few tiles are scaled to the gap of the comparison tiles.
         let after = if tiles.len() == self.many.len() {
             after
         } else {
@@ -310,19 +317,20 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// Weighted mean gap over folds, each at the values that the others ask for, noise taken off.
+/// Returns the cross-validated weighted mean gap without noise. Each fold is evaluated in the quadratic
+/// approximation, at the step that the other folds ask for.
 pub(super) fn left_out_gap(
-    linear: &Linear,
+    linear: &FoldEquations,
     theta: &[f64],
     hypothesis: &Hypothesis,
-    tiles: &[&Seen],
+    tiles: &[&TileData],
 ) -> f64 {
     let total_weight: f64 = tiles.iter().map(|t| weight(t)).sum();
     let noise: f64 = tiles.iter().map(|t| weight(t) * t.noise).sum();
     let mut cost = 0.0;
     for (fold, own) in linear.folds.iter().enumerate() {
         let others = linear.total(Some(fold));
-        let there = super::descent::bounded_step(&others, theta, &hypothesis.slots, 1e-6);
+        let there = super::least_squares::bounded_step(&others, theta, &hypothesis.slots, 1e-6);
         let delta = nalgebra::DVector::from_fn(theta.len(), |k, _| there[k] - theta[k]);
         let quadratic = (&own.matrix * &delta).dot(&delta);
         cost += own.cost - 2.0 * own.right.dot(&delta) + quadratic;
@@ -330,15 +338,15 @@ pub(super) fn left_out_gap(
     (cost - noise) / total_weight
 }
 
-/// About `count` of `tiles`: all of some observations, spread evenly over the list.
-fn thinned(tiles: &[Seen], count: usize) -> Vec<&Seen> {
+/// Returns about `count` of `tiles`, in whole observations spread over the list.
+fn thinned(tiles: &[TileData], count: usize) -> Vec<&TileData> {
     if tiles.len() <= count {
         return tiles.iter().collect();
     }
     let mut observations: Vec<usize> = tiles.iter().map(|t| t.observation).collect();
     observations.dedup();
     let wanted = (count * observations.len() / tiles.len()).max(1);
-    // A golden-ratio walk meets every distance, whatever the order of the list.
+    // A golden-ratio sequence covers every distance, whatever the order of the list.
     let chosen: std::collections::BTreeSet<usize> = (0..wanted)
         .map(|k| {
             let turn = (k as f64 + 0.5) * 0.618_033_988_749_895;

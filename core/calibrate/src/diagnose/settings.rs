@@ -1,4 +1,4 @@
-//! What a diagnosis may be told.
+//! Settings and progress of a diagnosis.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,7 +7,7 @@ use seidel_optics::error::{Error, Result};
 /// Settings of [`super::diagnose`].
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Effects to try, by identifier; all if empty.
+    /// Identifiers of the effects to try; all if empty.
     pub library: Vec<String>,
     /// Whether pairs of effects are tried.
     pub pairs: bool,
@@ -22,19 +22,19 @@ impl Default for Settings {
     }
 }
 
-/// What a long diagnosis tells and asks while it works.
+/// Progress reports and cancellation of a long computation.
 pub struct Progress<'a> {
-    /// Called with the share done, 0 to 1.
+    /// Called with the completed share, 0 to 1.
     pub report: &'a (dyn Fn(f64) + Sync),
-    /// Set to stop.
+    /// Set to cancel.
     pub stop: &'a AtomicBool,
 }
 
 impl Progress<'_> {
-    /// Tells the share done.
+    /// Reports the completed share.
     ///
     /// # Errors
-    /// A stop on request.
+    /// Cancellation.
     pub(super) fn step(&self, share: f64) -> Result<()> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Error::cancelled("diagnosis"));

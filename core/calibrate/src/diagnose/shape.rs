@@ -1,12 +1,12 @@
-//! In which part of the PSFs a residual lies: core or skirt, and which moments it changes.
+//! Decomposition of a residual: core and skirt, and orders of image derivatives.
 
 use super::diagnosis::{Order, Shape, TileGap};
 use super::hypothesis::Hypothesis;
-use super::picture::{Easel, slope};
-use super::seen::Seen;
+use super::prediction::{TilePredictor, central_difference};
+use super::tiles::TileData;
 use seidel_optics::psf::pupil::Detail;
 
-/// Names of the kinds of change, and how many derivatives of the picture make up each.
+/// Orders of PSF changes, with their numbers of image derivatives.
 const ORDERS: [(&str, usize); 4] = [
     ("position", 2),
     ("size", 1),
@@ -14,31 +14,31 @@ const ORDERS: [(&str, usize); 4] = [
     ("skew", 4),
 ];
 
-/// Where the residual of `tiles` from `hypothesis` at `theta` lies.
-pub(super) fn shape(tiles: &[&Seen], hypothesis: &Hypothesis, theta: &[f64]) -> Shape {
-    let mut easel = Easel::default();
+/// Decomposes the residual of `tiles` from `hypothesis` at `theta`.
+pub(super) fn shape(tiles: &[&TileData], hypothesis: &Hypothesis, theta: &[f64]) -> Shape {
+    let mut predictor = TilePredictor::default();
     let mut picture = Vec::new();
     let (mut core, mut total) = (0.0, 0.0);
     let mut explained = [0.0; ORDERS.len()];
     let mut chi2 = [0.0; ORDERS.len() + 1];
     let mut freedom = [0.0; ORDERS.len() + 1];
-    for seen in tiles {
-        let values = hypothesis.values(theta, seen.of_lens);
-        easel.predict(hypothesis, &values, seen, Detail::COARSE, &mut picture);
-        let mut residual: Vec<f64> = seen
+    for tile in tiles {
+        let values = hypothesis.values(theta, tile.of_lens);
+        predictor.predict(hypothesis, &values, tile, Detail::COARSE, &mut picture);
+        let mut residual: Vec<f64> = tile
             .light
             .iter()
             .zip(&picture)
             .map(|(o, p)| o - p)
             .collect();
-        let energy = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>() / seen.norm;
+        let energy = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>() / tile.norm;
         let whole = energy(&residual);
-        total += whole - seen.noise;
-        core += core_energy(seen, &picture, &residual) / seen.norm
-            - seen.noise * core_share(seen, &picture);
-        let variance = seen.sigma.powi(2).max(1e-300);
+        total += whole - tile.noise;
+        core += core_energy(tile, &picture, &residual) / tile.norm
+            - tile.noise * core_share(tile, &picture);
+        let variance = tile.sigma.powi(2).max(1e-300);
         let mut taken: Vec<Vec<f64>> = Vec::new();
-        let derivatives = derivatives(seen, &picture);
+        let derivatives = derivatives(tile, &picture);
         let mut first = 0;
         for (k, (_, count)) in ORDERS.iter().enumerate() {
             for derivative in &derivatives[first..first + count] {
@@ -60,14 +60,14 @@ pub(super) fn shape(tiles: &[&Seen], hypothesis: &Hypothesis, theta: &[f64]) -> 
                     .iter_mut()
                     .zip(&direction)
                     .for_each(|(r, d)| *r -= along * d);
-                explained[k] += along * along / seen.norm;
+                explained[k] += along * along / tile.norm;
                 chi2[k] += along * along / variance;
                 freedom[k] += 1.0;
                 taken.push(direction);
             }
             first += count;
         }
-        chi2[ORDERS.len()] += energy(&residual) * seen.norm / variance;
+        chi2[ORDERS.len()] += energy(&residual) * tile.norm / variance;
         freedom[ORDERS.len()] += (residual.len() - taken.len()) as f64;
     }
     let total = total.max(1e-300);
@@ -102,9 +102,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Squared radius about the centroid that holds half of the picture's light, and the centroid.
-fn core_circle(seen: &Seen, picture: &[f64]) -> (f64, [f64; 2]) {
-    let width = seen.size.0;
+/// Returns the squared radius about the centroid that encloses half of the light, and the centroid.
+fn core_circle(tile: &TileData, picture: &[f64]) -> (f64, [f64; 2]) {
+    let width = tile.size.0;
     let place = |k: usize| [(k % width) as f64, (k / width) as f64];
     let sum: f64 = picture.iter().sum::<f64>().max(1e-300);
     let mut centre = [0.0; 2];
@@ -128,9 +128,9 @@ fn core_circle(seen: &Seen, picture: &[f64]) -> (f64, [f64; 2]) {
     (f64::INFINITY, centre)
 }
 
-fn core_energy(seen: &Seen, picture: &[f64], residual: &[f64]) -> f64 {
-    let (limit, centre) = core_circle(seen, picture);
-    let width = seen.size.0;
+fn core_energy(tile: &TileData, picture: &[f64], residual: &[f64]) -> f64 {
+    let (limit, centre) = core_circle(tile, picture);
+    let width = tile.size.0;
     let inside = residual.iter().enumerate().filter(|(k, _)| {
         let (x, y) = ((k % width) as f64, (k / width) as f64);
         (x - centre[0]).powi(2) + (y - centre[1]).powi(2) <= limit
@@ -138,15 +138,15 @@ fn core_energy(seen: &Seen, picture: &[f64], residual: &[f64]) -> f64 {
     inside.map(|(_, r)| r * r).sum()
 }
 
-/// Share of the tile's pixels within the core.
-fn core_share(seen: &Seen, picture: &[f64]) -> f64 {
-    let (limit, _) = core_circle(seen, picture);
-    (std::f64::consts::PI * limit / seen.light.len() as f64).min(1.0)
+/// Returns the share of the tile's pixels within the core.
+fn core_share(tile: &TileData, picture: &[f64]) -> f64 {
+    let (limit, _) = core_circle(tile, picture);
+    (std::f64::consts::PI * limit / tile.light.len() as f64).min(1.0)
 }
 
-/// Derivatives of a picture, by order: first, Laplacian, the other two second, the four third.
-fn derivatives(seen: &Seen, picture: &[f64]) -> Vec<Vec<f64>> {
-    let by = |f: &[f64], dx, dy| slope(f, seen.size, (dx, dy));
+/// Returns image derivatives by order: two first; Laplacian; the other two second; four third.
+fn derivatives(tile: &TileData, picture: &[f64]) -> Vec<Vec<f64>> {
+    let by = |f: &[f64], dx, dy| central_difference(f, tile.size, (dx, dy));
     let (x, y) = (by(picture, 1, 0), by(picture, 0, 1));
     let (xx, xy, yy) = (by(&x, 1, 0), by(&x, 0, 1), by(&y, 0, 1));
     let sum = |a: &[f64], b: &[f64], f: f64| -> Vec<f64> {
@@ -158,8 +158,8 @@ fn derivatives(seen: &Seen, picture: &[f64]) -> Vec<Vec<f64>> {
     all
 }
 
-/// What is left, in words.
-pub(super) fn describe(shape: &Shape, tiles: &[&Seen], gaps: &[TileGap]) -> String {
+/// Describes the remaining residual in words.
+pub(super) fn describe(shape: &Shape, tiles: &[&TileData], gaps: &[TileGap]) -> String {
     let mut orders: Vec<&Order> = shape.orders.iter().collect();
     orders.sort_by(|a, b| b.share.total_cmp(&a.share));
     let mean = |wanted: &dyn Fn(usize) -> bool| {

@@ -1,61 +1,65 @@
-//! Which answer the gaps of all hypotheses give.
+//! Verdict of a diagnosis from the posterior probabilities.
 
-use super::descent::weight;
 use super::diagnosis::Verdict;
-use super::odds::{Contender, Scale, nothing_missing, probabilities};
-use super::search::{Candidate, Ground};
+use super::least_squares::weight;
+use super::posterior::{CandidateScore, GapScale, nothing_missing, probabilities};
+use super::search::{Candidate, HypothesisSearch};
 use seidel_optics::profile::LensProfile;
 use seidel_optics::psf::pupil::Detail;
 
-/// What the lens is taken to leave where it does not say.
-const USUAL_MISFIT: f64 = 5e-4;
-/// A single effect that closes all but this share needs no second.
-const ENOUGH: f64 = 0.02;
-/// Probability below which the answer names the runner-up as well, and the runner-up's own.
-const SURE: f64 = 0.75;
-const RIVAL: f64 = 0.2;
-/// Least share of the gap that an effect closes to be added where the cause stays unknown.
-const PART: f64 = 0.3;
+/// Misfit of a lens without a held-out score.
+const DEFAULT_MISFIT: f64 = 5e-4;
+/// Share of the gap below which a single effect suffices.
+const SUFFICIENT_REMAINDER: f64 = 0.02;
+/// Probability below which a verdict may be ambiguous, and the least probability of a rival.
+const MIN_SINGLE_PROBABILITY: f64 = 0.75;
+const MIN_RIVAL_PROBABILITY: f64 = 0.2;
+/// Least share of the gap that an effect must close to be added to an unexplained lens.
+const MIN_PARTIAL_SHARE: f64 = 0.3;
 
-/// The gap as it stands before anything is added.
+/// Statistics of the gap of the given lens.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stage {
+pub(super) struct GapStatistics {
     pub(super) before: f64,
-    /// Standard error of `before` by noise alone.
+    /// Standard error of `before` from noise.
     sigma: f64,
-    /// What the lens leaves on its own data.
+    /// Misfit of the lens on its own data.
     pub(super) misfit: f64,
-    /// Gap that the best single effect leaves.
+    /// Gap left by the best single effect.
     best: f64,
 }
 
-/// The answer.
-pub(super) struct Decided {
+/// The verdict with its probabilities.
+pub(super) struct Decision {
     pub(super) verdict: Verdict,
     pub(super) nothing_missing: f64,
-    /// What is added to the lens.
+    /// The hypothesis added to the lens.
     pub(super) added: Option<Candidate>,
-    /// Probability of every single, in the order of singles, its share of pairs included.
+    /// Probability of every single effect, including half of that of its pairs.
     pub(super) singles: Vec<f64>,
     /// Probability of every pair.
     pub(super) pairs: Vec<f64>,
     pub(super) unknown: f64,
-    /// Effects that cannot be told apart.
+    /// Classes of effects that the data do not distinguish.
     pub(super) equivalents: Vec<Vec<&'static str>>,
 }
 
-impl Stage {
-    pub(super) fn new(lens: &LensProfile, ground: &Ground, singles: &[Candidate]) -> Self {
-        let nothing = ground.nothing();
-        let gaps = ground.problem(&nothing, Detail::FULL).gaps(&[]);
-        let total = ground.weight();
-        let tiles = ground.many().iter();
+impl GapStatistics {
+    pub(super) fn new(
+        lens: &LensProfile,
+        search: &HypothesisSearch,
+        singles: &[Candidate],
+    ) -> Self {
+        let nothing = search.nothing();
+        let gaps = search.problem(&nothing, Detail::FULL).gaps(&[]);
+        let total = search.weight();
+        let tiles = search.many().iter();
         let excess = gaps
             .iter()
             .zip(tiles)
             .map(|(g, t)| weight(t) * (g - t.noise));
-        // Noise of a gap: that of its n pixels, and what it gets by meeting a residual.
-        let variance = gaps.iter().zip(ground.many()).map(|(g, t)| {
+        // Variance of a gap: noise squared, and the product of noise and residual.
+        let variance = gaps.iter().zip(search.many()).map(|(g, t)| {
             let pixels = t.light.len() as f64;
             let meeting = 4.0 * g.max(0.0) * t.noise / pixels;
             weight(t).powi(2) * (2.0 * t.noise * t.noise / pixels + meeting)
@@ -66,13 +70,13 @@ impl Stage {
             misfit: lens
                 .held_out
                 .as_ref()
-                .map_or(USUAL_MISFIT, |held| held.pixel_gap),
+                .map_or(DEFAULT_MISFIT, |held| held.pixel_gap),
             best: singles.first().map_or(f64::INFINITY, |s| s.after),
         }
     }
 
-    fn scale(&self) -> Scale {
-        Scale {
+    fn scale(&self) -> GapScale {
+        GapScale {
             before: self.before,
             misfit: self.misfit,
             sigma: self.sigma,
@@ -83,16 +87,16 @@ impl Stage {
         nothing_missing(self.before, self.sigma, self.misfit, self.best)
     }
 
-    /// Whether a second effect could be needed.
+    /// Returns whether pairs of effects need to be searched.
     pub(super) fn wants_pairs(&self) -> bool {
-        self.none() < 0.5 && self.best > ENOUGH * self.before + self.misfit
+        self.none() < 0.5 && self.best > SUFFICIENT_REMAINDER * self.before + self.misfit
     }
 
-    pub(super) fn decide(&self, singles: &[Candidate], pairs: &[Candidate]) -> Decided {
-        let contenders: Vec<Contender> = singles
+    pub(super) fn decide(&self, singles: &[Candidate], pairs: &[Candidate]) -> Decision {
+        let contenders: Vec<CandidateScore> = singles
             .iter()
             .chain(pairs)
-            .map(|c| Contender {
+            .map(|c| CandidateScore {
                 after: c.after,
                 freedom: c.freedom(),
                 effects: c.hypothesis.parts.len(),
@@ -119,9 +123,9 @@ impl Stage {
             _ if none > 0.5 => (Verdict::NoGap, None),
             Some(k) if odds[k] > unknown => {
                 let rivals: Vec<usize> = (0..singles.len())
-                    .filter(|j| *j != k && k < singles.len() && own[*j] > RIVAL)
+                    .filter(|j| *j != k && k < singles.len() && own[*j] > MIN_RIVAL_PROBABILITY)
                     .collect();
-                if odds[k] < SURE && !rivals.is_empty() {
+                if odds[k] < MIN_SINGLE_PROBABILITY && !rivals.is_empty() {
                     let mut class = all[k].hypothesis.ids();
                     class.extend(rivals.iter().flat_map(|j| singles[*j].hypothesis.ids()));
                     equivalents.push(class);
@@ -131,11 +135,11 @@ impl Stage {
                 }
             }
             _ => {
-                let part = best.filter(|k| all[*k].after < (1.0 - PART) * self.before);
+                let part = best.filter(|k| all[*k].after < (1.0 - MIN_PARTIAL_SHARE) * self.before);
                 (Verdict::Unexplained, part.map(|k| all[k].clone()))
             }
         };
-        Decided {
+        Decision {
             verdict,
             nothing_missing: none,
             added,

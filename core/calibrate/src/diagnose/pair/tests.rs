@@ -62,7 +62,7 @@ fn run(sharp: Vec<f32>, plate: Vec<f32>, settings: &PairSettings) -> Result<Pair
     let (width, height) = SIZE;
     let frame = Frame::new(width as u32, height as u32, None).expect("a frame");
     let (sharp, plate) = ([sharp], [plate]);
-    let picture = |planes| Picture {
+    let picture = |planes| PairImage {
         width,
         height,
         planes,
@@ -216,12 +216,12 @@ fn pictures_that_tell_nothing_are_refused() {
     assert!(run(flat.clone(), flat.clone(), &even).is_err());
     let frame = Frame::new(SIZE.0 as u32, SIZE.1 as u32, None).expect("a frame");
     let planes = [flat];
-    let whole = Picture {
+    let whole = PairImage {
         width: SIZE.0,
         height: SIZE.1,
         planes: &planes,
     };
-    let turned = Picture {
+    let turned = PairImage {
         width: SIZE.1,
         height: SIZE.0,
         planes: &planes,

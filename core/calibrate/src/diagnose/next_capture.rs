@@ -1,12 +1,12 @@
-//! Which capture would settle what is open.
+//! Recommendation of the next capture.
 
 use super::diagnosis::{Cause, Verdict};
 
-/// Something a photographer can change, and how each effect answers.
+/// A change of the capture, and the response of each effect.
 struct Intervention {
-    /// What to do.
+    /// Instruction to the photographer.
     act: &'static str,
-    /// Effects that change with it, each with how.
+    /// Affected effects, each with its response.
     changes: &'static [(&'static str, &'static str)],
 }
 
@@ -74,12 +74,12 @@ static INTERVENTIONS: [Intervention; 7] = [
         changes: &[("tone_curve", "the shape changes with the light")],
     },
     Intervention {
-        act: "photograph one lamp on a wide dark ground with long and short exposures",
+        act: "photograph one lamp on a wide dark search with long and short exposures",
         changes: &[("veiling_glare", "its halo goes on far beyond the tile")],
     },
 ];
 
-/// The capture that would settle what is open between the likeliest causes.
+/// Returns the capture that best distinguishes the remaining causes.
 pub(super) fn next(
     verdict: Verdict,
     causes: &[Cause],
@@ -100,7 +100,7 @@ pub(super) fn next(
     }
 }
 
-/// The first intervention to which two effects answer differently.
+/// Returns the first intervention with different responses of two effects.
 fn between(one: &str, other: &str) -> String {
     let answer = |i: &Intervention, id: &str| {
         let own = i.changes.iter().find(|(e, _)| *e == id);

@@ -1,39 +1,39 @@
-//! What a hypothesis predicts for a tile.
+//! Prediction of a tile under a hypothesis.
 
 use super::hypothesis::Hypothesis;
-use super::seen::Seen;
+use super::tiles::TileData;
 use seidel_optics::psf::pupil::{Detail, PsfImage, TileGrid, Workspace, draw};
 
-/// Buffers of predictions, one a thread.
+/// Predicts tiles; holds the working memory of one thread.
 #[derive(Default)]
-pub(super) struct Easel {
+pub(super) struct TilePredictor {
     space: Workspace,
     drawn: PsfImage,
 }
 
-impl Easel {
-    /// The tile that `hypothesis` predicts at `values` for `seen`: unit sum over the pixels that count.
+impl TilePredictor {
+    /// Predicts `tile` for effects at `values`, with unit sum over the valid pixels.
     pub(super) fn predict(
         &mut self,
         hypothesis: &Hypothesis,
         values: &[Vec<f64>],
-        seen: &Seen,
+        tile: &TileData,
         detail: Detail,
         out: &mut Vec<f64>,
     ) {
-        let (pupil, moved) = hypothesis.act(values, seen);
-        let corner = if seen.placed {
-            (seen.corner.0 - moved[0], seen.corner.1 - moved[1])
+        let (pupil, moved) = hypothesis.act(values, tile);
+        let corner = if tile.placed {
+            (tile.corner.0 - moved[0], tile.corner.1 - moved[1])
         } else {
             let centroid = pupil.centroid();
-            (seen.corner.0 + centroid[0], seen.corner.1 + centroid[1])
+            (tile.corner.0 + centroid[0], tile.corner.1 + centroid[1])
         };
         draw(
             &pupil,
             &TileGrid {
                 corner_px: [corner.0, corner.1],
-                width: seen.size.0,
-                height: seen.size.1,
+                width: tile.size.0,
+                height: tile.size.1,
             },
             &[],
             detail,
@@ -43,13 +43,13 @@ impl Easel {
         out.clear();
         out.extend_from_slice(&self.drawn.light);
         for (index, value) in out.iter_mut().enumerate() {
-            if seen.counts.get(index) == Some(&false) {
+            if tile.counts.get(index) == Some(&false) {
                 *value = 0.0;
             }
         }
         let tone = pupil.sensor.tone;
         if !tone.is_linear()
-            && let Some(exposure) = tone.exposure(out, seen.exposure)
+            && let Some(exposure) = tone.exposure(out, tile.exposure)
         {
             out.iter_mut().for_each(|v| *v = tone.apply(exposure * *v));
         }
@@ -60,13 +60,13 @@ impl Easel {
     }
 }
 
-/// Half the difference between the pixels (`dx`, `dy`) ahead and behind: the derivative of a picture of
-/// `size` along that step; at the rim the picture goes on as it ends.
-pub(super) fn slope(
+/// Returns the central difference of an image of `size` along `step`, with replicated edges.
+pub(super) fn central_difference(
     picture: &[f64],
-    (width, height): (usize, usize),
-    (dx, dy): (i64, i64),
+    size: (usize, usize),
+    step: (i64, i64),
 ) -> Vec<f64> {
+    let ((width, height), (dx, dy)) = (size, step);
     let at = |x: i64, y: i64| {
         let (x, y) = (x.clamp(0, width as i64 - 1), y.clamp(0, height as i64 - 1));
         picture[y as usize * width + x as usize]

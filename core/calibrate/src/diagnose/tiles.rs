@@ -1,4 +1,4 @@
-//! Observed tiles made ready: unit sums, noise, and what the lens as given says about their points.
+//! Observed tiles prepared for a diagnosis: unit sum, noise, and the lens's local pupil.
 
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::effects::ScenePoint;
@@ -10,55 +10,55 @@ use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::predict::Predictor;
 use seidel_optics::profile::{LensProfile, PupilChannel};
 
-/// Folds of the field: each is scored by fits to the others.
+/// Number of cross-validation folds over the field.
 pub(super) const FOLDS: usize = 4;
 
-/// Rings and sectors of the field; a fold is made of zones that do not touch.
+/// Rings and sectors of the field; a fold consists of zones that do not touch.
 const RINGS: usize = 3;
 const SECTORS: usize = 8;
 
-/// One tile in one channel.
+/// One observed tile in one channel.
 #[derive(Debug, Clone)]
-pub(super) struct Seen {
+pub(super) struct TileData {
     pub(super) observation: usize,
-    /// Channel of the lens.
+    /// Index of the channel in the lens.
     pub(super) of_lens: usize,
     pub(super) distance: ObjectDistance,
     pub(super) centre: ImagePoint,
-    /// Where the point is, for effects.
+    /// Scene point, for effects.
     pub(super) point: ScenePoint,
-    /// What the lens as given does there.
+    /// Local pupil of the given lens.
     pub(super) pupil: LocalPupil,
     pub(super) size: (usize, usize),
-    /// Top-left outer corner of the tile from the chief ray of the lens as given, px. Where the ideal
-    /// position is not known: from the observed centroid, and the prediction's own is laid on it.
+    /// Top-left outer corner of the tile relative to the given lens's chief ray, px. Without an ideal
+    /// position it is relative to the observed centroid, and predictions are aligned by centroid.
     pub(super) corner: (f64, f64),
     pub(super) placed: bool,
-    /// Unit sum over the pixels that count.
+    /// Samples with unit sum over the valid pixels.
     pub(super) light: Vec<f64>,
-    /// Which pixels count; all if empty.
+    /// Valid pixels; all if empty.
     pub(super) counts: Vec<bool>,
     /// Squared norm of `light`.
     pub(super) norm: f64,
-    /// What noise alone adds to the gap.
+    /// Expected contribution of noise to the gap.
     pub(super) noise: f64,
-    /// Standard deviation of a pixel's noise in units of `light`.
+    /// Standard deviation of pixel noise in units of `light`.
     pub(super) sigma: f64,
-    /// Sum of the tile as stored, background taken off.
+    /// Sum of the stored samples without background.
     pub(super) exposure: f64,
-    /// Which fold of the field it lies in.
+    /// Index of the cross-validation fold.
     pub(super) fold: usize,
 }
 
-/// All tiles of a set that can be compared with a lens, and what had to be left out.
+/// All tiles of a set that can be compared with a lens, with remarks on excluded ones.
 #[derive(Debug)]
-pub(super) struct SeenSet {
-    pub(super) tiles: Vec<Seen>,
+pub(super) struct TileSet {
+    pub(super) tiles: Vec<TileData>,
     pub(super) remarks: Vec<String>,
 }
 
-impl SeenSet {
-    /// Reads `set` against `lens`.
+impl TileSet {
+    /// Prepares the tiles of `set` for `lens`.
     pub(super) fn new(
         lens: &LensProfile,
         channels: &[PupilChannel],
@@ -76,7 +76,7 @@ impl SeenSet {
             .map(|o| frame.field_point(o.ideal.unwrap_or(o.centre)))
             .collect();
         let folds = folds(&places);
-        let mut counts = Counts::default();
+        let mut tally = Tally::default();
         let mut tiles = Vec::new();
         for (index, observation) in set.observations.iter().enumerate() {
             let vergence = predictor
@@ -84,16 +84,16 @@ impl SeenSet {
                 .map_err(|e| e.within(&format!("observation {index} ({})", observation.file)))?;
             for (channel, &of_lens) in of_lens.iter().enumerate() {
                 let lens_channel = &channels[of_lens];
-                let tile = seen(
+                let tile = prepare_tile(
                     observation,
                     channel,
                     lens_channel,
                     frame,
                     vergence,
-                    &mut counts,
+                    &mut tally,
                 );
                 if let Some(tile) = tile {
-                    tiles.push(Seen {
+                    tiles.push(TileData {
                         observation: index,
                         of_lens,
                         fold: folds[index],
@@ -102,32 +102,32 @@ impl SeenSet {
                 }
             }
         }
-        if tiles.len() < LEAST_TILES {
+        if tiles.len() < MIN_TILES {
             return Err(Error::new(
                 "observations",
                 format!("hold {} usable tiles", tiles.len()),
-                format!("give at least {LEAST_TILES}, spread over the frame"),
+                format!("give at least {MIN_TILES}, spread over the frame"),
             ));
         }
         Ok(Self {
             tiles,
-            remarks: counts.remarks(),
+            remarks: tally.remarks(),
         })
     }
 }
 
-/// Fewest tiles that say anything of a cause.
-const LEAST_TILES: usize = 6;
+/// Minimum number of tiles for a diagnosis.
+const MIN_TILES: usize = 6;
 
 #[derive(Default)]
-struct Counts {
+struct Tally {
     dark: usize,
     clipped: usize,
     estimated: usize,
     unplaced: usize,
 }
 
-impl Counts {
+impl Tally {
     fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         let mut say = |count: usize, text: &str| {
@@ -152,19 +152,19 @@ impl Counts {
     }
 }
 
-fn seen(
+fn prepare_tile(
     observation: &Observation,
     channel: usize,
     lens: &PupilChannel,
     frame: Frame,
     vergence: f64,
-    told: &mut Counts,
-) -> Option<Seen> {
+    tally: &mut Tally,
+) -> Option<TileData> {
     let light = observation.light(channel);
     let size = (light.width(), light.height());
     let mut samples: Vec<f64> = light.samples().iter().map(|v| f64::from(*v)).collect();
     let counts = if observation.saturated {
-        told.clipped += 1;
+        tally.clipped += 1;
         let peak = samples.iter().copied().fold(f64::MIN, f64::max);
         samples.iter().map(|v| *v < CLIPPED * peak).collect()
     } else {
@@ -177,12 +177,12 @@ fn seen(
     }
     let exposure: f64 = samples.iter().sum();
     if exposure <= 0.0 || !exposure.is_finite() {
-        told.dark += 1;
+        tally.dark += 1;
         return None;
     }
     let stated = observation.noise_sigma[channel];
     let sigma = stated.unwrap_or_else(|| {
-        told.estimated += 1;
+        tally.estimated += 1;
         rim_noise(&samples, size)
     }) / exposure;
     samples.iter_mut().for_each(|v| *v /= exposure);
@@ -192,12 +192,12 @@ fn seen(
         let at = frame.field_point(ideal);
         let (dx, dy) = lens.displacement_at(at, vergence, frame.half_width_px());
         let of_rays = lens.pupil_at(at, vergence).centroid();
-        // The chief ray lies where the centroid does, less what the rays are off it.
+        // Chief ray: predicted centroid less the centroid of the ray bundle.
         let chief = (ideal.x_px + dx - of_rays[0], ideal.y_px + dy - of_rays[1]);
         let (x, y) = observation.tile_point(ImagePoint::new(chief.0, chief.1));
         (at, (-x, -y), true)
     } else {
-        told.unplaced += 1;
+        tally.unplaced += 1;
         let noise = Some(sigma * exposure).filter(|s| *s > 0.0);
         let (m, _) = support::moments(&light, noise, Support::Auto)?;
         let centroid = observation.frame_point(m.centroid_x, m.centroid_y);
@@ -207,7 +207,7 @@ fn seen(
             false,
         )
     };
-    Some(Seen {
+    Some(TileData {
         observation: 0,
         of_lens: 0,
         distance: observation.distance,
@@ -227,12 +227,13 @@ fn seen(
     })
 }
 
-/// Pixels of a saturated tile from this share of its peak on are taken as clipped.
+/// Share of the peak from which on pixels of a saturated tile count as clipped.
 const CLIPPED: f64 = 0.97;
 
-/// Standard deviation of a pixel's noise from differences between neighbours along the tile's rim, where
-/// there is least light; robust against what light there is.
-fn rim_noise(samples: &[f64], (width, height): (usize, usize)) -> f64 {
+/// Estimates the standard deviation of pixel noise by the median absolute difference of neighbours along the
+/// tile's rim.
+fn rim_noise(samples: &[f64], size: (usize, usize)) -> f64 {
+    let (width, height) = size;
     let mut differences = Vec::new();
     for ring in 0..3.min(width.min(height) / 2) {
         for row in [ring, height - 1 - ring] {
@@ -253,12 +254,12 @@ fn rim_noise(samples: &[f64], (width, height): (usize, usize)) -> f64 {
     }
     let middle = differences.len() / 2;
     let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
-    // Of a normal distribution the median of |x| is 0.6745; a difference has twice the variance.
+    // The median of |x| of a standard normal distribution is 0.6745; a difference has twice the variance.
     *median / (0.674_49 * std::f64::consts::SQRT_2)
 }
 
-/// The fold of every place: rings of equal count and sectors about the axis, dealt out so that no two
-/// neighbouring zones fall into one fold.
+/// Returns the fold of every place. Zones are rings of equal count times sectors, assigned so that no two
+/// neighbours share a fold.
 fn folds(places: &[FieldPoint]) -> Vec<usize> {
     let mut radii: Vec<f64> = places.iter().map(|p| p.radius()).collect();
     radii.sort_by(f64::total_cmp);

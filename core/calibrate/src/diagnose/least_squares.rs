@@ -1,53 +1,53 @@
-//! The values of a hypothesis that leave the least gap, by Levenberg-Marquardt.
+//! Nonlinear least squares of a hypothesis by Levenberg-Marquardt, with normal equations per fold.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
-use super::picture::{Easel, slope};
-use super::seen::{FOLDS, Seen};
+use super::prediction::{TilePredictor, central_difference};
+use super::tiles::{FOLDS, TileData};
 use seidel_optics::psf::pupil::Detail;
 
-/// Gap below which tiles count less the noisier they are.
-const NOISE_KNEE: f64 = 3e-3;
+/// Noise contribution at which a tile's weight has fallen to a half.
+const NOISE_WEIGHT_KNEE: f64 = 3e-3;
 
-/// How much a tile counts.
-pub(super) fn weight(seen: &Seen) -> f64 {
-    NOISE_KNEE / (NOISE_KNEE + seen.noise)
+/// Returns the weight of a tile, which falls with its noise.
+pub(super) fn weight(tile: &TileData) -> f64 {
+    NOISE_WEIGHT_KNEE / (NOISE_WEIGHT_KNEE + tile.noise)
 }
 
-/// A hypothesis, and the tiles that it is to explain.
+/// A hypothesis and the tiles to fit.
 pub(super) struct Problem<'a> {
     hypothesis: &'a Hypothesis,
-    tiles: &'a [&'a Seen],
+    tiles: &'a [&'a TileData],
     detail: Detail,
 }
 
-/// Normal equations of one fold.
+/// Gauss-Newton normal equations of one fold.
 #[derive(Debug, Clone)]
-pub(super) struct Normal {
+pub(super) struct NormalEquations {
     /// Sum of J'J.
     pub(super) matrix: DMatrix<f64>,
     /// Sum of J'r.
     pub(super) right: DVector<f64>,
     /// Sum of r'r.
     pub(super) cost: f64,
-    /// Sum over tiles of the outer product of each one's J'r: how tiles differ in what they ask for.
+    /// Sum over tiles of the outer product of J'r, for the sandwich covariance.
     pub(super) scores: DMatrix<f64>,
 }
 
-/// What is known of a hypothesis at some values.
+/// Normal equations of a hypothesis at some values.
 #[derive(Debug, Clone)]
-pub(super) struct Linear {
-    /// One a fold.
-    pub(super) folds: Vec<Normal>,
+pub(super) struct FoldEquations {
+    /// Normal equations of each fold.
+    pub(super) folds: Vec<NormalEquations>,
 }
 
-impl Linear {
-    /// All folds but `left_out`.
-    pub(super) fn total(&self, left_out: Option<usize>) -> Normal {
+impl FoldEquations {
+    /// Returns the sum over all folds except `left_out`.
+    pub(super) fn total(&self, left_out: Option<usize>) -> NormalEquations {
         let size = self.folds[0].right.len();
-        let mut sum = Normal {
+        let mut sum = NormalEquations {
             matrix: DMatrix::zeros(size, size),
             right: DVector::zeros(size),
             cost: 0.0,
@@ -65,16 +65,20 @@ impl Linear {
     }
 }
 
-/// Values and how well they do.
+/// Parameter values with their cost.
 #[derive(Debug, Clone)]
-pub(super) struct Fitted {
+pub(super) struct LocalMinimum {
     pub(super) theta: Vec<f64>,
     /// Weighted sum of gaps.
     pub(super) cost: f64,
 }
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(hypothesis: &'a Hypothesis, tiles: &'a [&'a Seen], detail: Detail) -> Self {
+    pub(super) fn new(
+        hypothesis: &'a Hypothesis,
+        tiles: &'a [&'a TileData],
+        detail: Detail,
+    ) -> Self {
         Self {
             hypothesis,
             tiles,
@@ -82,27 +86,27 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The gap of every tile at `theta`.
+    /// Returns the gap of every tile at `theta`.
     pub(super) fn gaps(&self, theta: &[f64]) -> Vec<f64> {
         let by_channel = self.by_channel(theta);
         self.tiles
             .par_iter()
             .map_init(
-                || (Easel::default(), Vec::new()),
-                |(easel, picture), seen| {
-                    let values = &by_channel[seen.of_lens];
-                    easel.predict(self.hypothesis, values, seen, self.detail, picture);
-                    let mut residual = residual(seen, picture);
-                    if !seen.placed {
-                        Shifts::of(seen, picture).take_off(&mut residual);
+                || (TilePredictor::default(), Vec::new()),
+                |(predictor, picture), tile| {
+                    let values = &by_channel[tile.of_lens];
+                    predictor.predict(self.hypothesis, values, tile, self.detail, picture);
+                    let mut residual = residual(tile, picture);
+                    if !tile.placed {
+                        ShiftBasis::of(tile, picture).remove(&mut residual);
                     }
-                    residual.iter().map(|r| r * r).sum::<f64>() / seen.norm
+                    residual.iter().map(|r| r * r).sum::<f64>() / tile.norm
                 },
             )
             .collect()
     }
 
-    /// Weighted sum of gaps at `theta`.
+    /// Returns the weighted sum of gaps at `theta`.
     pub(super) fn cost(&self, theta: &[f64]) -> f64 {
         let gaps = self.gaps(theta);
         let terms = gaps.iter().zip(self.tiles).map(|(g, t)| g * weight(t));
@@ -115,11 +119,11 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
-    /// Normal equations at `theta`, by differences.
-    pub(super) fn linear(&self, theta: &[f64]) -> Linear {
+    /// Returns the normal equations at `theta`, by one-sided differences.
+    pub(super) fn linear(&self, theta: &[f64]) -> FoldEquations {
         let slots = &self.hypothesis.slots;
         let here = self.by_channel(theta);
-        // A step of each slot, inwards from limits.
+        // One difference per free parameter, directed inwards at bounds.
         let stepped: Vec<(f64, Vec<Vec<Vec<f64>>>)> = slots
             .iter()
             .enumerate()
@@ -131,16 +135,16 @@ impl<'a> Problem<'a> {
                 (h, self.by_channel(&there))
             })
             .collect();
-        let terms: Vec<(usize, Vec<usize>, Normal)> = self
+        let terms: Vec<(usize, Vec<usize>, NormalEquations)> = self
             .tiles
             .par_iter()
             .map_init(
-                || (Easel::default(), Vec::new(), Vec::new()),
-                |(easel, picture, moved), seen| {
-                    let channel = seen.of_lens;
+                || (TilePredictor::default(), Vec::new(), Vec::new()),
+                |(predictor, picture, moved), tile| {
+                    let channel = tile.of_lens;
                     let hypothesis = self.hypothesis;
-                    easel.predict(hypothesis, &here[channel], seen, self.detail, picture);
-                    let mut residual = residual(seen, picture);
+                    predictor.predict(hypothesis, &here[channel], tile, self.detail, picture);
+                    let mut residual = residual(tile, picture);
                     let own: Vec<usize> = (0..slots.len())
                         .filter(|k| hypothesis.concerns(*k, channel))
                         .collect();
@@ -148,17 +152,23 @@ impl<'a> Problem<'a> {
                         .iter()
                         .map(|&k| {
                             let (h, values) = &stepped[k];
-                            easel.predict(hypothesis, &values[channel], seen, self.detail, moved);
+                            predictor.predict(
+                                hypothesis,
+                                &values[channel],
+                                tile,
+                                self.detail,
+                                moved,
+                            );
                             let pixels = moved.iter().zip(&*picture);
                             pixels.map(|(there, here)| (there - here) / h).collect()
                         })
                         .collect();
-                    if !seen.placed {
-                        let shifts = Shifts::of(seen, picture);
-                        shifts.take_off(&mut residual);
-                        columns.iter_mut().for_each(|c| shifts.take_off(c));
+                    if !tile.placed {
+                        let shifts = ShiftBasis::of(tile, picture);
+                        shifts.remove(&mut residual);
+                        columns.iter_mut().for_each(|c| shifts.remove(c));
                     }
-                    let scale = weight(seen) / seen.norm;
+                    let scale = weight(tile) / tile.norm;
                     let dot = |a: &[f64], b: &[f64]| {
                         scale * a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>()
                     };
@@ -173,17 +183,17 @@ impl<'a> Problem<'a> {
                     }
                     let right = DVector::from_fn(n, |i, _| dot(&columns[i], &residual));
                     let cost = dot(&residual, &residual);
-                    let normal = Normal {
+                    let normal = NormalEquations {
                         scores: &right * right.transpose(),
                         matrix,
                         right,
                         cost,
                     };
-                    (seen.fold, own, normal)
+                    (tile.fold, own, normal)
                 },
             )
             .collect();
-        let empty = Normal {
+        let empty = NormalEquations {
             matrix: DMatrix::zeros(slots.len(), slots.len()),
             right: DVector::zeros(slots.len()),
             cost: 0.0,
@@ -201,15 +211,16 @@ impl<'a> Problem<'a> {
             }
             sum.cost += normal.cost;
         }
-        Linear { folds }
+        FoldEquations { folds }
     }
 
-    /// Descends from `from` for at most `iterations` steps, until one gains less than the share `enough`.
-    pub(super) fn descend(&self, from: &[f64], iterations: usize, enough: f64) -> Fitted {
+    /// Minimises the cost from `from` for at most `iterations` steps, until the relative decrease is below
+    /// `enough`.
+    pub(super) fn descend(&self, from: &[f64], iterations: usize, enough: f64) -> LocalMinimum {
         let slots = &self.hypothesis.slots;
         let mut theta = from.to_vec();
         if slots.is_empty() {
-            return Fitted {
+            return LocalMinimum {
                 cost: self.cost(&theta),
                 theta,
             };
@@ -240,16 +251,17 @@ impl<'a> Problem<'a> {
                 break;
             }
         }
-        Fitted { theta, cost }
+        LocalMinimum { theta, cost }
     }
 }
 
-/// Differences are taken over this share of a parameter's step.
+/// Step of the differences, in units of the parameter's own step.
 const STEP: f64 = 0.1;
 
-/// The damped step from `theta`, numbers at their limits held where the step would lead beyond.
+/// Returns `theta` after a damped step. Parameters at a bound are fixed if the step leads beyond it (active
+/// set).
 pub(super) fn bounded_step(
-    normal: &Normal,
+    normal: &NormalEquations,
     theta: &[f64],
     slots: &[super::hypothesis::Slot],
     damping: f64,
@@ -283,10 +295,10 @@ pub(super) fn bounded_step(
     trial
 }
 
-/// Solves the damped normal equations for the numbers `free`; a little is added so that numbers which
-/// change nothing stay where they are.
+/// Solves the damped normal equations for the parameters `free`. A small ridge keeps parameters without
+/// influence in place.
 fn solve(
-    normal: &Normal,
+    normal: &NormalEquations,
     free: &[usize],
     slots: &[super::hypothesis::Slot],
     damping: f64,
@@ -308,19 +320,19 @@ fn solve(
         .unwrap_or_else(|| DVector::zeros(n))
 }
 
-/// Observed less predicted.
-fn residual(seen: &Seen, picture: &[f64]) -> Vec<f64> {
-    seen.light.iter().zip(picture).map(|(o, p)| o - p).collect()
+/// Returns observed minus predicted.
+fn residual(tile: &TileData, picture: &[f64]) -> Vec<f64> {
+    tile.light.iter().zip(picture).map(|(o, p)| o - p).collect()
 }
 
-/// How a picture changes when it is shifted: an orthonormal pair. Where a point's ideal position is not
-/// known its picture's place says nothing, and this is taken off all that is compared.
-struct Shifts([Vec<f64>; 2]);
+/// Orthonormal basis of the image changes caused by a shift. It is projected out of residuals of tiles
+/// without an ideal position.
+struct ShiftBasis([Vec<f64>; 2]);
 
-impl Shifts {
-    fn of(seen: &Seen, picture: &[f64]) -> Self {
-        let mut pair = [(1, 0), (0, 1)].map(|step| slope(picture, seen.size, step));
-        for (index, counts) in seen.counts.iter().enumerate() {
+impl ShiftBasis {
+    fn of(tile: &TileData, picture: &[f64]) -> Self {
+        let mut pair = [(1, 0), (0, 1)].map(|step| central_difference(picture, tile.size, step));
+        for (index, counts) in tile.counts.iter().enumerate() {
             if !counts {
                 pair[0][index] = 0.0;
                 pair[1][index] = 0.0;
@@ -337,7 +349,7 @@ impl Shifts {
         Self(pair)
     }
 
-    fn take_off(&self, values: &mut [f64]) {
+    fn remove(&self, values: &mut [f64]) {
         for shift in &self.0 {
             let along = shift.iter().zip(&*values).map(|(a, b)| a * b).sum::<f64>();
             values

@@ -1,32 +1,33 @@
-//! What a free-form model of the residual can close at best.
+//! Share of the gap that a nonparametric model of the residual closes.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
-use super::picture::Easel;
-use super::seen::{FOLDS, Seen};
+use super::prediction::TilePredictor;
+use super::tiles::{FOLDS, TileData};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::psf::pupil::Detail;
 
-/// Channel, distance and size of tiles that are compared.
+/// Channel, distance and size of tiles that share a model.
 type Key = (usize, ObjectDistance, (usize, usize));
 
-/// Sizes of the bases over the field that are tried: constant, linear, quadratic.
+/// Sizes of the tried polynomial bases over the field: constant, linear, quadratic.
 const BASES: [usize; 3] = [1, 3, 6];
 
-/// Share of the gap that a smooth field of residual tiles closes, one for each channel and distance:
-/// every pixel a polynomial of the field position, fitted without the fold that it is scored on. No
-/// effect is asked; finer detail than the tiles' pixels, and what changes faster over the field, is beyond
-/// it, so more than this can be explained by a good model.
-pub(super) fn explainable(tiles: &[&Seen], nothing: &Hypothesis) -> f64 {
+/// Returns the cross-validated share of the gap that a smooth field of residual tiles closes.
+///
+/// For each channel and distance every pixel is a polynomial of the field position, fitted by ridge
+/// regression without the fold under test. The result is a lower bound: detail finer than pixels or faster
+/// variation over the field is not modelled.
+pub(super) fn explainable(tiles: &[&TileData], nothing: &Hypothesis) -> f64 {
     let residuals: Vec<Vec<f64>> = tiles
         .par_iter()
         .map_init(
-            || (Easel::default(), Vec::new()),
-            |(easel, picture), seen| {
-                easel.predict(nothing, &[], seen, Detail::COARSE, picture);
-                seen.light
+            || (TilePredictor::default(), Vec::new()),
+            |(predictor, picture), tile| {
+                predictor.predict(nothing, &[], tile, Detail::COARSE, picture);
+                tile.light
                     .iter()
                     .zip(&*picture)
                     .map(|(o, p)| o - p)
@@ -62,20 +63,20 @@ pub(super) fn explainable(tiles: &[&Seen], nothing: &Hypothesis) -> f64 {
     (1.0 - left / total).clamp(0.0, 1.0)
 }
 
-fn basis(tile: &Seen, size: usize) -> [f64; 6] {
+fn basis(tile: &TileData, size: usize) -> [f64; 6] {
     let (x, y) = (tile.point.at.x, tile.point.at.y);
     let mut all = [1.0, x, y, x * x, x * y, y * y];
     all[size..].fill(0.0);
     all
 }
 
-/// Gap that `members` are left with, each predicted from the others' folds.
-fn left(tiles: &[&Seen], residuals: &[Vec<f64>], members: &[usize], size: usize) -> f64 {
+/// Returns the gap of `members` after each fold is predicted from the others.
+fn left(tiles: &[&TileData], residuals: &[Vec<f64>], members: &[usize], size: usize) -> f64 {
     let mut sum = 0.0;
     for fold in 0..FOLDS {
         let (own, others): (Vec<usize>, Vec<usize>) =
             members.iter().partition(|k| tiles[**k].fold == fold);
-        // Without enough others to learn from nothing is taken off.
+        // With too few other tiles no prediction is made.
         let enough = others.len() >= 3 * size;
         let matrix = DMatrix::from_fn(others.len(), size, |i, j| basis(tiles[others[i]], size)[j]);
         let normal = matrix.transpose() * &matrix + DMatrix::identity(size, size) * RIDGE;
@@ -100,5 +101,5 @@ fn left(tiles: &[&Seen], residuals: &[Vec<f64>], members: &[usize], size: usize)
     sum
 }
 
-/// Keeps coefficients of scattered places small.
+/// Ridge penalty of the regression.
 const RIDGE: f64 = 0.1;
