@@ -1,7 +1,7 @@
-//! PSFs that nobody measured: estimated from a sharp picture and the same picture through a lens.
+//! PSF estimation from a pair of images: one sharp, and the same seen through a lens.
 //!
-//! The two are registered pixel by pixel. Over a patch small beside the field the plate is the sharp
-//! picture convolved with one tile: O(x) = sum I(x') P(x - x'), the renderer's own model.
+//! The images are registered pixel by pixel. Over a patch small relative to the field the plate is the sharp
+//! image convolved with one tile: O(x) = sum I(x') P(x - x'), the renderer's own model.
 
 mod estimate;
 mod helix;
@@ -20,39 +20,39 @@ use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 
-/// Side of the part of the plate that a tile is estimated from, in tiles.
+/// Side of the window from which a tile is estimated, in tiles.
 const WINDOW_TILES: usize = 4;
 /// Share of a window's side over which weights rise from its edges.
 const TAPER: f64 = 0.5;
-/// Least and largest side of tiles, px.
+/// Smallest and largest side of tiles, px.
 const SIDES: (usize, usize) = (9, 129);
-/// Share of the light near the edges of tiles above which they are said to be small.
+/// Share of the light near the tiles' edges above which a remark recommends larger tiles.
 const MOST_AT_EDGES: f64 = 0.05;
 
-/// A picture, scene-linear.
+/// A scene-linear image.
 #[derive(Debug, Clone, Copy)]
 pub struct PairImage<'a> {
     /// Columns.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// One plane a channel, row-major.
+    /// One plane per channel, row-major.
     pub planes: &'a [Vec<f32>],
 }
 
-/// How PSFs are estimated.
+/// Settings of [`estimate_pair`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairSettings {
-    /// Side of the tiles, px, odd: more than the widest blur.
+    /// Side of the tiles, px: odd, and larger than the widest blur.
     pub side: usize,
-    /// Distance of all that is seen.
+    /// Object distance of the whole scene.
     pub distance: ObjectDistance,
-    /// Light from which on pixels of either picture are clipped, where known.
+    /// Clipping level of both images, where known.
     pub clip: Option<f32>,
-    /// Whether pixels of the sharp picture are means over their area, as a camera's are. Points of light
-    /// if not, as of a plate that was blurred by a renderer; then tiles hold the pixels' area already.
+    /// Whether pixels of the sharp image are area means, as a camera's are. If not they are point samples, as
+    /// of a plate blurred by a renderer, and tiles then include pixel integration.
     pub area_means: bool,
-    /// Most patches to try.
+    /// Maximum number of patches.
     pub most_patches: usize,
 }
 
@@ -68,21 +68,21 @@ impl Default for PairSettings {
     }
 }
 
-/// What a pair of pictures says.
+/// Result of [`estimate_pair`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairEstimate {
-    /// The estimated PSFs. Each has its ideal position at the middle of its patch, which is that of its tile.
+    /// The estimated PSFs, each with its ideal position at the centre of its patch.
     pub set: ObservationSet,
-    /// Patches that were tried.
+    /// Number of patches tried.
     pub tried: usize,
-    /// Patches left out because their pixels are too even, too noisy or clipped.
+    /// Number of patches rejected for lack of detail, noise or clipping.
     pub left_out: usize,
     /// Share of the light within two pixels of the tiles' edges.
     pub at_edges: f64,
 }
 
 impl PairEstimate {
-    /// What a user should know.
+    /// Returns remarks on the result.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if self.left_out > 0 {
@@ -101,11 +101,11 @@ impl PairEstimate {
     }
 }
 
-/// Estimates PSFs over `frame`, which both pictures fill; `channels` names their planes.
+/// Estimates PSFs over `frame`, which both images fill; `channels` names their planes.
 ///
 /// # Errors
-/// Pictures that differ in size from each other or the frame, tiles of an impossible size, pictures too
-/// small for them, no patch that tells a PSF, and a stop on request.
+/// Images that differ in size from each other or the frame; an invalid tile size; images too small for the
+/// tiles; no patch with enough detail; cancellation.
 pub fn estimate_pair(
     frame: &Frame,
     channels: &[String],
@@ -224,7 +224,7 @@ fn check(
     Ok(())
 }
 
-/// Top-left corners of windows on an even grid that fills the plate.
+/// Returns the top-left corners of windows on a regular grid over the plate.
 fn places(width: usize, height: usize, side: usize, most: usize) -> Result<Vec<(usize, usize)>> {
     let (window, margin) = (WINDOW_TILES * side, side / 2);
     let room = |size: usize| size.checked_sub(window + 2 * margin);
@@ -238,7 +238,7 @@ fn places(width: usize, height: usize, side: usize, most: usize) -> Result<Vec<(
             "give smaller tiles, or larger pictures",
         ));
     };
-    // Windows overlap by half where there is room for no more.
+    // Windows overlap by half unless that exceeds the number of patches.
     let mut step = window / 2;
     let count = |free: usize, step: usize| free / step + 1;
     while count(wide, step) * count(high, step) > most.max(1) {
@@ -256,7 +256,7 @@ fn places(width: usize, height: usize, side: usize, most: usize) -> Result<Vec<(
         .collect())
 }
 
-/// What is seen of one channel in the window at (`left`, `top`), on the helix's square.
+/// Returns the data of one channel in the window at (`left`, `top`), in the layout of the helix.
 fn patch(
     sharp: &PairImage<'_>,
     plate: &PairImage<'_>,
@@ -278,7 +278,7 @@ fn patch(
     };
     let (sharp, seen) = (cut(sharp), cut(plate));
     let clipped = |v: f64| settings.clip.is_some_and(|clip| v >= f64::from(clip));
-    // Light of a clipped pixel is not known, nor is any pixel of the plate that it reaches.
+    // The value of a clipped pixel is unknown, and so is every plate pixel within its reach.
     let dark: Vec<bool> = spread(sharp.iter().map(|&v| clipped(v)).collect(), square, margin);
     let mut patch = Patch {
         plate: vec![0.0; square * square],
@@ -287,7 +287,7 @@ fn patch(
     };
     for y in 0..window {
         for x in 0..window {
-            // The plate's pixel in the square, and where the convolution puts it.
+            // Index of the plate's pixel in the square, and its index after the convolution.
             let from = (y + margin) * square + x + margin;
             let to = (y + 2 * margin) * square + x + 2 * margin;
             patch.plate[to] = seen[from];
@@ -299,14 +299,14 @@ fn patch(
     patch
 }
 
-/// 1 in the middle of a window, falling smoothly towards 0 at its edges.
+/// Window function: 1 in the middle, falling smoothly to 0 at the edges.
 fn taper(at: usize, window: usize) -> f64 {
     let in_from_edge = (at as f64 + 0.5).min(window as f64 - at as f64 - 0.5) / window as f64;
     let rise = (in_from_edge / TAPER).min(1.0);
     0.5 - 0.5 * (std::f64::consts::PI * rise).cos()
 }
 
-/// Sets every pixel within `reach` columns and rows of one that is set, in a square of side `side`.
+/// Dilates a mask on a square of side `side` by `reach` pixels along both axes.
 fn spread(mut set: Vec<bool>, side: usize, reach: usize) -> Vec<bool> {
     // Along rows, then along columns: steps between neighbours, and between lines.
     for (near, line) in [(1, side), (side, 1)] {
@@ -349,8 +349,8 @@ fn observation(
     })
 }
 
-/// The tile integrated over pixels: between means over pixels stands the PSF alone, a tile holds both.
-/// Three weights with the variance of a pixel do for all that a pixel grid can show.
+/// Adds pixel integration to the tile. Between area means the estimate is the PSF alone, whereas tiles
+/// include the integration. A three-tap filter with the variance of a pixel is exact enough on a pixel grid.
 fn over_pixels(tile: &[f64], side: usize) -> Vec<f64> {
     const SIDE_WEIGHT: f64 = seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2 / 2.0;
     let along = |from: &[f64], stride: usize, place: fn(usize, usize) -> usize| -> Vec<f64> {
@@ -367,7 +367,7 @@ fn over_pixels(tile: &[f64], side: usize) -> Vec<f64> {
     along(&across, side, |k, side| k / side)
 }
 
-/// Leaves out observations that no set may hold, such as those far below zero somewhere.
+/// Removes observations that violate the rules of sets, such as strongly negative samples.
 fn leave_out_unsound(set: &mut ObservationSet) {
     let unsound: Vec<usize> = set.faults().iter().filter_map(|f| f.observation).collect();
     let mut index = 0;
@@ -380,7 +380,7 @@ fn leave_out_unsound(set: &mut ObservationSet) {
     }
 }
 
-/// Share of the light of all tiles within two pixels of their edges.
+/// Returns the share of the light of all tiles within two pixels of their edges.
 fn at_edges(set: &ObservationSet) -> f64 {
     let (mut edge, mut all) = (0.0, 0.0);
     for tile in set.observations.iter().flat_map(|o| &o.tiles) {

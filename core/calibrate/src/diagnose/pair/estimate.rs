@@ -1,48 +1,49 @@
-//! The PSF between two pictures of one patch: regularised least squares over all pixels that are seen.
+//! PSF of one patch by regularised least squares with evidence maximisation.
 
 use realfft::num_complex::Complex;
 
 use super::helix::Helix;
 
-/// Rounds in which the noise and how rough the PSF may be are learned from the patch itself.
+/// Iterations of estimating noise variance and roughness from the patch.
 const ROUNDS: usize = 4;
-/// Steps of conjugate gradients in a round, and the residual at which they stop.
+/// Conjugate-gradient steps per iteration, and the relative residual at which they stop.
 const STEPS: usize = 80;
 const TOLERANCE: f64 = 1e-5;
-/// Noise is never taken to be less than this share of the light: plates are stored in so many bits.
+/// Lower bound of the noise relative to the light: plates are quantised.
 const LEAST_NOISE: f64 = 1e-6;
-/// Share of the noise's energy in a tile's own above which the patch tells nothing of its PSF.
+/// Share of noise energy in the tile's energy above which the patch is rejected.
 const MOST_NOISE: f64 = 0.25;
-/// Pixels that must be seen for each of the tile's.
+/// Minimum number of valid pixels per pixel of the tile.
 const LEAST_PIXELS: f64 = 2.0;
-/// Contrast of a patch below which it has no detail.
+/// Minimum contrast of a patch.
 const LEAST_CONTRAST: f64 = 1e-3;
 
-/// What a patch looks like in one channel.
+/// Data of one patch in one channel.
 pub(super) struct Patch {
-    /// The sharp picture: the square of the helix's stride.
+    /// The sharp image on the square of the helix's stride.
     pub(super) sharp: Vec<f64>,
-    /// The plate, laid out alike; only pixels that carry weight are read.
+    /// The plate in the same layout; only pixels with weight are read.
     pub(super) plate: Vec<f64>,
-    /// Weight of each pixel of the plate, laid out alike; zero in the first rows and columns, whose light
-    /// comes from beyond the square.
+    /// Weights of the plate's pixels; zero in the first rows and columns, whose light comes from outside the
+    /// square.
     pub(super) weight: Vec<f64>,
 }
 
-/// A PSF and what is known of it.
+/// An estimated PSF.
 pub(super) struct Estimate {
-    /// Its tile, row-major.
+    /// Samples, row-major.
     pub(super) tile: Vec<f64>,
-    /// Standard deviation of one of its pixels.
+    /// Posterior standard deviation of a sample.
     pub(super) sigma: f64,
 }
 
-/// The PSF of side `side` with which the sharp picture makes the plate; `None` where the patch does not tell.
+/// Estimates the PSF of side `side` that maps the sharp image to the plate; `None` where the patch does not
+/// determine it.
 ///
-/// Minimises the weighed squared difference plus lambda times the squared Laplacian. That measure of roughness
-/// leaves second moments alone: it acts on the fourth power of frequency, they stand in the second. Noise and lambda are
-/// those under which the patch is likeliest (MacKay 1992). The noise of the tile is that of the posterior,
-/// so it holds what the sharp picture's lack of detail leaves open.
+/// Minimises the weighted squared residual plus lambda times the squared Laplacian. This regularisation acts
+/// on the fourth power of frequency, so it leaves second moments unbiased. Noise variance and lambda maximise
+/// the evidence (MacKay 1992). The returned noise is that of the posterior, and includes frequencies that the
+/// sharp image lacks.
 pub(super) fn estimate(helix: &Helix, patch: &Patch, side: usize) -> Option<Estimate> {
     let pixels: f64 = patch.weight.iter().sum();
     let unknowns = (side * side) as f64;
@@ -84,7 +85,7 @@ fn weighed(patch: &Patch, f: impl Fn(usize) -> f64) -> f64 {
         .sum()
 }
 
-/// Standard deviation of the sharp picture over its mean light.
+/// Returns the standard deviation of the sharp image relative to its mean light.
 fn contrast(patch: &Patch) -> f64 {
     let count = patch.sharp.len() as f64;
     let mean = patch.sharp.iter().sum::<f64>() / count;
@@ -93,7 +94,7 @@ fn contrast(patch: &Patch) -> f64 {
     square.sqrt() / light.max(f64::MIN_POSITIVE)
 }
 
-/// Mean square of the Laplacian of a unit-sum Gaussian a tenth of the tile wide: a first guess.
+/// Returns the mean square Laplacian of a unit-sum Gaussian a tenth of the tile wide, as an initial value.
 fn first_roughness(side: usize) -> f64 {
     let (sigma, middle) = (side as f64 / 10.0, (side as f64 - 1.0) / 2.0);
     let bell: Vec<f64> = (0..side * side)
@@ -107,7 +108,7 @@ fn first_roughness(side: usize) -> f64 {
     rough / (sum * sum * bell.len() as f64)
 }
 
-/// The Laplacian of a tile that is dark outside: a tile wider by one pixel all round.
+/// Returns the Laplacian of a zero-padded tile, one pixel wider on each side.
 fn laplacian(tile: &[f64], side: usize) -> Vec<f64> {
     let wide = side + 2;
     let mut out = vec![0.0; wide * wide];
@@ -121,7 +122,7 @@ fn laplacian(tile: &[f64], side: usize) -> Vec<f64> {
     out
 }
 
-/// The transpose of [`laplacian`].
+/// Applies the transpose of [`laplacian`].
 fn laplacian_back(wide_tile: &[f64], side: usize) -> Vec<f64> {
     let wide = side + 2;
     (0..side * side)
@@ -136,15 +137,15 @@ fn laplacian_back(wide_tile: &[f64], side: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The least squares of one patch.
+/// The least-squares problem of one patch.
 struct Problem<'a> {
     helix: &'a Helix,
     patch: &'a Patch,
     side: usize,
     sharp: Vec<Complex<f64>>,
-    /// Correlation of the weighed plate with the sharp picture.
+    /// Correlation of the weighted plate with the sharp image.
     target: Vec<f64>,
-    /// What the sharp picture tells at each frequency, smoothed to what a tile can resolve.
+    /// Power spectrum of the sharp image at the resolution of a tile.
     power: Vec<f64>,
     rough: Vec<f64>,
 }
@@ -170,7 +171,7 @@ impl<'a> Problem<'a> {
         problem
     }
 
-    /// The plate that `tile` would make.
+    /// Convolves the sharp image with `tile`.
     fn blurred(&self, tile: &[f64]) -> Vec<f64> {
         let laid = self.helix.laid_out(tile, self.side);
         let mut spectrum = self.helix.spectrum(laid);
@@ -180,7 +181,7 @@ impl<'a> Problem<'a> {
         self.helix.values(spectrum)
     }
 
-    /// The transpose of [`Problem::blurred`].
+    /// Applies the transpose of [`Problem::blurred`].
     fn correlate(&self, values: Vec<f64>) -> Vec<f64> {
         let mut spectrum = self.helix.spectrum(values);
         for (s, i) in spectrum.iter_mut().zip(&self.sharp) {
@@ -190,7 +191,7 @@ impl<'a> Problem<'a> {
         self.helix.cut_out(&values, self.side)
     }
 
-    /// The normal matrix times `tile`.
+    /// Multiplies `tile` by the normal matrix.
     fn normal(&self, tile: &[f64], lambda: f64) -> Vec<f64> {
         let mut blurred = self.blurred(tile);
         for (k, value) in blurred.iter_mut().enumerate() {
@@ -204,7 +205,7 @@ impl<'a> Problem<'a> {
         out
     }
 
-    /// Nearly the inverse of the normal matrix: its inverse as if the patch were alike everywhere.
+    /// Preconditioner: inverse of the circulant approximation of the normal matrix.
     fn nearly_solved(&self, values: &[f64], filter: &[f64]) -> Vec<f64> {
         let mut spectrum = self.helix.spectrum(self.helix.laid_out(values, self.side));
         for (s, f) in spectrum.iter_mut().zip(filter) {
@@ -214,7 +215,7 @@ impl<'a> Problem<'a> {
         self.helix.cut_out(&values, self.side)
     }
 
-    /// Conjugate gradients from `tile` on.
+    /// Solves the normal equations by preconditioned conjugate gradients from `tile`.
     fn solve(&self, tile: &mut [f64], lambda: f64) {
         let floor = 1e-12 * self.power.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let filter: Vec<f64> = self
@@ -250,18 +251,18 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Weighed squared difference between the plate and what `tile` makes of the sharp picture.
+    /// Returns the weighted squared residual of `tile`.
     fn misfit(&self, tile: &[f64]) -> f64 {
         let blurred = self.blurred(tile);
         weighed(self.patch, |k| (self.patch.plate[k] - blurred[k]).powi(2))
     }
 
-    /// Share of the tile's numbers that the patch tells, the rest being told by smoothness.
+    /// Returns the effective share of parameters determined by the data rather than by the prior.
     fn known_share(&self, lambda: f64) -> f64 {
         self.mean(|power, rough| power / (power + lambda * rough).max(f64::MIN_POSITIVE))
     }
 
-    /// Mean variance of the tile's pixels.
+    /// Returns the mean posterior variance of the samples.
     fn posterior_variance(&self, noise: f64, lambda: f64) -> f64 {
         self.mean(|power, rough| noise / (power + lambda * rough).max(f64::MIN_POSITIVE))
     }
@@ -275,10 +276,10 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Power of the weighed sharp picture at each frequency, smoothed by a triangle of lags as wide as the tile:
-/// the spectrum of the normal matrix, never negative.
+/// Returns the power spectrum of the weighted sharp image, smoothed by a triangular lag window as wide as the
+/// tile (Bartlett): the non-negative spectrum of the normal matrix.
 fn power(helix: &Helix, patch: &Patch, side: usize) -> Vec<f64> {
-    // A pixel of the plate sees the sharp picture about itself: half a tile up and left of where its weight stands.
+    // Weights are stored half a tile below and right of the sharp pixel at their centre.
     let half = helix.lag(side as isize / 2, side as isize / 2);
     let mut seen = vec![0.0; helix.length];
     for (k, weight) in patch.weight.iter().enumerate().filter(|(_, w)| **w > 0.0) {

@@ -1,8 +1,8 @@
-//! Convolutions of a picture with a tile, by one-dimensional transforms along a helix.
+//! Two-dimensional convolution by one-dimensional Fourier transforms, in helical layout.
 //!
-//! Rows laid end to end turn a two-dimensional convolution into a one-dimensional one, right wherever the
-//! tile does not reach over the end of a row. Frequency f of `length` samples is the plane wave whose
-//! phase grows by 2 pi f / length a pixel and by 2 pi f stride / length a row.
+//! Concatenated rows turn a two-dimensional convolution into a one-dimensional one, correct wherever the tile
+//! does not cross the end of a row. Frequency f of `length` samples is the plane wave with a phase of 2 pi f
+//! / length per pixel and 2 pi f stride / length per row.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,18 +12,18 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use crate::score::fast_fft_length;
 
-/// Transforms of arrays whose rows are `stride` long.
+/// Planned transforms of arrays with rows of `stride` samples.
 pub(super) struct Helix {
-    /// Samples of a row.
+    /// Samples per row.
     pub(super) stride: usize,
-    /// Samples in all, a little more than the rows have.
+    /// Length of the transform, slightly more than all rows.
     pub(super) length: usize,
     forward: Arc<dyn RealToComplex<f64>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
 impl Helix {
-    /// For square arrays of side `stride`.
+    /// Plans transforms of square arrays of side `stride`.
     pub(super) fn new(stride: usize) -> Self {
         let length = fast_fft_length(stride * stride);
         let mut planner = RealFftPlanner::new();
@@ -35,7 +35,7 @@ impl Helix {
         }
     }
 
-    /// The transform of `values`, which are used up.
+    /// Returns the transform of `values`.
     pub(super) fn spectrum(&self, mut values: Vec<f64>) -> Vec<Complex<f64>> {
         let mut spectrum = self.forward.make_output_vec();
         self.forward
@@ -44,9 +44,9 @@ impl Helix {
         spectrum
     }
 
-    /// The values of `spectrum`, which is used up.
+    /// Returns the inverse transform of `spectrum`.
     pub(super) fn values(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
-        // Real values have real sums at these two frequencies; rounding leaves a trace.
+        // The transform of real values is real at these two frequencies, up to rounding.
         let last = spectrum.len() - 1;
         for k in [0, last] {
             spectrum[k].im = 0.0;
@@ -60,7 +60,7 @@ impl Helix {
         values
     }
 
-    /// The rows of a square `tile` of side `side` on the helix, zero elsewhere.
+    /// Lays out the rows of a square `tile` of side `side`, zero-padded.
     pub(super) fn laid_out(&self, tile: &[f64], side: usize) -> Vec<f64> {
         let mut values = vec![0.0; self.length];
         for (row, line) in tile.chunks_exact(side).enumerate() {
@@ -69,19 +69,19 @@ impl Helix {
         values
     }
 
-    /// The square tile of side `side` at the start of `values`.
+    /// Extracts the square tile of side `side` at the start of `values`.
     pub(super) fn cut_out(&self, values: &[f64], side: usize) -> Vec<f64> {
         let rows = (0..side).flat_map(|row| &values[row * self.stride..][..side]);
         rows.copied().collect()
     }
 
-    /// Index of a lag of `rows` and `columns`, either sign.
+    /// Returns the index of a lag of `rows` and `columns`, of either sign.
     pub(super) fn lag(&self, rows: isize, columns: isize) -> usize {
         let flat = rows * self.stride as isize + columns;
         flat.rem_euclid(self.length as isize) as usize
     }
 
-    /// Squared response of the Laplacian at every frequency of a spectrum.
+    /// Returns the squared response of the Laplacian at every frequency.
     pub(super) fn laplacian_power(&self) -> Vec<f64> {
         (0..=self.length / 2)
             .map(|f| {
@@ -93,7 +93,7 @@ impl Helix {
             .collect()
     }
 
-    /// In how many of the `length` frequencies each of a spectrum's values occurs.
+    /// Returns how many of the `length` frequencies each entry of a spectrum stands for: 1 or 2.
     pub(super) fn multiplicity(&self, f: usize) -> f64 {
         if f == 0 || 2 * f == self.length {
             1.0
