@@ -1,8 +1,8 @@
-//! The exact renderer against the same scatter written plainly in C (`scatter_baseline.c`).
+//! The exact renderer against the same scatter in plain C (`scatter_baseline.c`).
 //!
-//! `cargo bench -p seidel-core --bench scatter [-- WIDTH HEIGHT CORNER_SIGMA]`; 512 x 512 at 6 px
-//! if not said. Both run at 1 and at all threads in turn, three times; the best time of each counts.
-//! The lens is that of `render/lenses.rs`; black edges.
+//! `cargo bench -p seidel-render --bench scatter [-- WIDTH HEIGHT CORNER_SIGMA]`, by default 512 x 512 at 6 px. Both run
+//! alternately three times, with one thread and with all; the best time of each counts. The lens is that of
+//! `render/lenses.rs`; edges are black.
 
 #[path = "render/lenses.rs"]
 mod lenses;
@@ -32,7 +32,7 @@ fn compile_baseline(folder: &Path) -> Option<PathBuf> {
         .then_some(program)
 }
 
-/// Structure at all scales and noise, from 0 to 1, the same on every machine.
+/// Returns three planes of checks and noise from 0 to 1, the same on every machine.
 fn plate(width: usize, height: usize) -> Vec<Vec<f32>> {
     let mut state = 1_u32;
     let mut plane = |channel: usize| {
@@ -53,7 +53,7 @@ fn bytes_of(planes: &[Vec<f32>]) -> Vec<u8> {
     samples.flat_map(|sample| sample.to_ne_bytes()).collect()
 }
 
-/// Peak signal-to-noise ratio for a peak of one, dB.
+/// Returns the peak signal-to-noise ratio for a peak of one, dB.
 fn psnr_db(ours: &[Vec<f32>], theirs: &[u8]) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for (ours, theirs) in ours.iter().flatten().zip(theirs.as_chunks::<4>().0) {

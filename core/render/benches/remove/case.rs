@@ -1,4 +1,4 @@
-//! One picture under the lens and some noise, and what becomes of it.
+//! One picture blurred by the lens with some noise, and the result of removal.
 
 use crate::SIDE;
 use crate::lenses::SkewNormalLens;
@@ -12,21 +12,21 @@ use seidel_render::{
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-/// The green one of the lens's channels.
+/// The green channel of the lens.
 pub(crate) const WEIGHTS: [f64; 3] = [0.0, 1.0, 0.0];
 /// Standard deviation of kernels in the corners along the meridian, px.
 const CORNER_SIGMA_PX: f64 = 6.0;
-/// Pixels at each edge that figures leave out, as those of peers do.
+/// Pixels at each edge excluded from errors, as in published comparisons.
 const BORDER: usize = 32;
 
-/// What was found of one picture; times are medians, s.
-pub(crate) struct Finding {
+/// The measurements of one picture; times are medians, s.
+pub(crate) struct Measurement {
     name: String,
     noise: f64,
-    noise_told: f64,
+    noise_estimate: f64,
     before_db: f64,
     after_db: f64,
-    /// Of the lens on the result against the plate, borders left out.
+    /// PSNR of the blurred result against the plate, without the border.
     back_db: f64,
     misfit: f64,
     blur_seconds: f64,
@@ -62,7 +62,7 @@ fn plane(samples: &[f32]) -> [Plane<'_>; 1] {
     [Plane { samples, weights }]
 }
 
-/// The picture through the lens, by the exact renderer.
+/// Blurs the picture with the exact renderer.
 pub(crate) fn blurred(scene: &Scene, truth: &[f32]) -> Result<Vec<f32>> {
     Ok(Scatter
         .render(scene, &plane(truth), &|_| true)?
@@ -70,14 +70,15 @@ pub(crate) fn blurred(scene: &Scene, truth: &[f32]) -> Result<Vec<f32>> {
         .swap_remove(0))
 }
 
-/// Removes blur from the picture `truth`, called by a name, that the lens and `noise` have made `blurred`.
+/// Removes blur from `blurred` with noise of standard deviation `noise`, and compares with the picture `truth`.
 pub(crate) fn measure(
     scene: &Scene,
-    (name, truth): (&str, &[f32]),
+    name: &str,
+    truth: &[f32],
     blurred: &[f32],
     noise: f64,
     rounds: usize,
-) -> Result<Finding> {
+) -> Result<Measurement> {
     eprintln!("{name} {noise}");
     let plate = with_noise(blurred, noise);
     let fast = Gather::default();
@@ -86,7 +87,7 @@ pub(crate) fn measure(
     let remove = || removal.remove(scene, &plane(&plate), &|_| true);
     let removed = remove()?.swap_remove(0);
     let sharp = removed.canvas.cropped(&removed.sharp);
-    // With what is about the plate, as an EXR file keeps it.
+    // With the margin around the plate, as EXR files keep it.
     let whole = removed.canvas.scene(scene, None);
     let back = fast.render(&whole, &plane(&removed.sharp), &|_| true)?;
     let back = removed.canvas.cropped(&back.planes[0]);
@@ -95,10 +96,10 @@ pub(crate) fn measure(
         blurs.push(timed(|| blur(truth))?);
         removals.push(timed(remove)?);
     }
-    Ok(Finding {
+    Ok(Measurement {
         name: name.to_owned(),
         noise,
-        noise_told: removed.noise,
+        noise_estimate: removed.noise,
         before_db: psnr_db(&plate, truth),
         after_db: psnr_db(&sharp, truth),
         back_db: psnr_db(&back, &plate),
@@ -122,7 +123,7 @@ fn median(mut times: Vec<f64>) -> f64 {
     times.get(middle).copied().unwrap_or(f64::NAN)
 }
 
-/// Gaussian noise, the same on every machine (a linear congruential generator, Box and Muller).
+/// Adds Gaussian noise, the same on every machine (a linear congruential generator and Box-Muller).
 fn with_noise(samples: &[f32], deviation: f64) -> Vec<f32> {
     let mut state = 12345_u64;
     let mut uniform = || {
@@ -138,7 +139,7 @@ fn with_noise(samples: &[f32], deviation: f64) -> Vec<f32> {
     samples.iter().map(noisy).collect()
 }
 
-/// Peak signal-to-noise ratio for a peak of one, dB, within the border.
+/// Returns the peak signal-to-noise ratio for a peak of one within the border, dB.
 fn psnr_db(found: &[f32], truth: &[f32]) -> f64 {
     let inside = BORDER..SIDE - BORDER;
     let (mut squares, mut count) = (0.0, 0);
@@ -152,9 +153,9 @@ fn psnr_db(found: &[f32], truth: &[f32]) -> f64 {
     -10.0 * (squares / f64::from(count)).log10()
 }
 
-impl Finding {
+impl Measurement {
     pub(crate) fn head() -> &'static str {
-        "| picture | noise | noise told | plate dB | sharp dB | gain dB | there and back dB | misfit | one blur s | seconds | blurs |\n\
+        "| picture | noise | noise estimate | plate dB | sharp dB | gain dB | there and back dB | misfit | one blur s | seconds | blurs |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     }
 
@@ -163,7 +164,7 @@ impl Finding {
             "| {} | {} | {:.5} | {:.2} | {:.2} | {:+.2} | {:.1} | {:.2} | {:.3} | {:.3} | {:.1} |",
             self.name,
             self.noise,
-            self.noise_told,
+            self.noise_estimate,
             self.before_db,
             self.after_db,
             self.after_db - self.before_db,

@@ -1,13 +1,13 @@
-//! The lens's kernels over the plate, for rivals that know no lens but kernels.
+//! Kernels of the lens over the plate, for competitors that take kernels.
 
 use crate::pictures;
 use crate::{SIDE, case};
 use seidel_render::{LocalKernels, Scene};
 use std::path::Path;
 
-/// Columns and rows of places.
+/// Columns and rows of points.
 const PLACES: usize = 33;
-/// Columns and rows of a kernel; the light of a source lands on its middle one if the lens does nothing.
+/// Columns and rows of a kernel, centred on the source.
 const KERNEL: usize = 65;
 
 /// Writes the kernels at [`PLACES`] x [`PLACES`] points, edges included, row by row, each of unit sum.
@@ -24,7 +24,7 @@ pub(crate) fn write(scene: &Scene, path: &Path) -> Result<(), Box<dyn std::error
                 let x = kernel.left + (k % kernel.width) as i32 + middle;
                 let y = kernel.top + (k / kernel.width) as i32 + middle;
                 let inside = 0..KERNEL as i32;
-                // What is beyond is less than rounding.
+                // Light beyond is less than rounding.
                 if inside.contains(&x) && inside.contains(&y) {
                     square[y as usize * KERNEL + x as usize] = *weight;
                 }

@@ -1,8 +1,8 @@
-//! Blur taken off pictures of which the truth is known: by how much they gain, what comes back, and the time
-//! against one blur by the fast renderer.
+//! Removal of blur from pictures with known truth: gain in PSNR, re-blur error, and time relative to one blur by the fast
+//! renderer.
 //!
-//! `cargo bench -p seidel-core --bench remove [-- --images DIR] [--noise S,S,..] [--rounds N] [--out DIR]`: pictures
-//! are NAME.f32 files in DIR (512 x 512 samples, 0 to 1, linear, little-endian, row by row), or a drawn one;
+//! `cargo bench -p seidel-render --bench remove [-- --images DIR] [--noise S,S,..] [--rounds N] [--out DIR]`: pictures
+//! are NAME.f32 files in DIR (512 x 512 samples, 0 to 1, linear, little-endian, row by row), or a synthetic one;
 //! standard deviations of the noise, 0, 0.001 and 0.01 if not said; how often each is timed, 3 times if not said; with
 //! `--out`, plates, results and the lens's kernels for rivals (`peers.py` runs all of this on photographs). Two
 //! threads, one plane. Times are medians of rounds in which blurring and removing take turns, and hold everything from
@@ -18,14 +18,14 @@ mod pictures;
 #[path = "../render/plate.rs"]
 mod plate;
 
-use case::{Finding, measure};
+use case::{Measurement, measure};
 use std::path::PathBuf;
 
 /// Columns and rows of pictures.
 const SIDE: usize = 512;
 const THREADS: usize = 2;
 
-/// What the command line says.
+/// The command-line options.
 struct Options {
     images: Option<PathBuf>,
     out: Option<PathBuf>,
@@ -63,11 +63,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if let Some(folder) = &options.out {
         kernels::write(&scene, &folder.join("kernels.f32"))?;
     }
-    println!("{}", Finding::head());
+    println!("{}", Measurement::head());
     for (name, truth) in pictures::all(options.images.as_deref())? {
         let blurred = case::blurred(&scene, &truth)?;
         for noise in &options.noises {
-            let found = measure(&scene, (&name, &truth), &blurred, *noise, options.rounds)?;
+            let found = measure(&scene, &name, &truth, &blurred, *noise, options.rounds)?;
             println!("{}", found.line());
             if let Some(folder) = &options.out {
                 for (kind, samples) in [("plate", &found.plate), ("seidel", &found.sharp)] {

@@ -1,15 +1,15 @@
-//! Pictures as files of single numbers, and one that is drawn.
+//! Pictures as raw files of single-precision numbers, and a synthetic one.
 
 use crate::{SIDE, plate};
 use std::io::{Error, ErrorKind, Result};
 use std::path::Path;
 
-/// Names and samples of the pictures in `folder`, by name; a drawn one if there is no folder.
+/// Returns names and samples of the pictures in `folder`, by name; a synthetic one without a folder.
 pub(crate) fn all(folder: Option<&Path>) -> Result<Vec<(String, Vec<f32>)>> {
     let Some(folder) = folder else {
         return Ok(vec![(
             "drawn".to_owned(),
-            plate::plate(SIDE, SIDE, false).swap_remove(1),
+            plate::plate(SIDE, SIDE, plate::Content::Plain).swap_remove(1),
         )]);
     };
     let mut found = Vec::new();
@@ -35,7 +35,7 @@ fn read(path: &Path) -> Result<Vec<f32>> {
     Ok(numbers.iter().map(|b| f32::from_le_bytes(*b)).collect())
 }
 
-/// Writes samples as little-endian single numbers.
+/// Writes samples as little-endian single-precision numbers.
 pub(crate) fn write(path: &Path, samples: &[f32]) -> Result<()> {
     let bytes: Vec<u8> = samples.iter().flat_map(|v| v.to_le_bytes()).collect();
     std::fs::write(path, bytes)

@@ -1,19 +1,19 @@
-//! How far renders are from the exact renderer's: over whole plates or at some of their pixels.
+//! Errors against the exact renderer, over whole plates or at some of their pixels.
 
 use crate::cases::Truth;
 use seidel_optics::error::Result;
 use seidel_render::{Plane, Renderer, Scatter, Scene, exact_at_pixels};
 
-/// What is right.
+/// The exact light to compare with.
 pub(crate) struct Reference {
-    /// Planes that are looked at, and in each the light at `pixels`.
+    /// Indices of the compared planes, each with its light at `pixels`.
     planes: Vec<(usize, Vec<f64>)>,
-    /// Row-major indices.
+    /// Row-major indices of the compared pixels.
     pixels: Vec<usize>,
 }
 
 impl Reference {
-    /// The exact renderer's answer, or `None` where none is asked for.
+    /// Renders exactly as far as `truth` asks for; `None` for [`Truth::None`].
     pub(crate) fn new(scene: &Scene, planes: &[Plane], truth: Truth) -> Result<Option<Self>> {
         match truth {
             Truth::None => Ok(None),
@@ -26,13 +26,13 @@ impl Reference {
                 }))
             }
             Truth::Spots { count, cell_px } => {
-                let spots = spots((scene.width, scene.height), count);
-                let looked_at = if scene.model.needs_rays() {
+                let spots = spots(scene.width, scene.height, count);
+                let compared = if scene.model.needs_rays() {
                     1..2
                 } else {
                     0..planes.len()
                 };
-                let light = looked_at.map(|plane| {
+                let light = compared.map(|plane| {
                     let light = exact_at_pixels(scene, &planes[plane], &spots, cell_px)?;
                     Ok((plane, light))
                 });
@@ -44,7 +44,7 @@ impl Reference {
         }
     }
 
-    /// Peak signal-to-noise ratio for a peak of one, dB.
+    /// Returns the peak signal-to-noise ratio for a peak of one, dB.
     pub(crate) fn psnr_db(&self, found: &[Vec<f32>]) -> f64 {
         let mut squares = 0.0;
         for (plane, light) in &self.planes {
@@ -57,15 +57,15 @@ impl Reference {
     }
 }
 
-/// About `count` pixels over the whole plate, one in each square of a grid, edges included.
-fn spots((width, height): (usize, usize), count: usize) -> Vec<(usize, usize)> {
+/// Returns about `count` pixels spread over the whole plate, one in each square of a grid.
+fn spots(width: usize, height: usize, count: usize) -> Vec<(usize, usize)> {
     let side = ((width * height) as f64 / count as f64).sqrt();
     let (columns, rows) = (width as f64 / side, height as f64 / side);
     let (columns, rows) = (
         columns.round().max(1.0) as usize,
         rows.round().max(1.0) as usize,
     );
-    // Within their squares they lie by the plastic number, which fills them evenly.
+    // Within the squares they follow the R2 low-discrepancy sequence.
     let within = |k: usize, step: f64| (k as f64 * step).fract();
     (0..columns * rows)
         .map(|k| {

@@ -1,4 +1,4 @@
-//! What is rendered: plates, lenses and what each is compared with.
+//! The cases of the benchmark: plates, lenses and references.
 
 use crate::lenses::SkewNormalLens;
 use crate::pupil_lens::PupilLens;
@@ -28,7 +28,7 @@ impl Lens {
         }
     }
 
-    /// The lens on a plate of `size` that is its whole frame.
+    /// Returns the lens for a plate of `size` that is its whole frame.
     pub(crate) fn on(self, size: (usize, usize), corner_sigma_px: f64) -> Box<dyn BlurField> {
         let frame = Frame::new(size.0 as u32, size.1 as u32, None).expect("a frame");
         match self {
@@ -38,13 +38,13 @@ impl Lens {
     }
 }
 
-/// What the fast renderer is held against.
+/// The reference of the fast renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Truth {
     /// The whole plate by the exact renderer.
     Whole,
-    /// The exact renderer's light at some pixels; models that need rays draw one kernel for squares of
-    /// `cell_px` pixels, and their green plane alone is looked at.
+    /// The exact renderer at some pixels. Ray-traced models use one kernel per square of `cell_px` pixels, and only
+    /// their green plane is compared.
     Spots { count: usize, cell_px: usize },
     /// Nothing.
     None,
@@ -57,9 +57,9 @@ pub(crate) struct Case {
     pub(crate) corner_sigma_px: f64,
     pub(crate) size: (usize, usize),
     pub(crate) truth: Truth,
-    /// Whether the overlap-add renderer has to do the same.
+    /// Whether the overlap-add renderer renders it too.
     pub(crate) rival: bool,
-    /// The exact renderer's time is taken on one of so many bands of rows; not at all for zero.
+    /// The exact renderer is timed on one of this many bands of rows; 0: not at all.
     pub(crate) exact_bands: usize,
     /// Whether peak memory is measured.
     pub(crate) memory: bool,
@@ -75,7 +75,7 @@ impl Case {
         )
     }
 
-    /// The scene through `lens`: the plate is the whole frame, edges are mirrored.
+    /// Returns the scene: the plate is the whole frame of `lens`, edges are mirrored.
     pub(crate) fn scene<'a>(&self, lens: &'a dyn BlurField, of: Lens) -> Scene<'a> {
         Scene {
             lens,
@@ -97,7 +97,7 @@ const HD: (usize, usize) = (1920, 1080);
 const UHD: (usize, usize) = (3840, 2160);
 const UHD2: (usize, usize) = (7680, 4320);
 
-/// A sanity run on small plates.
+/// Returns small plates for a quick check.
 pub(crate) fn quick() -> Vec<Case> {
     let case = |lens, corner_sigma_px, memory| Case {
         lens,
@@ -115,7 +115,7 @@ pub(crate) fn quick() -> Vec<Case> {
     ]
 }
 
-/// The benchmark proper.
+/// Returns all cases of the benchmark.
 pub(crate) fn all() -> Vec<Case> {
     let mut cases = Vec::new();
     for (corner_sigma_px, count, bands) in [(6.0, 400, 4), (60.0, 100, 16)] {

@@ -1,4 +1,4 @@
-//! Depth with occlusion against the same plate all at the distance of the largest blur.
+//! Depth with occlusion, against the same plate at the distance of the largest blur.
 
 use crate::{FAST, median, memory, planes_of, plate, timed};
 use seidel_optics::error::Result;
@@ -20,7 +20,7 @@ const NEAREST: f64 = 2.0;
 /// Radius (two standard deviations) of the nearest blur, px.
 const LARGEST_RADIUS_PX: f64 = 40.0;
 
-/// A skew-normal that grows with the distance from focus and falls a little towards the corners.
+/// A skew-normal blur that grows with the distance from focus and decreases slightly towards the corners.
 struct DepthLens {
     frame: Frame,
 }
@@ -75,14 +75,14 @@ fn pass() -> Vec<f32> {
     (0..width * height).map(vergence).collect()
 }
 
-/// A line that tells both times and their ratio.
+/// Returns a line with both times and their ratio.
 pub(crate) fn line(rounds: usize) -> Result<String> {
     eprintln!("{NAME}");
     let (width, height) = SIZE;
     let lens = DepthLens {
         frame: Frame::new(width as u32, height as u32, None)?,
     };
-    let samples = plate::plate(width, height, false);
+    let samples = plate::plate(width, height, plate::Content::Plain);
     let planes = planes_of(&samples);
     let pass = pass();
     let scene = |vergence| Scene {
@@ -111,7 +111,7 @@ pub(crate) fn line(rounds: usize) -> Result<String> {
         for (vergence, times) in vergences.into_iter().zip([&mut deep, &mut flat]) {
             let (done, seconds) = timed(|| layered.render(&scene(vergence), &planes, &|_| true));
             done?;
-            // The first is to warm up.
+            // The first round is a warm-up.
             if round > 0 {
                 times.push(seconds);
             }

@@ -1,14 +1,14 @@
-//! The lens of the benchmarks: a skew-normal whose size in the corners is given.
+//! The lens of the benchmarks: a skew-normal blur of a given size in the corners.
 
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{LocalBlur, PHI};
 use seidel_render::{BlurField, DisplacedBlur};
 
-/// Sizes of the three channels, R, G and B, against one another.
+/// Relative blur sizes of R, G and B.
 pub(crate) const STRENGTHS: [f64; 3] = [0.9, 1.0, 1.15];
 
-/// Sigma in the centre as a share of that in the corners.
+/// Ratio of sigma in the centre to that in the corners.
 pub(crate) const CENTRE: f64 = 1.0 / 6.0;
 
 /// A zero-mean skew-normal of standard deviation max(0.5, c (S/6 + (S - S/6) rho²)) px along the

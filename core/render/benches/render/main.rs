@@ -1,11 +1,16 @@
-//! The fast renderer against one by overlap-add and against the exact renderer.
+//! The fast renderer against an overlap-add renderer and against the exact one.
 //!
-//! `cargo bench -p seidel-core --bench render [-- --quick] [--only NAME] [--rounds N] [--lights]
-//! [--alone]`: small plates; cases whose name (such as `skew-normal-6-1920x1080`) holds NAME; how often
-//! each is timed, 3 times if not said; with small lights 200 times as bright as white; the fast renderer
-//! alone, not its rivals. Two threads, three planes, plates and results in memory. Times are medians of
-//! rounds in which ours and the rival take turns, and hold everything from the planes to the result,
-//! kernels included. What is printed to the standard output is Markdown: see `docs/background/performance.md`.
+//! `cargo bench -p seidel-render --bench render [-- OPTIONS]`:
+//!
+//! - `--quick`: small plates only;
+//! - `--only NAME`: cases whose name (such as `skew-normal-6-1920x1080`) contains NAME;
+//! - `--rounds N`: timings of each case, by default 3;
+//! - `--lights`: plates with small lights 200 times as bright as white;
+//! - `--alone`: the fast renderer only.
+//!
+//! Two threads, three planes, plates and results in memory. Times are medians of rounds in which both renderers
+//! alternate, from planes to results with kernels included. The output is Markdown: see
+//! `docs/background/performance.md`.
 
 mod accuracy;
 mod cases;
@@ -22,7 +27,8 @@ mod transform;
 
 use accuracy::Reference;
 use cases::{Case, Lens};
-use report::{Finding, RivalFinding};
+use plate::Content;
+use report::{Measurement, RivalMeasurement};
 use seidel_optics::error::Result;
 use seidel_render::{Gather, Plane, Quality, Renderer, Scatter, Scene};
 use std::time::Instant;
@@ -35,10 +41,10 @@ const FAST: Gather = Gather {
 /// Rows of a band of the exact renderer.
 const BAND_ROWS: usize = 16;
 
-/// What the command line says.
+/// The command-line options.
 struct Options {
     quick: bool,
-    lights: bool,
+    content: Content,
     alone: bool,
     rounds: usize,
     only: Option<String>,
@@ -55,7 +61,11 @@ impl Options {
         };
         Self {
             quick: has("--quick"),
-            lights: has("--lights"),
+            content: if has("--lights") {
+                Content::Lights
+            } else {
+                Content::Plain
+            },
             alone: has("--alone"),
             rounds: after("--rounds").and_then(|n| n.parse().ok()).unwrap_or(3),
             only: after("--only"),
@@ -74,7 +84,7 @@ fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
         cases.extend(cases::all());
         let case = cases.iter().find(|case| case.name() == *name);
         let case = case.ok_or("no case of that name")?;
-        if let Some(bytes) = memory_of(case, options.lights)? {
+        if let Some(bytes) = memory_of(case, options.content)? {
             println!("{bytes}");
         }
         return Ok(());
@@ -89,14 +99,14 @@ fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
             .is_none_or(|only| case.name().contains(only))
     };
     cases.retain(wanted);
-    let findings = cases
+    let measurements = cases
         .iter()
         .map(|case| measure(case, &options))
         .collect::<Result<Vec<_>>>()?;
     println!(
         "{}\n\n{}\n",
-        report::table(&findings),
-        report::aims(&findings)
+        report::table(&measurements),
+        report::aims(&measurements)
     );
     let asked = options.only.as_ref();
     if !options.quick && asked.is_none_or(|only| depth::NAME.contains(only)) {
@@ -115,10 +125,10 @@ fn planes_of(samples: &[Vec<f32>]) -> Vec<Plane<'_>> {
         .collect()
 }
 
-/// The most memory a render takes beyond its planes and results, where the system tells.
-fn memory_of(case: &Case, lights: bool) -> Result<Option<u64>> {
+/// Returns the peak memory of a render beyond its planes and results; `None` where the system does not report it.
+fn memory_of(case: &Case, content: Content) -> Result<Option<u64>> {
     let lens = case.lens.on(case.size, case.corner_sigma_px);
-    let samples = plate::plate(case.size.0, case.size.1, lights);
+    let samples = plate::plate(case.size.0, case.size.1, content);
     let out = FAST
         .render(
             &case.scene(&*lens, case.lens),
@@ -130,11 +140,11 @@ fn memory_of(case: &Case, lights: bool) -> Result<Option<u64>> {
     Ok(memory::peak_bytes().map(|peak| peak.saturating_sub(images as u64)))
 }
 
-fn measure(case: &Case, options: &Options) -> Result<Finding> {
+fn measure(case: &Case, options: &Options) -> Result<Measurement> {
     eprintln!("{}", case.name());
     let lens = case.lens.on(case.size, case.corner_sigma_px);
     let scene = case.scene(&*lens, case.lens);
-    let samples = plate::plate(case.size.0, case.size.1, options.lights);
+    let samples = plate::plate(case.size.0, case.size.1, options.content);
     let planes = planes_of(&samples);
     let mut times = Times::default();
     let found = times.fast(&scene, &planes)?;
@@ -154,7 +164,7 @@ fn measure(case: &Case, options: &Options) -> Result<Finding> {
     };
     let skew_normal = Lens::SkewNormal.on(case.size, case.corner_sigma_px);
     let beside = (case.lens == Lens::Pupil).then(|| case.scene(&*skew_normal, Lens::SkewNormal));
-    // The first was to warm up.
+    // The first run was a warm-up.
     times = Times::default();
     for _ in 0..options.rounds {
         times.fast(&scene, &planes)?;
@@ -173,16 +183,19 @@ fn measure(case: &Case, options: &Options) -> Result<Finding> {
         bands if bands > 0 && !options.alone => Some(exact_seconds(&scene, &samples, bands)?),
         _ => None,
     };
-    let lights = if options.lights { "--lights" } else { "" };
+    let lights = match options.content {
+        Content::Lights => "--lights",
+        Content::Plain => "",
+    };
     let peak_bytes = case
         .memory
         .then(|| memory::ask_child(&["--memory", &case.name(), lights]))
         .flatten();
-    Ok(Finding {
+    Ok(Measurement {
         case: *case,
         psnr_db,
         seconds: median(&times.fast),
-        rival: tuned.map(|tuned| RivalFinding {
+        rival: tuned.map(|tuned| RivalMeasurement {
             tuned,
             seconds: median(&times.rival),
             kernel_seconds: median(&times.kernels),
@@ -193,7 +206,7 @@ fn measure(case: &Case, options: &Options) -> Result<Finding> {
     })
 }
 
-/// Seconds of each round.
+/// Times of each round, s.
 #[derive(Default)]
 struct Times {
     fast: Vec<f64>,
@@ -227,8 +240,7 @@ fn median(times: &[f64]) -> f64 {
     }
 }
 
-/// Seconds that the exact renderer takes, from one of every `apart` of its bands of rows: it does not
-/// draw what is dark.
+/// Estimates the time of the exact renderer from one of every `apart` bands of rows, s: it skips black pixels.
 fn exact_seconds(scene: &Scene, samples: &[Vec<f32>], apart: usize) -> Result<f64> {
     let band_of = |index: usize| index / scene.width / BAND_ROWS;
     let lit = |band: usize| band % apart == apart / 2;

@@ -10,12 +10,12 @@ fn status_bytes(name: &str) -> Option<u64> {
     Some(kib * 1024)
 }
 
-/// The most memory this process has held so far.
+/// Returns the peak memory of this process so far.
 pub(crate) fn peak_bytes() -> Option<u64> {
     status_bytes("VmHWM:")
 }
 
-/// What this program prints when it is started with `arguments`, its last line as a number.
+/// Runs this program with `arguments` and returns the last line that it prints, as a number.
 pub(crate) fn ask_child(arguments: &[&str]) -> Option<u64> {
     let program = std::env::current_exe().ok()?;
     let output = Command::new(program).args(arguments).output().ok()?;

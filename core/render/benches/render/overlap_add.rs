@@ -1,9 +1,9 @@
-//! The rival: convolution by Fourier transform, node by node, of parts of the plate that overlap.
+//! The competitor: overlap-add convolution by Fourier transforms.
 //!
-//! The plate is cut by hat-shaped windows about the nodes of a square grid, which sum to one. What a
-//! window lets through is convolved with the kernel at its node, and all are added: kernels are linear
-//! between nodes. Transforms are real, of the least size 2^a 3^b 5^c that holds the result, rows of
-//! zeros are left out, and kernels are cut to a rectangle that holds nearly all of their light.
+//! Hat-shaped windows around the nodes of a square grid sum to one. Each windowed part of the plate is convolved with the
+//! kernel at its node, and the results are added: kernels are interpolated linearly between nodes. Transforms are real,
+//! of the smallest size 2^a 3^b 5^c that holds the result, and skip rows of zeros. Kernels are cut to a rectangle that
+//! holds nearly all of their light.
 
 use crate::transform::{Planner, Space, Transform, good_size};
 use rayon::prelude::*;
@@ -15,26 +15,26 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Nodes whose results are held in memory at once, for each thread.
+/// Nodes per thread whose results are held in memory together.
 const NODES_A_THREAD: usize = 4;
 
-/// A renderer by overlap-add. Depth must be one for all pixels, and PSFs are not displaced.
+/// An overlap-add renderer, for one vergence and without displacement.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OverlapAdd {
-    /// From node to node, px.
+    /// Distance between nodes, px.
     pub(crate) spacing: usize,
-    /// Share of a kernel's light that may be cut off; the rest is scaled up.
+    /// Largest share of a kernel's light that is cut off; the rest is scaled up.
     pub(crate) left_out: f64,
 }
 
-/// What it made.
+/// A finished render.
 pub(crate) struct Rendered {
     pub(crate) planes: Vec<Vec<f32>>,
-    /// What drawing kernels and transforming them took, of the whole.
+    /// Part of the time spent on drawing and transforming kernels.
     pub(crate) kernels: Duration,
 }
 
-/// A kernel of unit sum, row by row, relative to its source.
+/// A kernel of unit sum, row-major, relative to its source.
 struct Kernel {
     left: i32,
     top: i32,
@@ -43,14 +43,14 @@ struct Kernel {
     weights: Vec<f32>,
 }
 
-/// One plane about one node.
+/// One plane around one node.
 struct Part {
     plane: usize,
     node: (usize, usize),
     kernel: Kernel,
 }
 
-/// What a part adds to the plate: a rectangle of light whose first lies at (left, top).
+/// The light that a part adds to the plate: a rectangle at (left, top).
 struct Patch {
     plane: usize,
     left: i32,
@@ -68,7 +68,7 @@ struct Buffers {
 }
 
 impl OverlapAdd {
-    /// `planes` as seen through the lens of `scene`; the same for any number of threads.
+    /// Blurs `planes` with the lens of `scene`; the result does not depend on the number of threads.
     pub(crate) fn render(&self, scene: &Scene, planes: &[Plane]) -> Rendered {
         let nodes_along = |size: usize| 0..size.div_ceil(self.spacing) + 1;
         let nodes: Vec<(usize, usize)> = nodes_along(scene.height)
@@ -102,7 +102,7 @@ impl OverlapAdd {
         }
     }
 
-    /// The plane of each part of a wave of nodes, with its kernel.
+    /// Returns the parts of a wave of nodes with their kernels.
     fn parts(&self, scene: &Scene, planes: &[Plane], nodes: &[(usize, usize)]) -> Vec<Part> {
         let all: Vec<_> = nodes
             .iter()
@@ -117,7 +117,7 @@ impl OverlapAdd {
             .collect()
     }
 
-    /// The kernel of the exact model at a node.
+    /// Returns the kernel of the exact model at a node.
     fn kernel(
         &self,
         scene: &Scene,
@@ -142,7 +142,7 @@ impl OverlapAdd {
             scene
                 .model
                 .draw_rows(&blur.rescaled(scale), (0.0, 0.0), rows);
-            let drawn = Kernel::of(rows, *weight);
+            let drawn = Kernel::new(rows, *weight);
             mixed = Some(match mixed {
                 None => drawn,
                 Some(before) => before.plus(&drawn),
@@ -153,7 +153,7 @@ impl OverlapAdd {
             .cut(self.left_out)
     }
 
-    /// Columns or rows that the window of a node along an axis of `size` pixels lets through.
+    /// Returns the columns or rows of the window of a node along an axis of `size` pixels.
     fn window(&self, node: usize, size: usize) -> Range<usize> {
         let middle = node * self.spacing;
         middle.saturating_sub(self.spacing)..(middle + self.spacing).min(size)
@@ -168,7 +168,7 @@ impl OverlapAdd {
         )
     }
 
-    /// The light of a part, and how long its kernel's transform took.
+    /// Returns the light of a part and the time of its kernel's transform.
     fn patch(
         &self,
         scene: &Scene,
@@ -229,8 +229,8 @@ impl OverlapAdd {
 }
 
 impl Kernel {
-    /// The kernel `drawn`, scaled to a sum of `weight`.
-    fn of(drawn: &KernelRows, weight: f64) -> Self {
+    /// Copies a drawn kernel, scaled to a sum of `weight`.
+    fn new(drawn: &KernelRows, weight: f64) -> Self {
         let (columns, rows) = (drawn.columns(), drawn.rows());
         let (width, height) = (columns.len(), rows.len());
         let mut weights = vec![0.0; width * height];
@@ -274,7 +274,7 @@ impl Kernel {
         }
     }
 
-    /// The rectangle of it that holds all light but a share of `left_out`, scaled to the whole's sum.
+    /// Returns the rectangle that holds all but a share `left_out` of the light, scaled to the same sum.
     fn cut(&self, left_out: f64) -> Self {
         let mut across = vec![0.0_f64; self.width];
         let mut down = vec![0.0_f64; self.height];
@@ -306,7 +306,7 @@ impl Kernel {
     }
 }
 
-/// What is left of `sums` when a share of at most `share` is taken off either end.
+/// Returns the range left when at most `share` of `sums` is cut off at each end.
 fn inner(sums: &[f64], share: f64) -> Range<usize> {
     let most = share * sums.iter().sum::<f64>();
     let ends = |sums: &mut dyn Iterator<Item = &f64>| {
@@ -322,7 +322,7 @@ fn inner(sums: &[f64], share: f64) -> Range<usize> {
     first..last.max(first + 1)
 }
 
-/// Adds patches to the planes, in their order.
+/// Adds patches to the planes in order.
 fn add(patches: &[(Patch, Duration)], scene: &Scene, planes: &mut [Vec<f32>]) {
     let Scene { width, height, .. } = *scene;
     let band = height.div_ceil(4 * rayon::current_num_threads());
@@ -363,7 +363,7 @@ fn add_row(light: &[f32], left: i32, edges: Edges, out: &mut [f32]) {
     }
 }
 
-/// Where light at `at` of an axis of `size` pixels ends.
+/// Returns the pixel on which light at `at` lands along an axis of `size` pixels.
 fn fold(at: i32, size: usize, edges: Edges) -> Option<usize> {
     let last = 2 * size as i32 - 1;
     match edges {

@@ -1,40 +1,46 @@
-//! A plate with the statistics of pictures, the same on every machine.
+//! A synthetic plate with the statistics of photographs, the same on every machine.
 
 use rayon::prelude::*;
 
-/// Octaves of noise of equal strength, which make a spectrum that falls as 1 / f.
+/// Octaves of noise of equal strength, which give a 1 / f spectrum.
 const OCTAVES: u32 = 8;
 
-/// Discs that cover one another, for edges; radii from the smallest to the largest, px at a plate width
-/// of 1920.
+/// Number of overlapping discs, for edges, and their smallest and largest radius, px at a plate width of 1920.
 const DISCS: u32 = 1500;
 const RADII: (f64, f64) = (6.0, 300.0);
 
-/// Share of pixels that are lights, and how bright they are, on request.
+/// Share of pixels that are lights, and their brightness, in [`Content::Lights`].
 const LIGHT_SHARE: f64 = 2e-5;
 const LIGHT: f32 = 200.0;
 
-/// Three planes of linear light, R, G, B, from 0 to 1, `lights` apart.
-pub(crate) fn plate(width: usize, height: usize, lights: bool) -> Vec<Vec<f32>> {
+/// Whether a plate has small bright lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Content {
+    Plain,
+    #[allow(dead_code)] // Used by one of the benchmarks that include this file.
+    Lights,
+}
+
+/// Returns three planes of linear light, R, G and B, from 0 to 1 except for lights.
+pub(crate) fn plate(width: usize, height: usize, content: Content) -> Vec<Vec<f32>> {
     (0..3)
-        .map(|channel| plane(width, height, channel, lights))
+        .map(|channel| plane(width, height, channel, content))
         .collect()
 }
 
-fn plane(width: usize, height: usize, channel: u32, lights: bool) -> Vec<f32> {
+fn plane(width: usize, height: usize, channel: u32, content: Content) -> Vec<f32> {
     let scale = width as f64 / 1920.0;
     let mut samples = vec![0.5_f32; width * height];
     for disc in 0..DISCS {
-        paint(&mut samples, (width, height), scale, disc, channel);
+        paint(&mut samples, width, scale, disc, channel);
     }
     let rows = samples.par_chunks_mut(width).enumerate();
     rows.for_each(|(y, row)| {
         for (x, sample) in row.iter_mut().enumerate() {
-            let at = (x as f64 / scale, y as f64 / scale);
             let grain = uniform(x as i64, y as i64, 1000 + channel);
-            let noise = noise(at) + 0.1 * (grain - 0.5);
+            let noise = noise(x as f64 / scale, y as f64 / scale) + 0.1 * (grain - 0.5);
             *sample = (f64::from(*sample) * (0.6 + 0.8 * noise)).clamp(0.0, 1.0) as f32;
-            if lights && uniform(x as i64, y as i64, 999) < LIGHT_SHARE {
+            if content == Content::Lights && uniform(x as i64, y as i64, 999) < LIGHT_SHARE {
                 *sample = LIGHT;
             }
         }
@@ -42,16 +48,11 @@ fn plane(width: usize, height: usize, channel: u32, lights: bool) -> Vec<f32> {
     samples
 }
 
-/// One disc over what is there; the same place in all channels.
-fn paint(
-    samples: &mut [f32],
-    (width, height): (usize, usize),
-    scale: f64,
-    disc: u32,
-    channel: u32,
-) {
+/// Paints a disc, at the same place in all channels.
+fn paint(samples: &mut [f32], width: usize, scale: f64, disc: u32, channel: u32) {
+    let height = samples.len() / width;
     let dice = |salt: u32| uniform(i64::from(disc), 0, salt);
-    // Radii r with a density of r^-3, as things at random distances have.
+    // Radii r with a density of r^-3, as of objects at random distances.
     let (least, most) = RADII;
     let (low, high) = (least.powi(-2), most.powi(-2));
     let radius = scale / (low + (high - low) * dice(1)).sqrt();
@@ -70,8 +71,8 @@ fn paint(
     }
 }
 
-/// Octaves of smoothed lattice noise, 0 to 1.
-fn noise((x, y): (f64, f64)) -> f64 {
+/// Returns octaves of smoothed lattice noise, 0 to 1.
+fn noise(x: f64, y: f64) -> f64 {
     let mut sum = 0.0;
     for octave in 0..OCTAVES {
         let cell = f64::from(2_u32 << octave);
@@ -87,7 +88,7 @@ fn noise((x, y): (f64, f64)) -> f64 {
     sum / f64::from(OCTAVES)
 }
 
-/// A number from 0 to 1 that looks random, of a place and a salt (the finisher of SplitMix64).
+/// Returns a pseudorandom number from 0 to 1 for a position and a salt, by the finaliser of SplitMix64.
 fn uniform(x: i64, y: i64, salt: u32) -> f64 {
     let mut z = (x as u64)
         .wrapping_mul(0x9e37_79b9_7f4a_7c15)

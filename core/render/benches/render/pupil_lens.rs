@@ -1,4 +1,4 @@
-//! A lens known ray by ray, of the same size as the skew-normal one.
+//! A ray-traced lens with blur of the same size as the skew-normal one.
 
 use crate::lenses::{CENTRE, STRENGTHS};
 use seidel_optics::field::{FieldPoint, Frame};
@@ -6,12 +6,13 @@ use seidel_optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
 use seidel_optics::psf::LocalBlur;
 use seidel_render::{BlurField, DisplacedBlur};
 
-/// Variance of what blurs every ray, px².
+/// Variance of the blur of each ray, px².
 const RAY_VARIANCE_PX2: f64 = 0.1;
 
-/// A third-order lens out of focus, with curvature, astigmatism, coma and some spherical aberration. In
-/// the corners its standard deviation along the meridian is that of the skew-normal lens, in the centre
-/// about a sixth of it.
+/// A defocused third-order lens with field curvature, astigmatism, coma and some spherical aberration.
+///
+/// In the corners its standard deviation along the meridian is that of the skew-normal lens, in the centre about a sixth
+/// of it.
 pub(crate) struct PupilLens {
     frame: Frame,
     numbers: [ReducedNumbers; 3],
@@ -20,7 +21,7 @@ pub(crate) struct PupilLens {
 impl PupilLens {
     pub(crate) fn new(frame: Frame, corner_sigma_px: f64) -> Self {
         let corner = frame.corner_radius();
-        // Of unit corner size but for one factor, which the moments then give.
+        // Of unit corner size up to a factor that follows from the moments.
         let shape = ReducedNumbers {
             alpha: 2.0 * CENTRE,
             beta: 0.2 * CENTRE,

@@ -1,29 +1,29 @@
-//! Findings as Markdown: a table of all cases and one of the aims.
+//! Measurements as Markdown: a table of all cases and one of the goals.
 
 use crate::cases::{Case, Lens};
 use crate::rival::Tuned;
 
-/// What was measured of one case; times are medians, s.
-pub(crate) struct Finding {
+/// The measurements of one case; times are medians, s.
+pub(crate) struct Measurement {
     pub(crate) case: Case,
     pub(crate) psnr_db: Option<f64>,
     pub(crate) seconds: f64,
-    pub(crate) rival: Option<RivalFinding>,
+    pub(crate) rival: Option<RivalMeasurement>,
     /// The fast renderer through the skew-normal lens, in the same rounds.
     pub(crate) skew_normal_seconds: Option<f64>,
     pub(crate) exact_seconds: Option<f64>,
     pub(crate) peak_bytes: Option<u64>,
 }
 
-pub(crate) struct RivalFinding {
+pub(crate) struct RivalMeasurement {
     pub(crate) tuned: Tuned,
     pub(crate) seconds: f64,
-    /// Of these, for kernels.
+    /// Part of them spent on kernels.
     pub(crate) kernel_seconds: f64,
 }
 
-impl Finding {
-    /// Nanoseconds a pixel and plane.
+impl Measurement {
+    /// Returns the time per pixel and plane, ns.
     fn cost_ns(&self) -> f64 {
         let (width, height) = self.case.size;
         self.seconds * 1e9 / (3 * width * height) as f64
@@ -89,14 +89,14 @@ fn gib(bytes: u64) -> f64 {
     bytes as f64 / f64::from(1 << 30)
 }
 
-/// The table of all findings.
-pub(crate) fn table(findings: &[Finding]) -> String {
+/// Returns the table of all measurements.
+pub(crate) fn table(measurements: &[Measurement]) -> String {
     let head = [
         "lens, corner sigma",
         "plate",
         "PSNR, dB",
         "fast, s",
-        "ns a pixel and plane",
+        "ns per pixel and plane",
         "overlap-add: spacing, left out, PSNR",
         "overlap-add, s (without kernels)",
         "ratio",
@@ -108,12 +108,12 @@ pub(crate) fn table(findings: &[Finding]) -> String {
         format!("| {} |", head.join(" | ")),
         format!("|{}", " --- |".repeat(head.len())),
     ];
-    lines.extend(findings.iter().map(Finding::row));
+    lines.extend(measurements.iter().map(Measurement::row));
     lines.join("\n")
 }
 
-/// What was aimed at and what was found, as far as it was measured.
-pub(crate) fn aims(findings: &[Finding]) -> String {
+/// Returns the table of goals and results, as far as they were measured.
+pub(crate) fn aims(measurements: &[Measurement]) -> String {
     let mut lines = vec![
         "| aim | wanted | found | |".to_owned(),
         "| --- | --- | --- | --- |".to_owned(),
@@ -125,34 +125,34 @@ pub(crate) fn aims(findings: &[Finding]) -> String {
     let at_least = |found: f64, wanted: f64| (format!("at least {wanted}"), found, found >= wanted);
     let at_most = |found: f64, wanted: f64| (format!("at most {wanted}"), found, found <= wanted);
     let mut add = |what: String, (wanted, found, met)| aim(what, wanted, found, met);
-    for finding in findings {
-        let name = finding.case.name();
-        let large = finding.case.corner_sigma_px > 6.0;
-        if let Some(ratio) = finding.rival_ratio() {
+    for measurement in measurements {
+        let name = measurement.case.name();
+        let large = measurement.case.corner_sigma_px > 6.0;
+        if let Some(ratio) = measurement.rival_ratio() {
             let wanted = if large { 15.0 } else { 12.0 };
             add(
                 format!("{name}: overlap-add / fast"),
                 at_least(ratio, wanted),
             );
         }
-        if let (Some(db), Lens::SkewNormal) = (finding.psnr_db, finding.case.lens) {
+        if let (Some(db), Lens::SkewNormal) = (measurement.psnr_db, measurement.case.lens) {
             let wanted = if large { 60.0 } else { 75.0 };
             add(format!("{name}: PSNR, dB"), at_least(db, wanted));
         }
-        if let Some(seconds) = finding.skew_normal_seconds {
+        if let Some(seconds) = measurement.skew_normal_seconds {
             add(
                 format!("{name}: pupil / skew-normal"),
-                at_most(finding.seconds / seconds, 1.5),
+                at_most(measurement.seconds / seconds, 1.5),
             );
         }
-        if let Some(bytes) = finding.peak_bytes {
+        if let Some(bytes) = measurement.peak_bytes {
             add(
                 format!("{name}: memory above the images, GiB"),
                 at_most(gib(bytes), 3.0),
             );
         }
     }
-    let moments: Vec<&Finding> = findings
+    let moments: Vec<&Measurement> = measurements
         .iter()
         .filter(|f| f.case.lens == Lens::SkewNormal)
         .collect();

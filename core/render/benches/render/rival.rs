@@ -1,25 +1,24 @@
-//! The overlap-add renderer at its best: the widest grid and the smallest kernels with which it is as
-//! exact as it has to be.
+//! Tuning of the overlap-add renderer: the widest grid and smallest kernels that reach a target accuracy.
 
 use crate::accuracy::Reference;
 use crate::overlap_add::OverlapAdd;
 use seidel_render::{Plane, Scene};
 
-/// Spacings of nodes that are tried, px.
+/// Spacings of nodes tried, px.
 const SPACINGS: [usize; 10] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384];
-/// The first that is tried; what it gives says where to look.
+/// Index of the first spacing tried; its error predicts the best one.
 const FIRST: usize = 4;
-/// Shares of kernels cut off that are tried, least first.
+/// Truncated shares of kernels tried, smallest first.
 const LEFT_OUT: [f64; 3] = [1e-5, 1e-4, 1e-3];
 
-/// Settings that are as exact as asked for, or as near as they come.
+/// The tuned renderer; `reached` tells whether it meets the target.
 pub(crate) struct Tuned {
     pub(crate) renderer: OverlapAdd,
     pub(crate) psnr_db: f64,
     pub(crate) reached: bool,
 }
 
-/// The fastest settings that reach `target_db`.
+/// Returns the fastest settings that reach `target_db`.
 pub(crate) fn tuned(scene: &Scene, planes: &[Plane], exact: &Reference, target_db: f64) -> Tuned {
     let of = |index: usize, left_out: f64| {
         let renderer = OverlapAdd {

@@ -6,10 +6,10 @@ use rustfft::{Fft, FftPlanner};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Rows that are moved between the two orders at once.
+/// Rows transposed together.
 const BLOCK: usize = 16;
 
-/// The smallest even 2^a 3^b 5^c of at least `size`.
+/// Returns the smallest even 2^a 3^b 5^c that is at least `size`.
 pub(crate) fn good_size(size: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3, 5] {

@@ -1,4 +1,4 @@
-//! Pixels that are not square, against plates of square pixels drawn twice as wide.
+//! Non-square pixels against plates of square pixels at twice the width.
 
 use crate::*;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
@@ -9,7 +9,7 @@ use seidel_optics::psf::{
 };
 use seidel_optics::sensor::{Halo, Sensor};
 
-/// Blur that grows off the axis, is turned by the field, skewed and displaced.
+/// A lens whose blur grows off the axis and is radial, skewed and displaced.
 struct TestLens {
     rays: bool,
 }
@@ -69,7 +69,7 @@ fn picture(x: f64, y: f64) -> f64 {
     0.5 + 0.2 * wave(x + 0.4 * y, 61.0) + 0.15 * wave(y - 0.3 * x, 47.0) + 0.1 * wave(x, 83.0)
 }
 
-/// The plate of pixels `aspect` wide: means over them.
+/// The plate on pixels `aspect` wide, each the mean of its square ones.
 fn plate(aspect: usize) -> Vec<f32> {
     let columns = WIDTH / aspect;
     let mean = |k: usize| {
@@ -81,7 +81,7 @@ fn plate(aspect: usize) -> Vec<f32> {
     (0..columns * HEIGHT).map(|k| mean(k) as f32).collect()
 }
 
-/// What is drawn of `samples` on pixels `aspect` times as wide as high.
+/// Renders `samples` on pixels `aspect` times as wide as high.
 fn rendered(
     renderer: &dyn Renderer,
     (lens, model): (&TestLens, &dyn PsfModel),
@@ -144,7 +144,7 @@ fn wide_pixels_show_the_mean_of_the_square_ones() {
             let id = model.id();
             let db = decibels(&want, wide);
             assert!(db > bound, "{id}: {db} dB");
-            // It is the lens that is seen, and not a lens of half or twice the blur.
+            // Half or twice the blur would fail.
             assert!(db > 15.0 + decibels(&want, &plate(2)), "{id}: {db} dB");
             assert!(
                 decibels(wide, fast) > 50.0,
@@ -155,9 +155,8 @@ fn wide_pixels_show_the_mean_of_the_square_ones() {
     }
 }
 
-/// What the lens at one place does on pixels of any aspect: moments drawn, light kept.
 #[test]
-fn moments_of_kernels_go_with_the_pixels() {
+fn moments_of_kernels_scale_with_the_pixel_aspect() {
     for (rays, model) in [(false, &SkewNormal as &dyn PsfModel), (true, &Pupil)] {
         let lens = lens(rays);
         let drawn = |aspect: usize| {
@@ -181,7 +180,7 @@ fn moments_of_kernels_go_with_the_pixels() {
             let aspect = 2;
             let got = drawn(aspect);
             let a = aspect as f64;
-            // What is drawn from rays is integrated over pixels of each kind.
+            // Ray-traced kernels are integrated over the pixels of each shape.
             let pixel = if rays {
                 (1.0 - 1.0 / (a * a)) / 12.0
             } else {
@@ -202,7 +201,7 @@ fn moments_of_kernels_go_with_the_pixels() {
 }
 
 #[test]
-fn square_pixels_change_nothing() {
+fn square_pixels_change_no_bit() {
     let lens = lens(true);
     let one = NonSquarePixelLens::new(&lens, 1.0).expect("an aspect");
     let samples = plate(1);
@@ -248,7 +247,7 @@ fn single_pixels_agree_with_the_exact_renderer() {
 
 /// Models of moments: the density at (x, y) on wide pixels is that of square ones at (a x, y), times a.
 #[test]
-fn densities_are_stretched() {
+fn densities_stretch_with_the_pixel_aspect() {
     let at = FieldPoint::new(0.6, -0.7);
     let moments = MeridionalMoments {
         mu20: 30.0,
@@ -283,9 +282,9 @@ fn densities_are_stretched() {
     }
 }
 
-/// Rays, waves, blur and everything a sensor does: a wide pixel holds what the two square ones in it hold.
+/// With rays, waves, blur and all sensor effects, a wide pixel is the sum of its two square ones.
 #[test]
-fn pictures_of_rays_are_those_of_square_pixels_in_pairs() {
+fn ray_traced_kernels_equal_pairs_of_square_pixels() {
     let numbers = ReducedNumbers {
         alpha: 14.0,
         beta: -2.0,
@@ -342,7 +341,7 @@ fn pictures_of_rays_are_those_of_square_pixels_in_pairs() {
         let apart = energy(&|k| got[k] - want[k]) / energy(&|k| want[k]);
         let lost = got.iter().sum::<f64>() - want.iter().sum::<f64>();
         assert!(apart < bound && lost.abs() < 3e-3, "{name}: {apart} {lost}");
-        // The extent holds the light.
+        // The bounds hold the light.
         let reach = Pupil.kernel_bounds(&wide);
         assert!(
             reach.left_px < 0.75 * Pupil.kernel_bounds(&square).left_px,

@@ -1,4 +1,4 @@
-//! Occlusion in scenes small enough to say what must come out.
+//! Occlusion in small scenes with known results.
 
 use super::depth_layers::STEP_SHARE;
 use super::*;
@@ -76,7 +76,7 @@ fn render(settings: Occlusion, scene: &Scene, planes: &[Plane]) -> Vec<Vec<f32>>
         .planes
 }
 
-/// One value for columns left of 32, another for the rest.
+/// Returns one value for columns left of 32, another for the rest.
 fn halves(left: f32, right: f32) -> Vec<f32> {
     let value = |k: usize| if k % WIDTH < 32 { left } else { right };
     (0..WIDTH * HEIGHT).map(value).collect()
@@ -94,7 +94,7 @@ fn largest_difference(a: &[f32], b: &[f32]) -> f32 {
 }
 
 #[test]
-fn without_depth_the_inner_renderer_is_left_alone() {
+fn constant_vergence_equals_the_inner_renderer() {
     let light = textured();
     let planes = [plane(&light, RED), plane(&light, ALPHA)];
     let constant = scene(&Lens { field: 1.0 }, VergencePass::Constant(0.9));
@@ -103,7 +103,7 @@ fn without_depth_the_inner_renderer_is_left_alone() {
         .expect("valid")
         .planes;
     assert_eq!(render(Occlusion::default(), &constant, &planes), want);
-    // A depth pass that is even: the same but for the share of two slices.
+    // A constant depth pass: equal up to the split between two layers.
     let pass = vec![0.9; light.len()];
     let even = scene(&EVEN, VergencePass::PerPixel(&pass));
     let constant = scene(&EVEN, VergencePass::Constant(f64::from(0.9_f32)));
@@ -150,19 +150,19 @@ fn a_sharp_foreground_does_not_leak_into_a_blurred_background() {
     let done = &render(Occlusion::default(), &scene, &[plane(&light, RED)])[0];
     assert!(largest_difference(done, &light) < 1e-4);
     let plain = Scatter.render(&scene, &[plane(&light, RED)], &|_| true);
-    // Without occlusion the background's light falls on the card.
+    // Without occlusion the background's light falls on the foreground.
     let worst = largest_difference(&plain.expect("valid").planes[0], &light);
     assert!(worst > 0.2, "{worst}");
 }
 
 #[test]
-fn a_blurred_foreground_shows_what_is_behind_its_edge_if_asked() {
+fn a_blurred_foreground_reveals_the_background_unless_its_outline_is_hard() {
     let pass = halves(0.9, 0.5);
     let light = halves(0.0, 1.0);
     let scene = scene(&EVEN, VergencePass::PerPixel(&pass));
     let by = |settings| render(settings, &scene, &[plane(&light, RED)]).remove(0);
     let column = |out: &[f32], column: usize| out[20 * WIDTH + column];
-    // A half at the edge, as far as two deviations of the blur (3.2 px) to either side.
+    // One half at the edge; the blur extends two standard deviations (3.2 px) to either side.
     let both = by(Occlusion::default());
     assert!(
         (column(&both, 28) - 0.16).abs() < 0.04,
@@ -189,7 +189,7 @@ fn a_blurred_foreground_shows_what_is_behind_its_edge_if_asked() {
 }
 
 #[test]
-fn a_holdout_stays_sharp_and_keeps_back_only_what_is_behind() {
+fn a_holdout_stays_sharp_and_hides_only_what_is_behind() {
     let pass = halves(0.9, 0.2);
     let light = vec![1.0; pass.len()];
     let matte: Vec<f32> = (0..pass.len())
@@ -236,7 +236,7 @@ fn light_may_leave_at_black_edges() {
 }
 
 #[test]
-fn tiles_with_margin_give_what_the_whole_gives() {
+fn tiles_with_a_margin_equal_the_whole() {
     let pass: Vec<f32> = (0..WIDTH * HEIGHT)
         .map(|k| {
             if ((k % WIDTH) / 9).is_multiple_of(2) {
@@ -249,7 +249,7 @@ fn tiles_with_margin_give_what_the_whole_gives() {
     let light = textured();
     let whole = scene(&EVEN, VergencePass::PerPixel(&pass));
     let want = render(Occlusion::default(), &whole, &[plane(&light, RED)]).remove(0);
-    // Everything reaches 26 px at most; the tile keeps 3 columns and leaves 35 as margin.
+    // Nothing reaches farther than 26 px. The tile has 3 columns and a margin of 35.
     let (left, width) = (26, 38);
     let cut = |samples: &[f32]| -> Vec<f32> {
         let rows = samples.chunks_exact(WIDTH);
@@ -272,7 +272,7 @@ fn tiles_with_margin_give_what_the_whole_gives() {
 }
 
 #[test]
-fn threads_change_nothing() {
+fn the_result_does_not_depend_on_threads() {
     let (pass, light) = (halves(0.9, 0.2), textured());
     let scene = scene(&EVEN, VergencePass::PerPixel(&pass));
     let with = |threads: usize| {
@@ -284,12 +284,12 @@ fn threads_change_nothing() {
     assert_eq!(with(1), with(3));
 }
 
-/// To be stopped before.
-struct Never;
+/// A renderer that must not be reached.
+struct Unreachable;
 
-impl Renderer for Never {
+impl Renderer for Unreachable {
     fn id(&self) -> &'static str {
-        "never"
+        "unreachable"
     }
 
     fn render_window(
@@ -299,15 +299,15 @@ impl Renderer for Never {
         _: RenderWindow,
         _: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {
-        panic!("nothing was to be blurred")
+        panic!("the render was cancelled before")
     }
 }
 
 #[test]
-fn one_who_says_stop_need_not_wait_for_the_first_blur() {
+fn cancellation_takes_effect_before_the_first_layer() {
     let (samples, depth) = (textured(), halves(0.9, 0.3));
     let layered = LayeredRenderer {
-        inner: &Never,
+        inner: &Unreachable,
         settings: Occlusion::default(),
     };
     let asked = std::sync::atomic::AtomicUsize::new(0);
@@ -321,7 +321,7 @@ fn one_who_says_stop_need_not_wait_for_the_first_blur() {
 }
 
 #[test]
-fn stops_are_obeyed_and_bad_mattes_refused() {
+fn renders_can_be_cancelled_and_invalid_mattes_are_refused() {
     let (pass, light) = (halves(0.9, 0.2), textured());
     let scene = scene(&EVEN, VergencePass::PerPixel(&pass));
     let layered = |matte| LayeredRenderer {
@@ -346,7 +346,7 @@ fn stops_are_obeyed_and_bad_mattes_refused() {
 }
 
 #[test]
-fn rungs_depend_on_the_lens_alone_and_are_close() {
+fn layers_depend_on_the_lens_alone_and_are_close() {
     let flat = scene(&EVEN, VergencePass::Constant(0.0));
     let (short, long) = (
         DepthLayers::new(&flat, 0.3, 0.6, LayerSpacing::ByBlur),
@@ -359,7 +359,7 @@ fn rungs_depend_on_the_lens_alone_and_are_close() {
     for layer in 1..long.len() {
         let (a, b) = (long.vergence(layer - 1), long.vergence(layer));
         assert!(a < b);
-        // Sizes in the channel that blurs most: twice the deviation.
+        // Kernel sizes, two standard deviations, in the channel with the most blur.
         let size = |v: f64| 2.0 * 9.6 * (v - 0.5);
         let step = size(b) - size(a);
         let least = size(a).abs().min(size(b).abs());

@@ -1,8 +1,7 @@
-//! The operator and its adjoint, held to <A x, y> = <x, A^T y> on random fields.
+//! The operator and its adjoint: <A x, y> = <x, A^T y> on random fields.
 
 use super::{TestLens, lens, plate_of, render, scene};
-use crate::{Edges, Scene};
-use crate::{Gather, Operator, Quality};
+use crate::{Edges, Gather, Operator, Quality, Scene};
 use seidel_optics::psf::{Gaussian, PsfModel, Pupil, SkewNormal};
 
 /// Independent values of either sign.
@@ -31,7 +30,7 @@ fn weights() -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn the_adjoint_is_one() {
+fn the_adjoint_satisfies_its_definition() {
     let models: [(&dyn PsfModel, f64, bool); 4] = [
         (&Gaussian, 2.0, false),
         (&SkewNormal, 7.0, false),
@@ -40,7 +39,7 @@ fn the_adjoint_is_one() {
     ];
     for (model, sigma, rays) in models {
         for edges in [Edges::Mirror, Edges::Black] {
-            // The second size is one that levels divide: light is folded back before it is doubled.
+            // Levels divide the second size: light is folded back before it is upsampled.
             for (width, height) in [(150, 110), (152, 104)] {
                 let lens = TestLens {
                     rays,
@@ -83,9 +82,9 @@ fn the_adjoint_is_one() {
     }
 }
 
-/// The operator is the fast renderer where there are no lights to take off.
+/// Without highlights the operator equals the fast renderer.
 #[test]
-fn the_operator_renders() {
+fn the_operator_equals_the_renderer() {
     let lens = lens(6.0);
     let scene = scene(&lens, &SkewNormal);
     let samples = plate_of(8, (scene.width, scene.height));
@@ -97,7 +96,7 @@ fn the_operator_renders() {
 }
 
 #[test]
-fn other_planes_are_refused() {
+fn wrong_planes_are_refused() {
     let lens = lens(3.0);
     let scene = scene(&lens, &Gaussian);
     let operator = Operator::new(&scene, &weights(), Quality::Draft).expect("a sound scene");
@@ -107,9 +106,8 @@ fn other_planes_are_refused() {
     assert!(operator.apply(&one).is_err() && operator.adjoint(&one).is_err());
 }
 
-/// Plates too small for any grid have an operator and its adjoint, too.
 #[test]
-fn small_plates_have_one() {
+fn plates_too_small_for_a_grid_have_an_adjoint() {
     let lens = lens(3.0);
     for (width, height) in [(1, 1), (3, 2), (1, 40), (13, 7)] {
         for edges in [Edges::Mirror, Edges::Black] {

@@ -1,8 +1,7 @@
-//! Plates with small lights far brighter than the rest: their pictures against the exact renderer's.
+//! Plates with small highlights, against the exact renderer.
 
 use super::{HEIGHT, TestLens, WIDTH, lens, plate, render, scene};
-use crate::Gather;
-use crate::{Displacement, Edges, Scatter, Scene};
+use crate::{Displacement, Edges, Gather, Scatter, Scene};
 use seidel_optics::psf::{
     Gaussian, KernelBounds, KernelRows, LocalBlur, PsfModel, Pupil, SampleGrid, SkewNormal,
 };
@@ -20,8 +19,8 @@ fn with_lights(mut samples: Vec<f32>) -> Vec<f32> {
     samples
 }
 
-/// The largest difference over the largest value, about each light.
-fn apart(found: &[Vec<f32>], exact: &[Vec<f32>]) -> f32 {
+/// Returns the largest difference around any light, relative to the largest value there.
+fn relative_error(found: &[Vec<f32>], exact: &[Vec<f32>]) -> f32 {
     let (mut worst, room) = (0.0_f32, 12);
     for (found, exact) in found.iter().zip(exact) {
         for (column, row, _) in LIGHTS {
@@ -40,7 +39,7 @@ fn apart(found: &[Vec<f32>], exact: &[Vec<f32>]) -> f32 {
 }
 
 #[test]
-fn lights_are_right_to_their_own_peak() {
+fn highlights_are_accurate_relative_to_their_peak() {
     let samples = with_lights(plate(6));
     for sigma in [3.0, 12.0] {
         for model in [&Gaussian as &dyn PsfModel, &SkewNormal] {
@@ -51,7 +50,7 @@ fn lights_are_right_to_their_own_peak() {
                     ..scene(&lens, model)
                 };
                 let exact = render(&Scatter, &scene, &samples);
-                let found = apart(&render(&Gather::default(), &scene, &samples), &exact);
+                let found = relative_error(&render(&Gather::default(), &scene, &samples), &exact);
                 assert!(found < 1e-4, "{} {sigma} {edges:?}: {found}", model.id());
             }
         }
@@ -65,7 +64,7 @@ fn rays(sigma: f64) -> TestLens {
     }
 }
 
-/// [`Pupil`] with a kernel of its own for every pixel: the exact renderer lets neighbours share them.
+/// [`Pupil`] without kernels shared by neighbours.
 struct Unshared;
 
 impl PsfModel for Unshared {
@@ -94,9 +93,9 @@ impl PsfModel for Unshared {
     }
 }
 
-/// On black nothing is left for the fast way.
+/// On black the fast renderer has nothing left to gather.
 #[test]
-fn lights_on_black_are_exact() {
+fn highlights_on_black_are_exact() {
     let samples = with_lights(vec![0.0; WIDTH * HEIGHT]);
     for (lens, model) in [
         (rays(6.0), &Unshared as &dyn PsfModel),
@@ -108,15 +107,15 @@ fn lights_on_black_are_exact() {
                 ..scene(&lens, model)
             };
             let exact = render(&Scatter, &scene, &samples);
-            let found = apart(&render(&Gather::default(), &scene, &samples), &exact);
+            let found = relative_error(&render(&Gather::default(), &scene, &samples), &exact);
             assert!(found < 1e-6, "{} {displacement:?}: {found}", model.id());
         }
     }
 }
 
-/// What a plate gains by lights is what the exact renderer makes of them.
+/// The light added by highlights equals their exact render.
 #[test]
-fn lights_drawn_ray_by_ray_are_exact_on_a_plate() {
+fn ray_traced_highlights_are_exact_on_a_plate() {
     let lens = rays(6.0);
     let scene = scene(&lens, &Unshared);
     let dark = plate(7).iter().map(|v| 0.4 * v).collect::<Vec<_>>();
@@ -129,12 +128,12 @@ fn lights_drawn_ray_by_ray_are_exact_on_a_plate() {
         .zip(of(&dark))
         .map(|(lit, dark)| lit.iter().zip(dark).map(|(a, b)| a - b).collect())
         .collect();
-    let found = apart(&gained, &exact);
+    let found = relative_error(&gained, &exact);
     assert!(found < 1e-5, "{found}");
 }
 
 #[test]
-fn threads_change_nothing_about_lights() {
+fn highlights_do_not_depend_on_threads() {
     let lens = lens(9.0);
     let scene = scene(&lens, &SkewNormal);
     let samples = with_lights(plate(8));

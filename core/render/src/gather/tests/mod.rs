@@ -1,4 +1,4 @@
-//! The fast renderer against the exact one, and its own properties.
+//! The fast renderer against the exact one, and its properties.
 
 mod adjoint;
 mod highlights;
@@ -16,11 +16,11 @@ use seidel_optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{Gaussian, LocalBlur, PHI, PsfModel, Pupil, SkewNormal};
 
-/// A lens whose blur grows from the centre out, is turned by the field, skewed and displaced.
+/// A lens whose blur grows with field radius and is radial, skewed and displaced.
 pub(super) struct TestLens {
     pub(super) frame: Frame,
     pub(super) corner_sigma_px: f64,
-    /// Of the centre's standard deviation to the corner's.
+    /// Ratio of the standard deviation in the centre to that in the corners.
     pub(super) centre: f64,
     pub(super) skew: f64,
     pub(super) rays: bool,
@@ -144,7 +144,7 @@ fn close(model: &dyn PsfModel, lens: &TestLens, quality: Quality, edges: Edges) 
 }
 
 #[test]
-fn moment_models_keep_to_the_bound() {
+fn moment_models_meet_the_stated_psnr() {
     for (sigma, bound) in [(1.6, 75.0), (5.0, 75.0), (16.0, 60.0)] {
         for edges in [Edges::Mirror, Edges::Black] {
             for model in [&Gaussian as &dyn PsfModel, &SkewNormal] {
@@ -157,9 +157,9 @@ fn moment_models_keep_to_the_bound() {
     }
 }
 
-/// On a plate that its levels divide, light is folded back before it is doubled.
+/// On a plate that its levels divide, light is folded back before it is upsampled.
 #[test]
-fn wide_blurs_are_folded_early_and_keep_to_the_bound() {
+fn wide_blurs_are_folded_early_and_meet_the_stated_psnr() {
     let lens = lens(24.0);
     let scene = Scene {
         width: 152,
@@ -173,14 +173,14 @@ fn wide_blurs_are_folded_early_and_keep_to_the_bound() {
 }
 
 #[test]
-fn rays_keep_to_the_bound() {
+fn ray_traced_kernels_meet_the_stated_psnr() {
     for sigma in [3.0, 9.0] {
         let lens = TestLens {
             rays: true,
             ..lens(sigma)
         };
         let found = close(&Pupil, &lens, Quality::Final, Edges::Mirror);
-        // The exact renderer itself lets neighbours share such kernels, 57 dB from one kernel a pixel.
+        // The exact renderer itself shares such kernels: 57 dB against one kernel per pixel.
         assert!(found > 50.0, "{sigma}: {found}");
     }
 }
@@ -199,7 +199,7 @@ fn light_is_kept_and_an_even_plate_stays_even() {
 
 /// The same to the bit for any number of threads.
 #[test]
-fn threads_change_nothing() {
+fn the_result_does_not_depend_on_threads() {
     let lens = lens(9.0);
     let scene = scene(&lens, &SkewNormal);
     let samples = plate(5);
@@ -211,9 +211,9 @@ fn threads_change_nothing() {
     assert_eq!(with(1), with(5));
 }
 
-/// A plate with one light too large to be scattered: dark tiles are left out, and nothing is lost by it.
+/// Dark tiles are skipped around a light too large to be a highlight, and no light is lost.
 #[test]
-fn a_single_light_is_drawn_whole() {
+fn a_single_light_is_rendered_completely() {
     let lens = lens(6.0);
     let scene = scene(&lens, &SkewNormal);
     for place in [0, 73 * WIDTH + 20, WIDTH * (HEIGHT - 4) - 5] {
@@ -233,7 +233,7 @@ fn a_single_light_is_drawn_whole() {
 }
 
 #[test]
-fn stopping_is_told() {
+fn a_cancelled_render_is_an_error() {
     let lens = lens(3.0);
     let samples = plate(1);
     let planes = [Plane {

@@ -1,20 +1,19 @@
-//! What holds of the fast renderer whatever it is given: linear, keeping light, moving with the plate.
+//! Properties of the fast renderer: linearity, conservation of light and translation.
 
 use super::{HEIGHT, WEIGHTS, WIDTH, lens, plate, render, scene};
-use crate::Gather;
-use crate::{BlurField, DisplacedBlur, Plane, PlateMap, Renderer, Scene};
+use crate::{BlurField, DisplacedBlur, Gather, Plane, PlateMap, Renderer, Scene};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{Gaussian, LocalBlur, SkewNormal};
 use std::ops::Range;
 
-/// The same skewed blur everywhere.
-struct Even {
+/// A lens with the same skewed blur everywhere.
+struct UniformLens {
     frame: Frame,
     sigma_px: f64,
 }
 
-impl BlurField for Even {
+impl BlurField for UniformLens {
     fn frame(&self) -> Frame {
         self.frame
     }
@@ -63,9 +62,9 @@ fn worst(
     worst
 }
 
-/// With lights too: they are taken off and put back.
+/// Also with highlights.
 #[test]
-fn a_sum_is_drawn_as_the_sum_of_what_is_drawn() {
+fn rendering_is_linear() {
     let lens = lens(5.0);
     let scene = scene(&lens, &SkewNormal);
     let (mut x, mut y) = (plate(1), plate(2));
@@ -84,7 +83,7 @@ fn a_sum_is_drawn_as_the_sum_of_what_is_drawn() {
     }
 }
 
-/// Also where lights stand at the mirror, and where wide blur is folded more than once.
+/// Also with lights at the edge, and where wide blur is folded more than once.
 #[test]
 fn mirrored_edges_keep_all_light() {
     let mut samples = plate(3);
@@ -101,8 +100,7 @@ fn mirrored_edges_keep_all_light() {
     }
 }
 
-/// By any number of pixels where nothing is halved; else by whole pixels of the coarsest level, and to
-/// 60 dB by others.
+/// Exactly for whole pixels of the coarsest level, and to 60 dB for others.
 #[test]
 fn pictures_move_with_the_plate() {
     for (sigma, by, bound) in [
@@ -111,7 +109,7 @@ fn pictures_move_with_the_plate() {
         (6.0, (16, 8), 1e-5),
         (6.0, (5, 3), 1e-3),
     ] {
-        let even = Even {
+        let even = UniformLens {
             frame: Frame::new(1200, 800, None).expect("a frame"),
             sigma_px: sigma,
         };
@@ -139,9 +137,9 @@ fn pictures_move_with_the_plate() {
     }
 }
 
-/// Tiles lie elsewhere, and so do the squares in which lights are looked for.
+/// Tiles and highlight blocks of the crop lie elsewhere than those of the whole.
 #[test]
-fn a_crop_with_a_margin_is_like_the_whole() {
+fn a_crop_with_a_margin_equals_the_whole() {
     for (sigma, margin) in [(2.0, 12), (5.0, 30)] {
         let lens = lens(sigma);
         let whole = scene(&lens, &SkewNormal);
@@ -170,7 +168,7 @@ fn a_crop_with_a_margin_is_like_the_whole() {
         let all = render(&Gather::default(), &whole, &samples);
         let inside = (margin..width - margin, margin..height - margin);
         let found = worst((&part, width), (&all, WIDTH), (left, top), inside);
-        // Of the plate's white, and not of the light, which is thousands of times as bright.
+        // Relative to the plate's white, not to the light, which is thousands of times as bright.
         assert!(found < 1e-3, "{sigma}: {found}");
     }
 }

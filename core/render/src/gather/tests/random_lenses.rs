@@ -1,25 +1,24 @@
-//! The fast renderer against the exact one over lenses drawn by chance: small plates over which blur
-//! changes by much of itself, narrow and wide, even and growing or shrinking eightfold, skewed, in colour.
+//! The fast renderer against the exact one over random lenses on small plates: narrow and wide blur, uniform or changing
+//! up to eightfold, skewed, with lateral colour.
 
 use super::{TestLens, plate_of, psnr_db, render};
-use crate::{Displacement, Edges, PlateMap, Scatter, Scene, VergencePass};
-use crate::{Gather, Quality};
+use crate::{Displacement, Edges, Gather, PlateMap, Quality, Scatter, Scene, VergencePass};
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::psf::{Gaussian, PsfModel, SkewNormal};
 
 const LENSES: u64 = 20;
 
-/// Numbers by a linear congruential generator, the same on any machine.
-struct Chance(u64);
+/// A linear congruential generator, the same on any machine.
+struct Random(u64);
 
-impl Chance {
-    fn of_seed(seed: u64) -> Self {
-        let mut chance = Self(7919 * seed + 3);
-        chance.share();
-        chance
+impl Random {
+    fn new(seed: u64) -> Self {
+        let mut random = Self(7919 * seed + 3);
+        random.share();
+        random
     }
 
-    /// From 0 to 1.
+    /// Returns a number from 0 to 1.
     fn share(&mut self) -> f64 {
         const FACTOR: u64 = 6_364_136_223_846_793_005;
         self.0 = self.0.wrapping_mul(FACTOR).wrapping_add(1);
@@ -30,40 +29,40 @@ impl Chance {
         low + (high - low) * self.share()
     }
 
-    fn one_in_two(&mut self) -> bool {
+    fn coin(&mut self) -> bool {
         self.share() < 0.5
     }
 }
 
-fn lens(chance: &mut Chance) -> TestLens {
-    let width = chance.between(80.0, 340.0);
-    let height = chance.between(60.0, 200.0);
+fn lens(random: &mut Random) -> TestLens {
+    let width = random.between(80.0, 340.0);
+    let height = random.between(60.0, 200.0);
     let widest = 0.06 * width.hypot(height);
-    let growth = 8.0_f64.powf(chance.share());
+    let growth = 8.0_f64.powf(random.share());
     TestLens {
         frame: Frame::new(width as u32, height as u32, None).expect("a frame"),
-        corner_sigma_px: 0.5 * (widest / 0.5).powf(chance.share()),
-        centre: if chance.share() < 0.3 {
+        corner_sigma_px: 0.5 * (widest / 0.5).powf(random.share()),
+        centre: if random.share() < 0.3 {
             growth.min(2.0)
         } else {
             1.0 / growth
         },
-        skew: chance.between(0.0, 0.95),
+        skew: random.between(0.0, 0.95),
         rays: false,
     }
 }
 
 #[test]
-fn random_lenses_keep_to_the_bound() {
+fn random_lenses_meet_the_stated_psnr() {
     let mut narrow = 0;
     for seed in 0..LENSES {
-        let mut chance = Chance::of_seed(seed);
-        let lens = lens(&mut chance);
+        let mut random = Random::new(seed);
+        let lens = lens(&mut random);
         let size = (
             lens.frame.width_px() as usize,
             lens.frame.height_px() as usize,
         );
-        let model: &dyn PsfModel = if chance.one_in_two() {
+        let model: &dyn PsfModel = if random.coin() {
             &Gaussian
         } else {
             &SkewNormal
@@ -78,7 +77,7 @@ fn random_lenses_keep_to_the_bound() {
                 scale: 1.0,
             },
             vergence: VergencePass::Constant(0.0),
-            edges: if chance.one_in_two() {
+            edges: if random.coin() {
                 Edges::Mirror
             } else {
                 Edges::Black
@@ -102,6 +101,6 @@ fn random_lenses_keep_to_the_bound() {
             );
         }
     }
-    // Both bounds were tried.
+    // Both bounds are exercised.
     assert!((5..LENSES as usize - 3).contains(&narrow), "{narrow}");
 }

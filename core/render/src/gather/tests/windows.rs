@@ -1,13 +1,12 @@
 //! Windows of a plate against the whole, to the bit.
 
 use super::{HEIGHT, WIDTH, lens, plate, scene};
-use crate::{Edges, Plane, RenderWindow, Renderer, Scatter, Scene};
-use crate::{Gather, Quality};
+use crate::{Edges, Gather, Plane, Quality, RenderWindow, Renderer, Scatter, Scene};
 use seidel_optics::psf::{Gaussian, PsfModel, Pupil, SkewNormal};
 
 const WEIGHTS: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [0.5, 0.5, 0.0]];
 
-/// Whether every window of some is what the whole is there.
+/// Whether all of several windows equal the same part of the whole to the bit.
 fn windows_are_parts(renderer: &dyn Renderer, scene: &Scene, plates: [&[f32]; 2]) -> bool {
     let planes: Vec<Plane> = plates
         .iter()
@@ -50,7 +49,7 @@ fn windows_are_parts(renderer: &dyn Renderer, scene: &Scene, plates: [&[f32]; 2]
 #[test]
 fn windows_are_parts_of_the_whole() {
     let mut lit = plate(3);
-    // Small lights go their own way.
+    // Highlights are scattered separately.
     for at in [41 * WIDTH + 60, WIDTH - 1] {
         lit[at] = 1e4;
     }
@@ -64,7 +63,7 @@ fn windows_are_parts_of_the_whole() {
             ] {
                 let mut lens = lens(if rays { sigma / 2.0 } else { sigma });
                 lens.rays = rays;
-                // From focus in one corner on: several levels at once.
+                // In focus near the centre of the field: several levels at once.
                 lens.centre = 0.05;
                 let scene = Scene {
                     edges,
@@ -102,7 +101,7 @@ fn windows_of_plates_folded_early_are_parts_too() {
 }
 
 #[test]
-fn the_exact_renderer_cuts_them_and_bad_ones_are_refused() {
+fn the_exact_renderer_cuts_windows_and_invalid_ones_are_refused() {
     let lens = lens(2.0);
     let scene = scene(&lens, &Gaussian);
     let plates = [&plate(1)[..], &plate(2)];

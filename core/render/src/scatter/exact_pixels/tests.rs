@@ -1,4 +1,4 @@
-//! The light at a few pixels against whole exact renders.
+//! The exact light at a few pixels against whole exact renders.
 
 use crate::*;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
@@ -120,7 +120,7 @@ fn plate(seed: u32) -> Vec<f32> {
     (0..WIDTH * HEIGHT).map(|_| sample()).collect()
 }
 
-/// Corners and others, one twice, in no order.
+/// Corners and other pixels, one of them twice, unsorted.
 fn pixels() -> Vec<(usize, usize)> {
     let mut pixels: Vec<_> = (0..40).map(|k| (k * 17 % WIDTH, k * 23 % HEIGHT)).collect();
     pixels.extend([(0, 0), (WIDTH - 1, HEIGHT - 1), (WIDTH - 1, 0), (17, 23)]);
@@ -173,7 +173,7 @@ fn moment_models_agree_with_the_exact_renderer() {
 }
 
 #[test]
-fn rays_agree_with_the_exact_renderer_and_cells_nearly() {
+fn ray_traced_kernels_agree_exactly_and_cells_nearly() {
     let samples = plate(7);
     let plane = Plane {
         samples: &samples,
@@ -217,7 +217,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
-fn bad_requests_are_refused() {
+fn invalid_requests_are_refused() {
     let samples = plate(1);
     let (plane, depth) = (
         Plane {

@@ -1,4 +1,4 @@
-//! The exact renderer against plain double loops in double precision.
+//! The exact renderer against direct summation in double precision.
 
 mod pupil;
 
@@ -30,7 +30,7 @@ impl<F: Fn(usize, FieldPoint, f64) -> DisplacedBlur + Sync> BlurField for Lens<F
     }
 }
 
-/// Grows with field, depth and channel, is skewed outwards and displaced outwards.
+/// A blur that grows with field, depth and channel, skewed and displaced outwards.
 fn varying(channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
     let (meridian, h) = (at.meridian(), at.radius());
     let size = (0.5 + 0.3 * channel as f64 + h + 1.5 * vergence.abs()).powi(2);
@@ -47,7 +47,7 @@ fn varying(channel: usize, at: FieldPoint, vergence: f64) -> DisplacedBlur {
     }
 }
 
-/// The same everywhere: variances (px²) along x and y, third moment along x, no displacement.
+/// The same blur everywhere: variances (px²) along x and y, third moment along x, no displacement.
 fn constant(mu20: f64, mu02: f64, mu30: f64) -> DisplacedBlur {
     let moments = MeridionalMoments {
         mu20,
@@ -98,7 +98,7 @@ fn total(plane: &[f32]) -> f64 {
     plane.iter().map(|&light| f64::from(light)).sum()
 }
 
-/// What rendering means, in double precision and without any of the renderer's parts.
+/// The definition of rendering, summed directly in double precision.
 fn brute_force(scene: &Scene, planes: &[Plane]) -> Vec<Vec<f64>> {
     let (width, height) = (scene.width as i64, scene.height as i64);
     let mut out = vec![vec![0.0; scene.pixel_count()]; planes.len()];
@@ -179,7 +179,7 @@ fn assert_close(got: &[Vec<f32>], want: &[Vec<f64>], largest_error: f64, case: &
 }
 
 #[test]
-fn agrees_with_a_plain_double_loop() {
+fn agrees_with_direct_summation() {
     let lens = Lens {
         channel_count: 2,
         blur: varying,
@@ -221,7 +221,7 @@ fn agrees_with_a_plain_double_loop() {
                             model.id()
                         );
                         let want = brute_force(&scene, &planes);
-                        // A kernel's tail beyond the reach, and a millionth of its peak.
+                        // The truncated tail of kernels, and a millionth of the peak.
                         assert_close(&render(&scene, &planes), &want, 4e-6, &case);
                     }
                 }
@@ -231,7 +231,7 @@ fn agrees_with_a_plain_double_loop() {
 }
 
 #[test]
-fn kernels_larger_than_the_plate_fold_again_and_again() {
+fn kernels_larger_than_the_plate_fold_repeatedly() {
     let lens = Lens {
         channel_count: 1,
         blur: |_, _, _| constant(400.0, 30.0, 4000.0),
@@ -248,7 +248,7 @@ fn kernels_larger_than_the_plate_fold_again_and_again() {
 }
 
 #[test]
-fn light_is_kept() {
+fn mirrored_edges_keep_all_light() {
     let lens = Lens {
         channel_count: 1,
         blur: |_, at: FieldPoint, _| DisplacedBlur {
@@ -311,7 +311,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
-fn a_point_becomes_its_own_kernel_the_right_way_round() {
+fn a_point_becomes_its_kernel_without_mirroring() {
     let lens = Lens {
         channel_count: 1,
         blur: |_, _, _| constant(9.0, 4.0, 0.9 * 27.0),
@@ -342,14 +342,14 @@ fn a_point_becomes_its_own_kernel_the_right_way_round() {
         third += f64::from(*light) * x.powi(3);
     }
     assert!((total(&got[0]) / 1e4 - 1.0).abs() < 1e-6);
-    // The centroid stays and the tail points along +x: not reflected in the point.
+    // The centroid stays and the tail points along +x: the kernel is not mirrored.
     assert!(first.abs() / 1e4 < 1e-3);
     assert!((third / 1e4 - 0.9 * 27.0).abs() < 0.05);
 }
 
-/// Each source spreads with its own kernel: a sharp source beside a blurred one stays sharp.
+/// A sharp source beside a blurred one stays sharp.
 #[test]
-fn the_kernel_is_that_of_the_source() {
+fn every_source_has_its_own_kernel() {
     let lens = Lens {
         channel_count: 1,
         blur: |_, at: FieldPoint, _| {
@@ -414,7 +414,7 @@ fn an_even_plate_stays_even() {
     }
 }
 
-/// Large kernels put hundreds of thousands of terms in each sum; none may lose digits.
+/// Sums of hundreds of thousands of terms must not lose digits.
 #[test]
 fn large_kernels_lose_no_light() {
     let lens = Lens {
@@ -434,7 +434,7 @@ fn large_kernels_lose_no_light() {
 }
 
 #[test]
-fn bad_input_is_refused_by_name() {
+fn invalid_input_is_refused_by_name() {
     let lens = Lens {
         channel_count: 1,
         blur: varying,
@@ -504,9 +504,9 @@ fn a_blur_that_cannot_be_drawn_is_refused() {
     }
 }
 
-/// Freely fitted moments need not be those of any light; what is drawn still keeps it.
+/// Fitted moments need not be those of any real density; their kernels still keep all light.
 #[test]
-fn moments_of_nothing_real_are_drawn_as_best_they_can() {
+fn unphysical_moments_keep_all_light() {
     let models = || seidel_optics::psf::ALL.iter().filter(|m| !m.needs_rays());
     for (blur, model) in [
         constant(0.0, 0.0, 0.0),
@@ -534,7 +534,7 @@ fn moments_of_nothing_real_are_drawn_as_best_they_can() {
 }
 
 #[test]
-fn darkness_costs_nothing_and_progress_can_stop() {
+fn black_pixels_are_skipped_and_renders_can_be_cancelled() {
     let asked = AtomicUsize::new(0);
     let lens = Lens {
         channel_count: 1,

@@ -1,4 +1,4 @@
-//! Plates drawn ray by ray with shared, coarser kernels against one fine kernel a pixel.
+//! Ray-traced plates with shared, coarser kernels against one fine kernel per pixel.
 
 use crate::*;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
@@ -33,7 +33,7 @@ impl BlurField for Corner {
     }
 }
 
-/// [`Pupil`] in full detail, every kernel its own.
+/// [`Pupil`] in full detail, without shared kernels.
 struct Fine;
 
 impl PsfModel for Fine {
@@ -55,9 +55,9 @@ impl PsfModel for Fine {
 }
 
 #[test]
-fn shared_and_coarser_kernels_cannot_be_seen() {
+fn shared_and_coarser_kernels_are_not_visible() {
     let (width, height) = (56, 24);
-    // From far out of focus through focus to before it, and a step.
+    // From far behind focus to in front of it, and a step.
     let vergence: Vec<f32> = (0..width * height)
         .map(|k| match k % width {
             column if column < 20 => 0.01,
