@@ -1,0 +1,176 @@
+//! The facade: `apply`, `remove` and `relens` in one call, and what they refuse.
+
+use seidel_core::{
+    AlphaKind, ChannelScale, Controls, Depth, DepthPass, ErrorKind, Image, Lens, ObjectDistance,
+    Plate, Quality, Settings, apply, no_progress, relens, remove,
+};
+
+const WIDTH: usize = 96;
+const HEIGHT: usize = 54;
+
+fn lens() -> Lens {
+    Lens::from_json(include_str!("data/lens.json")).expect("a lens profile")
+}
+
+/// Bars and a gradient, with alpha where `channels` is 4.
+fn image(channels: usize) -> Image {
+    let sample = |x: usize, y: usize, k: usize| match k {
+        3 => f32::from(u8::from(x > 20)),
+        _ => 0.2 + 0.6 * f32::from(u8::from((x / 8 + y / 9) % 2 == 0)) + 0.05 * k as f32,
+    };
+    let samples: Vec<f32> = (0..HEIGHT)
+        .flat_map(|y| (0..WIDTH).flat_map(move |x| (0..channels).map(move |k| sample(x, y, k))))
+        .collect();
+    Image::from_interleaved(WIDTH, HEIGHT, channels, &samples).expect("an image")
+}
+
+fn at_metres(metres: f64) -> Depth {
+    Depth::Distance(ObjectDistance::metres(metres).expect("a distance"))
+}
+
+fn root_mean_square_difference(a: &Image, b: &Image) -> f64 {
+    let (a, b) = (a.to_interleaved(), b.to_interleaved());
+    let sum: f64 = (a.iter().zip(&b))
+        .map(|(a, b)| f64::from(a - b).powi(2))
+        .sum();
+    (sum / a.len() as f64).sqrt()
+}
+
+fn with(change: impl FnOnce(&mut Settings)) -> Settings {
+    let mut settings = Settings::default();
+    change(&mut settings);
+    settings
+}
+
+#[test]
+fn zero_amount_returns_the_plate_to_the_bit() {
+    let plate = Plate::new(image(4)).with_depth(at_metres(4.0));
+    let settings = with(|s| s.amount = 0.0);
+    let blurred = apply(&lens(), &plate, &settings, &no_progress).expect("a render");
+    assert_eq!(blurred, plate.image);
+}
+
+#[test]
+fn removal_undoes_most_of_the_blur() {
+    let (lens, sharp) = (lens(), image(3));
+    let settings = Settings::default();
+    let plate = Plate::new(sharp.clone()).with_depth(at_metres(4.0));
+    let blurred = apply(&lens, &plate, &settings, &no_progress).expect("a render");
+    let before = root_mean_square_difference(&blurred, &sharp);
+    assert!(before > 0.01, "the lens blurs: {before}");
+    let plate = Plate::new(blurred).with_depth(at_metres(4.0));
+    let restored = remove(&lens, &plate, &settings, &no_progress).expect("a removal");
+    let after = root_mean_square_difference(&restored, &sharp);
+    assert!(after < 0.6 * before, "{after} of {before}");
+}
+
+#[test]
+fn the_same_lens_put_back_gives_the_plate_back() {
+    let lens = lens();
+    let settings = Settings::default();
+    let plate = Plate::new(image(3)).with_depth(at_metres(4.0));
+    let blurred = apply(&lens, &plate, &settings, &no_progress).expect("a render");
+    let plate = Plate::new(blurred.clone()).with_depth(at_metres(4.0));
+    let same = relens(&lens, &lens, &plate, &settings, &no_progress).expect("a render");
+    let difference = root_mean_square_difference(&same, &blurred);
+    assert!(difference < 2e-3, "{difference}");
+}
+
+#[test]
+fn a_depth_pass_of_one_distance_equals_that_distance() {
+    let lens = lens();
+    let settings = with(|s| {
+        s.quality = Quality::Exact;
+        s.occlusion = None;
+    });
+    let constant = Plate::new(image(3)).with_depth(at_metres(4.0));
+    let pass = Depth::Pass(DepthPass::metres(vec![4.0; WIDTH * HEIGHT]));
+    let varying = Plate::new(image(3)).with_depth(pass);
+    let render = |plate: &Plate| apply(&lens, plate, &settings, &no_progress).expect("a render");
+    let difference = root_mean_square_difference(&render(&constant), &render(&varying));
+    assert!(difference < 1e-6, "{difference}");
+}
+
+#[test]
+fn premultiplied_and_unpremultiplied_plates_agree() {
+    let lens = lens();
+    let premultiplied = {
+        let image = image(4);
+        let alpha = image.alpha.clone().expect("alpha");
+        let colours = image.colours.iter().map(|plane| {
+            plane
+                .iter()
+                .zip(&alpha)
+                .map(|(c, a)| c * a)
+                .collect::<Vec<f32>>()
+        });
+        let colours = colours.collect();
+        Image::new(WIDTH, HEIGHT, image.names.clone(), colours)
+            .expect("an image")
+            .with_alpha(Some(alpha), Vec::new(), AlphaKind::Premultiplied)
+    };
+    let mut straight = image(4);
+    straight.alpha_kind = AlphaKind::Unpremultiplied;
+    let render = |image: Image| {
+        let plate = Plate::new(image).with_depth(at_metres(4.0));
+        apply(&lens, &plate, &Settings::default(), &no_progress).expect("a render")
+    };
+    let (a, b) = (render(premultiplied), render(straight));
+    assert_eq!(a.alpha, b.alpha);
+    let alpha = a.alpha.as_ref().expect("alpha");
+    for (plane, straight) in a.colours.iter().zip(&b.colours) {
+        for ((colour, straight), alpha) in plane.iter().zip(straight).zip(alpha) {
+            assert!((colour - straight * alpha).abs() < 1e-5);
+        }
+    }
+}
+
+/// The kind and place of the error of a render.
+fn refusal(plate: &Plate, settings: &Settings) -> (ErrorKind, String) {
+    let refused = apply(&lens(), plate, settings, &no_progress);
+    let error = refused.expect_err("a refusal");
+    (error.kind(), error.place.clone())
+}
+
+#[test]
+fn refusals_say_where_and_of_what_kind() {
+    let plate = Plate::new(image(3)).with_depth(at_metres(4.0));
+    let invalid = |place: &str| (ErrorKind::InvalidInput, place.to_owned());
+    assert_eq!(
+        refusal(&plate, &with(|s| s.amount = 17.0)),
+        invalid("amount")
+    );
+    let no_channel = with(|s| {
+        s.channel_scales = vec![ChannelScale {
+            channel: "X".into(),
+            scale: 1.0,
+        }];
+    });
+    assert_eq!(refusal(&plate, &no_channel), invalid("channel scale X"));
+    let unknown = Plate::new(image(3));
+    assert_eq!(
+        refusal(&unknown, &Settings::default()),
+        invalid("object distance")
+    );
+    let mut bad = image(3);
+    bad.colours[1][WIDTH + 2] = f32::NAN;
+    let bad = Plate::new(bad).with_depth(at_metres(4.0));
+    assert_eq!(
+        refusal(&bad, &Settings::default()),
+        invalid("channel G, pixel (2, 1)")
+    );
+    let focus = with(|s| {
+        s.controls = Controls {
+            f_number: Some(-1.0),
+            ..Controls::default()
+        };
+    });
+    assert_eq!(refusal(&plate, &focus).0, ErrorKind::InvalidInput);
+}
+
+#[test]
+fn progress_that_says_stop_cancels() {
+    let plate = Plate::new(image(3)).with_depth(at_metres(4.0));
+    let error = apply(&lens(), &plate, &Settings::default(), &|_| false);
+    assert!(error.expect_err("cancelled").is_cancelled());
+}
