@@ -7,9 +7,9 @@ use seidel_optics::error::Result;
 use crate::image::Image;
 use crate::lens::Lens;
 use crate::plate::Plate;
-use crate::progress::Progress;
 use crate::session::LensSession;
 use crate::settings::Settings;
+use seidel_optics::Progress;
 
 /// Applies the blur of `lens` to `plate`; returns an image of the plate's size.
 ///

@@ -39,6 +39,7 @@
 
 mod apply;
 mod channel_weights;
+mod diagnose;
 mod image;
 mod lens;
 mod memory;
@@ -47,7 +48,6 @@ mod planes;
 mod plate;
 mod prepared;
 mod prepared_depth;
-mod progress;
 mod relens;
 mod remove;
 mod removed;
@@ -59,13 +59,14 @@ pub use seidel_calibrate as calibrate;
 pub use seidel_optics as optics;
 pub use seidel_render as render;
 
-pub use seidel_calibrate::{diagnose, eval, fit, measure, score};
+pub use seidel_calibrate::{eval, measure, score};
 pub use seidel_optics::{
     camera, distance, effects, error, field, moments, numeric, observations, predict, profile, psf,
     sensor, tile,
 };
 
 pub use apply::apply;
+pub use diagnose::diagnose;
 pub use image::{AlphaKind, Image};
 pub use lens::Lens;
 pub use memory::{apply_bytes, remove_bytes};
@@ -73,16 +74,18 @@ pub use placement::{PlatePlacement, Rectangle};
 pub use plate::{Depth, DepthMeaning, DepthPass, HoldoutMatte, Plate, PlateGeometry};
 pub use prepared::PreparedPlate;
 pub use prepared_depth::{PreparedDepth, PreparedHoldout};
-pub use progress::{Progress, no_progress};
 pub use relens::relens;
 pub use remove::remove;
 pub use removed::{NoiseGain, RemovedPlate};
 pub use rendering::Rendering;
+pub use seidel_calibrate::diagnose::{Diagnosis, Settings as DiagnosisSettings, Verdict};
+pub use seidel_calibrate::fit::{Fit, FitSettings, Model, fit};
 pub use seidel_optics::distance::ObjectDistance;
 pub use seidel_optics::error::{Error, ErrorKind, Fault, Result};
 pub use seidel_optics::field::ImagePoint;
 pub use seidel_optics::observations::ObservationSet;
 pub use seidel_optics::profile::{Controls, LensProfile};
+pub use seidel_optics::{Progress, no_progress};
 pub use seidel_render::remove::Saturation;
 pub use seidel_render::{DepthConvention, Displacement, FocusControls};
 pub use session::LensSession;

@@ -11,9 +11,9 @@ use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
 use crate::plate::{Plate, PlateGeometry};
 use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
-use crate::progress::Progress;
 use crate::rendering::Rendering;
 use crate::session::{LensSession, PlateOptics, Refocused, refocus};
+use seidel_optics::Progress;
 
 /// A plate prepared for rendering through a lens: premultiplied planes, channel weights and vergences.
 ///

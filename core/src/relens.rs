@@ -8,10 +8,10 @@ use crate::image::Image;
 use crate::lens::Lens;
 use crate::plate::Plate;
 use crate::prepared::PreparedPlate;
-use crate::progress::Progress;
 use crate::removed::{NoiseGain, RemovedPlate};
 use crate::session::LensSession;
 use crate::settings::Settings;
+use seidel_optics::Progress;
 
 /// Share of the work that is the removal.
 const REMOVAL_SHARE: f64 = 0.9;

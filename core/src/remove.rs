@@ -7,10 +7,10 @@ use seidel_optics::error::Result;
 use crate::image::Image;
 use crate::lens::Lens;
 use crate::plate::Plate;
-use crate::progress::Progress;
 use crate::removed::NoiseGain;
 use crate::session::LensSession;
 use crate::settings::Settings;
+use seidel_optics::Progress;
 
 /// Removes the blur of the `lens` that `plate` was taken with; returns an image of the plate's size.
 ///

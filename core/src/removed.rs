@@ -8,9 +8,9 @@ use seidel_render::{Gather, Occlusion, VergencePass};
 use crate::image::Image;
 use crate::planes::PremultipliedPlanes;
 use crate::prepared::PreparedPlate;
-use crate::progress::Progress;
 use crate::rendering::Rendering;
 use crate::settings::{Edges, Grain, Quality, RemovalSettings};
+use seidel_optics::Progress;
 
 /// A plate without the blur of its lens: the solution of each plane on a canvas somewhat larger than the plate.
 #[derive(Debug, Clone)]

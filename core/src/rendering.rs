@@ -6,8 +6,8 @@ use seidel_render::{
     Scene,
 };
 
-use crate::progress::Progress;
 use crate::settings::{Edges, Quality};
+use seidel_optics::Progress;
 
 /// A rendering request: scene, planes, occlusion, edges and quality.
 #[derive(Clone, Copy)]

@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use std::sync::atomic::AtomicBool;
-
-use seidel_core::diagnose::{PairImage, PairSettings, Progress, estimate_pair};
+use seidel_core::calibrate::diagnose::{PairImage, PairSettings, estimate_pair};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::effects;
+use seidel_core::no_progress;
 use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_core::psf::Pupil;
@@ -179,12 +178,8 @@ fn rendered_blur_is_estimated_correctly() {
         distance: ObjectDistance::Metres(2.5),
         ..PairSettings::default()
     };
-    let progress = Progress {
-        report: &|_| (),
-        stop: &AtomicBool::new(false),
-    };
     let names = ["Y".to_owned()];
-    let found = estimate_pair(&lens.frame, &names, &sharp, &plate, &settings, &progress)
+    let found = estimate_pair(&lens.frame, &names, &sharp, &plate, &settings, &no_progress)
         .expect("grain has detail");
     assert_eq!(found.left_out, 0);
     let predictor = Predictor::new(&lens).expect("a lens");

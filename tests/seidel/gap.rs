@@ -3,11 +3,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
-use seidel_core::diagnose::{Diagnosis, Progress, Settings, Verdict, diagnose};
+use seidel_core::calibrate::diagnose::{Diagnosis, Settings, Verdict, diagnose};
+use seidel_core::calibrate::fit::{PupilSettings, fit_pupil};
 use seidel_core::effects;
-use seidel_core::fit::{PupilSettings, fit_pupil};
+use seidel_core::no_progress;
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
@@ -46,15 +46,11 @@ const CONFUSABLE: [(&str, &[&str]); 17] = [
 ];
 
 fn diagnosed(lens: &LensProfile, real: &ObservationSet, library: &[&str]) -> Diagnosis {
-    let progress = Progress {
-        report: &|_| {},
-        stop: &AtomicBool::new(false),
-    };
     let settings = Settings {
         pairs: false,
         library: library.iter().map(|id| (*id).to_owned()).collect(),
     };
-    diagnose(lens, real, &settings, &progress).expect("a sound set")
+    diagnose(lens, real, &settings, &no_progress).expect("a sound set")
 }
 
 /// Fits a case of `kind` and diagnoses it with `library`, without its answer.

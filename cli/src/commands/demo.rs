@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use seidel_core::calibrate::fit::{PupilSettings, fit_pupil};
 use seidel_core::field::{FieldPoint, ImagePoint};
-use seidel_core::fit::{PupilSettings, fit_pupil};
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::Predictor;
 use seidel_core::render::{

@@ -5,11 +5,10 @@ mod pair;
 pub mod self_test;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_core::diagnose::{Diagnosis, Progress, Settings, diagnose};
+use seidel_core::calibrate::diagnose::{Diagnosis, Settings, diagnose};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
@@ -167,10 +166,9 @@ impl DiagnoseArgs {
             pairs: !self.no_pairs,
         };
         let bar = console.progress("diagnosing");
-        let stop = AtomicBool::new(false);
-        let progress = Progress {
-            report: &|share| bar.set(share),
-            stop: &stop,
+        let progress = |share| {
+            bar.set(share);
+            true
         };
         pool.install(|| diagnose(lens, set, &settings, &progress))
     }

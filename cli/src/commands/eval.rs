@@ -5,8 +5,8 @@ mod report;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use seidel_core::calibrate::fit::Weighting;
 use seidel_core::eval::{EvalSettings, SparseSettings, evaluate, shapes};
-use seidel_core::fit::Weighting;
 use seidel_core::moments::support::Support;
 use seidel_core::score::TestImage;
 

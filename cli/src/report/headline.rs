@@ -1,6 +1,6 @@
 //! The top of the page: the answer in words, odds, the gap, and what to capture next.
 
-use seidel_core::diagnose::{Cause, Diagnosis, Verdict};
+use seidel_core::calibrate::diagnose::{Cause, Diagnosis, Verdict};
 
 use super::markup::escape;
 use super::words::{

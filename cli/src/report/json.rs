@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use seidel_core::diagnose::{Cause, Diagnosis, Pair, Place, Verdict};
+use seidel_core::calibrate::diagnose::{Cause, Diagnosis, Pair, Place, Verdict};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::{Error, Result};
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! A made-up diagnosis for tests: a lens that lacks vignetting, seen on a grid of places.
 
-use seidel_core::diagnose::{
+use seidel_core::calibrate::diagnose::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
 };
 use seidel_core::distance::ObjectDistance;

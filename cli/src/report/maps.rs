@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use seidel_core::diagnose::{Diagnosis, TileGap};
+use seidel_core::calibrate::diagnose::{Diagnosis, TileGap};
 use seidel_core::distance::ObjectDistance;
 
 use super::Subject;

@@ -1,6 +1,6 @@
 //! `report.html`: the whole gap report on one page that needs nothing else.
 
-use seidel_core::diagnose::Diagnosis;
+use seidel_core::calibrate::diagnose::Diagnosis;
 
 use super::Subject;
 use super::headline::headline;
@@ -115,7 +115,7 @@ fn footer(d: &Diagnosis) -> String {
 mod tests {
     use super::*;
     use crate::report::made::{diagnosis, subject};
-    use seidel_core::diagnose::Verdict;
+    use seidel_core::calibrate::diagnose::Verdict;
     use seidel_image_io::atomic::{Output, write_whole};
 
     const ALL: [Verdict; 4] = [

@@ -1,6 +1,6 @@
 //! The lists of the page: causes, places, pairs, and in which part of the PSFs the gap lies.
 
-use seidel_core::diagnose::{Cause, Diagnosis, Value};
+use seidel_core::calibrate::diagnose::{Cause, Diagnosis, Value};
 use seidel_core::effects;
 
 use super::headline::{bar, track};

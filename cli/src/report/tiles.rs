@@ -1,6 +1,6 @@
 //! PSFs to look at: observed, predicted, corrected, and what the two leave.
 
-use seidel_core::diagnose::{Diagnosis, Example};
+use seidel_core::calibrate::diagnose::{Diagnosis, Example};
 use seidel_core::tile::Tile;
 
 use super::markup::{data_uri, escape};

@@ -1,6 +1,6 @@
 //! Numbers and names in words.
 
-use seidel_core::diagnose::{Place, Value};
+use seidel_core::calibrate::diagnose::{Place, Value};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::effects;
 

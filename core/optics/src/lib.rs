@@ -35,9 +35,11 @@ pub mod numeric;
 pub mod observations;
 pub mod predict;
 pub mod profile;
+mod progress;
 pub mod psf;
 pub mod sensor;
 pub mod tile;
 
 pub use blur_field::{BlurField, DisplacedBlur, apply_tone};
 pub use error::{Error, ErrorKind, Fault, Result};
+pub use progress::{Progress, no_progress};

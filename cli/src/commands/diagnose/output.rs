@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use seidel_core::diagnose::Diagnosis;
+use seidel_core::calibrate::diagnose::Diagnosis;
 use seidel_core::observations::ObservationSet;
 
 use super::super::CommandError;
@@ -89,7 +89,7 @@ mod tests {
     use crate::demo::lens::lens;
     use crate::demo::observations::measured;
     use crate::report::made::{diagnosis, subject};
-    use seidel_core::diagnose::Verdict;
+    use seidel_core::calibrate::diagnose::Verdict;
     use seidel_core::profile::LensProfile;
     use seidel_image_io::observation_set::{ReadOptions, read};
     use std::path::Path;

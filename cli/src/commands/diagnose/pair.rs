@@ -1,11 +1,10 @@
 //! PSFs estimated from a registered pair: a sharp picture and the same picture through the lens.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
-use seidel_core::diagnose::{PairEstimate, PairImage, PairSettings, Progress, estimate_pair};
+use seidel_core::calibrate::diagnose::{PairEstimate, PairImage, PairSettings, estimate_pair};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
@@ -102,10 +101,9 @@ impl PairArgs {
             ..PairSettings::default()
         };
         let bar = console.progress("estimating PSFs");
-        let stop = AtomicBool::new(false);
-        let progress = Progress {
-            report: &|share| bar.set(share),
-            stop: &stop,
+        let progress = |share| {
+            bar.set(share);
+            true
         };
         let (reference, observed) = (reference.picture(), observed.picture());
         let estimate = || {

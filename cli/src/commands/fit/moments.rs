@@ -1,6 +1,6 @@
 //! `--model moments`: S1..S10 by channel and distance, and how their fit went.
 
-use seidel_core::fit::MomentsFit;
+use seidel_core::calibrate::fit::MomentsFit;
 use serde_json::json;
 
 use super::{FitArgs, rejected_json, say_rejected};

@@ -1,8 +1,8 @@
 //! `--model reduced` and `--model extended`: a lens known ray by ray, and how its fit went.
 
-use seidel_core::fit::PupilFit;
-use seidel_core::fit::axis::AxisEstimate;
-use seidel_core::fit::pixels::{Correlation, Metric};
+use seidel_core::calibrate::fit::PupilFit;
+use seidel_core::calibrate::fit::axis::AxisEstimate;
+use seidel_core::calibrate::fit::pixels::{Correlation, Metric};
 use seidel_core::profile::HeldOut;
 use serde_json::{Value, json};
 

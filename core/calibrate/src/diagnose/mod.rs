@@ -27,9 +27,10 @@ pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
 };
 pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
-pub use settings::{Progress, Settings};
+pub use settings::Settings;
 
 use search::{Candidate, HypothesisSearch};
+use seidel_optics::Progress;
 use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::observations::ObservationSet;
@@ -65,7 +66,7 @@ pub fn diagnose(
     let steps = tried.len() as f64 + 4.0;
     let mut singles: Vec<Candidate> = Vec::new();
     for (done, effect) in tried.iter().enumerate() {
-        progress.step(done as f64 / steps)?;
+        step(progress, done as f64 / steps)?;
         singles.push(search.single(*effect));
     }
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
@@ -86,12 +87,12 @@ pub fn diagnose(
     let statistics = verdict::GapStatistics::new(lens, &search, &singles);
     let pairs = if settings.pairs && statistics.wants_pairs() {
         pairs(&search, &singles, |share| {
-            progress.step((tried.len() as f64 + 3.0 * share) / steps)
+            step(progress, (tried.len() as f64 + 3.0 * share) / steps)
         })?
     } else {
         Vec::new()
     };
-    progress.step((steps - 1.0) / steps)?;
+    step(progress, (steps - 1.0) / steps)?;
     let decision = statistics.decide(&singles, &pairs);
     proof::diagnosis(proof::Findings {
         lens,
@@ -167,4 +168,16 @@ fn reference(lens: &LensProfile, channels: &[PupilChannel]) -> usize {
             order[order.len() / 2]
         },
     )
+}
+
+/// Reports the completed share.
+///
+/// # Errors
+/// Cancellation.
+fn step(progress: &Progress, share: f64) -> Result<()> {
+    if progress(share) {
+        Ok(())
+    } else {
+        Err(Error::cancelled("diagnosis"))
+    }
 }

@@ -6,13 +6,13 @@
 mod estimate;
 mod helix;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::Progress;
 use estimate::{Estimate, Patch, estimate};
 use helix::Helix;
+use seidel_optics::Progress;
 use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
@@ -120,12 +120,13 @@ pub fn estimate_pair(
     let places = places(plate.width, plate.height, side, settings.most_patches)?;
     let helix = Helix::new(window + side - 1);
     let done = AtomicUsize::new(0);
+    let cancelled = AtomicBool::new(false);
     let found: Vec<Option<Vec<Estimate>>> = places
         .par_iter()
         .map(|&place| {
             let estimates = (0..channels.len())
                 .map(|channel| {
-                    if progress.stop.load(Ordering::Relaxed) {
+                    if cancelled.load(Ordering::Relaxed) {
                         return None;
                     }
                     let patch = patch(sharp, plate, channel, place, settings);
@@ -133,11 +134,13 @@ pub fn estimate_pair(
                 })
                 .collect();
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            (progress.report)(count as f64 / places.len() as f64);
+            if !progress(count as f64 / places.len() as f64) {
+                cancelled.store(true, Ordering::Relaxed);
+            }
             estimates
         })
         .collect();
-    if progress.stop.load(Ordering::Relaxed) {
+    if cancelled.load(Ordering::Relaxed) {
         let error = Error::new("estimation", "was stopped", "start it again");
         return Err(error.with_kind(ErrorKind::Cancelled));
     }

@@ -1,11 +1,10 @@
 //! Runs a self-test: draws the sealed cases one by one, diagnoses each blind, then opens its answer.
 
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use seidel_core::diagnose::{Diagnosis, Progress, Settings, diagnose};
+use seidel_core::calibrate::diagnose::{Diagnosis, Settings, diagnose};
+use seidel_core::calibrate::fit::{PupilSettings, fit_pupil};
 use seidel_core::effects;
-use seidel_core::fit::{PupilSettings, fit_pupil};
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
@@ -124,9 +123,9 @@ fn checked_diagnosis(
         library: library.to_vec(),
         ..Settings::default()
     };
-    let progress = Progress {
-        report,
-        stop: &AtomicBool::new(false),
+    let progress = |share| {
+        report(share);
+        true
     };
     let diagnosis = diagnose(lens, real, &settings, &progress)?;
     let causes = diagnosis.causes.iter().map(|c| (c.probability, c.effect));

@@ -1,6 +1,6 @@
 //! Planted blurs come back out of pairs of pictures.
 
-use std::sync::atomic::AtomicBool;
+use seidel_optics::no_progress;
 
 use super::*;
 use seidel_optics::moments::pixels::TileMoments;
@@ -67,10 +67,6 @@ fn run(sharp: Vec<f32>, plate: Vec<f32>, settings: &PairSettings) -> Result<Pair
         height,
         planes,
     };
-    let progress = Progress {
-        report: &|_| (),
-        stop: &AtomicBool::new(false),
-    };
     let names = ["Y".to_owned()];
     estimate_pair(
         &frame,
@@ -78,7 +74,7 @@ fn run(sharp: Vec<f32>, plate: Vec<f32>, settings: &PairSettings) -> Result<Pair
         &picture(&sharp),
         &picture(&plate),
         settings,
-        &progress,
+        &no_progress,
     )
 }
 
@@ -226,15 +222,11 @@ fn pictures_that_tell_nothing_are_refused() {
         height: SIZE.0,
         planes: &planes,
     };
-    let progress = Progress {
-        report: &|_| (),
-        stop: &AtomicBool::new(false),
-    };
     let names = ["Y".to_owned()];
-    let error = estimate_pair(&frame, &names, &turned, &whole, &settings(), &progress)
+    let error = estimate_pair(&frame, &names, &turned, &whole, &settings(), &no_progress)
         .expect_err("other size");
     assert!(error.problem.contains("300 x 420 sharp"), "{error}");
-    let error = estimate_pair(&frame, &names, &turned, &turned, &settings(), &progress)
+    let error = estimate_pair(&frame, &names, &turned, &turned, &settings(), &no_progress)
         .expect_err("other frame");
     assert!(error.problem.contains("frame"), "{error}");
 }
