@@ -1,9 +1,10 @@
 //! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `bundle` builds
-//! the OpenFX bundle, and `luts` writes the colour config and its tables.
+//! the OpenFX bundle, `luts` writes the colour config and its tables, and `pictures` draws the pictures of `docs/`.
 
 mod bundle;
 mod header;
 mod luts;
+mod pictures;
 mod tidy;
 mod workspace;
 
@@ -16,7 +17,9 @@ const USAGE: &str = "usage: cargo xtask TASK
   header                      write plugin/include/seidel.h
   bundle [--target TRIPLE] [--install [--to FOLDER]]
                               build the OpenFX bundle, and install it
-  luts [--check]              write the colour config and tables of luts/, or check that they are up to date";
+  luts [--check]              write the colour config and tables of luts/, or check that they are up to date
+  pictures [--programs FOLDER] [NAME...]
+                              draw the pictures of docs/ from program output";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -27,6 +30,7 @@ fn main() -> ExitCode {
         "header" => header::write(&root),
         "bundle" => bundle::run(&root, arguments),
         "luts" => luts::run(&root, arguments),
+        "pictures" => pictures::run(&root, arguments),
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

@@ -1,0 +1,44 @@
+//! Pictures and plots of the evaluation sets, which the project does not ship.
+
+use std::path::PathBuf;
+
+use super::programs::Programs;
+
+/// Evaluation sets, and what their fits need besides.
+const SETS: [(&str, &str); 3] = [
+    ("zemax-dgauss28", ""),
+    ("optiland-us8879901", ""),
+    ("dash-stars", "--axis free"),
+];
+
+/// Draws the shapes and the sparse-fit plots; does nothing where `SEIDEL_DATA` names no folder.
+pub(super) fn draw(programs: &Programs) -> Result<(), String> {
+    let Some(data) = std::env::var_os("SEIDEL_DATA").map(PathBuf::from) else {
+        eprintln!(
+            "pictures: SEIDEL_DATA is not set: those of the evaluation sets are left as they are"
+        );
+        return Ok(());
+    };
+    let image = data.join("plates").join("camera-512.exr");
+    for (name, axis) in SETS {
+        let set = data.join("psf").join(name);
+        let (set, image) = (set.display(), image.display());
+        programs.seidel(&format!("fit {set} -o {name}.json --model extended {axis}"))?;
+        programs.seidel(&format!(
+            "eval --lens {name}.json {set} --image {image} --shapes shapes-{name}.png"
+        ))?;
+        programs.seidel(&format!(
+            "fit {set} -o {name}-moments.json --model moments {axis}"
+        ))?;
+        programs.seidel(&format!(
+            "eval --lens {name}-moments.json {set} --image {image} --plot sparse-{name}.svg"
+        ))?;
+        for (folder, file) in [
+            ("pictures", format!("shapes-{name}.png")),
+            ("figures", format!("sparse-{name}.svg")),
+        ] {
+            programs.install_in(folder, &programs.work().join(&file), &file)?;
+        }
+    }
+    Ok(())
+}
