@@ -26,7 +26,7 @@ const PANELS: [(&str, &[&str]); 4] = [
             "--set",
             "output=Focal Plane Setup",
             "--set",
-            "depthOfField=0.3",
+            "dof=0.3",
         ],
     ),
     (
