@@ -1,34 +1,34 @@
-//! A drawn case and its answer.
+//! A case and its answer.
 
 use std::collections::BTreeMap;
 
 use seidel_optics::observations::ObservationSet;
 
-/// What is to be found out about a case.
+/// The answer of a case: the causes of its gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
     /// `none`, `single`, `pair` or `unknown`.
     pub kind: String,
-    /// The effects in it, by identifier; empty for `none` and `unknown`.
+    /// Identifiers of the effects; empty for `none` and `unknown`.
     pub effects: Vec<String>,
-    /// The family of an unknown cause.
+    /// The family of the unknown cause, if there is one.
     pub unknown: Option<String>,
-    /// The numbers behind it, as `cause.number`; pixels unless the name says otherwise.
+    /// Parameters of the causes, keyed `cause.parameter`; in pixels unless the name states another unit.
     pub parameters: BTreeMap<String, f64>,
-    /// Mean over the real tiles, before noise, of |o - p|² / |o|², with o the real and p the bare lens's tile
-    /// at the same place of the pixel grid, both of unit sum; 0 where nothing is missing.
+    /// Mean over the real tiles, before noise, of |o - p|² / |o|². o is the tile of the real lens and p that of the bare
+    /// lens at the same position of the pixel grid, both with unit sum. 0 without a cause.
     pub gap: f64,
 }
 
-/// One sealed case.
+/// A case: three observation sets and the answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// What the user simulated: the bare lens, without noise.
+    /// The simulated lens: the bare lens, without noise.
     pub design: ObservationSet,
-    /// What the camera saw, with noise.
+    /// The real lens, with noise.
     pub real: ObservationSet,
-    /// Other places as the camera sees them, nearly without noise.
+    /// Other positions of the real lens, almost without noise.
     pub holdout: ObservationSet,
-    /// What separates the two.
+    /// The causes of the gap between the two.
     pub answer: Answer,
 }

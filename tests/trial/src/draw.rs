@@ -1,33 +1,33 @@
-//! Drawing a case: a lens, causes strong enough to be seen and weak enough to be missed, three sets.
+//! Random cases: a lens, causes of suitable strength, and the three observation sets.
 
 use std::collections::BTreeMap;
 
 use super::case::{Answer, Case};
 use super::expose::{Capture, Cause, Spot, gap, set, spots};
-use super::lens::{Demand, Lens};
+use super::lens::{Lens, LensConstraints};
 use super::perturb::{Change, effect};
 use super::recipe::{Kind, Recipe};
 use super::rng::Rng;
 use super::unknown::unknown;
 
-/// Gaps that a case may have.
+/// Smallest and largest gap of a case.
 pub(super) const GAPS: [f64; 2] = [0.02, 0.4];
-/// Gaps that the strength of a single cause is set for.
+/// Range of the target gap of a single cause.
 const WANTED: [f64; 2] = [0.03, 0.25];
-/// The same for the first of two.
+/// Range of the target gap of the first of two causes.
 const WANTED_FIRST: [f64; 2] = [0.045, 0.13];
-/// Least gap of each of two causes alone.
+/// Smallest gap of each of two causes alone.
 const LEAST_ALONE: f64 = 0.03;
-/// The lesser of two gaps over the greater, at least.
+/// Smallest ratio of the smaller to the larger gap of two causes.
 const LEAST_RATIO: f64 = 1.0 / 3.0;
-/// Lenses tried before the best so far is taken.
+/// Number of lenses tried before the best is used.
 const ATTEMPTS: u64 = 200;
-/// Places, each at two depths, at which strengths are set.
+/// Number of positions, each at two depths, that determine strengths.
 const PROBES: usize = 6;
-/// Halvings of the range of strengths, by its logarithm.
+/// Bisections of the logarithm of the strength.
 const HALVINGS: usize = 6;
 
-/// Labels of independent random numbers.
+/// Labels of independent random sequences.
 mod label {
     pub(super) const PLAN: u64 = 100;
     pub(super) const PLACES: u64 = 200;
@@ -35,22 +35,22 @@ mod label {
     pub(super) const HOLDOUT: u64 = 400;
 }
 
-/// Everything about a case but its pictures.
+/// A case before its tiles are computed.
 pub(super) struct Plan {
     pub(super) lens: Lens,
     causes: Vec<Cause>,
-    /// Gap of each cause alone at the probes.
+    /// Gap of each cause alone at the probe positions.
     alone: Vec<f64>,
     /// Spots of the design, the real and the held-out set.
     pub(super) spots: [Vec<Spot>; 3],
     gap: f64,
 }
 
-/// Draws the case that `recipe` orders, the same for any number of threads.
+/// Draws the case of `recipe`. The result does not depend on the number of threads.
 ///
 /// # Panics
-/// An identifier in the recipe that is on neither list ([`super::EFFECTS`], [`super::UNKNOWN`]), a pair of one
-/// effect with itself, a set without places, or tiles smaller than 25 pixels.
+/// If an identifier of the recipe is neither in [`super::EFFECTS`] nor in [`super::UNKNOWN`], a pair has twice the same
+/// effect, a set has no positions, or tiles are even or smaller than 25 pixels.
 pub fn draw(recipe: &Recipe) -> Case {
     let size = &recipe.size;
     assert!(
@@ -59,7 +59,7 @@ pub fn draw(recipe: &Recipe) -> Case {
     );
     assert!(
         size.design.min(size.real).min(size.holdout) > 0,
-        "every set has places"
+        "every set has positions"
     );
     if let Kind::Pair(a, b) = recipe.kind {
         assert_ne!(a, b, "a pair has two different effects");
@@ -78,7 +78,7 @@ pub fn draw(recipe: &Recipe) -> Case {
     expose(recipe, &plan)
 }
 
-/// A plan, and by how much (in the logarithm of gaps) it misses what is asked for.
+/// Returns a plan and how far its gaps lie outside the allowed ranges, in logarithms.
 pub(super) fn attempt_at(recipe: &Recipe, attempt: u64) -> (f64, Plan) {
     let size = &recipe.size;
     let mut rng = Rng::stream(recipe.seed, label::PLAN, attempt);
@@ -88,17 +88,17 @@ pub(super) fn attempt_at(recipe: &Recipe, attempt: u64) -> (f64, Plan) {
         Kind::None | Kind::Unknown(_) => false,
     };
     let depths_matter = holds("defocus_offset") || holds("depth_scale");
-    let demand = Demand {
+    let constraints = LensConstraints {
         slow: holds("diffraction"),
         depth_ratio: if depths_matter { 1.3 } else { 1.1 },
     };
-    let lens = Lens::draw(&mut rng, demand, size.tile);
+    let lens = Lens::draw(&mut rng, constraints, size.tile);
     let changes: Vec<Change> = match recipe.kind {
         Kind::None => Vec::new(),
         Kind::Single(id) => vec![effect(id, &lens, &mut rng)],
         Kind::Unknown(id) => vec![unknown(id, &mut rng)],
         Kind::Pair(a, b) => {
-            // Diffraction has no strength of its own: the other follows it.
+            // Diffraction has a fixed strength, so the other effect is scaled to it.
             let (a, b) = if b == "diffraction" { (b, a) } else { (a, b) };
             vec![effect(a, &lens, &mut rng), effect(b, &lens, &mut rng)]
         }
@@ -128,7 +128,7 @@ pub(super) fn attempt_at(recipe: &Recipe, attempt: u64) -> (f64, Plan) {
         plan.causes.push(cause);
         plan.alone.push(alone);
         if miss > 0.0 && attempt + 1 < ATTEMPTS && attempt > 0 {
-            // Another lens will do better; the first is kept whole, to fall back on.
+            // Tries another lens; only the first plan is always completed, as a fallback.
             return (miss + 10.0, plan);
         }
     }
@@ -143,13 +143,13 @@ pub(super) fn attempt_at(recipe: &Recipe, attempt: u64) -> (f64, Plan) {
     (miss, plan)
 }
 
-/// How far `value` lies outside `low` to `high`, in its logarithm.
+/// Returns how far `value` lies outside `low` to `high`, in logarithms.
 fn outside(value: f64, low: f64, high: f64) -> f64 {
     let floor = value.max(1e-9);
     libm::log(low / floor).max(libm::log(floor / high)).max(0.0)
 }
 
-/// The change at the strength, within its range, whose gap comes nearest `wanted`; and that gap.
+/// Returns the change at the strength within its range whose gap is closest to `wanted`, and that gap.
 fn strengthen(
     lens: &Lens,
     change: Change,
@@ -191,7 +191,7 @@ fn expose(recipe: &Recipe, plan: &Plan) -> Case {
     let mut rng = Rng::stream(recipe.seed, label::REAL, 0);
     let holds = |id: &str| plan.causes.iter().any(|c| c.change.id == id);
     let raw = rng.chance(0.5) || holds("tone_curve");
-    // Values below zero are sound only beside a stated noise.
+    // Negative values are valid only with a stated noise.
     let sigma_stated = rng.chance(0.75) || holds("sharpening");
     let snr = if sigma_stated {
         rng.between_log(100.0, 300.0)

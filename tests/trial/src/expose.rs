@@ -1,4 +1,4 @@
-//! From a lens and its causes to tiles, gaps and whole observation sets.
+//! Tiles, gaps and observation sets of a lens with its causes.
 
 use rayon::prelude::*;
 
@@ -12,75 +12,85 @@ use super::pencil::Pencil;
 use super::perturb::Change;
 use super::rays::{self, CELLS, CELLS_COARSE};
 use super::rng::Rng;
-use super::sensor::Fine;
+use super::sensor::FineGrid;
 use super::waves;
 
-/// A cause at its strength.
+/// A cause of given strength.
 pub(super) struct Cause {
     pub(super) change: Change,
     pub(super) strength: f64,
 }
 
-/// One point of light in front of the lens.
+/// A point of light in the scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spot {
-    /// Frame pixels.
+    /// Ideal image position, frame pixels.
     pub(super) ideal: [f64; 2],
     /// Stated distance, metres.
     pub(super) depth_m: f64,
-    /// Peak of the brightest channel in an exposed tile, of 1 for full scale.
+    /// Peak of the brightest channel in an exposed tile; full scale is 1.
     pub(super) level: f64,
 }
 
-/// How a set was taken.
+/// The capture settings of a set.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Capture {
-    /// Label of its random numbers.
+    /// Label of the random sequence.
     pub(super) label: u64,
-    /// Tiles hold exposed values up to 1, not shares of the light.
+    /// Whether tiles hold exposed values up to 1 instead of shares of the light.
     pub(super) raw: bool,
-    /// Peak over one standard deviation of noise; none at all if `None`.
+    /// Peak over the standard deviation of the noise; `None` for no noise.
     pub(super) snr: Option<f64>,
-    /// Whether the set says its noise.
+    /// Whether the set states its noise.
     pub(super) sigma_stated: bool,
-    /// A constant under every tile, which the set states.
+    /// Constant background of every tile, which the set states.
     pub(super) background: f64,
 }
 
-/// The pencil of a place with all causes at work.
+/// Returns the pencil at `place` with all causes applied.
 pub(super) fn pencil(lens: &Lens, causes: &[&Cause], place: &Place) -> Pencil {
     let mut pencil = lens.pencil(place);
     for cause in causes {
-        (cause.change.act)(cause.strength, lens, place, &mut pencil);
+        (cause.change.apply)(cause.strength, lens, place, &mut pencil);
     }
     pencil
 }
 
-/// The tile of one pencil about the frame position `centre`, before any tone curve.
-pub(super) fn picture(pencil: &Pencil, centre: [f64; 2], tile: usize, cells: usize) -> Vec<f64> {
-    let mut fine = Fine::new(tile, &pencil.sensor);
+/// Returns the tile of a pencil about the frame position `centre`, before any tone curve.
+pub(super) fn tile_of(pencil: &Pencil, centre: [f64; 2], tile: usize, cells: usize) -> Vec<f64> {
+    let mut fine = FineGrid::new(tile, &pencil.sensor);
     match pencil.wave_px {
         Some(wave_px) => waves::diffract(pencil, wave_px, centre, &mut fine),
         None => rays::trace(pencil, centre, cells, &mut fine),
     }
-    pencil.sensor.develop(&fine, tile)
+    pencil.sensor.integrate(&fine, tile)
 }
 
-/// All channels of one spot, exposed if `raw`, without noise and background; and the tile's centre.
-pub(super) struct Shot {
+/// The tiles of all channels of a spot, without noise and background, and their centre in the frame.
+pub(super) struct SpotTiles {
     pub(super) centre: [f64; 2],
     pub(super) tiles: Vec<Vec<f64>>,
 }
 
-/// Takes the picture of `spot`, about `centre` or, without one, the pixel's middle nearest the centroid.
-pub(super) fn shoot(
+/// The computation of the tiles of a spot.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TileOptions {
+    /// Width and height of tiles, pixels.
+    pub(super) tile: usize,
+    /// Cells across the pupil.
+    pub(super) cells: usize,
+    /// Whether tiles hold exposed values instead of shares of the light.
+    pub(super) raw: bool,
+}
+
+/// Computes the tiles of `spot` about `centre`; without one, about the pixel centre nearest to the centroid.
+pub(super) fn spot_tiles(
     lens: &Lens,
     causes: &[&Cause],
     spot: &Spot,
-    (tile, cells): (usize, usize),
+    options: TileOptions,
     centre: Option<[f64; 2]>,
-    raw: bool,
-) -> Shot {
+) -> SpotTiles {
     let pencils: Vec<Pencil> = (0..CHANNELS.len())
         .map(|channel| {
             let place = Place {
@@ -102,9 +112,9 @@ pub(super) fn shoot(
     });
     let mut tiles: Vec<Vec<f64>> = pencils
         .iter()
-        .map(|pencil| picture(pencil, centre, tile, cells))
+        .map(|pencil| tile_of(pencil, centre, options.tile, options.cells))
         .collect();
-    if raw {
+    if options.raw {
         let peak = tiles.iter().flatten().copied().fold(0.0, f64::max);
         for (pixels, pencil) in tiles.iter_mut().zip(&pencils) {
             for pixel in pixels.iter_mut() {
@@ -113,17 +123,21 @@ pub(super) fn shoot(
             }
         }
     }
-    Shot { centre, tiles }
+    SpotTiles { centre, tiles }
 }
 
-/// Mean over `spots` and channels of |o - p|² / |o|², unit-sum tiles with the causes and without.
+/// Returns the mean over `spots` and channels of |o - p|² / |o|², for unit-sum tiles with and without the causes.
 pub(super) fn gap(lens: &Lens, causes: &[&Cause], spots: &[Spot], tile: usize) -> f64 {
-    let size = (tile, CELLS_COARSE);
+    let options = TileOptions {
+        tile,
+        cells: CELLS_COARSE,
+        raw: true,
+    };
     let gaps: Vec<f64> = spots
         .par_iter()
         .map(|spot| {
-            let real = shoot(lens, causes, spot, size, None, true);
-            let bare = shoot(lens, &[], spot, size, Some(real.centre), true);
+            let real = spot_tiles(lens, causes, spot, options, None);
+            let bare = spot_tiles(lens, &[], spot, options, Some(real.centre));
             let pairs = real.tiles.iter().zip(&bare.tiles);
             pairs.map(|(o, p)| difference(o, p)).sum::<f64>() / CHANNELS.len() as f64
         })
@@ -131,7 +145,7 @@ pub(super) fn gap(lens: &Lens, causes: &[&Cause], spots: &[Spot], tile: usize) -
     gaps.iter().sum::<f64>() / gaps.len() as f64
 }
 
-/// |o - p|² / |o|² of two tiles brought to unit sum.
+/// Returns |o - p|² / |o|² of two tiles after normalisation to unit sum.
 pub(super) fn difference(o: &[f64], p: &[f64]) -> f64 {
     let (sum_o, sum_p) = (o.iter().sum::<f64>(), p.iter().sum::<f64>());
     let apart: f64 = o
@@ -142,8 +156,8 @@ pub(super) fn difference(o: &[f64], p: &[f64]) -> f64 {
     apart / o.iter().map(|o| (o / sum_o).powi(2)).sum::<f64>()
 }
 
-/// `count` spots spread over the frame at each depth; those of the second depth lie within `wander` pixels of
-/// the first's.
+/// Returns `count` spots spread over the frame at each depth, at common positions with random offsets of up to `wander`
+/// pixels.
 pub(super) fn spots(lens: &Lens, count: usize, wander: f64, rng: &mut Rng) -> Vec<Spot> {
     let (width, height) = (
         f64::from(lens.frame.width_px()),
@@ -183,7 +197,7 @@ pub(super) fn spots(lens: &Lens, count: usize, wander: f64, rng: &mut Rng) -> Ve
     spots
 }
 
-/// The observation set of `spots` as `capture` takes it.
+/// Returns the observation set of `spots` with the settings of `capture`.
 pub(super) fn set(
     lens: &Lens,
     causes: &[&Cause],
@@ -196,7 +210,12 @@ pub(super) fn set(
         .par_iter()
         .enumerate()
         .map(|(index, spot)| {
-            let shot = shoot(lens, causes, spot, (tile, CELLS), None, capture.raw);
+            let options = TileOptions {
+                tile,
+                cells: CELLS,
+                raw: capture.raw,
+            };
+            let shot = spot_tiles(lens, causes, spot, options, None);
             let rng = Rng::stream(seed, capture.label, index as u64);
             observation(spot, shot, tile, capture, rng, index)
         })
@@ -213,7 +232,7 @@ pub(super) fn set(
 
 fn observation(
     spot: &Spot,
-    shot: Shot,
+    shot: SpotTiles,
     tile: usize,
     capture: &Capture,
     mut rng: Rng,
@@ -225,7 +244,7 @@ fn observation(
         .map(|pixels| pixels.iter().copied().fold(0.0, f64::max))
         .collect();
     let brightest = peaks.iter().copied().fold(0.0, f64::max);
-    // Noise that nobody states stays small against the weakest channel too.
+    // Unstated noise is scaled to each channel, so that it is small in the weakest as well.
     let sigmas: Vec<Option<f64>> = peaks
         .iter()
         .map(|&peak| {

@@ -1,4 +1,4 @@
-//! The bare lens: third-order rays, one set of numbers a channel, on a camera that could exist.
+//! The bare lens: a third-order lens for each channel, on a realistic camera.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_8;
@@ -14,21 +14,21 @@ use super::rng::Rng;
 pub(super) const CHANNELS: [&str; 3] = ["R", "G", "B"];
 /// Wavelengths of the channels, nanometres.
 pub(super) const WAVELENGTHS_NM: [f64; 3] = [620.0, 540.0, 460.0];
-/// Index of the channel that the others are stated against.
+/// Index of the reference channel for colour errors.
 const GREEN: usize = 1;
 
-/// Numbers of one channel, px at the pupil's rim and at h = 1.
+/// Third-order coefficients of one channel, px at the rim of the pupil and h = 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seidel {
-    /// Extra defocus of the channel.
+    /// Defocus relative to the reference channel.
     axial: f64,
     beta: f64,
     gamma: f64,
     delta: f64,
     phi: f64,
-    /// Shift along the radius at h = 1, half widths.
+    /// Radial shift at h = 1, half widths, cubic in h.
     distortion: f64,
-    /// The same linear in h, px.
+    /// Radial shift at h = 1, px, linear in h.
     lateral: f64,
 }
 
@@ -40,24 +40,24 @@ pub(super) struct Lens {
     pub(super) f_number: f64,
     pub(super) pitch_um: f64,
     pub(super) focus_m: f64,
-    /// The two object distances, metres, far one first.
+    /// The two object distances, metres, the farther first.
     pub(super) depths_m: [f64; 2],
     channels: [Seidel; 3],
 }
 
-/// What a cause needs of the lens to be seen as itself.
+/// Constraints on the random lens that make a cause identifiable.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Demand {
-    /// An aperture so small that the wave shows: q of 1.5 to 4 px.
+pub(super) struct LensConstraints {
+    /// Whether the aperture is small enough for visible diffraction: q of 1.5 to 4 px.
     pub(super) slow: bool,
-    /// Least ratio of the two object distances.
+    /// Smallest ratio of the two object distances.
     pub(super) depth_ratio: f64,
 }
 
-/// Which picture is asked for.
+/// A point in the scene and a channel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    /// Where an undistorted lens would put it, frame pixels.
+    /// Image position through an undistorted lens, frame pixels.
     pub(super) ideal: [f64; 2],
     /// The stated object distance, metres.
     pub(super) depth_m: f64,
@@ -66,13 +66,13 @@ pub(super) struct Place {
 }
 
 impl Lens {
-    /// A random lens as `demand` wants it whose pencils stay well inside tiles of `tile` pixels.
-    pub(super) fn draw(rng: &mut Rng, demand: Demand, tile: usize) -> Self {
+    /// Draws a random lens that meets `constraints` and whose pencils fit well inside tiles of `tile` pixels.
+    pub(super) fn draw(rng: &mut Rng, constraints: LensConstraints, tile: usize) -> Self {
         loop {
-            let lens = Self::draw_any(rng, demand.slow);
+            let lens = Self::draw_any(rng, constraints.slow);
             if let Some(lens) = lens
-                && lens.depths_m[0] > demand.depth_ratio * lens.depths_m[1]
-                && lens.reach_px() < tile as f64 / 2.0 - 2.0
+                && lens.depths_m[0] > constraints.depth_ratio * lens.depths_m[1]
+                && lens.largest_radius_px() < tile as f64 / 2.0 - 2.0
             {
                 return lens;
             }
@@ -136,32 +136,32 @@ impl Lens {
         Some(lens)
     }
 
-    /// How much defocus, px at the rim, one dioptre makes.
+    /// Returns the defocus of one dioptre, px at the rim.
     pub(super) fn px_per_dioptre(&self) -> f64 {
         self.focal_mm * self.image_mm() / (2.0 * self.f_number * self.pitch_um)
     }
 
-    /// Distance of the focused image behind a thin lens, mm.
+    /// Returns the distance of the focused image behind the thin lens, mm.
     pub(super) fn image_mm(&self) -> f64 {
         self.focal_mm / (1.0 - self.focal_mm / (1000.0 * self.focus_m))
     }
 
-    /// Defocus of an object at vergence `v`, 1/m, in px at the rim; without axial colour.
+    /// Returns the defocus of an object at vergence `v` (1/m), px at the rim, without axial colour.
     pub(super) fn alpha(&self, v: f64) -> f64 {
         self.px_per_dioptre() * (v - 1.0 / self.focus_m)
     }
 
-    /// q = 2 N lambda / pitch of a channel, px.
+    /// Returns q = 2 N lambda / pitch of a channel, px.
     pub(super) fn wave_px(&self, channel: usize) -> f64 {
         2.0 * self.f_number * WAVELENGTHS_NM[channel] * 1e-3 / self.pitch_um
     }
 
-    /// How much larger the picture gets when the sensor moves so that defocus grows by one px.
+    /// Returns the relative change of magnification for a sensor shift that adds one px of defocus.
     pub(super) fn growth_per_px(&self) -> f64 {
         -2.0 * self.f_number * self.pitch_um * 1e-3 / self.image_mm()
     }
 
-    /// The pencil of the bare lens.
+    /// Returns the pencil of the bare lens.
     pub(super) fn pencil(&self, place: &Place) -> Pencil {
         let s = &self.channels[place.channel];
         let [ideal_x, ideal_y] = place.ideal;
@@ -178,8 +178,8 @@ impl Lens {
         pencil
     }
 
-    /// How far a ray lands from its pencil's centroid at most, px; some places and rim points are tried.
-    fn reach_px(&self) -> f64 {
+    /// Returns the largest distance of a ray from the centroid of its pencil, px, over sampled positions and rays.
+    fn largest_radius_px(&self) -> f64 {
         let unit = self.frame.half_width_px();
         let axis = self.frame.axis();
         let mut most = 0.0_f64;
@@ -205,7 +205,7 @@ impl Lens {
         most
     }
 
-    /// The camera as a manifest states it.
+    /// Returns the camera as stated in a manifest.
     pub(super) fn camera(&self) -> Camera {
         let wavelength_nm: BTreeMap<String, f64> = CHANNELS
             .iter()

@@ -1,15 +1,15 @@
-//! Sealed cases of the gap between a simulated lens and the real one, on which a diagnosis is tested blind.
+//! Simulated cases of the gap between a designed lens and the real one, for blind tests of the diagnosis.
 //!
-//! A case is three observation sets: what the user simulated (`design`, the bare lens without noise), what
-//! the camera saw (`real`, the same lens with one, two, none or an unknown cause on top, with noise), and
-//! `holdout` (other places of the real lens, nearly without noise), with the answer.
+//! A [`Case`] is three observation sets with the [`Answer`]: `design`, the bare lens without noise; `real`, the same lens
+//! with no, one, two or an unknown cause added, with noise; and `holdout`, other positions of the real lens, almost
+//! without noise. [`scores`] rates the diagnoses of many cases.
 //!
-//! This room shares nothing with the model that it tests but the vocabulary: its pictures are made from
-//! dense rays (`rays`) or from a sampled wave (`waves`) on grids of its own, never from the crate's
-//! lens, PSF models or effects.
+//! The simulation is independent of the model that it tests: it shares only the vocabulary (fields, tiles, observation
+//! sets). Tiles are computed from dense rays (`rays`) or a sampled wave (`waves`) on grids of their own, without the
+//! lens model, PSF models and effects of `seidel-optics`.
 //!
-//! Way of a tile: `lens` -> pencil -> `perturb` or `unknown` change it -> `rays` or `waves` ->
-//! fine grid -> `sensor` -> tile.
+//! The steps of a tile: `lens` gives a pencil; `perturb` or `unknown` changes it; `rays` or `waves` fills a fine grid;
+//! `sensor` integrates it over pixels.
 
 #![forbid(unsafe_code)]
 

@@ -1,28 +1,28 @@
-//! Which part of the pupil lets light through, and how much of it.
+//! The aperture and transmission of the pupil.
 
 /// The blades of an iris.
 #[derive(Debug, Clone)]
 pub(super) struct Blades {
-    /// Directions of the blades' middles, unit vectors.
+    /// Directions of the centres of the blades, unit vectors.
     pub(super) normals: Vec<[f64; 2]>,
     /// 0 for a circle, 1 for straight blades between corners on the rim.
     pub(super) straightness: f64,
 }
 
-/// Openings and losses of the pupil; by itself the open unit disc.
+/// The aperture and transmission of the pupil; by default the open unit disc.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Mask {
     /// Circles that clip the pencil: centre x, y and radius, pupil radii.
     pub(super) clips: Vec<[f64; 3]>,
     pub(super) blades: Option<Blades>,
-    /// a of the intensity transmission exp(-a |u|²).
+    /// Coefficient a of the intensity transmission exp(-a |u|²).
     pub(super) fading: f64,
-    /// Radius of a dark disc in the middle, pupil radii.
+    /// Radius of a central obstruction, pupil radii.
     pub(super) obstruction: f64,
 }
 
 impl Mask {
-    /// Share of a cell of width `cell` about `u` that is open.
+    /// Returns the open share of a cell of width `cell` about `u`.
     pub(super) fn open(&self, u: [f64; 2], cell: f64) -> f64 {
         let radius = u[0].hypot(u[1]);
         let mut inside = 1.0 - radius;
@@ -51,7 +51,7 @@ impl Mask {
         share
     }
 
-    /// Intensity let through at `u` where open.
+    /// Returns the intensity transmission at `u`.
     pub(super) fn transmission(&self, u: [f64; 2]) -> f64 {
         if self.fading == 0.0 {
             1.0
@@ -60,7 +60,7 @@ impl Mask {
         }
     }
 
-    /// Light that a cell of width `cell` about `u` lets through, of 1 for an open one.
+    /// Returns the light through a cell of width `cell` about `u`; 1 for an open cell.
     pub(super) fn light(&self, u: [f64; 2], cell: f64) -> f64 {
         let open = self.open(u, cell);
         if open > 0.0 {

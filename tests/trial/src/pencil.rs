@@ -1,25 +1,25 @@
-//! A pencil: all light of one point on its way to one channel of the sensor.
+//! A pencil: the light from one point to one channel of the sensor.
 //!
-//! The pupil point u lies in the unit disc; slopes are where a ray lands, in pixels off the chief ray, and
-//! the wavefront W is in pixels too, so that the slopes are its gradient.
+//! The pupil point u lies in the unit disc. Slopes are landing points relative to the chief ray in pixels; they are the
+//! gradient of the wavefront W, which is in pixels as well.
 
 use super::mask::Mask;
 use super::sensor::Sensor;
 
-/// A wave pattern on the wavefront.
+/// A sinusoidal ripple of the wavefront.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ripple {
     /// Largest slope, px.
     pub(super) slope: f64,
-    /// Radians per unit of pupil, along x and y; rings take its length.
+    /// Wave vector (x, y), radians per pupil radius; rings use its length.
     pub(super) wave_number: [f64; 2],
     /// Phase, radians.
     pub(super) phase: f64,
-    /// Whether it is rings about the centre, not lines.
+    /// Whether the ripple forms rings about the centre instead of lines.
     pub(super) rings: bool,
 }
 
-/// An arbitrary displacement of rays that is no wavefront's slope: `linear` by the pupil, `square` by |u|².
+/// A displacement of rays that is not the gradient of a wavefront: linear in u, in |u|² and in u_x u_y.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Warp {
     pub(super) linear: [f64; 4],
@@ -27,45 +27,45 @@ pub(super) struct Warp {
     pub(super) cross: [f64; 2],
 }
 
-/// One pencil.
+/// A pencil of light.
 #[derive(Debug, Clone)]
 pub(super) struct Pencil {
     /// Field point, half frame widths.
     pub(super) field: [f64; 2],
-    /// Where the chief ray lands, frame pixels.
+    /// Landing point of the chief ray, frame pixels.
     pub(super) chief: [f64; 2],
-    /// Slopes linear in u: xx, xy, yy.
+    /// Coefficients of the slopes linear in u: xx, xy, yy.
     pub(super) linear: [f64; 3],
-    /// |u|² u.
+    /// Coefficient of the slope |u|² u.
     pub(super) spherical: f64,
-    /// |u|⁴ u.
+    /// Coefficient of the slope |u|⁴ u.
     pub(super) spherical5: f64,
-    /// c of -(|u|² c + 2 u (c.u)).
+    /// Vector c of the slope -(|u|² c + 2 u (c.u)).
     pub(super) coma: [f64; 2],
-    /// c of |u|⁴ c + 4 |u|² u (c.u).
+    /// Vector c of the slope |u|⁴ c + 4 |u|² u (c.u).
     pub(super) coma5: [f64; 2],
-    /// o of the wavefront o |u|² (X.u)² / 2.
+    /// Coefficient o of the wavefront o |u|² (X.u)² / 2.
     pub(super) oblique: f64,
-    /// e of the wavefront e (X.u)³ / 3.
+    /// Coefficient e of the wavefront e (X.u)³ / 3.
     pub(super) elliptical: f64,
-    /// Real and imaginary part of three-fold coma.
+    /// Real and imaginary part of trefoil.
     pub(super) trefoil: [f64; 2],
     pub(super) ripple: Option<Ripple>,
     pub(super) warp: Option<Warp>,
-    /// Pupil over its height along x: the pupil is an ellipse.
+    /// Width of the elliptical pupil over its height.
     pub(super) squeeze_pupil: f64,
-    /// Factor of all slopes along x.
+    /// Factor on all slopes along x.
     pub(super) squeeze_blur: f64,
-    /// Which part of the pupil is open.
+    /// Aperture and transmission.
     pub(super) mask: Mask,
-    /// Wave optics with this 2 N lambda / pitch, pixels; rays if `None`.
+    /// 2 N lambda / pitch for wave optics, pixels; `None` for rays.
     pub(super) wave_px: Option<f64>,
-    /// What happens to the picture on the sensor.
+    /// The sensor.
     pub(super) sensor: Sensor,
 }
 
 impl Pencil {
-    /// A pencil without any aberration whose light lands at one point.
+    /// Creates a pencil without aberrations, whose rays all land on `chief`.
     pub(super) fn sharp(field: [f64; 2], chief: [f64; 2]) -> Self {
         Self {
             field,
@@ -88,13 +88,13 @@ impl Pencil {
         }
     }
 
-    /// Adds defocus alike in all directions, px at the rim.
+    /// Adds isotropic defocus, px at the rim.
     pub(super) fn defocus(&mut self, px: f64) {
         self.linear[0] += px;
         self.linear[2] += px;
     }
 
-    /// Where the ray through the mask point `m` lands, px off the chief ray.
+    /// Returns the landing point of the ray through the mask point `m`, relative to the chief ray, px.
     pub(super) fn slope(&self, m: [f64; 2]) -> [f64; 2] {
         let [x, y] = [m[0] * self.squeeze_pupil, m[1]];
         let r2 = x * x + y * y;
@@ -141,8 +141,9 @@ impl Pencil {
         [px * self.squeeze_blur, py]
     }
 
-    /// The wavefront at the mask point `m`, px, whose gradient by u are the slopes before `squeeze_blur`;
-    /// ripples and warps are for rays alone.
+    /// Returns the wavefront at the mask point `m`, px; its gradient gives the slopes before `squeeze_blur`.
+    ///
+    /// Ripples and warps are not included: they apply to rays only.
     pub(super) fn wavefront(&self, m: [f64; 2]) -> f64 {
         let [x, y] = [m[0] * self.squeeze_pupil, m[1]];
         let r2 = x * x + y * y;
@@ -162,7 +163,7 @@ impl Pencil {
             + self.trefoil[1] * (3.0 * x * x * y - y * y * y) / 3.0
     }
 
-    /// Mean landing point of the rays, frame pixels, before the sensor.
+    /// Returns the mean landing point of the rays, frame pixels, before the sensor.
     pub(super) fn centroid(&self) -> [f64; 2] {
         const STEPS: usize = 40;
         let step = 2.0 / STEPS as f64;

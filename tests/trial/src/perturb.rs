@@ -1,4 +1,4 @@
-//! The effects that change where light goes: one function an effect, each drawing its own numbers.
+//! Effects on the pencil, one function for each effect, with random parameters.
 
 use super::lens::{Lens, Place};
 use super::mask::Blades;
@@ -6,35 +6,35 @@ use super::pencil::Pencil;
 use super::perturb_sensor as sensor;
 use super::rng::Rng;
 
-/// How a change acts on a pencil at a strength.
-type Act = Box<dyn Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync>;
+/// A function that applies a change of given strength to a pencil.
+type Perturbation = Box<dyn Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync>;
 
-/// One cause, with everything drawn but its strength.
+/// A cause with all parameters drawn except its strength.
 pub(super) struct Change {
-    /// Its identifier.
+    /// The identifier.
     pub(super) id: &'static str,
-    /// Least and greatest strength.
+    /// Smallest and largest strength.
     pub(super) range: [f64; 2],
-    /// Numbers that do not go with the strength, for the answer.
+    /// Parameters independent of the strength, for the answer.
     pub(super) fixed: Vec<(&'static str, f64)>,
-    /// Numbers at strength 1 that go with it, for the answer.
+    /// Parameters proportional to the strength, at strength 1, for the answer.
     pub(super) scaled: Vec<(&'static str, f64)>,
-    /// What it does.
-    pub(super) act: Act,
+    /// The function that applies the change.
+    pub(super) apply: Perturbation,
 }
 
 impl Change {
     pub(super) fn new(
         id: &'static str,
         range: [f64; 2],
-        act: impl Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync + 'static,
+        apply: impl Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync + 'static,
     ) -> Self {
         Self {
             id,
             range,
             fixed: Vec::new(),
             scaled: Vec::new(),
-            act: Box::new(act),
+            apply: Box::new(apply),
         }
     }
 
@@ -52,7 +52,7 @@ impl Change {
 /// Draws the effect `id` for `lens`.
 ///
 /// # Panics
-/// An identifier that is not one of the effects.
+/// If `id` is not one of [`super::EFFECTS`].
 pub(super) fn effect(id: &str, lens: &Lens, rng: &mut Rng) -> Change {
     match id {
         "defocus_offset" => defocus_offset(rng),
@@ -76,13 +76,14 @@ pub(super) fn effect(id: &str, lens: &Lens, rng: &mut Rng) -> Change {
     }
 }
 
-/// Factor of a channel for things that are opposite in red and blue and about nothing in green.
+/// Returns the factor of a channel for colour errors, which have opposite signs in red and blue: 1 for red.
 fn colour(place: &Place, green: f64, blue: f64) -> f64 {
     [1.0, green, blue][place.channel]
 }
 
-/// Defocus by moving the sensor: `px` more of it, the picture growing as it does; `tele` is 1 for a thin
-/// lens, 0 where chief rays run parallel.
+/// Adds `px` of defocus by a sensor shift, with the change of magnification.
+///
+/// `tele` is 1 for a thin lens and 0 for an image-side telecentric lens.
 fn refocus(px: f64, tele: f64, lens: &Lens, pencil: &mut Pencil) {
     pencil.defocus(px);
     let growth = px * lens.growth_per_px() * tele * lens.frame.half_width_px();
@@ -101,7 +102,7 @@ fn defocus_offset(rng: &mut Rng) -> Change {
 
 fn depth_scale(rng: &mut Rng) -> Change {
     let sign = rng.sign();
-    // The factor is exp(sign t): true distances are that many times the stated ones.
+    // True distances are exp(sign t) times the stated ones.
     Change::new(
         "depth_scale",
         [0.003, 0.3],
@@ -220,7 +221,7 @@ fn higher_order(rng: &mut Rng) -> Change {
         let [x, y] = pencil.field;
         let h2 = x * x + y * y;
         let s = size.map(|s| s * t);
-        // Every term's slope at the rim along the meridian is its size at h = 1.
+        // Sizes are slopes at the rim along the meridian at h = 1.
         pencil.spherical5 += s[0];
         let coma5 = s[1] / 5.0;
         pencil.coma5[0] += coma5 * x;
@@ -276,7 +277,7 @@ fn anamorphic(rng: &mut Rng) -> Change {
     } else {
         0.0
     };
-    // The strength is the squeeze less 1; the rest follows in proportion.
+    // The strength is 1 minus the squeeze; the other parameters are proportional to it.
     Change::new("anamorphic", [0.05, 0.25], move |t, _, _, pencil| {
         if by_pupil {
             pencil.squeeze_pupil *= 1.0 - t;

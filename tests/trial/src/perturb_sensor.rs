@@ -1,10 +1,10 @@
-//! The effects that act on the picture as a whole: one function an effect.
+//! Effects of the sensor, one function for each effect.
 
 use super::perturb::Change;
 use super::rng::Rng;
-use super::sensor::{Fall, Halo, Tone};
+use super::sensor::{Halo, HaloProfile, Tone};
 
-/// Copies that make a line of length `along`, px, about the middle.
+/// Returns copies (x, y, weight) that form a centred line with the vector `along`, px.
 pub(super) fn line(along: [f64; 2]) -> Vec<[f64; 3]> {
     let count = ((along[0].hypot(along[1]) / 0.15).ceil() as usize).clamp(2, 64);
     (0..count)
@@ -46,10 +46,10 @@ pub(super) fn motion(rng: &mut Rng) -> Change {
 
 pub(super) fn veiling_glare(rng: &mut Rng) -> Change {
     let radius = rng.between(3.0, 8.0);
-    let fall = if rng.chance(0.5) {
-        Fall::Exponential
+    let profile = if rng.chance(0.5) {
+        HaloProfile::Exponential
     } else {
-        Fall::Power
+        HaloProfile::Power
     };
     let by_channel = if rng.chance(0.4) {
         [1.0, rng.between(0.5, 1.0), rng.between(0.3, 0.9)]
@@ -60,7 +60,7 @@ pub(super) fn veiling_glare(rng: &mut Rng) -> Change {
         pencil.sensor.halo = Some(Halo {
             share: t * by_channel[place.channel],
             radius_px: radius,
-            fall,
+            profile,
         });
     })
     .scaled("share_r", by_channel[0])
@@ -69,7 +69,7 @@ pub(super) fn veiling_glare(rng: &mut Rng) -> Change {
     .fixed("radius", radius)
     .fixed(
         "power_not_exponential",
-        f64::from(u8::from(fall == Fall::Power)),
+        f64::from(u8::from(profile == HaloProfile::Power)),
     )
 }
 

@@ -1,16 +1,17 @@
-//! Pictures from dense rays: a square grid of cells over the pupil, each laid down where its corners land.
+//! PSFs from dense rays: a square grid of cells over the pupil, each spread over the box of its landing corners.
 
 use super::pencil::Pencil;
-use super::sensor::Fine;
+use super::sensor::FineGrid;
 
-/// Cells across the pupil for pictures that are handed out.
+/// Cells across the pupil for tiles of a case.
 pub(super) const CELLS: usize = 216;
-/// Cells across the pupil where only a gap is measured.
+/// Cells across the pupil for the measurement of gaps.
 pub(super) const CELLS_COARSE: usize = 88;
 
-/// Lays the light of `pencil` down on a fine grid whose middle is the frame position `centre`; all light of
-/// the pencil is 1, and what misses the grid is lost.
-pub(super) fn trace(pencil: &Pencil, centre: [f64; 2], cells: usize, fine: &mut Fine) {
+/// Adds the light of `pencil` to a fine grid centred on the frame position `centre`.
+///
+/// The pencil's light sums to 1; light outside the grid is lost.
+pub(super) fn trace(pencil: &Pencil, centre: [f64; 2], cells: usize, fine: &mut FineGrid) {
     let cell = 2.0 / cells as f64;
     let offset = [pencil.chief[0] - centre[0], pencil.chief[1] - centre[1]];
     let corner = |row: usize, column: usize| {
@@ -21,7 +22,7 @@ pub(super) fn trace(pencil: &Pencil, centre: [f64; 2], cells: usize, fine: &mut 
     let mut light = 0.0;
     for row in 0..cells {
         let y = (row as f64 + 0.5) * cell - 1.0;
-        // Only columns that the disc reaches, with one to spare on each side.
+        // Columns within the disc, and one more on each side.
         let reach = (1.0 - y * y).max(0.0).sqrt() / cell + 2.0;
         let half = cells as f64 / 2.0;
         let first = (half - reach).max(0.0) as usize;
@@ -30,7 +31,7 @@ pub(super) fn trace(pencil: &Pencil, centre: [f64; 2], cells: usize, fine: &mut 
             *at = corner(row + 1, column);
         }
         if row > 0 {
-            // The row above may have reached less far.
+            // The row above may have had fewer columns.
             let y_above = y - cell;
             let reach = (1.0 - y_above * y_above).max(0.0).sqrt() / cell + 2.0;
             let known =
@@ -56,7 +57,7 @@ pub(super) fn trace(pencil: &Pencil, centre: [f64; 2], cells: usize, fine: &mut 
                 let extent = |i: usize| {
                     0.5 * ((b[i] - a[i] + d[i] - c[i]).abs() + (c[i] - a[i] + d[i] - b[i]).abs())
                 };
-                fine.lay([middle(0), middle(1)], [extent(0), extent(1)], weight);
+                fine.add_box([middle(0), middle(1)], [extent(0), extent(1)], weight);
             }
         }
         std::mem::swap(&mut above, &mut below);

@@ -1,8 +1,8 @@
-//! What a case is asked to hold, and balanced lists of such orders.
+//! Recipes of cases, and balanced lists of them.
 
 use super::rng::Rng;
 
-/// Identifiers of the effects that a case may hold, as in the library of effects.
+/// Identifiers of the effects that a case can have, as in the effect library.
 pub const EFFECTS: [&str; 17] = [
     "defocus_offset",
     "depth_scale",
@@ -23,7 +23,7 @@ pub const EFFECTS: [&str; 17] = [
     "tone_curve",
 ];
 
-/// Families of causes that no library of effects holds.
+/// Families of causes that are not in the effect library.
 pub const UNKNOWN: [&str; 8] = [
     "central_obstruction",
     "trefoil",
@@ -35,8 +35,8 @@ pub const UNKNOWN: [&str; 8] = [
     "radial_smear",
 ];
 
-/// Pairs of effects too alike for anyone to name both.
-const ALIKE: [[&str; 2]; 10] = [
+/// Pairs of effects too similar to be identified together.
+const SIMILAR: [[&str; 2]; 10] = [
     ["defocus_offset", "depth_scale"],
     ["decentre", "sensor_tilt"],
     ["motion", "pixel_footprint"],
@@ -49,10 +49,10 @@ const ALIKE: [[&str; 2]; 10] = [
     ["veiling_glare", "tone_curve"],
 ];
 
-/// What separates the real lens from its design.
+/// The difference between the real lens and its design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Nothing but noise.
+    /// Noise only.
     None,
     /// One of [`EFFECTS`].
     Single(&'static str),
@@ -62,14 +62,14 @@ pub enum Kind {
     Unknown(&'static str),
 }
 
-/// How many places each set holds at each of the two depths, and the size of their tiles.
+/// The number of positions in each set and the size of the tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Size {
-    /// Places of the design, each at two depths.
+    /// Positions in the design set, each at two depths.
     pub design: usize,
-    /// Places of the real set, each at two depths.
+    /// Positions in the real set, each at two depths.
     pub real: usize,
-    /// Places of the held-out set, each at two depths.
+    /// Positions in the held-out set, each at two depths.
     pub holdout: usize,
     /// Width and height of every tile, pixels; odd, at least 25.
     pub tile: usize,
@@ -86,24 +86,25 @@ impl Default for Size {
     }
 }
 
-/// An order for one case.
+/// A recipe for one case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Recipe {
-    /// What it holds.
+    /// The causes of the gap.
     pub kind: Kind,
-    /// Everything else about it follows from this.
+    /// The seed of all random choices.
     pub seed: u64,
-    /// How large it is.
+    /// The size of the sets.
     pub size: Size,
 }
 
-/// Whether two effects can be told apart well enough to make a pair.
+/// Whether two effects are distinct enough to form a pair.
 fn may_pair(a: &str, b: &str) -> bool {
-    a != b && !ALIKE.contains(&[a, b]) && !ALIKE.contains(&[b, a])
+    a != b && !SIMILAR.contains(&[a, b]) && !SIMILAR.contains(&[b, a])
 }
 
-/// A shuffled mix of `count` orders: three in five hold one effect (all in turn), three in twenty two, three in
-/// twenty an unknown cause (all families in turn), and one in ten nothing.
+/// Returns a shuffled list of `count` recipes.
+///
+/// 60 % have one effect (all in turn), 15 % a pair, 15 % an unknown cause (all families in turn) and 10 % none.
 pub fn recipes(count: usize, seed: u64, size: Size) -> Vec<Recipe> {
     let mut rng = Rng::stream(seed, 0, 0);
     let share = |twentieths: usize| (count * twentieths + 10) / 20;

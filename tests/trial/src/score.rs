@@ -1,4 +1,4 @@
-//! What a diagnosis got right over many cases.
+//! Scores of diagnoses over many cases.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,21 +6,21 @@ use serde::Serialize;
 
 use super::case::Answer;
 
-/// The verdict that nothing separates design and reality.
+/// The verdict of no gap.
 const NO_GAP: &str = "no_gap";
-/// The verdict that no cause of the library explains the gap.
+/// The verdict of a gap that no effect of the library explains.
 const UNEXPLAINED: &str = "unexplained";
-/// The cause that stands for everything outside the library.
+/// The cause for everything outside the library.
 const UNKNOWN: &str = "unknown";
-/// A class of causes that cannot be told apart counts as a name if it has no more members than this.
+/// Largest class of indistinguishable causes that counts as naming its members.
 const LARGEST_CLASS: usize = 2;
-/// Bins of the probabilities that calibration is judged by.
+/// Number of probability bins of the calibration error.
 const BINS: usize = 15;
 
-/// What a diagnosis said about one case, and what was true.
+/// The diagnosis of a case and its answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// The truth.
+    /// The answer.
     pub answer: Answer,
     /// The verdict: `no_gap`, `unexplained`, or any other word for a gap that was explained.
     pub verdict: String,
@@ -28,9 +28,9 @@ pub struct Outcome {
     pub added: Vec<String>,
     /// Causes, `unknown` among them, with their probabilities, likeliest first.
     pub ranked: Vec<(String, f64)>,
-    /// Classes of causes that the diagnosis says it cannot tell apart.
+    /// Classes of causes that the diagnosis reports as indistinguishable.
     pub equivalents: Vec<Vec<String>>,
-    /// Share of the gap that the diagnosis says it closed.
+    /// Share of the gap closed according to the diagnosis.
     pub claimed_closed: f64,
     /// Share of the gap closed on the held-out set.
     pub true_closed: f64,
@@ -38,72 +38,72 @@ pub struct Outcome {
     pub seconds: f64,
 }
 
-/// How often something held.
+/// The rate at which a condition held.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rate {
-    /// Cases in which it held.
+    /// Number of cases in which it held.
     pub held: usize,
-    /// Cases in which it could have.
+    /// Number of cases to which it applies.
     pub of: usize,
-    /// The one over the other; none without cases.
+    /// `held` over `of`; none without cases.
     pub share: Option<f64>,
 }
 
-/// A mean, a median or the like over cases.
+/// A statistic over cases, such as a mean or a median.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Measure {
-    /// Its value; none without cases.
+    /// The value; none without cases.
     pub value: Option<f64>,
-    /// Cases that it is taken over.
+    /// Number of cases.
     pub of: usize,
 }
 
-/// Outcomes whose odds lie in one of fifteen equal bins.
+/// A bin of the calibration histogram: outcomes with probabilities in one of fifteen equal intervals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bin {
-    /// Least probability of the bin.
+    /// Lower bound of the probability.
     pub from: f64,
-    /// Outcomes in it.
+    /// Number of outcomes.
     pub count: usize,
-    /// Mean of the odds; 0 for an empty bin.
+    /// Mean probability; 0 for an empty bin.
     pub confidence: f64,
-    /// Share that is right; 0 for an empty bin.
+    /// Share of correct outcomes; 0 for an empty bin.
     pub right: f64,
 }
 
-/// Figures over many outcomes. "Single" are cases with one effect of the library.
+/// Scores over many outcomes. "Single" cases have one effect of the library.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scores {
-    /// Counts by truth, then by what was named: effects joined by `+` in alphabetical order, `none`, `unknown`,
-    /// and the verdict itself where nothing was named.
+    /// Confusion matrix: counts by answer, then by diagnosis. Keys are effects joined by `+` in alphabetical order, `none`,
+    /// `unknown`, or the verdict if it names no cause.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
-    /// Single: the likeliest cause is the truth, or in a class of at most two with it.
+    /// Single: the likeliest cause is the true one, or in a class of at most two with it.
     pub single_top1: Rate,
-    /// Single: the likeliest cause is the truth itself.
+    /// Single: the likeliest cause is the true one.
     pub single_top1_exact: Rate,
-    /// Single: the truth is among the three likeliest causes or their classes of at most two.
+    /// Single: the true cause is among the three likeliest, or in their classes of at most two.
     pub single_top3: Rate,
-    /// Pairs: both effects were added, or others of their classes of at most two.
+    /// Pairs: both effects were added, or others from their classes of at most two.
     pub pair_both: Rate,
-    /// Pairs: mean F1 of the added set of effects against the true one.
+    /// Pairs: mean F1 score of the added effects.
     pub pair_f1: Measure,
-    /// Cases without a gap in which one was found.
+    /// Cases without a gap in which a gap was reported.
     pub false_alarms: Rate,
     /// Unknown causes with the verdict `unexplained`.
     pub unknown_unexplained: Rate,
-    /// Unknown causes with `unknown` as the likeliest.
+    /// Unknown causes with `unknown` as the likeliest cause.
     pub unknown_first: Rate,
-    /// Median share truly closed where the cause (or both) was right.
+    /// Median true share closed, over cases with all causes right.
     pub closed_median: Measure,
-    /// Mean of |claimed - true| share closed where an effect was added.
+    /// Mean of |claimed - true| share closed, over cases with an added effect.
     pub closed_error: Measure,
-    /// Expected calibration error of the odds of the answer: of the effects added, together, or of `unknown`;
-    /// cases without a gap left out.
+    /// Expected calibration error of the probability of the diagnosis: that of all added effects, or of `unknown`. Cases
+    /// without a gap are left out.
     pub calibration_error: Measure,
-    /// The same of the likeliest cause alone. Odds of causes sum to one, so either effect of a pair has a half at
-    /// most, however sure the pair is.
+    /// Expected calibration error of the likeliest cause alone. Probabilities sum to one, so each effect of a pair has
+    /// about a half, however certain the pair is.
     pub calibration_error_first: Measure,
-    /// What the calibration error is made of.
+    /// Calibration histogram.
     pub calibration: Vec<Bin>,
     /// Median of the time taken, seconds.
     pub seconds_median: Measure,
@@ -111,7 +111,7 @@ pub struct Scores {
     pub seconds_longest: Measure,
 }
 
-/// Scores of a list of outcomes.
+/// Computes the scores of a list of outcomes.
 pub fn scores(outcomes: &[Outcome]) -> Scores {
     let kind = |word: &'static str| outcomes.iter().filter(move |o| o.answer.kind == word);
     let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
@@ -176,7 +176,7 @@ impl Outcome {
         }
     }
 
-    /// Whether saying `said` names `truth`, by itself or by a small class that holds both.
+    /// Whether the cause `said` names `truth`, itself or by a small class that contains both.
     fn names(&self, said: &str, truth: &str) -> bool {
         let has = |class: &[String], id: &str| class.iter().any(|c| c == id);
         said == truth
@@ -195,7 +195,7 @@ impl Outcome {
         !self.no_gap() && first.any(|(said, _)| self.names(said, truth))
     }
 
-    /// Whether the likeliest cause is itself (one of) what is there.
+    /// Whether the likeliest cause is a true one.
     fn top_is_right(&self) -> bool {
         let Some((top, _)) = self.ranked.first() else {
             return false;
@@ -207,15 +207,16 @@ impl Outcome {
         }
     }
 
-    /// Odds of the likeliest cause, and whether it is right.
+    /// Returns the probability of the likeliest cause, and whether it is right.
     fn first_odds(&self) -> Option<(f64, bool)> {
         let (_, odds) = self.ranked.first()?;
         Some((*odds, self.top_is_right()))
     }
 
-    /// Odds of the answer as a whole, and whether it is right: of all effects added where they are said to explain
-    /// the gap, which must be those that are there; of an unknown cause where it is called unexplained. None where
-    /// no gap was seen or nothing was said.
+    /// Returns the probability of the diagnosis as a whole, and whether it is right.
+    ///
+    /// For an explained gap, that is the sum over all added effects, which must be the true ones. For an unexplained gap,
+    /// it is that of `unknown`. `None` without a gap or without causes.
     fn answer_odds(&self) -> Option<(f64, bool)> {
         let odds_of = |id: &str| {
             let ranked = self.ranked.iter().find(|(cause, _)| cause == id);
@@ -235,7 +236,7 @@ impl Outcome {
         }
     }
 
-    /// How many of the true effects were added, each addition standing for one of them at most.
+    /// Returns the number of true effects that were added; each addition counts for at most one.
     fn found(&self) -> usize {
         let mut left: BTreeSet<&str> = self.added.iter().map(String::as_str).collect();
         let truths = &self.answer.effects;
@@ -260,7 +261,7 @@ impl Outcome {
     }
 }
 
-/// Identifiers in alphabetical order, joined by `+`.
+/// Returns the identifiers in alphabetical order, joined by `+`.
 fn joined(ids: &[String]) -> String {
     let ids: BTreeSet<&str> = ids.iter().map(String::as_str).collect();
     ids.into_iter().collect::<Vec<_>>().join("+")
@@ -298,7 +299,7 @@ fn median(values: impl Iterator<Item = f64>) -> Measure {
     }
 }
 
-/// Bins of odds, and the mean over outcomes of |odds - share right| by bin.
+/// Returns the calibration histogram and the expected calibration error.
 fn calibrate(
     outcomes: &[Outcome],
     odds: impl Fn(&Outcome) -> Option<(f64, bool)>,
@@ -384,7 +385,7 @@ mod tests {
         both.added = strings(&["decentre", "motion"]);
         let mut one = both.clone();
         one.added = strings(&["motion"]);
-        // One addition cannot stand for both, whatever its class.
+        // One addition cannot count for both.
         one.equivalents = vec![strings(&["motion", "decentre"])];
         let mut by_class = both.clone();
         by_class.added = strings(&["motion", "sensor_tilt"]);
@@ -431,7 +432,7 @@ mod tests {
         let s = scores(&[quiet, alarm, honest, fooled]);
         assert_eq!((s.false_alarms.held, s.false_alarms.of), (1, 2));
         assert_eq!((s.unknown_unexplained.held, s.unknown_first.held), (1, 1));
-        // The one is right at 1, the other wrong at 0.7; cases of nothing take no part.
+        // One is right at 1, the other wrong at 0.7; cases without a gap do not count.
         let error = s.calibration_error.value.expect("two outcomes");
         assert!((error - 0.35).abs() < 1e-12, "{error}");
         assert_eq!(s.calibration_error.of, 2);
@@ -442,12 +443,12 @@ mod tests {
     }
 
     #[test]
-    fn nothing_makes_no_figures() {
+    fn no_outcomes_give_no_figures() {
         let s = scores(&[]);
         assert_eq!(s.single_top1.share, None);
         assert_eq!(s.calibration_error.value, None);
         assert_eq!(s.seconds_longest.value, None);
-        // Of a case that could not be diagnosed nothing was named, and nothing is right.
+        // A failed diagnosis names nothing and is never right.
         let failed = scores(&[outcome("unknown", &[], "failed", &[])]);
         assert_eq!(failed.confusion["unknown"]["failed"], 1);
         assert_eq!(failed.unknown_unexplained.held, 0);

@@ -1,21 +1,21 @@
-//! From light on a fine grid to the pixels of a tile: pixels and what else the sensor does.
+//! The sensor: from light on a fine grid to the pixels of a tile.
 
 use std::f64::consts::PI;
 
 /// Bins of the fine grid across one pixel.
 pub(super) const BINS: usize = 4;
-/// Pixels that the fine grid reaches beyond the tile where light is copied about.
+/// Margin of the fine grid around the tile if the sensor copies light, pixels.
 const MARGIN_PX: usize = 8;
 
-/// Light on bins a quarter of a pixel wide, about a middle.
+/// Light on bins a quarter of a pixel wide.
 #[derive(Debug, Clone)]
-pub(super) struct Fine {
+pub(super) struct FineGrid {
     bins: usize,
     light: Vec<f64>,
 }
 
-impl Fine {
-    /// An empty grid for tiles of `tile` pixels under `sensor`.
+impl FineGrid {
+    /// Creates an empty grid for tiles of `tile` pixels behind `sensor`.
     pub(super) fn new(tile: usize, sensor: &Sensor) -> Self {
         let margin = if sensor.copies.is_empty() {
             0
@@ -37,13 +37,13 @@ impl Fine {
         self.bins as f64 / BINS as f64
     }
 
-    /// Position of the middle of a bin along one axis, px from the grid's middle.
+    /// Returns the position of the centre of a bin along one axis, px from the centre of the grid.
     pub(super) fn bin_px(&self, bin: usize) -> f64 {
         (bin as f64 + 0.5) / BINS as f64 - self.width_px() / 2.0
     }
 
-    /// Spreads `weight` evenly over a box of size `extent` about `at`, px from the grid's middle.
-    pub(super) fn lay(&mut self, at: [f64; 2], extent: [f64; 2], weight: f64) {
+    /// Adds `weight` spread evenly over a box of size `extent` about `at`, px from the centre of the grid.
+    pub(super) fn add_box(&mut self, at: [f64; 2], extent: [f64; 2], weight: f64) {
         let per_px = BINS as f64;
         let half = self.bins as f64 / 2.0;
         let most = self.bins as f64;
@@ -72,8 +72,7 @@ impl Fine {
         self.light.iter_mut().for_each(|l| *l *= factor);
     }
 
-    /// Takes intensities at the middles of bins (times a bin's area) and turns them into integrals over bins,
-    /// by their second differences.
+    /// Fills the grid from intensities at bin centres (times the area of a bin), integrated over bins to second order.
     pub(super) fn fill_from_points(&mut self, point: impl Fn(usize) -> f64) {
         let n = self.bins;
         let points: Vec<f64> = (0..n * n).map(point).collect();
@@ -91,8 +90,8 @@ impl Fine {
         }
     }
 
-    /// Light up to every corner of the bins, from the top left; one row and column more than bins.
-    fn running_sums(&self) -> Vec<f64> {
+    /// Returns the summed-area table of the bins, with one row and column more than bins.
+    fn summed_area(&self) -> Vec<f64> {
         let n = self.bins;
         let mut sums = vec![0.0; (n + 1) * (n + 1)];
         for row in 0..n {
@@ -106,9 +105,9 @@ impl Fine {
     }
 }
 
-/// How light beside a point falls off in a halo.
+/// The radial profile of a halo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Fall {
+pub(super) enum HaloProfile {
     /// exp(-r / R).
     Exponential,
     /// (1 + r² / R²)^-2.
@@ -122,17 +121,17 @@ pub(super) struct Halo {
     pub(super) share: f64,
     /// R, px.
     pub(super) radius_px: f64,
-    pub(super) fall: Fall,
+    pub(super) profile: HaloProfile,
 }
 
-/// How pixel values follow light, both 0 to 1.
+/// A tone curve, for values from 0 to 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Tone {
-    /// v to this power.
+    /// v to the given power.
     Power(f64),
     /// v / (1 + k v).
     Compress(f64),
-    /// v, but no more than this.
+    /// v clipped at the given value.
     Clip(f64),
 }
 
@@ -147,23 +146,23 @@ impl Tone {
     }
 }
 
-/// What the sensor does to a picture, in this order; by itself square pixels of width 1.
+/// A sensor, with its effects in the order of application; by default square pixels of width 1.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sensor {
-    /// Copies of the picture: shift x, y in px and weight. None at all means one where it is.
+    /// Copies of the image: shift (x, y) in px, and weight. Empty for the image itself.
     pub(super) copies: Vec<[f64; 3]>,
     pub(super) halo: Option<Halo>,
     /// Amount and radius (standard deviation, px) of an unsharp mask on the pixels.
     pub(super) sharpen: Option<[f64; 2]>,
-    /// Applied to exposed tiles, by whoever exposes them.
+    /// Tone curve of exposed tiles. The caller applies it.
     pub(super) tone: Option<Tone>,
 }
 
-/// Lobes below zero go no deeper than this share of the peak, as files with a black level have it.
+/// Largest depth of negative lobes as a share of the peak, as in files with a black level.
 const DEEPEST_LOBE: f64 = 0.004;
 
 impl Sensor {
-    /// Spreads the picture over `copies` on top of those there are.
+    /// Convolves the present copies with `copies`.
     pub(super) fn spread(&mut self, copies: &[[f64; 3]]) {
         if self.copies.is_empty() {
             self.copies = vec![[0.0, 0.0, 1.0]];
@@ -179,14 +178,14 @@ impl Sensor {
             .collect();
     }
 
-    /// How far the copies move the centroid, px.
+    /// Returns the shift of the centroid by the copies, px.
     pub(super) fn shift(&self) -> [f64; 2] {
         let sum = |i: usize| self.copies.iter().map(|c| c[i] * c[2]).sum::<f64>();
         [sum(0), sum(1)]
     }
 
-    /// The tile of `width` pixels that the light makes, before any tone curve, row-major.
-    pub(super) fn develop(&self, fine: &Fine, width: usize) -> Vec<f64> {
+    /// Returns the tile of `width` x `width` pixels, row-major, before any tone curve.
+    pub(super) fn integrate(&self, fine: &FineGrid, width: usize) -> Vec<f64> {
         let mut tile = self.pixels(fine, width);
         if let Some(halo) = self.halo {
             tile = scatter(&tile, width, halo);
@@ -197,7 +196,7 @@ impl Sensor {
         tile
     }
 
-    fn pixels(&self, fine: &Fine, width: usize) -> Vec<f64> {
+    fn pixels(&self, fine: &FineGrid, width: usize) -> Vec<f64> {
         let n = fine.bins;
         let margin = (n / BINS - width) / 2;
         let mut tile = vec![0.0; width * width];
@@ -210,9 +209,9 @@ impl Sensor {
             }
             return tile;
         }
-        let sums = fine.running_sums();
+        let sums = fine.summed_area();
         let stride = n + 1;
-        // Bin and share within it of a pixel's edge in a picture shifted by `shift`.
+        // Bin and position in it of each pixel edge, for an image shifted by `shift`.
         let edges = |shift: f64| -> Vec<(usize, f64)> {
             (0..=width)
                 .map(|edge| {
@@ -248,15 +247,15 @@ impl Sensor {
     }
 }
 
-/// Moves a share of every pixel's light into its halo.
+/// Returns `tile` with a share of the light of every pixel moved into its halo.
 fn scatter(tile: &[f64], width: usize, halo: Halo) -> Vec<f64> {
     const PARTS: usize = 3;
     let density = |r: f64| {
         let s = r / halo.radius_px;
         let area = PI * halo.radius_px * halo.radius_px;
-        match halo.fall {
-            Fall::Exponential => libm::exp(-s) / (2.0 * area),
-            Fall::Power => 1.0 / ((1.0 + s * s) * (1.0 + s * s) * area),
+        match halo.profile {
+            HaloProfile::Exponential => libm::exp(-s) / (2.0 * area),
+            HaloProfile::Power => 1.0 / ((1.0 + s * s) * (1.0 + s * s) * area),
         }
     };
     // One quadrant of the kernel, averaged over pixels.
@@ -298,7 +297,7 @@ fn scatter(tile: &[f64], width: usize, halo: Halo) -> Vec<f64> {
     out
 }
 
-/// An unsharp mask: tile + amount (tile - tile blurred by a Gaussian), lobes held at a little below black.
+/// Returns `tile` after an unsharp mask, tile + amount (tile - blurred tile), with negative lobes limited.
 fn sharpen(tile: &[f64], width: usize, amount: f64, sigma: f64) -> Vec<f64> {
     let weights: Vec<f64> = (0..width)
         .map(|d| libm::exp(-((d * d) as f64) / (2.0 * sigma * sigma)))

@@ -1,10 +1,10 @@
-//! The pictures against closed forms, the cases against what they promise.
+//! Tiles against closed forms, and properties of cases.
 
 use std::f64::consts::PI;
 
 use super::draw::{GAPS, attempt_at, draw};
-use super::expose::{Cause, difference, gap, picture, shoot};
-use super::lens::{CHANNELS, Demand, Lens, Place};
+use super::expose::{Cause, TileOptions, difference, gap, spot_tiles, tile_of};
+use super::lens::{CHANNELS, Lens, LensConstraints, Place};
 use super::pencil::Pencil;
 use super::perturb::effect;
 use super::perturb_sensor::line;
@@ -20,7 +20,7 @@ const SMALL: Size = Size {
     tile: TILE,
 };
 
-/// Sum, centroid from the tile's middle, and central second moments xx, xy, yy.
+/// Returns sum, centroid from the centre of the tile, and central second moments xx, xy, yy.
 fn moments(tile: &[f64]) -> (f64, [f64; 2], [f64; 3]) {
     let at = |i: usize| {
         let half = (TILE / 2) as f64;
@@ -41,14 +41,14 @@ fn moments(tile: &[f64]) -> (f64, [f64; 2], [f64; 3]) {
 }
 
 fn any_lens(seed: u64) -> Lens {
-    let demand = Demand {
+    let constraints = LensConstraints {
         slow: false,
         depth_ratio: 1.1,
     };
-    Lens::draw(&mut Rng::new(seed), demand, TILE)
+    Lens::draw(&mut Rng::new(seed), constraints, TILE)
 }
 
-/// A pencil of a random lens well off the axis, and a pixel's middle near its light.
+/// Returns an off-axis pencil of a random lens, and a pixel centre near its centroid.
 fn any_pencil(seed: u64) -> (Pencil, [f64; 2]) {
     let lens = any_lens(seed);
     let pencil = lens.pencil(&Place {
@@ -65,8 +65,8 @@ fn a_defocused_point_is_a_disc() {
     let alpha = 5.3;
     let mut pencil = Pencil::sharp([0.0; 2], [100.7, 100.4]);
     pencil.defocus(alpha);
-    let drawn = picture(&pencil, [100.5, 100.5], TILE, CELLS);
-    // Each pixel's share of the disc: chords clipped to the pixel, added up over its width.
+    let drawn = tile_of(&pencil, [100.5, 100.5], TILE, CELLS);
+    // Share of the disc in each pixel: chords clipped to the pixel, summed over its width.
     let share = |i: usize| {
         let half = (TILE / 2) as f64;
         let x0 = (i % TILE) as f64 - half - 0.5 - 0.2;
@@ -85,11 +85,11 @@ fn a_defocused_point_is_a_disc() {
 }
 
 #[test]
-fn no_light_is_lost_and_more_rays_change_nothing() {
+fn light_is_conserved_and_more_rays_change_nothing() {
     for seed in 0..6 {
         let (pencil, centre) = any_pencil(seed);
-        let drawn = picture(&pencil, centre, TILE, CELLS);
-        let finer = picture(&pencil, centre, TILE, 3 * CELLS);
+        let drawn = tile_of(&pencil, centre, TILE, CELLS);
+        let finer = tile_of(&pencil, centre, TILE, 3 * CELLS);
         let (light, _, _) = moments(&drawn);
         assert!((light - 1.0).abs() < 1e-9, "{light}");
         let apart = difference(&finer, &drawn);
@@ -125,8 +125,8 @@ fn slopes_are_the_gradient_of_the_wavefront() {
     }
 }
 
-/// Light, centroid off the chief ray and second moments, the mean over places within a pixel: a picture sharper
-/// than pixels has moments that depend on it.
+/// Returns light, centroid relative to the chief ray and second moments, averaged over positions within a pixel, on which
+/// the moments of undersampled PSFs depend.
 fn mean_moments(pencil: &Pencil, centre: [f64; 2]) -> (f64, [f64; 2], [f64; 3]) {
     const STEPS: usize = 4;
     let mut mean = (0.0, [0.0; 2], [0.0; 3]);
@@ -134,7 +134,7 @@ fn mean_moments(pencil: &Pencil, centre: [f64; 2]) -> (f64, [f64; 2], [f64; 3]) 
         let mut moved = pencil.clone();
         moved.chief[0] += (phase % STEPS) as f64 / STEPS as f64 - 0.375;
         moved.chief[1] += (phase / STEPS) as f64 / STEPS as f64 - 0.375;
-        let (light, at, second) = moments(&picture(&moved, centre, TILE, CELLS));
+        let (light, at, second) = moments(&tile_of(&moved, centre, TILE, CELLS));
         let weight = 1.0 / (STEPS * STEPS) as f64;
         mean.0 += weight * light;
         for i in 0..2 {
@@ -171,11 +171,11 @@ fn motion_adds_its_own_second_moment() {
 }
 
 #[test]
-fn in_focus_the_wave_is_airys() {
+fn the_focused_wave_is_the_airy_pattern() {
     for q in [1.5, 3.0] {
         let mut pencil = Pencil::sharp([0.0; 2], [10.6, 10.3]);
         pencil.wave_px = Some(q);
-        let drawn = picture(&pencil, [10.5, 10.5], TILE, CELLS);
+        let drawn = tile_of(&pencil, [10.5, 10.5], TILE, CELLS);
         // (2 J1(v) / v)² pi / q², v = 2 pi r / q, over each pixel.
         const PARTS: usize = 10;
         let mut exact = vec![0.0; TILE * TILE];
@@ -189,7 +189,7 @@ fn in_focus_the_wave_is_airys() {
                 *pixel += amplitude * amplitude * PI / (q * q) / (PARTS * PARTS) as f64;
             }
         }
-        // Not brought to unit sum: the light itself has to be right.
+        // Without normalisation, to check the total light as well.
         let apart: f64 = exact.iter().zip(&drawn).map(|(e, d)| (e - d).powi(2)).sum();
         let whole: f64 = exact.iter().map(|e| e * e).sum();
         assert!(apart / whole < 1e-4, "q {q}: {:e}", apart / whole);
@@ -197,13 +197,13 @@ fn in_focus_the_wave_is_airys() {
 }
 
 #[test]
-fn waves_land_where_rays_do_and_become_rays() {
+fn waves_converge_to_rays() {
     let (mut pencil, centre) = any_pencil(3);
-    let rays = picture(&pencil, centre, TILE, CELLS);
+    let rays = tile_of(&pencil, centre, TILE, CELLS);
     let mut last = f64::INFINITY;
     for q in [2.0, 1.0, 0.5] {
         pencil.wave_px = Some(q);
-        let wave = picture(&pencil, centre, TILE, CELLS);
+        let wave = tile_of(&pencil, centre, TILE, CELLS);
         let apart = difference(&rays, &wave);
         assert!(apart < last, "q {q}: {apart}");
         last = apart;
@@ -235,7 +235,7 @@ fn the_same_recipe_is_the_same_case_on_any_number_of_threads() {
 }
 
 #[test]
-fn every_cause_draws_sound_sets_with_a_gap_in_range() {
+fn every_cause_gives_valid_sets_with_a_gap_in_range() {
     let kinds = EFFECTS.iter().map(|id| Kind::Single(id));
     let families = UNKNOWN.iter().map(|id| Kind::Unknown(id));
     for kind in kinds.chain(families) {
@@ -256,7 +256,7 @@ fn every_cause_draws_sound_sets_with_a_gap_in_range() {
 }
 
 #[test]
-fn of_two_causes_neither_drowns_the_other() {
+fn two_causes_have_comparable_gaps() {
     for (a, b) in [("motion", "defocus_offset"), ("vignetting", "diffraction")] {
         let recipe = Recipe {
             kind: Kind::Pair(a, b),
@@ -273,7 +273,7 @@ fn of_two_causes_neither_drowns_the_other() {
 }
 
 #[test]
-fn cases_of_nothing_hold_noise_alone() {
+fn cases_without_a_cause_differ_by_noise_only() {
     for seed in 0..4 {
         let recipe = Recipe {
             kind: Kind::None,
@@ -286,10 +286,15 @@ fn cases_of_nothing_hold_noise_alone() {
         let snr = case.answer.parameters["real.snr"];
         let (mut sum, mut count) = (0.0, 0);
         for (spot, seen) in plan.spots[1].iter().zip(&case.real.observations) {
-            let bare = shoot(&plan.lens, &[], spot, (TILE, CELLS), None, true);
+            let options = TileOptions {
+                tile: TILE,
+                cells: CELLS,
+                raw: true,
+            };
+            let bare = spot_tiles(&plan.lens, &[], spot, options, None);
             assert_eq!(seen.centre.x_px, bare.centre[0]);
             for (channel, pixels) in bare.tiles.iter().enumerate() {
-                // Only the scale is free.
+                // Fits the scale only.
                 let light = seen.light(channel);
                 let dot = |f: &dyn Fn(usize) -> f64| (0..pixels.len()).map(f).sum::<f64>();
                 let samples = |i: usize| f64::from(light.samples()[i]);
@@ -308,7 +313,7 @@ fn cases_of_nothing_hold_noise_alone() {
 }
 
 #[test]
-fn gaps_grow_with_strength_and_vanish_without() {
+fn gaps_grow_with_strength_and_are_zero_without() {
     let lens = any_lens(9);
     let mut rng = Rng::new(4);
     let spots = super::expose::spots(&lens, 3, 0.5, &mut rng);

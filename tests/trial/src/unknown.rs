@@ -1,4 +1,4 @@
-//! Causes that no library of effects holds: one function a family.
+//! Causes that are not in the effect library, one function for each family.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use super::rng::Rng;
 /// Draws a cause of the family `id`.
 ///
 /// # Panics
-/// An identifier that is not one of the families.
+/// If `id` is not a family of [`super::UNKNOWN`].
 pub(super) fn unknown(id: &str, rng: &mut Rng) -> Change {
     match id {
         "central_obstruction" => central_obstruction(),
@@ -81,7 +81,7 @@ fn sharpening(rng: &mut Rng) -> Change {
 fn bleeding(rng: &mut Rng) -> Change {
     let length = rng.between(1.5, 4.0);
     let (way, along_x) = (rng.sign(), rng.chance(0.5));
-    // The tail's copies at the quantiles of an exponential.
+    // The tail is a set of copies at the quantiles of an exponential distribution.
     const COPIES: usize = 40;
     Change::new("bleeding", [0.1, 0.7], move |t, _, _, pencil| {
         let tail = (0..COPIES).map(|i| {
@@ -102,7 +102,7 @@ fn bleeding(rng: &mut Rng) -> Change {
     .fixed("along_x", f64::from(u8::from(along_x)))
 }
 
-/// Zones of the field along x and y that each warp in their own way.
+/// Number of field zones along x and y, each with its own warp.
 const ZONES: [usize; 2] = [4, 3];
 
 fn zone_warp(rng: &mut Rng) -> Change {

@@ -1,29 +1,30 @@
-//! Pictures from a sampled wave: U(x) = integral over the pupil of exp(2 pi i (W(u) - x.u) / q), taken by
-//! one matrix product a side, |U|² summed over pixels.
+//! PSFs from a sampled wave: U(x) = integral over the pupil of exp(2 pi i (W(u) - x.u) / q), computed by one matrix
+//! product for each axis, with |U|² summed over pixels.
 
 use std::f64::consts::TAU;
 
 use super::pencil::Pencil;
-use super::sensor::{BINS, Fine};
+use super::sensor::{BINS, FineGrid};
 
 /// A complex number.
 type Complex = [f64; 2];
 
-/// A phase factor exp(i angle).
+/// Returns the phase factor exp(i angle).
 fn phase(angle: f64) -> Complex {
     let (sin, cos) = libm::sincos(angle);
     [cos, sin]
 }
 
-/// Lays the light of `pencil` with q = `wave_px` pixels down on a fine grid about the frame position `centre`;
-/// all light of the pencil is 1.
-pub(super) fn diffract(pencil: &Pencil, wave_px: f64, centre: [f64; 2], fine: &mut Fine) {
-    // Copies of the picture, made by sampling, lie q samples / 2 apart: far outside.
+/// Adds the light of `pencil` with q = `wave_px` pixels to a fine grid centred on the frame position `centre`.
+///
+/// The pencil's light sums to 1.
+pub(super) fn diffract(pencil: &Pencil, wave_px: f64, centre: [f64; 2], fine: &mut FineGrid) {
+    // Sampling repeats the PSF at distances of q samples / 2, far outside the grid.
     let samples = ((3.6 * fine.width_px() / wave_px) as usize).clamp(64, 160);
     let cell = 2.0 / samples as f64;
     let bins = fine.bins();
     let at = |index: usize| (index as f64 + 0.5) * cell - 1.0;
-    // The factor exp(-2 pi i x u / q) of bin and sample; `along` is 1 for y.
+    // The factors exp(-2 pi i x u / q) of bins and samples along an axis (0 x, 1 y).
     let kernel = |along: usize, squeeze: f64| -> (Vec<f64>, Vec<f64>) {
         let offset = centre[along] - pencil.chief[along];
         let stretch = if along == 0 { pencil.squeeze_blur } else { 1.0 };
@@ -79,8 +80,8 @@ pub(super) fn diffract(pencil: &Pencil, wave_px: f64, centre: [f64; 2], fine: &m
             }
         }
     }
-    // Parseval: the integral of |U|² over all x, in px², is q² times the light, with u's cells cell² each; the
-    // field of a plane squeezed in x is as much wider or narrower.
+    // Parseval: the integral of |U|² over x, in px², is q² times the light, with cells of area cell². The squeeze
+    // along x scales the field.
     let bin_area = 1.0 / (BINS * BINS) as f64;
     let squeeze = pencil.squeeze_pupil / pencil.squeeze_blur;
     let scale = bin_area * cell * cell * squeeze / (light * wave_px * wave_px);
