@@ -138,7 +138,8 @@ fn rays(lens: &LensProfile) -> Result<&[PupilChannel]> {
             "kind",
             "is `moments`; a diagnosis needs a lens known ray by ray",
             "fit the lens with `--model reduced`",
-        )),
+        )
+        .with_kind(seidel_optics::ErrorKind::Unsupported)),
     }
 }
 

@@ -82,6 +82,7 @@ pub fn shapes(
             "hold no usable tile to show",
             "choose a channel and distances of the set, and check its saturation marks",
         )
+        .with_kind(seidel_optics::ErrorKind::InsufficientData)
     };
     let &(channel, in_lens) = channels.first().ok_or_else(none)?;
     // The evaluation reports excluded tiles.

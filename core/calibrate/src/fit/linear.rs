@@ -27,6 +27,7 @@ pub fn solve(rows: &[Vec<f64>], targets: &[f64], weights: &[f64]) -> Result<Line
             problem,
             "give more observations, at more field positions",
         )
+        .with_kind(seidel_optics::ErrorKind::InsufficientData)
     };
     if unknowns == 0 || rows.len() < unknowns {
         return Err(undetermined(format!(

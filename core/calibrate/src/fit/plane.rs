@@ -81,7 +81,8 @@ pub fn fit_plane<'a>(
                 "observations",
                 format!("{} usable tiles, {} rejected", used.len(), rejected.len()),
                 format!("S1..S10 need at least {MIN_TILES} at different field positions"),
-            ));
+            )
+            .with_kind(seidel_optics::ErrorKind::InsufficientData));
         }
         let (s, s_sigma) = solve(frame, &used, weighting, misfit)?;
         let residuals: Vec<[f64; 7]> = used

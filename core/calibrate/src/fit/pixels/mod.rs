@@ -175,4 +175,5 @@ fn no_initial_estimate(channel: &str) -> Error {
         "has too few tiles, or tiles too alike, to start a fit from",
         "give PSFs at a dozen places or more, from the axis to the corners",
     )
+    .with_kind(seidel_optics::ErrorKind::InsufficientData)
 }
