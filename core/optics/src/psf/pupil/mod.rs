@@ -257,8 +257,14 @@ impl pulp::WithSimd for Rasterising<'_, '_> {
         let (mut total, mut scratch) = (0.0, Scratch::default());
         for k in 1..=self.mesh.rings() {
             self.mesh.ring(k, outer);
-            let rings = (&*inner, &*outer);
-            total += canvas.add_ring(k, rings, self.origin, self.transmission, &mut scratch);
+            total += canvas.add_ring(
+                k,
+                inner,
+                outer,
+                self.origin,
+                self.transmission,
+                &mut scratch,
+            );
             std::mem::swap(inner, outer);
         }
         // Normalises the light to one. The derivatives keep the change of the total by moving stops: fits

@@ -180,7 +180,8 @@ impl Canvas {
     pub(super) fn add_ring(
         &mut self,
         k: usize,
-        (inner, outer): (&Ring, &Ring),
+        inner: &Ring,
+        outer: &Ring,
         origin: [f64; 2],
         transmission: Transmission,
         scratch: &mut Scratch,
@@ -341,7 +342,7 @@ impl Canvas {
                 let chord = strip.cut(1, f64::from(row + 1), cell, spare_strip);
                 std::mem::swap(&mut strip, &mut spare_strip);
                 if let Some((p, q)) = chord {
-                    self.add_chord(t, 1, (p, q), (column, row), (column, row + 1));
+                    self.add_chord(t, 1, p, q, (column, row), (column, row + 1));
                 }
                 self.add(column, row, t.light * cell.share(), t.growth);
             }
@@ -364,7 +365,7 @@ impl Canvas {
             } else {
                 p.cut(&q, 1, f64::from(row + 1))
             };
-            self.add_chord(t, 0, (p, end), (column, row), (column + 1, row));
+            self.add_chord(t, 0, p, end, (column, row), (column + 1, row));
             p = end;
         }
     }
@@ -375,7 +376,8 @@ impl Canvas {
         &mut self,
         t: &Triangle,
         axis: usize,
-        (p, q): (Point, Point),
+        p: Point,
+        q: Point,
         from: (i32, i32),
         to: (i32, i32),
     ) {

@@ -1,11 +1,11 @@
-//! The pupil PSF against rays counted by the million, closed forms and numeric derivatives.
+//! The pupil PSF against histograms of millions of rays, closed forms and numeric derivatives.
 
 use super::*;
 use crate::field::FieldPoint;
 use crate::lens::ReducedNumbers;
 use crate::numeric::SplitMix64;
 
-/// Light by pixel of `count` evenly spread rays, the first placed by `shift`.
+/// Returns the histogram over pixels of `count` evenly distributed rays; `shift` offsets the sequence.
 fn histogram(
     pupil: &LocalPupil,
     corner: (f64, f64),
@@ -13,7 +13,7 @@ fn histogram(
     count: usize,
     shift: f64,
 ) -> Vec<f64> {
-    // The additive recurrence of the plastic number covers the square evenly; the disc by area.
+    // The R2 low-discrepancy sequence of the plastic number, mapped to the disc by area.
     let g: f64 = 1.324_717_957_244_746;
     let (a, b) = (1.0 / g, 1.0 / (g * g));
     let (mut s, mut t) = (shift, (shift * 7.3).fract());
@@ -38,8 +38,9 @@ fn histogram(
     bins
 }
 
-/// Light over error of `drawn`, dB, against two independent counts of rays: the product of the two
-/// differences is free of the counts' own noise.
+/// Returns the light over the error of `drawn`, dB, relative to two independent ray histograms.
+///
+/// The product of the two differences is free of the noise of the histograms.
 fn decibels(counts: &[Vec<f64>; 2], drawn: &[f64]) -> f64 {
     let error: f64 = (0..drawn.len())
         .map(|k| (counts[0][k] - drawn[k]) * (counts[1][k] - drawn[k]))
@@ -95,7 +96,7 @@ fn drawn(pupil: &LocalPupil, corner: (f64, f64), side: usize) -> PsfImage {
     out
 }
 
-/// Holds lenses of tiles of `side` px against `rays` rays twice; the least figure.
+/// Returns the lowest signal-to-error ratio (dB) over random lenses on tiles of `side` px, for two histograms of `rays`.
 fn against_rays(side: usize, lenses: usize, rays: usize) -> f64 {
     let mut random = SplitMix64::new(side as u64);
     let mut worst = f64::INFINITY;
@@ -117,7 +118,7 @@ fn against_rays(side: usize, lenses: usize, rays: usize) -> f64 {
 }
 
 #[test]
-fn rays_counted_by_the_million_agree() {
+fn histograms_of_a_million_rays_agree() {
     assert!(against_rays(17, 3, 1_000_000) > 68.0);
     assert!(against_rays(33, 2, 3_000_000) > 68.0);
 }
@@ -144,7 +145,7 @@ fn light_is_one_and_moments_are_those_of_the_closed_forms() {
             assert!((light.iter().sum::<f64>() - 1.0).abs() < 1e-6);
             let samples = light.iter().map(|v| *v as f32).collect();
             let tile = crate::tile::Tile::new(side, side, samples).expect("light");
-            // What the pixels' area adds holds on average over phases; a wide PSF sees them all.
+            // The contribution of the pixel area holds on average over pixel phases, as in a wide PSF.
             if numbers.coefficients().moments(at).trace() < 3.0 {
                 continue;
             }
@@ -167,7 +168,7 @@ fn light_is_one_and_moments_are_those_of_the_closed_forms() {
 }
 
 #[test]
-fn derivatives_are_those_of_the_picture() {
+fn derivatives_agree_with_finite_differences() {
     let numbers = ReducedNumbers {
         alpha: 5.0,
         beta: 1.5,
@@ -231,16 +232,16 @@ fn derivatives_are_those_of_the_picture() {
             }
             p
         };
-        // A mesh whose cusps move is laid anew: a larger step outweighs what that changes.
+        // Moving cusps change the mesh; a larger step outweighs the effect.
         let step = if derivative.moves_stops() { 0.02 } else { step };
         let (low, high) = (plain(&moved(-step)), plain(&moved(step)));
-        // The slopes leave the growth of the whole light to the light that is free in a fit.
+        // The derivatives keep the change of the total light, which the gain of a fit absorbs.
         let total: f64 = (0..side * side)
             .map(|k| out.derivatives[k * stride + which])
             .sum();
         let analytic = |k: usize| out.derivatives[k * stride + which] - total * out.light[k];
         let error = relative(&analytic, &low, &high, step);
-        // Where two stops cross the mesh counts the cusp half to either, which is all that is lost.
+        // The mesh assigns half of a cusp to either stop, which limits the accuracy.
         let bound = if derivative.moves_stops() { 0.08 } else { 0.02 };
         assert!(error < bound, "derivative {which}: {error}");
     }
@@ -255,12 +256,12 @@ fn derivatives_are_those_of_the_picture() {
 }
 
 #[test]
-fn through_focus_and_far_out_of_it() {
-    // A perfect point stays whole and in place.
+fn points_in_focus_and_large_discs_are_exact() {
+    // A perfect point stays in its pixel.
     let sharp = LocalPupil::circular(Wavefront::default(), 0.0);
     let light = drawn(&sharp, (-2.5, -2.5), 5).light;
     assert!((light[12] - 1.0).abs() < 1e-12);
-    // A large even disc: what is inside has the density 1 / (pi r²).
+    // A large even disc has the density 1 / (pi r²).
     let numbers = ReducedNumbers {
         alpha: 300.0,
         ..ReducedNumbers::default()

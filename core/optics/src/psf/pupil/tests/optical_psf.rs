@@ -1,4 +1,4 @@
-//! Pictures behind sensors against shifted pictures, moments and densities.
+//! PSFs behind sensors against shifted PSFs, moments and densities.
 
 use super::super::*;
 use crate::field::FieldPoint;
@@ -43,14 +43,14 @@ fn behind(sensor: Sensor, q: f64, blur: f64) -> Vec<f64> {
     drawn(&pupil, CORNER, SIDE)
 }
 
-/// Squared difference over squared light.
+/// Returns the squared difference over the squared light.
 fn energy(got: &[f64], want: &[f64]) -> f64 {
     let pairs = got.iter().zip(want);
     let error: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
     error / want.iter().map(|v| v * v).sum::<f64>()
 }
 
-/// The mean of pictures moved to places (x, y).
+/// Returns the mean of PSFs shifted to `places` (x, y).
 fn mean_of_moved(places: &[(f64, f64)], q: f64, blur: f64) -> Vec<f64> {
     let mut mean = vec![0.0; SIDE * SIDE];
     for (x, y) in places {
@@ -63,7 +63,7 @@ fn mean_of_moved(places: &[(f64, f64)], q: f64, blur: f64) -> Vec<f64> {
 }
 
 #[test]
-fn an_ideal_sensor_shows_the_picture_as_it_is() {
+fn an_ideal_sensor_does_not_change_the_psf() {
     let (ideal, any) = (
         Sensor::default(),
         Sensor {
@@ -80,7 +80,7 @@ fn an_ideal_sensor_shows_the_picture_as_it_is() {
         let (lens, grid) = (pupil(q, blur), square(CORNER, SIDE));
         let picture = OpticalPsf::draw(&lens, &grid, &any, Detail::FULL, space);
         let off = energy(&picture.through(&ideal), &drawn(&lens, CORNER, SIDE));
-        // A discrete Gaussian of finer cells, another window for waves.
+        // The discrete Gaussian uses finer cells; diffraction uses another window.
         assert!(
             off < if q == 0.0 { 1e-4 } else { 1e-6 },
             "{q} {blur}: {off}"
@@ -91,7 +91,7 @@ fn an_ideal_sensor_shows_the_picture_as_it_is() {
 }
 
 #[test]
-fn streak_box_and_copies_add_their_moments_and_keep_light() {
+fn streak_box_and_copies_add_their_moments_and_conserve_light() {
     let mut lens = pupil(0.0, 1.0);
     lens.sensor = Sensor {
         streak_px: [1.7, -1.1],
@@ -114,7 +114,7 @@ fn streak_box_and_copies_add_their_moments_and_keep_light() {
 }
 
 #[test]
-fn boxes_streaks_and_copies_are_means_of_moved_pictures() {
+fn boxes_streaks_and_copies_are_means_of_shifted_psfs() {
     let count = 24;
     let steps: Vec<f64> = (0..count)
         .map(|k| (f64::from(k) + 0.5) / f64::from(count) - 0.5)
@@ -141,7 +141,7 @@ fn boxes_streaks_and_copies_are_means_of_moved_pictures() {
             let got = behind(sensor, q, blur);
             let least = got.iter().copied().fold(0.0, f64::min);
             assert!(energy(&got, &want) < 3e-4, "{q} {blur} {sensor:?}");
-            // What cells cannot resolve rings.
+            // Undersampled detail rings.
             let peak = got.iter().copied().fold(0.0, f64::max);
             assert!(least > -0.01 * peak, "{q} {blur}: {least}");
         }
@@ -164,7 +164,7 @@ fn a_halo_holds_its_share() {
         let r2 = (x * x + y * y) / 6.25;
         1.2 / (std::f64::consts::PI * 6.25) * (1.0 + r2).powf(-2.2)
     };
-    // A point in the middle of a pixel.
+    // A point at the centre of a pixel.
     let mut point = LocalPupil::circular(Wavefront::default(), 0.0);
     point.sensor = sensor;
     let light = drawn(&point, (-16.5, -16.5), SIDE);
@@ -186,7 +186,7 @@ fn a_halo_holds_its_share() {
             "{k}: {value} {want}"
         );
     }
-    // In a wide tile all light is found but what the halo has beyond.
+    // A wide tile holds all light except that of the halo outside.
     let side = 201;
     point.wavefront = Wavefront::tilt(0.3, 0.2);
     let sum: f64 = drawn(&point, (-100.0, -100.0), side).iter().sum();
@@ -215,7 +215,7 @@ fn a_halo_brings_in_light_from_outside_the_tile() {
 }
 
 #[test]
-fn kernels_hold_waves_and_halo() {
+fn kernels_cover_diffraction_and_halo() {
     use crate::psf::{Kernel, LocalBlur, draw_kernel};
     let meridian = FieldPoint::new(0.8, 0.5).meridian();
     for (q, share, size) in [

@@ -1,4 +1,4 @@
-//! Pictures of waves against Airy's, against the integral summed point by point, and against rays.
+//! Diffraction PSFs against the Airy pattern, direct summation of the diffraction integral, and rays.
 
 use std::f64::consts::{PI, TAU};
 
@@ -18,17 +18,17 @@ fn drawn(pupil: &LocalPupil, corner: (f64, f64), size: (usize, usize)) -> Vec<f6
     out.light
 }
 
-/// `pupil` whose light is a wave of this size.
-fn waving(q: f64, mut pupil: LocalPupil) -> LocalPupil {
+/// Returns `pupil` with diffraction of scale `q`.
+fn diffracting(q: f64, mut pupil: LocalPupil) -> LocalPupil {
     pupil.wave_px = q;
     pupil
 }
 
 fn focused(q: f64) -> LocalPupil {
-    waving(q, LocalPupil::circular(Wavefront::default(), 0.0))
+    diffracting(q, LocalPupil::circular(Wavefront::default(), 0.0))
 }
 
-/// Defocus, coma, astigmatism and spherical aberration behind two more stops, lit and squeezed unevenly.
+/// Returns a pupil with all aberrations, two more stops, uneven transmission and a squeeze.
 fn difficult(q: f64, size: f64) -> LocalPupil {
     let numbers = ReducedNumbers {
         alpha: size,
@@ -56,7 +56,7 @@ fn difficult(q: f64, size: f64) -> LocalPupil {
     pupil
 }
 
-/// Bessel's J1 by its integral.
+/// Returns the Bessel function J1, by its integral.
 fn bessel(v: f64) -> f64 {
     let count = 200;
     let phase = |k: usize| PI * (k as f64 + 0.5) / count as f64;
@@ -66,7 +66,7 @@ fn bessel(v: f64) -> f64 {
     sum / count as f64
 }
 
-/// Abscissae and weights of Gauss on a pixel, five points.
+/// Abscissae and weights of the five-point Gauss-Legendre rule on a pixel.
 const GAUSS: [(f64, f64); 5] = [
     (-0.453_089_922_969_332, 0.118_463_442_528_094_54),
     (-0.269_234_655_052_841_55, 0.239_314_335_249_683_24),
@@ -75,7 +75,7 @@ const GAUSS: [(f64, f64); 5] = [
     (0.453_089_922_969_332, 0.118_463_442_528_094_54),
 ];
 
-/// The integral of `density` over the pixel about (x, y).
+/// Returns the integral of `density` over the pixel about (`x`, `y`).
 fn over_pixel(x: f64, y: f64, density: &dyn Fn(f64, f64) -> f64) -> f64 {
     let mut sum = 0.0;
     for (dx, a) in GAUSS {
@@ -86,14 +86,14 @@ fn over_pixel(x: f64, y: f64, density: &dyn Fn(f64, f64) -> f64) -> f64 {
     sum
 }
 
-/// Largest difference over the largest value.
+/// Returns the largest difference over the largest value.
 fn off(got: &[f64], want: &[f64]) -> f64 {
     let peak = want.iter().copied().fold(0.0, f64::max);
     let pairs = got.iter().zip(want);
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak
 }
 
-/// Squared difference over squared light.
+/// Returns the squared difference over the squared light.
 fn energy(got: &[f64], want: &[f64]) -> f64 {
     let pairs = got.iter().zip(want);
     let error: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
@@ -101,7 +101,7 @@ fn energy(got: &[f64], want: &[f64]) -> f64 {
 }
 
 #[test]
-fn a_point_in_focus_is_airys() {
+fn a_point_in_focus_is_the_airy_pattern() {
     for q in [1.0, 1.7, 3.0, 9.0] {
         let side = 33;
         let corner = (-16.3, -16.6);
@@ -123,7 +123,7 @@ fn a_point_in_focus_is_airys() {
 }
 
 #[test]
-fn the_first_ring_holds_what_it_should() {
+fn the_airy_disc_holds_its_share() {
     let q = 40.0;
     let side = 65;
     let light = drawn(&focused(q), (-32.5, -32.5), (side, side));
@@ -137,19 +137,19 @@ fn the_first_ring_holds_what_it_should() {
 }
 
 #[test]
-fn what_leaves_the_tile_is_what_the_skirts_hold() {
+fn light_outside_the_tile_is_that_of_the_skirts() {
     for (q, side) in [(0.3, 65), (1.0, 33), (3.0, 65), (2.0, 129)] {
         let half = side as f64 / 2.0;
         let light: f64 = drawn(&focused(q), (-half, -half), (side, side))
             .iter()
             .sum();
-        // Beyond a box of half width r lies 0.0912 q / r of the light, dark beyond 40 q.
+        // A box of half width r leaves out 0.0912 q / r of the light; nothing is drawn beyond 40 q.
         let lost = 0.0912 * q / half.min(40.0 * q);
         assert!((1.0 - light - lost).abs() < 0.1 * lost + 3e-4);
     }
 }
 
-/// Light of the pixel about (x, y) px from the chief ray, by summing the integral over the pupil.
+/// Returns the light of the pixel about (`x`, `y`) px from the chief ray, by direct summation over the pupil.
 fn summed(pupil: &LocalPupil, x: f64, y: f64) -> f64 {
     let (angles, radii) = (480, 160);
     let (centre, _) = pupil.inscribed_circle();
@@ -182,7 +182,7 @@ fn summed(pupil: &LocalPupil, x: f64, y: f64) -> f64 {
 }
 
 #[test]
-fn the_integral_summed_point_by_point_agrees() {
+fn direct_summation_of_the_integral_agrees() {
     for (q, size) in [(1.0, 3.0), (2.5, 5.0)] {
         let pupil = difficult(q, size);
         let side = 25;
@@ -214,7 +214,7 @@ fn the_integral_summed_point_by_point_agrees() {
 }
 
 #[test]
-fn large_aberrations_are_those_of_rays() {
+fn large_aberrations_agree_with_rays() {
     let side = 49;
     let corner = (-24.2, -24.7);
     for (q, blur, most) in [(0.3, 0.5, 6e-3), (0.15, 0.5, 3e-3)] {
@@ -225,7 +225,7 @@ fn large_aberrations_are_those_of_rays() {
         };
         let at = FieldPoint::new(0.6, 0.3);
         let rays = LocalPupil::circular(Wavefront::third_order(&numbers, at), blur);
-        let waves = waving(q, rays);
+        let waves = diffracting(q, rays);
         let (a, b) = (
             drawn(&waves, corner, (side, side)),
             drawn(&rays, corner, (side, side)),
@@ -233,7 +233,7 @@ fn large_aberrations_are_those_of_rays() {
         assert!(energy(&a, &b) < most, "{q}: {}", energy(&a, &b));
         let mut hard = difficult(q, 12.0);
         hard.blur_variance_px2 = blur;
-        let rays = waving(0.0, hard);
+        let rays = diffracting(0.0, hard);
         let (a, b) = (
             drawn(&hard, corner, (side, side)),
             drawn(&rays, corner, (side, side)),
@@ -243,8 +243,8 @@ fn large_aberrations_are_those_of_rays() {
 }
 
 #[test]
-fn finer_pixels_add_up() {
-    // Four pixels of a picture twice as fine, its corner between pixels, are one of it.
+fn finer_pixels_sum_to_coarse_ones() {
+    // Four pixels at twice the resolution sum to one pixel.
     let pupil = difficult(1.3, 4.0).blurred_by(0.1);
     let corner = (-11.37, -9.81);
     let coarse = drawn(&pupil, corner, (23, 21));
@@ -261,7 +261,7 @@ fn finer_pixels_add_up() {
         })
         .collect();
     assert!(off(&sums, &coarse) < 1e-3, "{}", off(&sums, &coarse));
-    // One pixel on, the same picture one pixel back.
+    // A shift of the grid by one pixel shifts the samples.
     let moved = drawn(&pupil, (corner.0 + 1.0, corner.1), (22, 21));
     for (k, v) in moved.iter().enumerate() {
         let before = coarse[k / 22 * 23 + k % 22 + 1];
@@ -279,7 +279,7 @@ fn the_centroid_is_that_of_the_rays() {
     };
     let at = FieldPoint::new(0.6, 0.3);
     let rays = LocalPupil::circular(Wavefront::third_order(&numbers, at), 0.0);
-    let waves = waving(1.5, rays);
+    let waves = diffracting(1.5, rays);
     let c = rays.centroid();
     let side = 161;
     let half = side as f64 / 2.0;
@@ -295,7 +295,7 @@ fn the_centroid_is_that_of_the_rays() {
 
 #[test]
 #[should_panic(expected = "derivatives")]
-fn waves_have_no_derivatives() {
+fn diffraction_has_no_derivatives() {
     let derivative = PupilDerivative::from_wavefront(Wavefront::tilt(1.0, 0.0));
     let (mut space, mut out) = (Workspace::default(), PsfImage::default());
     let grid = TileGrid {
