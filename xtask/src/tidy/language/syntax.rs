@@ -30,7 +30,8 @@ fn check_strings(tokens: TokenStream, words: &Words, found: &mut Vec<Finding>) {
             TokenTree::Literal(literal) if after_doc == 0 => {
                 if let Ok(string) = syn::parse_str::<syn::LitStr>(&literal.to_string()) {
                     let line = literal.span().start().line;
-                    text::check_phrases(&string.value(), line, words, found);
+                    let prose = text::without_placeholders(&string.value());
+                    text::check_phrases(&prose, line, words, found);
                 }
             }
             _ => after_doc = usize::saturating_sub(after_doc, 1),

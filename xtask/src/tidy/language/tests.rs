@@ -69,6 +69,8 @@ fn phrases_are_found_in_comments_strings_and_documents() {
     let two = "A word of `told` here.\nTold.\n```\ntold\n```\n";
     assert_eq!(broken_rules("a.md", two), [Rule::Phrase]);
     assert_eq!(broken_rules("a.txt", two), []);
+    let placeholder = "fn f() -> String {\n    format!(\"{told}\")\n}";
+    assert_eq!(broken_in_rust(placeholder), []);
     assert_eq!(
         broken_in_rust("// A tolde word.\nfn f() { g(\"retold\") }"),
         []

@@ -47,6 +47,21 @@ fn comment(line: &str) -> Option<&str> {
     (code.matches('"').count() % 2 == 0).then_some(comment)
 }
 
+/// A format string without its placeholders, which are names and not text.
+pub(super) fn without_placeholders(text: &str) -> String {
+    let mut is_inside = false;
+    let mut prose = String::new();
+    for c in text.chars() {
+        match c {
+            '{' => is_inside = true,
+            '}' => is_inside = false,
+            c if !is_inside => prose.push(c),
+            _ => {}
+        }
+    }
+    prose
+}
+
 /// Looks for phrases in one line of text. Words between backquotes are names, not text.
 pub(super) fn check_phrases(line: &str, number: usize, words: &Words, found: &mut Vec<Finding>) {
     let prose: Vec<&str> = line.split('`').step_by(2).collect();
