@@ -56,13 +56,12 @@ fn check_changelog(tree: &Tree, problems: &mut Vec<String>) {
     }
 }
 
-/// ARCHITECTURE.md names the folder of every package.
+/// ARCHITECTURE.md names every package.
 pub(super) fn check_map(tree: &Tree, packages: &[Package], problems: &mut Vec<String>) {
     let map = tree.text("ARCHITECTURE.md");
-    for package in packages {
-        let folder = &package.folder;
-        if !map.is_empty() && !map.contains(folder.as_str()) {
-            problems.push(format!("ARCHITECTURE.md: does not name {folder}"));
+    for Package { name, folder, .. } in packages {
+        if !map.is_empty() && !map.contains(name.as_str()) {
+            problems.push(format!("ARCHITECTURE.md: does not name {name} ({folder})"));
         }
     }
 }
