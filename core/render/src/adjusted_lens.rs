@@ -84,8 +84,8 @@ impl BlurField for AdjustedLens<'_> {
     }
 
     fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
-        let seen = FieldPoint::new(at.x - self.offset.0, at.y - self.offset.1);
-        let placed = self.lens.blur_at(channel, seen, vergence_per_m);
+        let moved = FieldPoint::new(at.x - self.offset.0, at.y - self.offset.1);
+        let placed = self.lens.blur_at(channel, moved, vergence_per_m);
         let (x, y) = placed.displacement_px;
         DisplacedBlur {
             blur: (placed.blur).rescaled(self.amount * self.channel_scales[channel]),

@@ -5,7 +5,7 @@
 pub struct Rendered {
     /// The blurred planes, in the order given, row-major.
     pub planes: Vec<Vec<f32>>,
-    /// How they were computed.
+    /// Counts of the work done.
     pub statistics: RenderStatistics,
 }
 

@@ -1,12 +1,17 @@
 //! Removal of blur from pictures with known truth: gain in PSNR, re-blur error, and time relative to one blur by the fast
 //! renderer.
 //!
-//! `cargo bench -p seidel-render --bench remove [-- --images DIR] [--noise S,S,..] [--rounds N] [--out DIR]`: pictures
-//! are NAME.f32 files in DIR (512 x 512 samples, 0 to 1, linear, little-endian, row by row), or a synthetic one;
-//! standard deviations of the noise, 0, 0.001 and 0.01 if not said; how often each is timed, 3 times if not said; with
-//! `--out`, plates, results and the lens's kernels for rivals (`peers.py` runs all of this on photographs). Two
-//! threads, one plane. Times are medians of rounds in which blurring and removing take turns, and hold everything from
-//! plane to plane. What is printed to the standard output is Markdown: see `docs/background/remove.md`.
+//! `cargo bench -p seidel-render --bench remove [-- OPTIONS]`:
+//!
+//! - `--images DIR`: pictures, NAME.f32 files of 512 x 512 samples (0 to 1, linear, little-endian, row-major), by default
+//!   a synthetic one;
+//! - `--noise S,S,..`: standard deviations of the noise, by default 0, 0.001 and 0.01;
+//! - `--rounds N`: timings of each case, by default 3;
+//! - `--out DIR`: writes plates, results and the lens's kernels for competitors (`peers.py` runs all of this on
+//!   photographs).
+//!
+//! Two threads, one plane. Times are medians of rounds in which blurring and removal alternate, from plane to plane. The
+//! output is Markdown: see `docs/background/remove.md`.
 
 mod case;
 mod kernels;

@@ -1,4 +1,4 @@
-//! What a benchmark runs on.
+//! Description of the machine that runs a benchmark.
 
 use std::process::Command;
 

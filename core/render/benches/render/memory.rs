@@ -1,4 +1,4 @@
-//! How much memory a process has used.
+//! Peak memory of a process.
 
 use std::process::Command;
 

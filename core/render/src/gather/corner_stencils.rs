@@ -60,7 +60,7 @@ pub(super) type MixStencils = Vec<Stencil>;
 /// One stencil per lens channel; `None` for unused channels.
 type ChannelStencils = Vec<Option<Stencil>>;
 
-/// How much farther kernels of a coarse level may reach than those of the plate, pixels of the level.
+/// Margin by which kernels of a coarse level may reach farther than those of the plate, pixels of the level.
 const ROOM_PX: f64 = 2.0 + passband::SIDE_TAPS as f64;
 
 /// Kernels drawn at nodes, mirrored.

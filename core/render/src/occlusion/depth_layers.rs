@@ -30,7 +30,7 @@ const FINE_LEAST_PER_M: f64 = 0.05;
 /// Vergence of the nearest layer, 1/m: anything nearer than 1 mm lies on it.
 const NEAREST_PER_M: f64 = 1024.0;
 
-/// What limits the distance between neighbouring layers.
+/// The criterion for the distance between neighbouring layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LayerSpacing {
     /// The change of the blur alone.

@@ -20,7 +20,7 @@ pub struct DepthFinding {
     pub problem: DepthProblem,
     /// Its certainty.
     pub severity: Severity,
-    /// What the user can do.
+    /// A remedy.
     pub remedy: String,
 }
 
