@@ -1,4 +1,4 @@
-//! `seidel fit`: from observation sets to a lens profile.
+//! `seidel fit`: fits a lens profile to observation sets.
 
 mod moments;
 mod pupil;
@@ -64,13 +64,13 @@ pub struct FitArgs {
     json: bool,
 }
 
-/// What a lens can be described by.
+/// Lens models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Model {
-    /// Ray by ray: defocus, four aberrations and a symmetric blur, fitted to the tiles' pixels over
-    /// all distances at once
+    /// Third-order aberrations, defocus and a symmetric blur, fitted to the tiles' pixels over all
+    /// distances at once
     Reduced,
-    /// The same with fifth-order aberrations and vignetting where the tiles show them
+    /// The same with fifth-order aberrations, and vignetting where the tiles show it
     Extended,
     /// S1..S10 per channel and object distance: the paper's model
     Moments,
@@ -133,28 +133,29 @@ impl FitArgs {
         })
     }
 
-    /// Refuses options of another model than the one asked for.
+    /// Rejects options that do not apply to the selected model.
     fn check(&self) -> Result<(), CommandError> {
-        let of_moments = self.model == Some(Model::Moments);
-        if self.unweighted && !of_moments {
+        let moments = self.model == Some(Model::Moments);
+        if self.unweighted && !moments {
             return Err(CommandError::Usage(
-                "--unweighted is of moments alone; add --model moments or leave it out".to_owned(),
+                "--unweighted applies to moments only; add --model moments or leave it out"
+                    .to_owned(),
             ));
         }
-        let of_rays = [
+        let pupil_options = [
             ("--use-all", self.use_all),
             ("--law-only", self.law_only),
             ("--image", self.image.is_some()),
         ];
-        match of_rays.iter().find(|(_, given)| *given) {
-            Some((name, _)) if of_moments => Err(CommandError::Usage(format!(
-                "{name} does not go with --model moments; leave it out or use --model reduced or extended"
+        match pupil_options.iter().find(|(_, given)| *given) {
+            Some((name, _)) if moments => Err(CommandError::Usage(format!(
+                "{name} does not apply to --model moments; leave it out or use --model reduced or extended"
             ))),
             _ => Ok(()),
         }
     }
 
-    /// The sets, and what was left out of them.
+    /// Reads the sets; also returns the observations left out.
     fn read_sets(&self) -> Result<(Vec<ObservationSet>, Vec<String>), CommandError> {
         let options = ReadOptions {
             skip_bad: self.skip_bad,
@@ -170,7 +171,7 @@ impl FitArgs {
         Ok((sets, skipped))
     }
 
-    /// Writes the lens, and in it where it came from.
+    /// Writes the lens with its provenance.
     fn write(&self, lens: &mut LensProfile) -> Result<(), CommandError> {
         lens.provenance.sources = self.observations.iter().map(|p| short_name(p)).collect();
         lens.provenance.settings += &self.choice.describe();
@@ -182,7 +183,7 @@ impl FitArgs {
     }
 }
 
-/// Tells which tiles took no part.
+/// Prints the rejected tiles.
 fn say_rejected(rejected: &[Rejection], args: &FitArgs, console: &mut Console) {
     for r in rejected {
         console.say(format!(
@@ -196,7 +197,7 @@ fn say_rejected(rejected: &[Rejection], args: &FitArgs, console: &mut Console) {
     }
 }
 
-/// The same for a machine.
+/// Returns the rejected tiles as JSON.
 fn rejected_json(rejected: &[Rejection]) -> Vec<Value> {
     let one = |r: &Rejection| {
         json!({

@@ -1,4 +1,4 @@
-//! `--model moments`: S1..S10 by channel and distance, and how their fit went.
+//! Report of `--model moments`.
 
 use seidel_core::calibrate::fit::MomentsFit;
 use serde_json::json;
@@ -6,7 +6,7 @@ use serde_json::json;
 use super::{FitArgs, rejected_json, say_rejected};
 use crate::Console;
 
-/// Prints how the fit went.
+/// Prints the report.
 pub(super) fn report_text(fit: &MomentsFit, args: &FitArgs, console: &mut Console) {
     console.say(format!(
         "{:<8} {:>16} {:>6} {:>12} {:>12} {:>14}",
@@ -46,7 +46,7 @@ pub(super) fn report_text(fit: &MomentsFit, args: &FitArgs, console: &mut Consol
     console.say(format!("wrote {}", args.output.display()));
 }
 
-/// The same as one JSON document; `skipped` was left out when the sets were read.
+/// Returns the report as JSON; `skipped` lists the observations left out on reading.
 pub(super) fn report_json(fit: &MomentsFit, skipped: &[String]) -> String {
     let planes: Vec<_> = fit
         .planes

@@ -1,4 +1,4 @@
-//! `--model reduced` and `--model extended`: a lens known ray by ray, and how its fit went.
+//! Reports of `--model reduced` and `--model extended`.
 
 use seidel_core::calibrate::fit::PupilFit;
 use seidel_core::calibrate::fit::axis::AxisEstimate;
@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use super::{FitArgs, rejected_json, say_rejected};
 use crate::Console;
 
-/// Correlations that the text report names; the JSON one has all that are strong.
+/// Number of correlations in the text report; the JSON report has all strong ones.
 const NAMED: usize = 5;
 
-/// Prints how the fit went.
+/// Prints the report.
 pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console) {
     console.say(format!(
         "{:<8} {:>16} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
@@ -75,7 +75,7 @@ fn say_held_out(held_out: &HeldOut, console: &mut Console) {
     }
 }
 
-/// The same as one JSON document; `skipped` was left out when the sets were read.
+/// Returns the report as JSON; `skipped` lists the observations left out on reading.
 pub(super) fn report_json(fit: &PupilFit, skipped: &[String]) -> String {
     let channels: Vec<Value> = fit
         .channels

@@ -136,7 +136,7 @@ fn rays(lens: &LensProfile) -> Result<&[PupilChannel]> {
         LensDescription::Pupil(channels) => Ok(channels),
         LensDescription::Moments(_) => Err(Error::new(
             "kind",
-            "is `moments`; a diagnosis needs a lens known ray by ray",
+            "is `moments`; a diagnosis needs a lens described by its pupil",
             "fit the lens with `--model reduced`",
         )
         .with_kind(seidel_optics::ErrorKind::Unsupported)),
