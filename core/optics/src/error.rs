@@ -14,9 +14,9 @@ pub struct Error {
     kind: ErrorKind,
     /// The thing or field at fault, such as `optical_axis` or `channel R`.
     pub place: String,
-    /// What is wrong with it, with the offending value.
+    /// The problem, with the offending value.
     pub problem: String,
-    /// What the user can do.
+    /// The remedy: what the user can do.
     pub remedy: String,
 }
 
@@ -66,7 +66,7 @@ impl Error {
         self.kind
     }
 
-    /// Whether the caller cancelled the operation.
+    /// Returns whether the caller cancelled the operation.
     pub fn is_cancelled(&self) -> bool {
         self.kind == ErrorKind::Cancelled
     }
@@ -88,9 +88,9 @@ pub struct Fault {
     pub file: String,
     /// The field at fault, such as `depth_m` or `channel R`.
     pub field: String,
-    /// What is wrong, with the offending value.
+    /// The problem, with the offending value.
     pub problem: String,
-    /// What the user can do.
+    /// The remedy: what the user can do.
     pub remedy: String,
 }
 

@@ -23,7 +23,7 @@ pub struct Observation {
     pub noise_sigma: Vec<Option<f64>>,
     /// Constant background by channel, not yet subtracted from the tile; zero if none was given.
     pub background: Vec<f64>,
-    /// Whether a pixel of the tile is saturated.
+    /// True if a pixel of the tile is saturated.
     pub saturated: bool,
 }
 
@@ -61,7 +61,7 @@ impl Observation {
 pub struct ObservationSet {
     /// The full frame and its optical axis.
     pub frame: Frame,
-    /// Whether the manifest states the axis; otherwise the centre of the frame is assumed.
+    /// True if the manifest states the axis; otherwise the centre of the frame is assumed.
     pub axis_stated: bool,
     /// Sensor pixel pitch, micrometres, if known.
     pub pixel_pitch_um: Option<f64>,

@@ -84,7 +84,7 @@ impl Default for Tone {
 }
 
 impl Tone {
-    /// Whether pixel values equal light.
+    /// Returns whether pixel values equal light.
     pub fn is_linear(&self) -> bool {
         *self == Self::default()
     }
@@ -137,12 +137,12 @@ impl Tone {
 }
 
 impl Sensor {
-    /// Whether the sensor leaves light unchanged, apart from the tone curve.
+    /// Returns whether the sensor leaves light unchanged, apart from the tone curve.
     pub fn is_ideal(&self) -> bool {
         !self.blurs() && self.halo.share == 0.0
     }
 
-    /// Whether streak, box or copies blur the image.
+    /// Returns whether streak, box or copies blur the image.
     pub fn blurs(&self) -> bool {
         [self.streak_px, self.box_px, self.copies_px] != [[0.0; 2]; 3]
     }

@@ -37,11 +37,11 @@ pub(super) struct Spot {
 pub(super) struct Capture {
     /// Label of the random sequence.
     pub(super) label: u64,
-    /// Whether tiles hold exposed values up to 1 instead of shares of the light.
+    /// True if tiles hold exposed values up to 1 instead of shares of the light.
     pub(super) raw: bool,
     /// Peak over the standard deviation of the noise; `None` for no noise.
     pub(super) snr: Option<f64>,
-    /// Whether the set states its noise.
+    /// True if the set states its noise.
     pub(super) sigma_stated: bool,
     /// Constant background of every tile, which the set states.
     pub(super) background: f64,
@@ -79,7 +79,7 @@ pub(super) struct TileOptions {
     pub(super) tile: usize,
     /// Cells across the pupil.
     pub(super) cells: usize,
-    /// Whether tiles hold exposed values instead of shares of the light.
+    /// True if tiles hold exposed values instead of shares of the light.
     pub(super) raw: bool,
 }
 

@@ -48,7 +48,7 @@ pub(super) struct Lens {
 /// Constraints on the random lens that make a cause identifiable.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LensConstraints {
-    /// Whether the aperture is small enough for visible diffraction: q of 1.5 to 4 px.
+    /// True if the aperture is small enough for visible diffraction: q of 1.5 to 4 px.
     pub(super) slow: bool,
     /// Smallest ratio of the two object distances.
     pub(super) depth_ratio: f64,

@@ -15,7 +15,7 @@ pub(super) struct Ripple {
     pub(super) wave_number: [f64; 2],
     /// Phase, radians.
     pub(super) phase: f64,
-    /// Whether the ripple forms rings about the centre instead of lines.
+    /// True if the ripple forms rings about the centre instead of lines.
     pub(super) rings: bool,
 }
 

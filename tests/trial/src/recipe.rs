@@ -97,7 +97,7 @@ pub struct Recipe {
     pub size: Size,
 }
 
-/// Whether two effects are distinct enough to form a pair.
+/// Returns whether two effects are distinct enough to form a pair.
 fn may_pair(a: &str, b: &str) -> bool {
     a != b && !SIMILAR.contains(&[a, b]) && !SIMILAR.contains(&[b, a])
 }

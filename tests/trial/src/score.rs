@@ -176,7 +176,7 @@ impl Outcome {
         }
     }
 
-    /// Whether the cause `said` names `truth`, itself or by a small class that contains both.
+    /// Returns whether the cause `said` names `truth`, itself or by a small class that contains both.
     fn names(&self, said: &str, truth: &str) -> bool {
         let has = |class: &[String], id: &str| class.iter().any(|c| c == id);
         said == truth
@@ -186,7 +186,7 @@ impl Outcome {
                 .any(|c| c.len() <= LARGEST_CLASS && has(c, said) && has(c, truth))
     }
 
-    /// Whether the one effect of a single case is among the first `count` causes.
+    /// Returns whether the one effect of a single case is among the first `count` causes.
     fn within_top(&self, count: usize) -> bool {
         let Some(truth) = self.answer.effects.first() else {
             return false;
@@ -195,7 +195,7 @@ impl Outcome {
         !self.no_gap() && first.any(|(said, _)| self.names(said, truth))
     }
 
-    /// Whether the likeliest cause is a true one.
+    /// Returns whether the likeliest cause is a true one.
     fn top_is_right(&self) -> bool {
         let Some((top, _)) = self.ranked.first() else {
             return false;

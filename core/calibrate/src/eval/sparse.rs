@@ -151,9 +151,9 @@ pub(super) fn curve(
 fn split_order(seed: u64, split: usize, tiles: usize) -> Vec<usize> {
     // Each split has its own generator, so it does not depend on the number of splits.
     let mut seeds = SplitMix64::new(seed);
-    let mut own = seeds.next();
+    let mut own = seeds.next_u64();
     for _ in 0..split {
-        own = seeds.next();
+        own = seeds.next_u64();
     }
     SplitMix64::new(own).permutation(tiles)
 }

@@ -286,7 +286,7 @@ fn assemble(
         planes,
         rejected,
         axis,
-        warnings: warnings,
+        warnings,
     }
 }
 

@@ -61,7 +61,7 @@ pub struct Parameter {
     pub most: f64,
     /// A just visible change, in `unit`: the step of searches.
     pub step: f64,
-    /// Whether colour channels share the value.
+    /// The relation between the values in different colour channels.
     pub scope: Scope,
 }
 
@@ -118,7 +118,7 @@ pub enum Scope {
 pub struct SearchStart {
     /// One value a parameter, the same in every channel.
     pub values: Vec<f64>,
-    /// Whether the search may change each value. Counts, such as blades, are fixed; each has its own start.
+    /// True for each value that the search may change. Counts, such as blades, are fixed; each has its own start.
     pub free: Vec<bool>,
 }
 

@@ -108,7 +108,7 @@ impl MomentCoefficients {
         s
     }
 
-    /// Whether a third-order lens can have these coefficients: S5 >= 0, S4 + S5 >= 0, and neither the meridional nor
+    /// Returns whether a third-order lens can have these coefficients: S5 >= 0, S4 + S5 >= 0, and neither the meridional nor
     /// the sagittal variance negative up to `field_radius` (docs/background/model.md section 4).
     pub fn is_realisable(&self, field_radius: f64) -> bool {
         self.0[4] >= 0.0 && self.0[3] + self.0[4] >= 0.0 && self.least_variance(field_radius) >= 0.0

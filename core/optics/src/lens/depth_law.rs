@@ -73,7 +73,7 @@ impl DepthLaw {
         }))
     }
 
-    /// Whether aberrations change with depth: the planes differ by more than defocus.
+    /// Returns whether aberrations change with depth: the planes differ by more than defocus.
     pub fn aberrations_change(&self) -> bool {
         self.aberrations_change
     }
@@ -144,7 +144,7 @@ impl DepthLaw {
         Ok(law)
     }
 
-    /// Whether every plane agrees with the polynomials within the tolerances.
+    /// Returns whether every plane agrees with the polynomials within the tolerances.
     fn agrees(&self, planes: &[DepthPlane]) -> bool {
         planes
             .iter()

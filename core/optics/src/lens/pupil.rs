@@ -18,7 +18,7 @@ pub struct Transmission {
 }
 
 impl Transmission {
-    /// Whether the transmission is one everywhere.
+    /// Returns whether the transmission is one everywhere.
     pub fn is_uniform(&self) -> bool {
         self.square == 0.0 && self.fourth == 0.0
     }
@@ -184,12 +184,12 @@ impl LocalPupil {
         changed
     }
 
-    /// Whether diffraction is drawn; fringes too fine for a pixel are drawn by rays.
+    /// Returns whether diffraction is drawn; fringes too fine for a pixel are drawn by rays.
     pub fn diffracts(&self) -> bool {
         self.wave_px >= LEAST_WAVE_PX
     }
 
-    /// Whether light passes at pupil point `u`.
+    /// Returns whether light passes at pupil point `u`.
     pub fn passes(&self, u: [f64; 2]) -> bool {
         self.stops().iter().all(|stop| stop.depth(u) >= 0.0)
     }

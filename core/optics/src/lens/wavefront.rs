@@ -242,7 +242,7 @@ impl Wavefront {
         result
     }
 
-    /// Whether every coefficient is finite.
+    /// Returns whether every coefficient is finite.
     pub fn is_finite(&self) -> bool {
         self.coefficients.iter().all(|c| c.is_finite())
     }

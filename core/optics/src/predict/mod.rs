@@ -112,12 +112,12 @@ impl Predictor {
         }
     }
 
-    /// Whether the blur depends on depth: whether the lens was measured at more than one object distance.
+    /// Returns whether the blur depends on depth: whether the lens was measured at more than one object distance.
     pub fn depends_on_depth(&self) -> bool {
         self.depends_on_depth
     }
 
-    /// Whether the lens has wavefronts and pupils (the kind `pupil`), which some PSF models need.
+    /// Returns whether the lens has wavefronts and pupils (the kind `pupil`), which some PSF models need.
     pub fn has_rays(&self) -> bool {
         matches!(self.channels, Channels::Pupil(_))
     }

@@ -18,7 +18,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// Whether all controls keep their measured values.
+    /// Returns whether all controls keep their measured values.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
@@ -97,7 +97,7 @@ impl LensProfile {
         })
     }
 
-    /// Returns warnings about the accuracy of this lens with `controls`, a sentence each.
+    /// Returns warnings about the accuracy of this lens with `controls`, one sentence for each.
     pub fn control_warnings(&self, controls: &Controls) -> Vec<String> {
         let mut warnings = Vec::new();
         if let (Some(new), Some(old)) = (controls.f_number, self.camera.f_number)

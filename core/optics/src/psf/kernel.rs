@@ -33,7 +33,7 @@ impl SampleGrid {
         self.width * self.height
     }
 
-    /// Whether the grid has no pixel.
+    /// Returns whether the grid has no pixel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -171,7 +171,7 @@ impl Mixture {
         })
     }
 
-    /// Whether samples on any grid of unit spacing sum to one within 1e-6.
+    /// Returns whether samples on any grid of unit spacing sum to one within 1e-6.
     pub fn sums_to_one(&self) -> bool {
         let mut parts = self.parts().iter();
         parts.all(|part| part.normal_part_variance() >= RESOLVED_VARIANCE_PX2)

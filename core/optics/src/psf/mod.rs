@@ -120,7 +120,7 @@ pub trait PsfModel: Send + Sync {
     /// The stable identifier used on the command line and in files.
     fn id(&self) -> &'static str;
 
-    /// Whether the model needs [`LocalBlur::pupil`], which only profiles of the kind `pupil` have.
+    /// Returns whether the model needs [`LocalBlur::pupil`], which only profiles of the kind `pupil` have.
     fn needs_rays(&self) -> bool {
         false
     }
@@ -144,7 +144,7 @@ pub trait PsfModel: Send + Sync {
     /// If the length of `out` is not the number of pixels of `grid`.
     fn sample_f32(&self, blur: &LocalBlur, grid: &SampleGrid, out: &mut [f32]);
 
-    /// Whether a renderer may draw two blurs, each with its shift (x, y) in px, with one kernel.
+    /// Returns whether a renderer may draw two blurs, each with its shift (x, y) in px, with one kernel.
     ///
     /// By default only equal ones may share. A model that is costly to draw can allow small differences.
     fn can_share_kernel(
@@ -157,7 +157,7 @@ pub trait PsfModel: Send + Sync {
         blur == other && shift_px == other_shift_px
     }
 
-    /// Whether the samples on any grid of unit spacing sum to one within 1e-6.
+    /// Returns whether the samples on any grid of unit spacing sum to one within 1e-6.
     ///
     /// If so, single weights of a kernel can be computed without drawing all of it to normalise them.
     fn sums_to_one(&self, _blur: &LocalBlur) -> bool {

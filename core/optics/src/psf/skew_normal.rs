@@ -89,8 +89,8 @@ impl PaperParameters {
         }
     }
 
-    /// The density at (`x`, `y`) from the centroid by Eq 36, mended: kappa as inverse scale, and the
-    /// offset b delta that centres it.
+    /// Returns the density at (`x`, `y`) px from the centroid by Eq 36, corrected: kappa is an inverse scale, and the
+    /// offset b delta centres the density.
     pub fn density(&self, x: f64, y: f64) -> f64 {
         let (g1, g2) = (
             self.kappa1 * x + B * self.delta1,

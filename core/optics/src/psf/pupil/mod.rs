@@ -388,7 +388,7 @@ fn tile_grid(window: &SampleGrid, centroid: [f64; 2]) -> TileGrid {
 /// Returns wavefront and pupil of `blur`.
 ///
 /// # Panics
-/// If there are none: callers check [`PsfModel::needs_rays`] against the lens first.
+/// If they are missing: callers check [`PsfModel::needs_rays`] against the lens first.
 fn rays(blur: &LocalBlur) -> LocalPupil {
     blur.pupil
         .expect("the model `pupil` needs a lens of the kind `pupil`")
