@@ -97,7 +97,7 @@ fn nothing_is_found_where_nothing_is_missing() {
         &["defocus_offset", "motion", "decentre", "vignetting"],
     );
     assert_eq!(found.verdict, Verdict::NoGap);
-    assert!(found.added.is_empty() && found.nothing_missing > 0.9);
+    assert!(found.added.is_empty() && found.no_gap_probability > 0.9);
 }
 
 #[test]

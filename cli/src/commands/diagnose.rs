@@ -222,8 +222,8 @@ fn print_summary(diagnosis: &Diagnosis, out: &Path, console: &mut Console) {
         gap.after,
         gap.noise_floor,
         100.0 * gap.closed,
-        100.0 * gap.closed_ci95.0,
-        100.0 * gap.closed_ci95.1
+        100.0 * gap.closed_ci95[0],
+        100.0 * gap.closed_ci95[1]
     ));
     console.say(format!("next capture: {}", diagnosis.next_capture));
     console.say(format!(

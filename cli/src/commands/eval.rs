@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use seidel_core::calibrate::fit::Weighting;
-use seidel_core::eval::{EvalSettings, SparseSettings, evaluate, shapes};
+use seidel_core::calibrate::eval::{EvalSettings, SparseSettings, evaluate, shapes};
 use seidel_core::moments::support::Support;
-use seidel_core::score::TestImage;
+use seidel_core::calibrate::score::TestImage;
 
 use super::choice::ChoiceArgs;
 use super::picture::read_image;

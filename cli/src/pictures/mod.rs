@@ -12,12 +12,22 @@ pub mod sheet;
 mod sheet_labels;
 pub mod tile_panel;
 
-/// Three significant digits, no zeros at the end.
+/// Formats a number to three significant digits, without trailing zeros.
 fn short_number(value: f64) -> String {
+    significant(value, 3)
+}
+
+/// Returns the number of decimals that show `digits` significant digits of `value`.
+pub(crate) fn decimals(value: f64, digits: i32) -> usize {
+    (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 9) as usize
+}
+
+/// Formats a number to `digits` significant digits, without trailing zeros after the point.
+pub(crate) fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
-    let decimals = (2 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let decimals = decimals(value, digits);
     let text = format!("{value:.decimals$}");
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()

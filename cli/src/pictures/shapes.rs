@@ -1,7 +1,7 @@
 //! PSFs side by side: observed, predicted by each model, and how they differ, pixel by pixel.
 
 use image::RgbImage;
-use seidel_core::eval::{ShapePrediction, ShapeRow};
+use seidel_core::calibrate::eval::{ShapePrediction, ShapeRow};
 use seidel_core::{Error, Result};
 
 use super::canvas::{Area, Canvas, text_width};

@@ -1,97 +1,82 @@
-//! The top of the page: the answer in words, odds, the gap, and what to capture next.
+//! The first screen of the page: the verdict, the most probable causes, the gap, and the next capture.
 
-use seidel_core::calibrate::diagnose::{Cause, Diagnosis, Verdict};
+use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
 
-use super::markup::escape;
+use super::markup::{bar, escape};
 use super::words::{
-    effect_name, effect_summary, gap, list, odds, percent, percent_range, place, sentence,
+    effect_name, effect_summary, gap, list, percent, percent_range, place, probability, sentence,
 };
 
-/// Causes whose odds stand at the top.
-const SHOWN: usize = 3;
+/// Number of causes shown on the first screen.
+const TOP_CAUSES: usize = 3;
 
-/// A bar of a share of the track with words before and a number behind.
-pub(super) fn bar(words: &str, number: &str, share: f64, class: &str) -> String {
+/// Returns the first screen.
+pub(super) fn headline(d: &Diagnosis) -> String {
     format!(
-        "<div class=\"bar\"><div class=\"words\"><span>{words}</span><span class=\"number\">{number}\
-         </span></div>{}</div>\n",
-        track(share, class)
+        "<h1>{}</h1>\n<p class=\"lead\">{}</p>\n<div class=\"cards\">\n{}{}{}</div>\n",
+        escape(&verdict(d)),
+        escape(&lead(d)),
+        causes_card(d),
+        gap_card(d),
+        next_card(d)
     )
 }
 
-/// The bar alone.
-pub(super) fn track(share: f64, class: &str) -> String {
-    let width = 100.0
-        * if share.is_finite() {
-            share.clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-    format!(
-        "<div class=\"track\"><div class=\"fill {class}\" style=\"width:{width:.2}%\"></div></div>"
-    )
-}
-
-/// The answer in a sentence, as plain text.
-pub(super) fn verdict(d: &Diagnosis) -> String {
-    let closed = format!(
-        "{} ({}) of the gap",
+/// Returns the verdict as a sentence in plain text.
+fn verdict(d: &Diagnosis) -> String {
+    let names = |ids: &[&str]| ids.iter().map(|id| effect_name(id)).collect::<Vec<_>>();
+    let added = names(&d.added);
+    let closes = format!(
+        "closes {} ({}) of the gap",
         percent(d.gap.closed),
         percent_range(d.gap.closed_ci95)
     );
-    let names =
-        |ids: &[&'static str]| -> Vec<String> { ids.iter().map(|id| effect_name(id)).collect() };
-    let added = names(&d.added);
-    let (it, closes) = match added.len() {
-        1 => ("it", "closes"),
-        2 => ("both", "closes"),
-        _ => ("them", "closes"),
-    };
     match d.verdict {
-        Verdict::NoGap => "The lens explains these observations: nothing is missing.".to_owned(),
-        Verdict::Explained => format!(
-            "The lens lacks {}: adding {it} {closes} {closed}.",
-            list(&added, "and")
-        ),
+        Verdict::NoGap => "The lens explains these observations: no effect is missing.".to_owned(),
+        Verdict::Explained => {
+            let them = match added.len() {
+                1 => "it",
+                2 => "both",
+                _ => "them",
+            };
+            let added = list(&added, "and");
+            format!("The lens lacks {added}: adding {them} {closes}.")
+        }
         Verdict::Ambiguous => {
-            let twins = d
+            let equivalent = d
                 .equivalents
                 .first()
                 .map_or(added.clone(), |ids| names(ids));
             let tried = if added.is_empty() {
                 String::new()
             } else {
-                format!(": {} {closes} {closed}", list(&added, "and"))
+                format!(": adding {} {closes}", list(&added, "and"))
             };
             format!(
-                "The lens lacks {}; these observations cannot tell which{tried}.",
-                list(&twins, "or")
+                "The lens lacks {}; these observations cannot distinguish them{tried}.",
+                list(&equivalent, "or")
             )
         }
         Verdict::Unexplained if added.is_empty() => {
             "There is a gap that no known effect closes.".to_owned()
         }
         Verdict::Unexplained => format!(
-            "Adding {} {closes} {closed}; the rest has no known cause.",
+            "Adding {} {closes}; the remainder has no known cause.",
             list(&added, "and")
         ),
     }
 }
 
-/// What follows the answer: what the effect is, and where the gap lies.
+/// Returns what the added effects are, and where the gap is largest.
 fn lead(d: &Diagnosis) -> String {
-    let mut parts = Vec::new();
-    for id in &d.added {
-        let summary = effect_summary(id);
-        if !summary.is_empty() {
-            let name = sentence(&effect_name(id));
-            parts.push(format!("{name} – {summary}."));
-        }
-    }
+    let added = d.added.iter().filter(|id| !effect_summary(id).is_empty());
+    let mut parts: Vec<String> = added
+        .map(|id| format!("{}: {}.", sentence(&effect_name(id)), effect_summary(id)))
+        .collect();
     if d.verdict == Verdict::NoGap {
         parts.push(format!(
-            "With probability {} the lens and the observations agree to their noise and the lens's own accuracy.",
-            odds(d.nothing_missing)
+            "With probability {} the lens and the observations agree to within noise and the misfit of the lens.",
+            probability(d.no_gap_probability)
         ));
     } else if let Some(worst) = d.places.first() {
         parts.push(format!(
@@ -104,91 +89,73 @@ fn lead(d: &Diagnosis) -> String {
     parts.join(" ")
 }
 
-/// The whole first screen.
-pub(super) fn headline(d: &Diagnosis) -> String {
-    format!(
-        "<h1>{}</h1>\n<p class=\"lead\">{}</p>\n<div class=\"cards\">\n{}{}{}</div>\n",
-        escape(&verdict(d)),
-        escape(&lead(d)),
-        causes_card(d),
-        gap_card(d),
-        next_card(d)
-    )
-}
-
 fn causes_card(d: &Diagnosis) -> String {
     let title = if d.verdict == Verdict::NoGap {
-        "Likeliest causes, if something were missing"
+        "Most probable causes, if an effect were missing"
     } else {
-        "Likeliest causes"
+        "Most probable causes"
     };
     let bars: String = d
         .causes
         .iter()
-        .take(SHOWN)
-        .map(|c| cause_bar(c, &d.added))
+        .take(TOP_CAUSES)
+        .map(|cause| {
+            let added = d.added.contains(&cause.effect);
+            let class = if added { "" } else { "other" };
+            let name = escape(&effect_name(cause.effect));
+            bar(
+                &name,
+                &probability(cause.probability),
+                cause.probability,
+                class,
+            )
+        })
         .collect();
     format!(
-        "<div class=\"card\"><h3>{title}</h3>\n{bars}<p class=\"quiet small\">{} causes tried, each alone. \
-         Chance that nothing is missing: {}.</p></div>\n",
+        "<div class=\"card\"><h3>{title}</h3>\n{bars}<p class=\"quiet small\">{} effects tried one at a time. \
+         Probability that nothing is missing: {}.</p></div>\n",
         d.causes.iter().filter(|c| c.effect != "unknown").count(),
-        odds(d.nothing_missing)
-    )
-}
-
-fn cause_bar(cause: &Cause, added: &[&str]) -> String {
-    let class = if added.contains(&cause.effect) {
-        ""
-    } else {
-        "other"
-    };
-    bar(
-        &escape(&effect_name(cause.effect)),
-        &odds(cause.probability),
-        cause.probability,
-        class,
+        probability(d.no_gap_probability)
     )
 }
 
 fn gap_card(d: &Diagnosis) -> String {
-    let g = &d.gap;
-    let largest = [g.before, g.after, g.noise_floor, g.lens_misfit]
-        .into_iter()
-        .fold(f64::MIN_POSITIVE, f64::max);
     let rows = [
-        ("before: the lens as given", g.before, ""),
-        ("after: the corrected lens", g.after, ""),
-        ("by the noise alone, taken off", g.noise_floor, "other"),
-        ("of the lens on its own data", g.lens_misfit, "other"),
+        ("given lens", d.gap.before, ""),
+        ("corrected lens", d.gap.after, ""),
+        ("noise floor (subtracted)", d.gap.noise_floor, "other"),
+        ("misfit of the lens on its own data", d.lens_misfit, "other"),
     ];
+    let largest = rows
+        .iter()
+        .map(|row| row.1)
+        .fold(f64::MIN_POSITIVE, f64::max);
     let bars: String = rows
         .into_iter()
-        // A lens that does not know how well it was fitted says zero.
+        // A profile that does not state its misfit gives zero.
         .filter(|(_, value, _)| *value != 0.0)
-        .map(|(words, value, class)| bar(words, &gap(value), value / largest, class))
+        .map(|(label, value, class)| bar(label, &gap(value), value / largest, class))
         .collect();
     format!(
-        "<div class=\"card\"><h3>Gap, in per cent of a PSF's energy</h3>\n{bars}\
-         <p class=\"quiet small\">On parts of the field that took no part in fitting.</p></div>\n"
+        "<div class=\"card\"><h3>Gap, % of the energy of a PSF</h3>\n{bars}\
+         <p class=\"quiet small\">On zones of the field that were held out of the fits.</p></div>\n"
     )
 }
 
 fn next_card(d: &Diagnosis) -> String {
+    let text = |text: &str| escape(&sentence(text.trim_end_matches('.')));
     let next = if d.next_capture.is_empty() {
-        "Nothing more is needed.".to_owned()
+        "None is needed".to_owned()
     } else {
-        format!("{}.", sentence(d.next_capture.trim_end_matches('.')))
+        text(&d.next_capture)
     };
-    let left = if d.residual.is_empty() {
+    let residual = if d.residual.is_empty() {
         String::new()
     } else {
-        format!(
-            "<h3>What is left</h3><p class=\"small\">{}.</p>",
-            escape(&sentence(d.residual.trim_end_matches('.')))
-        )
+        let residual = text(&d.residual);
+        format!("<h3>Remaining residual</h3><p class=\"small\">{residual}.</p>")
     };
     format!(
-        "<div class=\"card\"><h3>What to capture next</h3><p class=\"next\">{}</p>{left}</div>\n",
-        escape(&next)
+        "<div class=\"card\"><h3>Next capture</h3><p class=\"next\">{next}.</p>{residual}</div>\n"
     )
 }

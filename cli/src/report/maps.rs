@@ -1,4 +1,4 @@
-//! Maps of the gap over the frame: one pair, before and after, for each channel and distance.
+//! Maps of the gap over the frame: a pair, given and corrected lens, per channel and distance.
 
 use std::fmt::Write as _;
 
@@ -9,31 +9,35 @@ use super::Subject;
 use super::markup::escape;
 use super::words::{distance, gap, round_gap};
 
-/// Width of a map in its own units; dots are drawn in them.
+/// Width of a map in SVG units.
 const WIDTH: f64 = 300.0;
-/// Distances and channels that are drawn; of more, evenly chosen ones.
+/// Most distances and channels that are drawn; of more, evenly chosen ones.
 const MOST_DISTANCES: usize = 6;
 const MOST_CHANNELS: usize = 4;
-/// From the largest gap down to this share of it colours differ.
+/// Ratio of the largest gap to the smallest that the colour scale resolves.
 const SPAN: f64 = 300.0;
-/// Dots say their number under the pointer where there are no more than this.
+/// Most dots with a tooltip each; more would make the page too large.
 const MOST_TITLES: usize = 4000;
 
-/// The maps with what explains their colours.
+/// Returns the section with the maps and their colour scale.
 pub(super) fn maps(d: &Diagnosis, subject: &Subject) -> String {
     let scale = Scale::of(&d.tiles);
-    let (channels, fewer_channels) = some_of(&subject.channels, MOST_CHANNELS);
-    let (distances, fewer_distances) = some_of(&distances(&d.tiles), MOST_DISTANCES);
+    let all_distances = distances(&d.tiles);
+    let channels = evenly_chosen(&subject.channels, MOST_CHANNELS);
+    let distances = evenly_chosen(&all_distances, MOST_DISTANCES);
+    let map = Map {
+        subject,
+        scale: &scale,
+        titles: d.tiles.len() <= MOST_TITLES,
+    };
     let mut figures = String::new();
     for &at in &distances {
         for channel in &channels {
-            let tiles: Vec<&TileGap> = d
-                .tiles
-                .iter()
-                .filter(|t| t.channel == *channel && t.distance == at)
-                .collect();
+            let tiles = d.tiles.iter();
+            let tiles = tiles.filter(|t| t.channel == *channel && t.distance == at);
+            let tiles: Vec<&TileGap> = tiles.collect();
             if !tiles.is_empty() {
-                figures += &figure(channel, at, &tiles, subject, &scale, d.tiles.len());
+                figures += &map.figure(channel, at, &tiles);
             }
         }
     }
@@ -42,29 +46,30 @@ pub(super) fn maps(d: &Diagnosis, subject: &Subject) -> String {
     } else {
         distances.len().clamp(1, 3)
     };
-    let left_out = if fewer_channels || fewer_distances {
+    let all_drawn =
+        channels.len() == subject.channels.len() && distances.len() == all_distances.len();
+    let left_out = if all_drawn {
+        String::new()
+    } else {
         format!(
-            "<p class=\"quiet small\">{} of {} channels and {} of {} distances are drawn; numbers are of \
-             all.</p>\n",
+            "<p class=\"quiet small\">{} of {} channels and {} of {} distances are drawn.</p>\n",
             channels.len(),
             subject.channels.len(),
             distances.len(),
-            self::distances(&d.tiles).len()
+            all_distances.len()
         )
-    } else {
-        String::new()
     };
     format!(
-        "<section><h2>Where the gap lies</h2>\n<p class=\"quiet\">Each dot is a PSF at its place in the \
-         frame; its colour is its gap, the same scale in every map. Numbers are means over a map. The cross \
-         marks the optical axis.</p>\n{left_out}{}\
+        "<section><h2>Where the gap lies</h2>\n<p class=\"quiet\">Each dot is a PSF at its position in the \
+         frame, coloured by its gap on a scale common to all maps. Numbers are means over a map. The cross marks \
+         the optical axis.</p>\n{left_out}{}\
          <div class=\"maps\" style=\"grid-template-columns:repeat({columns},1fr)\">\n{figures}</div>\n\
          </section>\n",
         scale.legend()
     )
 }
 
-/// Distances of `tiles`, nearest first, infinity then unknown last.
+/// Returns the distances of `tiles`, nearest first, then infinity, then unknown.
 fn distances(tiles: &[TileGap]) -> Vec<ObjectDistance> {
     let mut all: Vec<ObjectDistance> = Vec::new();
     for tile in tiles {
@@ -81,98 +86,94 @@ fn distances(tiles: &[TileGap]) -> Vec<ObjectDistance> {
     all
 }
 
-/// At most `most` of `all`, evenly chosen with both ends, and whether some are missing.
-fn some_of<T: Clone>(all: &[T], most: usize) -> (Vec<T>, bool) {
+/// Returns at most `most` items of `all`, evenly chosen and with both ends.
+fn evenly_chosen<T: Clone>(all: &[T], most: usize) -> Vec<T> {
     if all.len() <= most {
-        return (all.to_vec(), false);
+        return all.to_vec();
     }
     let chosen = (0..most).map(|k| all[k * (all.len() - 1) / (most - 1)].clone());
-    (chosen.collect(), true)
+    chosen.collect()
 }
 
-fn figure(
-    channel: &str,
-    at: ObjectDistance,
-    tiles: &[&TileGap],
-    subject: &Subject,
-    scale: &Scale,
-    all: usize,
-) -> String {
-    let mean = |of: &dyn Fn(&TileGap) -> f64| {
-        tiles.iter().map(|t| of(t)).sum::<f64>() / tiles.len() as f64
-    };
-    let titled = all <= MOST_TITLES;
-    let map = |of: &dyn Fn(&TileGap) -> f64| frame_svg(tiles, subject, scale, titled, of);
-    format!(
-        "<figure><figcaption><b>{}</b> at {}</figcaption><div class=\"twins\">\
-         <div>{}<span>before: {}</span></div><div>{}<span>after: {}</span></div></div></figure>\n",
-        escape(channel),
-        distance(at),
-        map(&|t| t.before),
-        gap(mean(&|t| t.before)),
-        map(&|t| t.after),
-        gap(mean(&|t| t.after))
-    )
+/// The parts that all maps share.
+struct Map<'a> {
+    subject: &'a Subject,
+    scale: &'a Scale,
+    /// Whether dots have tooltips with their numbers.
+    titles: bool,
 }
 
-/// The frame with a dot a tile.
-fn frame_svg(
-    tiles: &[&TileGap],
-    subject: &Subject,
-    scale: &Scale,
-    titled: bool,
-    of: &dyn Fn(&TileGap) -> f64,
-) -> String {
-    let frame = &subject.frame;
-    let unit = WIDTH / f64::from(frame.width_px());
-    let height = f64::from(frame.height_px()) * unit;
-    let axis = frame.axis();
-    let (ax, ay) = (axis.x_px * unit, axis.y_px * unit);
-    let mut svg = format!(
-        "<svg viewBox=\"0 0 {WIDTH} {height:.1}\" role=\"img\" aria-label=\"gap over the frame\">\
-         <rect x=\"1\" y=\"1\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#fbfcfd\" stroke=\"#c9d0d7\" stroke-width=\"1.5\"/>\
-         <path d=\"M{:.1} {ay:.1}h12M{ax:.1} {:.1}v12\" stroke=\"#9aa5b0\"/>",
-        WIDTH - 2.0,
-        height - 2.0,
-        ax - 6.0,
-        ay - 6.0
-    );
-    let spacing = (WIDTH * height / tiles.len() as f64).sqrt();
-    let radius = (0.3 * spacing).clamp(2.5, 13.0);
-    // The largest last, so that none of them hides.
-    let mut order: Vec<&&TileGap> = tiles.iter().collect();
-    order.sort_by(|a, b| of(a).total_cmp(&of(b)));
-    for tile in order {
-        let (x, y) = (tile.at.x_px * unit, tile.at.y_px * unit);
-        let paint = scale.paint(of(tile));
-        // Writing to a string cannot fail.
-        let _ = write!(
-            svg,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {paint}"
+impl Map<'_> {
+    /// Returns the pair of maps of a channel at a distance.
+    fn figure(&self, channel: &str, at: ObjectDistance, tiles: &[&TileGap]) -> String {
+        let map = |of: &dyn Fn(&TileGap) -> f64| {
+            let mean = tiles.iter().map(|t| of(t)).sum::<f64>() / tiles.len() as f64;
+            (self.svg(tiles, of), gap(mean))
+        };
+        let (given, given_mean) = map(&|t| t.before);
+        let (corrected, corrected_mean) = map(&|t| t.after);
+        format!(
+            "<figure><figcaption><b>{}</b> at {}</figcaption><div class=\"twins\">\
+             <div>{given}<span>given lens: {given_mean}</span></div>\
+             <div>{corrected}<span>corrected lens: {corrected_mean}</span></div></div></figure>\n",
+            escape(channel),
+            distance(at)
+        )
+    }
+
+    /// Returns the frame with a dot per tile.
+    fn svg(&self, tiles: &[&TileGap], of: &dyn Fn(&TileGap) -> f64) -> String {
+        let frame = &self.subject.frame;
+        let unit = WIDTH / f64::from(frame.width_px());
+        let height = f64::from(frame.height_px()) * unit;
+        let axis = frame.axis();
+        let (ax, ay) = (axis.x_px * unit, axis.y_px * unit);
+        let mut svg = format!(
+            "<svg viewBox=\"0 0 {WIDTH} {height:.1}\" role=\"img\" aria-label=\"gap over the frame\">\
+             <rect x=\"1\" y=\"1\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#fbfcfd\" stroke=\"#c9d0d7\" stroke-width=\"1.5\"/>\
+             <path d=\"M{:.1} {ay:.1}h12M{ax:.1} {:.1}v12\" stroke=\"#9aa5b0\"/>",
+            WIDTH - 2.0,
+            height - 2.0,
+            ax - 6.0,
+            ay - 6.0
         );
-        if titled {
+        let spacing = (WIDTH * height / tiles.len() as f64).sqrt();
+        let radius = (0.3 * spacing).clamp(2.5, 13.0);
+        // The largest gaps are drawn last, on top.
+        let mut order: Vec<&&TileGap> = tiles.iter().collect();
+        order.sort_by(|a, b| of(a).total_cmp(&of(b)));
+        for tile in order {
+            let (x, y) = (tile.at.x_px * unit, tile.at.y_px * unit);
+            let paint = self.scale.paint(of(tile));
+            // Writing to a string cannot fail.
             let _ = write!(
                 svg,
-                "><title>({:.0}, {:.0}) px: {} before, {} after</title></circle>",
-                tile.at.x_px,
-                tile.at.y_px,
-                gap(tile.before),
-                gap(tile.after)
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {paint}"
             );
-        } else {
-            svg += "/>";
+            if self.titles {
+                let _ = write!(
+                    svg,
+                    "><title>({:.0}, {:.0}) px: given {}, corrected {}</title></circle>",
+                    tile.at.x_px,
+                    tile.at.y_px,
+                    gap(tile.before),
+                    gap(tile.after)
+                );
+            } else {
+                svg += "/>";
+            }
         }
+        svg + "</svg>"
     }
-    svg + "</svg>"
 }
 
-/// Colours of gaps, even on a logarithmic scale.
+/// A logarithmic colour scale of gaps.
 struct Scale {
     least: f64,
     most: f64,
 }
 
-/// From pale to dark, so that large gaps stand out on white and in grey print.
+/// Colours from pale to dark, readable on white and in greyscale print.
 const STOPS: [[f64; 3]; 5] = [
     [253.0, 240.0, 196.0],
     [250.0, 190.0, 99.0],
@@ -195,7 +196,7 @@ impl Scale {
         }
     }
 
-    /// Place of a gap on the scale, 0 to 1.
+    /// Returns the position of a gap on the scale, 0 to 1.
     fn share(&self, value: f64) -> f64 {
         let share = (value / self.least).ln() / (self.most / self.least).ln();
         share.clamp(0.0, 1.0)
@@ -211,7 +212,7 @@ impl Scale {
         format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2))
     }
 
-    /// Attributes of a dot: empty where nothing is left above the noise.
+    /// Returns the attributes of a dot; one whose gap is within the noise is hollow.
     fn paint(&self, value: f64) -> String {
         if value > 0.0 {
             let fill = Self::colour(self.share(value));
@@ -221,7 +222,7 @@ impl Scale {
         }
     }
 
-    /// The scale drawn, with round numbers along it.
+    /// Returns the scale as a labelled bar.
     fn legend(&self) -> String {
         const LONG: f64 = 320.0;
         const STEPS: u32 = 64;
@@ -251,14 +252,14 @@ impl Scale {
         }
         svg += "</svg>";
         format!(
-            "<div class=\"legend\"><span>Gap of one PSF</span>{svg}<span><svg width=\"150\" height=\"16\" \
+            "<div class=\"legend\"><span>Gap of a PSF</span>{svg}<span><svg width=\"150\" height=\"16\" \
              font-size=\"12\" fill=\"#5b6570\"><circle cx=\"8\" cy=\"8\" r=\"5.5\" {}/>\
-             <text x=\"20\" y=\"12\">not above the noise</text></svg></span></div>\n",
+             <text x=\"20\" y=\"12\">within noise</text></svg></span></div>\n",
             self.paint(0.0)
         )
     }
 
-    /// 1 and 3 times powers of ten within the scale.
+    /// Returns 1 and 3 times powers of ten within the scale.
     fn ticks(&self) -> Vec<f64> {
         let first = self.least.log10().floor() as i32;
         let last = self.most.log10().ceil() as i32;
@@ -288,9 +289,9 @@ mod tests {
     }
 
     #[test]
-    fn many_are_thinned_with_both_ends() {
-        assert_eq!(some_of(&[1, 2, 3], 4), (vec![1, 2, 3], false));
+    fn long_lists_are_thinned_evenly() {
+        assert_eq!(evenly_chosen(&[1, 2, 3], 4), [1, 2, 3]);
         let all: Vec<i32> = (0..31).collect();
-        assert_eq!(some_of(&all, 6), (vec![0, 6, 12, 18, 24, 30], true));
+        assert_eq!(evenly_chosen(&all, 6), [0, 6, 12, 18, 24, 30]);
     }
 }

@@ -1,21 +1,24 @@
-//! What every part of a page needs: text made safe, pictures held in the page itself.
+//! HTML elements shared by all sections: the document, escaped text, bars, embedded pictures.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use image::RgbImage;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
-/// A page in one file: `body` under `title`, drawn by `styles`; no scripts and no links.
-pub(super) fn document(title: &str, styles: &[&str], body: &str) -> String {
+const STYLE: &str = include_str!("page.css");
+
+/// Returns a page in one file: `body` under `title`, without scripts or links.
+pub(super) fn document(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n<main>\n{body}</main>\n\
+         <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n\
          </body>\n</html>\n",
-        escape(title),
-        styles.concat()
+        escape(title)
     )
 }
 
-/// Text as it stands in HTML, in elements and in quoted attributes.
+/// Escapes text for HTML elements and quoted attributes.
 pub(super) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for character in text.chars() {
@@ -25,7 +28,7 @@ pub(super) fn escape(text: &str) -> String {
             '>' => safe.push_str("&gt;"),
             '"' => safe.push_str("&quot;"),
             '\'' => safe.push_str("&#39;"),
-            // Not allowed in HTML, and nothing that a name needs.
+            // Control characters are not allowed in HTML.
             c if c.is_control() => safe.push(' '),
             c => safe.push(c),
         }
@@ -33,37 +36,33 @@ pub(super) fn escape(text: &str) -> String {
     safe
 }
 
-/// A picture as a `data:` address.
+/// Returns a labelled bar filled to `share`; `class` is `other` for a muted colour, else empty.
+pub(super) fn bar(label: &str, number: &str, share: f64, class: &str) -> String {
+    format!(
+        "<div class=\"bar\"><div class=\"words\"><span>{label}</span><span class=\"number\">{number}\
+         </span></div>{}</div>\n",
+        track(share, class)
+    )
+}
+
+/// Returns the bar alone, without a label.
+pub(super) fn track(share: f64, class: &str) -> String {
+    let share = if share.is_finite() { share } else { 0.0 };
+    let width = 100.0 * share.clamp(0.0, 1.0);
+    format!(
+        "<div class=\"track\"><div class=\"fill {class}\" style=\"width:{width:.2}%\"></div></div>"
+    )
+}
+
+/// Encodes a picture as PNG in a `data:` URI.
 pub(super) fn data_uri(picture: &RgbImage) -> String {
     let mut png = Vec::new();
-    // Enlarged pixels repeat line by line, which this filter makes small.
+    // Enlarged pixels repeat from line to line, which the Up filter compresses best.
     let encoder = PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Up);
     picture
         .write_with_encoder(encoder)
-        .expect("memory takes any picture");
-    format!("data:image/png;base64,{}", base64(&png))
-}
-
-/// Base64 with padding (RFC 4648).
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let bits = group
-            .iter()
-            .chain([&0, &0])
-            .take(3)
-            .fold(0_u32, |bits, &byte| bits << 8 | u32::from(byte));
-        for place in 0..4 {
-            let digit = DIGITS[(bits >> (18 - 6 * place)) as usize & 63];
-            text.push(if place <= group.len() {
-                char::from(digit)
-            } else {
-                '='
-            });
-        }
-    }
-    text
+        .expect("an RGB image can be encoded in memory");
+    format!("data:image/png;base64,{}", STANDARD.encode(&png))
 }
 
 #[cfg(test)]
@@ -79,20 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn base64_is_that_of_the_standard() {
-        for (plain, coded) in [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foobar", "Zm9vYmFy"),
-        ] {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
-    }
-
-    #[test]
-    fn pictures_begin_as_png() {
+    fn pictures_are_embedded_as_png() {
         let uri = data_uri(&RgbImage::new(3, 2));
         assert!(
             uri.starts_with("data:image/png;base64,iVBORw0KGgo"),

@@ -1,14 +1,14 @@
 //! The report of a diagnosis: JSON for programs, and a self-contained HTML page for people.
 //!
-//! Pure functions from values to text; files are written elsewhere.
+//! Pure functions from values to text; commands write the files.
 
 mod headline;
 mod json;
-#[cfg(test)]
-pub(crate) mod made;
 mod maps;
 mod markup;
 mod page;
+#[cfg(test)]
+pub(crate) mod samples;
 mod subject;
 mod tables;
 mod tiles;

@@ -1,4 +1,4 @@
-//! `report.html`: the whole gap report on one page that needs nothing else.
+//! `report.html`: the whole gap report on one self-contained page.
 
 use seidel_core::calibrate::diagnose::Diagnosis;
 
@@ -8,12 +8,9 @@ use super::maps::maps;
 use super::markup::{document, escape};
 use super::tables::{causes, pairs, places_and_shape};
 use super::tiles::tiles;
-use super::words::percent;
+use super::words::{effect_name, percent};
 
-/// The styles of every page.
-pub(super) const STYLE: &str = include_str!("page.css");
-
-/// The report as a page: styles, drawings and pictures inside, no scripts and no links.
+/// Returns the report as an HTML page with its styles, drawings and pictures embedded.
 pub fn html(d: &Diagnosis, subject: &Subject) -> String {
     let title = format!("Gap report: {} and {}", subject.lens, subject.observations);
     let body = [
@@ -23,10 +20,10 @@ pub fn html(d: &Diagnosis, subject: &Subject) -> String {
         tiles(d),
         causes(d),
         places_and_shape(d),
-        proof_and_pairs(d),
+        method_and_pairs(d),
         footer(d),
     ];
-    document(&title, &[STYLE], &body.concat())
+    document(&title, &body.concat())
 }
 
 fn about(subject: &Subject) -> String {
@@ -52,44 +49,42 @@ fn about(subject: &Subject) -> String {
     format!("<div class=\"subject\">{spans}</div>\n")
 }
 
-/// How the numbers were made, and pairs beside it where there are any.
-fn proof_and_pairs(d: &Diagnosis) -> String {
-    let pairs = pairs(d);
-    let proof = proof(d);
+/// Returns the method of measurement, with the pairs of causes beside it where any were tried.
+fn method_and_pairs(d: &Diagnosis) -> String {
+    let (method, pairs) = (method(d), pairs(d));
     if pairs.is_empty() {
-        return format!("<section>{proof}</section>\n");
+        return format!("<section>{method}</section>\n");
     }
     format!(
-        "<section><div class=\"columns\"><div>{proof}</div><div>{pairs}</div></div></section>\n"
+        "<section><div class=\"columns\"><div>{method}</div><div>{pairs}</div></div></section>\n"
     )
 }
 
-fn proof(d: &Diagnosis) -> String {
+fn method(d: &Diagnosis) -> String {
     let best_other = d
         .causes
         .iter()
         .filter(|c| c.effect != "unknown" && !d.added.contains(&c.effect))
-        .map(|c| (c.gap_closed, c.effect))
-        .max_by(|a, b| a.0.total_cmp(&b.0));
+        .max_by(|a, b| a.gap_closed.total_cmp(&b.gap_closed));
     let other = match best_other {
-        Some((closed, id)) if !d.added.is_empty() => format!(
-            "<li>The best cause that was not added, {}, closes {}.</li>\n",
-            escape(&super::words::effect_name(id)),
-            percent(closed)
+        Some(cause) if !d.added.is_empty() => format!(
+            "<li>The best effect that was not added, {}, closes {}.</li>\n",
+            escape(&effect_name(cause.effect)),
+            percent(cause.gap_closed)
         ),
         _ => String::new(),
     };
     format!(
-        "<h2>How this is proved</h2>\n<ul>\n\
-         <li>Every gap here is of PSFs that took no part. The field is cut into zones; for each zone the effects \
-         are fitted to the PSFs of all others and scored on its own, all channels and distances of it \
-         together.</li>\n\
-         <li>The gap of a PSF is the squared difference between observed and predicted light, both of unit sum, \
-         over the squared observed light. What noise alone gives is taken off.</li>\n\
-         <li>A free-form model of the residual, held out in the same way, closes {}: what any cause can \
-         explain, at least.</li>\n{other}\
-         <li>Intervals hold their number with 95&nbsp;%.</li>\n</ul>\n",
-        percent(d.gap.explainable)
+        "<h2>How the gap is measured</h2>\n<ul>\n\
+         <li>The gap of a PSF is |o − p|² / |o|², with o the observed and p the predicted light, both of unit \
+         sum, less the contribution of noise.</li>\n\
+         <li>All gaps are of held-out PSFs. The field is divided into zones; for each zone the effects are \
+         fitted to the PSFs of the other zones and scored on this one, with all its channels and \
+         distances.</li>\n\
+         <li>A free-form model of the residual, held out in the same way, closes {} of the gap: a lower bound of \
+         what can be explained at all.</li>\n{other}\
+         <li>Ranges in per cent are 95&nbsp;% confidence intervals.</li>\n</ul>\n",
+        percent(d.explainable)
     )
 }
 
@@ -100,13 +95,13 @@ fn footer(d: &Diagnosis) -> String {
         .map(|r| format!("<li>{}</li>\n", escape(r)))
         .collect();
     let remarks = if remarks.is_empty() {
-        String::new()
+        remarks
     } else {
         format!("<section><h2>Remarks</h2>\n<ul>\n{remarks}</ul></section>\n")
     };
     format!(
-        "{remarks}<footer>Made by seidel {}. The same numbers stand in report.json; corrected.json is the lens \
-         with what was added.</footer>\n",
+        "{remarks}<footer>Written by seidel {}. The numbers are in report.json; corrected.json is the lens with the \
+         added effects.</footer>\n",
         env!("CARGO_PKG_VERSION")
     )
 }
@@ -114,7 +109,7 @@ fn footer(d: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::made::{diagnosis, subject};
+    use crate::report::samples::{diagnosis, subject};
     use seidel_core::calibrate::diagnose::Verdict;
     use seidel_image_io::atomic::{Output, write_whole};
 
@@ -125,9 +120,9 @@ mod tests {
         Verdict::Unexplained,
     ];
 
-    /// Also writes the pages to the folder that `SEIDEL_PAGES` names, for a person to look at.
+    /// Also writes the pages to the folder in `SEIDEL_PAGES`, for visual inspection.
     #[test]
-    fn pages_need_nothing_else_and_hold_every_part() {
+    fn pages_are_self_contained_and_complete() {
         for verdict in ALL {
             let page = html(&diagnosis(verdict), &subject());
             for part in [
@@ -144,10 +139,10 @@ mod tests {
             }
             for part in [
                 "Where the gap lies",
-                "What the PSFs look like",
-                "Every cause that was tried",
-                "Two causes together",
-                "How this is proved",
+                "Observed and predicted PSFs",
+                "Causes tried",
+                "Pairs of effects",
+                "How the gap is measured",
                 "Remarks",
                 "data:image/png;base64,",
                 "1.043 ± 0.012",
@@ -168,15 +163,15 @@ mod tests {
     }
 
     #[test]
-    fn the_answer_is_a_sentence() {
-        let said = |verdict| html(&diagnosis(verdict), &subject());
+    fn the_verdict_is_a_sentence() {
+        let page = |verdict| html(&diagnosis(verdict), &subject());
         let percent = "94\u{a0}% (92–96\u{a0}%) of the gap";
-        assert!(said(Verdict::Explained).contains(&format!(
+        assert!(page(Verdict::Explained).contains(&format!(
             "<h1>The lens lacks vignetting: adding it closes {percent}.</h1>"
         )));
-        assert!(said(Verdict::Ambiguous).contains("vignetting or higher order; these"));
-        assert!(said(Verdict::Unexplained).contains("no known cause"));
-        assert!(said(Verdict::NoGap).contains("nothing is missing.</h1>"));
+        assert!(page(Verdict::Ambiguous).contains("vignetting or higher order; these"));
+        assert!(page(Verdict::Unexplained).contains("no known cause"));
+        assert!(page(Verdict::NoGap).contains("no effect is missing.</h1>"));
         let mut two = diagnosis(Verdict::Explained);
         two.added.push("decentre");
         assert!(
@@ -189,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn names_from_files_are_text_and_nothing_more() {
+    fn names_from_files_are_escaped() {
         let mut named = diagnosis(Verdict::Explained);
         named.tiles[0].channel = "<img src=x>".to_owned();
         named.next_capture = "a <b>bold</b> try".to_owned();
@@ -204,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn bare_diagnoses_have_a_page_too() {
+    fn a_diagnosis_with_empty_lists_has_a_page() {
         let mut bare = diagnosis(Verdict::NoGap);
         bare.causes.clear();
         bare.pairs.clear();
@@ -216,6 +211,6 @@ mod tests {
         bare.next_capture.clear();
         bare.shape.orders.clear();
         let page = html(&bare, &subject());
-        assert!(page.contains("Nothing more is needed") && !page.contains("NaN\u{a0}"));
+        assert!(page.contains("None is needed") && !page.contains("NaN\u{a0}"));
     }
 }

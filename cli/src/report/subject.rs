@@ -1,27 +1,27 @@
-//! What was diagnosed: names and counts that a diagnosis does not hold.
+//! The lens and the observations that a report is about.
 
 use seidel_core::field::Frame;
 use seidel_core::observations::ObservationSet;
 
-/// What a report is about.
+/// Names and counts that a diagnosis does not hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Subject {
     /// Name of the lens profile's file.
     pub lens: String,
-    /// Name of the observation set, or of the pictures it was estimated from.
+    /// Name of the observation set, or of the picture it was estimated from.
     pub observations: String,
-    /// The frame that both share.
+    /// Frame of the lens and of the set.
     pub frame: Frame,
     /// Channels of the set.
     pub channels: Vec<String>,
-    /// PSFs in the set, all channels of one counted once.
+    /// Number of PSFs in the set, with all channels of a PSF counted once.
     pub count: usize,
-    /// Object distances in the set.
+    /// Number of object distances in the set.
     pub distances: usize,
 }
 
 impl Subject {
-    /// A lens and a set by their names.
+    /// Returns the names of a lens and a set with the counts of the set.
     pub fn new(lens: String, observations: String, set: &ObservationSet) -> Self {
         Self {
             lens,

@@ -1,53 +1,52 @@
-//! The lists of the page: causes, places, pairs, and in which part of the PSFs the gap lies.
+//! The tables of the page: causes, zones of the field, kinds of change of the PSF, pairs of causes.
 
 use seidel_core::calibrate::diagnose::{Cause, Diagnosis, Value};
 use seidel_core::effects;
 
-use super::headline::{bar, track};
-use super::markup::escape;
+use super::markup::{bar, escape, track};
 use super::words::{
-    direction, distance, effect_name, effect_summary, gap, list, odds, percent, percent_range,
-    radius, value,
+    angle, distance, effect_name, effect_summary, gap, list, percent, percent_range, probability,
+    value,
 };
 
-/// Rows of long lists; the rest stands in `report.json`.
+/// Rows shown of long tables; `report.json` has all.
 const MOST_PLACES: usize = 12;
 const MOST_PAIRS: usize = 8;
 
-/// Every cause that was tried, best first.
+/// Returns the section with every cause tried, most probable first.
 pub(super) fn causes(d: &Diagnosis) -> String {
     let rows: String = d.causes.iter().map(|c| cause_row(c, &d.added)).collect();
-    let twins: String = d
+    let equivalents: String = d
         .equivalents
         .iter()
         .map(|ids| {
             let names: Vec<String> = ids.iter().map(|id| effect_name(id)).collect();
             format!(
-                "<p><b>These observations cannot tell apart:</b> {}.</p>\n",
+                "<p><b>These observations cannot distinguish</b> {}.</p>\n",
                 escape(&list(&names, "and"))
             )
         })
         .collect();
-    let together = if d.added.len() > 1 {
-        " Two effects were added: each row tells how much a cause closes with its best partner."
+    let partner = if d.added.len() > 1 {
+        " Two effects were added: each row gives what the effect closes with its best partner."
     } else {
         ""
     };
     format!(
-        "<section><h2>Every cause that was tried</h2>\n<p class=\"quiet\">Probabilities are given that \
-         something is missing, and sum to 100&nbsp;% with that of an unknown cause. Values are where each \
-         effect alone fits best, with standard errors.{together}</p>\n{twins}\
-         <table><thead><tr><th>Cause</th><th>Probability</th><th class=\"n\">Closes</th>\
-         <th class=\"n\">95&nbsp;%</th><th>Values</th></tr></thead><tbody>\n{rows}</tbody></table>\n\
+        "<section><h2>Causes tried</h2>\n<p class=\"quiet\">Posterior probabilities given a gap; with the unknown \
+         cause they sum to 100&nbsp;%. Parameters of the best fit of each effect alone, with standard \
+         errors.{partner}</p>\n{equivalents}\
+         <table><thead><tr><th>Cause</th><th>Probability</th><th class=\"n\">Gap closed</th>\
+         <th class=\"n\">95&nbsp;% interval</th><th>Parameters</th></tr></thead><tbody>\n{rows}</tbody></table>\n\
          </section>\n"
     )
 }
 
 fn cause_row(cause: &Cause, added: &[&str]) -> String {
-    let class = if added.contains(&cause.effect) {
-        " class=\"added\""
+    let (row_class, bar_class) = if added.contains(&cause.effect) {
+        (" class=\"added\"", "")
     } else {
-        ""
+        ("", "other")
     };
     let values: String = cause
         .parameters
@@ -63,17 +62,12 @@ fn cause_row(cause: &Cause, added: &[&str]) -> String {
             percent_range(cause.gap_closed_ci95)
         )
     };
-    let bar_class = if added.contains(&cause.effect) {
-        ""
-    } else {
-        "other"
-    };
     format!(
-        "<tr{class}><td><span class=\"name\">{}</span><br><span class=\"quiet small\">{}</span></td>\
+        "<tr{row_class}><td><span class=\"name\">{}</span><br><span class=\"quiet small\">{}</span></td>\
          <td>{}<div class=\"bar\">{}</div></td>{closes}<td><table class=\"values\">{values}</table></td></tr>\n",
         escape(&effect_name(cause.effect)),
         escape(effect_summary(cause.effect)),
-        odds(cause.probability),
+        probability(cause.probability),
         track(cause.probability, bar_class)
     )
 }
@@ -92,7 +86,7 @@ fn value_row(effect: &str, v: &Value) -> String {
     )
 }
 
-/// Parts of the field where the gap lies, and in which part of the PSFs.
+/// Returns the section with the zones of the largest gaps and the kinds of change of the PSF.
 pub(super) fn places_and_shape(d: &Diagnosis) -> String {
     format!(
         "<section><div class=\"columns\"><div>{}</div><div>{}</div></div></section>\n",
@@ -103,21 +97,20 @@ pub(super) fn places_and_shape(d: &Diagnosis) -> String {
 
 fn places(d: &Diagnosis) -> String {
     if d.places.is_empty() {
-        return "<h2>Parts of the field that stand out</h2>\n<p class=\"quiet\">None.</p>"
-            .to_owned();
+        return "<h2>Zones with a significant gap</h2>\n<p class=\"quiet\">None.</p>".to_owned();
     }
     let rows: String = d
         .places
         .iter()
         .take(MOST_PLACES)
         .map(|p| {
+            let [from, to] = p.zone.radius;
             format!(
-                "<tr><td>{}</td><td>{}</td><td>{}, {}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
-                 <td class=\"n\">{:.1}</td></tr>\n",
+                "<tr><td>{}</td><td>{}</td><td>{from:.2}–{to:.2}, {}</td><td class=\"n\">{}</td>\
+                 <td class=\"n\">{}</td><td class=\"n\">{:.1}</td></tr>\n",
                 escape(&p.channel),
                 distance(p.distance),
-                radius(p.radius),
-                direction(p.angle_deg),
+                angle(p.zone.angle_deg),
                 p.tiles,
                 gap(p.excess),
                 p.z
@@ -125,22 +118,22 @@ fn places(d: &Diagnosis) -> String {
         })
         .collect();
     format!(
-        "<h2>Parts of the field that stand out</h2>\n<p class=\"quiet\">Radius from the optical axis in units \
-         of the farthest PSF's; z is the mean gap in its standard errors.</p>\n\
-         <table><thead><tr><th>Channel</th><th>Distance</th><th>Part of the field</th><th class=\"n\">PSFs</th>\
+        "<h2>Zones with a significant gap</h2>\n<p class=\"quiet\">Zones are given by the distance from the optical \
+         axis, in units of the farthest PSF's, and by direction; z is the mean gap in standard errors.</p>\n\
+         <table><thead><tr><th>Channel</th><th>Distance</th><th>Zone</th><th class=\"n\">PSFs</th>\
          <th class=\"n\">Gap</th><th class=\"n\">z</th></tr></thead><tbody>\n{rows}</tbody></table>\n{}",
-        more(d.places.len(), MOST_PLACES, "parts")
+        omitted(d.places.len(), MOST_PLACES, "zones")
     )
 }
 
-/// What a kind of change of a PSF is.
+/// Returns the description of a kind of change of a PSF.
 fn order_meaning(name: &str) -> &'static str {
     match name {
-        "position" => "where the light lands",
+        "position" => "centroid shift",
         "size" => "wider or narrower",
-        "ellipticity" => "stretched one way",
-        "skew" => "drawn out to one side",
-        "finer" => "rings, edges, kinks",
+        "ellipticity" => "elongated in one direction",
+        "skew" => "asymmetric, as by coma",
+        "finer" => "rings, edges and cusps",
         _ => "",
     }
 }
@@ -152,7 +145,7 @@ fn shape(d: &Diagnosis) -> String {
         .orders
         .iter()
         .map(|order| {
-            let words = format!(
+            let label = format!(
                 "<b>{}</b> <span class=\"quiet\">{}</span>",
                 escape(order.name),
                 order_meaning(order.name)
@@ -162,17 +155,17 @@ fn shape(d: &Diagnosis) -> String {
                 percent(order.share),
                 order.z
             );
-            bar(&words, &number, order.share, "")
+            bar(&label, &number, order.share, "")
         })
         .collect();
     format!(
-        "<h2>In which part of the PSFs</h2>\n<p class=\"quiet\">Shares of the energy of the residual before \
-         anything is added.</p>\n\
+        "<h2>How the PSFs differ</h2>\n<p class=\"quiet\">Shares of the energy of the residual of the given \
+         lens.</p>\n\
          <div class=\"shares\"><div class=\"a\" style=\"width:{:.1}%\"></div>\
          <div class=\"b\" style=\"width:{:.1}%\"></div></div>\
-         <p class=\"small\">{} in the core, the circle that holds half the light; {} in the skirt about it.</p>\n\
-         {orders}<p class=\"quiet small\">Each kind of change after those above it; z is its significance in \
-         standard errors of the noise.</p>",
+         <p class=\"small\">{} in the core, the circle that holds half the light; {} in the skirt around it.</p>\n\
+         {orders}<p class=\"quiet small\">Each kind of change is fitted after those above it; z is its significance \
+         in standard errors of the noise.</p>",
         width(s.core),
         width(s.skirt),
         percent(s.core),
@@ -180,7 +173,7 @@ fn shape(d: &Diagnosis) -> String {
     )
 }
 
-/// Pairs of causes; nothing where none was tried.
+/// Returns the table of pairs of effects; empty where none was tried.
 pub(super) fn pairs(d: &Diagnosis) -> String {
     if d.pairs.is_empty() {
         return String::new();
@@ -194,23 +187,24 @@ pub(super) fn pairs(d: &Diagnosis) -> String {
             format!(
                 "<tr><td><span class=\"name\">{}</span></td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
                 escape(&names.join(" and ")),
-                odds(pair.probability),
+                probability(pair.probability),
                 percent(pair.gap_closed)
             )
         })
         .collect();
     format!(
-        "<h2>Two causes together</h2>\n<p class=\"quiet\">The probability is that both are missing.</p>\n\
-         <table><thead><tr><th>Pair</th><th class=\"n\">Probability</th><th class=\"n\">Closes</th></tr></thead>\
+        "<h2>Pairs of effects</h2>\n<p class=\"quiet\">Posterior probability that both are missing, given a \
+         gap.</p>\n\
+         <table><thead><tr><th>Pair</th><th class=\"n\">Probability</th><th class=\"n\">Gap closed</th></tr></thead>\
          <tbody>\n{rows}</tbody></table>\n{}",
-        more(d.pairs.len(), MOST_PAIRS, "pairs")
+        omitted(d.pairs.len(), MOST_PAIRS, "pairs")
     )
 }
 
-/// What a shortened list leaves out.
-fn more(all: usize, shown: usize, what: &str) -> String {
+/// Returns a note of how many rows a shortened table leaves out.
+fn omitted(all: usize, shown: usize, what: &str) -> String {
     match all.saturating_sub(shown) {
         0 => String::new(),
-        rest => format!("<p class=\"quiet small\">{rest} more {what} stand in report.json.</p>\n"),
+        rest => format!("<p class=\"quiet small\">report.json lists {rest} more {what}.</p>\n"),
     }
 }

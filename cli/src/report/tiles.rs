@@ -1,4 +1,4 @@
-//! PSFs to look at: observed, predicted, corrected, and what the two leave.
+//! Pictures of some PSFs: observed, predicted by both lenses, and the residuals.
 
 use seidel_core::calibrate::diagnose::{Diagnosis, Example};
 use seidel_core::tile::Tile;
@@ -8,10 +8,10 @@ use super::words::{distance, gap, percent};
 use crate::pictures::shapes::difference;
 use crate::pictures::tile_panel::TilePart;
 
-/// Least side of a panel, px, before the browser fits it into its column.
+/// Least side of a panel, px, before the browser scales it to its column.
 const PANEL_PX: usize = 180;
 
-/// The rows of panels; nothing where there is no example.
+/// Returns the section with a row of panels per example; empty where there is none.
 pub(super) fn tiles(d: &Diagnosis) -> String {
     let rows: String = d.examples.iter().filter_map(|e| row(d, e)).collect();
     if rows.is_empty() {
@@ -24,14 +24,14 @@ pub(super) fn tiles(d: &Diagnosis) -> String {
         })
         .collect();
     format!(
-        "<section><h2>What the PSFs look like</h2>\n<p class=\"quiet\">Worst gaps and typical ones, unit \
-         sums. Light is shown as the square root of its share of the brightest pixel of a row.</p>\n\
-         <div class=\"legend\"><span>Residuals: predicted less observed light, from \
+        "<section><h2>Observed and predicted PSFs</h2>\n<p class=\"quiet\">PSFs with the largest and with typical \
+         gaps, normalised to unit sum. Tone: square root of light relative to the brightest pixel of the row.</p>\n\
+         <div class=\"legend\"><span>Residual: predicted minus observed light, from \
          <b>too little</b><span class=\"ramp\" style=\"background:linear-gradient(90deg,{})\"></span>\
-         <b>too much</b>; one scale a row, stated beside it.</span></div>\n\
+         <b>too much</b>. Each row has its own range, stated beside it.</span></div>\n\
          <div class=\"tiles\"><div class=\"head\">PSF</div><div class=\"head\">observed</div>\
-         <div class=\"head\">lens as given</div><div class=\"head\">corrected lens</div>\
-         <div class=\"head\">residual before</div><div class=\"head\">residual after</div>\n{rows}</div>\n\
+         <div class=\"head\">given lens</div><div class=\"head\">corrected lens</div>\
+         <div class=\"head\">residual, given</div><div class=\"head\">residual, corrected</div>\n{rows}</div>\n\
          </section>\n",
         stops.join(",")
     )
@@ -59,15 +59,29 @@ fn row(d: &Diagnosis, example: &Example) -> Option<String> {
     let off = |tile: &Tile, k: usize| (tile.samples()[k] - observed.samples()[k]).abs();
     let full = greatest(&|k| off(predicted, k).max(off(corrected, k)));
     let times = PANEL_PX.div_ceil(part.side()).max(1) as u32;
-    let panel = |picture, what: &str| {
-        format!(
-            "<div class=\"tile\"><img src=\"{}\" alt=\"{what}\"></div>",
-            data_uri(&picture)
-        )
-    };
+    let panels = [
+        ("observed", part.light(observed, brightest, times)),
+        ("given lens", part.light(predicted, brightest, times)),
+        ("corrected lens", part.light(corrected, brightest, times)),
+        (
+            "residual of the given lens",
+            part.residual(predicted, observed, full, times),
+        ),
+        (
+            "residual of the corrected lens",
+            part.residual(corrected, observed, full, times),
+        ),
+    ];
+    let panels: String = panels
+        .iter()
+        .map(|(name, picture)| {
+            let uri = data_uri(picture);
+            format!("<div class=\"tile\"><img src=\"{uri}\" alt=\"{name}\"></div>")
+        })
+        .collect();
     Some(format!(
         "<div class=\"what\"><b>{}</b> at {}<br>({:.0}, {:.0}) px<br>gap {} → {}<br>\
-         <span class=\"quiet\">colours to ±{} of its peak; {} px wide</span></div>{}{}{}{}{}\n",
+         <span class=\"quiet\">residual ±{} of the peak; {} px wide</span></div>{panels}\n",
         escape(&at.channel),
         distance(at.distance),
         at.at.x_px,
@@ -75,17 +89,6 @@ fn row(d: &Diagnosis, example: &Example) -> Option<String> {
         gap(at.before),
         gap(at.after),
         percent(f64::from(full / peak)),
-        part.side(),
-        panel(part.light(observed, brightest, times), "observed"),
-        panel(part.light(predicted, brightest, times), "lens as given"),
-        panel(part.light(corrected, brightest, times), "corrected lens"),
-        panel(
-            part.residual(predicted, observed, full, times),
-            "residual before"
-        ),
-        panel(
-            part.residual(corrected, observed, full, times),
-            "residual after"
-        )
+        part.side()
     ))
 }

@@ -6,6 +6,7 @@
 //! profile and a set.
 #![forbid(unsafe_code)]
 
+mod depth_json;
 pub mod diagnose;
 pub mod eval;
 pub mod fit;

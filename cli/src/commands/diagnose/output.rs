@@ -88,7 +88,7 @@ mod tests {
     use super::*;
     use crate::demo::lens::lens;
     use crate::demo::observations::measured;
-    use crate::report::made::{diagnosis, subject};
+    use crate::report::samples::{diagnosis, subject};
     use seidel_core::calibrate::diagnose::Verdict;
     use seidel_core::profile::LensProfile;
     use seidel_image_io::observation_set::{ReadOptions, read};

@@ -1,9 +1,8 @@
 //! An evaluation as tables, as JSON, and as the plot of Figure 13.
 
-use seidel_core::distance::ObjectDistance;
-use seidel_core::eval::{Evaluation, GroupEvaluation, SparsePoint, SplitMean};
+use seidel_core::calibrate::eval::{Evaluation, GroupEvaluation, SplitMean};
 use seidel_core::moments::CentralMoments;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::CommandError;
 use crate::pictures::plot::{PlotPoint, Series, XAxis, line_plot_svg};
@@ -166,80 +165,24 @@ fn table(title: &str, header: &[String], rows: &[Vec<String>], markdown: bool) -
     lines.join("\n")
 }
 
-/// Everything as one JSON document; infinity is `null`, an unknown distance is left out.
+/// An evaluation as a JSON document.
+#[derive(Serialize)]
+struct Document<'a> {
+    format: &'static str,
+    version: u32,
+    #[serde(flatten)]
+    evaluation: &'a Evaluation,
+}
+
+/// Returns the evaluation as a JSON document with keys in alphabetical order.
 pub(super) fn json(evaluation: &Evaluation) -> String {
-    let groups: Vec<Value> = evaluation.groups.iter().map(group_json).collect();
-    let document = json!({
-        "format": "lens-evaluation",
-        "version": 1,
-        "groups": groups,
-        "remarks": evaluation.remarks,
+    let document = serde_json::to_value(Document {
+        format: "lens-evaluation",
+        version: 1,
+        evaluation,
     });
-    serde_json::to_string_pretty(&document).expect("an evaluation is plain JSON")
-}
-
-fn group_json(group: &GroupEvaluation) -> Value {
-    let explained: serde_json::Map<String, Value> = CentralMoments::NAMES
-        .iter()
-        .zip(&group.explained)
-        .map(|(name, e)| {
-            let both = json!({"all_percent": e.full, "middle_90_percent": e.middle});
-            ((*name).to_owned(), both)
-        })
-        .collect();
-    let methods: Vec<Value> = group
-        .methods
-        .iter()
-        .map(|m| {
-            json!({
-                "id": m.id, "title": m.title, "mean_db": m.mean_db,
-                "std_db": m.std_db, "worst_db": m.worst_db,
-            })
-        })
-        .collect();
-    let mut value = json!({
-        "channel": group.channel,
-        "tiles": group.tiles,
-        "square_px": group.square_px,
-        "mu20_px2": [group.mu20_px2.0, group.mu20_px2.1],
-        "variance_explained": explained,
-        "forward_blur_snr": methods,
-    });
-    let distance = match group.distance {
-        ObjectDistance::Unknown => None,
-        ObjectDistance::Infinity => Some(Value::Null),
-        ObjectDistance::Metres(m) => Some(json!(m)),
-    };
-    if let Some(object) = value.as_object_mut() {
-        if let Some(distance) = distance {
-            object.insert("depth_m".to_owned(), distance);
-        }
-        if let Some(curve) = &group.sparse {
-            let points: Vec<Value> = curve.points.iter().map(point_json).collect();
-            object.insert(
-                "sparse".to_owned(),
-                json!({"splits": curve.splits, "test_tiles": curve.test_tiles, "points": points}),
-            );
-        }
-    }
-    value
-}
-
-fn point_json(point: &SparsePoint) -> Value {
-    let mean = |m: Option<SplitMean>| {
-        m.map(|m| {
-            json!({
-                "mean_db": m.mean_db, "half_width_95_db": m.half_width_db,
-                "worst_db": m.worst_db,
-            })
-        })
-    };
-    json!({
-        "training": point.training,
-        "undetermined": point.undetermined,
-        "gaussian": mean(point.gaussian),
-        "skew_normal": mean(point.skew_normal),
-    })
+    let text = document.and_then(|document| serde_json::to_string_pretty(&document));
+    text.expect("an evaluation is plain JSON")
 }
 
 /// Figure 13: the skew-normal from the fitted lens, one line a channel and distance.

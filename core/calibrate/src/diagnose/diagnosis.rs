@@ -1,60 +1,78 @@
-//! What a diagnosis says.
+//! The result of a diagnosis. Its serialised form is the body of `report.json`.
 
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::field::ImagePoint;
 use seidel_optics::profile::LensProfile;
 use seidel_optics::tile::Tile;
+use serde::{Serialize, Serializer};
 
-/// The answer: where reality departs from the lens, which effect the lens lacks, how far adding it goes.
-#[derive(Debug, Clone)]
+use crate::depth_json;
+
+/// The diagnosis of a gap: which effect the lens lacks, how far adding it closes the gap, and where the gap
+/// lies.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Diagnosis {
-    /// The answer in a word.
+    /// The verdict.
     pub verdict: Verdict,
-    /// Effects added to the lens, the stronger first. In [`Verdict::Unexplained`] what explains a part.
+    /// Effects added to the lens in `corrected.json`, the stronger first; with the verdict `unexplained`,
+    /// those that explain a part of the gap.
     pub added: Vec<&'static str>,
-    /// How large the gap is and how far it closes.
+    /// Size of the gap before and after the correction.
     pub gap: Gap,
-    /// Probability that nothing is missing. Those of [`Diagnosis::causes`] are given that something is.
-    pub nothing_missing: f64,
-    /// Every effect tried and the unknown, likeliest first; probabilities sum to one.
+    /// Every effect tried and `unknown`, most probable first; probabilities sum to one.
     pub causes: Vec<Cause>,
-    /// Pairs of effects tried, best first.
-    pub pairs: Vec<Pair>,
-    /// Sets of effects that these data cannot tell apart.
+    /// Sets of effects that these data cannot distinguish.
     pub equivalents: Vec<Vec<&'static str>>,
     /// Parts of field, channel and depth where the gap lies, largest first.
+    #[serde(rename = "where")]
     pub places: Vec<Place>,
-    /// In which part of the PSFs it lies.
-    pub shape: Shape,
-    /// Capture that would decide what is open.
+    /// The capture that would settle what is still open.
     pub next_capture: String,
-    /// The residual that is left, in words; empty where none is.
+    /// Posterior probability that nothing is missing; those of `causes` are conditional on a gap.
+    pub no_gap_probability: f64,
+    /// Pairs of effects tried, best first.
+    pub pairs: Vec<Pair>,
+    /// Which part of the PSFs the gap lies in.
+    pub shape: Shape,
+    /// Share of the gap that a free-form model of the residual closes on held-out zones of the field: a lower
+    /// bound of what can be explained at all.
+    pub explainable: f64,
+    /// Misfit of the lens on the data it was fitted to; 0 where the profile does not state it.
+    pub lens_misfit: f64,
+    /// Description of the remaining residual; empty where there is none.
     pub residual: String,
-    /// What a user should know besides.
+    /// Remarks about the data and the fits.
     pub remarks: Vec<String>,
-    /// The lens with [`Diagnosis::added`].
+    /// The lens with the effects in `added`.
+    #[serde(skip)]
     pub corrected: LensProfile,
     /// The gap of every tile.
+    #[serde(skip)]
     pub tiles: Vec<TileGap>,
-    /// Some tiles to look at, worst gaps and typical ones.
+    /// Tiles with the largest and with typical gaps.
+    #[serde(skip)]
     pub examples: Vec<Example>,
 }
 
-/// The answer in a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The verdict of a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The lens explains the data to their noise and its own accuracy.
+    /// The lens explains the data to within their noise and its own misfit.
     NoGap,
-    /// The effects in [`Diagnosis::added`] close the gap.
+    /// The effects in `added` close the gap.
     Explained,
-    /// Causes close it that these data cannot tell apart: [`Diagnosis::equivalents`].
+    /// Several causes close the gap that these data cannot distinguish (`equivalents`).
     Ambiguous,
-    /// A gap stays that no known effect closes.
+    /// No known effect closes the gap.
     Unexplained,
 }
 
 impl Verdict {
-    /// As reports write it.
+    /// Returns the identifier used in reports.
     pub fn id(self) -> &'static str {
         match self {
             Self::NoGap => "no_gap",
@@ -65,60 +83,73 @@ impl Verdict {
     }
 }
 
-/// Gaps: mean over tiles of the squared difference between observed and predicted unit-sum tiles over
-/// the squared norm of the observed, less what noise alone gives. On observations that took no part.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The mean over tiles of |o - p|² / |o|² on held-out observations, with o the observed and p the predicted
+/// tile of unit sum, less the contribution of noise.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Gap {
-    /// Of the lens as given.
+    /// Gap of the given lens.
     pub before: f64,
-    /// Of the lens with [`Diagnosis::added`], fitted without the zone of the field it is scored on.
+    /// Gap of the corrected lens, fitted without the zone of the field that it is scored on.
     pub after: f64,
     /// 1 - after / before.
     pub closed: f64,
-    /// Interval that holds `closed` with 95 %.
-    pub closed_ci95: (f64, f64),
-    /// What noise alone gives.
+    /// 95 % interval of `closed`.
+    pub closed_ci95: [f64; 2],
+    /// Contribution of noise alone.
     pub noise_floor: f64,
-    /// What the lens leaves on the data it was fitted to, where it knows.
-    pub lens_misfit: f64,
-    /// Share of the gap that a free-form residual model closes, likewise on zones that took no part: what
-    /// can be explained at all, at least.
-    pub explainable: f64,
 }
 
-/// One effect tried alone.
-#[derive(Debug, Clone, PartialEq)]
+/// An effect tried alone.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Cause {
     /// Identifier of the effect, or `unknown`.
     pub effect: &'static str,
-    /// Probability that it is what is missing, given that something is.
+    /// Posterior probability that this is the missing effect, given a gap.
     pub probability: f64,
-    /// Share of the gap that it closes, on zones that took no part; with the effects of its best pair
-    /// where [`Diagnosis::added`] holds two.
+    /// Share of the gap closed on held-out zones; with the best partner where two effects were added.
     pub gap_closed: f64,
-    /// Interval that holds it with 95 %.
-    pub gap_closed_ci95: (f64, f64),
-    /// Its values where it fits best.
+    /// 95 % interval of `gap_closed`.
+    pub gap_closed_ci95: [f64; 2],
+    /// Parameters of the best fit.
+    #[serde(flatten, serialize_with = "by_name")]
+    #[schemars(with = "NamedParameters")]
     pub parameters: Vec<Value>,
 }
 
-/// A value of a parameter of an effect.
+/// Parameters by name; `name.channel` where channels do not share them.
+#[derive(Serialize, JsonSchema)]
+struct NamedParameters {
+    /// Parameters of the best fit, by name.
+    parameters: BTreeMap<String, f64>,
+    /// Their standard errors.
+    parameters_sigma: BTreeMap<String, f64>,
+}
+
+fn by_name<S: Serializer>(values: &[Value], serializer: S) -> Result<S::Ok, S::Error> {
+    NamedParameters {
+        parameters: values.iter().map(|v| (v.key(), v.value)).collect(),
+        parameters_sigma: values.iter().map(|v| (v.key(), v.sigma)).collect(),
+    }
+    .serialize(serializer)
+}
+
+/// The value of an effect's parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Value {
     /// Name of the parameter.
     pub name: &'static str,
-    /// Channel, for a parameter that channels do not share.
+    /// Channel of a parameter that channels do not share.
     pub channel: Option<String>,
     /// Unit.
     pub unit: &'static str,
     /// Value.
     pub value: f64,
-    /// Its standard error; zero for kinds that are counted.
+    /// Standard error; zero for an integer parameter.
     pub sigma: f64,
 }
 
 impl Value {
-    /// Name as reports write it: with the channel where there is one.
+    /// Returns the name used in reports, followed by the channel if there is one.
     pub fn key(&self) -> String {
         match &self.channel {
             Some(channel) => format!("{}.{channel}", self.name),
@@ -128,55 +159,67 @@ impl Value {
 }
 
 /// Two effects tried together.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Pair {
-    /// Which.
+    /// Identifiers of the two effects.
     pub effects: [&'static str; 2],
-    /// Probability that both are missing, given that something is.
+    /// Posterior probability that both are missing, given a gap.
     pub probability: f64,
-    /// Share of the gap that they close together, on zones that took no part.
+    /// Share of the gap that they close together on held-out zones.
     pub gap_closed: f64,
 }
 
-/// A part of the field in one channel at one depth.
-#[derive(Debug, Clone, PartialEq)]
+/// A part of the field in one channel at one object distance.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Place {
     /// Channel name.
     pub channel: String,
-    /// Object distance.
+    /// Object distance in metres; null is infinity, left out is unknown.
+    #[serde(
+        rename = "depth_m",
+        serialize_with = "depth_json::serialize",
+        skip_serializing_if = "depth_json::is_unknown"
+    )]
+    #[schemars(with = "Option<f64>")]
     pub distance: ObjectDistance,
-    /// Distances from the optical axis, in units of the farthest tile's: from, to.
-    pub radius: (f64, f64),
-    /// Directions from it, degrees from image x towards y: from, to.
-    pub angle_deg: (f64, f64),
-    /// Tiles there.
-    pub tiles: usize,
-    /// Mean gap there.
+    /// Part of the field.
+    pub zone: Zone,
+    /// Mean gap in the zone.
     pub excess: f64,
-    /// The same in standard errors.
+    /// The mean gap in its standard errors.
     pub z: f64,
+    /// Number of tiles in the zone.
+    pub tiles: usize,
 }
 
-/// In which part of the PSFs the gap lies: shares of the residual's energy.
-#[derive(Debug, Clone, PartialEq)]
+/// A ring sector of the field about the optical axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Zone {
+    /// Least and largest distance from the axis, in units of the farthest tile's.
+    pub radius: [f64; 2],
+    /// Least and largest angle, degrees from image x towards y.
+    pub angle_deg: [f64; 2],
+}
+
+/// Shares of the residual's energy by part of the PSF and by kind of change.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Shape {
-    /// Within the circle about the centroid that holds half the light.
+    /// Share within the circle about the centroid that holds half the light.
     pub core: f64,
-    /// Outside.
+    /// Share outside that circle.
     pub skirt: f64,
-    /// By moment: what a change of position, size, ellipticity and skew explains one after the other,
-    /// and what is left; each with its share and its significance in standard errors of the noise.
+    /// Kinds of change, each fitted after those before it.
     pub orders: Vec<Order>,
 }
 
 /// A kind of change of a PSF.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Order {
-    /// Name: `position`, `size`, `ellipticity`, `skew`, `finer`.
+    /// `position`, `size`, `ellipticity`, `skew` or `finer`.
     pub name: &'static str,
     /// Share of the residual's energy.
     pub share: f64,
-    /// Significance.
+    /// Significance in standard errors of the noise.
     pub z: f64,
 }
 
@@ -189,25 +232,25 @@ pub struct TileGap {
     pub channel: String,
     /// Object distance.
     pub distance: ObjectDistance,
-    /// Middle of the tile.
+    /// Centre of the tile.
     pub at: ImagePoint,
-    /// Gap of the lens as given, noise taken off.
+    /// Gap of the given lens, less the contribution of noise.
     pub before: f64,
-    /// Gap of the corrected lens, likewise, fitted without the tile's zone.
+    /// Gap of the corrected lens fitted without the tile's zone, less the contribution of noise.
     pub after: f64,
-    /// What noise gives.
+    /// Contribution of noise.
     pub noise: f64,
 }
 
-/// One tile, observed and predicted; unit sums.
+/// A tile as observed and as predicted, all of unit sum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Example {
-    /// Which: index into [`Diagnosis::tiles`].
+    /// Index into [`Diagnosis::tiles`].
     pub tile: usize,
-    /// As observed, background taken off.
+    /// Observed light, background subtracted.
     pub observed: Tile,
-    /// As the lens given predicts it.
+    /// Prediction of the given lens.
     pub predicted: Tile,
-    /// As the corrected lens predicts it.
+    /// Prediction of the corrected lens.
     pub corrected: Tile,
 }

@@ -24,7 +24,7 @@ mod tiles;
 mod verdict;
 
 pub use diagnosis::{
-    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
+    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict, Zone,
 };
 pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
 pub use settings::Settings;

@@ -1,6 +1,6 @@
 //! Where in field, channel and depth the gap lies.
 
-use super::diagnosis::Place;
+use super::diagnosis::{Place, Zone as FieldZone};
 use super::tiles::TileData;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::profile::PupilChannel;
@@ -51,11 +51,10 @@ pub(super) fn places(
             Place {
                 channel: channels[channel].name.clone(),
                 distance,
-                radius: (ring as f64 / RINGS as f64, (ring + 1) as f64 / RINGS as f64),
-                angle_deg: (
-                    360.0 * sector as f64 / SECTORS as f64,
-                    360.0 * (sector + 1) as f64 / SECTORS as f64,
-                ),
+                zone: FieldZone {
+                    radius: [ring, ring + 1].map(|k| k as f64 / RINGS as f64),
+                    angle_deg: [sector, sector + 1].map(|k| 360.0 * k as f64 / SECTORS as f64),
+                },
                 tiles: excess.len(),
                 excess: mean,
                 z: mean / (sigma + misfit.max(1e-6) / n.sqrt()),

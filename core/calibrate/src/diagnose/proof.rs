@@ -47,7 +47,7 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
     let nothing = found.search.nothing();
     let before = Problem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);
     let last = finish(&found, &tiles, &before);
-    let gap = summary(&found, &tiles, &before, &last.after);
+    let gap = summary(&tiles, &before, &last.after);
     let corrected = LensProfile {
         description: LensDescription::Pupil(last.hypothesis.added_to(
             found.channels,
@@ -90,13 +90,15 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
             .map(|c| strongest_first(&found, c))
             .unwrap_or_default(),
         gap,
-        nothing_missing: decision.nothing_missing,
+        no_gap_probability: decision.nothing_missing,
         next_capture: next_capture::next(decision.verdict, &causes, &decision.equivalents),
         causes,
         pairs: pairs(&found),
         equivalents: decision.equivalents.clone(),
         places: places::places(&tiles, &before, found.channels, found.statistics.misfit),
         shape: shape::shape(&tiles, &nothing, &[]),
+        explainable: explainable::explainable(&tiles, &nothing),
+        lens_misfit: found.statistics.misfit,
         residual,
         remarks: remarks(&found),
         corrected,
@@ -146,7 +148,7 @@ fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
     }
 }
 
-fn summary(found: &Findings, tiles: &[&TileData], before: &[f64], after: &[f64]) -> Gap {
+fn summary(tiles: &[&TileData], before: &[f64], after: &[f64]) -> Gap {
     let noise: Vec<f64> = tiles.iter().map(|t| t.noise).collect();
     let (closed, ci) = closed(tiles, before, after);
     let mean = |values: &[f64]| {
@@ -159,13 +161,11 @@ fn summary(found: &Findings, tiles: &[&TileData], before: &[f64], after: &[f64])
         closed,
         closed_ci95: ci,
         noise_floor: noise.iter().sum::<f64>() / noise.len() as f64,
-        lens_misfit: found.statistics.misfit,
-        explainable: explainable::explainable(tiles, &found.search.nothing()),
     }
 }
 
 /// Returns the closed share of the gap with its 95 % interval, clustered by observation.
-fn closed(tiles: &[&TileData], before: &[f64], after: &[f64]) -> (f64, (f64, f64)) {
+fn closed(tiles: &[&TileData], before: &[f64], after: &[f64]) -> (f64, [f64; 2]) {
     let mut points: Vec<(usize, f64, f64)> = Vec::new();
     for (tile, (b, a)) in tiles.iter().zip(before.iter().zip(after)) {
         let (b, a) = (b - tile.noise, a - tile.noise);
@@ -179,7 +179,7 @@ fn closed(tiles: &[&TileData], before: &[f64], after: &[f64]) -> (f64, (f64, f64
     }
     let total: f64 = points.iter().map(|p| p.1).sum();
     if total <= 0.0 {
-        return (0.0, (0.0, 0.0));
+        return (0.0, [0.0; 2]);
     }
     let left = points.iter().map(|p| p.2).sum::<f64>() / total;
     let n = points.len() as f64;
@@ -188,7 +188,7 @@ fn closed(tiles: &[&TileData], before: &[f64], after: &[f64]) -> (f64, (f64, f64
     let closed = 1.0 - left;
     (
         closed,
-        (closed - 1.96 * sigma, (closed + 1.96 * sigma).min(1.0)),
+        [closed - 1.96 * sigma, (closed + 1.96 * sigma).min(1.0)],
     )
 }
 
@@ -232,13 +232,13 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
             };
             let gaps = Problem::new(&single.hypothesis, many, Detail::COARSE).gaps(&single.theta);
             let gap_closed = share(single.after);
-            let (_, (low, high)) = closed(many, &base, &gaps);
+            let (_, [low, high]) = closed(many, &base, &gaps);
             let half = (high - low) / 2.0;
             Cause {
                 effect: id,
                 probability: *probability,
                 gap_closed,
-                gap_closed_ci95: (gap_closed - half, (gap_closed + half).min(1.0)),
+                gap_closed_ci95: [gap_closed - half, (gap_closed + half).min(1.0)],
                 parameters,
             }
         })
@@ -247,7 +247,7 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
         effect: "unknown",
         probability: found.decision.unknown,
         gap_closed: 0.0,
-        gap_closed_ci95: (0.0, 0.0),
+        gap_closed_ci95: [0.0; 2],
         parameters: Vec::new(),
     });
     for effect in found.left {
@@ -255,7 +255,7 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
             effect: effect.id(),
             probability: 0.0,
             gap_closed: 0.0,
-            gap_closed_ci95: (0.0, 0.0),
+            gap_closed_ci95: [0.0; 2],
             parameters: Vec::new(),
         });
     }

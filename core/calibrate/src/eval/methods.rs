@@ -12,7 +12,7 @@ use seidel_optics::psf::{
 };
 
 /// Score of one predictor over the tiles of a group.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct MethodScore {
     /// Stable identifier.
     pub id: &'static str,

@@ -28,12 +28,15 @@ pub use split_mean::SplitMean;
 pub use variance_explained::VarianceExplained;
 
 use rayon::prelude::*;
+use serde::{Serialize, Serializer};
 
+use crate::depth_json;
 use crate::measure::{MeasuredTile, measure};
 use crate::score::{ImageAutocorrelation, TestImage, prepare_tiles};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
+use seidel_optics::moments::CentralMoments;
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_optics::moments::support::Support;
 use seidel_optics::observations::ObservationSet;
@@ -56,7 +59,7 @@ pub struct EvalSettings {
 }
 
 /// Evaluation of a lens on a set.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evaluation {
     /// One entry per channel and distance: channels in the set's order, nearest distance first.
     pub groups: Vec<GroupEvaluation>,
@@ -65,24 +68,40 @@ pub struct Evaluation {
 }
 
 /// Evaluation of one channel at one distance.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GroupEvaluation {
     /// Channel name.
     pub channel: String,
     /// Object distance.
+    #[serde(
+        rename = "depth_m",
+        serialize_with = "depth_json::serialize",
+        skip_serializing_if = "depth_json::is_unknown"
+    )]
     pub distance: ObjectDistance,
     /// Number of tiles.
     pub tiles: usize,
     /// Smallest and largest measured mu20 with pixel integration (1/12 px²), px².
     pub mu20_px2: (f64, f64),
     /// Table 1, in the order of [`seidel_optics::moments::CentralMoments::NAMES`].
+    #[serde(rename = "variance_explained", serialize_with = "by_moment")]
     pub explained: [VarianceExplained; 7],
     /// Table 2.
+    #[serde(rename = "forward_blur_snr")]
     pub methods: Vec<MethodScore>,
     /// Figure 13, if requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub sparse: Option<SparseCurve>,
     /// Side of the squares on which kernels were compared, px.
     pub square_px: usize,
+}
+
+/// Serialises the moments of Table 1 as an object by name.
+fn by_moment<S: Serializer>(
+    explained: &[VarianceExplained; 7],
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_map(CentralMoments::NAMES.iter().zip(explained))
 }
 
 /// Evaluates `lens` on `set` with the test image `z`. Field positions are relative to the lens's axis.

@@ -46,7 +46,7 @@ impl Default for SparseSettings {
 }
 
 /// M_FB against the number of training tiles, for one channel at one distance.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SparseCurve {
     /// One point per number of training tiles, rising.
     pub points: Vec<SparsePoint>,
@@ -57,7 +57,7 @@ pub struct SparseCurve {
 }
 
 /// Scores for one number of training tiles.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct SparsePoint {
     /// Training tiles.
     pub training: usize,

@@ -1,12 +1,13 @@
 //! Means over random splits, with confidence intervals.
 
 /// Mean over splits of the mean M_FB over test tiles.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct SplitMean {
     /// The mean, dB.
     pub mean_db: f64,
     /// Half width of the 95 % confidence interval of the mean, dB, by Student's t over splits; `None` for a
     /// single split. Splits share tiles, so it covers the choice of training tiles only.
+    #[serde(rename = "half_width_95_db")]
     pub half_width_db: Option<f64>,
     /// The worst split, dB.
     pub worst_db: f64,

@@ -4,13 +4,15 @@
 ///
 /// 100 is perfect; 0 is no better than the mean of the measured values; negative is worse. `None` where the
 /// measured values do not vary.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct VarianceExplained {
     /// Over all tiles: 100 (1 - mean(E²) / Var(M)) with E = measured - predicted and the population variance.
     /// A constant error counts.
+    #[serde(rename = "all_percent")]
     pub full: Option<f64>,
     /// The same without the ceil(0.05 (N - 1)) most negative and most positive E; Var(M) is of the remaining
     /// tiles.
+    #[serde(rename = "middle_90_percent")]
     pub middle: Option<f64>,
 }
 

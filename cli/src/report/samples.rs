@@ -1,7 +1,7 @@
-//! A made-up diagnosis for tests: a lens that lacks vignetting, seen on a grid of places.
+//! A diagnosis as test data: a lens that lacks vignetting, observed on a grid of places.
 
 use seidel_core::calibrate::diagnose::{
-    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict,
+    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict, Zone,
 };
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::{Frame, ImagePoint};
@@ -29,7 +29,7 @@ pub(crate) fn subject() -> Subject {
     }
 }
 
-/// Numbers between -1 and 1 that look random and are the same every time.
+/// Returns a deterministic pseudo-random number in -1..1.
 fn scatter(seed: usize) -> f64 {
     ((seed as f64 * 12.9898).sin() * 43_758.545_3).fract()
 }
@@ -62,7 +62,7 @@ fn tiles() -> Vec<TileGap> {
     tiles
 }
 
-/// A disc of light, cut at one side by `cut`, with a little noise.
+/// Returns a disc of light of `radius` px, vignetted at one side by `cut`, with a little noise.
 fn disc(radius: f64, cut: f64, noise: f64) -> Tile {
     let middle = SIDE as f64 / 2.0;
     let light: Vec<f64> = (0..SIDE * SIDE)
@@ -108,18 +108,18 @@ fn value(name: &'static str, unit: &'static str, value: f64, sigma: f64) -> Valu
     }
 }
 
-fn cause(effect: &'static str, probability: f64, closed: (f64, f64, f64)) -> Cause {
+fn cause(effect: &'static str, probability: f64, closed: f64, interval: [f64; 2]) -> Cause {
     Cause {
         effect,
         probability,
-        gap_closed: closed.0,
-        gap_closed_ci95: (closed.1, closed.2),
+        gap_closed: closed,
+        gap_closed_ci95: interval,
         parameters: vec![value("strength", "px", 0.31, 0.12)],
     }
 }
 
 fn causes() -> Vec<Cause> {
-    let mut vignetting = cause("vignetting", 0.91, (0.942, 0.921, 0.958));
+    let mut vignetting = cause("vignetting", 0.91, 0.942, [0.921, 0.958]);
     vignetting.parameters = vec![
         value("radius_1", "pupil radii", 1.043, 0.012),
         value("shift_1", "pupil radii per half frame width", 0.514, 0.007),
@@ -128,14 +128,14 @@ fn causes() -> Vec<Cause> {
             ..value("tint", "px", -0.02, 0.004)
         },
     ];
-    let mut unknown = cause("unknown", 0.02, (0.0, 0.0, 0.0));
+    let mut unknown = cause("unknown", 0.02, 0.0, [0.0; 2]);
     unknown.parameters.clear();
     vec![
         vignetting,
-        cause("higher_order", 0.05, (0.61, 0.52, 0.68)),
+        cause("higher_order", 0.05, 0.61, [0.52, 0.68]),
         unknown,
-        cause("decentre", 0.015, (0.08, -0.02, 0.17)),
-        cause("diffraction", 0.005, (-0.01, -0.04, 0.02)),
+        cause("decentre", 0.015, 0.08, [-0.02, 0.17]),
+        cause("diffraction", 0.005, -0.01, [-0.04, 0.02]),
     ]
 }
 
@@ -143,20 +143,22 @@ fn places() -> Vec<Place> {
     let place = |channel: &str, distance, angle_deg, excess, z| Place {
         channel: channel.to_owned(),
         distance,
-        radius: (0.66, 1.0),
-        angle_deg,
+        zone: Zone {
+            radius: [0.66, 1.0],
+            angle_deg,
+        },
         tiles: 6,
         excess,
         z,
     };
     vec![
-        place("R", ObjectDistance::Metres(1.2), (0.0, 90.0), 0.143, 31.2),
-        place("G", ObjectDistance::Infinity, (90.0, 180.0), 0.051, 12.4),
-        place("B", ObjectDistance::Unknown, (0.0, 360.0), 0.012, 4.1),
+        place("R", ObjectDistance::Metres(1.2), [0.0, 90.0], 0.143, 31.2),
+        place("G", ObjectDistance::Infinity, [90.0, 180.0], 0.051, 12.4),
+        place("B", ObjectDistance::Unknown, [0.0, 360.0], 0.012, 4.1),
     ]
 }
 
-/// A diagnosis with every part filled, its answer `verdict`.
+/// Returns a diagnosis with the given `verdict` and every other field filled.
 pub(crate) fn diagnosis(verdict: Verdict) -> Diagnosis {
     let (added, equivalents) = match verdict {
         Verdict::NoGap => (vec![], vec![]),
@@ -172,12 +174,12 @@ pub(crate) fn diagnosis(verdict: Verdict) -> Diagnosis {
             before: 0.0812,
             after: 0.0047,
             closed: 0.942,
-            closed_ci95: (0.921, 0.958),
+            closed_ci95: [0.921, 0.958],
             noise_floor: 0.004,
-            lens_misfit: 0.0031,
-            explainable: 0.955,
         },
-        nothing_missing: 0.0004,
+        explainable: 0.955,
+        lens_misfit: 0.0031,
+        no_gap_probability: 0.0004,
         causes: causes(),
         pairs: vec![
             Pair {
