@@ -1,4 +1,4 @@
-//! Which observations of a set take part: those named in a file, or all but those.
+//! Selection of the observations of a set by lists of names.
 
 use std::path::{Path, PathBuf};
 
@@ -9,20 +9,20 @@ use super::CommandError;
 use seidel_image_io::error::FileError;
 use seidel_image_io::json::{TEXT_LIMIT_BYTES, read_text};
 
-/// Options about which observations take part.
+/// Options that select observations.
 #[derive(Debug, Args)]
 pub(super) struct ChoiceArgs {
-    /// Use only the observations named in this text file: one a line, such as psf/0003.exr; empty
-    /// lines and those that begin with # are skipped
+    /// Use only the observations listed in this text file, one per line, such as psf/0003.exr; empty
+    /// lines and lines that start with # are ignored
     #[arg(long, value_name = "FILE")]
     only: Option<PathBuf>,
-    /// Leave out the observations named in this text file, likewise
+    /// Leave out the observations listed in this text file, in the same format
     #[arg(long, value_name = "FILE")]
     except: Option<PathBuf>,
 }
 
 impl ChoiceArgs {
-    /// Leaves in `sets` the chosen observations; a name holds for every set that has it.
+    /// Keeps the selected observations in `sets`; a name selects from every set that has it.
     pub(super) fn restrict(&self, sets: &mut [ObservationSet]) -> Result<(), CommandError> {
         let lists = [
             (self.only.as_deref().map(names).transpose()?, true),
@@ -48,7 +48,7 @@ impl ChoiceArgs {
         Ok(())
     }
 
-    /// What was chosen, in words; empty where all take part.
+    /// Describes the selection for the provenance; empty if there is none.
     pub(super) fn describe(&self) -> String {
         let part = |word: &str, path: &Option<PathBuf>| {
             path.as_deref().map_or(String::new(), |p| {
@@ -59,7 +59,7 @@ impl ChoiceArgs {
     }
 }
 
-/// Observations named in a file.
+/// A list of observation names from a file.
 struct Names {
     path: PathBuf,
     names: Vec<String>,
@@ -78,7 +78,7 @@ fn names(path: &Path) -> Result<Names, CommandError> {
 }
 
 impl Names {
-    /// Refuses names that no set has.
+    /// Rejects names that no set has.
     fn check(&self, sets: &[ObservationSet]) -> Result<(), CommandError> {
         let known: std::collections::HashSet<&str> = sets
             .iter()
@@ -96,7 +96,7 @@ impl Names {
         Err(FileError::new(
             &self.path,
             "",
-            format!("names `{first}`{more}, which no observation is called"),
+            format!("names `{first}`{more}, which is not an observation of any set"),
             "write the names as `file` has them in the manifest",
         )
         .into())

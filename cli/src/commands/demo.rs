@@ -4,13 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use seidel_core::calibrate::fit::{PupilSettings, fit_pupil};
-use seidel_core::field::{FieldPoint, ImagePoint};
-use seidel_core::observations::ObservationSet;
+use seidel_core::field::FieldPoint;
+use seidel_core::optics::BlurField;
 use seidel_core::predict::Predictor;
-use seidel_core::render::{
-    BlurField, Displacement, Edges, Gather, LayeredRenderer, Occlusion, Plane, PlateMap, Quality,
-    Renderer, Scene as Optics, VergencePass,
-};
+use seidel_core::{Depth, DepthPass, Image, Lens, ObservationSet, Plate, Settings, apply};
 use seidel_image_io::atomic::{write_folder_whole, write_whole};
 use seidel_image_io::exr::new::{NewChannel, write_new};
 use seidel_image_io::observation_set;
@@ -18,8 +15,9 @@ use seidel_image_io::picture::write_png;
 
 use super::CommandError;
 use crate::Console;
+use crate::demo::lens::lens as built_in_lens;
+use crate::demo::observations::measured;
 use crate::demo::scene::{Scene, scene};
-use crate::demo::{lens, observations};
 use crate::pictures::comparison::{Crop, View, comparison};
 use crate::pictures::display::{DisplayTransform, LinearRgb};
 use crate::pictures::sheet::{SheetOptions, lens_sheet};
@@ -56,23 +54,23 @@ const OUTPUTS: [(&str, &str); 6] = [
 
 pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandError> {
     let (width, height) = (args.width, args.width * 9 / 16);
-    let built_in = lens::lens(width, height)?;
-    let set = observations::measured(&built_in)?;
-    let mut fitted = fit_pupil(std::slice::from_ref(&set), &PupilSettings::default())?.lens;
-    fitted.provenance.sources = vec!["measured".to_owned()];
-    let predictor = Predictor::new(&fitted)?;
+    let built_in = built_in_lens(width, height)?;
+    let set = measured(&built_in)?;
+    let mut profile = fit_pupil(std::slice::from_ref(&set), &PupilSettings::default())?.lens;
+    profile.provenance.sources = vec!["measured".to_owned()];
+    let lens = Lens::new(profile)?;
     let plate = scene(width as usize, height as usize);
-    let blurred = blur(&plate, &predictor, console)?;
+    let blurred = blur(&plate, &lens, console)?;
     let options = SheetOptions {
         title: Some("the demo's lens, fitted".to_owned()),
         ..SheetOptions::default()
     };
-    let sheet = lens_sheet(&fitted, predictor.default_model(), &options)?;
+    let sheet = lens_sheet(lens.profile(), lens.predictor().default_model(), &options)?;
     let before_after = compare(&plate, &blurred)?;
     write_folder_whole(&args.folder, |folder| {
         observation_set::write(&set, &folder.join("measured"))?;
         write_whole(&folder.join("lens.json"), |out| {
-            std::io::Write::write_all(out, fitted.to_json().as_bytes())
+            std::io::Write::write_all(out, lens.to_json().as_bytes())
         })?;
         write_png(&folder.join("sheet.png"), &sheet)?;
         for (name, rgb) in [("plate.exr", &plate.rgb), ("blurred.exr", &blurred)] {
@@ -98,7 +96,7 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
         "Fitted {} PSFs in {} channels; predicted PSF sizes are within {:.2} px of the true lens.",
         set.observations.len(),
         set.channels.len(),
-        worst_size_error_px(&Predictor::new(&built_in)?, &predictor, &set)?
+        worst_size_error_px(&Predictor::new(&built_in)?, lens.predictor(), &set)?
     ));
     console.say("To blur a plate of your own:");
     console.say(format!(
@@ -109,43 +107,22 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
 }
 
 /// Blurs the plate's colours with the lens, guided by its depth.
-fn blur(plate: &Scene, lens: &Predictor, console: &Console) -> Result<[Vec<f32>; 3], CommandError> {
-    let vergence: Vec<f32> = plate.depth_m.iter().map(|m| 1.0 / m).collect();
-    let optics = Optics {
-        lens,
-        model: lens.default_model(),
-        width: plate.width,
-        height: plate.height,
-        map: PlateMap {
-            origin: ImagePoint::new(0.0, 0.0),
-            scale: plate.width as f64 / f64::from(lens.frame().width_px()),
-        },
-        vergence: VergencePass::PerPixel(&vergence),
-        edges: Edges::Mirror,
-        displacement: Displacement::Lateral,
-    };
-    const OWN_CHANNEL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let planes: Vec<Plane> = plate
-        .rgb
-        .iter()
-        .zip(&OWN_CHANNEL)
-        .map(|(samples, weights)| Plane { samples, weights })
-        .collect();
-    let renderer = LayeredRenderer {
-        inner: &Gather {
-            quality: Quality::Final,
-        },
-        settings: Occlusion::default(),
-    };
+fn blur(scene: &Scene, lens: &Lens, console: &Console) -> Result<[Vec<f32>; 3], CommandError> {
+    let names = ["R", "G", "B"].map(str::to_owned).to_vec();
+    let image = Image::new(scene.width, scene.height, names, scene.rgb.to_vec())?;
+    let depth = Depth::Pass(DepthPass::metres(scene.depth_m.clone()));
     let bar = console.progress("blurring the plate");
-    let rendered = renderer.render(&optics, &planes, &|share| {
-        bar.set(share);
-        true
-    })?;
-    Ok(rendered
-        .planes
-        .try_into()
-        .expect("one plane out for each plane in"))
+    let blurred = apply(
+        lens,
+        &Plate::new(image).with_depth(depth),
+        &Settings::default(),
+        &|share| {
+            bar.set(share);
+            true
+        },
+    )?;
+    let colours = blurred.colours.try_into();
+    Ok(colours.expect("an image keeps its number of channels"))
 }
 
 /// Draws both plates side by side.

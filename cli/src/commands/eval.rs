@@ -1,4 +1,4 @@
-//! `seidel eval`: how well a lens describes a set, by the paper's tables and figure.
+//! `seidel eval`: evaluates a lens on an observation set with the tables and the figure of the paper.
 
 mod report;
 
@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use seidel_core::calibrate::fit::Weighting;
-use seidel_core::calibrate::eval::{EvalSettings, SparseSettings, evaluate, shapes};
+use seidel_core::eval::{EvalSettings, SparseSettings, evaluate, shapes};
 use seidel_core::moments::support::Support;
-use seidel_core::calibrate::score::TestImage;
+use seidel_core::score::TestImage;
 
 use super::choice::ChoiceArgs;
 use super::picture::read_image;
@@ -26,11 +26,11 @@ pub struct EvalArgs {
     /// The lens profile
     #[arg(long)]
     lens: PathBuf,
-    /// The observation set to hold it against
+    /// The observation set to evaluate it on
     #[arg(value_name = "OBS")]
     observations: PathBuf,
-    /// Picture through which blur is compared (its luminance, taken as linear); one with natural
-    /// statistics is made if left out
+    /// Test image for the forward-blur SNR (its luminance, taken as linear); a synthetic one with natural
+    /// statistics if left out
     #[arg(long, value_name = "Z")]
     image: Option<PathBuf>,
     /// Evaluate these channels only
@@ -38,34 +38,34 @@ pub struct EvalArgs {
     channel: Vec<String>,
     #[command(flatten)]
     choice: ChoiceArgs,
-    /// Also refit on few PSFs at a time: Figure 13 of the paper
+    /// Also refit on small subsets of the PSFs (Figure 13 of the paper)
     #[arg(long)]
     sparse: bool,
     /// Draw Figure 13 (implies --sparse)
     #[arg(long, value_name = "PLOT.svg")]
     plot: Option<PathBuf>,
-    /// Draw observed PSFs beside what the lens predicts and how they differ: one channel, up to three
-    /// distances and three places at each
+    /// Draw observed and predicted PSFs with their residuals: one channel, up to three distances, three
+    /// field positions each
     #[arg(long, value_name = "SHAPES.png")]
     shapes: Option<PathBuf>,
-    /// Random splits of Figure 13
+    /// Number of random splits of Figure 13
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(2..))]
     splits: u16,
     /// Refit Figure 13 unweighted, as in the paper
     #[arg(long)]
     unweighted: bool,
-    /// Let all pixels of a tile take part, even those that hold noise alone
+    /// Use all pixels of a tile, even those that contain only noise
     #[arg(long)]
     all_pixels: bool,
-    /// How to print the tables
+    /// Format of the tables
     #[arg(long, value_enum, default_value_t = Form::Text)]
     form: Form,
-    /// Print one JSON document instead
+    /// Print a JSON document instead of tables
     #[arg(long)]
     json: bool,
 }
 
-/// How tables are printed.
+/// The format of printed tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Form {
     /// Aligned columns
@@ -115,7 +115,7 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
     if args.json {
         console.say(report::json(&evaluation));
     } else {
-        console.say(report::tables(&evaluation, args.form == Form::Markdown));
+        console.say(report::tables(&evaluation, args.form));
     }
     for remark in &evaluation.remarks {
         console.remark(remark);

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use seidel_core::calibrate::fit::{self, AxisChoice, Fit, FitSettings, Weighting};
-use seidel_core::calibrate::measure::Rejection;
+use seidel_core::measure::Rejection;
 use seidel_core::moments::support::Support;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::LensProfile;

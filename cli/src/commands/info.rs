@@ -1,4 +1,4 @@
-//! `seidel info`: what image files are, and what made them.
+//! `seidel info`: describes image files and their provenance.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ pub struct InfoArgs {
     /// Image files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// As JSON: a list with one entry a file
+    /// Print JSON: a list with one entry per file
     #[arg(long)]
     json: bool,
 }

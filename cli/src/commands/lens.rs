@@ -1,4 +1,4 @@
-//! `seidel lens`: look at a lens profile.
+//! `seidel lens`: a picture of a lens profile, and the JSON schema of profiles.
 
 use std::path::PathBuf;
 
@@ -11,10 +11,10 @@ use crate::Console;
 use crate::pictures::sheet::lens_sheet;
 use seidel_image_io::picture::write_png;
 
-/// What to do with a lens profile.
+/// The subcommands of `seidel lens`.
 #[derive(Debug, Subcommand)]
 pub enum LensCommand {
-    /// Draw the lens's PSFs over the frame by channel and depth
+    /// Draw the PSFs of a lens over the frame, by channel and distance
     Show(ShowArgs),
     /// Print the JSON schema of lens profiles
     Schema,
@@ -25,7 +25,7 @@ pub enum LensCommand {
 pub struct ShowArgs {
     /// The lens profile
     lens: PathBuf,
-    /// Where to write the picture (PNG)
+    /// Picture to write (PNG)
     #[arg(short, long, value_name = "SHEET.png")]
     output: PathBuf,
     #[command(flatten)]

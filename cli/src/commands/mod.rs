@@ -43,15 +43,15 @@ pub struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Show what the program does, on data it makes itself
+    /// Fit a lens and blur a plate on synthetic data
     Demo(demo::DemoArgs),
     /// Learn a lens from measured point-spread functions
     Fit(fit::FitArgs),
-    /// Tell how well a lens describes a set of point-spread functions
+    /// Evaluate a lens on a set of point-spread functions
     Eval(eval::EvalArgs),
     /// Write the point-spread functions that a lens predicts
     Psf(psf::PsfArgs),
-    /// Look at a lens profile
+    /// Draw a lens profile, or print the schema of profiles
     #[command(subcommand)]
     Lens(lens::LensCommand),
     /// Blur a plate with a lens
@@ -60,11 +60,11 @@ pub enum Command {
     Remove(Box<remove::RemoveArgs>),
     /// Give a plate the blur of another lens than the one it was taken with
     Relens(Box<relens::RelensArgs>),
-    /// Tell what image files are, and what made them
+    /// Describe image files and their provenance
     Info(info::InfoArgs),
     /// Convert pictures between colour spaces, or write look-up tables
     Lut(Box<lut::LutArgs>),
-    /// Tell what a lens lacks against measured point-spread functions, and add it
+    /// Find the effects that a lens lacks against measured point-spread functions, and add them
     Diagnose(Box<diagnose::DiagnoseArgs>),
 }
 

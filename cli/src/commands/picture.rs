@@ -1,18 +1,18 @@
-//! The picture through which blur is compared.
+//! The test image of the forward-blur SNR.
 
 use std::path::Path;
 
-use seidel_core::calibrate::score::TestImage;
+use seidel_core::score::TestImage;
 
 use super::CommandError;
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
 
-/// The luminance of a picture, by Rec. 709 weights where it is in colour.
+/// Reads the luminance of a picture, by Rec. 709 weights if it is in colour.
 pub(super) fn read_image(path: &Path) -> Result<TestImage, CommandError> {
     let plate = Plate::open(path, &PlateOptions::default())?;
     if let Some(bad) = plate.non_finite().first() {
-        return Err(FileError::new(path, "", bad.to_string(), "mend the picture").into());
+        return Err(FileError::new(path, "", bad.to_string(), "correct the picture").into());
     }
     let planes = plate.colour();
     let weights: &[f64] = if planes.len() == 3 {
@@ -22,8 +22,8 @@ pub(super) fn read_image(path: &Path) -> Result<TestImage, CommandError> {
     };
     let samples = (0..plate.width() * plate.height())
         .map(|i| {
-            let weighed = planes.iter().zip(weights);
-            weighed.map(|(plane, w)| w * f64::from(plane[i])).sum()
+            let weighted = planes.iter().zip(weights);
+            weighted.map(|(plane, w)| w * f64::from(plane[i])).sum()
         })
         .collect();
     Ok(TestImage::new(plate.width(), plate.height(), samples)

@@ -1,4 +1,4 @@
-//! `seidel psf`: the PSFs a lens predicts, as an observation set.
+//! `seidel psf`: writes the PSFs that a lens predicts as an observation set.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ pub struct PsfArgs {
     /// The lens profile
     #[arg(long)]
     lens: PathBuf,
-    /// Observation set whose positions, distances, sizes, channels and names to take
+    /// Observation set whose positions, distances, tile sizes, channels and file names to use
     #[arg(long, value_name = "OBS")]
     like: PathBuf,
     /// Folder to write the predicted set to

@@ -1,5 +1,4 @@
-//! A small 8-bit canvas: lines, boxes and an 8 x 8 bitmap font enlarged by whole numbers, so that
-//! text stays crisp.
+//! An 8-bit canvas with filled boxes and text in an 8 x 8 bitmap font, enlarged by integers to stay crisp.
 
 use font8x8::{BASIC_FONTS, UnicodeFonts};
 use image::{Rgb, RgbImage};
@@ -16,10 +15,10 @@ pub(super) struct Area {
     pub(super) height: u32,
 }
 
-/// An image being drawn, and whether any text had to be cut at its edges.
+/// An image being drawn, with a count of the labels that did not fit.
 pub(super) struct Canvas {
     pub(super) image: RgbImage,
-    /// Labels that did not fit and were shortened.
+    /// Number of labels that were shortened to fit.
     pub(super) shortened: usize,
 }
 
@@ -31,7 +30,7 @@ impl Canvas {
         }
     }
 
-    /// Sets one pixel; outside the image nothing happens.
+    /// Sets one pixel; does nothing outside the image.
     pub(super) fn set(&mut self, x: i64, y: i64, colour: [u8; 3]) {
         let inside = u32::try_from(x).ok().zip(u32::try_from(y).ok());
         if let Some((x, y)) = inside
@@ -50,7 +49,7 @@ impl Canvas {
         }
     }
 
-    /// A one-pixel outline just inside `area`.
+    /// Draws a one-pixel outline just inside `area`.
     pub(super) fn outline(&mut self, area: Area, colour: [u8; 3]) {
         let Area {
             left,
@@ -70,11 +69,12 @@ impl Canvas {
         self.fill(edge(left + width - 1, top, 1, height), colour);
     }
 
-    /// Writes `text` with its top-left corner at (`left`, `top`), glyphs enlarged `scale` times, cut
-    /// with two dots where it is wider than `room` px or the image. Returns the width written, px.
+    /// Writes `text` with its top-left corner at (`left`, `top`) and glyphs enlarged `scale` times; text wider
+    /// than `room` px or the image ends in two dots. Returns the width written, px.
     pub(super) fn text(
         &mut self,
-        (left, top): (u32, u32),
+        left: u32,
+        top: u32,
         room: u32,
         scale: u32,
         colour: [u8; 3],
@@ -112,7 +112,7 @@ impl Canvas {
     }
 }
 
-/// Width of `text` with glyphs enlarged `scale` times, px.
+/// Returns the width of `text` with glyphs enlarged `scale` times, px.
 pub(super) fn text_width(text: &str, scale: u32) -> u32 {
     text.chars().count() as u32 * GLYPH_PX * scale
 }
@@ -122,11 +122,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_that_is_too_long_is_cut_and_counted() {
+    fn long_text_is_shortened_and_counted() {
         let mut canvas = Canvas::new(64, 16, [0; 3]);
-        assert_eq!(canvas.text((0, 0), 64, 1, [255; 3], "12345678"), 64);
+        assert_eq!(canvas.text(0, 0, 64, 1, [255; 3], "12345678"), 64);
         assert_eq!(canvas.shortened, 0);
-        assert_eq!(canvas.text((8, 8), 64, 1, [255; 3], "12345678"), 56);
+        assert_eq!(canvas.text(8, 8, 64, 1, [255; 3], "12345678"), 56);
         assert_eq!(canvas.shortened, 1);
         assert!(canvas.image.pixels().any(|p| p.0 == [255; 3]));
     }

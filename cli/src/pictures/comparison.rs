@@ -1,4 +1,4 @@
-//! Plates side by side, with an enlarged part of each below: before and after.
+//! Plates side by side, each with an enlarged crop below it.
 
 use image::RgbImage;
 use seidel_core::{Error, Result};
@@ -13,31 +13,31 @@ const MARK: [u8; 3] = [255, 255, 255];
 const GAP_PX: u32 = 16;
 const CAPTION_PX: u32 = 30;
 
-/// A plate and what it is called.
+/// A labelled plate.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
-    /// Its name, above it.
+    /// The label above it.
     pub label: &'a str,
     /// The plate.
     pub plate: LinearRgb<'a>,
 }
 
-/// A part of a plate, pixels.
+/// A part of a plate with the aspect of the plate, pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Crop {
     /// First column.
     pub left: u32,
     /// First row.
     pub top: u32,
-    /// Columns; as many rows as the aspect of the plate gives.
+    /// Number of columns.
     pub width: u32,
 }
 
-/// The plates of `views`, equal in size, side by side at `view_width_px` each, and below each its
-/// part `crop` enlarged by a whole number.
+/// Draws the plates of `views` side by side, each `view_width_px` wide with its `crop` below it, enlarged by an
+/// integer.
 ///
 /// # Errors
-/// No view, plates of different or impossible sizes, or a crop outside them.
+/// No view, plates of different or invalid sizes, and a crop outside them.
 pub fn comparison(
     views: &[View<'_>],
     crop: Crop,
@@ -48,16 +48,14 @@ pub fn comparison(
         return Err(Error::new("comparison", "has no view", "give at least one"));
     };
     let (width, height) = first.plate.checked_size()?;
-    let part = checked_part(crop, (width, height))?;
-    let shown = (
-        view_width_px.max(64),
-        (view_width_px.max(64) * height).div_ceil(width).max(1),
-    );
-    let times = (shown.0 / part.width).max(1);
+    let part = crop_area(crop, width, height)?;
+    let view_width = view_width_px.max(64);
+    let view_height = (view_width * height).div_ceil(width).max(1);
+    let times = (view_width / part.width).max(1);
     let columns = views.len() as u32;
     let mut canvas = Canvas::new(
-        columns * (shown.0 + GAP_PX) + GAP_PX,
-        shown.1 + part.height * times + 2 * CAPTION_PX + 2 * GAP_PX,
+        columns * (view_width + GAP_PX) + GAP_PX,
+        view_height + part.height * times + 2 * CAPTION_PX + 2 * GAP_PX,
         BACKGROUND,
     );
     for (column, view) in (0..).zip(views) {
@@ -68,32 +66,33 @@ pub fn comparison(
                 "compare plates of one size",
             ));
         }
-        let left = GAP_PX + column * (shown.0 + GAP_PX);
-        canvas.text((left, 10), shown.0, 2, TEXT, view.label);
+        let left = GAP_PX + column * (view_width + GAP_PX);
+        canvas.text(left, 10, view_width, 2, TEXT, view.label);
         let area = Area {
             left,
             top: CAPTION_PX,
-            width: shown.0,
-            height: shown.1,
+            width: view_width,
+            height: view_height,
         };
         draw_resized(&mut canvas, area, &view.plate, transform);
-        let scale = f64::from(shown.0) / f64::from(width);
+        let scale = f64::from(view_width) / f64::from(width);
         let on_view = |v: u32| (f64::from(v) * scale).round() as u32;
         canvas.outline(
             Area {
                 left: left + on_view(part.left),
                 top: CAPTION_PX + on_view(part.top),
-                width: on_view(part.width).clamp(2, shown.0),
-                height: on_view(part.height).clamp(2, shown.1),
+                width: on_view(part.width).clamp(2, view_width),
+                height: on_view(part.height).clamp(2, view_height),
             },
             MARK,
         );
-        let below = CAPTION_PX + shown.1 + GAP_PX / 2;
+        let below = CAPTION_PX + view_height + GAP_PX / 2;
         let label = format!("{} x{times}", view.label);
-        canvas.text((left, below + 4), shown.0, 2, QUIET_TEXT, &label);
+        canvas.text(left, below + 4, view_width, 2, QUIET_TEXT, &label);
         draw_enlarged(
             &mut canvas,
-            (left, below + CAPTION_PX),
+            left,
+            below + CAPTION_PX,
             part,
             times,
             &view.plate,
@@ -103,15 +102,16 @@ pub fn comparison(
     Ok(canvas.image)
 }
 
-/// The crop with its height, inside a plate of `size`.
-fn checked_part(crop: Crop, size: (u32, u32)) -> Result<Area> {
-    let height = (u64::from(crop.width) * u64::from(size.1) / u64::from(size.0)).max(1);
+/// Returns the area of a crop of a plate of `plate_width` x `plate_height` px.
+fn crop_area(crop: Crop, plate_width: u32, plate_height: u32) -> Result<Area> {
+    let height = u64::from(crop.width) * u64::from(plate_height) / u64::from(plate_width);
+    let height = height.max(1);
     let right = u64::from(crop.left) + u64::from(crop.width);
     let bottom = u64::from(crop.top) + height;
-    if crop.width == 0 || right > u64::from(size.0) || bottom > u64::from(size.1) {
+    if crop.width == 0 || right > u64::from(plate_width) || bottom > u64::from(plate_height) {
         return Err(Error::new(
             "crop",
-            format!("{crop:?} is not inside {} x {} pixels", size.0, size.1),
+            format!("{crop:?} is not inside {plate_width} x {plate_height} pixels"),
             "choose a part of the plate",
         ));
     }
@@ -123,7 +123,7 @@ fn checked_part(crop: Crop, size: (u32, u32)) -> Result<Area> {
     })
 }
 
-/// The plate at the size of `area`: the mean display value over what each pixel covers.
+/// Draws the plate resized to `area`: each pixel is the mean of the display codes that it covers.
 fn draw_resized(
     canvas: &mut Canvas,
     area: Area,
@@ -142,7 +142,7 @@ fn draw_resized(
             for row in span(y, area.height, plate.height) {
                 for column in span(x, area.width, plate.width) {
                     let index = row * plate.width + column;
-                    // After the transform: one very bright pixel must not fill its neighbours.
+                    // The mean of codes, as a mean of light would spread highlights over their neighbours.
                     let codes = transform.codes(plate.planes.map(|p| p[index]));
                     for (s, code) in sum.iter_mut().zip(codes) {
                         *s += u32::from(code);
@@ -156,9 +156,11 @@ fn draw_resized(
     }
 }
 
+/// Draws `part` of the plate with its pixels enlarged `times` times.
 fn draw_enlarged(
     canvas: &mut Canvas,
-    (left, top): (u32, u32),
+    left: u32,
+    top: u32,
     part: Area,
     times: u32,
     plate: &LinearRgb<'_>,
@@ -184,7 +186,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn views_stand_side_by_side_over_their_crops() {
+    fn views_are_drawn_side_by_side_above_their_crops() {
         let dark = vec![0.02_f32; 64 * 36];
         let bright = vec![0.7_f32; 64 * 36];
         let views = [("plate", &dark), ("blurred", &bright)].map(|(label, plane)| View {
@@ -205,7 +207,7 @@ mod tests {
         assert_eq!(image.width(), 3 * GAP_PX + 2 * 128);
         let bright_code = transform.codes([0.7; 3]);
         let lit = image.pixels().filter(|p| p.0 == bright_code).count();
-        // The plate at twice its size less the mark's outline, and the crop at eight times.
+        // The plate at twice its size less the outline of the crop, and the crop at eight times.
         assert!(lit > 128 * 72 + 128 * 72 - 200, "{lit}");
         let outside = Crop { left: 60, ..crop };
         assert!(comparison(&views, outside, &transform, 128).is_err());

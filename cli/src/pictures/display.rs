@@ -1,4 +1,4 @@
-//! Scene-linear plates made fit for a screen: exposure, a filmic shoulder, sRGB.
+//! The display transform of scene-linear plates: exposure, a filmic shoulder, sRGB.
 
 use image::{Rgb, RgbImage};
 use seidel_core::{Error, Result};
@@ -14,12 +14,12 @@ pub struct LinearRgb<'a> {
     pub planes: [&'a [f32]; 3],
 }
 
-/// From scene-linear light to a screen.
+/// A transform from scene-linear light to display codes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DisplayTransform {
-    /// Exposure change before anything else, stops.
+    /// Exposure change, stops; applied first.
     pub exposure_stops: f32,
-    /// Whether highlights roll off; clipped at 1 if not.
+    /// Whether highlights roll off instead of clipping at 1.
     pub filmic: bool,
 }
 
@@ -32,14 +32,14 @@ impl Default for DisplayTransform {
     }
 }
 
-/// Display-linear value above which the filmic transform bends.
+/// Display-linear value at which the shoulder starts.
 const SHOULDER_FROM: f32 = 0.55;
 
 impl DisplayTransform {
-    /// The plate as an 8-bit sRGB image.
+    /// Returns the plate as an 8-bit sRGB image.
     ///
     /// # Errors
-    /// Planes that do not have one value a pixel, or a size that is none.
+    /// Planes without one value per pixel, and an empty plate.
     pub fn image(&self, plate: &LinearRgb<'_>) -> Result<RgbImage> {
         let (width, height) = plate.checked_size()?;
         Ok(RgbImage::from_fn(width, height, |x, y| {
@@ -48,21 +48,21 @@ impl DisplayTransform {
         }))
     }
 
-    /// Display codes (0 to 255, sRGB) of one scene-linear colour. Negative light shows black.
+    /// Returns the sRGB codes (0 to 255) of a scene-linear colour; negative light is black.
     pub fn codes(&self, linear: [f32; 3]) -> [u8; 3] {
         let exposed = linear.map(|v| (v * self.exposure_stops.exp2()).max(0.0));
         if !self.filmic {
             return exposed.map(|v| encode(v.min(1.0)));
         }
-        // Half each channel on its own, as film dyes do, half all by the brightest, which keeps the
-        // hue: the first alone turns every lamp white, the second alone turns orange to salmon.
+        // The mean of a shoulder per channel and one common shoulder by the brightest channel: the
+        // first alone turns every lamp white, the second alone turns orange to salmon.
         let peak = exposed.iter().fold(f32::MIN_POSITIVE, |a, &b| a.max(b));
         let kept = shoulder(peak) / peak;
         exposed.map(|v| encode(0.5 * (shoulder(v) + kept * v)))
     }
 }
 
-/// Straight up to [`SHOULDER_FROM`], then towards 1 without a kink.
+/// Returns a smooth curve, the identity up to [`SHOULDER_FROM`] and then approaching 1.
 fn shoulder(value: f32) -> f32 {
     let over = value - SHOULDER_FROM;
     if over <= 0.0 {
@@ -72,7 +72,7 @@ fn shoulder(value: f32) -> f32 {
     SHOULDER_FROM + room * over / (over + room)
 }
 
-/// The sRGB encoding (IEC 61966-2-1) of a display-linear value in 0..1.
+/// Returns the sRGB code (IEC 61966-2-1) of a display-linear value in 0..1.
 fn encode(linear: f32) -> u8 {
     let encoded = if linear <= 0.003_130_8 {
         12.92 * linear
@@ -83,7 +83,10 @@ fn encode(linear: f32) -> u8 {
 }
 
 impl LinearRgb<'_> {
-    /// Width and height as an image has them, the planes checked against them.
+    /// Returns the checked width and height.
+    ///
+    /// # Errors
+    /// An empty plate, and planes of another size.
     pub(super) fn checked_size(&self) -> Result<(u32, u32)> {
         let pixels = self.width.checked_mul(self.height);
         let size = u32::try_from(self.width)
@@ -100,12 +103,12 @@ impl LinearRgb<'_> {
             _ => Err(Error::new(
                 "plate",
                 format!(
-                    "has {} values a channel for {} x {} pixels",
+                    "has {} values per channel for {} x {} pixels",
                     self.planes[0].len(),
                     self.width,
                     self.height
                 ),
-                "give one value a pixel and channel",
+                "give one value per pixel and channel",
             )),
         }
     }
@@ -116,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn light_rises_to_white_without_a_step() {
+    fn codes_rise_to_white_without_a_step() {
         let transform = DisplayTransform::default();
         let mut last = 0;
         for step in 0..4000 {
@@ -130,7 +133,7 @@ mod tests {
         assert_eq!(transform.codes([900.0; 3]), [255; 3]);
         assert_eq!(transform.codes([-1.0; 3]), [0; 3]);
         let mid = transform.codes([0.18; 3]);
-        assert_eq!(mid, [118; 3], "below the shoulder sRGB as it is");
+        assert_eq!(mid, [118; 3], "sRGB below the shoulder");
     }
 
     #[test]
@@ -145,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plate_of_the_wrong_size_is_refused() {
+    fn a_plate_of_the_wrong_size_is_rejected() {
         let short = [0.0; 5];
         let plate = LinearRgb {
             width: 2,

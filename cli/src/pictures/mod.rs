@@ -1,6 +1,6 @@
-//! Pictures for people: PSF sheets, plots and plates made fit for a screen.
+//! Pictures of lenses and results: PSF sheets, PSFs side by side, plots, and plates for display.
 //!
-//! Everything here is a pure function from values to pixels or text; files are written elsewhere.
+//! Pure functions from values to pixels or text; commands write the files.
 
 mod canvas;
 pub mod comparison;
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short() {
+    fn numbers_have_three_significant_digits() {
         for (value, want) in [
             (2.0, "2"),
             (0.125, "0.125"),

@@ -6,41 +6,41 @@ use seidel_core::{Error, Result};
 
 use super::short_number;
 
-/// One point of a line: a value and the interval that holds it.
+/// A point of a line, with its confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlotPoint {
-    /// Where along x.
+    /// Position along x.
     pub x: f64,
-    /// The value.
+    /// Value.
     pub y: f64,
-    /// Lower end of its interval.
+    /// Lower end of the interval.
     pub lower: f64,
-    /// Upper end of its interval.
+    /// Upper end of the interval.
     pub upper: f64,
 }
 
 /// A named line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Its points, by rising x.
+    /// Points in order of x.
     pub points: Vec<PlotPoint>,
 }
 
-/// What runs along x.
+/// The x axis.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct XAxis {
-    /// Label, unit included.
+    /// Label with its unit.
     pub label: String,
-    /// Whether the axis is logarithmic; its values are then positive.
+    /// Whether the axis is logarithmic, which requires positive values.
     pub logarithmic: bool,
 }
 
 const SIZE_PX: (u32, u32) = (1080, 600);
-/// Width of the column of names at the right.
+/// Width of the legend at the right, px.
 const LEGEND_PX: u32 = 190;
-/// Colours that stay apart for colour-blind readers (Okabe and Ito 2008), then darker shades of them.
+/// Colours distinguishable by colour-blind readers (Okabe and Ito 2008), then darker shades of them.
 const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -57,11 +57,10 @@ const COLOURS: [RGBColor; 12] = [
 ];
 const INK: RGBColor = RGBColor(40, 44, 52);
 
-/// The plot of `series` as an SVG document: a line through the values over a band of their
-/// intervals, the names beside it.
+/// Returns the plot of `series` as an SVG document: lines over bands of their intervals, with a legend.
 ///
 /// # Errors
-/// No point at all, points that are not finite, or x not positive on a logarithmic axis.
+/// No point, points that are not finite, and x not positive on a logarithmic axis.
 pub fn line_plot_svg(title: &str, x: &XAxis, y_label: &str, series: &[Series]) -> Result<String> {
     let points: Vec<PlotPoint> = series.iter().flat_map(|s| s.points.clone()).collect();
     check(&points, x.logarithmic)?;
@@ -81,7 +80,7 @@ pub fn line_plot_svg(title: &str, x: &XAxis, y_label: &str, series: &[Series]) -
         } else {
             left / 2.0..right * 2.0
         };
-        // Powers of ten are too far apart to label one or two decades.
+        // Powers of ten are too far apart to label fewer than three decades.
         let base = if x_range.end / x_range.start > 1e3 {
             10.0
         } else {
@@ -179,7 +178,7 @@ where
             chart.draw_series([Polygon::new(band, colour.mix(0.16).filled())])?;
         }
     }
-    // Lines above all bands.
+    // All lines are drawn on top of all bands.
     for (index, line) in series.iter().enumerate() {
         let colour = colour(index);
         let style = colour.stroke_width(3);
@@ -199,7 +198,7 @@ where
     Ok(())
 }
 
-/// The series' names beside the plot, where they hide nothing.
+/// Draws the legend beside the plot.
 fn legend<DB: DrawingBackend>(
     area: &DrawingArea<DB, plotters::coord::Shift>,
     series: &[Series],
@@ -241,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn plots_hold_their_names() {
+    fn plots_contain_all_labels() {
         let all = [
             series("gaussian", 12),
             series("skew-normal", 12),
@@ -268,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_shown_is_refused() {
+    fn invalid_points_are_rejected() {
         let x = XAxis {
             label: String::new(),
             logarithmic: true,

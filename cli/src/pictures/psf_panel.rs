@@ -1,4 +1,4 @@
-//! One panel of a PSF sheet: enlarged PSFs on a grid of field positions.
+//! A panel of a PSF sheet: enlarged PSFs on a grid of field positions.
 
 use rayon::prelude::*;
 use seidel_core::field::{Frame, ImagePoint};
@@ -7,15 +7,14 @@ use seidel_core::render::BlurField;
 
 /// Share of a cell that the largest PSF may fill.
 const FILL: f64 = 0.92;
-/// How far a PSF is taken to reach for its size on the sheet, standard deviations.
+/// Radius of a PSF for its size on the sheet, standard deviations.
 const SHOWN_SIGMAS: f64 = 2.1;
-/// Enlargement beyond which nothing is gained, sheet px per frame px.
+/// Largest enlargement, sheet px per frame px.
 const LARGEST_ENLARGEMENT: f64 = 60.0;
-/// Variance added to what is drawn so that a PSF far below a pixel of the sheet still shows as a
-/// dot, sheet px².
+/// Variance added to drawn PSFs, sheet px², so that one far below a pixel still shows as a dot.
 const DOT_VARIANCE_PX2: f64 = 0.5;
 
-/// The grid and size common to the panels of a sheet.
+/// The grid and the size of all panels of a sheet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PanelGrid {
     /// Columns of PSFs.
@@ -29,7 +28,7 @@ pub(super) struct PanelGrid {
 }
 
 impl PanelGrid {
-    /// Centres of the cells: place on the panel, px, and in the frame.
+    /// Returns the centres of the cells, in px of the panel and in the frame.
     fn places(&self, frame: &Frame) -> Vec<((f64, f64), ImagePoint)> {
         let (columns, rows) = (self.columns, self.rows);
         (0..rows)
@@ -52,13 +51,13 @@ impl PanelGrid {
         width.min(height)
     }
 
-    /// Sheet px per frame px at which the frame itself is drawn.
+    /// Returns the scale of the frame, sheet px per frame px.
     pub(super) fn frame_scale(&self, frame: &Frame) -> f64 {
         f64::from(self.width) / f64::from(frame.width_px())
     }
 
-    /// How much larger than the frame PSFs are drawn: so that the largest of `channels` fills its
-    /// cell, rounded down to a number that reads well.
+    /// Returns the magnification of PSFs relative to the frame at which the largest of `channels` fills its
+    /// cell, rounded down to a round number.
     pub(super) fn magnification(
         &self,
         field: &impl BlurField,
@@ -80,9 +79,8 @@ impl PanelGrid {
         round_down(fits.min(LARGEST_ENLARGEMENT) / self.frame_scale(&frame))
     }
 
-    /// Light of the PSFs on the panel, row-major, one plane a channel; the peak of each PSF, over
-    /// all `channels` together, is 1. Every channel's PSF sits where the lens puts it relative to
-    /// the mean of the channels.
+    /// Returns the light of the PSFs on the panel, a row-major plane per channel. The peak of each PSF over all
+    /// `channels` is 1, and the PSF of each channel is displaced from the mean of the channels by lateral colour.
     pub(super) fn light(
         &self,
         field: &impl BlurField,
@@ -130,7 +128,7 @@ impl PanelGrid {
         planes
     }
 
-    /// The part of the panel within 1.5 cells of `centroid`.
+    /// Returns the part of the panel within 1.5 cells of `centroid`.
     fn patch(&self, centroid: (f64, f64)) -> Patch {
         let reach = 1.5 * self.cell_px();
         let span = |at: f64, size: u32| {
@@ -154,13 +152,14 @@ impl PanelGrid {
     }
 }
 
+/// A part of the panel, and the window of the PSF that it shows.
 struct Patch {
     left: usize,
     top: usize,
     window: SampleGrid,
 }
 
-/// `blur`, in px of the sheet, widened so that it shows where it is far below one.
+/// Returns `blur`, in px of the sheet, widened by [`DOT_VARIANCE_PX2`].
 fn as_dots(blur: &LocalBlur) -> LocalBlur {
     let blur = blur.with_least_variance(0.0);
     LocalBlur {
@@ -170,7 +169,7 @@ fn as_dots(blur: &LocalBlur) -> LocalBlur {
     }
 }
 
-/// Blur (px of the frame) of every channel at `at` and where it lands off the channels' mean.
+/// Returns the blur of each channel at `at`, px of the frame, with its displacement from the channels' mean.
 fn placed_psfs(
     field: &impl BlurField,
     channels: &[usize],
@@ -198,7 +197,7 @@ fn placed_psfs(
         .collect()
 }
 
-/// The largest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that does not exceed `value`.
+/// Returns the largest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that does not exceed `value`.
 pub(super) fn round_down(value: f64) -> f64 {
     let decade = 10.0_f64.powf(value.log10().floor());
     [8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0]
@@ -213,7 +212,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_rounded_down_to_ones_that_read_well() {
+    fn values_are_rounded_down_to_round_numbers() {
         for (value, want) in [
             (1.0, 1.0),
             (1.7, 1.5),

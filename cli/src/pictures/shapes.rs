@@ -1,7 +1,7 @@
-//! PSFs side by side: observed, predicted by each model, and how they differ, pixel by pixel.
+//! PSFs side by side: observed, predicted by each model, and the residuals.
 
 use image::RgbImage;
-use seidel_core::calibrate::eval::{ShapePrediction, ShapeRow};
+use seidel_core::eval::{ShapePrediction, ShapeRow};
 use seidel_core::{Error, Result};
 
 use super::canvas::{Area, Canvas, text_width};
@@ -9,40 +9,40 @@ use super::sheet_labels::distance_name;
 use super::short_number;
 
 const BACKGROUND: [u8; 3] = [18, 20, 25];
-/// Where a tile ends and nothing is known.
+/// Colour of a panel beyond the tile.
 const PANEL: [u8; 3] = [5, 6, 9];
 const TEXT: [u8; 3] = [226, 230, 236];
 const QUIET_TEXT: [u8; 3] = [146, 154, 168];
 
 const GAP_PX: u32 = 16;
-/// Least side of a panel, px: room for a column's title and for 72 px of a PSF at three times their size.
+/// Least side of a panel, px: fits a column title, and 72 px of a PSF enlarged three times.
 const PANEL_PX: u32 = 216;
 const HEADER_PX: u32 = 104;
-/// Two lines of column titles.
+/// Height of two lines of column titles, px.
 const TITLES_PX: u32 = 48;
-/// A row's words above its panels, and the decibels below them.
+/// Heights of the caption above and of the SNR below the panels of a row, px.
 const CAPTION_PX: u32 = 28;
 const DECIBELS_PX: u32 = 26;
-/// Length and height of the bar that explains the colours of differences.
+/// Width and height of the colour scale of residuals, px.
 const BAR_PX: (u32, u32) = (216, 16);
 
-/// Share of the peak below which a pixel does not widen the part shown: 5 % grey on the picture.
+/// Share of the peak from which a pixel counts as lit when the crop is chosen; shown as 5 % grey.
 const LIT_SHARE: f64 = 0.0025;
-/// Room about the observed light, in which predictions that spill over are seen.
+/// Margin around the observed light, a factor and px, where wider predictions show.
 const SPILL: f64 = 1.3;
 const SPILL_PX: f64 = 2.0;
-/// Widest part shown, px: keeps the picture of very large tiles of a size that screens bear.
+/// Largest crop, px, which limits the size of the picture for very large tiles.
 const WIDEST_PX: usize = 401;
 
-/// Draws `rows`, which `title` names: columns are what was observed, the predictions, and each
-/// prediction less what was observed.
+/// Draws `rows` under `title`, with columns for the observed PSF, the predictions, and their residuals
+/// (predicted minus observed).
 ///
-/// All panels of a row show the same square about the centroid at one whole enlargement. Tone is the
-/// square root of light over the greatest of the row. Differences go from blue (too little light) by
-/// white to red (too much), full colour at the observed peak.
+/// All panels of a row show the same square about the centroid, enlarged by the same integer. Tone is
+/// the square root of light over the largest of the row. Residuals run from blue (too little light)
+/// through white to red (too much), with full colour at the observed peak.
 ///
 /// # Errors
-/// No row, or rows that do not have the same predictions.
+/// No row, and rows with different predictions.
 pub fn shapes_picture(title: &str, rows: &[ShapeRow]) -> Result<RgbImage> {
     Ok(draw(title, rows)?.image)
 }
@@ -61,7 +61,7 @@ fn draw(title: &str, rows: &[ShapeRow]) -> Result<Canvas> {
             "compare the same models in every row",
         ));
     }
-    let parts: Vec<Part> = rows.iter().map(Part::of).collect();
+    let parts: Vec<Part> = rows.iter().map(Part::around).collect();
     let widest = parts.iter().map(|part| part.side).max().unwrap_or(1);
     let side = PANEL_PX.max(widest as u32);
     let columns = 1 + 2 * models.len() as u32;
@@ -74,18 +74,17 @@ fn draw(title: &str, rows: &[ShapeRow]) -> Result<Canvas> {
     );
     draw_header(&mut canvas, &format!("{title}, channel {}", first.channel));
     let left_of = |column: u32| GAP_PX + column * step.0;
-    draw_title(&mut canvas, (left_of(0), HEADER_PX), side, ["", "observed"]);
+    draw_title(&mut canvas, left_of(0), side, ["", "observed"]);
     for (column, &model) in (1..).zip(&models) {
-        let minus = columns - models.len() as u32 + column - 1;
-        draw_title(&mut canvas, (left_of(column), HEADER_PX), side, ["", model]);
-        let corner = (left_of(minus), HEADER_PX);
-        draw_title(&mut canvas, corner, side, [model, "- observed"]);
+        let residual = columns - models.len() as u32 + column - 1;
+        draw_title(&mut canvas, left_of(column), side, ["", model]);
+        draw_title(&mut canvas, left_of(residual), side, [model, "- observed"]);
     }
     for (index, (row, part)) in (0..).zip(rows.iter().zip(&parts)) {
         let y = top + index * step.1;
         let times = (side / part.side as u32).max(1);
         let room = canvas.image.width() - 2 * GAP_PX;
-        canvas.text((GAP_PX, y + 6), room, 2, TEXT, &caption(row, part, times));
+        canvas.text(GAP_PX, y + 6, room, 2, TEXT, &caption(row, part, times));
         let place = |column: u32| Area {
             left: left_of(column),
             top: y + CAPTION_PX,
@@ -122,7 +121,7 @@ fn peak(samples: &[f64]) -> f64 {
     samples.iter().copied().fold(f64::MIN_POSITIVE, f64::max)
 }
 
-/// The square of a row that is shown, px of the row's own square; it can reach beyond it.
+/// The square crop of a row's tiles that is shown, px; it can reach beyond the tiles.
 struct Part {
     left: i64,
     top: i64,
@@ -130,8 +129,8 @@ struct Part {
 }
 
 impl Part {
-    /// The square about the centroid that holds the observed light and some room.
-    fn of(row: &ShapeRow) -> Self {
+    /// Returns the square about the centroid that contains the observed light with a margin.
+    fn around(row: &ShapeRow) -> Self {
         let (cx, cy) = row.centroid_px;
         let least = LIT_SHARE * peak(&row.observed);
         let mut reach = 0.0_f64;
@@ -151,7 +150,7 @@ impl Part {
     }
 }
 
-/// The part of a row enlarged `times` in the middle of `area`, each pixel in the colour of its index.
+/// Draws the crop of a row enlarged `times` in the middle of `area`, with each pixel in the colour of its index.
 fn draw_panel(
     canvas: &mut Canvas,
     area: Area,
@@ -181,12 +180,12 @@ fn draw_panel(
     }
 }
 
-/// Grey of a share of the greatest light: its square root, as on the sheet of a lens.
+/// Returns the grey of a share of the largest light: its square root, as on the sheet of a lens.
 pub(super) fn grey(share: f64) -> [u8; 3] {
     [(share.clamp(0.0, 1.0).sqrt() * 255.0).round() as u8; 3]
 }
 
-/// Colour of a difference, in observed peaks: blue to white to red.
+/// Returns the colour of a residual in units of the full scale, from blue through white to red.
 pub(crate) fn difference(share: f64) -> [u8; 3] {
     const LESS: [[f64; 3]; 2] = [[84.0, 150.0, 232.0], [14.0, 48.0, 140.0]];
     const MORE: [[f64; 3]; 2] = [[240.0, 120.0, 92.0], [150.0, 12.0, 34.0]];
@@ -203,7 +202,7 @@ pub(crate) fn difference(share: f64) -> [u8; 3] {
 fn draw_header(canvas: &mut Canvas, title: &str) {
     let width = canvas.image.width();
     let room = width - 2 * GAP_PX;
-    canvas.text((GAP_PX, GAP_PX), room, 3, TEXT, title);
+    canvas.text(GAP_PX, GAP_PX, room, 3, TEXT, title);
     let (bar, height) = BAR_PX;
     let left = width - GAP_PX - bar;
     for x in 0..bar {
@@ -218,7 +217,7 @@ fn draw_header(canvas: &mut Canvas, title: &str) {
     }
     for (share, label) in [(0.0, "-peak"), (0.5, "0"), (1.0, "+peak")] {
         let at = (share * f64::from(bar - text_width(label, 1))).round() as u32;
-        canvas.text((left + at, 72), bar - at, 1, QUIET_TEXT, label);
+        canvas.text(left + at, 72, bar - at, 1, QUIET_TEXT, label);
     }
     let room = room.saturating_sub(bar + GAP_PX);
     let notes = [
@@ -228,23 +227,23 @@ fn draw_header(canvas: &mut Canvas, title: &str) {
     let fits = notes.iter().all(|note| text_width(note, 2) <= room);
     let scale = if fits { 2 } else { 1 };
     for (y, note) in [52, 72].into_iter().zip(notes) {
-        canvas.text((GAP_PX, y), room, scale, QUIET_TEXT, note);
+        canvas.text(GAP_PX, y, room, scale, QUIET_TEXT, note);
     }
 }
 
-fn draw_title(canvas: &mut Canvas, (left, top): (u32, u32), room: u32, lines: [&str; 2]) {
+fn draw_title(canvas: &mut Canvas, left: u32, room: u32, lines: [&str; 2]) {
     for (k, line) in (0..).zip(lines) {
-        canvas.text((left, top + 4 + 20 * k), room, 2, TEXT, line);
+        canvas.text(left, HEADER_PX + 4 + 20 * k, room, 2, TEXT, line);
     }
 }
 
 fn draw_decibels(canvas: &mut Canvas, area: Area, prediction: &ShapePrediction) {
     let label = format!("{:.1} dB", prediction.snr_db);
-    let at = (area.left, area.top + area.height + 6);
-    canvas.text(at, area.width, 2, TEXT, &label);
+    let below = area.top + area.height + 6;
+    canvas.text(area.left, below, area.width, 2, TEXT, &label);
 }
 
-/// Where a row was observed and how large it is shown.
+/// Returns the caption of a row: position in the field, and enlargement.
 fn caption(row: &ShapeRow, part: &Part, times: u32) -> String {
     format!(
         "{}  h {:.2} ({:.0}% of corner)  {} px x{times}",
@@ -261,7 +260,7 @@ mod tests {
     use seidel_core::distance::ObjectDistance;
     use seidel_core::field::FieldPoint;
 
-    /// A spot of 3 x 3 px about the middle of a square, and predictions of it.
+    /// Returns a spot of 3 x 3 px in the middle of a square, with predictions of half its light.
     fn row(side_px: usize, titles: &[&'static str], distance: ObjectDistance) -> ShapeRow {
         let middle = side_px / 2;
         let mut observed = vec![0.0; side_px * side_px];
@@ -287,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_have_their_size_and_whole_labels() {
+    fn pictures_have_their_size_and_labels_fit() {
         let distances = [
             ObjectDistance::Unknown,
             ObjectDistance::Infinity,
@@ -316,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_are_where_and_what_they_should_be() {
+    fn panels_show_the_centred_crop() {
         let canvas = draw("set", &[row(31, &["pupil"], ObjectDistance::Infinity)]).expect("sound");
         let middle = |column: u32| {
             let x = GAP_PX + column * (PANEL_PX + GAP_PX) + PANEL_PX / 2;
@@ -326,25 +325,29 @@ mod tests {
         assert_eq!(middle(0), [255; 3]);
         assert_eq!(middle(1), grey(0.5));
         assert_eq!(middle(2), difference(-0.5));
-        let part = Part::of(&row(31, &[], ObjectDistance::Infinity));
+        let part = Part::around(&row(31, &[], ObjectDistance::Infinity));
         // The spot reaches 1 px from the centroid to pixel centres.
         assert_eq!((part.left, part.top, part.side), (11, 11, 9));
-        // At the edge of its square the part reaches beyond; in a huge one it is cut.
+        // The crop of a huge tile is limited; at the edge of a tile it reaches beyond.
         let mut wide = row(1001, &["pupil"], ObjectDistance::Infinity);
         wide.observed.fill(1e-6);
-        assert_eq!(Part::of(&wide).side, WIDEST_PX);
+        assert_eq!(Part::around(&wide).side, WIDEST_PX);
         wide.centroid_px = (0.2, 1000.9);
         draw("set", &[wide]).expect("drawable");
     }
 
     #[test]
-    fn differences_go_from_blue_by_white_to_red() {
+    fn residuals_run_from_blue_through_white_to_red() {
         assert_eq!(difference(0.0), [255; 3]);
         let [r, _, b] = difference(-1.0);
         assert!(b > 2 * r);
         let [r, _, b] = difference(1.0);
         assert!(r > 2 * b);
         assert_eq!(difference(9.0), difference(1.0));
-        assert_ne!(difference(0.02), difference(0.0), "small ones are seen");
+        assert_ne!(
+            difference(0.02),
+            difference(0.0),
+            "small residuals are visible"
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! The PSF sheet: what a lens does over its frame, by object distance and channel.
+//! The PSF sheet: the PSFs of a lens over its frame, by object distance and channel.
 
 use image::RgbImage;
 use seidel_core::Result;
@@ -17,12 +17,13 @@ use super::sheet_labels::{
 use super::short_number;
 
 const BACKGROUND: [u8; 3] = [18, 20, 25];
-/// How a sheet is laid out.
+
+/// The layout of a sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SheetOptions {
-    /// What the sheet is called; the lens's first source if `None`.
+    /// Title; the lens's first source if `None`.
     pub title: Option<String>,
-    /// PSFs across the frame; their number down the frame follows from its aspect.
+    /// Number of PSFs across the frame; the number down follows from its aspect.
     pub columns: u32,
     /// Width of the sheet, px; at least 640.
     pub width_px: u32,
@@ -38,15 +39,15 @@ impl Default for SheetOptions {
     }
 }
 
-/// Draws the PSFs of `lens` by `model`: a row of panels an object distance, from infinity inwards.
+/// Draws the PSFs of `lens` by `model` in a row of panels per object distance, from infinity inwards.
 ///
-/// Each panel is the frame, its optical axis a cross, with PSFs enlarged at a grid of field
-/// positions: the scale bar below is in px of the frame. Channels named R, G and B get a panel in
-/// which they are drawn together, set apart by the lens's lateral colour at the same enlargement.
+/// Each panel shows the frame with a cross at the optical axis and enlarged PSFs at a grid of field
+/// positions; the scale bar below is in frame pixels. Channels named R, G and B get a panel of their
+/// own in which they are drawn together, offset by the lens's lateral colour at the same enlargement.
 /// Tone is the square root of light over the peak of each PSF.
 ///
 /// # Errors
-/// Planes from which no depth law can be made, and a model that cannot draw the lens.
+/// Planes that give no depth law, and a model that cannot draw the lens.
 pub fn lens_sheet(
     lens: &LensProfile,
     model: &dyn PsfModel,
@@ -55,11 +56,10 @@ pub fn lens_sheet(
     Ok(draw(lens, model, options)?.image)
 }
 
-/// What one panel shows.
+/// The contents of a panel.
 struct Panel {
-    /// Caption.
     caption: String,
-    /// Channels drawn together, and the colour of each.
+    /// Channels drawn together, with the colour of each.
     channels: Vec<(usize, [f32; 3])>,
 }
 
@@ -85,20 +85,20 @@ fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Res
     draw_header(&mut canvas, lens, model.id(), options.title.as_deref());
     for (index, (distance, panel)) in jobs.iter().enumerate() {
         let (column, row) = (index as u32 % across, index as u32 / across);
-        let corner = (GAP_PX + column * step.0, HEADER_PX + row * step.1);
-        // One enlargement a distance, so that channels can be compared.
+        let (left, top) = (GAP_PX + column * step.0, HEADER_PX + row * step.1);
+        // One enlargement per distance, so that channels can be compared.
         let all: Vec<usize> = (0..predictor.channel_count()).collect();
         let vergence = distance.vergence_per_m().unwrap_or(0.0);
         let magnification = grid.magnification(&predictor, &all, vergence);
         let enlargement = magnification * grid.frame_scale(&lens.frame);
         let caption = format!("{}  {}", distance_name(*distance), panel.caption);
         let magnified = format!("PSF x{}", short_number(magnification));
-        draw_caption(&mut canvas, corner, grid.width, &caption, &magnified);
+        draw_caption(&mut canvas, left, top, grid.width, &caption, &magnified);
         let channels: Vec<usize> = panel.channels.iter().map(|c| c.0).collect();
         let light = grid.light(&predictor, model, &channels, vergence, enlargement);
         let area = Area {
-            left: corner.0,
-            top: corner.1 + CAPTION_PX,
+            left,
+            top: top + CAPTION_PX,
             width: grid.width,
             height: grid.height,
         };
@@ -109,7 +109,7 @@ fn draw(lens: &LensProfile, model: &dyn PsfModel, options: &SheetOptions) -> Res
     Ok(canvas)
 }
 
-/// The panels of one distance: the channels together if they are R, G and B, then one by one.
+/// Returns the panels of a distance: R, G and B together if those are the channels, then each alone.
 fn panels(lens: &LensProfile) -> Vec<Panel> {
     let names = lens.channel_names();
     let find = |name: &str| names.iter().position(|n| n.eq_ignore_ascii_case(name));
@@ -139,7 +139,8 @@ fn panels(lens: &LensProfile) -> Vec<Panel> {
     panels
 }
 
-/// Panels side by side: those of one distance, or distances if each has one panel only.
+/// Returns the number of panels side by side: those of one distance, or several distances if each has only
+/// one panel.
 fn across(panels: usize, distances: usize) -> u32 {
     match (panels, distances) {
         (1, 1) => 1,
@@ -149,18 +150,18 @@ fn across(panels: usize, distances: usize) -> u32 {
     }
 }
 
-/// The object distances to draw, from infinity inwards: those at which a lens described by moments was
-/// measured; of a lens known ray by ray the ends of what was measured and the focus between them.
+/// Returns the object distances to draw, from infinity inwards: the measured ones of a lens described by
+/// moments; the ends of the measured range and the focus of a lens modelled ray by ray.
 fn distances(lens: &LensProfile) -> Vec<ObjectDistance> {
     let planes = lens.moments_channels().iter().flat_map(|c| &c.planes);
     let mut all: Vec<ObjectDistance> = Vec::new();
-    let of_rays = lens
+    let of_pupil = lens
         .pupil_channels()
         .first()
-        .map(|c| shown_distances(lens, c));
+        .map(|c| range_and_focus(lens, c));
     for distance in planes
         .map(|plane| plane.distance)
-        .chain(of_rays.into_iter().flatten())
+        .chain(of_pupil.into_iter().flatten())
     {
         if !all.contains(&distance) {
             all.push(distance);
@@ -173,8 +174,9 @@ fn distances(lens: &LensProfile) -> Vec<ObjectDistance> {
     all
 }
 
-/// Least and largest vergence that were measured, and the focus or else the middle between them.
-fn shown_distances(lens: &LensProfile, channel: &PupilChannel) -> Vec<ObjectDistance> {
+/// Returns the distances of the least and the largest measured vergence, with the focus between them (the mean
+/// vergence if the focus is unknown or outside).
+fn range_and_focus(lens: &LensProfile, channel: &PupilChannel) -> Vec<ObjectDistance> {
     let (low, high) = channel.measured_vergence;
     if channel.alpha.degree() == 0 {
         return vec![ObjectDistance::Unknown];
@@ -188,7 +190,7 @@ fn shown_distances(lens: &LensProfile, channel: &PupilChannel) -> Vec<ObjectDist
         .collect()
 }
 
-/// The distance of vergence `v`, to three digits as a label shows it.
+/// Returns the distance of vergence `v`, rounded to the three digits that a label shows.
 fn distance_of(v: f64) -> ObjectDistance {
     if v < 1e-6 {
         return ObjectDistance::Infinity;
@@ -199,10 +201,10 @@ fn distance_of(v: f64) -> ObjectDistance {
 
 fn grid(lens: &LensProfile, width: u32, columns: u32) -> PanelGrid {
     let aspect = f64::from(lens.frame.height_px()) / f64::from(lens.frame.width_px());
-    // A frame that is all width or all height still gets a panel that can be read.
+    // Extreme aspects are limited, so that the panel stays readable.
     let height = (f64::from(width) * aspect.clamp(0.2, 3.0)).round() as u32;
     let columns = columns.clamp(1, 31);
-    // An odd number of rows has one through the axis.
+    // With an odd number of rows, one runs through the axis.
     let rows = (f64::from(columns) * f64::from(height) / f64::from(width) * 1.15).round() as u32;
     PanelGrid {
         columns,
@@ -212,7 +214,7 @@ fn grid(lens: &LensProfile, width: u32, columns: u32) -> PanelGrid {
     }
 }
 
-/// Puts the PSFs' light on the panel, in the colours of its channels.
+/// Adds the light of the PSFs to the panel in the colours of its channels.
 fn add_light(canvas: &mut Canvas, area: Area, panel: &Panel, light: &[Vec<f32>]) {
     for row in 0..area.height {
         for column in 0..area.width {
@@ -246,7 +248,7 @@ mod tests {
     use seidel_core::profile::{LensDescription, MomentsChannel, MomentsPlane};
     use seidel_core::psf;
 
-    /// The demo lens as moments with other channels and planes.
+    /// Returns the demo's lens described by moments, with other channels and planes.
     fn shaped(names: &[&str], planes: &[ObjectDistance]) -> LensProfile {
         let base = lens(640, 360).expect("a frame");
         let pupils = base.pupil_channels();
@@ -279,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn lenses_of_rays_have_a_sheet_by_every_model() {
+    fn every_model_draws_a_sheet_of_a_pupil_lens() {
         let options = SheetOptions {
             columns: 5,
             width_px: 1280,
@@ -307,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn every_shape_of_lens_has_a_sheet_with_whole_labels() {
+    fn labels_fit_for_all_numbers_of_channels_and_planes() {
         use ObjectDistance::{Infinity, Metres, Unknown};
         let six = [
             Infinity,
@@ -350,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn long_titles_are_cut_inside_the_sheet() {
+    fn long_titles_are_shortened() {
         let lens = shaped(&["Y"], &[ObjectDistance::Unknown]);
         let options = SheetOptions {
             title: Some("x".repeat(500)),

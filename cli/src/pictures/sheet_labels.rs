@@ -1,4 +1,4 @@
-//! The words and lines of a PSF sheet: header, captions, frame outline, axis, scale bar.
+//! Labels and lines of a PSF sheet: header, captions, frame outline, axis, scale bar.
 
 use seidel_core::distance::ObjectDistance;
 use seidel_core::profile::LensProfile;
@@ -13,17 +13,17 @@ const AXIS: [u8; 3] = [96, 104, 120];
 const TEXT: [u8; 3] = [226, 230, 236];
 const QUIET_TEXT: [u8; 3] = [146, 154, 168];
 
-/// Space round and between panels, px.
+/// Space around and between panels, px.
 pub(super) const GAP_PX: u32 = 24;
 /// Height of the caption above a panel, px.
 pub(super) const CAPTION_PX: u32 = 28;
-/// Height of the scale bar's line below a panel, px.
+/// Height of the scale bar below a panel, px.
 pub(super) const SCALE_PX: u32 = 26;
 
-/// Height of the title and facts above all panels, px.
+/// Height of the header above all panels, px.
 pub(super) const HEADER_PX: u32 = 108;
 
-/// Title, facts of the camera, and how tone is made.
+/// Draws the title, the camera data and the definition of tone.
 pub(super) fn draw_header(
     canvas: &mut Canvas,
     lens: &LensProfile,
@@ -34,7 +34,7 @@ pub(super) fn draw_header(
     let source = lens.provenance.sources.first().map(String::as_str);
     let title = title.or(source).unwrap_or("lens");
     let title = format!("PSF sheet: {title}");
-    canvas.text((GAP_PX, GAP_PX), room, 3, TEXT, &title);
+    canvas.text(GAP_PX, GAP_PX, room, 3, TEXT, &title);
     let mut facts = vec![format!(
         "{} x {} px",
         lens.frame.width_px(),
@@ -52,16 +52,17 @@ pub(super) fn draw_header(
     } else {
         1
     };
-    canvas.text((GAP_PX, 58), room, scale, QUIET_TEXT, &facts.join("   "));
+    canvas.text(GAP_PX, 58, room, scale, QUIET_TEXT, &facts.join("   "));
     let note = "tone: square root of light / peak of each PSF";
     let scale = if text_width(note, 2) <= room { 2 } else { 1 };
-    canvas.text((GAP_PX, 80), room, scale, QUIET_TEXT, note);
+    canvas.text(GAP_PX, 80, room, scale, QUIET_TEXT, note);
 }
 
-/// Distance and channel at the left, magnification at the right.
+/// Draws distance and channel at the left, and the magnification at the right.
 pub(super) fn draw_caption(
     canvas: &mut Canvas,
-    (left, top): (u32, u32),
+    left: u32,
+    top: u32,
     width: u32,
     caption: &str,
     magnified: &str,
@@ -71,12 +72,12 @@ pub(super) fn draw_caption(
     let at_right = text_width(magnified, scale).min(width);
     let y = top + CAPTION_PX - 8 * scale - 6;
     let room = width.saturating_sub(at_right + 8);
-    canvas.text((left, y), room, scale, TEXT, caption);
+    canvas.text(left, y, room, scale, TEXT, caption);
     let right = left + width - at_right;
-    canvas.text((right, y), at_right, scale, QUIET_TEXT, magnified);
+    canvas.text(right, y, at_right, scale, QUIET_TEXT, magnified);
 }
 
-/// The frame's outline and the cross of the optical axis.
+/// Draws the outline of the frame and the cross of the optical axis.
 pub(super) fn draw_frame(canvas: &mut Canvas, area: Area, lens: &LensProfile) {
     canvas.fill(area, PANEL);
     canvas.outline(area, OUTLINE);
@@ -91,7 +92,7 @@ pub(super) fn draw_frame(canvas: &mut Canvas, area: Area, lens: &LensProfile) {
     }
 }
 
-/// A bar of a round number of frame px below the panel.
+/// Draws a scale bar of a round number of frame px below the panel.
 pub(super) fn draw_scale(canvas: &mut Canvas, area: Area, enlargement: f64) {
     let length_px = round_down(f64::from(area.width) / 6.0 / enlargement);
     let bar = ((length_px * enlargement).round() as u32).max(1);
@@ -108,9 +109,10 @@ pub(super) fn draw_scale(canvas: &mut Canvas, area: Area, enlargement: f64) {
     let room = area.width.saturating_sub(bar + 8);
     let label = format!("{} px", short_number(length_px));
     let scale = if area.width >= 300 { 2 } else { 1 };
-    canvas.text((left + bar + 8, y - 4), room, scale, QUIET_TEXT, &label);
+    canvas.text(left + bar + 8, y - 4, room, scale, QUIET_TEXT, &label);
 }
 
+/// Returns an object distance as a label.
 pub(super) fn distance_name(distance: ObjectDistance) -> String {
     match distance {
         ObjectDistance::Unknown => "distance unknown".to_owned(),

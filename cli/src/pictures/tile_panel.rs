@@ -1,16 +1,16 @@
-//! Single PSFs as small pictures, each pixel enlarged by a whole number.
+//! Single PSFs as small pictures, with pixels enlarged by an integer.
 
 use image::{Rgb, RgbImage};
 use seidel_core::tile::Tile;
 
 use super::shapes::{difference, grey};
 
-/// Share of the peak below which a pixel does not widen the part shown.
+/// Share of the peak from which a pixel counts as lit when the crop is chosen.
 const LIT_SHARE: f32 = 0.004;
-/// Room about the light, px, beside a quarter of its reach: there is light that no lens predicts.
+/// Margin around the lit pixels, px, besides a quarter of their reach; observed light may exceed the predictions.
 const ROOM_PX: usize = 3;
 
-/// The part of tiles of one size that is shown: a square about the light of all of them.
+/// A centred crop of tiles of equal size that contains the light of all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TilePart {
     left: usize,
@@ -20,9 +20,8 @@ pub struct TilePart {
 }
 
 impl TilePart {
-    /// The part that holds what is lit in any of `tiles`, in the middle of them. They are of one size and
-    /// without noise, which is no light.
-    pub fn of(tiles: &[&Tile]) -> Self {
+    /// Returns the crop that contains the lit pixels of all `tiles`, which have equal sizes and no noise.
+    pub fn around(tiles: &[&Tile]) -> Self {
         let (width, height) = tiles
             .first()
             .map_or((1, 1), |tile| (tile.width(), tile.height()));
@@ -51,12 +50,12 @@ impl TilePart {
         }
     }
 
-    /// Its longer side, px.
+    /// Returns the longer side, px.
     pub fn side(&self) -> usize {
         self.width.max(self.height)
     }
 
-    /// The greatest of `f` over the indices of its pixels in a tile `tile_width` wide.
+    /// Returns the largest `f` over the sample indices of the crop in a tile `tile_width` px wide.
     pub fn greatest(&self, tile_width: usize, f: impl Fn(usize) -> f32) -> f32 {
         self.indices(tile_width).map(f).fold(0.0, f32::max)
     }
@@ -71,7 +70,7 @@ impl TilePart {
         (top..top + height).flat_map(move |y| (left..left + width).map(move |x| y * tile_width + x))
     }
 
-    /// A picture of it, every pixel `times` wide and in the colour of its index in the tile.
+    /// Returns the crop as a picture, with pixels enlarged `times` and coloured by their sample index.
     fn picture(
         &self,
         tile_width: usize,
@@ -85,14 +84,14 @@ impl TilePart {
         })
     }
 
-    /// The light of `tile`: the square root of its share of `brightest`.
+    /// Returns the light of `tile` in tones of the square root of its share of `brightest`.
     pub fn light(&self, tile: &Tile, brightest: f32, times: u32) -> RgbImage {
         let share = |at: usize| f64::from(tile.samples()[at] / brightest);
         self.picture(tile.width(), times, |at| grey(share(at)))
     }
 
-    /// `tile` less `observed`, blue (too little light) by white to red (too much), full colour at
-    /// `full`.
+    /// Returns the residual `tile` - `observed`, from blue (too little light) through white to red (too much),
+    /// with full colour at `full`.
     pub fn residual(&self, tile: &Tile, observed: &Tile, full: f32, times: u32) -> RgbImage {
         let share = |at: usize| f64::from((tile.samples()[at] - observed.samples()[at]) / full);
         self.picture(tile.width(), times, |at| difference(share(at)))
@@ -104,11 +103,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_hold_the_light_and_pixels_keep_their_place() {
+    fn crops_contain_the_light() {
         let mut samples = vec![0.0; 15 * 11];
         samples[5 * 15 + 9] = 4.0;
         let tile = Tile::new(15, 11, samples).expect("sound");
-        let part = TilePart::of(&[&tile]);
+        let part = TilePart::around(&[&tile]);
         assert_eq!((part.width, part.height), (11, 11));
         let shown = part.light(&tile, 4.0, 3);
         assert_eq!(shown.dimensions(), (33, 33));

@@ -49,7 +49,7 @@ fn row(d: &Diagnosis, example: &Example) -> Option<String> {
     if size(predicted) != size(observed) || size(corrected) != size(observed) {
         return None;
     }
-    let part = TilePart::of(&[predicted, corrected]);
+    let part = TilePart::around(&[predicted, corrected]);
     let wide = observed.width();
     let greatest = |f: &dyn Fn(usize) -> f32| part.greatest(wide, f).max(f32::MIN_POSITIVE);
     let peak = greatest(&|k| observed.samples()[k]);

@@ -1,14 +1,14 @@
-//! An evaluation as tables, as JSON, and as the plot of Figure 13.
+//! An evaluation as tables, JSON, and the plot of Figure 13.
 
-use seidel_core::calibrate::eval::{Evaluation, GroupEvaluation, SplitMean};
+use seidel_core::eval::{Evaluation, GroupEvaluation, SplitMean};
 use seidel_core::moments::CentralMoments;
 use serde::Serialize;
 
-use super::CommandError;
+use super::{CommandError, Form};
 use crate::pictures::plot::{PlotPoint, Series, XAxis, line_plot_svg};
 
-/// Tables 1 and 2, and the numbers of Figure 13 where they were asked for.
-pub(super) fn tables(evaluation: &Evaluation, markdown: bool) -> String {
+/// Returns Tables 1 and 2, and the numbers of Figure 13 if they were computed.
+pub(super) fn tables(evaluation: &Evaluation, form: Form) -> String {
     let mut parts = vec![
         table(
             "Variance explained over the field, %: all / middle 90 % of tiles (Table 1)",
@@ -18,13 +18,13 @@ pub(super) fn tables(evaluation: &Evaluation, markdown: bool) -> String {
                 .iter()
                 .map(explained_row)
                 .collect::<Vec<_>>(),
-            markdown,
+            form,
         ),
         table(
             "Forward-blur SNR, dB: mean (standard deviation) over tiles (Table 2)",
             &header(&[], &headings(evaluation)),
             &evaluation.groups.iter().map(method_row).collect::<Vec<_>>(),
-            markdown,
+            form,
         ),
         HEADINGS_KEY.to_owned(),
     ];
@@ -34,7 +34,7 @@ pub(super) fn tables(evaluation: &Evaluation, markdown: bool) -> String {
             "Forward-blur SNR, dB, against training PSFs: mean ± 95 % over splits (Figure 13)",
             &header(&["PSFs"], &["Gaussian", "skew-normal", "undetermined"]),
             &sparse,
-            markdown,
+            form,
         ));
     }
     parts.join("\n\n")
@@ -49,7 +49,7 @@ fn header(first: &[&str], rest: &[&str]) -> Vec<String> {
         .collect()
 }
 
-/// Headings short enough for a terminal; what they stand for is said below the table.
+/// Returns the methods' short headings, explained by [`HEADINGS_KEY`] below the table.
 fn headings(evaluation: &Evaluation) -> Vec<&'static str> {
     let first = evaluation.groups.first();
     first.map_or_else(Vec::new, |g| {
@@ -73,9 +73,9 @@ fn headings(evaluation: &Evaluation) -> Vec<&'static str> {
     })
 }
 
-const HEADINGS_KEY: &str = "avg: the mean PSF, centroids aligned or as the tiles lie. tile: by each tile's own moments. lens: by the \
-fitted lens's. skew: skew-normal (tile: third moments weighed 1331; lens: meridional); skew43: by the paper's \
-Eq 43. pair: mirrored pair; rays: ray by ray through the pupil, where the lens is known so.";
+const HEADINGS_KEY: &str = "avg: mean PSF, with centroids aligned or as the tiles are. tile: from the moments of each tile. lens: from \
+the moments of the fitted lens. skew: skew-normal (tile: third moments weighted 1, 3, 3, 1; lens: meridional); \
+skew43: by Eq 43 of the paper. pair: mirrored pair. rays: ray by ray through the pupil of the lens.";
 
 fn place(group: &GroupEvaluation) -> Vec<String> {
     vec![group.channel.clone(), group.distance.to_string()]
@@ -131,8 +131,8 @@ fn sparse_rows(group: &GroupEvaluation) -> Vec<Vec<String>> {
         .collect()
 }
 
-fn table(title: &str, header: &[String], rows: &[Vec<String>], markdown: bool) -> String {
-    if markdown {
+fn table(title: &str, header: &[String], rows: &[Vec<String>], form: Form) -> String {
+    if form == Form::Markdown {
         let line = |cells: &[String]| format!("| {} |", cells.join(" | "));
         let rule: Vec<String> = header.iter().map(|_| "---".to_owned()).collect();
         let mut lines = vec![
@@ -185,7 +185,8 @@ pub(super) fn json(evaluation: &Evaluation) -> String {
     text.expect("an evaluation is plain JSON")
 }
 
-/// Figure 13: the skew-normal from the fitted lens, one line a channel and distance.
+/// Returns Figure 13: the SNR of the skew-normal from lenses fitted to few PSFs, a line per channel and
+/// distance.
 pub(super) fn plot(evaluation: &Evaluation) -> Result<String, CommandError> {
     let series: Vec<Series> = evaluation
         .groups
