@@ -324,19 +324,4 @@ fn unfolded(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scatter::accumulators::fold;
-
-    #[test]
-    fn unfolding_inverts_folding() {
-        for (size, edges) in [(1, Edges::Mirror), (3, Edges::Mirror), (3, Edges::Black)] {
-            for index in 0..size {
-                let mut got: Vec<_> = unfolded(index, size, edges, &(-9..=11)).collect();
-                got.sort_unstable();
-                let lands = |place: &i32| fold(*place, size, edges) == Some(index);
-                assert_eq!(got, (-9..=11).filter(lands).collect::<Vec<_>>());
-            }
-        }
-    }
-}
+mod tests;

@@ -1,11 +1,12 @@
 //! The exact light at a few pixels against whole exact renders.
 
+use super::unfolded;
+use crate::scatter::accumulators::fold;
 use crate::*;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
-use seidel_optics::psf::LocalBlur;
-use seidel_optics::sensor::Tone;
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, Wavefront};
 use seidel_optics::moments::MeridionalMoments;
+use seidel_optics::psf::LocalBlur;
 use seidel_optics::psf::{Gaussian, Pupil, SkewNormal};
 
 const WIDTH: usize = 41;
@@ -238,4 +239,16 @@ fn invalid_requests_are_refused() {
         ..plane
     };
     assert!(exact_at_pixels(&scene, &bare, &[(0, 0)], 1).is_err());
+}
+
+#[test]
+fn unfolding_inverts_folding() {
+    for (size, edges) in [(1, Edges::Mirror), (3, Edges::Mirror), (3, Edges::Black)] {
+        for index in 0..size {
+            let mut got: Vec<_> = unfolded(index, size, edges, &(-9..=11)).collect();
+            got.sort_unstable();
+            let lands = |place: &i32| fold(*place, size, edges) == Some(index);
+            assert_eq!(got, (-9..=11).filter(lands).collect::<Vec<_>>());
+        }
+    }
 }

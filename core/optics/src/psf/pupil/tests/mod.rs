@@ -1,5 +1,8 @@
 //! The pupil PSF against histograms of millions of rays, closed forms and numeric derivatives.
 
+mod optical_psf;
+mod wave;
+
 use super::*;
 use crate::field::FieldPoint;
 use crate::lens::ReducedNumbers;
