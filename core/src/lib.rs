@@ -92,3 +92,8 @@ pub use session::LensSession;
 pub use settings::{
     ChannelScale, Edges, Grain, OcclusionSettings, Quality, RemovalSettings, Settings,
 };
+
+/// The Rust code of the README, compiled as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
