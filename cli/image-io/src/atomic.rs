@@ -1,4 +1,4 @@
-//! Output written whole or not at all: to a temporary name in the same folder, then renamed.
+//! Whole-or-nothing writing: outputs get a temporary name in the same folder and are renamed when they are complete.
 
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{FileError, Result};
 
-/// The writer handed to the closure of [`write_whole`]: buffered, and it can seek.
+/// The buffered, seekable writer that [`write_atomically`] passes to its closure.
 pub type Output<'a> = BufWriter<&'a mut File>;
 
-/// Writes a file through `write`. On any error an existing file is untouched and nothing else stays.
+/// Writes a file through `write`. On any error an existing file is unchanged and no temporary file remains.
 ///
 /// A symbolic link is followed, so that its target is replaced and not the link.
 ///
 /// # Errors
-/// A missing folder, a target that is not a regular file, whatever `write` returns, and a full disk.
-pub fn write_whole<E: Display>(
+/// A missing folder, a target that is not a regular file, an error of `write`, and a full disk.
+pub fn write_atomically<E: Display>(
     path: &Path,
     write: impl FnOnce(&mut Output<'_>) -> std::result::Result<(), E>,
 ) -> Result<()> {
@@ -25,7 +25,7 @@ pub fn write_whole<E: Display>(
     let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".seidel-").suffix(".part");
-    // A temporary file is private by default; the result must be as readable as any new file.
+    // Temporary files are private by default, but the result must be as readable as any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut temporary = builder.tempfile_in(folder).map_err(|e| failed(&e))?;
@@ -46,13 +46,13 @@ pub fn write_whole<E: Display>(
     })?;
     output.flush().map_err(|e| failed(&e))?;
     drop(output);
-    // Some file systems report a full disk only now.
+    // Some file systems report a full disk only here.
     temporary.as_file().sync_all().map_err(|e| failed(&e))?;
     temporary.persist(&target).map_err(|e| failed(&e.error))?;
     Ok(())
 }
 
-/// Whether a file can be at `path`, so far as is known before it is made; links followed.
+/// Checks, before the work begins, that a file can be written to `path`. Returns its path with links resolved.
 ///
 /// # Errors
 /// A missing folder, and a target that is not a regular file.
@@ -72,13 +72,13 @@ pub fn check_target(path: &Path) -> Result<PathBuf> {
 
 /// Writes a folder through `write`, which gets the path of an empty temporary folder beside it.
 ///
-/// An existing folder is replaced only where it is empty or holds nothing but files that the new one
-/// holds too, so that no foreign file is ever lost. Missing parents are created.
+/// An existing folder is replaced only if the new one has all of its files, so that no other file is ever lost.
+/// Missing parents are created.
 ///
 /// # Errors
-/// Whatever `write` returns, a folder with other content, a file in the way, and a full disk. The old
-/// folder is then as it was, and no new one is left.
-pub fn write_folder_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+/// An error of `write`, a folder with other content, a file of that name, and a full disk. The old folder is then
+/// unchanged, and no new one remains.
+pub fn write_folder_atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
     let target = match fs::canonicalize(path) {
         Ok(existing) if !existing.is_dir() => return Err(not_a_folder(path)),
@@ -86,23 +86,23 @@ pub fn write_folder_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) 
         Err(_) => path.to_path_buf(),
     };
     let parent = folder_of(&target).to_path_buf();
-    let made = create_parents(&parent).map_err(|e| failed(&e))?;
-    let result = write_beside(path, &target, &parent, write);
+    let created = create_parents(&parent).map_err(|e| failed(&e))?;
+    let result = write_and_replace(path, &target, &parent, write);
     if result.is_err() {
-        for folder in made.iter().rev() {
-            // Best effort: a parent in which somebody else has put something meanwhile stays.
+        for folder in created.iter().rev() {
+            // Best effort: a parent that is no longer empty remains.
             let _ = fs::remove_dir(folder);
         }
     }
     result
 }
 
-/// Refuses what [`write_folder_whole`] would refuse of a folder whose files and folders will be `names`,
-/// so far as is known before they are made.
+/// Checks, before the work begins, that [`write_folder_atomically`] can replace `path` by a folder with the entries
+/// `names`.
 ///
 /// # Errors
-/// A file in the way, or a folder with other content.
-pub fn refuse_foreign(path: &Path, names: &[&str]) -> Result<()> {
+/// A file of that name, or a folder with other content.
+pub fn check_folder_content(path: &Path, names: &[&str]) -> Result<()> {
     let Ok(existing) = fs::metadata(path) else {
         return Ok(());
     };
@@ -113,7 +113,7 @@ pub fn refuse_foreign(path: &Path, names: &[&str]) -> Result<()> {
     for entry in fs::read_dir(path).map_err(|e| failed(&e))? {
         let name = entry.map_err(|e| failed(&e))?.file_name();
         if !names.iter().any(|known| name == *known) {
-            return Err(foreign_inside(path, Path::new(&name)));
+            return Err(foreign_content(path, Path::new(&name)));
         }
     }
     Ok(())
@@ -123,19 +123,19 @@ fn not_a_folder(path: &Path) -> FileError {
     FileError::new(path, "", "is not a folder", "name a new or empty folder")
 }
 
-fn foreign_inside(path: &Path, foreign: &Path) -> FileError {
+fn foreign_content(path: &Path, foreign: &Path) -> FileError {
     FileError::new(
         path,
         "",
         format!(
-            "already holds `{}`, which is no part of this output",
+            "already holds `{}`, which is not part of this output",
             foreign.display()
         ),
         "name a new or empty folder",
     )
 }
 
-fn write_beside(
+fn write_and_replace(
     path: &Path,
     target: &Path,
     parent: &Path,
@@ -154,12 +154,12 @@ fn write_beside(
         return fs::rename(&fresh, target).map_err(|e| failed(&e));
     }
     if let Some(foreign) = foreign_entry(target, &fresh).map_err(|e| failed(&e))? {
-        return Err(foreign_inside(path, &foreign));
+        return Err(foreign_content(path, &foreign));
     }
     let old = temporary.path().join("old");
     fs::rename(target, &old).map_err(|e| failed(&e))?;
     if let Err(error) = fs::rename(&fresh, target) {
-        // The old folder goes back; if even that fails, it is kept under its temporary name.
+        // The old folder is moved back. If even that fails, it keeps its temporary name.
         if fs::rename(&old, target).is_err() {
             let kept = temporary.keep();
             return Err(FileError::new(
@@ -174,7 +174,7 @@ fn write_beside(
     Ok(())
 }
 
-/// The file that a write to `path` replaces or creates, links followed.
+/// Returns the file that a write to `path` replaces or creates, with links resolved.
 fn regular_target(path: &Path) -> Result<PathBuf> {
     let Ok(existing) = fs::metadata(path) else {
         if path.file_name().is_none() {
@@ -198,7 +198,7 @@ fn regular_target(path: &Path) -> Result<PathBuf> {
     fs::canonicalize(path).map_err(|e| FileError::io(path, "be resolved", &e))
 }
 
-/// The folder that holds `path`; the current one for a bare name.
+/// Returns the folder that holds `path`; the current one for a bare name.
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -206,7 +206,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Creates what is missing of `folder` and returns what was created, outermost first.
+/// Creates the missing parents of `folder` and itself. Returns the created folders, outermost first.
 fn create_parents(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut missing: Vec<PathBuf> = folder
         .ancestors()
@@ -218,16 +218,16 @@ fn create_parents(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(missing)
 }
 
-/// The first entry of `old`, at any depth, that `new` has not.
+/// Returns the first entry of `old`, at any depth, that is missing in `new`.
 fn foreign_entry(old: &Path, new: &Path) -> std::io::Result<Option<PathBuf>> {
     for entry in fs::read_dir(old)? {
         let entry = entry?;
-        let twin = new.join(entry.file_name());
-        if entry.file_type()?.is_dir() != twin.is_dir() || !twin.exists() {
+        let replacement = new.join(entry.file_name());
+        if entry.file_type()?.is_dir() != replacement.is_dir() || !replacement.exists() {
             return Ok(Some(entry.file_name().into()));
         }
-        if twin.is_dir()
-            && let Some(inner) = foreign_entry(&entry.path(), &twin)?
+        if replacement.is_dir()
+            && let Some(inner) = foreign_entry(&entry.path(), &replacement)?
         {
             return Ok(Some(Path::new(&entry.file_name()).join(inner)));
         }
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failing_writer_leaves_the_old_file_and_nothing_else() {
+    fn a_failing_writer_leaves_the_old_file_unchanged() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("out.bin");
         let half_way = |out: &mut Output<'_>| {
@@ -257,49 +257,50 @@ mod tests {
             out.flush()?;
             Err(std::io::Error::from(std::io::ErrorKind::StorageFull))
         };
-        let error = write_whole(&path, half_way).expect_err("fails midway");
+        let error = write_atomically(&path, half_way).expect_err("fails midway");
         assert!(error.to_string().contains("out.bin"), "{error}");
         assert!(names(folder.path()).is_empty());
 
-        write_whole(&path, |out| out.write_all(b"old")).expect("writes");
-        write_whole(&path, half_way).expect_err("fails midway");
+        write_atomically(&path, |out| out.write_all(b"old")).expect("writes");
+        write_atomically(&path, half_way).expect_err("fails midway");
         assert_eq!(fs::read(&path).expect("old file"), b"old");
         assert_eq!(names(folder.path()), ["out.bin"]);
-        write_whole(&path, |out| out.write_all(b"new")).expect("writes");
+        write_atomically(&path, |out| out.write_all(b"new")).expect("writes");
         assert_eq!(fs::read(&path).expect("new file"), b"new");
     }
 
     #[test]
-    fn targets_that_cannot_be_are_named() {
+    fn impossible_targets_are_refused_by_name() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let missing = folder.path().join("no/such/out.bin");
-        let error = write_whole(&missing, |out| out.write_all(b"x")).expect_err("no folder");
+        let error = write_atomically(&missing, |out| out.write_all(b"x")).expect_err("no folder");
         assert!(error.to_string().contains("does not exist"), "{error}");
-        let error = write_whole(folder.path(), |out| out.write_all(b"x")).expect_err("a folder");
+        let error =
+            write_atomically(folder.path(), |out| out.write_all(b"x")).expect_err("a folder");
         assert!(error.to_string().contains("not a regular file"), "{error}");
     }
 
     #[cfg(unix)]
     #[test]
-    fn links_and_permissions_survive_and_devices_are_refused() {
+    fn links_and_permissions_are_kept_and_devices_are_refused() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().expect("temporary folder");
         let (real, link) = (folder.path().join("real"), folder.path().join("link"));
         fs::write(&real, "old").expect("writes");
         fs::set_permissions(&real, fs::Permissions::from_mode(0o640)).expect("sets");
         std::os::unix::fs::symlink(&real, &link).expect("links");
-        write_whole(&link, |out| out.write_all(b"new")).expect("writes");
+        write_atomically(&link, |out| out.write_all(b"new")).expect("writes");
         assert_eq!(fs::read(&real).expect("reads"), b"new");
         assert!(fs::symlink_metadata(&link).expect("link").is_symlink());
         assert_eq!(
             fs::metadata(&real).expect("real").permissions().mode() & 0o777,
             0o640
         );
-        assert!(write_whole(Path::new("/dev/null"), |out| out.write_all(b"x")).is_err());
+        assert!(write_atomically(Path::new("/dev/null"), |out| out.write_all(b"x")).is_err());
     }
 
     #[test]
-    fn folders_are_whole_or_not_there() {
+    fn folders_are_written_completely_or_not_at_all() {
         let root = tempfile::tempdir().expect("temporary folder");
         let target = root.path().join("deep/set");
         let put = |name: &'static str, text: &'static str| {
@@ -311,28 +312,28 @@ mod tests {
             put("half", "x")(at)?;
             Err(FileError::new(at, "", "no more space", "free some"))
         };
-        write_folder_whole(&target, fails).expect_err("fails midway");
+        write_folder_atomically(&target, fails).expect_err("fails midway");
         assert!(names(root.path()).is_empty());
 
-        write_folder_whole(&target, put("a", "1")).expect("new");
-        write_folder_whole(&target, fails).expect_err("fails midway");
+        write_folder_atomically(&target, put("a", "1")).expect("new");
+        write_folder_atomically(&target, fails).expect_err("fails midway");
         assert_eq!(fs::read_to_string(target.join("a")).expect("kept"), "1");
-        write_folder_whole(&target, put("a", "2")).expect("same names: replaced");
+        write_folder_atomically(&target, put("a", "2")).expect("same names: replaced");
         assert_eq!(fs::read_to_string(target.join("a")).expect("new"), "2");
 
         fs::write(target.join("mine"), "precious").expect("writes");
-        let error = write_folder_whole(&target, put("a", "3")).expect_err("foreign file");
+        let error = write_folder_atomically(&target, put("a", "3")).expect_err("foreign file");
         assert!(error.to_string().contains("`mine`"), "{error}");
-        let early = refuse_foreign(&target, &["a"]).expect_err("foreign file");
+        let early = check_folder_content(&target, &["a"]).expect_err("foreign file");
         assert_eq!(early, error);
-        refuse_foreign(&target, &["a", "mine"]).expect("known files");
-        refuse_foreign(&root.path().join("nothing"), &["a"]).expect("nothing is in the way");
-        refuse_foreign(&target.join("mine"), &["a"]).expect_err("a file");
+        check_folder_content(&target, &["a", "mine"]).expect("known files");
+        check_folder_content(&root.path().join("nothing"), &["a"]).expect("nothing is in the way");
+        check_folder_content(&target.join("mine"), &["a"]).expect_err("a file");
         assert_eq!(fs::read_to_string(target.join("a")).expect("kept"), "2");
         assert_eq!(names(&root.path().join("deep")), ["set"]);
         let empty = root.path().join("empty");
         fs::create_dir(&empty).expect("creates");
-        write_folder_whole(&empty, put("b", "1")).expect("into an empty folder");
+        write_folder_atomically(&empty, put("b", "1")).expect("into an empty folder");
         assert_eq!(names(&empty), ["b"]);
     }
 }

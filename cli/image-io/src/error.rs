@@ -1,30 +1,32 @@
-//! What can go wrong with a file, and how it is said.
+//! The error type of everything that opens files.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use seidel_core::{Error, Fault};
 
-/// Result of an operation on a file.
+/// The result of an operation on a file.
 pub type Result<T> = std::result::Result<T, FileError>;
 
-/// A refusal that names the file, the place in it, what is wrong and what to do about it.
+/// An error about a file: where, what is wrong and what to do about it.
+///
+/// It is displayed as `FILE: FIELD: PROBLEM; REMEDY`, or as one line for each fault.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FileError {
-    /// One thing is wrong.
+    /// A single fault.
     One {
-        /// The file as it was given.
+        /// The path of the file, as the user gave it.
         file: PathBuf,
         /// The field, channel or line at fault; empty for the file as a whole.
         field: String,
-        /// What is wrong with it.
+        /// The fault.
         problem: String,
-        /// What the user can do.
+        /// Advice to the user.
         remedy: String,
     },
-    /// Several observations or fields of one set are wrong; all that were found.
+    /// All faults that were found in an observation set.
     Many {
-        /// The manifest.
+        /// The path of the manifest.
         file: PathBuf,
         /// The faults, in the order of the manifest.
         faults: Vec<Fault>,
@@ -32,7 +34,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// A refusal of one `field` of `file`, or of the whole file where `field` is empty.
+    /// Creates an error about one `field` of `file`, or about the whole file if `field` is empty.
     pub fn new(
         file: impl Into<PathBuf>,
         field: impl Into<String>,
@@ -47,7 +49,7 @@ impl FileError {
         }
     }
 
-    /// All faults of the set described by `file`.
+    /// Creates an error from all faults of the observation set whose manifest is `file`.
     pub fn many(file: impl Into<PathBuf>, faults: Vec<Fault>) -> Self {
         Self::Many {
             file: file.into(),
@@ -55,13 +57,14 @@ impl FileError {
         }
     }
 
-    /// A refusal by the core, about something read from or meant for `file`.
+    /// Creates an error from one of the core about values read from or meant for `file`.
     pub fn from_core(file: impl Into<PathBuf>, error: Error) -> Self {
         Self::new(file, error.place, error.problem, error.remedy)
     }
 
-    /// A failure of the operating system while `doing` (such as "be read") something to `file`.
-    pub fn io(file: &Path, doing: &str, error: &std::io::Error) -> Self {
+    /// Creates an error from one of the operating system; `action` is the passive infinitive of the failed
+    /// operation, such as "be read".
+    pub fn io(file: &Path, action: &str, error: &std::io::Error) -> Self {
         use std::io::ErrorKind;
         let remedy = match error.kind() {
             ErrorKind::NotFound => "check the path",
@@ -71,17 +74,27 @@ impl FileError {
             }
             _ => "check that the file and its disk are in order",
         };
-        Self::new(file, "", format!("cannot {doing} ({error})"), remedy)
+        Self::new(file, "", format!("cannot {action} ({error})"), remedy)
     }
 
-    /// The file at fault.
+    /// Creates the error of a damaged or truncated file.
+    pub(crate) fn damaged(file: &Path, problem: &str) -> Self {
+        Self::new(
+            file,
+            "",
+            format!("is damaged or truncated ({problem})"),
+            "copy or render the file again",
+        )
+    }
+
+    /// Returns the path of the file.
     pub fn file(&self) -> &Path {
         match self {
             Self::One { file, .. } | Self::Many { file, .. } => file,
         }
     }
 
-    /// The same refusal as a fault of observation `index`, whose tile the manifest calls `name`.
+    /// Converts the error into faults of observation `index`, whose tile the manifest calls `name`.
     pub(crate) fn into_faults(self, index: usize, name: &str) -> Vec<Fault> {
         match self {
             Self::Many { faults, .. } => faults,

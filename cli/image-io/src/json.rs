@@ -1,4 +1,4 @@
-//! JSON and other text files: read with a limit, written whole.
+//! JSON and other text files, read with a limit of their size.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -7,10 +7,10 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::atomic::write_whole;
+use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
 
-/// Largest text file that is read, bytes: far over any real manifest or profile.
+/// Limit of the length of text files, bytes: far above any real manifest or profile.
 pub const TEXT_LIMIT_BYTES: u64 = 256 * 1024 * 1024;
 
 /// Reads a text file of at most `limit_bytes`.
@@ -40,8 +40,7 @@ pub fn read_bytes(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
     let unreadable = |error: &std::io::Error| FileError::io(path, "be read", error);
     let file = File::open(path).map_err(|e| unreadable(&e))?;
     let mut bytes = Vec::new();
-    // One byte more than allowed tells a file that fits from one that does not, even where its length
-    // is not known beforehand.
+    // One byte more than allowed, which shows an excess even if the length of the file is unknown.
     file.take(limit_bytes.saturating_add(1))
         .read_to_end(&mut bytes)
         .map_err(|e| unreadable(&e))?;
@@ -59,27 +58,27 @@ pub fn read_bytes(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
 /// Reads a JSON file.
 ///
 /// # Errors
-/// As [`read_text`], and JSON that does not parse, with its line and column.
+/// Those of [`read_text`], and JSON that does not parse, with its line and column.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
     parse_json(path, &read_text(path, TEXT_LIMIT_BYTES)?)
 }
 
-/// Parses the text of the JSON file `path`, which only the messages name.
+/// Parses the text of the JSON file `path`, whose name is used in messages only.
 ///
 /// # Errors
 /// JSON that does not parse, with its line and column.
 pub fn parse_json<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
-    // Some editors begin a file with a byte order mark, which JSON does not allow.
+    // A byte order mark, which some editors write but JSON does not allow.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     serde_json::from_str(text).map_err(|error| {
-        let said = error.to_string();
+        let message = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
         FileError::new(
             path,
             format!("line {}, column {}", error.line(), error.column()),
             format!(
                 "is not valid: {}",
-                said.strip_suffix(&place).unwrap_or(&said)
+                message.strip_suffix(&place).unwrap_or(&message)
             ),
             "correct the file there",
         )
@@ -91,7 +90,7 @@ pub fn parse_json<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
-    write_whole(path, |out| -> std::io::Result<()> {
+    write_atomically(path, |out| -> std::io::Result<()> {
         serde_json::to_writer_pretty(&mut *out, value)?;
         out.write_all(b"\n")
     })
@@ -102,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_carry_line_and_column_and_values_return() {
+    fn errors_state_line_and_column_and_values_round_trip() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("a.json");
         std::fs::write(&path, "{\n \"a\": 1,\n}").expect("writes");

@@ -1,44 +1,45 @@
-//! What a plate has beside what its lens makes of the sharp picture, with that picture: enough to put the lens back on
-//! and get the plate.
+//! Residual files of `remove`: the sharp image, and the difference between the plate and the blurred sharp image.
+//!
+//! Blurring the sharp image again and adding the residual restores the plate.
 
 use std::path::{Path, PathBuf};
 
-use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
+use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::*;
 
 use crate::error::{FileError, Result};
-use crate::exr::file::write_exr;
-use crate::exr::plate::{ExrPlate, Window};
-use crate::windows::Windows;
+use crate::exr::{ExrImage, bounds, new_text, write_exr};
+use crate::metadata::TextAttributes;
+use crate::windows::{ImageWindows, PixelWindow};
 
-/// Attributes of the file.
+// Attributes of the file.
 const PLATE_WINDOW: &str = "plateDataWindow";
 const SETTINGS: &str = "seidelSettings";
 const NOISE: &str = "seidelNoise";
 
-/// A residual in memory. Planes are light, row-major over the sharp picture's data window.
+/// A residual in memory. Planes are scene-linear, row-major over the data window of the sharp image.
 #[derive(Debug, Clone)]
 pub struct Residual {
-    /// The file it was read from.
+    /// The path of the file that it was read from, or is written to.
     pub path: PathBuf,
-    /// Where the sharp picture lies.
-    pub windows: Windows,
+    /// The windows of the sharp image.
+    pub windows: ImageWindows,
     /// The data window of the plate.
-    pub plate: Window,
+    pub plate: PixelWindow,
     /// Names of the planes, such as R or A.
     pub names: Vec<String>,
-    /// The sharp picture as it was stored.
+    /// The sharp image as it was stored.
     pub sharp: Vec<Vec<f32>>,
-    /// The plate less the sharp picture seen through the lens; zero beyond the plate.
+    /// The plate minus the blurred sharp image; zero beyond the plate.
     pub residual: Vec<Vec<f32>>,
     /// Standard deviation of the noise of each plane.
     pub noise: Vec<f64>,
-    /// How the lens was used, each setting by its name.
-    pub settings: Vec<(String, String)>,
+    /// The settings of the render, each with its name.
+    pub settings: TextAttributes,
 }
 
 impl Residual {
-    /// Writes the residual to `path`, whole or not at all, as float channels `sharp.NAME` and `residual.NAME`.
+    /// Writes the residual as an EXR file with float channels `sharp.NAME` and `residual.NAME`, whole or not at all.
     ///
     /// # Errors
     /// A target that cannot be written.
@@ -53,7 +54,7 @@ impl Residual {
         };
         let mut list = named("sharp", &self.sharp);
         list.extend(named("residual", &self.residual));
-        let Windows { data, display } = self.windows;
+        let ImageWindows { data, display } = self.windows;
         let mut attributes = LayerAttributes {
             layer_position: Vec2(data.x, data.y),
             ..LayerAttributes::default()
@@ -68,7 +69,7 @@ impl Residual {
             (SETTINGS, settings.collect::<Vec<_>>().join("\n")),
         ];
         for (name, text) in texts {
-            let text = AttributeValue::Text(Text::new_or_none(&text).unwrap_or_default());
+            let text = AttributeValue::Text(new_text(&text));
             attributes.other.insert(Text::from(name), text);
         }
         let plate = AttributeValue::IntegerBounds(bounds(self.plate));
@@ -84,17 +85,17 @@ impl Residual {
         write_exr(path, &image, true)
     }
 
-    /// Reads the residual of the planes called `names`.
+    /// Reads the residual of a plate with planes called `names`.
     ///
     /// # Errors
-    /// A file that cannot be read, that is no residual, or that is one of other planes.
+    /// A file that cannot be read, is not a residual, or has other planes.
     pub fn open(path: &Path, names: &[String]) -> Result<Self> {
-        let file = ExrPlate::open(path)?;
-        let none_such = |field: &str| {
+        let file = ExrImage::open(path)?;
+        let missing = |field: &str| {
             FileError::new(
                 path,
                 field,
-                "is not in the file, which is no residual of this plate",
+                "is missing: the file is not a residual of this plate",
                 "give the file that seidel remove --residual wrote with the plate",
             )
         };
@@ -103,24 +104,21 @@ impl Residual {
             let plane = |name: &String| {
                 let wanted = format!("{layer}.{name}");
                 let found = channels.iter().find(|c| c.name == wanted);
-                let found = found.ok_or_else(|| none_such(&format!("channel {wanted}")))?;
+                let found = found.ok_or_else(|| missing(&format!("channel {wanted}")))?;
                 Ok(file.samples(found.id))
             };
             names.iter().map(plane).collect()
         };
         let (sharp, residual) = (planes("sharp")?, planes("residual")?);
-        let Some(AttributeValue::IntegerBounds(plate)) = file.attribute(PLATE_WINDOW) else {
-            return Err(none_such(PLATE_WINDOW));
+        let Some(AttributeValue::IntegerBounds(plate)) = file.attribute(0, PLATE_WINDOW) else {
+            return Err(missing(PLATE_WINDOW));
         };
-        let text = |name: &str| match file.attribute(name) {
-            Some(AttributeValue::Text(text)) => Ok(text.to_string()),
-            _ => Err(none_such(name)),
-        };
+        let text = |name: &str| file.text(0, name).ok_or_else(|| missing(name));
         let noise: Vec<f64> = (text(NOISE)?.split_whitespace())
             .filter_map(|word| word.parse().ok().filter(|v: &f64| *v >= 0.0))
             .collect();
         if noise.len() != names.len() {
-            return Err(none_such(NOISE));
+            return Err(missing(NOISE));
         }
         let setting = |line: &str| {
             let (name, value) = line.split_once(": ")?;
@@ -128,11 +126,8 @@ impl Residual {
         };
         let residual = Self {
             path: path.to_owned(),
-            windows: Windows {
-                data: file.data_window(channels[0].id),
-                display: file.display_window(),
-            },
-            plate: Window {
+            windows: file.windows(channels[0].id),
+            plate: PixelWindow {
                 x: plate.position.x(),
                 y: plate.position.y(),
                 width: plate.size.width(),
@@ -148,7 +143,7 @@ impl Residual {
         Ok(residual)
     }
 
-    /// Refuses samples that are not finite, and a plate that is not within the sharp picture.
+    /// Refuses samples that are not finite, and a plate that is not within the sharp image.
     fn check(&self) -> Result<()> {
         let planes = self.sharp.iter().chain(&self.residual);
         if planes.flatten().any(|v| !v.is_finite()) {
@@ -169,8 +164,4 @@ impl Residual {
             "run seidel remove --residual again",
         ))
     }
-}
-
-fn bounds(window: Window) -> IntegerBounds {
-    IntegerBounds::new((window.x, window.y), (window.width, window.height))
 }

@@ -1,13 +1,13 @@
-//! Frame sequences: file patterns such as `plate.%04d.exr` or `plate.####.exr`, and frame lists.
+//! Frame sequences: path patterns such as `plate.%04d.exr` or `plate.####.exr`, and frame lists.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{FileError, Result};
 
-/// The most frames that one run may name; more is surely a slip.
+/// Limit of the frames of a run; more are certainly a mistake.
 const MAX_FRAMES: usize = 1_000_000;
 
-/// A path that may hold frame numbers.
+/// A path that may contain frame numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FramePattern {
     text: String,
@@ -22,8 +22,7 @@ enum Piece {
 }
 
 impl FramePattern {
-    /// Takes a path apart: `%d`, `%4d`, `%04d` and runs of `#` stand for the frame number, `%%` for a
-    /// percent sign.
+    /// Parses a path. `%d`, `%4d`, `%04d` and runs of `#` stand for the frame number, `%%` for a percent sign.
     pub fn parse(path: &str) -> Self {
         let mut pieces = Vec::new();
         let mut text = String::new();
@@ -37,7 +36,7 @@ impl FramePattern {
                 let run = rest.len() - rest.trim_start_matches('#').len();
                 (run, Some(run))
             } else {
-                printf(rest).map_or((first.len_utf8(), None), |(l, w)| (l, Some(w)))
+                parse_percent(rest).map_or((first.len_utf8(), None), |(l, w)| (l, Some(w)))
             };
             match width {
                 Some(width) => {
@@ -55,12 +54,12 @@ impl FramePattern {
         }
     }
 
-    /// Whether the path has a place for the frame number.
+    /// Whether the path contains the frame number.
     pub fn has_frame(&self) -> bool {
         self.pieces.iter().any(|p| matches!(p, Piece::Frame(_)))
     }
 
-    /// The path of one frame.
+    /// Returns the path of a frame.
     pub fn path(&self, frame: i64) -> PathBuf {
         let mut path = String::new();
         for piece in &self.pieces {
@@ -76,14 +75,14 @@ impl FramePattern {
     }
 }
 
-/// Length and field width of a `%d`, `%4d` or `%04d` at the start of `rest`.
-fn printf(rest: &str) -> Option<(usize, usize)> {
+/// Returns the length and field width of a `%d`, `%4d` or `%04d` at the start of `rest`.
+fn parse_percent(rest: &str) -> Option<(usize, usize)> {
     let digits = rest.strip_prefix('%')?;
     let count = digits.len()
         - digits
             .trim_start_matches(|c: char| c.is_ascii_digit())
             .len();
-    // Two digits of width are plenty, and more would make absurd names.
+    // More digits would make absurdly long names.
     if count > 2 || !digits[count..].starts_with('d') {
         return None;
     }
@@ -95,10 +94,11 @@ fn printf(rest: &str) -> Option<(usize, usize)> {
     Some((count + 2, width))
 }
 
-/// Reads a frame list: `1001-1100`, `1001-1100x2` (every second), `1,5,9`, and mixtures by comma.
+/// Parses a frame list: `1001-1100`, `1001-1100x2` (every second), `1,5,9`, and combinations by comma. Repeated frames
+/// are dropped.
 ///
 /// # Errors
-/// Anything else, a range that runs backwards, and more than a million frames.
+/// Anything else, a descending range, and more than a million frames.
 pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
     let refuse = |problem: String| {
         FileError::new(
@@ -110,7 +110,7 @@ pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
     };
     let mut frames = Vec::new();
     for item in list.split(',').map(str::trim) {
-        let unreadable = || refuse(format!("`{item}` in `{list}` is no frame or range"));
+        let unreadable = || refuse(format!("`{item}` in `{list}` is not a frame or range"));
         let (range, step) = match item.split_once('x') {
             Some((range, step)) => (range, step.parse::<u32>().map_err(|_| unreadable())?),
             None => (item, 1),
@@ -119,7 +119,7 @@ pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
         if step == 0 {
             return Err(refuse(format!("`{item}` has a step of 0")));
         }
-        // The minus of a negative first frame is not the one between the two.
+        // Skips the minus sign of a negative first frame.
         let dash = range.char_indices().skip(1).find(|(_, c)| *c == '-');
         let (first, last) = match dash {
             Some((at, _)) => (&range[..at], &range[at + 1..]),
@@ -129,7 +129,7 @@ pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
         let first: i64 = first.parse().map_err(|_| unreadable())?;
         let last: i64 = last.parse().map_err(|_| unreadable())?;
         if last < first {
-            return Err(refuse(format!("`{item}` runs backwards")));
+            return Err(refuse(format!("`{item}` is descending")));
         }
         let left = MAX_FRAMES - frames.len();
         let count = frames.len();
@@ -145,24 +145,23 @@ pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
     Ok(frames)
 }
 
-/// One step of a run: a frame number, where there is one, and one path for each pattern given.
+/// The files of a frame: one path for each pattern of the run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Step {
-    /// The frame number; `None` for a single picture.
+pub struct FrameFiles {
+    /// The frame number; `None` for a single image.
     pub frame: Option<i64>,
     /// The paths of this frame, in the order of the patterns.
     pub paths: Vec<PathBuf>,
 }
 
-/// Expands `patterns` (input first, output second, then others such as a depth pass) over the frames.
+/// Expands `patterns` (input first, output second, then others such as a depth pass) to the files of each frame.
 ///
-/// Input and output both hold a frame pattern or neither does; the others may be the same file for
-/// every frame.
+/// Input and output must both contain the frame number, or neither; the others may be the same file for every frame.
+/// Without `frames`, an input that exists is not treated as a pattern.
 ///
 /// # Errors
-/// A pattern without frames, frames without a pattern, and an unreadable frame list. A path that
-/// only looks like a pattern is taken as it stands where no frames are given and that file exists.
-pub fn expand(patterns: &[&str], frames: Option<&str>) -> Result<Vec<Step>> {
+/// A pattern without frames, frames without a pattern, and an invalid frame list.
+pub fn expand_frames(patterns: &[&str], frames: Option<&str>) -> Result<Vec<FrameFiles>> {
     let parsed: Vec<FramePattern> = patterns.iter().map(|p| FramePattern::parse(p)).collect();
     let Some(list) = frames else {
         let input_is_file = patterns.first().is_some_and(|p| Path::new(p).is_file());
@@ -170,11 +169,11 @@ pub fn expand(patterns: &[&str], frames: Option<&str>) -> Result<Vec<Step>> {
             return Err(FileError::new(
                 &pattern.text,
                 "",
-                "holds a frame pattern, but no frames were given",
-                "say which with --frames, such as --frames 1001-1100",
+                "contains a frame pattern, but no frames were given",
+                "give them by --frames, such as --frames 1001-1100",
             ));
         }
-        return Ok(vec![Step {
+        return Ok(vec![FrameFiles {
             frame: None,
             paths: patterns.iter().map(PathBuf::from).collect(),
         }]);
@@ -185,14 +184,14 @@ pub fn expand(patterns: &[&str], frames: Option<&str>) -> Result<Vec<Step>> {
             return Err(FileError::new(
                 &pattern.text,
                 "",
-                format!("holds no frame pattern, but --frames {list} was given"),
+                format!("contains no frame pattern, but --frames {list} was given"),
                 "put %04d or #### where the frame number goes, or leave out --frames",
             ));
         }
     }
     Ok(frames
         .into_iter()
-        .map(|frame| Step {
+        .map(|frame| FrameFiles {
             frame: Some(frame),
             paths: parsed.iter().map(|p| p.path(frame)).collect(),
         })
@@ -204,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn patterns_become_paths() {
+    fn patterns_expand_to_paths() {
         for (pattern, frame, path) in [
             ("plate.%04d.exr", 7, "plate.0007.exr"),
             ("plate.%d.exr", 7, "plate.7.exr"),
@@ -222,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn frame_lists() {
+    fn frame_lists_are_parsed() {
         assert_eq!(parse_frames("3").expect("one"), [3]);
         assert_eq!(parse_frames("1-7x3").expect("step"), [1, 4, 7]);
         assert_eq!(parse_frames("1,5, 4-6").expect("mixed"), [1, 5, 4, 6]);
@@ -250,17 +249,24 @@ mod tests {
     }
 
     #[test]
-    fn patterns_and_frames_belong_together() {
-        let steps = expand(&["in.%04d.exr", "out.%04d.exr", "z.exr"], Some("1-2")).expect("two");
+    fn patterns_need_frames_and_frames_need_patterns() {
+        let steps =
+            expand_frames(&["in.%04d.exr", "out.%04d.exr", "z.exr"], Some("1-2")).expect("two");
         assert_eq!(steps.len(), 2);
         assert_eq!(steps[1].paths[1], Path::new("out.0002.exr"));
         assert_eq!(steps[1].paths[2], Path::new("z.exr"));
-        assert_eq!(expand(&["a.exr", "b.exr"], None).expect("single").len(), 1);
-        let error = expand(&["in.%04d.exr", "out.%04d.exr"], None).expect_err("no frames");
+        assert_eq!(
+            expand_frames(&["a.exr", "b.exr"], None)
+                .expect("single")
+                .len(),
+            1
+        );
+        let error = expand_frames(&["in.%04d.exr", "out.%04d.exr"], None).expect_err("no frames");
         assert!(error.to_string().contains("--frames"), "{error}");
-        let error = expand(&["in.%04d.exr", "out.exr"], Some("1-2")).expect_err("no pattern");
+        let error =
+            expand_frames(&["in.%04d.exr", "out.exr"], Some("1-2")).expect_err("no pattern");
         assert!(error.to_string().contains("out.exr"), "{error}");
-        assert!(expand(&["in.exr", "out.exr"], Some("1-2")).is_err());
+        assert!(expand_frames(&["in.exr", "out.exr"], Some("1-2")).is_err());
     }
 
     proptest::proptest! {

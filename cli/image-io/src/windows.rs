@@ -1,22 +1,46 @@
-//! Data windows: samples of one over another.
+//! Data and display windows, and samples cropped, extended or padded from one window to another.
 
-use crate::error::{FileError, Result};
-use crate::exr::plate::Window;
+use std::fmt;
 use std::path::Path;
 
-/// Where planes lie.
+use crate::error::{FileError, Result};
+
+/// A rectangle of pixels on an unbounded pixel grid: x right, y down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Windows {
-    /// The pixels that there are.
-    pub data: Window,
-    /// The picture proper.
-    pub display: Window,
+pub struct PixelWindow {
+    /// Column of the left-most pixel; may be negative.
+    pub x: i32,
+    /// Row of the top-most pixel; may be negative.
+    pub y: i32,
+    /// Width, pixels.
+    pub width: usize,
+    /// Height, pixels.
+    pub height: usize,
 }
 
-impl Windows {
-    /// Of a picture that is all there is, its corner at (0, 0).
+impl fmt::Display for PixelWindow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}x{} at ({}, {})",
+            self.width, self.height, self.x, self.y
+        )
+    }
+}
+
+/// The two windows of an image, by OpenEXR's names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImageWindows {
+    /// The pixels that are stored. They may exceed the display window (overscan) or not fill it.
+    pub data: PixelWindow,
+    /// The frame that is shown, which the lens's full frame covers.
+    pub display: PixelWindow,
+}
+
+impl ImageWindows {
+    /// Returns the windows of an image without overscan, its corner at (0, 0).
     pub fn of_size(width: usize, height: usize) -> Self {
-        let data = Window {
+        let data = PixelWindow {
             x: 0,
             y: 0,
             width,
@@ -29,9 +53,9 @@ impl Windows {
     }
 }
 
-impl Window {
-    /// The same with as many columns and rows more on either side.
-    pub fn grown(self, columns: usize, rows: usize) -> Self {
+impl PixelWindow {
+    /// Returns the window with `columns` more on the left and right and `rows` more at the top and bottom.
+    pub fn expanded(self, columns: usize, rows: usize) -> Self {
         let less = |at: i32, by: usize| at.saturating_sub(i32::try_from(by).unwrap_or(i32::MAX));
         Self {
             x: less(self.x, columns),
@@ -41,7 +65,7 @@ impl Window {
         }
     }
 
-    /// Whether all pixels of `inner` are in it.
+    /// Whether all pixels of `inner` are in this window.
     pub fn contains(self, inner: Self) -> bool {
         let within = |inner: i32, inner_size: usize, outer: i32, outer_size: usize| {
             let first = i64::from(inner) - i64::from(outer);
@@ -51,8 +75,8 @@ impl Window {
             && within(inner.y, inner.height, self.y, self.height)
     }
 
-    /// Whether any pixel is in both.
-    fn meets(self, other: Self) -> bool {
+    /// Whether any pixel is in both windows.
+    fn intersects(self, other: Self) -> bool {
         let overlap = |a: i32, a_size: usize, b: i32, b_size: usize| {
             i64::from(a) < i64::from(b) + b_size as i64
                 && i64::from(b) < i64::from(a) + a_size as i64
@@ -62,14 +86,10 @@ impl Window {
     }
 }
 
-/// Cuts the samples of `from` down to `to`; `None` where `to` is not wholly inside `from`.
-pub fn crop<T: Copy>(samples: &[T], from: Window, to: Window) -> Option<Vec<T>> {
-    let fits = from.contains(to) && samples.len() == from.width.checked_mul(from.height)?;
-    fits.then(|| held(samples, from, to))
-}
-
-/// The samples of `from` over any other window, beyond `from` its nearest pixel; nothing where `from` is empty.
-pub fn held<T: Copy>(samples: &[T], from: Window, to: Window) -> Vec<T> {
+/// Returns the samples of window `from` over window `to`: cropped, and extended beyond `from` by its edge pixels.
+///
+/// Samples are row-major. The result is empty if `from` is empty.
+pub fn crop_or_extend<T: Copy>(samples: &[T], from: PixelWindow, to: PixelWindow) -> Vec<T> {
     if samples.is_empty() || samples.len() != from.width * from.height {
         return Vec::new();
     }
@@ -89,30 +109,14 @@ pub fn held<T: Copy>(samples: &[T], from: Window, to: Window) -> Vec<T> {
     out
 }
 
-/// The samples of `from` over a window that holds it, zero beyond `from`.
-pub fn surrounded(samples: &[f32], from: Window, to: Window) -> Vec<f32> {
-    let mut out = held(samples, from, to);
-    let offset = |inner: i32, outer: i32| (i64::from(inner) - i64::from(outer)).max(0) as usize;
-    let (left, top) = (offset(from.x, to.x), offset(from.y, to.y));
-    let (columns, rows) = (left..left + from.width, top..top + from.height);
-    for (y, row) in out.chunks_exact_mut(to.width.max(1)).enumerate() {
-        for (x, sample) in row.iter_mut().enumerate() {
-            if !(rows.contains(&y) && columns.contains(&x)) {
-                *sample = 0.0;
-            }
-        }
-    }
-    out
-}
-
-/// The samples of `from` over any other window, zero beyond `from`.
-pub fn placed(samples: &[f32], from: Window, to: Window) -> Vec<f32> {
+/// Returns the samples of window `from` over window `to`: cropped, and zero beyond `from`.
+///
+/// Samples are row-major.
+pub fn crop_or_pad(samples: &[f32], from: PixelWindow, to: PixelWindow) -> Vec<f32> {
     let mut out = vec![0.0; to.width * to.height];
-    // How far the corner of `to` is inside `from`.
-    let (x, y) = (
-        i64::from(to.x) - i64::from(from.x),
-        i64::from(to.y) - i64::from(from.y),
-    );
+    // Position of the corner of `to` in `from`.
+    let x = i64::from(to.x) - i64::from(from.x);
+    let y = i64::from(to.y) - i64::from(from.y);
     let first = (-x).clamp(0, to.width as i64);
     let end = (from.width as i64 - x).clamp(first, to.width as i64);
     for (row, out) in out.chunks_exact_mut(to.width.max(1)).enumerate() {
@@ -126,35 +130,47 @@ pub fn placed(samples: &[f32], from: Window, to: Window) -> Vec<f32> {
     out
 }
 
-/// The `samples` of `what`, in `file`, over the data window of a plate: cut out of a larger window; as they are where
-/// only the place differs but not the size; beyond a smaller window of the same picture its nearest pixel, of which
-/// there is a remark.
+/// Samples over the data window of a plate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedSamples {
+    /// One sample per pixel of the plate's data window, row-major.
+    pub samples: Vec<f32>,
+    /// A warning for the user, if samples had to be extended.
+    pub warning: Option<String>,
+}
+
+/// Fits one channel of `file` (`channel` for messages) to the data window of a plate.
+///
+/// The channel is cropped if it covers the plate, and taken as it is if only its position differs. If both have one
+/// display window and overlap, it is extended by its edge pixels, with a warning.
 ///
 /// # Errors
-/// Samples that do not cover the plate and are not of the same picture.
-pub fn fitted(
+/// A channel of another size that neither covers the plate nor belongs to the same frame.
+pub(crate) fn fit_to_plate(
     samples: &[f32],
-    from: Windows,
-    plate: Windows,
-    (file, what): (&Path, &str),
-) -> Result<(Vec<f32>, Option<String>)> {
+    from: ImageWindows,
+    plate: ImageWindows,
+    file: &Path,
+    channel: &str,
+) -> Result<FittedSamples> {
     let (own, wanted) = (from.data, plate.data);
-    if let Some(cut) = crop(samples, own, wanted) {
-        return Ok((cut, None));
+    let fitted = |samples, warning| Ok(FittedSamples { samples, warning });
+    if own.contains(wanted) {
+        return fitted(crop_or_extend(samples, own, wanted), None);
     }
     if (own.width, own.height) == (wanted.width, wanted.height) {
-        return Ok((samples.to_vec(), None));
+        return fitted(samples.to_vec(), None);
     }
-    if from.display == plate.display && own.meets(wanted) {
-        let said = format!(
-            "{}, {what}: covers {own}, the plate {wanted}; beyond, its nearest pixel is taken",
+    if from.display == plate.display && own.intersects(wanted) {
+        let warning = format!(
+            "{}, channel {channel}: covers {own}, the plate {wanted}; extended by its edge pixels",
             file.display()
         );
-        return Ok((held(samples, own, wanted), Some(said)));
+        return fitted(crop_or_extend(samples, own, wanted), Some(warning));
     }
     Err(FileError::new(
         file,
-        what,
+        format!("channel {channel}"),
         format!("covers {own}, the plate {wanted}"),
         "render both at one size and data window",
     ))
@@ -164,8 +180,8 @@ pub fn fitted(
 mod tests {
     use super::*;
 
-    fn window(x: i32, y: i32, width: usize, height: usize) -> Window {
-        Window {
+    fn window(x: i32, y: i32, width: usize, height: usize) -> PixelWindow {
+        PixelWindow {
             x,
             y,
             width,
@@ -174,65 +190,59 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_cut_held_and_surrounded() {
+    fn samples_are_cropped_extended_and_padded() {
         let own = window(-1, 2, 3, 2);
         let samples = [1, 2, 3, 4, 5, 6];
-        assert_eq!(crop(&samples, own, window(0, 3, 2, 1)), Some(vec![5, 6]));
-        assert_eq!(crop(&samples, own, window(0, 3, 3, 1)), None);
-        assert_eq!(crop(&samples, own, window(-2, 2, 1, 1)), None);
+        assert_eq!(crop_or_extend(&samples, own, window(0, 3, 2, 1)), [5, 6]);
+        assert!(own.contains(window(0, 3, 2, 1)));
+        assert!(!own.contains(window(0, 3, 3, 1)) && !own.contains(window(-2, 2, 1, 1)));
         let floats = samples.map(|v| v as f32);
-        let part = placed(&floats, own, window(1, 1, 3, 2));
+        let part = crop_or_pad(&floats, own, window(1, 1, 3, 2));
         assert_eq!(part, [0.0, 0.0, 0.0, 3.0, 0.0, 0.0]);
-        let around = placed(&floats, own, window(-2, 3, 5, 2));
+        let around = crop_or_pad(&floats, own, window(-2, 3, 5, 2));
         assert_eq!(around, [0.0, 4.0, 5.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(placed(&floats, own, window(9, 9, 1, 2)), [0.0; 2]);
-        // A window that only meets the other.
+        assert_eq!(crop_or_pad(&floats, own, window(9, 9, 1, 2)), [0.0; 2]);
+        // A window that only overlaps.
         let moved = window(1, 1, 2, 2);
-        assert_eq!(held(&samples, own, moved), [3, 3, 3, 3]);
-        assert_eq!(held(&samples, own, own), samples);
-        let wider = own.grown(1, 0);
+        assert_eq!(crop_or_extend(&samples, own, moved), [3, 3, 3, 3]);
+        assert_eq!(crop_or_extend(&samples, own, own), samples);
+        let wider = own.expanded(1, 0);
         assert_eq!(wider, window(-2, 2, 5, 2));
-        let want = [0.0, 1.0, 2.0, 3.0, 0.0, 0.0, 4.0, 5.0, 6.0, 0.0];
-        assert_eq!(surrounded(&floats, own, wider), want);
-        assert_eq!(
-            crop(&surrounded(&floats, own, wider), wider, own),
-            Some(floats.to_vec())
-        );
+        let padded = [0.0, 1.0, 2.0, 3.0, 0.0, 0.0, 4.0, 5.0, 6.0, 0.0];
+        assert_eq!(crop_or_pad(&floats, own, wider), padded);
+        assert_eq!(crop_or_pad(&padded, wider, own), floats);
     }
 
     #[test]
-    fn windows_at_the_ends_of_numbers_are_no_trouble() {
+    fn extreme_positions_do_not_overflow() {
         let (first, last) = (window(i32::MIN, 0, 4, 4), window(i32::MAX - 3, 0, 4, 4));
-        assert!(!first.contains(last) && !first.meets(last) && first.contains(first));
-        assert_eq!(held(&[7_u32; 16], first, last), [7; 16]);
-        assert!(held::<u32>(&[], window(0, 0, 0, 4), last).is_empty());
+        assert!(!first.contains(last) && !first.intersects(last) && first.contains(first));
+        assert_eq!(crop_or_extend(&[7_u32; 16], first, last), [7; 16]);
+        assert!(crop_or_extend::<u32>(&[], window(0, 0, 0, 4), last).is_empty());
     }
 
     #[test]
-    fn only_what_is_of_the_same_picture_goes_on() {
+    fn only_channels_of_the_same_frame_are_extended() {
         let display = window(0, 0, 4, 3);
-        let pass = Windows {
+        let pass = ImageWindows {
             data: display,
             display,
         };
         let samples = [0.5; 12];
-        let over = |data: Window, display: Window| {
-            fitted(
-                &samples,
-                pass,
-                Windows { data, display },
-                (Path::new("z.exr"), "channel Z"),
-            )
+        let fit = |data: PixelWindow, display: PixelWindow| {
+            let plate = ImageWindows { data, display };
+            fit_to_plate(&samples, pass, plate, Path::new("z.exr"), "Z")
         };
-        let (held, said) = over(display.grown(2, 1), display).expect("overscan");
-        assert_eq!((held.len(), said.is_some()), (8 * 5, true));
+        let overscan = fit(display.expanded(2, 1), display).expect("overscan");
+        assert_eq!(
+            (overscan.samples.len(), overscan.warning.is_some()),
+            (8 * 5, true)
+        );
         for (data, display) in [
-            (display.grown(2, 1), display.grown(2, 1)),
+            (display.expanded(2, 1), display.expanded(2, 1)),
             (window(9, 9, 5, 5), display),
         ] {
-            let error = over(data, display)
-                .expect_err("another picture")
-                .to_string();
+            let error = fit(data, display).expect_err("another frame").to_string();
             assert!(
                 error.contains("z.exr") && error.contains("channel Z"),
                 "{error}"

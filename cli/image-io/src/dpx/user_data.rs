@@ -1,52 +1,54 @@
-//! Texts of ours in the user data of a DPX file.
+//! Provenance in the user data of a DPX file.
 
-use super::header::{HEADER, set_offset, set_user_data, user_data};
-use crate::provenance::Texts;
-use crate::text_lines;
+use super::header::{HEADER_BYTES, set_offset, set_user_data_length, user_data_length};
+use crate::metadata::TextAttributes;
+use crate::provenance::header_lines;
 
-/// Who the user data are of, in the 32 bytes that they begin with.
+/// The user identification: the first 32 bytes of the user data.
 const IDENTIFICATION: &[u8; 32] = b"Seidel\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
 
-/// The user data among the bytes before the pixels; empty where there are none.
-fn stated(lead: &[u8], big_endian: bool) -> &[u8] {
-    let end = HEADER.saturating_add(user_data(lead, big_endian));
-    &lead[HEADER..end.min(lead.len())]
+/// Returns the user data among the bytes before the pixels.
+fn user_data(start: &[u8], big_endian: bool) -> &[u8] {
+    let end = HEADER_BYTES.saturating_add(user_data_length(start, big_endian));
+    &start[HEADER_BYTES..end.min(start.len())]
 }
 
-/// The texts of ours that a file holds before its pixels.
-pub(crate) fn texts(lead: &[u8], big_endian: bool) -> Texts {
-    let own = stated(lead, big_endian).strip_prefix(IDENTIFICATION);
+/// Returns the provenance among the bytes before the pixels.
+pub(super) fn texts(start: &[u8], big_endian: bool) -> TextAttributes {
+    let own = user_data(start, big_endian).strip_prefix(IDENTIFICATION);
     let lines = own.into_iter().flat_map(|own| own.split(|&b| b == b'\n'));
-    text_lines::texts(lines)
+    header_lines::texts(lines)
 }
 
-/// Whether there is something of others where our texts would stand.
-pub(crate) fn is_taken(lead: &[u8], big_endian: bool) -> bool {
-    let stated = stated(lead, big_endian);
-    let beyond = &lead[HEADER + stated.len()..];
-    let foreign = !stated.is_empty() && !stated.starts_with(IDENTIFICATION);
-    // Nothing is written as zeros or as ones.
-    foreign || beyond.iter().any(|&b| b != 0 && b != 0xff)
+/// Whether another program has written data after the header.
+pub(super) fn is_foreign(start: &[u8], big_endian: bool) -> bool {
+    let user_data = user_data(start, big_endian);
+    let beyond = &start[HEADER_BYTES + user_data.len()..];
+    let is_other = !user_data.is_empty() && !user_data.starts_with(IDENTIFICATION);
+    // Unused bytes are zeros or ones.
+    is_other || beyond.iter().any(|&b| b != 0 && b != 0xff)
 }
 
-/// The bytes before the pixels with `texts` in place of those that they hold. They grow where there is no room, and stay
-/// as they are where it is taken.
-pub(crate) fn with_texts(lead: &[u8], big_endian: bool, texts: &Texts) -> Vec<u8> {
-    let lines = text_lines::lines(texts);
-    if is_taken(lead, big_endian) || (lines.is_empty() && stated(lead, big_endian).is_empty()) {
-        return lead.to_vec();
+/// Returns the bytes before the pixels with their provenance replaced by that of `texts`. They grow if necessary, and
+/// are unchanged if they hold data of another program.
+pub(super) fn with_texts(start: &[u8], big_endian: bool, texts: &TextAttributes) -> Vec<u8> {
+    let lines = header_lines::lines(texts);
+    if is_foreign(start, big_endian)
+        || (lines.is_empty() && user_data(start, big_endian).is_empty())
+    {
+        return start.to_vec();
     }
     let mut data = IDENTIFICATION.to_vec();
     for line in &lines {
         data.extend(line.as_bytes());
         data.push(b'\n');
     }
-    let mut new = lead[..HEADER].to_vec();
-    set_user_data(&mut new, big_endian, data.len());
+    let mut new = start[..HEADER_BYTES].to_vec();
+    set_user_data_length(&mut new, big_endian, data.len());
     new.extend(data);
-    let end = HEADER + stated(lead, big_endian).len();
+    let end = HEADER_BYTES + user_data(start, big_endian).len();
     new.resize(new.len().next_multiple_of(4).max(end), 0);
-    let rest = lead.get(new.len()..).unwrap_or_default();
+    let rest = start.get(new.len()..).unwrap_or_default();
     new.extend(rest);
     let length = new.len();
     set_offset(&mut new, big_endian, length);

@@ -1,57 +1,59 @@
-//! Headers of EXR files as the format has them, where the library writes them otherwise: attributes by name, as OpenEXR
-//! itself has them, so that the same picture makes the same file, and key codes.
+//! Corrections to the headers that the `exr` library writes.
+//!
+//! Attributes are sorted by name, as OpenEXR writes them, so that the same image makes the same file. Wrapped key codes
+//! get back their name and type.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 
-use crate::exr::key_code::unveiled;
+use super::key_code::unwrap;
 
-/// Bytes before the first header: magic number, version and flags.
-const START: u64 = 8;
+/// Offset of the first header, bytes: after magic number, version and flags.
+const FIRST_HEADER: u64 = 8;
 /// The flag of files with several parts.
 const MULTI_PART: u32 = 1 << 12;
 
-/// Puts all headers of a file that was just written right.
+/// Corrects all headers of a file that was just written.
 ///
 /// # Errors
 /// A file that cannot be read and written, or that ends within a header.
-pub(crate) fn put_right(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
+pub(super) fn correct_headers(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
     file.seek(SeekFrom::Start(4))?;
     let mut flags = [0; 4];
     file.read_exact(&mut flags)?;
-    let several = u32::from_le_bytes(flags) & MULTI_PART != 0;
+    let is_multi_part = u32::from_le_bytes(flags) & MULTI_PART != 0;
     let mut sorted = Vec::new();
     let mut read = BufReader::new(&mut *file);
     loop {
         let mut attributes = Vec::new();
         loop {
-            let (name, whole) = attribute(&mut read)?;
+            let (name, bytes) = read_attribute(&mut read)?;
             if name.is_empty() {
                 break;
             }
-            attributes.push((name, whole));
+            attributes.push((name, bytes));
         }
         let last = attributes.is_empty();
         attributes.sort();
-        sorted.extend(attributes.into_iter().flat_map(|(_, whole)| whole));
+        sorted.extend(attributes.into_iter().flat_map(|(_, bytes)| bytes));
         sorted.push(0);
-        if last || !several {
+        if last || !is_multi_part {
             break;
         }
     }
     drop(read);
-    file.seek(SeekFrom::Start(START))?;
+    file.seek(SeekFrom::Start(FIRST_HEADER))?;
     file.write_all(&sorted)?;
     file.seek(SeekFrom::End(0))?;
     Ok(())
 }
 
-/// The next attribute: its name, and all of its bytes; an empty name at the end of a header.
-fn attribute(read: &mut impl Read) -> io::Result<(Vec<u8>, Vec<u8>)> {
-    let name = word(read)?;
+/// Reads an attribute. Returns its name and all of its bytes; an empty name at the end of a header.
+fn read_attribute(read: &mut impl Read) -> io::Result<(Vec<u8>, Vec<u8>)> {
+    let name = read_text(read)?;
     if name.is_empty() {
         return Ok((name, vec![0]));
     }
-    let kind = word(read)?;
+    let kind = read_text(read)?;
     let mut size = [0; 4];
     read.read_exact(&mut size)?;
     let length = u64::from(u32::from_le_bytes(size));
@@ -59,21 +61,21 @@ fn attribute(read: &mut impl Read) -> io::Result<(Vec<u8>, Vec<u8>)> {
     if read.take(length).read_to_end(&mut value)? as u64 != length {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
-    let (name, kind) = unveiled(&name, &kind);
-    let whole = [name, &[0], kind, &[0], &size, &value].concat();
-    Ok((name.to_vec(), whole))
+    let (name, kind) = unwrap(&name, &kind);
+    let bytes = [name, &[0], kind, &[0], &size, &value].concat();
+    Ok((name.to_vec(), bytes))
 }
 
-/// The bytes up to a zero, without it.
-fn word(read: &mut impl Read) -> io::Result<Vec<u8>> {
-    let mut word = Vec::new();
+/// Reads the bytes up to a zero, without it.
+fn read_text(read: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut text = Vec::new();
     loop {
         let mut byte = [0];
         read.read_exact(&mut byte)?;
         if byte[0] == 0 {
-            return Ok(word);
+            return Ok(text);
         }
-        word.push(byte[0]);
+        text.push(byte[0]);
     }
 }
 
@@ -89,12 +91,12 @@ mod tests {
 
     fn sorted(file: Vec<u8>) -> io::Result<Vec<u8>> {
         let mut file = Cursor::new(file);
-        put_right(&mut file)?;
+        correct_headers(&mut file)?;
         Ok(file.into_inner())
     }
 
     #[test]
-    fn attributes_of_every_part_are_sorted_and_pixels_stay() {
+    fn attributes_of_every_part_are_sorted_and_pixels_are_unchanged() {
         let (a, b, c) = (
             attribute("a", b"1\0"),
             attribute("b", b""),

@@ -1,55 +1,57 @@
-//! Film key codes of EXR. The library reads them but writes six of their seven numbers, which nobody can read. So they go
-//! through it under another type, and get their own back in the file that it has written.
+//! Film key codes of OpenEXR files.
+//!
+//! The `exr` library reads the seven numbers of a key code but writes only six, which no program can read. So key codes
+//! are wrapped as custom attributes, and their name and type are restored in the written file (see `header`).
 
 use std::borrow::Cow;
 
 use exr::meta::attribute::{AttributeValue, KeyCode, Text};
 use exr::prelude::LayerAttributes;
 
-use crate::exr::texts::as_text;
+use super::attributes::new_text;
 
-/// The format's attribute.
+/// Name of the attribute.
 pub(crate) const NAME: &str = "keyCode";
-/// Its type.
-const KIND: &str = "keycode";
-/// What stands for both meanwhile, as long as they are so that nothing in the file moves. The library takes no attribute
-/// of its own by the format's name.
-const VEILED_NAME: &str = "keyCodX";
-const VEILED_KIND: &str = "keycodX";
+/// Type of the attribute.
+const TYPE: &str = "keycode";
+// Name and type of the wrapped attribute, since the library refuses custom attributes of standard names. They have the
+// lengths of the originals, so that restoring those moves nothing in the file.
+const WRAPPED_NAME: &str = "keyCodX";
+const WRAPPED_TYPE: &str = "keycodX";
 
-/// Perforations per frame and per count of 35 mm film, where nobody says them (OpenEXR has the same).
-pub(crate) const USUAL: (i32, i32) = (4, 64);
+/// Perforations per frame and per count of 35 mm film, the defaults of OpenEXR.
+pub(crate) const DEFAULT_PERFORATIONS: (i32, i32) = (4, 64);
 
-/// Has all key codes of a part go through the library.
-pub(crate) fn veil(attributes: &mut LayerAttributes) {
+/// Wraps all key codes of a part as custom attributes.
+pub(super) fn wrap_all(attributes: &mut LayerAttributes) {
     if let Some(code) = attributes.film_key_code.take() {
-        put(attributes, &code);
+        insert(attributes, &code);
     }
     for value in attributes.other.values_mut() {
         if let AttributeValue::KeyCode(code) = value {
-            *value = veiled(code);
+            *value = wrap_as_custom(code);
         }
     }
 }
 
-/// Gives a part a key code.
-pub(crate) fn put(attributes: &mut LayerAttributes, code: &KeyCode) {
-    let name = as_text(VEILED_NAME);
-    attributes.other.insert(name, veiled(code));
+/// Adds a key code to a part.
+pub(super) fn insert(attributes: &mut LayerAttributes, code: &KeyCode) {
+    let name = new_text(WRAPPED_NAME);
+    attributes.other.insert(name, wrap_as_custom(code));
 }
 
-fn veiled(code: &KeyCode) -> AttributeValue {
+fn wrap_as_custom(code: &KeyCode) -> AttributeValue {
     let bytes = numbers(code).into_iter();
     let bytes = bytes.flat_map(|(_, number)| number.to_le_bytes());
     AttributeValue::Custom {
-        kind: as_text(VEILED_KIND),
+        kind: new_text(WRAPPED_TYPE),
         bytes: bytes.collect(),
     }
 }
 
-/// The key code of a part.
-pub(crate) fn of(attributes: &LayerAttributes) -> Option<KeyCode> {
-    let name = Text::new_or_none(VEILED_NAME)?;
+/// Returns the key code of a part.
+pub(super) fn find(attributes: &LayerAttributes) -> Option<KeyCode> {
+    let name = Text::new_or_none(WRAPPED_NAME)?;
     let Some(AttributeValue::Custom { bytes, .. }) = attributes.other.get(&name) else {
         return None;
     };
@@ -69,29 +71,30 @@ pub(crate) fn of(attributes: &LayerAttributes) -> Option<KeyCode> {
     })
 }
 
-/// The name of an attribute of a plate, as the format has it.
-pub(crate) fn name_of<'a>(name: &'a Text, value: &'a AttributeValue) -> Cow<'a, str> {
+/// Returns the name under which an attribute is stored in the file.
+pub(super) fn stored_name<'a>(name: &'a Text, value: &'a AttributeValue) -> Cow<'a, str> {
     match value {
         AttributeValue::Custom { kind, .. } => {
-            let (name, _) = unveiled(name.as_slice(), kind.as_slice());
+            let (name, _) = unwrap(name.as_slice(), kind.as_slice());
             String::from_utf8_lossy(name)
         }
         _ => String::from_utf8_lossy(name.as_slice()),
     }
 }
 
-/// The name and type of an attribute that was written, as the format has them.
-pub(crate) fn unveiled<'a>(name: &'a [u8], kind: &'a [u8]) -> (&'a [u8], &'a [u8]) {
-    if kind != VEILED_KIND.as_bytes() {
+/// Returns the stored name and type of an attribute, which differ from `name` and `kind` if it is wrapped.
+pub(super) fn unwrap<'a>(name: &'a [u8], kind: &'a [u8]) -> (&'a [u8], &'a [u8]) {
+    if kind != WRAPPED_TYPE.as_bytes() {
         return (name, kind);
     }
-    match name == VEILED_NAME.as_bytes() {
-        true => (NAME.as_bytes(), KIND.as_bytes()),
-        false => (name, KIND.as_bytes()),
+    if name == WRAPPED_NAME.as_bytes() {
+        (NAME.as_bytes(), TYPE.as_bytes())
+    } else {
+        (name, TYPE.as_bytes())
     }
 }
 
-/// The numbers in the format's order, by OpenEXR's names.
+/// Returns the numbers in the order of the format, with OpenEXR's names.
 fn numbers(code: &KeyCode) -> [(&'static str, i32); 7] {
     [
         ("filmMfcCode", code.film_manufacturer_code),
@@ -104,8 +107,8 @@ fn numbers(code: &KeyCode) -> [(&'static str, i32); 7] {
     ]
 }
 
-/// For people to read.
-pub(crate) fn in_words(code: &KeyCode) -> String {
+/// Formats a key code for people.
+pub(crate) fn to_text(code: &KeyCode) -> String {
     let words = numbers(code).map(|(name, value)| format!("{name}={value}"));
     words.join(" ")
 }

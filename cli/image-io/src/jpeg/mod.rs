@@ -1,6 +1,6 @@
-//! JPEG files, which are read only: 8 bits, grey or RGB.
+//! JPEG files, read only: 8 bits, grey or RGB.
 
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 use std::path::Path;
 
 use image::codecs::jpeg::JpegDecoder;
@@ -8,68 +8,152 @@ use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, ImageError};
 
 use crate::error::{FileError, Result};
-use crate::flat_plate::{Container, FlatPlate, SampleDepth, names};
-use crate::guard::caught;
-use crate::limits::{Limits, open};
+use crate::format::{
+    AlphaSupport, Capabilities, Format, FormatInfo, GreySupport, ImageFile, ImageFormat,
+};
+use crate::input::InputFile;
+use crate::metadata::{AssumedEncoding, Metadata};
+use crate::plate::NewImage;
+use crate::raster::{RasterImage, channel_names, deinterleave};
+use crate::samples::SampleFormat;
 
-/// Reads a JPEG file.
-pub(crate) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
-    caught(|| read_unguarded(path, limits)).unwrap_or_else(|panic| Err(damaged(path, &panic)))
+/// The JPEG format.
+pub(crate) struct Jpeg;
+
+impl ImageFormat for Jpeg {
+    fn info(&self) -> &'static FormatInfo {
+        &FormatInfo {
+            id: Format::Jpeg,
+            name: "JPEG",
+            extensions: &["jpg", "jpeg"],
+            magic: &[&[0xff, 0xd8, 0xff]],
+            capabilities: Capabilities {
+                writable: false,
+                layers: false,
+                data_window: false,
+                pixel_aspect: false,
+                alpha: AlphaSupport::None,
+                grey: GreySupport::Always,
+                icc_profile: true,
+                texts: false,
+                common_metadata: false,
+            },
+        }
+    }
+
+    fn sample_format(&self, _source: SampleFormat, _channels: usize) -> SampleFormat {
+        SampleFormat::U8
+    }
+
+    fn read(&self, input: &InputFile) -> Result<ImageFile> {
+        read(input).map(ImageFile::Raster)
+    }
+
+    fn write_new(&self, path: &Path, _image: NewImage) -> Result<Vec<String>> {
+        Err(read_only(path))
+    }
 }
 
-fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
-    let (mut file, length) = open(path)?;
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)
-        .map_err(|e| FileError::io(path, "be read", &e))?;
-    check_frame(path, &bytes)?;
-    let refuse = |error: ImageError| damaged(path, &error.to_string());
+/// The metadata of a JPEG file.
+#[derive(Debug, Clone)]
+struct JpegMetadata {
+    icc_profile: Option<Vec<u8>>,
+    /// Whether there are EXIF data.
+    has_exif: bool,
+    /// Whether EXIF asks viewers to rotate or mirror the image.
+    is_rotated: bool,
+}
+
+impl Metadata for JpegMetadata {
+    fn format(&self) -> Format {
+        Format::Jpeg
+    }
+
+    fn write(&self, path: &Path, _image: &RasterImage) -> Result<()> {
+        Err(read_only(path))
+    }
+
+    fn icc_profile(&self) -> Option<&[u8]> {
+        self.icc_profile.as_deref()
+    }
+
+    fn remove_colour_space(&mut self) -> Vec<String> {
+        let removed = self.icc_profile.take();
+        let name = removed.map(|_| "the ICC profile".to_owned());
+        name.into_iter().collect()
+    }
+
+    fn read_warning(&self, _assumed: AssumedEncoding) -> Option<String> {
+        self.is_rotated.then(|| {
+            "the EXIF orientation of the JPEG is ignored: pixels are taken as they are stored"
+                .to_owned()
+        })
+    }
+
+    fn conversion_loss(&self, _kept: &[&str]) -> Option<String> {
+        self.has_exif
+            .then(|| "the EXIF metadata of the JPEG".to_owned())
+    }
+}
+
+fn read_only(path: &Path) -> FileError {
+    FileError::new(
+        path,
+        "",
+        "would be JPEG, which is never written",
+        "write it as PNG or TIFF",
+    )
+}
+
+fn read(input: &InputFile) -> Result<RasterImage> {
+    let bytes = input.read_all()?;
+    check_segments(input, &bytes)?;
+    let refuse = |error: ImageError| input.damaged(&error.to_string());
     let mut decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(refuse)?;
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
-    limits.check_sides(path, "SOF", width, height)?;
-    let total = decoder.total_bytes();
-    limits.check_bytes(path, "SOF", u128::from(total) * 5, length)?;
-    let colour = match decoder.color_type() {
-        ColorType::L8 => false,
-        ColorType::Rgb8 => true,
-        other => return Err(unsupported(path, &format!("{other:?} samples"))),
+    let channels = match decoder.color_type() {
+        ColorType::L8 => 1,
+        ColorType::Rgb8 => 3,
+        other => return Err(unsupported(input, &format!("{other:?} samples"))),
     };
-    let icc = decoder.icc_profile().map_err(refuse)?;
-    let exif = decoder.exif_metadata().is_ok_and(|exif| exif.is_some());
-    // A camera's note that does not read turns nothing.
-    let turned = decoder
-        .orientation()
-        .is_ok_and(|turn| turn != Orientation::NoTransforms);
-    let mut data = vec![0; total as usize];
+    // The decoder's bytes, and planes of four times their size.
+    input.check_size("SOF", width, height, channels * 5)?;
+    // Unreadable EXIF data state no orientation.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let metadata = JpegMetadata {
+        icc_profile: decoder.icc_profile().map_err(refuse)?,
+        has_exif: decoder.exif_metadata().is_ok_and(|exif| exif.is_some()),
+        is_rotated: orientation != Orientation::NoTransforms,
+    };
+    let mut data = vec![0; decoder.total_bytes() as usize];
     decoder.read_image(&mut data).map_err(refuse)?;
-    let names = names(colour, false);
-    Ok(FlatPlate {
-        path: path.to_path_buf(),
-        container: Container::Jpeg { icc, exif, turned },
-        depth: SampleDepth::U8,
+    Ok(RasterImage {
+        path: input.path.to_path_buf(),
+        metadata: Box::new(metadata),
+        sample_format: SampleFormat::U8,
         width,
         height,
-        planes: FlatPlate::planes_of(&data, names.len(), |s| f32::from(s) / 255.0),
-        names,
+        names: channel_names(channels),
+        planes: deinterleave(&data, channels, |s| f32::from(s) / 255.0),
         texts: Vec::new(),
         changed: false,
-        notes: Vec::new(),
+        warnings: Vec::new(),
     })
 }
 
-/// Refuses what the decoder would turn into something else without a word: CMYK into RGB, and what is missing of a
-/// truncated file into grey.
-fn check_frame(path: &Path, bytes: &[u8]) -> Result<()> {
-    let truncated = || damaged(path, "it is truncated");
+/// Refuses what the decoder would silently alter: CMYK, which it converts to RGB, and truncated files, which it fills
+/// with grey.
+fn check_segments(input: &InputFile, bytes: &[u8]) -> Result<()> {
+    let truncated = || input.damaged("it is truncated");
     let mut at = 2;
     loop {
         let Some(&[0xff, marker]) = bytes.get(at..at + 2) else {
-            return Err(damaged(path, "a segment does not begin with a marker"));
+            return Err(input.damaged("a segment does not begin with a marker"));
         };
         at += 2;
         let segment = match marker {
-            // Fill before a marker.
+            // A fill byte before a marker.
             0xff => {
                 at -= 1;
                 continue;
@@ -82,21 +166,21 @@ fn check_frame(path: &Path, bytes: &[u8]) -> Result<()> {
         let length = usize::from(u16::from_be_bytes([segment[0], segment[1]]));
         let segment = bytes.get(at + 2..at + length).ok_or_else(truncated)?;
         match (marker, segment) {
-            // Tables and reserved markers among those of frames.
+            // Tables and reserved markers within the range of frame markers.
             (0xc4 | 0xc8 | 0xcc, _) => {}
             (0xc0..=0xcf, [precision, _, _, _, _, components, ..]) => {
                 if *components == 4 {
-                    return Err(unsupported(path, "CMYK"));
+                    return Err(unsupported(input, "CMYK"));
                 }
                 if *precision != 8 {
-                    return Err(unsupported(path, &format!("{precision} bits a sample")));
+                    return Err(unsupported(input, &format!("{precision} bits per sample")));
                 }
             }
-            // The scan: what follows is coded, where only an end is an end.
+            // The entropy-coded scan, in which an end marker can only be the end.
             (0xda, _) => {
                 let rest = &bytes[at..];
-                let ends = rest.windows(2).any(|pair| pair == [0xff, 0xd9]);
-                return if ends { Ok(()) } else { Err(truncated()) };
+                let has_end = rest.windows(2).any(|pair| pair == [0xff, 0xd9]);
+                return if has_end { Ok(()) } else { Err(truncated()) };
             }
             _ => {}
         }
@@ -104,20 +188,9 @@ fn check_frame(path: &Path, bytes: &[u8]) -> Result<()> {
     }
 }
 
-fn unsupported(path: &Path, what: &str) -> FileError {
-    FileError::new(
-        path,
-        "",
-        format!("is a JPEG of a kind that is not supported ({what})"),
+fn unsupported(input: &InputFile, feature: &str) -> FileError {
+    input.unsupported(
+        feature,
         "save it as 8-bit RGB or grey, better as TIFF or PNG",
-    )
-}
-
-fn damaged(path: &Path, what: &str) -> FileError {
-    FileError::new(
-        path,
-        "",
-        format!("is no readable JPEG ({what})"),
-        "save or copy the file again",
     )
 }

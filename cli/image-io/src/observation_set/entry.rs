@@ -1,4 +1,4 @@
-//! The keys of a manifest: the set's own and those of one observation.
+//! The keys of a manifest: those of the set and those of an observation.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use seidel_core::distance::ObjectDistance;
 use seidel_core::field::{Frame, ImagePoint};
 use serde_json::Value;
 
-use super::fields::{Fields, shown};
+use super::fields::{Fields, abbreviated};
 use super::{FORMAT, VERSION};
 
 const SET_KEYS: [&str; 8] = [
@@ -41,48 +41,48 @@ const OBSERVATION_KEYS: [&str; 9] = [
     "saturated",
 ];
 
-/// What a manifest says of the set as a whole.
-pub(crate) struct SetEntry<'a> {
-    pub(crate) frame: Frame,
-    pub(crate) axis_stated: bool,
-    pub(crate) pixel_pitch_um: Option<f64>,
-    pub(crate) channels: Vec<String>,
-    pub(crate) camera: Camera,
-    pub(crate) observations: &'a [Value],
+/// The entry of the set as a whole.
+pub(super) struct SetEntry<'a> {
+    pub(super) frame: Frame,
+    pub(super) axis_stated: bool,
+    pub(super) pixel_pitch_um: Option<f64>,
+    pub(super) channels: Vec<String>,
+    pub(super) camera: Camera,
+    pub(super) observations: &'a [Value],
 }
 
-/// What a manifest says of one observation, its tile aside.
-pub(crate) struct ObservationEntry {
-    pub(crate) file: String,
-    pub(crate) centre: ImagePoint,
-    pub(crate) distance: ObjectDistance,
-    pub(crate) ideal: Option<ImagePoint>,
-    pub(crate) noise_sigma: Vec<Option<f64>>,
-    pub(crate) background: Vec<f64>,
-    pub(crate) saturated: bool,
+/// The entry of one observation, without its tile.
+pub(super) struct ObservationEntry {
+    pub(super) file: String,
+    pub(super) centre: ImagePoint,
+    pub(super) distance: ObjectDistance,
+    pub(super) ideal: Option<ImagePoint>,
+    pub(super) noise_sigma: Vec<Option<f64>>,
+    pub(super) background: Vec<f64>,
+    pub(super) saturated: bool,
 }
 
-/// Reads the keys of the set. `None` where a fault leaves nothing to go on with.
-pub(crate) fn set<'a>(root: &'a Value, faults: &mut Vec<Fault>) -> Option<SetEntry<'a>> {
+/// Reads the keys of the set; `None` if a fault prevents reading the observations.
+pub(super) fn read_set<'a>(root: &'a Value, faults: &mut Vec<Fault>) -> Option<SetEntry<'a>> {
     let Some(object) = root.as_object() else {
-        faults.push(no_object(root, None, "manifest"));
+        faults.push(not_an_object(root, None, "manifest"));
         return None;
     };
     let mut fields = Fields::new(object, "", None, faults);
-    // A file of another kind or version has other keys: say so and nothing else.
+    // A file of another format or version has other keys, so only this fault is reported.
     let format = fields.required("format", &format!("\"{FORMAT}\""))?;
     if format.as_str() != Some(FORMAT) {
         let remedy = format!("give a PSF observation set, whose format is \"{FORMAT}\"");
-        fields.fault("format", format!("is {}", shown(format)), remedy);
+        fields.fault("format", format!("is {}", abbreviated(format)), remedy);
         return None;
     }
     let version = fields.required("version", &VERSION.to_string())?;
     if version.as_u64() != Some(VERSION) {
         let remedy = format!("only version {VERSION} is read; write the set in that version");
-        fields.fault("version", format!("is {}", shown(version)), remedy);
+        fields.fault("version", format!("is {}", abbreviated(version)), remedy);
         return None;
     }
-    fields.only(&SET_KEYS);
+    fields.check_keys(&SET_KEYS);
     let size = image_size(&mut fields);
     let axis = optical_axis(&mut fields);
     let axis_stated = fields.get("optical_axis").is_some();
@@ -91,7 +91,7 @@ pub(crate) fn set<'a>(root: &'a Value, faults: &mut Vec<Fault>) -> Option<SetEnt
     let observations = match fields.required("observations", "a list of observations") {
         Some(Value::Array(list)) => Some(list.as_slice()),
         Some(other) => {
-            let problem = format!("is {}", shown(other));
+            let problem = format!("is {}", abbreviated(other));
             fields.fault("observations", problem, "give a list of observations");
             None
         }
@@ -108,7 +108,7 @@ pub(crate) fn set<'a>(root: &'a Value, faults: &mut Vec<Fault>) -> Option<SetEnt
         None => Camera::default(),
         Some(Value::Object(map)) => camera(&mut fields.inside(map, "camera.")),
         Some(other) => {
-            let problem = format!("is {}", shown(other));
+            let problem = format!("is {}", abbreviated(other));
             fields.fault("camera", problem, "give an object, or leave it out");
             Camera::default()
         }
@@ -145,7 +145,7 @@ fn optical_axis(fields: &mut Fields<'_, '_>) -> Option<ImagePoint> {
     const REMEDY: &str = "give [x, y] in frame pixels, or leave it out for the frame's centre";
     let value = fields.get("optical_axis")?;
     let Some([x, y]) = value.as_array().map(Vec::as_slice) else {
-        fields.fault("optical_axis", format!("is {}", shown(value)), REMEDY);
+        fields.fault("optical_axis", format!("is {}", abbreviated(value)), REMEDY);
         return None;
     };
     let x = fields.number_of("optical_axis", x, REMEDY);
@@ -163,14 +163,14 @@ fn channels(fields: &mut Fields<'_, '_>) -> Option<Vec<String>> {
     if names.is_none() {
         fields.fault(
             "channels",
-            format!("is {}", shown(value)),
+            format!("is {}", abbreviated(value)),
             format!("give {WHAT}"),
         );
     }
     names
 }
 
-/// A distance in metres: absent, null and a number differ.
+/// Reads a distance in metres: absent is unknown, null is infinity.
 fn distance(fields: &mut Fields<'_, '_>, key: &str) -> ObjectDistance {
     const REMEDY: &str = "give metres greater than zero, null for infinity, or leave it out";
     let Some(value) = fields.get(key) else {
@@ -189,7 +189,7 @@ fn distance(fields: &mut Fields<'_, '_>, key: &str) -> ObjectDistance {
 }
 
 fn camera(fields: &mut Fields<'_, '_>) -> Camera {
-    fields.only(&CAMERA_KEYS);
+    fields.check_keys(&CAMERA_KEYS);
     let focal_length_mm = fields.positive("focal_length_mm", "millimetres");
     let f_number = fields.positive("f_number", "a number");
     let focus_distance = distance(fields, "focus_distance_m");
@@ -206,7 +206,7 @@ fn camera(fields: &mut Fields<'_, '_>) -> Camera {
         }
         Some(other) => fields.fault(
             "wavelength_nm",
-            format!("is {}", shown(other)),
+            format!("is {}", abbreviated(other)),
             "give an object of nanometres by channel, or leave it out",
         ),
     }
@@ -218,18 +218,18 @@ fn camera(fields: &mut Fields<'_, '_>) -> Camera {
     }
 }
 
-fn no_object(value: &Value, observation: Option<usize>, field: &str) -> Fault {
+fn not_an_object(value: &Value, observation: Option<usize>, field: &str) -> Fault {
     Fault {
         observation,
         file: String::new(),
         field: field.to_owned(),
-        problem: format!("is {}", shown(value)),
+        problem: format!("is {}", abbreviated(value)),
         remedy: "give a JSON object".to_owned(),
     }
 }
 
-/// Reads the keys of observation `index`. `None` if they have any fault.
-pub(crate) fn observation(
+/// Reads the keys of observation `index`; `None` if they have any fault.
+pub(super) fn read_observation(
     value: &Value,
     index: usize,
     channels: &[String],
@@ -237,11 +237,11 @@ pub(crate) fn observation(
 ) -> Option<ObservationEntry> {
     let before = faults.len();
     let Some(object) = value.as_object() else {
-        faults.push(no_object(value, Some(index), "observation"));
+        faults.push(not_an_object(value, Some(index), "observation"));
         return None;
     };
     let mut fields = Fields::new(object, "", Some(index), faults);
-    fields.only(&OBSERVATION_KEYS);
+    fields.check_keys(&OBSERVATION_KEYS);
     let file = match fields.required("file", "the tile's path, relative to the manifest") {
         Some(Value::String(name)) if is_inside(name) => Some(name.clone()),
         Some(Value::String(name)) => {
@@ -256,7 +256,7 @@ pub(crate) fn observation(
         Some(other) => {
             fields.fault(
                 "file",
-                format!("is {}", shown(other)),
+                format!("is {}", abbreviated(other)),
                 "give the tile's path",
             );
             None
@@ -277,7 +277,7 @@ pub(crate) fn observation(
         None => false,
         Some(Value::Bool(flag)) => *flag,
         Some(other) => {
-            let problem = format!("is {}", shown(other));
+            let problem = format!("is {}", abbreviated(other));
             fields.fault("saturated", problem, "give true or false, or leave it out");
             false
         }
@@ -297,7 +297,7 @@ pub(crate) fn observation(
 }
 
 fn ideal(fields: &mut Fields<'_, '_>) -> Option<ImagePoint> {
-    const WHAT: &str = "where an undistorted lens would put the point, in frame pixels";
+    const WHAT: &str = "the position of the point with an undistorted lens, in frame pixels";
     let (x, y) = (
         fields.number("ideal_x", WHAT),
         fields.number("ideal_y", WHAT),
@@ -314,7 +314,7 @@ fn ideal(fields: &mut Fields<'_, '_>) -> Option<ImagePoint> {
     Some(ImagePoint::new(x?, y?))
 }
 
-/// A number for all channels, or an object of numbers by channel; `None` for a channel without one.
+/// Reads a number for all channels, or an object of numbers by channel; `None` for channels without one.
 fn by_channel(fields: &mut Fields<'_, '_>, key: &str, channels: &[String]) -> Vec<Option<f64>> {
     const REMEDY: &str = "give a number, or an object of numbers by channel, or leave it out";
     let none = vec![None; channels.len()];
@@ -325,7 +325,7 @@ fn by_channel(fields: &mut Fields<'_, '_>, key: &str, channels: &[String]) -> Ve
                 let remedy = format!("use the set's channels: {}", channels.join(", "));
                 fields.fault(
                     key,
-                    format!("names the channel `{name}`, which the set has not"),
+                    format!("names the channel `{name}`, which is not in the set"),
                     remedy,
                 );
             }
@@ -341,8 +341,8 @@ fn by_channel(fields: &mut Fields<'_, '_>, key: &str, channels: &[String]) -> Ve
     }
 }
 
-/// Whether a tile's name stays inside the set's folder on every system.
-pub(crate) fn is_inside(name: &str) -> bool {
+/// Whether the name of a tile stays inside the folder of the set on every system.
+pub(super) fn is_inside(name: &str) -> bool {
     let drive = name.as_bytes().get(1) == Some(&b':');
     let rooted = name.starts_with(['/', '\\']);
     let climbs = name.split(['/', '\\']).any(|part| part == "..");

@@ -1,12 +1,12 @@
-//! Typed reading of JSON objects that collects every fault instead of stopping at the first.
+//! Typed reading of JSON objects that collects all faults.
 
 use seidel_core::Fault;
 use serde_json::{Map, Value};
 
-/// One JSON object of a manifest, and where to put the faults found in it.
-pub(crate) struct Fields<'v, 'f> {
+/// A JSON object of a manifest, and the list of faults.
+pub(super) struct Fields<'v, 'f> {
     object: &'v Map<String, Value>,
-    /// Put before the key in messages, such as `camera.`.
+    /// Prefix of keys in messages, such as `camera.`.
     prefix: &'static str,
     observation: Option<usize>,
     file: String,
@@ -14,7 +14,7 @@ pub(crate) struct Fields<'v, 'f> {
 }
 
 impl<'v, 'f> Fields<'v, 'f> {
-    pub(crate) fn new(
+    pub(super) fn new(
         object: &'v Map<String, Value>,
         prefix: &'static str,
         observation: Option<usize>,
@@ -34,8 +34,8 @@ impl<'v, 'f> Fields<'v, 'f> {
         }
     }
 
-    /// The fields of an object within this one.
-    pub(crate) fn inside<'o>(
+    /// Returns the fields of an object within this one.
+    pub(super) fn inside<'o>(
         &mut self,
         object: &'o Map<String, Value>,
         prefix: &'static str,
@@ -49,7 +49,7 @@ impl<'v, 'f> Fields<'v, 'f> {
         }
     }
 
-    pub(crate) fn fault(
+    pub(super) fn fault(
         &mut self,
         key: &str,
         problem: impl Into<String>,
@@ -64,21 +64,21 @@ impl<'v, 'f> Fields<'v, 'f> {
         });
     }
 
-    /// Refuses every key that is not in `known`.
-    pub(crate) fn only(&mut self, known: &[&str]) {
+    /// Reports every key that is not in `known`.
+    pub(super) fn check_keys(&mut self, known: &[&str]) {
         let object = self.object;
         for key in object.keys().filter(|key| !known.contains(&key.as_str())) {
             let remedy = format!("remove it, or use one of: {}", known.join(", "));
-            self.fault(key, "is no key of this format", remedy);
+            self.fault(key, "is not a key of this format", remedy);
         }
     }
 
-    pub(crate) fn get(&self, key: &str) -> Option<&'v Value> {
+    pub(super) fn get(&self, key: &str) -> Option<&'v Value> {
         self.object.get(key)
     }
 
-    /// A value that must be there.
-    pub(crate) fn required(&mut self, key: &str, what: &str) -> Option<&'v Value> {
+    /// Returns a required value.
+    pub(super) fn required(&mut self, key: &str, what: &str) -> Option<&'v Value> {
         let value = self.get(key);
         if value.is_none() {
             self.fault(key, "is missing", format!("give {what}"));
@@ -86,31 +86,31 @@ impl<'v, 'f> Fields<'v, 'f> {
         value
     }
 
-    /// `value` as a finite number, or a fault of `key`.
-    pub(crate) fn number_of(&mut self, key: &str, value: &Value, remedy: &str) -> Option<f64> {
+    /// Returns `value` as a finite number; otherwise reports a fault of `key`.
+    pub(super) fn number_of(&mut self, key: &str, value: &Value, remedy: &str) -> Option<f64> {
         match value.as_f64().filter(|n| n.is_finite()) {
             Some(number) => Some(number),
             None => {
-                self.fault(key, format!("is {}", shown(value)), remedy);
+                self.fault(key, format!("is {}", abbreviated(value)), remedy);
                 None
             }
         }
     }
 
-    /// A number that must be there.
-    pub(crate) fn required_number(&mut self, key: &str, what: &str) -> Option<f64> {
+    /// Returns a required number.
+    pub(super) fn required_number(&mut self, key: &str, what: &str) -> Option<f64> {
         let value = self.required(key, what)?;
         self.number_of(key, value, &format!("give {what}"))
     }
 
-    /// A number that may be left out.
-    pub(crate) fn number(&mut self, key: &str, what: &str) -> Option<f64> {
+    /// Returns an optional number.
+    pub(super) fn number(&mut self, key: &str, what: &str) -> Option<f64> {
         let value = self.get(key)?;
         self.number_of(key, value, &format!("give {what}, or leave it out"))
     }
 
-    /// A number greater than zero that may be left out.
-    pub(crate) fn positive(&mut self, key: &str, what: &str) -> Option<f64> {
+    /// Returns an optional number greater than zero.
+    pub(super) fn positive(&mut self, key: &str, what: &str) -> Option<f64> {
         let number = self.number(key, what)?;
         if number <= 0.0 {
             self.fault(
@@ -124,8 +124,8 @@ impl<'v, 'f> Fields<'v, 'f> {
     }
 }
 
-/// A JSON value for a message, cut short.
-pub(crate) fn shown(value: &Value) -> String {
+/// Formats a JSON value for a message, abbreviated.
+pub(super) fn abbreviated(value: &Value) -> String {
     match value {
         Value::Object(_) => "an object".to_owned(),
         Value::Array(items) => format!("a list of {}", items.len()),
@@ -134,9 +134,10 @@ pub(crate) fn shown(value: &Value) -> String {
     }
 }
 
-/// Puts NaN and infinities, which JSON has not but common writers write, in quotes, so that they can
-/// be reported where they stand. Text within quotes is left alone.
-pub(crate) fn quote_non_finite(text: &str) -> String {
+/// Puts NaN and infinities in quotes, so that the manifest parses and they are reported as faults of their fields.
+///
+/// JSON does not have them, but common writers write them. Quoted text is unchanged.
+pub(super) fn quote_non_finite(text: &str) -> String {
     let mut quoted = String::with_capacity(text.len());
     let mut rest = text;
     let mut in_string = false;
@@ -154,7 +155,7 @@ pub(crate) fn quote_non_finite(text: &str) -> String {
         }
         let mut length = c.len_utf8();
         if in_string && c == '\\' {
-            // The escaped character goes along, so that \" does not end the string.
+            // Includes the escaped character, so that \" does not end the string.
             length += rest[length..].chars().next().map_or(0, char::len_utf8);
         } else if c == '"' {
             in_string = !in_string;
@@ -170,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_bare_words_are_quoted() {
+    fn only_unquoted_words_are_quoted() {
         assert_eq!(
             quote_non_finite(r#"{"NaN \" NaN": NaN, "é": [-Infinity, 1]}"#),
             r#"{"NaN \" NaN": "NaN", "é": ["-Infinity", 1]}"#

@@ -1,18 +1,18 @@
-//! PSF observation sets on disk: `manifest.json` and the tiles it names.
+//! PSF observation sets as folders: `manifest.json` and the image files of the tiles.
 
 mod entry;
 mod fields;
 mod read;
 mod write;
 
-pub use read::{Dropped, Loaded, ReadOptions, read};
-pub use write::{add_set, write};
+pub use read::{LoadedSet, ReadOptions, SkippedObservation, read};
+pub use write::{write, write_into};
 
-/// Name of the manifest in a set's folder.
+/// Name of the manifest in the folder of a set.
 pub const MANIFEST: &str = "manifest.json";
 
-/// Value of the `format` key.
+/// Value of the key `format`.
 const FORMAT: &str = "psf-observations";
 
-/// The version that is read and written.
+/// The supported value of the key `version`.
 const VERSION: u64 = 1;

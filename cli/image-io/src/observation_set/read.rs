@@ -1,4 +1,4 @@
-//! Reading an observation set, with all its faults reported together.
+//! Reading an observation set. All of its faults are reported together.
 
 use std::path::{Path, PathBuf};
 
@@ -14,47 +14,47 @@ use crate::error::{FileError, Result};
 use crate::json::{TEXT_LIMIT_BYTES, parse_json, read_text};
 use crate::tile_image;
 
-/// How to read a set.
+/// Options of reading a set.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// Leave out observations with faults, and say which, instead of refusing the set.
+    /// Skip observations with faults instead of refusing the set.
     pub skip_bad: bool,
 }
 
-/// A set as read.
+/// An observation set that was read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Loaded {
-    /// The sound observations.
+pub struct LoadedSet {
+    /// The observations without faults.
     pub set: ObservationSet,
-    /// What was left out; empty without [`ReadOptions::skip_bad`].
-    pub dropped: Vec<Dropped>,
+    /// The observations that were skipped; empty without [`ReadOptions::skip_bad`].
+    pub skipped: Vec<SkippedObservation>,
 }
 
-/// One observation that was left out.
+/// An observation that was skipped.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Dropped {
+pub struct SkippedObservation {
     /// Its index in the manifest.
     pub index: usize,
-    /// What was wrong with it.
+    /// Its faults.
     pub faults: Vec<Fault>,
 }
 
 /// Reads the set in a folder, or that of a manifest file.
 ///
 /// # Errors
-/// All faults of all observations together, by observation and field; a set with a fault of its own
-/// is refused whatever the options say.
-pub fn read(path: &Path, options: ReadOptions) -> Result<Loaded> {
+/// All faults of all observations, by observation and field. Faults of the set itself are errors whatever the options
+/// are, and so is a set without any valid observation.
+pub fn read(path: &Path, options: ReadOptions) -> Result<LoadedSet> {
     let manifest = manifest_path(path)?;
     let text = read_text(&manifest, TEXT_LIMIT_BYTES)?;
     let root: Value = match parse_json(&manifest, &text) {
         Ok(root) => root,
-        // NaN is no JSON, but then its place is worth more than its line.
+        // JSON has no NaN, but a fault that names the observation and field is more useful than one that names the line.
         Err(error) => parse_json(&manifest, &quote_non_finite(&text)).map_err(|_| error)?,
     };
     let folder = manifest.parent().unwrap_or(Path::new("")).to_path_buf();
     let mut set_faults = Vec::new();
-    let Some(set) = entry::set(&root, &mut set_faults) else {
+    let Some(set) = entry::read_set(&root, &mut set_faults) else {
         return Err(FileError::many(manifest, set_faults));
     };
 
@@ -90,30 +90,30 @@ pub fn read(path: &Path, options: ReadOptions) -> Result<Loaded> {
                 fault.observation = Some(indices[place]);
                 faults[indices[place]].push(fault);
             }
-            // An empty set is no fault of its own where its observations are all bad already.
+            // If all observations are bad, the emptiness of the set is not a fault of its own.
             None if fault.field == "observations" && !faults.is_empty() => {}
             None => set_faults.push(fault),
         }
     }
     let bad = faults.iter().filter(|f| !f.is_empty()).count();
-    let nothing_left = bad == faults.len();
-    if !set_faults.is_empty() || (bad > 0 && (!options.skip_bad || nothing_left)) {
+    let none_left = bad == faults.len();
+    if !set_faults.is_empty() || (bad > 0 && (!options.skip_bad || none_left)) {
         set_faults.extend(faults.into_iter().flatten());
         return Err(FileError::many(manifest, set_faults));
     }
     let keep: Vec<bool> = indices.iter().map(|&i| faults[i].is_empty()).collect();
     let mut keep = keep.into_iter();
-    // The iterator has one entry an observation, in their order.
+    // The iterator has one entry per observation, in order.
     loaded.observations.retain(|_| keep.next().unwrap_or(false));
-    let dropped = faults
+    let skipped = faults
         .into_iter()
         .enumerate()
         .filter(|(_, faults)| !faults.is_empty())
-        .map(|(index, faults)| Dropped { index, faults })
+        .map(|(index, faults)| SkippedObservation { index, faults })
         .collect();
-    Ok(Loaded {
+    Ok(LoadedSet {
         set: loaded,
-        dropped,
+        skipped,
     })
 }
 
@@ -128,7 +128,7 @@ fn manifest_path(path: &Path) -> Result<PathBuf> {
     Err(FileError::new(
         path,
         "",
-        format!("holds no {MANIFEST}"),
+        format!("contains no {MANIFEST}"),
         "give the folder of an observation set, or its manifest",
     ))
 }
@@ -140,8 +140,8 @@ fn read_observation(
     channels: &[String],
 ) -> std::result::Result<Observation, Vec<Fault>> {
     let mut faults = Vec::new();
-    let entry = entry::observation(value, index, channels, &mut faults);
-    // The tile is read even where another field is bad, so that its faults are told in the same go.
+    let entry = entry::read_observation(value, index, channels, &mut faults);
+    // The tile is read even if another field is bad, so that its faults are reported too.
     let name = value
         .get("file")
         .and_then(Value::as_str)

@@ -10,27 +10,27 @@ use serde_json::{Map, Value, json};
 
 use super::entry::is_inside;
 use super::{FORMAT, MANIFEST, VERSION};
-use crate::atomic::write_folder_whole;
+use crate::atomic::write_folder_atomically;
 use crate::error::{FileError, Result};
 use crate::format::Format;
 use crate::json::write_json;
 use crate::tile_image;
 
-/// Writes a set as the folder `folder`, whole or not at all: the manifest, and float tiles under the
-/// names they have in the set. A tile gets another name, ending in `.exr`, where its own is no EXR or
-/// TIFF name or is that of an earlier one.
+/// Writes a set as a folder, whole or not at all: the manifest, and float tiles under their names in the set.
+///
+/// A tile gets another name, ending in `.exr`, if its own has not the extension of EXR or TIFF or is taken.
 ///
 /// # Errors
-/// A folder that cannot be written or holds other files, and values that the format cannot hold.
+/// A folder that cannot be written or has other files, and values that the format does not allow.
 pub fn write(set: &ObservationSet, folder: &Path) -> Result<()> {
-    write_folder_whole(folder, |temporary| add_set(set, temporary))
+    write_folder_atomically(folder, |temporary| write_into(set, temporary))
 }
 
-/// Writes a set into a folder that exists, such as one that [`write_folder_whole`] hands out.
+/// Writes a set into an existing folder, such as the one that [`write_folder_atomically`] passes to its closure.
 ///
 /// # Errors
-/// As [`write()`].
-pub fn add_set(set: &ObservationSet, folder: &Path) -> Result<()> {
+/// Those of [`write()`].
+pub fn write_into(set: &ObservationSet, folder: &Path) -> Result<()> {
     let names = tile_names(set);
     for name in &names {
         let tile = folder.join(name);
@@ -47,29 +47,29 @@ pub fn add_set(set: &ObservationSet, folder: &Path) -> Result<()> {
     write_json(&folder.join(MANIFEST), &manifest(set, &names))
 }
 
-/// A file name for every observation: its own where it can be kept.
+/// Returns a file name for every observation: its own if that is valid and free.
 fn tile_names(set: &ObservationSet) -> Vec<String> {
     let mut taken = HashSet::new();
-    // What can be kept is kept, whatever the names before it turn into.
-    let kept: Vec<Option<String>> = set
+    // New names are chosen last, so that they take none of these.
+    let own: Vec<Option<String>> = set
         .observations
         .iter()
         .map(|o| {
-            let name = match Format::of_name(Path::new(&o.file)) {
+            let name = match Format::from_path(Path::new(&o.file)) {
                 Some(Format::Exr) => o.file.clone(),
-                Some(Format::Tiff) if can_be_tiff(&set.channels) => o.file.clone(),
+                Some(Format::Tiff) if fits_tiff(&set.channels) => o.file.clone(),
                 _ => Path::new(&o.file)
                     .with_extension("exr")
                     .to_string_lossy()
                     .into_owned(),
             };
-            // Case is folded because some file systems do so.
-            let free = is_inside(&name) && taken.insert(name.to_lowercase());
-            free.then_some(name)
+            // Some file systems ignore case.
+            let is_free = is_inside(&name) && taken.insert(name.to_lowercase());
+            is_free.then_some(name)
         })
         .collect();
     let mut number = 0;
-    kept.into_iter()
+    own.into_iter()
         .map(|name| {
             name.unwrap_or_else(|| {
                 loop {
@@ -84,8 +84,8 @@ fn tile_names(set: &ObservationSet) -> Vec<String> {
         .collect()
 }
 
-/// TIFF channels have no names: grey and R, G, B only.
-fn can_be_tiff(channels: &[String]) -> bool {
+/// Whether TIFF can store the channels, which have no names there.
+fn fits_tiff(channels: &[String]) -> bool {
     channels.len() == 1 || channels == ["R", "G", "B"]
 }
 
@@ -170,7 +170,7 @@ fn put_distance(map: &mut Map<String, Value>, key: &str, distance: ObjectDistanc
     }
 }
 
-/// One number where all channels agree, else an object of those that have one.
+/// Returns one number if all channels agree, else an object of the channels that have one.
 fn by_channel(values: &[Option<f64>], channels: &[String]) -> Value {
     match values {
         [Some(first), rest @ ..] if rest.iter().all(|v| *v == Some(*first)) => json!(first),

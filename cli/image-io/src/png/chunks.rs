@@ -1,106 +1,111 @@
-//! The chunks of a PNG file beside its pixels and texts: which there are, and which still hold for a picture written anew.
+//! The ancillary chunks of a PNG file, and which of them stay valid when the image is written again.
 
 use std::io::{Read, Seek, SeekFrom};
 
-/// A chunk as it lies in a file.
+/// An ancillary chunk.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Chunk {
+pub(super) struct Chunk {
     name: [u8; 4],
     data: Vec<u8>,
-    /// Whether it stands behind the pixels.
-    behind: bool,
+    follows_pixels: bool,
 }
 
-/// Those that say what codes are as colour (PNG, third edition, section 11.3.2).
-const COLOUR: [&[u8; 4]; 7] = [
+/// Chunks that state the colour space of the samples (PNG, third edition, section 11.3.2).
+const COLOUR_SPACE: [&[u8; 4]; 7] = [
     b"cHRM", b"cICP", b"cLLI", b"gAMA", b"iCCP", b"mDCV", b"sRGB",
 ];
 
-/// The colour profile.
-pub(crate) const PROFILE: [u8; 4] = *b"iCCP";
+/// The ICC profile.
+pub(super) const ICC_PROFILE: [u8; 4] = *b"iCCP";
 
-/// Ancillary chunks that are kept otherwise or are part of how pixels are stored: texts, and what belongs to a palette.
-const NOT_CARRIED: [&[u8; 4]; 5] = [b"tEXt", b"zTXt", b"iTXt", b"tRNS", b"hIST"];
+/// Ancillary chunks that are read separately (texts) or belong to the stored pixels (palettes).
+const EXCLUDED: [&[u8; 4]; 5] = [b"tEXt", b"zTXt", b"iTXt", b"tRNS", b"hIST"];
 
 /// The chunks of an animation.
 const ANIMATION: [&[u8; 4]; 3] = [b"acTL", b"fcTL", b"fdAT"];
 
-/// Bytes of a file before its first chunk.
-const SIGNATURE: u64 = 8;
+/// Length of the signature before the first chunk, bytes.
+const SIGNATURE_BYTES: u64 = 8;
 
-/// The chunks of a file that are not the picture itself, up to where it is damaged; and whether it is animated.
-pub(crate) fn read(file: &mut (impl Read + Seek), length: u64) -> (Vec<Chunk>, bool) {
-    let (mut chunks, mut animated, mut behind) = (Vec::new(), false, false);
-    let mut at = SIGNATURE;
-    while let Some((name, size)) = head(file, at) {
+/// Returns the ancillary chunks of a file of `length` bytes up to the first damage, and whether it is animated.
+pub(super) fn read(file: &mut (impl Read + Seek), length: u64) -> (Vec<Chunk>, bool) {
+    let mut chunks = Vec::new();
+    let (mut is_animated, mut follows_pixels) = (false, false);
+    let mut at = SIGNATURE_BYTES;
+    while let Some((name, size)) = read_header(file, at) {
         let end = at + 12 + u64::from(size);
         if end > length || &name == b"IEND" {
             break;
         }
-        behind |= &name == b"IDAT";
-        animated |= ANIMATION.contains(&&name);
-        let ancillary = name[0].is_ascii_lowercase();
-        let carried = ancillary && !NOT_CARRIED.contains(&&name) && !ANIMATION.contains(&&name);
-        if carried {
-            // The checksum is of the name too.
+        follows_pixels |= &name == b"IDAT";
+        is_animated |= ANIMATION.contains(&&name);
+        let is_ancillary = name[0].is_ascii_lowercase();
+        if is_ancillary && !EXCLUDED.contains(&&name) && !ANIMATION.contains(&&name) {
+            // The checksum covers the name too.
             let mut bytes = vec![0; size as usize + 8];
             if file.seek(SeekFrom::Start(at + 4)).is_err() || file.read_exact(&mut bytes).is_err() {
                 break;
             }
-            let stated = bytes.split_off(size as usize + 4);
-            if crc32fast::hash(&bytes).to_be_bytes()[..] == stated[..] {
+            let checksum = bytes.split_off(size as usize + 4);
+            if crc32fast::hash(&bytes).to_be_bytes()[..] == checksum[..] {
                 let data = bytes.split_off(4);
-                chunks.push(Chunk { name, data, behind });
+                chunks.push(Chunk {
+                    name,
+                    data,
+                    follows_pixels,
+                });
             }
         }
         at = end;
     }
-    (chunks, animated)
+    (chunks, is_animated)
 }
 
-/// Name and size of the chunk that begins at a place in a file.
-fn head(file: &mut (impl Read + Seek), at: u64) -> Option<([u8; 4], u32)> {
+/// Returns the name and size of the chunk at an offset in a file.
+fn read_header(file: &mut (impl Read + Seek), at: u64) -> Option<([u8; 4], u32)> {
     file.seek(SeekFrom::Start(at)).ok()?;
-    let mut head = [0; 8];
-    file.read_exact(&mut head).ok()?;
-    let [a, b, c, d, name @ ..] = head;
-    let named = name.iter().all(u8::is_ascii_alphabetic);
-    named.then_some((name, u32::from_be_bytes([a, b, c, d])))
+    let mut header = [0; 8];
+    file.read_exact(&mut header).ok()?;
+    let [a, b, c, d, name @ ..] = header;
+    let is_name = name.iter().all(u8::is_ascii_alphabetic);
+    is_name.then_some((name, u32::from_be_bytes([a, b, c, d])))
 }
 
 impl Chunk {
-    /// Its name.
-    pub(crate) fn name(&self) -> [u8; 4] {
+    /// Returns the name.
+    pub(super) fn name(&self) -> [u8; 4] {
         self.name
     }
 
-    /// Its name, to be read.
-    pub(crate) fn in_letters(&self) -> String {
+    /// Returns the name as text.
+    pub(super) fn name_text(&self) -> String {
         self.name.iter().copied().map(char::from).collect()
     }
 
-    /// What it holds.
-    pub(crate) fn data(&self) -> &[u8] {
+    /// Returns the data.
+    pub(super) fn data(&self) -> &[u8] {
         &self.data
     }
 
-    /// Whether it stands behind the pixels.
-    pub(crate) fn is_behind(&self) -> bool {
-        self.behind
+    /// Whether the chunk follows the pixels in the file.
+    pub(super) fn follows_pixels(&self) -> bool {
+        self.follows_pixels
     }
 
-    /// Whether it says what codes are as colour.
-    pub(crate) fn is_colour(&self) -> bool {
-        COLOUR.contains(&&self.name)
+    /// Whether the chunk states the colour space of the samples.
+    pub(super) fn is_colour_space(&self) -> bool {
+        COLOUR_SPACE.contains(&&self.name)
     }
 
-    /// Whether it holds for a picture written anew, of which samples have `changed` or not and whose kind and bits are
-    /// `as_read` or not. A small last letter is the format's own sign for that; others hold where nothing has changed.
-    pub(crate) fn holds(&self, changed: bool, as_read: bool) -> bool {
+    /// Whether the chunk is still valid when the image is written again, with samples that have `changed` or not and
+    /// were expanded from a palette or few bits (`is_expanded`) or not.
+    ///
+    /// Chunks whose last letter is a small one may be copied to a changed image; others only to an unchanged one.
+    pub(super) fn is_valid(&self, changed: bool, is_expanded: bool) -> bool {
         match &self.name {
-            b"bKGD" => as_read,
-            b"sBIT" => as_read && !changed,
-            _ => self.is_colour() || self.name[3].is_ascii_lowercase() || !changed,
+            b"bKGD" => !is_expanded,
+            b"sBIT" => !is_expanded && !changed,
+            _ => self.is_colour_space() || self.name[3].is_ascii_lowercase() || !changed,
         }
     }
 }

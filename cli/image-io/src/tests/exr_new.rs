@@ -1,13 +1,14 @@
-//! EXR files of the program's own.
+//! New EXR files.
 
 use std::fs;
 
 use exr::prelude::*;
 
-use crate::exr::new::{NewChannel, write_new};
+use crate::exr::{NewChannel, write_channels};
+use crate::windows::ImageWindows;
 
 #[test]
-fn they_are_scan_lines_in_order_and_the_same_bytes_each_time() {
+fn new_files_have_ordered_scan_lines_and_the_same_bytes_each_time() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = |name: &str| folder.path().join(name);
     let (width, height) = (150, 90);
@@ -19,8 +20,9 @@ fn they_are_scan_lines_in_order_and_the_same_bytes_each_time() {
         samples: &samples,
         half: name == "R",
     });
+    let windows = ImageWindows::of_size(width, height);
     for name in ["a.exr", "b.exr"] {
-        write_new(&path(name), width, height, &channels).expect("writes");
+        write_channels(&path(name), windows, &channels).expect("writes");
     }
     let bytes = |name: &str| fs::read(path(name)).expect("a file");
     assert_eq!(bytes("a.exr"), bytes("b.exr"));

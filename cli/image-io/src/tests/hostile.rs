@@ -1,4 +1,4 @@
-//! Damaged and hostile files: errors, never panics.
+//! Property tests of all readers on damaged and hostile files: errors, never panics.
 
 use std::fs;
 use std::path::Path;
@@ -7,18 +7,18 @@ use std::sync::LazyLock;
 use exr::prelude::Compression;
 use proptest::prelude::*;
 
-use super::dpx_plates::Made;
-use super::kept_beside::{usual, write_png, write_tiff};
+use super::dpx_files::DpxBuilder;
+use super::metadata::{usual_chunks, write_png, write_tiff};
 use super::{floats, halves, image, part, patch, save};
-use crate::depth::DepthPass;
 use crate::description::Description;
-use crate::flat_plate::FlatPlate;
+use crate::image_channel::ImageChannel;
 use crate::observation_set::{ReadOptions, read};
 use crate::plate::{Plate, PlateOptions};
+use crate::raster::RasterImage;
 use crate::tile_image;
 
-/// The bytes of sound files of every kind.
-static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
+/// The bytes of valid files of every format.
+static VALID: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = |name: &str| folder.path().join(name);
     let mut names = Vec::new();
@@ -53,11 +53,10 @@ static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
         names.push(name.to_owned());
     }
     let planes = vec![vec![0.5; 40]; 3];
-    let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
-    crate::tiff::write::write_float(&path("c.tif"), 8, 5, channels, planes).expect("saves");
+    crate::tiff::write_float(&path("c.tif"), 8, 5, planes).expect("saves");
     names.push("c.tif".to_owned());
     for (descriptor, bits, packing) in [(50, 10, 1), (51, 16, 0), (6, 8, 0)] {
-        let mut made = Made::new(bits == 10, (8, 5), 16).element(descriptor, bits, packing);
+        let mut made = DpxBuilder::new(bits == 10, (8, 5), 16).element(descriptor, bits, packing);
         made.bytes.extend([0x5a; 8 * 5 * 8]);
         let name = format!("{bits}.dpx");
         made.save(&path(&name));
@@ -69,10 +68,10 @@ static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     image::DynamicImage::new_rgb8(8, 5)
         .save(path("e.jpg"))
         .expect("saves");
-    // With much beside their pixels, and samples across words.
-    write_png(&path("f.png"), png::BitDepth::Sixteen, &usual(), &[]);
+    // With many metadata, and contiguous samples.
+    write_png(&path("f.png"), png::BitDepth::Sixteen, &usual_chunks(), &[]);
     write_tiff(&path("g.tif"));
-    let mut made = Made::new(false, (8, 5), 0).element(50, 12, 0);
+    let mut made = DpxBuilder::new(false, (8, 5), 0).element(50, 12, 0);
     made.bytes.extend([0x5a; 5 * 36]);
     made.save(&path("12.dpx"));
     names.extend(["d.hdr", "e.jpg", "f.png", "g.tif", "12.dpx"].map(str::to_owned));
@@ -82,23 +81,23 @@ static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
         .collect()
 });
 
-/// Where the fields of a DPX header begin on which reading hangs, four bytes each.
+/// Offsets of the header fields that determine how a DPX is read, four bytes each.
 const DPX_FIELDS: [usize; 13] = [0, 4, 16, 768, 772, 776, 780, 800, 804, 808, 812, 816, 1628];
 
-/// Opens a file in every way there is. Only a panic or an abort fails.
-fn open_all_ways(path: &Path) {
+/// Reads a file in every way. Only a panic or an abort fails the test.
+fn read_in_every_way(path: &Path) {
     let _ = Plate::open(path, &PlateOptions::default());
-    let _ = DepthPass::open(path, None);
-    let _ = Description::of(path);
-    if let Ok(plate) = FlatPlate::open(path) {
-        // What was read of tags and chunks is written again.
+    let _ = ImageChannel::read_depth(path, None);
+    let _ = Description::read(path);
+    if let Ok(plate) = RasterImage::open(path) {
+        // Writes all metadata that were read.
         let _ = plate.write(&path.with_extension("out"));
     }
     let _ = tile_image::read(path, &["Y".to_owned()]);
 }
 
 #[test]
-fn absurd_sizes_are_refused_before_memory_is_taken() {
+fn absurd_sizes_are_refused_before_memory_is_allocated() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("a.exr");
     save(
@@ -140,7 +139,7 @@ fn absurd_sizes_are_refused_before_memory_is_taken() {
         let mut bytes = bytes.clone();
         bytes[width..width + 4].copy_from_slice(&claim.to_le_bytes());
         fs::write(&path, bytes).expect("writes");
-        assert!(FlatPlate::open(&path).is_err());
+        assert!(RasterImage::open(&path).is_err());
     }
 }
 
@@ -148,20 +147,23 @@ fn absurd_sizes_are_refused_before_memory_is_taken() {
 fn truncated_files_are_refused_at_every_length() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("a.bin");
-    for sound in SOUND.iter() {
-        fs::write(&path, sound).expect("writes");
+    for valid in VALID.iter() {
+        fs::write(&path, valid).expect("writes");
         assert!(
             Plate::open(&path, &PlateOptions::default()).is_ok()
-                || DepthPass::open(&path, Some("Z")).is_ok()
+                || ImageChannel::read_depth(&path, Some("Z")).is_ok()
         );
-        for length in (0..sound.len()).step_by(7) {
-            fs::write(&path, &sound[..length]).expect("writes");
-            open_all_ways(&path);
-            if sound.starts_with(&[0x76, 0x2f]) {
-                assert!(DepthPass::open(&path, Some("Z")).is_err(), "{length}");
+        for length in (0..valid.len()).step_by(7) {
+            fs::write(&path, &valid[..length]).expect("writes");
+            read_in_every_way(&path);
+            if valid.starts_with(&[0x76, 0x2f]) {
+                assert!(
+                    ImageChannel::read_depth(&path, Some("Z")).is_err(),
+                    "{length}"
+                );
             }
-            if sound.starts_with(b"#?RADIANCE") || sound.starts_with(&[0xff, 0xd8]) {
-                assert!(FlatPlate::open(&path).is_err(), "{length}");
+            if valid.starts_with(b"#?RADIANCE") || valid.starts_with(&[0xff, 0xd8]) {
+                assert!(RasterImage::open(&path).is_err(), "{length}");
             }
         }
     }
@@ -171,32 +173,32 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn damaged_pictures_never_panic(
-        which in 0..SOUND.len(),
+    fn damaged_images_never_panic(
+        which in 0..VALID.len(),
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
         header in any::<bool>(),
     ) {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut bytes = SOUND[which].clone();
+        let mut bytes = VALID[which].clone();
         for (at, value) in changes {
-            // Half of the time all the damage goes where the sizes and offsets are.
+            // Half of the cases damage only the header, where the sizes and offsets are.
             let span = if header { bytes.len().min(700) } else { bytes.len() };
             let at = at.index(span);
             bytes[at] = value;
         }
         let path = folder.path().join("a.bin");
         fs::write(&path, &bytes).expect("writes");
-        open_all_ways(&path);
+        read_in_every_way(&path);
     }
 
     #[test]
-    fn damaged_dpx_headers_are_read_or_refused_by_name(
+    fn damaged_dpx_headers_are_read_or_refused(
         which in 10_usize..13,
         changes in prop::collection::vec((0_usize..DPX_FIELDS.len(), 0_usize..4, any::<u8>()), 1..4),
         cut in any::<Option<prop::sample::Index>>(),
     ) {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut bytes = SOUND[which].clone();
+        let mut bytes = VALID[which].clone();
         for (field, byte, value) in changes {
             bytes[DPX_FIELDS[field] + byte] = value;
         }
@@ -205,9 +207,9 @@ proptest! {
         }
         let path = folder.path().join("a.dpx");
         fs::write(&path, &bytes).expect("writes");
-        open_all_ways(&path);
+        read_in_every_way(&path);
         match Plate::open(&path, &PlateOptions::default()) {
-            // What is read can be written, and is then the same again.
+            // An image that is read can be written and read again.
             Ok(plate) => {
                 let out = folder.path().join("b.dpx");
                 plate.write(&out).expect("writes");
@@ -223,16 +225,16 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(
-        which in 0..SOUND.len(),
+        which in 0..VALID.len(),
         keep in 0_usize..64,
         tail in prop::collection::vec(any::<u8>(), 0..300),
     ) {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("a.bin");
-        let mut bytes = SOUND[which][..keep.min(SOUND[which].len())].to_vec();
+        let mut bytes = VALID[which][..keep.min(VALID[which].len())].to_vec();
         bytes.extend(tail);
         fs::write(&path, &bytes).expect("writes");
-        open_all_ways(&path);
+        read_in_every_way(&path);
     }
 
     #[test]

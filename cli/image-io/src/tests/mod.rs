@@ -1,14 +1,14 @@
-//! Tests of the file layer as a whole, on files made here.
+//! Tests of all formats, on files made here.
 
-mod dpx_facts;
-mod dpx_plates;
+mod common_metadata;
+mod conversion;
+mod dpx_files;
+mod exr_images;
 mod exr_new;
-mod exr_plates;
-mod flat_plates;
 mod hostile;
-mod kept_beside;
-mod manifests;
-mod other_formats;
+mod metadata;
+mod observation_sets;
+mod raster_images;
 
 use std::path::Path;
 
@@ -18,10 +18,10 @@ use exr::image::{
 use exr::meta::attribute::{IntegerBounds, LineOrder, Text};
 use exr::prelude::{Compression, ImageAttributes, LayerAttributes, SmallVec, WritableImage};
 
-/// A channel by name and samples.
+/// Name and samples of a channel.
 type Channel = (&'static str, FlatSamples);
 
-/// One scan-line part at `position`.
+/// Returns a part of scan lines at `position`.
 fn part(
     name: Option<&str>,
     size: (usize, usize),
@@ -50,7 +50,7 @@ fn part(
     )
 }
 
-/// An image of some parts, whose display window differs from every data window.
+/// Returns an image whose display window, 20 x 10, differs from all data windows.
 fn image(parts: Vec<Layer<AnyChannels<Levels<FlatSamples>>>>) -> AnyImage {
     Image {
         attributes: ImageAttributes::new(IntegerBounds::from_dimensions((20, 10))),
@@ -58,12 +58,12 @@ fn image(parts: Vec<Layer<AnyChannels<Levels<FlatSamples>>>>) -> AnyImage {
     }
 }
 
-/// Floats that differ from pixel to pixel.
+/// Returns floats that differ between pixels.
 fn floats(count: usize) -> FlatSamples {
     FlatSamples::F32((0..count).map(|i| i as f32 * 0.37 + 0.01).collect())
 }
 
-/// Half floats that differ from pixel to pixel.
+/// Returns half floats that differ between pixels.
 fn halves(count: usize) -> FlatSamples {
     FlatSamples::F16(
         (0..count)
@@ -76,7 +76,7 @@ fn save(image: &AnyImage, path: &Path) {
     image.write().to_file(path).expect("the test's own file");
 }
 
-/// Overwrites the one place in a file where `from` stands.
+/// Overwrites the first occurrence of `from` in a file.
 fn patch(path: &Path, from: &[u8], to: &[u8]) {
     let mut bytes = std::fs::read(path).expect("the test's own file");
     let at = bytes

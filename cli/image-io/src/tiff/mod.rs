@@ -1,7 +1,7 @@
-//! TIFF files read: 8 and 16 bit, half and float, one page.
+//! TIFF files: 8 and 16 bit, half and float, one page.
 
-pub(crate) mod tags;
-pub(crate) mod write;
+mod metadata;
+mod write;
 
 use std::fs::File;
 use std::io::BufReader;
@@ -11,34 +11,82 @@ use tiff::decoder::{Decoder, DecodingResult};
 use tiff::tags::{ExtraSamples, Tag};
 use tiff::{ColorType, TiffError};
 
+use self::metadata::{IMAGE_HISTORY, TiffMetadata};
 use crate::error::{FileError, Result};
-use crate::flat_plate::{Container, FlatPlate, SampleDepth, names};
-use crate::guard::caught;
-use crate::limits::{Limits, open};
-use crate::provenance::{Texts, is_ours};
-use crate::tiff::tags::{Carried, IMAGE_HISTORY};
+use crate::format::{
+    AlphaSupport, Capabilities, Format, FormatInfo, GreySupport, ImageFile, ImageFormat,
+};
+use crate::input::InputFile;
+use crate::metadata::TextAttributes;
+use crate::plate::NewImage;
+use crate::provenance::is_provenance;
+use crate::raster::{RasterImage, channel_names, deinterleave};
+use crate::samples::SampleFormat;
 
-/// Reads the first page of a TIFF file.
-pub(crate) fn read(path: &Path, limits: Limits) -> Result<FlatPlate> {
-    caught(|| read_unguarded(path, limits)).unwrap_or_else(|panic| Err(damaged(path, &panic)))
+pub(crate) use self::write::write_float;
+
+/// The TIFF format.
+pub(crate) struct Tiff;
+
+impl ImageFormat for Tiff {
+    fn info(&self) -> &'static FormatInfo {
+        &FormatInfo {
+            id: Format::Tiff,
+            name: "TIFF",
+            extensions: &["tif", "tiff"],
+            // Little and big endian, classic and BigTIFF.
+            magic: &[b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"],
+            capabilities: Capabilities {
+                writable: true,
+                layers: false,
+                data_window: false,
+                pixel_aspect: false,
+                alpha: AlphaSupport::Either,
+                grey: GreySupport::Always,
+                icc_profile: true,
+                texts: false,
+                common_metadata: false,
+            },
+        }
+    }
+
+    fn sample_format(&self, source: SampleFormat, _channels: usize) -> SampleFormat {
+        use SampleFormat::{F16, F32, Rgbe, U8, U10, U12, U16};
+        match source {
+            U8 => U8,
+            U10 | U12 | U16 => U16,
+            F16 | F32 | Rgbe => F32,
+        }
+    }
+
+    fn read(&self, input: &InputFile) -> Result<ImageFile> {
+        read(input).map(ImageFile::Raster)
+    }
+
+    fn write_new(&self, path: &Path, mut image: NewImage) -> Result<Vec<String>> {
+        let premultiplied = image.alpha.as_ref().map(|_| image.premultiplied);
+        let metadata = TiffMetadata::new(premultiplied, image.icc_profile.take());
+        image.into_raster(metadata).write(path)
+    }
 }
 
-fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
-    let (file, length) = open(path)?;
-    let refuse = |error: TiffError| refusal(path, error);
-    let unsupported = |what: String| {
-        FileError::new(
-            path,
-            "",
-            format!("is a TIFF of a kind that is not supported ({what})"),
-            "save it as grey or RGB, 8-bit, 16-bit or float, one page",
-        )
+/// Advice on files that use unsupported features.
+const SUPPORTED: &str = "save it as grey or RGB, 8-bit, 16-bit or float, one page";
+
+/// Reads the first page.
+fn read(input: &InputFile) -> Result<RasterImage> {
+    let refuse = |error: TiffError| match error {
+        TiffError::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
+            FileError::io(input.path, "be read", &error)
+        }
+        TiffError::UnsupportedError(what) => input.unsupported(&what.to_string(), SUPPORTED),
+        error => input.damaged(&error.to_string()),
     };
-    let mut decoder = Decoder::new(BufReader::new(file)).map_err(refuse)?;
+    let unsupported = |feature: String| input.unsupported(&feature, SUPPORTED);
+    let mut decoder = Decoder::new(BufReader::new(&input.file)).map_err(refuse)?;
     let (width, height) = decoder.dimensions().map_err(refuse)?;
     let (width, height) = (width as usize, height as usize);
-    limits.check_sides(path, "ImageWidth, ImageLength", width, height)?;
-    let kind = decoder.colortype().map_err(refuse)?;
+    let colour = decoder.colortype().map_err(refuse)?;
     let stored = decoder
         .find_tag_unsigned::<u16>(Tag::SamplesPerPixel)
         .map_err(refuse)?
@@ -47,137 +95,107 @@ fn read_unguarded(path: &Path, limits: Limits) -> Result<FlatPlate> {
         .find_tag_unsigned_vec(Tag::ExtraSamples)
         .map_err(refuse)?
         .unwrap_or_default();
-    let (colour, alpha) = match kind {
-        ColorType::Gray(_) => (false, false),
-        // Grey with alpha comes under this name.
-        ColorType::Multiband { num_samples: 2, .. } if matches!(extra[..], [1 | 2]) => {
-            (false, true)
-        }
-        ColorType::RGB(_) => (true, false),
-        ColorType::RGBA(_) => (true, true),
+    let channels = match colour {
+        ColorType::Gray(_) => 1,
+        // The decoder's name for grey with alpha.
+        ColorType::Multiband { num_samples: 2, .. } if matches!(extra[..], [1 | 2]) => 2,
+        ColorType::RGB(_) => 3,
+        ColorType::RGBA(_) => 4,
         other => return Err(unsupported(format!("{other:?}"))),
     };
-    let names = names(colour, alpha);
-    if usize::from(stored) != names.len() {
+    let names = channel_names(channels);
+    if usize::from(stored) != channels {
         return Err(unsupported(format!(
-            "{stored} samples a pixel where {} are used",
+            "{stored} samples per pixel for the channels {}",
             names.join(", ")
         )));
     }
-    let sample_bytes = u128::from(kind.bit_depth().div_ceil(8));
-    let bytes = width as u128 * height as u128 * names.len() as u128 * sample_bytes;
-    limits.check_bytes(path, "ImageWidth, ImageLength", bytes * 5, length)?;
-    let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
-
-    let mut room = tiff::decoder::Limits::default();
-    room.decoding_buffer_size = bytes;
-    room.intermediate_buffer_size = bytes.max(1 << 20).saturating_mul(4);
-    room.ifd_value_size = 64 << 20;
-    let mut decoder = decoder.with_limits(room);
+    // The decoder's bytes, and planes of at most four times their size.
+    let pixel_bytes = channels * usize::from(colour.bit_depth().div_ceil(8));
+    input.check_size("ImageWidth, ImageLength", width, height, pixel_bytes * 5)?;
+    let bytes = width * height * pixel_bytes;
+    let mut limits = tiff::decoder::Limits::default();
+    limits.decoding_buffer_size = bytes;
+    limits.intermediate_buffer_size = bytes.max(1 << 20).saturating_mul(4);
+    limits.ifd_value_size = 64 << 20;
+    let mut decoder = decoder.with_limits(limits);
     let alpha = extra.first().and_then(|&v| ExtraSamples::from_u16(v));
-    let carried = Carried::read(&mut decoder, alpha);
+    let metadata = TiffMetadata::read(&mut decoder, alpha);
     let mut data = DecodingResult::U8(Vec::new());
     let layout = decoder.read_image_to_buffer(&mut data).map_err(refuse)?;
-    let planar = layout.planes > 1;
-    let count = names.len();
-    let (planes, depth) = match &data {
-        // Grey of fewer bits than eight would come packed.
-        DecodingResult::U8(d) if kind.bit_depth() == 8 => (
-            planes(d, count, planar, |s| f32::from(s) / 255.0),
-            SampleDepth::U8,
+    let is_planar = layout.planes > 1;
+    let (planes, sample_format) = match &data {
+        // Fewer than eight bits would be packed.
+        DecodingResult::U8(d) if colour.bit_depth() == 8 => (
+            planes(d, channels, is_planar, |s| f32::from(s) / 255.0),
+            SampleFormat::U8,
         ),
-        DecodingResult::U16(d) if kind.bit_depth() == 16 => (
-            planes(d, count, planar, |s| f32::from(s) / 65535.0),
-            SampleDepth::U16,
+        DecodingResult::U16(d) if colour.bit_depth() == 16 => (
+            planes(d, channels, is_planar, |s| f32::from(s) / 65535.0),
+            SampleFormat::U16,
         ),
-        DecodingResult::F16(d) => (planes(d, count, planar, |s| s.to_f32()), SampleDepth::F16),
-        DecodingResult::F32(d) => (planes(d, count, planar, |s| s), SampleDepth::F32),
+        DecodingResult::F16(d) => (
+            planes(d, channels, is_planar, |s| s.to_f32()),
+            SampleFormat::F16,
+        ),
+        DecodingResult::F32(d) => (planes(d, channels, is_planar, |s| s), SampleFormat::F32),
         _ => {
-            return Err(unsupported(format!("{} bits a sample", kind.bit_depth())));
+            let bits = colour.bit_depth();
+            return Err(unsupported(format!("{bits} bits per sample")));
         }
     };
-    if planes.len() != count || planes.iter().any(|p| p.len() != width * height) {
-        return Err(damaged(path, "pixels are missing"));
+    if planes.len() != channels || planes.iter().any(|p| p.len() != width * height) {
+        return Err(input.damaged("pixels are missing"));
     }
-    Ok(FlatPlate {
-        path: path.to_path_buf(),
-        container: Container::Tiff(carried),
-        depth,
+    Ok(RasterImage {
+        path: input.path.to_path_buf(),
+        metadata: Box::new(metadata),
+        texts: read_history(&mut decoder),
+        sample_format,
         width,
         height,
         names,
         planes,
-        texts: history(&mut decoder),
         changed: false,
-        notes: Vec::new(),
+        warnings: Vec::new(),
     })
 }
 
+/// Returns the planes of samples that are stored plane by plane (`is_planar`) or interleaved.
 fn planes<T: Copy>(
-    data: &[T],
-    count: usize,
-    planar: bool,
+    samples: &[T],
+    channels: usize,
+    is_planar: bool,
     convert: impl Fn(T) -> f32,
 ) -> Vec<Vec<f32>> {
-    if planar {
-        data.chunks(data.len().div_ceil(count).max(1))
-            .map(|plane| plane.iter().map(|&s| convert(s)).collect())
-            .collect()
-    } else {
-        FlatPlate::planes_of(data, count, convert)
+    if !is_planar {
+        return deinterleave(samples, channels, convert);
     }
+    samples
+        .chunks(samples.len().div_ceil(channels).max(1))
+        .map(|plane| plane.iter().map(|&s| convert(s)).collect())
+        .collect()
 }
 
-/// The texts of ImageHistory; what it holds otherwise is one text.
-fn history(decoder: &mut Decoder<BufReader<File>>) -> Texts {
-    let found = decoder.find_tag(IMAGE_HISTORY);
-    let Some(text) = found
-        .ok()
-        .flatten()
-        .and_then(|value| value.into_string().ok())
-    else {
-        return Texts::new();
+/// Reads the provenance of ImageHistory; other content becomes one text of that name.
+fn read_history(decoder: &mut Decoder<BufReader<&File>>) -> TextAttributes {
+    let tag = decoder.find_tag(IMAGE_HISTORY).ok().flatten();
+    let Some(history) = tag.and_then(|value| value.into_string().ok()) else {
+        return TextAttributes::new();
     };
-    let mut texts = Texts::new();
-    for line in text.lines() {
-        match (
-            line.strip_prefix("  "),
-            line.split_once(": "),
-            texts.last_mut(),
-        ) {
-            (Some(more), _, Some((_, text))) => {
-                text.push('\n');
-                text.push_str(more);
-            }
-            (None, Some((name, text)), _) if is_ours(name) => {
+    let mut texts = TextAttributes::new();
+    for line in history.lines() {
+        if let (Some(more), Some((_, text))) = (line.strip_prefix("  "), texts.last_mut()) {
+            text.push('\n');
+            text.push_str(more);
+            continue;
+        }
+        match line.split_once(": ") {
+            Some((name, text)) if is_provenance(name) && !line.starts_with("  ") => {
                 texts.push((name.to_owned(), text.to_owned()));
             }
-            _ => return vec![("ImageHistory".to_owned(), text)],
+            _ => return vec![("ImageHistory".to_owned(), history)],
         }
     }
     texts
-}
-
-fn damaged(path: &Path, what: &str) -> FileError {
-    FileError::new(
-        path,
-        "",
-        format!("is no readable TIFF ({what})"),
-        "save or copy the file again",
-    )
-}
-
-fn refusal(path: &Path, error: TiffError) -> FileError {
-    match error {
-        TiffError::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
-            FileError::io(path, "be read", &error)
-        }
-        TiffError::UnsupportedError(what) => FileError::new(
-            path,
-            "",
-            format!("is a TIFF of a kind that is not supported ({what})"),
-            "save it as grey or RGB, 8-bit, 16-bit or float, one page",
-        ),
-        error => damaged(path, &error.to_string()),
-    }
 }

@@ -1,20 +1,20 @@
-//! DPX plates: files laid out here byte by byte, what is read of them, what comes back, and what is refused.
+//! DPX files, laid out here byte by byte: round trips, and what is refused.
 
 use std::fs;
 use std::path::Path;
 
-use crate::flat_plate::{Encoding, FlatPlate, SampleDepth};
 use crate::plate::{Plate, PlateOptions};
+use crate::raster::RasterImage;
+use crate::samples::{Encoding, SampleFormat};
 
-/// A file laid out by hand.
-pub(crate) struct Made {
+/// A builder of DPX files.
+pub(crate) struct DpxBuilder {
     pub(crate) bytes: Vec<u8>,
     big_endian: bool,
 }
 
-impl Made {
-    /// A header with `extra` bytes of user data for `width` x `height` pixels, in which all that is not asked for is
-    /// undefined.
+impl DpxBuilder {
+    /// Creates a header with `extra` bytes of user data for `width` x `height` pixels. All other fields are undefined.
     pub(crate) fn new(big_endian: bool, (width, height): (u32, u32), extra: usize) -> Self {
         let mut made = Self {
             bytes: vec![0xff; 2048],
@@ -41,7 +41,7 @@ impl Made {
         made
     }
 
-    /// Descriptor, bits and packing of the image element.
+    /// Sets descriptor, bits and packing of the image element.
     pub(crate) fn element(mut self, descriptor: u8, bits: u8, packing: u16) -> Self {
         self.bytes[800] = descriptor;
         self.bytes[803] = bits;
@@ -81,7 +81,7 @@ impl Made {
         self
     }
 
-    /// The file with its length in the header.
+    /// Writes the file with its length in the header. Returns its bytes.
     pub(crate) fn save(mut self, path: &Path) -> Vec<u8> {
         self.put32(16, self.bytes.len() as u32);
         fs::write(path, &self.bytes).expect("the test's own file");
@@ -89,9 +89,9 @@ impl Made {
     }
 }
 
-/// Integers of a channel.
-fn codes(plate: &FlatPlate, name: &str) -> Vec<u16> {
-    let full_scale = f32::from(plate.depth().full_scale().expect("integers"));
+/// Returns the integers of a channel.
+fn codes(plate: &RasterImage, name: &str) -> Vec<u16> {
+    let full_scale = f32::from(plate.sample_format().full_scale().expect("integers"));
     let plane = plate.plane(name).expect("a channel");
     plane
         .iter()
@@ -100,14 +100,14 @@ fn codes(plate: &FlatPlate, name: &str) -> Vec<u16> {
 }
 
 #[test]
-fn every_layout_reads_and_comes_back_to_the_byte() {
+fn every_layout_round_trips_to_the_byte() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
     // Two pixels a line, two lines; R, G, B of the pixels are 1, 2, 3; 4, 5, 6 and so on.
     let ten = |a: u32, b: u32, c: u32, up: u32| (a << 20 | b << 10 | c) << up;
     for big_endian in [true, false] {
         let made = |descriptor, bits, packing| {
-            Made::new(big_endian, (2, 2), 40).element(descriptor, bits, packing)
+            DpxBuilder::new(big_endian, (2, 2), 40).element(descriptor, bits, packing)
         };
         let rgb10 = |up| {
             [
@@ -120,29 +120,29 @@ fn every_layout_reads_and_comes_back_to_the_byte() {
         let rgb: [&[u16]; 3] = [&[1, 4, 7, 1021], &[2, 5, 8, 1022], &[3, 6, 9, 1023]];
         let twelve = [1, 2, 3, 4, 5, 6, 7, 8, 9, 1021, 1022, 1023];
         for (file, depth, up) in [
-            (made(50, 10, 1).words32(&rgb10(2)), SampleDepth::U10, 0),
-            (made(50, 10, 2).words32(&rgb10(0)), SampleDepth::U10, 0),
+            (made(50, 10, 1).words32(&rgb10(2)), SampleFormat::U10, 0),
+            (made(50, 10, 2).words32(&rgb10(0)), SampleFormat::U10, 0),
             (
                 made(50, 12, 1).words16(&twelve.map(|v| v << 4)),
-                SampleDepth::U12,
+                SampleFormat::U12,
                 0,
             ),
-            (made(50, 12, 2).words16(&twelve), SampleDepth::U12, 0),
+            (made(50, 12, 2).words16(&twelve), SampleFormat::U12, 0),
             (
                 made(50, 16, 0).words16(&twelve.map(|v| v << 5)),
-                SampleDepth::U16,
+                SampleFormat::U16,
                 5,
             ),
             (
                 made(50, 16, 1).words16(&twelve.map(|v| v << 5)),
-                SampleDepth::U16,
+                SampleFormat::U16,
                 5,
             ),
         ] {
             let bytes = file.save(&path);
-            let plate = FlatPlate::open(&path).expect("opens");
+            let plate = RasterImage::open(&path).expect("opens");
             assert_eq!(
-                (plate.depth(), plate.width(), plate.height()),
+                (plate.sample_format(), plate.width(), plate.height()),
                 (depth, 2, 2)
             );
             for (name, want) in ["R", "G", "B"].iter().zip(rgb) {
@@ -157,7 +157,7 @@ fn every_layout_reads_and_comes_back_to_the_byte() {
         for (descriptor, names) in [(51, ["R", "G", "B", "A"]), (52, ["A", "B", "G", "R"])] {
             let file = made(descriptor, 10, 1).words32(&[line, line].concat());
             let bytes = file.save(&path);
-            let plate = FlatPlate::open(&path).expect("opens");
+            let plate = RasterImage::open(&path).expect("opens");
             for (at, name) in names.iter().enumerate() {
                 let at = at as u16;
                 assert_eq!(codes(&plate, name), [1 + at, 5 + at, 1 + at, 5 + at]);
@@ -165,10 +165,10 @@ fn every_layout_reads_and_comes_back_to_the_byte() {
             plate.write(&out).expect("writes");
             assert!(fs::read(&out).expect("reads") == bytes);
         }
-        // A single component begins in the low bits.
+        // The first sample of a single component is in the low bits.
         let file = made(6, 10, 1).words32(&[ten(0, 2, 1, 2), ten(0, 4, 3, 2)]);
         let bytes = file.save(&path);
-        let plate = FlatPlate::open(&path).expect("opens");
+        let plate = RasterImage::open(&path).expect("opens");
         assert_eq!(codes(&plate, "Y"), [1, 2, 3, 4]);
         plate.write(&out).expect("writes");
         assert!(fs::read(&out).expect("reads") == bytes);
@@ -176,22 +176,22 @@ fn every_layout_reads_and_comes_back_to_the_byte() {
 }
 
 #[test]
-fn lines_are_found_whatever_their_padding() {
+fn lines_are_found_with_any_padding() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
     let line = |y: u8| [y, 1, 2, 3, 4];
-    // One component of 8 bits, five a line: aligned to words, not aligned, aligned with padding as the header says, and
-    // each with something after the picture where that can be told.
-    for (said, padding, tail) in [(0, 3, 0), (0, 0, 0), (3, 3, 9), (7, 7, 2), (0, 3, 6)] {
-        let mut made = Made::new(true, (5, 3), 0).element(6, 8, 0);
-        made.put32(812, said);
+    // One component of 8 bits, five a line: aligned to words, not aligned, aligned with stated padding, and with bytes
+    // after the pixels where these can be distinguished.
+    for (stated, padding, tail) in [(0, 3, 0), (0, 0, 0), (3, 3, 9), (7, 7, 2), (0, 3, 6)] {
+        let mut made = DpxBuilder::new(true, (5, 3), 0).element(6, 8, 0);
+        made.put32(812, stated);
         for y in 0..3 {
             made.bytes.extend(line(y));
             made.bytes.extend(vec![0; padding]);
         }
         made.bytes.extend(vec![0x77; tail]);
         let bytes = made.save(&path);
-        let plate = FlatPlate::open(&path).expect("opens");
+        let plate = RasterImage::open(&path).expect("opens");
         assert_eq!(
             codes(&plate, "Y"),
             [line(0), line(1), line(2)]
@@ -199,26 +199,29 @@ fn lines_are_found_whatever_their_padding() {
                 .into_iter()
                 .map(u16::from)
                 .collect::<Vec<_>>(),
-            "{said} {padding}"
+            "{stated} {padding}"
         );
         plate.write(&out).expect("writes");
-        assert!(fs::read(&out).expect("reads") == bytes, "{said} {padding}");
+        assert!(
+            fs::read(&out).expect("reads") == bytes,
+            "{stated} {padding}"
+        );
     }
 }
 
 #[test]
-fn what_is_not_supported_is_named_with_its_field() {
+fn unsupported_features_are_refused_by_field() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("a.dpx");
-    let sound = || {
-        Made::new(true, (2, 1), 0)
+    let valid = || {
+        DpxBuilder::new(true, (2, 1), 0)
             .element(50, 10, 1)
             .words32(&[0, 0])
     };
-    sound().save(&path);
-    FlatPlate::open(&path).expect("sound");
-    type Spoil = (fn(&mut Made), &'static str);
-    let spoils: [Spoil; 13] = [
+    valid().save(&path);
+    RasterImage::open(&path).expect("valid");
+    type Damage = (fn(&mut DpxBuilder), &'static str);
+    let damages: [Damage; 13] = [
         (|m| m.put16(806, 1), "encoding: is 1, run-length encoded"),
         (|m| m.put16(806, 7), "encoding: is 7"),
         (|m| m.put16(804, 9), "packing: is 9"),
@@ -232,45 +235,45 @@ fn what_is_not_supported_is_named_with_its_field() {
         (|m| m.put32(808, 1 << 20), "offset to image data"),
         (
             |m| m.put32(772, 3),
-            "image data: takes 12 bytes, but 8 are left",
+            "image data: take 12 bytes, but 8 are left",
         ),
         (|m| m.put32(776, 0), "pixels per line, lines: claims 2 x 0"),
     ];
-    for (spoil, says) in spoils {
-        let mut made = sound();
-        spoil(&mut made);
+    for (damage, says) in damages {
+        let mut made = valid();
+        damage(&mut made);
         made.save(&path);
-        let error = FlatPlate::open(&path).expect_err(says).to_string();
+        let error = RasterImage::open(&path).expect_err(says).to_string();
         assert!(error.contains("a.dpx") && error.contains(says), "{error}");
         assert!(error.contains("; "), "a remedy: {error}");
     }
     for (width, height) in [(u32::MAX, 1), (200_000, 200_000), (1, u32::MAX), (0, 1)] {
-        let mut made = sound();
+        let mut made = valid();
         made.put32(772, width);
         made.put32(776, height);
         made.save(&path);
-        FlatPlate::open(&path).expect_err("absurd");
+        RasterImage::open(&path).expect_err("absurd");
     }
-    // An element without an offset of its own begins where the file says.
-    let mut made = sound();
+    // An element without an offset of its own begins at that of the file.
+    let mut made = valid();
     made.put32(808, u32::MAX);
     made.save(&path);
-    FlatPlate::open(&path).expect("opens");
+    RasterImage::open(&path).expect("opens");
 }
 
 #[test]
-fn a_header_says_nothing_of_colour_that_is_no_more() {
+fn colour_statements_are_removed_when_the_colour_space_changes() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
-    let mut made = Made::new(true, (1, 1), 0).element(50, 16, 0);
+    let mut made = DpxBuilder::new(true, (1, 1), 0).element(50, 16, 0);
     (made.bytes[801], made.bytes[802]) = (1, 6);
     made.bytes[820..840].copy_from_slice(b"sRGB (IEC 61966-2-1)");
     made.words16(&[1, 2, 3]).save(&path);
     let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
     plate.set_colour_space("ACEScct");
-    let said = plate.write(&out).expect("writes").concat();
+    let warnings = plate.write(&out).expect("writes").concat();
     let names = "`ACEScct`: the transfer characteristic, the colorimetric specification, the description as sRGB";
-    assert!(said.contains(names), "{said}");
+    assert!(warnings.contains(names), "{warnings}");
     let file = fs::read(&out).expect("reads");
     assert_eq!((file[801], file[802], file[820]), (0, 0, 0));
     let mut again = Plate::open(&out, &PlateOptions::default()).expect("opens");
@@ -279,7 +282,7 @@ fn a_header_says_nothing_of_colour_that_is_no_more() {
 }
 
 #[test]
-fn samples_across_words_are_told_from_filled_words() {
+fn contiguous_samples_are_distinguished_from_filled_words() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
     for big_endian in [true, false] {
@@ -290,20 +293,20 @@ fn samples_across_words_are_told_from_filled_words() {
         }
         let line = [bits as u32, (bits >> 32) as u32, (bits >> 64) as u32];
         assert_eq!(line[0], 0x0300_2001);
-        let made = Made::new(big_endian, (8, 2), 0).element(6, 12, 0);
+        let made = DpxBuilder::new(big_endian, (8, 2), 0).element(6, 12, 0);
         let bytes = made.words32(&[line, line].concat()).save(&path);
-        let plate = FlatPlate::open(&path).expect("opens");
-        assert_eq!(plate.depth(), SampleDepth::U12);
+        let plate = RasterImage::open(&path).expect("opens");
+        assert_eq!(plate.sample_format(), SampleFormat::U12);
         let want: Vec<u16> = (1..=8).chain(1..=8).collect();
         assert_eq!(codes(&plate, "Y"), want);
         plate.write(&out).expect("writes");
         assert!(fs::read(&out).expect("reads") == bytes);
     }
-    // Sixteen pixels are fifteen words, but sixteen where words are filled.
-    for (words, says) in [(30, None), (32, Some("as long as filled words"))] {
-        let made = Made::new(true, (16, 2), 0).element(50, 10, 0);
+    // Sixteen pixels take fifteen words, but sixteen filled ones.
+    for (words, says) in [(30, None), (32, Some("the length of filled words"))] {
+        let made = DpxBuilder::new(true, (16, 2), 0).element(50, 10, 0);
         made.words32(&vec![0; words]).save(&path);
-        match (FlatPlate::open(&path), says) {
+        match (RasterImage::open(&path), says) {
             (Err(error), Some(says)) => {
                 let error = error.to_string();
                 assert!(
@@ -317,11 +320,11 @@ fn samples_across_words_are_told_from_filled_words() {
 }
 
 #[test]
-fn what_codes_are_taken_to_be_is_told() {
+fn the_assumed_encoding_is_reported() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("a.dpx");
     let open = |transfer: u8, encoding: Option<Encoding>| {
-        let mut made = Made::new(true, (1, 1), 0).element(50, 16, 0);
+        let mut made = DpxBuilder::new(true, (1, 1), 0).element(50, 16, 0);
         made.bytes[801] = transfer;
         made.put32(1628, 2);
         made.put32(1632, 1);
@@ -332,26 +335,26 @@ fn what_codes_are_taken_to_be_is_told() {
         };
         let plate = Plate::open(&path, &options).expect("opens");
         assert_eq!(plate.pixel_aspect(), 2.0);
-        (plate.remarks().concat(), plate.colour()[0][0])
+        (plate.read_warnings().concat(), plate.colour()[0][0])
     };
     let half = f32::from(0x8000_u16) / 65535.0;
-    let (said, red) = open(1, None);
+    let (warnings, red) = open(1, None);
     assert!(
-        said.contains("printing density") && said.contains("--encoding"),
-        "{said}"
+        warnings.contains("printing density") && warnings.contains("--encoding"),
+        "{warnings}"
     );
     assert_eq!(red, half);
-    let (said, red) = open(2, None);
+    let (warnings, red) = open(2, None);
     assert!(
-        said.contains("linear") && !said.contains("--encoding"),
-        "{said}"
+        warnings.contains("linear") && !warnings.contains("--encoding"),
+        "{warnings}"
     );
     assert_eq!(red, half);
-    let (said, red) = open(6, Some(Encoding::Srgb));
+    let (warnings, red) = open(6, Some(Encoding::Srgb));
     assert!(
-        said.contains("ITU-R 709-4") && said.contains("sRGB"),
-        "{said}"
+        warnings.contains("ITU-R 709-4") && warnings.contains("sRGB"),
+        "{warnings}"
     );
-    assert!(!said.contains("--encoding"), "{said}");
+    assert!(!warnings.contains("--encoding"), "{warnings}");
     assert_eq!(red, Encoding::Srgb.decode(half));
 }

@@ -1,39 +1,40 @@
-//! How EXR files are packed: as users may choose it, and what loses quality.
+//! Compression of OpenEXR files: the user's choice, and which methods are lossy.
 
 use exr::image::{AnyChannel, FlatSamples, Levels};
 use exr::prelude::Compression;
 
-use crate::exr::choice::ColourGroup;
-use crate::exr::plate::{ExrPlate, full_level};
+use super::channels::ColourChannels;
+use super::image::{ExrImage, full_level};
 
-/// A compression of OpenEXR.
+/// A compression method of OpenEXR.
+// The comments of the variants are help texts of the command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Packing {
-    /// None
+pub enum ExrCompression {
+    /// No compression
     None,
-    /// Runs of equal bytes
+    /// Run-length encoding
     Rle,
-    /// Deflate, line by line
+    /// Deflate, one scan line per block
     Zips,
-    /// Deflate, sixteen lines at once
+    /// Deflate, sixteen scan lines per block
     Zip,
     /// Wavelets: small for grain
     Piz,
-    /// Deflate; floats keep 24 bits
+    /// Deflate; floats are rounded to 24 bits
     Pxr24,
-    /// Half floats at a fixed rate, with loss
+    /// Half floats at a fixed rate, lossy
     B44,
-    /// The same, flat areas smaller
+    /// B44 with smaller flat areas, lossy
     B44a,
-    /// Cosine transform of 32 lines, with loss
+    /// Cosine transform of 32 scan lines, lossy
     Dwaa,
-    /// The same of 256 lines
+    /// Cosine transform of 256 scan lines, lossy
     Dwab,
 }
 
-impl Packing {
-    pub(crate) fn compression(self) -> Compression {
+impl ExrCompression {
+    pub(super) fn method(self) -> Compression {
         match self {
             Self::None => Compression::Uncompressed,
             Self::Rle => Compression::RLE,
@@ -49,8 +50,8 @@ impl Packing {
     }
 }
 
-/// Whether `channels` lose quality by a compression.
-pub(crate) fn loses(
+/// Whether a compression is lossy for `channels`.
+pub(super) fn is_lossy(
     compression: Compression,
     channels: &[AnyChannel<Levels<FlatSamples>>],
 ) -> bool {
@@ -59,31 +60,33 @@ pub(crate) fn loses(
     };
     match compression {
         Compression::B44 | Compression::B44A | Compression::DWAA(_) | Compression::DWAB(_) => true,
-        // Loses bits of floats only.
+        // Rounds floats, but not half floats.
         Compression::PXR24 => channels.iter().any(is_float),
         _ => false,
     }
 }
 
-impl ExrPlate {
-    /// Packs the part of `group` by another compression; ZIP where that would spoil channels that are no colour.
-    pub(crate) fn pack(&mut self, group: &ColourGroup, packing: Packing) {
+impl ExrImage {
+    /// Compresses the part of the channels `group` by another method. If that is lossy and the part has further
+    /// channels, it is compressed by ZIP, with a warning.
+    pub(crate) fn compress(&mut self, group: &ColourChannels, compression: ExrCompression) {
         let part = group.colour[0].part();
         let colours: Vec<_> = (group.colour.iter())
             .chain(&group.alpha)
-            .chain(&group.own_alpha)
+            .chain(&group.channel_alphas)
             .collect();
         let others = self.channels().into_iter();
         let others = others.filter(|c| c.id.part() == part && !colours.contains(&&c.id));
         let others: Vec<String> = others.map(|c| c.name).collect();
-        let wanted = packing.compression();
-        let spoils = !others.is_empty() && self.would_lose(part, wanted);
-        self.set_compression(part, if spoils { Compression::ZIP16 } else { wanted });
-        if spoils {
-            self.note(format!(
-                "{wanted} would spoil {}, which are in the same part: it is written with ZIP",
-                others.join(", ")
-            ));
+        let method = compression.method();
+        if others.is_empty() || !self.would_lose(part, method) {
+            self.set_compression(part, method);
+            return;
         }
+        self.set_compression(part, Compression::ZIP16);
+        self.warn(format!(
+            "{method} would degrade {}, which are in the same part: it is written with ZIP",
+            others.join(", ")
+        ));
     }
 }

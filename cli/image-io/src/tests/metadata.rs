@@ -1,4 +1,4 @@
-//! What PNG and TIFF files hold beside their pixels: it comes back, and what no longer holds is left out and told.
+//! Metadata of PNG and TIFF files: they pass through, and those that become invalid are left out with a warning.
 
 use std::fs;
 use std::io::{Cursor, Write};
@@ -8,30 +8,24 @@ use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
 
 use crate::description::Description;
-use crate::flat_plate::{Encoding, FlatPlate, SampleDepth};
 use crate::plate::{Plate, PlateOptions};
+use crate::raster::RasterImage;
+use crate::samples::{Encoding, SampleFormat};
 
-/// A chunk with its length and checksum, by the crate that writes PNG.
+/// Returns a chunk with its length and checksum, as the encoder writes it after the header.
 fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    png_chunk(&mut bytes, *name, data);
-    bytes
-}
-
-/// Lets the encoder write one chunk and takes it from behind the header.
-fn png_chunk(out: &mut Vec<u8>, name: [u8; 4], data: &[u8]) {
     let mut file = Vec::new();
     let encoder = png::Encoder::new(&mut file, 1, 1);
     let mut writer = encoder.write_header().expect("a header");
-    let kind = png::chunk::ChunkType(name);
+    let kind = png::chunk::ChunkType(*name);
     writer.write_chunk(kind, data).expect("a chunk");
     drop(writer);
-    // The signature and IHDR.
-    out.extend(&file[33..33 + 12 + data.len()]);
+    // After the signature and IHDR.
+    file[33..33 + 12 + data.len()].to_vec()
 }
 
-/// Writes an RGB PNG of 3 x 2 pixels with chunks before and behind its pixels.
-pub(crate) fn write_png(path: &Path, bits: png::BitDepth, before: &[Vec<u8>], behind: &[Vec<u8>]) {
+/// Writes an RGB PNG of 3 x 2 pixels with chunks before and after its pixels.
+pub(crate) fn write_png(path: &Path, bits: png::BitDepth, before: &[Vec<u8>], after: &[Vec<u8>]) {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, 3, 2);
     encoder.set_color(png::ColorType::Rgb);
@@ -47,13 +41,13 @@ pub(crate) fn write_png(path: &Path, bits: png::BitDepth, before: &[Vec<u8>], be
     writer.finish().expect("an end");
     let end = file.split_off(file.len() - 12);
     let pixels = file.split_off(33);
-    for part in [before, &[pixels], behind, &[end]].concat() {
+    for part in [before, &[pixels], after, &[end]].concat() {
         file.extend(part);
     }
     fs::write(path, file).expect("the test's own file");
 }
 
-/// Names and contents of all chunks, in their order, pixels apart.
+/// Returns names and contents of all chunks in order, without the pixels.
 fn chunks(path: &Path) -> Vec<(String, Vec<u8>)> {
     let file = fs::read(path).expect("readable");
     let mut all = Vec::new();
@@ -69,8 +63,8 @@ fn chunks(path: &Path) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// Chunks that say colour, size and date, one of them of nobody that is known, and a private one that may be copied.
-pub(crate) fn usual() -> Vec<Vec<u8>> {
+/// Returns chunks of colour, size and date, and two private ones, of which one may be copied.
+pub(crate) fn usual_chunks() -> Vec<Vec<u8>> {
     vec![
         chunk(b"gAMA", &45_455_u32.to_be_bytes()),
         chunk(b"cHRM", &[0, 0, 0x7a, 0x26].repeat(8)),
@@ -86,17 +80,17 @@ pub(crate) fn usual() -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn chunks_of_png_come_back_as_they_were() {
+fn png_chunks_pass_through() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, out) = (folder.path().join("a.png"), folder.path().join("b.png"));
-    let behind = [
+    let after = [
         chunk(b"tEXt", b"Author\0me"),
         chunk(b"iTXt", "Title\0\0\0de\0Titel\0Gr\u{fc}\u{df}e".as_bytes()),
         chunk(b"eXIf", b"II*\0\x08\0\0\0\0\0\0\0\0\0"),
     ];
     for bits in [png::BitDepth::Eight, png::BitDepth::Sixteen] {
-        write_png(&path, bits, &usual(), &behind);
-        let plate = FlatPlate::open(&path).expect("opens");
+        write_png(&path, bits, &usual_chunks(), &after);
+        let plate = RasterImage::open(&path).expect("opens");
         assert_eq!(plate.write(&out).expect("writes"), [""; 0]);
         let (mut was, mut is) = (chunks(&path), chunks(&out));
         assert_eq!(was.len(), 13);
@@ -108,9 +102,9 @@ fn chunks_of_png_come_back_as_they_were() {
             image::open(&path).expect("reads")
         );
     }
-    // A profile keeps its name, and a checksum that is wrong is not made right.
+    // A profile keeps its name, and a chunk with a wrong checksum is dropped.
     let mut profile = b"My profile\0\0".to_vec();
-    let mut packed = flate(b"no profile at all");
+    let mut packed = deflate(b"no profile at all");
     profile.append(&mut packed);
     let mut bad = chunk(b"pHYs", &[0; 9]);
     bad[10] ^= 1;
@@ -120,14 +114,17 @@ fn chunks_of_png_come_back_as_they_were() {
         &[chunk(b"iCCP", &profile), bad],
         &[],
     );
-    let plate = FlatPlate::open(&path).expect("opens");
-    assert_eq!(plate.icc().as_deref(), Some(&b"no profile at all"[..]));
+    let plate = RasterImage::open(&path).expect("opens");
+    assert_eq!(
+        plate.metadata.icc_profile(),
+        Some(&b"no profile at all"[..])
+    );
     plate.write(&out).expect("writes");
     assert_eq!(chunks(&out), [("iCCP".to_owned(), profile)]);
 }
 
-/// Packed as PNG packs.
-fn flate(data: &[u8]) -> Vec<u8> {
+/// Compresses bytes as in a PNG chunk.
+fn deflate(data: &[u8]) -> Vec<u8> {
     use tiff::encoder::compression::{CompressionAlgorithm, Deflate, DeflateLevel};
     let mut packed = Vec::new();
     Deflate::with_level(DeflateLevel::Fast)
@@ -137,35 +134,38 @@ fn flate(data: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn chunks_that_no_longer_hold_are_left_out_and_told() {
+fn invalid_png_chunks_are_left_out_with_a_warning() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, out) = (folder.path().join("a.png"), folder.path().join("b.png"));
     let names = |path: &Path| -> Vec<String> { chunks(path).into_iter().map(|c| c.0).collect() };
-    write_png(&path, png::BitDepth::Sixteen, &usual(), &[]);
-    let mut plate = FlatPlate::open(&path).expect("opens");
+    write_png(&path, png::BitDepth::Sixteen, &usual_chunks(), &[]);
+    let mut plate = RasterImage::open(&path).expect("opens");
     plate.replace("R", vec![0.5; 6]).expect("six");
-    let said = plate.write(&out).expect("writes").concat();
-    assert!(said.ends_with(": sBIT, tIME, prVT"), "{said}");
+    let warnings = plate.write(&out).expect("writes").concat();
+    assert!(warnings.ends_with(": sBIT, tIME, prVT"), "{warnings}");
     let kept = ["gAMA", "cHRM", "sRGB", "cICP", "bKGD", "pHYs", "prVt"];
     assert_eq!(names(&out), kept);
-    // Colour in another space.
+    // In another colour space.
     let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
     plate.set_colour_space("ACEScct");
-    let said = plate.write(&out).expect("writes").concat();
-    assert!(said.contains("`ACEScct`: gAMA, cHRM, sRGB, cICP"), "{said}");
+    let warnings = plate.write(&out).expect("writes").concat();
+    assert!(
+        warnings.contains("`ACEScct`: gAMA, cHRM, sRGB, cICP"),
+        "{warnings}"
+    );
     assert_eq!(
         names(&out),
         ["sBIT", "bKGD", "pHYs", "tIME", "prVt", "prVT"]
     );
-    // And another format.
+    // In another format.
     let plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
     let tiff = folder.path().join("a.tif");
-    let said = plate.write(&tiff).expect("writes").concat();
+    let warnings = plate.write(&tiff).expect("writes").concat();
     assert!(
-        said.contains("gAMA, cHRM") && said.contains("of the PNG are left out"),
-        "{said}"
+        warnings.contains("gAMA, cHRM") && warnings.contains("of the PNG are left out"),
+        "{warnings}"
     );
-    // An animation is one picture from here on.
+    // Of an animation the first picture is kept.
     let animation = [
         chunk(b"acTL", &[0, 0, 0, 1, 0, 0, 0, 0]),
         chunk(
@@ -176,37 +176,37 @@ fn chunks_that_no_longer_hold_are_left_out_and_told() {
         ),
     ];
     write_png(&path, png::BitDepth::Eight, &animation, &[]);
-    let plate = FlatPlate::open(&path).expect("opens");
-    let said = plate.write(&out).expect("writes").concat();
-    assert!(said.contains("only the first picture"), "{said}");
+    let plate = RasterImage::open(&path).expect("opens");
+    let warnings = plate.write(&out).expect("writes").concat();
+    assert!(warnings.contains("only the first picture"), "{warnings}");
     assert!(chunks(&out).is_empty());
 }
 
 #[test]
-fn codes_that_a_png_calls_light_are_told_of() {
+fn linear_png_samples_that_are_read_as_srgb_cause_a_warning() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.png");
     let linear = chunk(b"gAMA", &100_000_u32.to_be_bytes());
-    let said = |before: &[Vec<u8>], encoding: Option<Encoding>| {
+    let read_warnings = |before: &[Vec<u8>], encoding: Option<Encoding>| {
         write_png(&path, png::BitDepth::Sixteen, before, &[]);
         let options = PlateOptions {
             encoding,
             ..PlateOptions::default()
         };
         let plate = Plate::open(&path, &options).expect("opens");
-        plate.remarks().concat()
+        plate.read_warnings().concat()
     };
     for (before, named) in [
         (vec![linear.clone()], "(gAMA)"),
         (vec![chunk(b"cICP", &[1, 8, 0, 1])], "(cICP)"),
     ] {
-        let told = said(&before, None);
+        let warnings = read_warnings(&before, None);
         assert!(
-            told.contains(named) && told.contains("--encoding"),
-            "{told}"
+            warnings.contains(named) && warnings.contains("--encoding"),
+            "{warnings}"
         );
-        assert_eq!(said(&before, Some(Encoding::Srgb)), "");
-        let lines = Description::of(&path).expect("opens").lines().concat();
+        assert_eq!(read_warnings(&before, Some(Encoding::Srgb)), "");
+        let lines = Description::read(&path).expect("opens").lines().concat();
         assert!(lines.contains(&named[1..5]), "{lines}");
     }
     for before in [
@@ -215,11 +215,11 @@ fn codes_that_a_png_calls_light_are_told_of() {
         vec![chunk(b"sRGB", &[0]), linear.clone()],
         vec![chunk(b"cICP", &[1, 13, 0, 1]), linear],
     ] {
-        assert_eq!(said(&before, None), "");
+        assert_eq!(read_warnings(&before, None), "");
     }
 }
 
-/// A TIFF of 3 x 2 pixels with tags of many kinds and a directory of EXIF, of 16 bits.
+/// Writes a 16-bit TIFF of 3 x 2 pixels with tags of many types and an EXIF directory.
 pub(crate) fn write_tiff(path: &Path) {
     let mut file = Cursor::new(Vec::new());
     let mut encoder = TiffEncoder::new(&mut file).expect("a file");
@@ -265,7 +265,7 @@ pub(crate) fn write_tiff(path: &Path) {
     fs::write(path, file.into_inner()).expect("the test's own file");
 }
 
-/// All tags of a file, its directories of EXIF too, as text, but for those that say where pixels lie.
+/// Returns all tags of a file and its EXIF directory as text, except those about the storage of the pixels.
 fn tags(path: &Path) -> Vec<String> {
     let file = fs::File::open(path).expect("opens");
     let mut decoder = tiff::decoder::Decoder::new(file).expect("a TIFF");
@@ -288,22 +288,22 @@ fn tags(path: &Path) -> Vec<String> {
 }
 
 #[test]
-fn tags_of_tiff_come_back_as_they_were() {
+fn tiff_tags_pass_through() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, out) = (folder.path().join("a.tif"), folder.path().join("b.tif"));
     write_tiff(&path);
-    let plate = FlatPlate::open(&path).expect("opens");
-    let said = plate.write(&out).expect("writes").concat();
+    let plate = RasterImage::open(&path).expect("opens");
+    let warnings = plate.write(&out).expect("writes").concat();
     assert!(
-        said.ends_with(": Photoshop's layers, the maker's note"),
-        "{said}"
+        warnings.ends_with(": Photoshop's layers, the maker's note"),
+        "{warnings}"
     );
     let mut was = tags(&path);
     assert!(was.iter().any(|tag| tag.contains("a private text")));
     was.retain(|tag| !tag.contains("37500"));
     assert_eq!(tags(&out), was);
     assert!(was.iter().any(|tag| tag.contains("A lens")), "{was:?}");
-    let lines = Description::of(&path).expect("opens").lines();
+    let lines = Description::read(&path).expect("opens").lines();
     for line in [
         "Artist: an artist",
         "tag 65000: a private text",
@@ -311,20 +311,20 @@ fn tags_of_tiff_come_back_as_they_were() {
     ] {
         assert!(lines.iter().any(|own| own.contains(line)), "{lines:?}");
     }
-    // From then on nothing more is lost.
+    // The written file loses nothing more.
     let again = folder.path().join("c.tif");
-    let plate = FlatPlate::open(&out).expect("opens");
+    let plate = RasterImage::open(&out).expect("opens");
     assert_eq!(plate.write(&again).expect("writes"), [""; 0]);
     assert!(fs::read(&again).expect("reads") == fs::read(&out).expect("reads"));
-    // Where colour is in another space its white point is not kept.
+    // In another colour space the white point is removed.
     let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
     plate.set_colour_space("ACEScct");
-    let said = plate.write(&out).expect("writes").concat();
-    assert!(said.contains("`ACEScct`: WhitePoint"), "{said}");
+    let warnings = plate.write(&out).expect("writes").concat();
+    assert!(warnings.contains("`ACEScct`: WhitePoint"), "{warnings}");
     assert!(!tags(&out).iter().any(|tag| tag.contains("318")));
 }
 
-/// Half floats as a TIFF, laid out here: the crate writes none.
+/// Writes a TIFF of half floats, which the `tiff` crate does not.
 fn write_half_tiff(path: &Path, samples: &[u16]) {
     let mut file = b"II*\0\x08\0\0\0".to_vec();
     let entries: [(u16, u16, u32, u32); 9] = [
@@ -353,32 +353,32 @@ fn write_half_tiff(path: &Path, samples: &[u16]) {
 }
 
 #[test]
-fn half_floats_of_tiff_stay_half_floats() {
+fn half_float_tiff_round_trips() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, out) = (folder.path().join("a.tif"), folder.path().join("b.tif"));
-    // 1, -1.5, the largest, the smallest, infinite, nothing.
+    // 1, -1.5, the largest, the smallest, infinity, -0.
     let bits = [0x3c00, 0xbe00, 0x7bff, 0x0001, 0x7c00, 0x8000];
     write_half_tiff(&path, &bits);
-    let plate = FlatPlate::open(&path).expect("opens");
-    assert_eq!(plate.depth(), SampleDepth::F16);
+    let plate = RasterImage::open(&path).expect("opens");
+    assert_eq!(plate.sample_format(), SampleFormat::F16);
     assert_eq!(plate.write(&out).expect("writes"), [""; 0]);
-    let back = FlatPlate::open(&out).expect("opens");
-    assert_eq!(back.depth(), SampleDepth::F16);
-    let as_bits = |plate: &FlatPlate| -> Vec<u16> {
+    let back = RasterImage::open(&out).expect("opens");
+    assert_eq!(back.sample_format(), SampleFormat::F16);
+    let as_bits = |plate: &RasterImage| -> Vec<u16> {
         let samples = plate.plane("Y").expect("Y").iter();
         samples.map(|s| half::f16::from_f32(*s).to_bits()).collect()
     };
     assert_eq!(as_bits(&back), bits);
-    // What is too large is the largest, told, and known beforehand.
+    // Samples that are too large are clipped with a warning, as quantisation does.
     let mut plate = plate;
     plate
         .replace("Y", vec![1e6, -1e6, 0.1, -3.0, f32::INFINITY, 0.0])
         .expect("six");
-    let said = plate.write(&out).expect("writes");
-    assert_eq!(said.len(), 2, "{said:?}");
-    assert!(said[0].contains("1 samples over 65504"), "{said:?}");
-    let back = FlatPlate::open(&out).expect("opens");
-    plate.round();
+    let warnings = plate.write(&out).expect("writes");
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[0].contains("1 samples over 65504"), "{warnings:?}");
+    let back = RasterImage::open(&out).expect("opens");
+    plate.quantise();
     assert_eq!(back.plane("Y"), plate.plane("Y"));
     assert_eq!(back.plane("Y").expect("Y")[..2], [65_504.0, -65_504.0]);
 }

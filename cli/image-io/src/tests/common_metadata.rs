@@ -1,4 +1,4 @@
-//! Time code, frame rate and what else EXR and DPX both have a place for: from one to the other and back.
+//! Metadata that both EXR and DPX store, converted from one to the other and back.
 
 use std::fs;
 use std::path::Path;
@@ -7,10 +7,10 @@ use exr::image::FlatSamples;
 use exr::meta::attribute::{AttributeValue, Text, TimeCode};
 use exr::prelude::Compression;
 
-use super::dpx_plates::Made;
+use super::dpx_files::DpxBuilder;
 use super::{image, part, save};
 use crate::description::Description;
-use crate::exr::plate::ExrPlate;
+use crate::exr::ExrImage;
 use crate::plate::{Plate, PlateOptions};
 
 /// 01:02:03;04 with user bits 8 7 6 5 4 3 2 1.
@@ -18,10 +18,10 @@ fn code() -> TimeCode {
     TimeCode::from_tv60_time(0x0102_0344, 0x1234_5678)
 }
 
-/// Where on a film the picture is: 1 2 345678 9 10, and 3 perforations a frame.
-fn film() -> AttributeValue {
+/// A film key code: 1 2 345678 9 10, with 3 perforations per frame.
+fn key_code() -> AttributeValue {
     AttributeValue::Custom {
-        // That of key codes while the library writes them.
+        // The type of wrapped key codes.
         kind: Text::from("keycodX"),
         bytes: [1, 2, 345_678, 9, 10, 3, 64]
             .iter()
@@ -30,7 +30,7 @@ fn film() -> AttributeValue {
     }
 }
 
-/// An EXR that says all of it, and a comment.
+/// Writes an EXR with all common metadata, and a comment.
 fn write_exr(path: &Path, owner: &str) {
     let planes = ["B", "G", "R"].map(|n| (n, FlatSamples::F32(vec![0.25; 200])));
     let mut part = part(None, (20, 10), (0, 0), Compression::ZIP16, planes.to_vec());
@@ -45,7 +45,7 @@ fn write_exr(path: &Path, owner: &str) {
             "cameraSerialNumber",
             AttributeValue::Text(Text::from("007")),
         ),
-        ("keyCodX", film()),
+        ("keyCodX", key_code()),
         ("shutterAngle", AttributeValue::F32(172.8)),
     ] {
         own.other.insert(Text::from(name), value);
@@ -60,18 +60,18 @@ fn open(path: &Path) -> Plate {
 }
 
 #[test]
-fn they_go_from_exr_to_dpx_and_back() {
+fn common_metadata_round_trip_through_dpx() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
     write_exr(&path("a.exr"), "nobody");
-    let said = open(&path("a.exr")).write(&path("a.dpx")).expect("writes");
-    let said = said.join("\n");
+    let warnings = open(&path("a.exr")).write(&path("a.dpx")).expect("writes");
+    let warnings = warnings.join("\n");
     let names = "timeCode, framesPerSecond, owner, capDate, cameraModel, cameraSerialNumber, shutterAngle, keyCode";
     assert!(
-        said.contains(&format!(
-            "attributes of the EXR are left out but for {names}"
+        warnings.contains(&format!(
+            "attributes of the EXR are left out except {names}"
         )),
-        "{said}"
+        "{warnings}"
     );
     let file = fs::read(path("a.dpx")).expect("reads");
     let rate = 23.976_025_f32.to_be_bytes();
@@ -90,7 +90,7 @@ fn they_go_from_exr_to_dpx_and_back() {
     ] {
         assert_eq!(&file[at..at + bytes.len()], bytes, "{at}");
     }
-    let lines = Description::of(&path("a.dpx")).expect("opens").lines();
+    let lines = Description::read(&path("a.dpx")).expect("opens").lines();
     for line in [
         "time code: 01:02:03:04 drop frame",
         "frame rate: 23.976025",
@@ -100,23 +100,23 @@ fn they_go_from_exr_to_dpx_and_back() {
     ] {
         assert!(lines.iter().any(|own| own.contains(line)), "{lines:?}");
     }
-    let said = open(&path("a.dpx")).write(&path("b.exr")).expect("writes");
-    let said = said.join("\n");
+    let warnings = open(&path("a.dpx")).write(&path("b.exr")).expect("writes");
+    let warnings = warnings.join("\n");
     assert!(
-        said.contains(&format!("header of the DPX but for {names}")),
-        "{said}"
+        warnings.contains(&format!("header of the DPX, except {names}")),
+        "{warnings}"
     );
     let (was, is) = (
-        ExrPlate::open(&path("a.exr")),
-        ExrPlate::open(&path("b.exr")),
+        ExrImage::open(&path("a.exr")),
+        ExrImage::open(&path("b.exr")),
     );
-    let facts = |plate: ExrPlate| {
+    let common = |plate: ExrImage| {
         let id = plate.channels()[0].id;
-        plate.facts(id)
+        plate.common(id)
     };
-    let (mut was, is) = (facts(was.expect("opens")), facts(is.expect("opens")));
+    let (mut was, is) = (common(was.expect("opens")), common(is.expect("opens")));
     assert_eq!(was.names().len(), 8);
-    // What DPX does not say of film.
+    // DPX does not store the perforations.
     let code = was.key_code.as_mut().expect("a key code");
     assert_eq!(
         (code.film_roll_prefix, code.perforations_per_frame),
@@ -124,60 +124,60 @@ fn they_go_from_exr_to_dpx_and_back() {
     );
     code.perforations_per_frame = 4;
     assert_eq!(is, was);
-    // Other formats say so too.
-    let said = open(&path("a.exr")).write(&path("a.tif")).expect("writes");
-    assert!(said.contains(&"the attributes of the EXR are left out".to_owned()));
+    // Other formats store none.
+    let warnings = open(&path("a.exr")).write(&path("a.tif")).expect("writes");
+    assert!(warnings.contains(&"the attributes of the EXR are left out".to_owned()));
 }
 
 #[test]
-fn what_does_not_fit_is_told() {
+fn metadata_that_do_not_fit_cause_a_warning() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
     write_exr(&path("a.exr"), &"long ".repeat(60));
-    let said = open(&path("a.exr")).write(&path("a.dpx")).expect("writes");
+    let warnings = open(&path("a.exr")).write(&path("a.dpx")).expect("writes");
     assert!(
-        said.contains(
+        warnings.contains(
             &"DPX has no room for owner, the perforations per frame and count of keyCode: left out"
                 .to_owned()
         ),
-        "{said:?}"
+        "{warnings:?}"
     );
-    let lines = Description::of(&path("a.dpx")).expect("opens").lines();
+    let lines = Description::read(&path("a.dpx")).expect("opens").lines();
     assert!(!lines.concat().contains("long"), "{lines:?}");
 }
 
 #[test]
-fn codes_and_rates_that_are_none_are_not_taken_for_some() {
+fn invalid_time_codes_and_rates_are_ignored() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, exr) = (folder.path().join("a.dpx"), folder.path().join("a.exr"));
-    let facts = |big_endian: bool, code: u32, film: f32, television: f32| {
-        let mut made = Made::new(big_endian, (1, 1), 0).element(50, 16, 0);
+    let common = |big_endian: bool, code: u32, film: f32, television: f32| {
+        let mut made = DpxBuilder::new(big_endian, (1, 1), 0).element(50, 16, 0);
         made.put32(1920, code);
         made.put32(1724, film.to_bits());
         made.put32(1940, television.to_bits());
         made.words16(&[1, 2, 3]).save(&path);
         open(&path).write(&exr).expect("writes");
-        let plate = ExrPlate::open(&exr).expect("opens");
-        plate.facts(plate.channels()[0].id)
+        let plate = ExrImage::open(&exr).expect("opens");
+        plate.common(plate.channels()[0].id)
     };
     for big_endian in [true, false] {
-        let sound = facts(big_endian, 0x2359_5924, f32::NAN, 25.0);
-        let code = sound.time_code.expect("a code");
+        let valid = common(big_endian, 0x2359_5924, f32::NAN, 25.0);
+        let code = valid.time_code.expect("a code");
         assert_eq!(
             (code.hours, code.minutes, code.seconds, code.frame),
             (23, 59, 59, 24)
         );
         assert_eq!(code.binary_groups, [0; 8]);
-        assert_eq!(sound.frame_rate, Some((25, 1)));
-        assert_eq!(sound.names(), ["timeCode", "framesPerSecond"]);
+        assert_eq!(valid.frame_rate, Some((25, 1)));
+        assert_eq!(valid.names(), ["timeCode", "framesPerSecond"]);
         assert_eq!(
-            facts(big_endian, 0, 24.0, 25.0).frame_rate,
+            common(big_endian, 0, 24.0, 25.0).frame_rate,
             Some((24, 1)),
-            "film's first"
+            "the film rate takes precedence"
         );
         for bad in [u32::MAX, 0x2459_5900, 0x0a00_0000, 0x0060_0000, 0x0000_0030] {
-            let facts = facts(big_endian, bad, f32::INFINITY, -24.0);
-            assert!(facts.names().is_empty(), "{bad:x}: {facts:?}");
+            let common = common(big_endian, bad, f32::INFINITY, -24.0);
+            assert!(common.names().is_empty(), "{bad:x}: {common:?}");
         }
     }
 }

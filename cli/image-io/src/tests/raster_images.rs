@@ -1,18 +1,19 @@
-//! Plates in PNG and TIFF: what comes back, and what the formats cannot hold.
+//! PNG and TIFF images: round trips, and warnings about what the formats cannot hold.
 
 use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
 
-use crate::depth::DepthPass;
-use crate::flat_plate::{Encoding, FlatPlate, SampleDepth};
+use crate::image_channel::ImageChannel;
 use crate::plate::{Plate, PlateOptions};
+use crate::raster::RasterImage;
+use crate::samples::{Encoding, SampleFormat};
 
-/// Some 16-bit value for each place.
+/// Returns a 16-bit value that differs between pixels and channels.
 fn value(x: u32, y: u32, channel: u32) -> u16 {
     (x * 9001 + y * 257 + channel * 31_000) as u16
 }
 
 #[test]
-fn integers_come_back_as_they_were() {
+fn integers_round_trip() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (source, target) = (folder.path().join("in"), folder.path().join("out"));
     for extension in ["png", "tif"] {
@@ -26,24 +27,27 @@ fn integers_come_back_as_they_were() {
         let mut pictures = vec![
             (
                 image::DynamicImage::ImageRgba16(rgba16),
-                SampleDepth::U16,
+                SampleFormat::U16,
                 4,
             ),
-            (image::DynamicImage::ImageRgb8(rgb8), SampleDepth::U8, 3),
-            (image::DynamicImage::ImageLuma16(l16), SampleDepth::U16, 1),
+            (image::DynamicImage::ImageRgb8(rgb8), SampleFormat::U8, 3),
+            (image::DynamicImage::ImageLuma16(l16), SampleFormat::U16, 1),
         ];
         if extension == "png" {
             let la = ImageBuffer::from_fn(5, 4, |x, y| LumaA([value(x, y, 0) as u8, 77]));
-            pictures.push((image::DynamicImage::ImageLumaA8(la), SampleDepth::U8, 2));
+            pictures.push((image::DynamicImage::ImageLumaA8(la), SampleFormat::U8, 2));
         }
-        for (picture, depth, channels) in pictures {
+        for (picture, sample_format, channels) in pictures {
             picture.save(&source).expect("the test's own file");
-            let plate = FlatPlate::open(&source).expect("opens");
-            assert_eq!((plate.depth(), plate.names().len()), (depth, channels));
-            let notes = plate.write(&target).expect("writes");
-            assert!(notes.is_empty(), "{notes:?}");
+            let plate = RasterImage::open(&source).expect("opens");
+            assert_eq!(
+                (plate.sample_format(), plate.names().len()),
+                (sample_format, channels)
+            );
+            let warnings = plate.write(&target).expect("writes");
+            assert!(warnings.is_empty(), "{warnings:?}");
             assert_eq!(image::open(&target).expect("reads"), picture, "{extension}");
-            // And through the sRGB curve and back.
+            // Through the sRGB transfer function and back.
             let mut plate = Plate::open(&source, &PlateOptions::default()).expect("opens");
             plate.set_colour(&plate.colour()).expect("same planes");
             plate.write(&target).expect("writes");
@@ -53,25 +57,18 @@ fn integers_come_back_as_they_were() {
 }
 
 #[test]
-fn float_tiff_keeps_every_bit_and_integers_say_what_they_clip() {
+fn float_tiff_keeps_every_bit_and_integers_warn_of_clipping() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (source, target) = (folder.path().join("in.tif"), folder.path().join("out.tif"));
     let wild = [-1.5_f32, 0.0, 1e-30, 70000.0, 3.0e38, 0.1];
-    crate::tiff::write::write_float(
-        &source,
-        3,
-        2,
-        ["R", "G", "B"].map(str::to_owned).to_vec(),
-        vec![wild.to_vec(); 3],
-    )
-    .expect("writes");
-    let plate = FlatPlate::open(&source).expect("opens");
-    assert_eq!(plate.depth(), SampleDepth::F32);
+    crate::tiff::write_float(&source, 3, 2, vec![wild.to_vec(); 3]).expect("writes");
+    let plate = RasterImage::open(&source).expect("opens");
+    assert_eq!(plate.sample_format(), SampleFormat::F32);
     assert!(plate.write(&target).expect("writes").is_empty());
-    let back = FlatPlate::open(&target).expect("opens");
+    let back = RasterImage::open(&target).expect("opens");
     assert_eq!(back.plane("B"), Some(&wild[..]));
     assert_eq!(
-        DepthPass::open(&target, None)
+        ImageChannel::read_depth(&target, None)
             .expect("equal channels")
             .samples,
         wild
@@ -81,32 +78,34 @@ fn float_tiff_keeps_every_bit_and_integers_say_what_they_clip() {
     image::DynamicImage::new_luma16(3, 2)
         .save(&png)
         .expect("the test's own file");
-    let mut plate = FlatPlate::open(&png).expect("opens");
+    let mut plate = RasterImage::open(&png).expect("opens");
     plate
         .replace("Y", vec![-0.5, 1.5, 2.0, f32::NAN, 0.5, 1.0])
         .expect("six");
-    let notes = plate.write(&png).expect("writes");
-    assert_eq!(notes.len(), 3, "{notes:?}");
-    assert!(notes[1].contains("2 samples over 1"), "{notes:?}");
-    let back = FlatPlate::open(&png).expect("opens");
+    let warnings = plate.write(&png).expect("writes");
+    assert_eq!(warnings.len(), 3, "{warnings:?}");
+    assert!(warnings[1].contains("2 samples over 1"), "{warnings:?}");
+    let back = RasterImage::open(&png).expect("opens");
     assert_eq!(back.plane("Y").expect("Y")[..4], [0.0, 1.0, 1.0, 0.0]);
     assert!(plate.replace("Y", vec![0.0]).is_err() && plate.replace("R", vec![0.0; 6]).is_err());
 }
 
 #[test]
-fn eight_bits_are_no_depth() {
+fn eight_bits_are_too_coarse_for_depth() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("z.png");
     image::DynamicImage::new_luma8(3, 2)
         .save(&path)
         .expect("the test's own file");
-    let error = DepthPass::open(&path, None).expect_err("8 bits");
+    let error = ImageChannel::read_depth(&path, None).expect_err("8 bits");
     assert!(error.to_string().contains("too coarse"), "{error}");
     image::DynamicImage::new_luma16(3, 2)
         .save(&path)
         .expect("the test's own file");
     assert_eq!(
-        DepthPass::open(&path, None).expect("16 bits").samples,
+        ImageChannel::read_depth(&path, None)
+            .expect("16 bits")
+            .samples,
         [0.0; 6]
     );
 }

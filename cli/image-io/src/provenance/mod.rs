@@ -1,4 +1,6 @@
-//! What made a file, kept in it as texts: version, command, lens and settings, and what was done to it before.
+//! Provenance: the version, command, lens and settings that made a file, and its history, stored in it as texts.
+
+pub(crate) mod header_lines;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -7,69 +9,67 @@ use sha2::{Digest, Sha256};
 
 use crate::error::Result;
 use crate::json::{TEXT_LIMIT_BYTES, read_bytes};
+use crate::metadata::TextAttributes;
 use crate::sequence::FramePattern;
 
-/// Texts of a file, each with its name.
-pub type Texts = Vec<(String, String)>;
-
-/// What all names begin with.
+/// The prefix of the names of all provenance texts.
 pub const PREFIX: &str = "seidel";
 const VERSION: &str = "seidelVersion";
 const COMMAND: &str = "seidelCommand";
 const SETTINGS: &str = "seidelSettings";
-const BEFORE: &str = "seidelBefore";
+const HISTORY: &str = "seidelBefore";
 
-/// Options that say how a run goes and not what comes of it, and whether they take a value: files are the same for all of
-/// them, and so is what is said in files.
-const OF_THE_RUN: [(&str, bool); 4] = [
+/// Options that do not change the resulting files, and whether they take a value. They are left out of the provenance,
+/// so that the same image makes the same file.
+const RUN_OPTIONS: [(&str, bool); 4] = [
     ("--frames", true),
     ("--threads", true),
     ("--memory", true),
     ("--overwrite", false),
 ];
 
-/// What makes the files of a run.
+/// The provenance of the files of a run: its command line and the files it used.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Provenance {
     words: Vec<String>,
-    files: Texts,
+    files: TextAttributes,
 }
 
 impl Provenance {
-    /// That of the command line `words`, the program's name first.
+    /// Creates the provenance of the command line `words`, which begins with the name of the program.
     #[must_use]
     pub fn new(words: &[OsString]) -> Self {
         let mut words = words.iter().skip(1).map(|word| word.to_string_lossy());
-        let mut kept = vec!["seidel".to_owned()];
+        let mut command = vec!["seidel".to_owned()];
         while let Some(word) = words.next() {
             let name = word.split_once('=').map_or(&*word, |(name, _)| name);
-            match OF_THE_RUN.iter().find(|(own, _)| *own == name) {
-                None => kept.push(word.into_owned()),
-                Some((_, takes)) if *takes && name == word => {
+            match RUN_OPTIONS.iter().find(|(option, _)| *option == name) {
+                None => command.push(word.into_owned()),
+                Some((_, takes_value)) if *takes_value && name == word => {
                     words.next();
                 }
                 Some(_) => {}
             }
         }
         Self {
-            words: kept,
-            files: Texts::new(),
+            words: command,
+            files: TextAttributes::new(),
         }
     }
 
-    /// The command that makes the frame of that number alone.
+    /// Returns the command that makes only the frame of that number.
     fn command(&self, frame: Option<i64>) -> String {
         let word = |word: &String| {
             let pattern = FramePattern::parse(word);
             match frame.filter(|_| pattern.has_frame()) {
-                Some(frame) => quoted(&pattern.path(frame).to_string_lossy()),
-                None => quoted(word),
+                Some(frame) => shell_quoted(&pattern.path(frame).to_string_lossy()),
+                None => shell_quoted(word),
             }
         };
         self.words.iter().map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// With a file that was used: its name and the SHA-256 of its bytes, as `seidelROLE`.
+    /// Adds an input file: its name and the SHA-256 of its content, under the name `seidelROLE`.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -83,29 +83,30 @@ impl Provenance {
         Ok(self)
     }
 
-    /// The texts of a file, the frame `frame` of a run, made with `settings`, which had the texts `old`: those of others
-    /// stay, and what was done before becomes a line each.
+    /// Returns the texts of a file: frame `frame` of the run, made with `settings` from a file with the texts `old`.
+    ///
+    /// Texts of other programs are kept. The old provenance becomes a line of the history.
     #[must_use]
     pub fn texts(
         &self,
         frame: Option<i64>,
         settings: &[(String, String)],
         old: &[(String, String)],
-    ) -> Texts {
+    ) -> TextAttributes {
         let (own, others): (Vec<_>, Vec<_>) =
-            (old.iter().cloned()).partition(|(name, _)| is_ours(name));
+            (old.iter().cloned()).partition(|(name, _)| is_provenance(name));
         let find = |wanted: &str| own.iter().find(|(name, _)| name == wanted);
-        let mut before: Vec<String> = find(BEFORE)
+        let mut history: Vec<String> = find(HISTORY)
             .map(|(_, text)| text.clone())
             .into_iter()
             .collect();
         if let Some((_, command)) = find(COMMAND) {
             let files = own
                 .iter()
-                .filter(|(name, text)| name != BEFORE && text.contains(" sha256:"));
+                .filter(|(name, text)| name != HISTORY && text.contains(" sha256:"));
             let files: String = files.map(|(_, text)| format!(" [{text}]")).collect();
             let version = find(VERSION).map_or("?", |(_, text)| text);
-            before.push(format!("{version}: {command}{files}"));
+            history.push(format!("{version}: {command}{files}"));
         }
         let settings = settings
             .iter()
@@ -118,21 +119,21 @@ impl Provenance {
         if !settings.is_empty() {
             all.push((SETTINGS.to_owned(), settings.join("\n")));
         }
-        if !before.is_empty() {
-            all.push((BEFORE.to_owned(), before.join("\n")));
+        if !history.is_empty() {
+            all.push((HISTORY.to_owned(), history.join("\n")));
         }
         all
     }
 }
 
-/// Whether a text of that name is part of a file's provenance.
+/// Whether a text of that name belongs to the provenance of a file.
 #[must_use]
-pub fn is_ours(name: &str) -> bool {
+pub fn is_provenance(name: &str) -> bool {
     name.starts_with(PREFIX)
 }
 
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+/// Quotes a word for a shell if necessary.
+fn shell_quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=,%+@#~".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         return word.to_owned();
@@ -144,20 +145,20 @@ fn quoted(word: &str) -> String {
 mod tests {
     use super::*;
 
-    fn of(words: &[&str]) -> Provenance {
+    fn provenance(words: &[&str]) -> Provenance {
         let words: Vec<OsString> = words.iter().map(OsString::from).collect();
         Provenance::new(&words)
     }
 
-    fn text<'t>(texts: &'t Texts, name: &str) -> &'t str {
+    fn text<'t>(texts: &'t TextAttributes, name: &str) -> &'t str {
         let found = texts.iter().find(|(own, _)| own == name);
         found.map_or("", |(_, text)| text)
     }
 
     #[test]
-    fn words_are_such_that_a_shell_gives_them_back() {
+    fn words_are_quoted_for_a_shell() {
         let words = ["/x/seidel", "apply", "a b.exr", "it's", "", "-o=c.exr"];
-        let texts = of(&words).texts(None, &[], &[]);
+        let texts = provenance(&words).texts(None, &[], &[]);
         assert_eq!(
             text(&texts, COMMAND),
             r"seidel apply 'a b.exr' 'it'\''s' '' -o=c.exr"
@@ -165,10 +166,10 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_told_alone_whatever_run_they_were_of() {
+    fn the_command_of_a_frame_does_not_depend_on_the_run() {
         let words = "s apply p.%04d.exr -o o.##.exr --frames 1-9 --threads=2 --overwrite --memory 1G --amount 1";
         let words: Vec<&str> = words.split(' ').collect();
-        let texts = of(&words).texts(Some(7), &[], &[]);
+        let texts = provenance(&words).texts(Some(7), &[], &[]);
         assert_eq!(
             text(&texts, COMMAND),
             "seidel apply p.0007.exr -o o.07.exr --amount 1"
@@ -176,11 +177,11 @@ mod tests {
     }
 
     #[test]
-    fn what_was_before_becomes_a_line_and_texts_of_others_stay() {
+    fn old_provenance_becomes_history_and_other_texts_are_kept() {
         let folder = tempfile::tempdir().expect("a folder");
         let lens = folder.path().join("l.json");
         std::fs::write(&lens, "abc").expect("writable");
-        let one = of(&["s", "apply"])
+        let one = provenance(&["s", "apply"])
             .with_file("Lens", &lens)
             .expect("readable");
         let hash = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
@@ -190,15 +191,15 @@ mod tests {
         assert_eq!(text(&first, "Title"), "T");
         assert_eq!(text(&first, "seidelLens"), format!("l.json sha256:{hash}"));
         assert_eq!(text(&first, SETTINGS), "amount: 1");
-        assert_eq!(text(&first, BEFORE), "");
-        let second = of(&["s", "remove"]).texts(None, &[], &first);
+        assert_eq!(text(&first, HISTORY), "");
+        let second = provenance(&["s", "remove"]).texts(None, &[], &first);
         assert_eq!(text(&second, COMMAND), "seidel remove");
         assert_eq!(text(&second, SETTINGS), "");
-        let third = of(&["s", "relens"]).texts(None, &[], &second);
+        let third = provenance(&["s", "relens"]).texts(None, &[], &second);
         let version = env!("CARGO_PKG_VERSION");
         let lines =
             format!("{version}: seidel apply [l.json sha256:{hash}]\n{version}: seidel remove");
-        assert_eq!(text(&third, BEFORE), lines);
+        assert_eq!(text(&third, HISTORY), lines);
         assert_eq!(third.iter().filter(|(name, _)| name == COMMAND).count(), 1);
     }
 }

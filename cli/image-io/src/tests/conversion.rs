@@ -1,4 +1,4 @@
-//! Plates written in another format than they were read in: what samples become, and what is told.
+//! Plates converted to another format: samples, and warnings about what is lost.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,29 +8,31 @@ use exr::prelude::Compression;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageBuffer, ImageEncoder, Luma, Rgb, Rgba};
 
-use super::dpx_plates::Made;
+use super::dpx_files::DpxBuilder;
 use super::{image, part, patch, save};
-use crate::exr::plate::{ExrPlate, Window};
-use crate::flat_plate::{Encoding, FlatPlate, SampleDepth};
+use crate::exr::ExrImage;
 use crate::hdr;
 use crate::plate::{Plate, PlateOptions};
+use crate::raster::RasterImage;
+use crate::samples::{Encoding, SampleFormat};
+use crate::windows::PixelWindow;
 
 fn open(path: &Path) -> Plate {
     Plate::open(path, &PlateOptions::default()).expect("opens")
 }
 
-/// Writes the plate at `from` to `to` as it is; what is told of it.
+/// Writes the plate `from` as `to`. Returns the warnings.
 fn convert(from: &Path, to: &Path) -> String {
     open(from).write(to).expect("writes").join("\n")
 }
 
-fn samples(plate: &ExrPlate, name: &str) -> Vec<f32> {
+fn samples(plate: &ExrImage, name: &str) -> Vec<f32> {
     let channels = plate.channels();
     let own = channels.iter().find(|c| c.name == name);
     plate.samples(own.expect("a channel").id)
 }
 
-/// A PNG of some pixels with alpha, 8 bits.
+/// Writes an 8-bit PNG with alpha.
 fn rgba8(folder: &Path) -> PathBuf {
     let path = folder.join("in.png");
     let pixel = |x: u32, y: u32| {
@@ -48,16 +50,16 @@ fn rgba8(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn eight_bits_become_light_in_exr_and_come_back() {
+fn eight_bits_round_trip_through_scene_linear_exr() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (png, exr) = (rgba8(folder.path()), folder.path().join("a.exr"));
-    let said = convert(&png, &exr);
+    let warnings = convert(&png, &exr);
     assert!(
-        said.contains("8-bit samples are written as half float"),
-        "{said}"
+        warnings.contains("8-bit samples are written as half float"),
+        "{warnings}"
     );
-    let plate = ExrPlate::open(&exr).expect("opens");
-    let flat = FlatPlate::open(&png).expect("opens");
+    let plate = ExrImage::open(&exr).expect("opens");
+    let flat = RasterImage::open(&png).expect("opens");
     let alpha = flat.plane("A").expect("alpha");
     for name in ["R", "G", "B"] {
         let codes = flat.plane(name).expect("colour");
@@ -69,15 +71,15 @@ fn eight_bits_become_light_in_exr_and_come_back() {
             assert!((got - want).abs() <= want.abs() / 2048.0, "{got} {want}");
         }
     }
-    // Back again, where there is alpha to divide by: no code is off by half a step.
+    // Back again: where alpha is not zero, no code differs by half a step.
     let back = folder.path().join("b.png");
-    let said = convert(&exr, &back);
+    let warnings = convert(&exr, &back);
     assert!(
-        said.contains("half float samples are written as 16-bit, sRGB-encoded"),
-        "{said}"
+        warnings.contains("half float samples are written as 16-bit, sRGB-encoded"),
+        "{warnings}"
     );
-    let back = FlatPlate::open(&back).expect("opens");
-    assert_eq!(back.depth(), SampleDepth::U16);
+    let back = RasterImage::open(&back).expect("opens");
+    assert_eq!(back.sample_format(), SampleFormat::U16);
     for name in ["R", "G", "B"] {
         let pairs = flat.plane(name).expect("colour").iter();
         for ((was, is), alpha) in pairs.zip(back.plane(name).expect("colour")).zip(alpha) {
@@ -88,16 +90,16 @@ fn eight_bits_become_light_in_exr_and_come_back() {
 }
 
 #[test]
-fn codes_are_kept_between_formats_of_integers() {
+fn integer_codes_are_kept_between_integer_formats() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let png = rgba8(folder.path());
-    let flat = FlatPlate::open(&png).expect("opens");
+    let flat = RasterImage::open(&png).expect("opens");
     let tif = folder.path().join("a.tif");
     assert_eq!(convert(&png, &tif), "");
-    let tiff = FlatPlate::open(&tif).expect("opens");
+    let tiff = RasterImage::open(&tif).expect("opens");
     assert_eq!(
-        (tiff.depth(), tiff.names()),
-        (SampleDepth::U8, flat.names())
+        (tiff.sample_format(), tiff.names()),
+        (SampleFormat::U8, flat.names())
     );
     assert!(!open(&tif).is_premultiplied());
     for name in flat.names() {
@@ -113,23 +115,26 @@ fn codes_are_kept_between_formats_of_integers() {
         .save(&grey)
         .expect("the test's own file");
     assert_eq!(convert(&grey, &dpx), "");
-    let said = convert(&dpx, &back);
-    assert!(said.contains("header of the DPX"), "{said}");
-    let (grey, back) = (FlatPlate::open(&grey), FlatPlate::open(&back));
+    let warnings = convert(&dpx, &back);
+    assert!(warnings.contains("header of the DPX"), "{warnings}");
+    let (grey, back) = (RasterImage::open(&grey), RasterImage::open(&back));
     assert_eq!(
         grey.expect("opens").plane("Y"),
         back.expect("opens").plane("Y")
     );
-    // 8 bits with alpha to DPX: 16 bits, premultiplied, and described as what it is.
+    // 8 bits with alpha to DPX: 16 bits, premultiplied, described as sRGB.
     let dpx = folder.path().join("a.dpx");
-    let said = convert(&png, &dpx);
-    assert!(said.contains("written as 16-bit, sRGB-encoded"), "{said}");
+    let warnings = convert(&png, &dpx);
+    assert!(
+        warnings.contains("written as 16-bit, sRGB-encoded"),
+        "{warnings}"
+    );
     let plate = open(&dpx);
     assert!(plate.is_premultiplied());
-    let said = plate.remarks().concat();
+    let warnings = plate.read_warnings().concat();
     assert!(
-        said.contains("taken to be sRGB") && !said.contains("--encoding"),
-        "{said}"
+        warnings.contains("read as sRGB") && !warnings.contains("--encoding"),
+        "{warnings}"
     );
     let source = open(&png);
     let alpha = source.alpha().expect("alpha");
@@ -141,7 +146,7 @@ fn codes_are_kept_between_formats_of_integers() {
     }
 }
 
-/// An EXR of one part whose data window is 6 x 4 at (-2, 1) and whose display window is 20 x 10, with another part.
+/// Writes an EXR of two parts whose data window is 6 x 4 at (-2, 1) and whose display window is 20 x 10.
 fn windowed(folder: &Path) -> PathBuf {
     let path = folder.join("in.exr");
     let ramp = |scale: f32| FlatSamples::F32((0..24).map(|i| (i as f32 - 4.0) * scale).collect());
@@ -172,38 +177,38 @@ fn windowed(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn what_a_format_does_not_hold_is_told() {
+fn everything_that_a_format_cannot_store_causes_a_warning() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let exr = windowed(folder.path());
     let source = open(&exr);
     let at = |plane: &[f32], x: usize, y: usize| plane[y * 20 + x];
     for extension in ["png", "tif", "dpx", "hdr"] {
         let out = folder.path().join("a").with_extension(extension);
-        let said = convert(&exr, &out);
+        let warnings = convert(&exr, &out);
         for part in [
             "rgba:spec.R, depth:Z are left out",
-            "cut to its display window",
-            "is black where",
+            "cropped to its display window",
+            "padded with black",
         ] {
             assert!(
-                said.contains(part),
-                "{extension}: `{part}` is missing in {said}"
+                warnings.contains(part),
+                "{extension}: `{part}` is missing in {warnings}"
             );
         }
-        let clipped = said.contains("2 samples below 0") && said.contains("are clipped");
-        assert_eq!(clipped, extension != "tif", "{said}");
+        let clipped = warnings.contains("2 samples below 0") && warnings.contains("are clipped");
+        assert_eq!(clipped, extension != "tif", "{warnings}");
         assert_eq!(
-            said.contains("over 1 "),
+            warnings.contains("over 1 "),
             ["png", "dpx"].contains(&extension),
-            "{said}"
+            "{warnings}"
         );
         assert_eq!(
-            said.contains("holds no alpha"),
+            warnings.contains("holds no alpha"),
             extension == "hdr",
-            "{said}"
+            "{warnings}"
         );
         let plate = open(&out);
-        let full = Window {
+        let full = PixelWindow {
             x: 0,
             y: 0,
             width: 20,
@@ -257,37 +262,37 @@ fn what_a_format_does_not_hold_is_told() {
         )]),
         &glow,
     );
-    let said = convert(&glow, &folder.path().join("glow.png"));
+    let warnings = convert(&glow, &folder.path().join("glow.png"));
     assert!(
-        said.contains("200 pixels of colour without alpha are black"),
-        "{said}"
+        warnings.contains("200 pixels of colour without alpha are black"),
+        "{warnings}"
     );
-    // As the user says, it is not multiplied by alpha.
+    // Unpremultiplied by the user's choice.
     let options = PlateOptions {
         premultiplied: Some(false),
         ..PlateOptions::default()
     };
     let plate = Plate::open(&glow, &options).expect("opens");
-    let said = plate
+    let warnings = plate
         .write(&folder.path().join("glow.png"))
         .expect("writes")
         .concat();
-    assert!(!said.contains("without alpha"), "{said}");
+    assert!(!warnings.contains("without alpha"), "{warnings}");
     let level = open(&folder.path().join("glow.png")).colour()[0][0];
     assert!((level - 0.5).abs() < 1e-4, "{level}");
 }
 
 #[test]
-fn sixteen_bits_need_float_and_codes_of_a_colour_space_stay() {
+fn sixteen_bits_become_float_and_colour_managed_codes_are_kept() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (png, exr) = (folder.path().join("a.png"), folder.path().join("a.exr"));
     ImageBuffer::from_fn(300, 2, |x, y| Rgb([(x * 218 + y) as u16, 7, 65535]))
         .save(&png)
         .expect("the test's own file");
-    let said = convert(&png, &exr);
+    let warnings = convert(&png, &exr);
     assert!(
-        said.contains("16-bit samples are written as float"),
-        "{said}"
+        warnings.contains("16-bit samples are written as float"),
+        "{warnings}"
     );
     let back = folder.path().join("b.png");
     convert(&exr, &back);
@@ -299,22 +304,22 @@ fn sixteen_bits_need_float_and_codes_of_a_colour_space_stay() {
     };
     let plate = Plate::open(&exr, &options).expect("opens");
     let dpx = folder.path().join("a.dpx");
-    let said = plate.write(&dpx).expect("writes").concat();
+    let warnings = plate.write(&dpx).expect("writes").concat();
     assert!(
-        said.contains("float samples are written as 10-bit") && !said.contains("sRGB"),
-        "{said}"
+        warnings.contains("float samples are written as 10-bit") && !warnings.contains("sRGB"),
+        "{warnings}"
     );
-    let codes = FlatPlate::open(&dpx).expect("opens");
+    let codes = RasterImage::open(&dpx).expect("opens");
     let light = plate.colour();
     let pairs = codes.plane("R").expect("R").iter().zip(&light[0]);
     for (code, light) in pairs.map(|(c, l)| (*c, *l)) {
         assert!((code - light).abs() <= 0.5001 / 1023.0, "{code} {light}");
     }
-    // Its header does not say that they are linear.
+    // Its header does not state linear samples.
     assert_eq!(fs::read(&dpx).expect("reads")[801], 0);
 }
 
-/// A JPEG of a smooth picture with a profile.
+/// Writes a smooth JPEG with an ICC profile.
 fn jpeg(path: &Path, icc: Option<&[u8]>) {
     let pixels: Vec<u8> = (0..16 * 8 * 3)
         .map(|i| (i / 3 % 16 * 12 + 20) as u8)
@@ -333,15 +338,15 @@ fn jpeg(path: &Path, icc: Option<&[u8]>) {
 }
 
 #[test]
-fn jpeg_is_read_and_never_written() {
+fn jpeg_is_read_only() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, png) = (folder.path().join("a.jpg"), folder.path().join("a.png"));
     let profile: Vec<u8> = (0..200).collect();
     jpeg(&path, Some(&profile));
-    let plate = FlatPlate::open(&path).expect("opens");
+    let plate = RasterImage::open(&path).expect("opens");
     assert_eq!(
-        (plate.width(), plate.height(), plate.depth()),
-        (16, 8, SampleDepth::U8)
+        (plate.width(), plate.height(), plate.sample_format()),
+        (16, 8, SampleFormat::U8)
     );
     let green = plate.plane("G").expect("G");
     assert!(
@@ -357,12 +362,12 @@ fn jpeg_is_read_and_never_written() {
     }
     assert!(plate.write(&path).is_err());
     assert_eq!(convert(&path, &png), "");
-    let back = FlatPlate::open(&png).expect("opens");
+    let back = RasterImage::open(&png).expect("opens");
     assert_eq!(back.plane("G"), Some(green));
-    assert_eq!(back.icc(), Some(profile.clone()));
-    let said = convert(&path, &folder.path().join("a.exr"));
-    assert!(said.contains("profile (ICC) is left out"), "{said}");
-    // Four components would be CMYK; cut short, the rest of the picture would be grey.
+    assert_eq!(back.metadata.icc_profile(), Some(&profile[..]));
+    let warnings = convert(&path, &folder.path().join("a.exr"));
+    assert!(warnings.contains("ICC profile is left out"), "{warnings}");
+    // Four components are CMYK. The decoder would fill a truncated image with grey.
     let sound = fs::read(&path).expect("reads");
     let frame = [0xff, 0xc0, 0, 17, 8, 0, 8, 0, 16];
     patch(
@@ -370,16 +375,16 @@ fn jpeg_is_read_and_never_written() {
         &[&frame[..], &[3]].concat(),
         &[&frame[..], &[4]].concat(),
     );
-    let error = FlatPlate::open(&path).expect_err("CMYK").to_string();
+    let error = RasterImage::open(&path).expect_err("CMYK").to_string();
     assert!(error.contains("CMYK") && error.contains("a.jpg"), "{error}");
     for length in 0..sound.len() - 1 {
         fs::write(&path, &sound[..length]).expect("writes");
-        assert!(FlatPlate::open(&path).is_err(), "{length}");
+        assert!(RasterImage::open(&path).is_err(), "{length}");
     }
 }
 
 #[test]
-fn hdr_keeps_its_lines_and_rounds_to_its_own_steps() {
+fn hdr_keeps_its_header_lines_and_quantises() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, out) = (folder.path().join("a.hdr"), folder.path().join("b.hdr"));
     // Four bytes a pixel, not run-length coded: 0.5, 0.25, 0.125 and 255 x 2^20 / 256.
@@ -388,23 +393,23 @@ fn hdr_keeps_its_lines_and_rounds_to_its_own_steps() {
             .to_vec();
     bytes.extend([128, 64, 32, 128, 255, 0, 1, 148]);
     fs::write(&path, bytes).expect("the test's own file");
-    let plate = FlatPlate::open(&path).expect("opens");
+    let plate = RasterImage::open(&path).expect("opens");
     assert_eq!(plate.plane("R"), Some(&[0.5, 1_044_480.0][..]));
     assert_eq!(plate.plane("G"), Some(&[0.25, 0.0][..]));
     assert_eq!(plate.plane("B"), Some(&[0.125, 4096.0][..]));
-    let said = open(&path).remarks().concat();
-    assert!(said.contains("multiplied by 2"), "{said}");
+    let warnings = open(&path).read_warnings().concat();
+    assert!(warnings.contains("multiplied by 2"), "{warnings}");
     assert!(plate.write(&out).expect("writes").is_empty());
     let text = fs::read(&out).expect("reads");
     let text = String::from_utf8_lossy(&text).into_owned();
     let head =
         "#?RADIANCE\n# from a test\nEXPOSURE=2\nVIEW= -vtv\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n";
     assert!(text.starts_with(head), "{text}");
-    let back = FlatPlate::open(&out).expect("opens");
+    let back = RasterImage::open(&out).expect("opens");
     for name in ["R", "G", "B"] {
         assert_eq!(back.plane(name), plate.plane(name));
     }
-    // What is rounded beforehand is what the file holds.
+    // Quantisation gives the samples of the written file.
     let wild = [
         1.0e-30,
         0.999_999,
@@ -427,14 +432,14 @@ fn hdr_keeps_its_lines_and_rounds_to_its_own_steps() {
         for (name, value) in ["R", "G", "B"].iter().zip(pixel) {
             plate.replace(name, vec![value; 2]).expect("two");
         }
-        let said = plate.write(&out).expect("writes");
+        let warnings = plate.write(&out).expect("writes");
         let poor = pixel
             .iter()
-            .filter(|v| !(0.0..=hdr::MOST).contains(*v))
+            .filter(|v| !(0.0..=hdr::MAX_SAMPLE).contains(*v))
             .count();
-        assert_eq!(said.len(), poor, "{pixel:?} {said:?}");
-        plate.round();
-        let back = FlatPlate::open(&out).expect("opens");
+        assert_eq!(warnings.len(), poor, "{pixel:?} {warnings:?}");
+        plate.quantise();
+        let back = RasterImage::open(&out).expect("opens");
         let brightest = pixel
             .iter()
             .copied()
@@ -443,7 +448,7 @@ fn hdr_keeps_its_lines_and_rounds_to_its_own_steps() {
         for (name, value) in ["R", "G", "B"].iter().zip(pixel) {
             let held = back.plane(name).expect("there")[0];
             assert_eq!(Some(held), plate.plane(name).map(|p| p[0]), "{pixel:?}");
-            if value >= 0.0 && brightest <= hdr::MOST {
+            if value >= 0.0 && brightest <= hdr::MAX_SAMPLE {
                 assert!(
                     (held - value).abs() <= brightest / 255.0,
                     "{held} for {value} in {pixel:?}"
@@ -457,7 +462,7 @@ fn hdr_keeps_its_lines_and_rounds_to_its_own_steps() {
             b"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd",
         )
         .expect("writes");
-        FlatPlate::open(&path).expect_err("XYZ").to_string()
+        RasterImage::open(&path).expect_err("XYZ").to_string()
     };
     assert!(
         error.contains("not supported") && error.contains("xyze"),
@@ -466,7 +471,7 @@ fn hdr_keeps_its_lines_and_rounds_to_its_own_steps() {
 }
 
 #[test]
-fn what_made_a_plate_goes_along() {
+fn provenance_is_kept_in_every_format() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = |name: &str| folder.path().join(name);
     let text = |name: &str, text: &str| (name.to_owned(), text.to_owned());
@@ -474,40 +479,43 @@ fn what_made_a_plate_goes_along() {
         text("seidelCommand", "seidel apply 'a\\nb' -o c"),
         text("seidelSettings", "amount: 1\npsf: pupil"),
     ];
-    let mut flat = FlatPlate::open(&rgba8(folder.path())).expect("opens");
+    let mut flat = RasterImage::open(&rgba8(folder.path())).expect("opens");
     flat.texts = texts.clone();
     flat.write(&path("0.png")).expect("writes");
-    // One after the other, each also as it is, and through all of them.
+    // From each format to the next, and each also to itself.
     let names = [
         "0.png", "1.dpx", "2.hdr", "3.exr", "4.tif", "5.dpx", "6.png",
     ];
     for pair in names.windows(2) {
         let (from, to) = (path(pair[0]), path(pair[1]));
-        let said = convert(&from, &to);
+        let warnings = convert(&from, &to);
         assert!(
-            !said.contains("attributes") && !said.contains("lines"),
-            "{said}"
+            !warnings.contains("attributes") && !warnings.contains("lines"),
+            "{warnings}"
         );
         let again = path("again").with_extension(to.extension().expect("one"));
         open(&to).write(&again).expect("writes");
-        // TIFF has its tags in another order.
+        // TIFF writes its tags in another order.
         let same = fs::read(&again).expect("reads") == fs::read(&to).expect("reads");
         assert!(same || pair[1] == "4.tif", "{pair:?}");
         assert!(open(&again).colour() == open(&to).colour(), "{pair:?}");
         if to.extension().is_some_and(|e| e != "exr") {
-            let mut got = FlatPlate::open(&again).expect("opens").texts;
+            let mut got = RasterImage::open(&again).expect("opens").texts;
             got.sort();
             assert_eq!(got, texts, "{pair:?}");
         }
     }
-    // Where others have user data they stay, and that is told.
+    // User data of another program are kept, with a warning.
     let dpx = path("own.dpx");
-    let made = Made::new(false, (1, 1), 300).element(50, 16, 0);
+    let made = DpxBuilder::new(false, (1, 1), 300).element(50, 16, 0);
     let before = made.words16(&[1, 2, 3]).save(&dpx);
-    let mut flat = FlatPlate::open(&dpx).expect("opens");
+    let mut flat = RasterImage::open(&dpx).expect("opens");
     assert!(flat.texts.is_empty() && flat.write(&path("x.dpx")).expect("writes").is_empty());
     flat.texts = texts;
-    let said = flat.write(&path("x.dpx")).expect("writes").concat();
-    assert!(said.contains("user data of others"), "{said}");
+    let warnings = flat.write(&path("x.dpx")).expect("writes").concat();
+    assert!(
+        warnings.contains("user data of another program"),
+        "{warnings}"
+    );
     assert!(fs::read(path("x.dpx")).expect("reads") == before);
 }

@@ -60,7 +60,7 @@ fn refused(folder: &Path) -> String {
 }
 
 #[test]
-fn all_fields_are_read_and_come_back_from_a_written_set() {
+fn all_fields_round_trip() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let at = folder.path();
     for name in ["a.exr", "b.exr", "c.exr"] {
@@ -84,8 +84,8 @@ fn all_fields_are_read_and_come_back_from_a_written_set() {
     all["observations"][2]["noise_sigma"] = json!(0.5);
     all["observations"][2]["saturated"] = json!(true);
     put(at, &all);
-    let loaded = read(at, ReadOptions::default()).expect("a sound set");
-    assert!(loaded.dropped.is_empty());
+    let loaded = read(at, ReadOptions::default()).expect("a valid set");
+    assert!(loaded.skipped.is_empty());
     let found = &loaded.set;
     assert_eq!(
         read(&at.join("manifest.json"), ReadOptions::default()).expect("by file"),
@@ -119,7 +119,7 @@ fn all_fields_are_read_and_come_back_from_a_written_set() {
 }
 
 #[test]
-fn every_format_of_tile_is_read() {
+fn tiles_of_every_format_are_read() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let at = folder.path();
     let grey = image::ImageBuffer::from_fn(4, 3, |x, _| image::Luma([x as u16 * 1000]));
@@ -134,8 +134,7 @@ fn every_format_of_tile_is_read() {
         .save(at.join("c.png"))
         .expect("saves");
     let floats = vec![0.5_f32; 12];
-    crate::tiff::write::write_float(&at.join("d.tif"), 4, 3, vec!["Y".into()], vec![floats])
-        .expect("saves");
+    crate::tiff::write_float(&at.join("d.tif"), 4, 3, vec![floats]).expect("saves");
     let half = part(
         None,
         (4, 3),
@@ -167,7 +166,7 @@ fn every_format_of_tile_is_read() {
 }
 
 #[test]
-fn all_faults_are_told_together_and_bad_observations_can_be_left_out() {
+fn all_faults_are_reported_together_and_bad_observations_can_be_skipped() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let at = folder.path();
     tile(&at.join("good.exr"), |_| {});
@@ -205,7 +204,7 @@ fn all_faults_are_told_together_and_bad_observations_can_be_left_out() {
         "observation 1 (good.exr) x: is the text \"left\"",
         "observation 1 (good.exr) depth_m: is -2",
         "observation 1 (good.exr) noise_sigma: names the channel `X`",
-        "observation 1 (good.exr) dept_m: is no key of this format; remove it, or use one of: file, x, y, depth_m",
+        "observation 1 (good.exr) dept_m: is not a key of this format; remove it, or use one of: file, x, y, depth_m",
         "observation 2 (nan.exr) channel R: the sample at column 1, row 1 is NaN",
         "observation 2 (nan.exr) channel B",
         "observation 3 (dark.exr) channel G: holds no light",
@@ -224,16 +223,16 @@ fn all_faults_are_told_together_and_bad_observations_can_be_left_out() {
     }
     let loaded = read(at, ReadOptions { skip_bad: true }).expect("one is left");
     assert_eq!(loaded.set.observations.len(), 1);
-    assert_eq!(loaded.dropped.len(), count - 1);
-    assert_eq!(loaded.dropped[0].index, 1);
-    assert_eq!(loaded.dropped[0].faults.len(), 4);
+    assert_eq!(loaded.skipped.len(), count - 1);
+    assert_eq!(loaded.skipped[0].index, 1);
+    assert_eq!(loaded.skipped[0].faults.len(), 4);
 }
 
 #[test]
-fn faults_of_the_set_are_told_and_never_skipped() {
+fn faults_of_the_set_itself_are_never_skipped() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let at = folder.path();
-    assert!(refused(at).contains("holds no manifest.json"));
+    assert!(refused(at).contains("contains no manifest.json"));
     tile(&at.join("a.exr"), |_| {});
     for (key, value, expected) in [
         ("format", json!("other"), "format: is the text \"other\""),
@@ -260,7 +259,7 @@ fn faults_of_the_set_are_told_and_never_skipped() {
             json!({"f_number": -1.0, "iso": 3}),
             "camera.f_number: is -1",
         ),
-        ("camera", json!({"iso": 3}), "camera.iso: is no key"),
+        ("camera", json!({"iso": 3}), "camera.iso: is not a key"),
         (
             "camera",
             json!({"wavelength_nm": {"R": "x"}}),
@@ -273,7 +272,7 @@ fn faults_of_the_set_are_told_and_never_skipped() {
         ),
         ("observations", json!([]), "observations: is empty"),
         ("observations", json!({}), "observations: is an object"),
-        ("extra", json!(1), "extra: is no key of this format"),
+        ("extra", json!(1), "extra: is not a key of this format"),
     ] {
         let mut all = set(vec![observation("a.exr")]);
         all[key] = value;

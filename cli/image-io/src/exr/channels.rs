@@ -1,42 +1,45 @@
-//! Which channels of an EXR plate are its colour and which its depth.
+//! Selection of the colour, alpha and depth channels of an OpenEXR file.
 
+use super::image::{ChannelId, ChannelInfo, ExrImage};
 use crate::error::{FileError, Result};
-use crate::exr::plate::{ChannelId, ChannelInfo, ExrPlate};
 
-/// The channels that are blurred together, all of one part.
+/// The colour and alpha channels of one layer, all of one part.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ColourGroup {
-    /// Names of the colour channels as a lens knows them, without layer: R, G, B, or Y alone.
+pub struct ColourChannels {
+    /// Names of the colour channels without layer, as in a lens: R, G, B, or Y alone.
     pub names: Vec<String>,
     /// The colour channels, in the order of `names`.
     pub colour: Vec<ChannelId>,
-    /// The alpha channel of the same layer, where there is one.
+    /// The alpha channel of the layer, if it has one.
     pub alpha: Option<ChannelId>,
-    /// The alpha of each colour channel alone, in the order of `names`; empty unless asked for.
-    pub own_alpha: Vec<ChannelId>,
+    /// One alpha channel for each colour channel, in the order of `names`; empty unless requested.
+    pub channel_alphas: Vec<ChannelId>,
 }
 
-/// Names under which depth is looked for, best first; case does not matter.
+/// Names of depth channels, the preferred first; case does not matter.
 const DEPTH_NAMES: [&str; 4] = ["Z", "depth.Z", "depth", "depth.V"];
 
-/// Part names that mark the main picture of a multi-part file.
+/// Names of the main part of a multi-part file.
 const MAIN_PARTS: [&str; 5] = ["rgba", "rgb", "beauty", "main", "C"];
 
-impl ExrPlate {
-    /// The colour channels: the root `R`, `G`, `B` (with `A`), or `Y` of a monochrome plate; with
-    /// `layer` those of the part of that name, or those whose names begin with `layer` and a dot, or
-    /// the one channel of that full name.
+impl ExrImage {
+    /// Returns the colour channels: the root `R`, `G`, `B` (with `A`), or `Y` of a monochrome image.
+    ///
+    /// With `layer` those of the part of that name, those whose names begin with `layer` and a dot, or the single
+    /// channel of that full name.
     ///
     /// # Errors
-    /// No such channels; the message lists those there are.
-    pub fn colour(&self, layer: Option<&str>) -> Result<ColourGroup> {
+    /// No such channels; the message lists the existing ones.
+    pub fn colour(&self, layer: Option<&str>) -> Result<ColourChannels> {
         let channels = self.channels();
         let found = match layer {
             None => {
                 let mut parts: Vec<usize> = (0..self.parts()).collect();
-                // Stable, so that otherwise the first part wins.
+                // A stable sort, so that the first part wins otherwise.
                 parts.sort_by_key(|&part| !self.is_main(part));
-                parts.iter().find_map(|&part| group(&channels, part, ""))
+                parts
+                    .iter()
+                    .find_map(|&part| find_colour(&channels, part, ""))
             }
             Some(layer) => self.layer_group(&channels, layer),
         };
@@ -60,35 +63,35 @@ impl ExrPlate {
         })
     }
 
-    /// As [`ExrPlate::colour`], with an alpha channel for each colour: `alpha.R` and so on in the same part
-    /// and layer as `A`. Those that the file has not are made, as copies of `A`.
+    /// Returns the colour channels with an alpha channel for each: `alpha.R` and so on in the part and layer of `A`.
+    /// Missing ones are added as copies of `A`.
     ///
     /// # Errors
-    /// Those of [`ExrPlate::colour`], and colour without alpha.
-    pub fn colour_with_own_alpha(&mut self, layer: Option<&str>) -> Result<ColourGroup> {
+    /// Those of [`ExrImage::colour`], and colour without alpha.
+    pub fn colour_with_channel_alphas(&mut self, layer: Option<&str>) -> Result<ColourChannels> {
         let group = self.colour(layer)?;
         let Some(alpha) = group.alpha else {
             return Err(FileError::new(
                 self.path(),
                 "channel A",
-                "is not in the plate, so there is no alpha to give each colour",
+                "is not in the plate, so the colours can have no alpha channels of their own",
                 "leave out --alpha-per-channel, or render the plate with alpha",
             ));
         };
         let name = self.channel_name(alpha);
-        // Its last letter is the A.
+        // Without the final A.
         let prefix = &name[..name.len() - 1];
         let of_colour = |colour: &String| format!("{prefix}alpha.{colour}");
         let names: Vec<String> = group.names.iter().map(of_colour).collect();
-        self.copy_channel(alpha, &names);
-        // New channels lie between the old ones.
+        self.duplicate_channel(alpha, &names);
+        // Channels were added, so old ids are invalid.
         let mut group = self.colour(layer)?;
         let channels = self.channels();
         let find = |name: &String| {
             let of_part = |c: &&ChannelInfo| c.id.part() == alpha.part() && c.name == *name;
             channels.iter().find(of_part).map(|c| c.id)
         };
-        group.own_alpha = names.iter().filter_map(find).collect();
+        group.channel_alphas = names.iter().filter_map(find).collect();
         Ok(group)
     }
 
@@ -97,29 +100,31 @@ impl ExrPlate {
             .is_some_and(|name| MAIN_PARTS.iter().any(|m| m.eq_ignore_ascii_case(&name)))
     }
 
-    fn layer_group(&self, channels: &[ChannelInfo], layer: &str) -> Option<ColourGroup> {
+    fn layer_group(&self, channels: &[ChannelInfo], layer: &str) -> Option<ColourChannels> {
         let dotted = format!("{layer}.");
         let by_part = (0..self.parts())
             .filter(|&part| self.part_name(part).as_deref() == Some(layer))
-            .find_map(|part| group(channels, part, "").or_else(|| group(channels, part, &dotted)));
+            .find_map(|part| {
+                find_colour(channels, part, "").or_else(|| find_colour(channels, part, &dotted))
+            });
         by_part
-            .or_else(|| (0..self.parts()).find_map(|part| group(channels, part, &dotted)))
+            .or_else(|| (0..self.parts()).find_map(|part| find_colour(channels, part, &dotted)))
             .or_else(|| {
                 let single = channels.iter().find(|c| c.name == layer)?;
-                Some(ColourGroup {
+                Some(ColourChannels {
                     names: vec!["Y".to_owned()],
                     colour: vec![single.id],
                     alpha: None,
-                    own_alpha: Vec::new(),
+                    channel_alphas: Vec::new(),
                 })
             })
     }
 
-    /// The channel that holds depth: the one called `name`, or else the first of `Z`, `depth.Z`,
-    /// `depth`, `depth.V` in any case, or the only channel of a part called `depth`.
+    /// Returns the depth channel: the one called `name`, or else the first of `Z`, `depth.Z`, `depth`, `depth.V` in any
+    /// case, or the only channel of a part called `depth`.
     ///
     /// # Errors
-    /// No such channel; the message lists those there are.
+    /// No such channel; the message lists the existing ones.
     pub fn depth_channel(&self, name: Option<&str>) -> Result<ChannelId> {
         let channels = self.channels();
         let found = match name {
@@ -132,7 +137,7 @@ impl ExrPlate {
         found.ok_or_else(|| {
             let problem = match name {
                 Some(name) => format!("has no channel `{name}`"),
-                None => "has no channel that looks like depth (Z, depth.Z, depth)".to_owned(),
+                None => "has no channel with a name of depth (Z, depth.Z, depth)".to_owned(),
             };
             FileError::new(
                 self.path(),
@@ -144,7 +149,7 @@ impl ExrPlate {
     }
 }
 
-/// A channel by its exact full name, `part:channel` or `part.channel`, then the same in any case.
+/// Finds a channel by its full name, `part:channel` or `part.channel`: exactly, else in any case.
 fn find_named(channels: &[ChannelInfo], name: &str) -> Option<ChannelId> {
     let same = |matches: fn(&str, &str) -> bool| {
         channels.iter().find(|c| {
@@ -175,8 +180,8 @@ fn only_channel_of_depth_part(channels: &[ChannelInfo]) -> Option<ChannelId> {
     }
 }
 
-/// R, G, B (and A), or Y, of one part under one prefix. Luminance beside chroma is not monochrome.
-fn group(channels: &[ChannelInfo], part: usize, prefix: &str) -> Option<ColourGroup> {
+/// Finds R, G, B (and A), or Y, in one part under one prefix. Luminance with chroma is not monochrome.
+fn find_colour(channels: &[ChannelInfo], part: usize, prefix: &str) -> Option<ColourChannels> {
     let find = |name: &str| {
         let of_part = || channels.iter().filter(|c| c.id.part() == part);
         let stripped = |c: &&ChannelInfo| c.name.strip_prefix(prefix).map(str::to_owned);
@@ -188,23 +193,23 @@ fn group(channels: &[ChannelInfo], part: usize, prefix: &str) -> Option<ColourGr
             .map(|c| c.id)
     };
     let alpha = find("A");
-    let named = |names: &[&str]| -> Option<ColourGroup> {
-        Some(ColourGroup {
+    let named = |names: &[&str]| -> Option<ColourChannels> {
+        Some(ColourChannels {
             names: names.iter().map(|&n| n.to_owned()).collect(),
             colour: names.iter().map(|n| find(n)).collect::<Option<_>>()?,
             alpha,
-            own_alpha: Vec::new(),
+            channel_alphas: Vec::new(),
         })
     };
     named(&["R", "G", "B"])
         .or_else(|| {
-            named(&["red", "green", "blue"]).map(|g| ColourGroup {
+            named(&["red", "green", "blue"]).map(|g| ColourChannels {
                 names: ["R", "G", "B"].map(str::to_owned).to_vec(),
                 ..g
             })
         })
-        .or_else(|| match find("RY").or_else(|| find("BY")) {
-            Some(_) => None,
-            None => named(&["Y"]),
+        .or_else(|| {
+            let has_chroma = find("RY").or_else(|| find("BY")).is_some();
+            if has_chroma { None } else { named(&["Y"]) }
         })
 }

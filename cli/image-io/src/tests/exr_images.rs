@@ -1,4 +1,4 @@
-//! Plates in OpenEXR: everything but the blurred channels comes back bit for bit.
+//! OpenEXR images: everything but the replaced channels is written bit for bit.
 
 use std::path::Path;
 
@@ -7,12 +7,13 @@ use exr::meta::attribute::{AttributeValue, Chromaticities, SampleType, Text, Tim
 use exr::prelude::{Compression, Vec2, read_all_data_from_file};
 
 use super::{floats, halves, image, part, patch, save};
-use crate::depth::{DepthPass, DepthSpec};
-use crate::exr::plate::{ExrPlate, Window};
+use crate::exr::ExrImage;
+use crate::image_channel::{ChannelSpec, ImageChannel};
 use crate::plate::{Plate, PlateOptions};
-use crate::windows::Windows;
+use crate::windows::ImageWindows;
+use crate::windows::PixelWindow;
 
-/// Every sample as bits, so that NaN payloads count.
+/// Returns all samples as bits, so that NaN payloads are compared too.
 fn bits(image: &AnyImage, part: usize, channel: &str) -> Vec<u32> {
     let list = &image.layer_data[part].channel_data.list;
     let channel = list
@@ -29,8 +30,8 @@ fn bits(image: &AnyImage, part: usize, channel: &str) -> Vec<u32> {
     }
 }
 
-/// Three parts: half colour with an AOV, float depth with NaN and infinity, identifiers.
-fn rich() -> AnyImage {
+/// An image of three parts: half colour with an AOV, float depth with NaN and infinity, and identifiers.
+fn multi_part() -> AnyImage {
     let ids = FlatSamples::U32((0..24).map(|i| u32::MAX - i * 7).collect());
     let mut depth = (0..24).map(|i| i as f32).collect::<Vec<_>>();
     depth[3] = f32::INFINITY;
@@ -86,7 +87,8 @@ fn rich() -> AnyImage {
     all
 }
 
-fn same_but(before: &AnyImage, after: &AnyImage, changed: &[&str]) {
+/// Asserts that two images differ in no channel but those `changed`.
+fn assert_unchanged_except(before: &AnyImage, after: &AnyImage, changed: &[&str]) {
     assert_eq!(before.attributes, after.attributes);
     assert_eq!(before.layer_data.len(), after.layer_data.len());
     for (index, (a, b)) in before.layer_data.iter().zip(&after.layer_data).enumerate() {
@@ -107,15 +109,15 @@ fn same_but(before: &AnyImage, after: &AnyImage, changed: &[&str]) {
 }
 
 #[test]
-fn what_is_not_replaced_stays_bit_for_bit() {
+fn everything_that_is_not_replaced_is_written_bit_for_bit() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (source, target) = (folder.path().join("in.exr"), folder.path().join("out.exr"));
-    save(&rich(), &source);
+    save(&multi_part(), &source);
     let original = read_all_data_from_file(&source).expect("reads");
-    let mut plate = ExrPlate::open(&source).expect("opens");
-    assert!(plate.notes().is_empty(), "{:?}", plate.notes());
+    let mut plate = ExrImage::open(&source).expect("opens");
+    assert!(plate.warnings().is_empty(), "{:?}", plate.warnings());
     plate.write(&target).expect("writes");
-    same_but(
+    assert_unchanged_except(
         &original,
         &read_all_data_from_file(&target).expect("reads"),
         &[],
@@ -138,25 +140,29 @@ fn what_is_not_replaced_stays_bit_for_bit() {
     assert!(plate.replace(group.colour[0], &samples[1..]).is_err());
     plate.write(&target).expect("writes");
     let after = read_all_data_from_file(&target).expect("reads");
-    same_but(&original, &after, &["R"]);
+    assert_unchanged_except(&original, &after, &["R"]);
     let red = bits(&after, 0, "R");
     assert_eq!(red[0], 0x7bff, "saturates at 65504");
     assert_eq!(red[1], 0xfbff);
     assert_eq!(red[5], u32::from(half::f16::from_f32(0.1).to_bits()));
     assert!(
-        plate.notes()[0].contains("2 samples"),
+        plate.warnings()[0].contains("2 samples"),
         "{:?}",
-        plate.notes()
+        plate.warnings()
     );
-    assert_eq!(plate.non_finite(&group.colour)[0].first, (2, 0));
+    let mut plate = Plate::open(&source, &PlateOptions::default()).expect("opens");
+    plate
+        .set_colour(&[samples, vec![0.1; 24], vec![0.1; 24]])
+        .expect("24 samples");
+    assert_eq!(plate.non_finite()[0].first, (2, 0));
 }
 
 #[test]
 fn channels_are_found_by_layer_part_and_name() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("in.exr");
-    save(&rich(), &path);
-    let plate = ExrPlate::open(&path).expect("opens");
+    save(&multi_part(), &path);
+    let plate = ExrImage::open(&path).expect("opens");
     let group = plate.colour(Some("diffuse")).expect("dotted layer");
     assert_eq!(plate.channel_name(group.colour[2]), "diffuse.B");
     assert_eq!(group.alpha, None);
@@ -183,7 +189,7 @@ fn channels_are_found_by_layer_part_and_name() {
 }
 
 #[test]
-fn monochrome_lower_case_and_nameless_plates() {
+fn monochrome_and_lower_case_channels_are_found() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("in.exr");
     let open = |channels: Vec<&'static str>| {
@@ -198,13 +204,13 @@ fn monochrome_lower_case_and_nameless_plates() {
             )]),
             &path,
         );
-        ExrPlate::open(&path).expect("opens")
+        ExrImage::open(&path).expect("opens")
     };
     assert_eq!(open(vec!["Y"]).colour(None).expect("Y").names, ["Y"]);
     let grey = open(vec!["Y"]);
     assert!(grey.depth_channel(None).is_err(), "its colour");
     assert_eq!(
-        DepthPass::open(&path, None)
+        ImageChannel::read_depth(&path, None)
             .expect("the only channel")
             .channel,
         "Y"
@@ -229,7 +235,7 @@ fn monochrome_lower_case_and_nameless_plates() {
 }
 
 #[test]
-fn lossy_parts_become_zip_and_say_so() {
+fn lossy_parts_are_written_with_zip_and_a_warning() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (source, target) = (folder.path().join("in.exr"), folder.path().join("out.exr"));
     for (compression, samples, lossy) in [
@@ -251,7 +257,7 @@ fn lossy_parts_become_zip_and_say_so() {
             &source,
         );
         let read = read_all_data_from_file(&source).expect("reads");
-        let plate = ExrPlate::open(&source).expect("opens");
+        let plate = ExrImage::open(&source).expect("opens");
         plate.write(&target).expect("writes");
         let after = read_all_data_from_file(&target).expect("reads");
         assert_eq!(bits(&read, 0, "Y"), bits(&after, 0, "Y"), "{compression}");
@@ -262,10 +268,10 @@ fn lossy_parts_become_zip_and_say_so() {
         };
         assert_eq!(after.layer_data[0].encoding.compression, expected);
         assert_eq!(
-            plate.notes().len(),
+            plate.warnings().len(),
             usize::from(lossy),
             "{:?}",
-            plate.notes()
+            plate.warnings()
         );
     }
 }
@@ -281,7 +287,7 @@ fn film_key_codes_are_kept() {
         Compression::ZIP16,
         vec![("Y", floats(6))],
     )]);
-    // The library writes key codes wrongly, so right ones are smuggled in under another type.
+    // The library writes wrong key codes, so correct ones are written as custom attributes and patched.
     let codes: Vec<u8> = [11_i32, 22, 33, 44, 55, 4, 64]
         .iter()
         .flat_map(|v| v.to_le_bytes())
@@ -304,7 +310,7 @@ fn film_key_codes_are_kept() {
         "the test's own file"
     );
 
-    let plate = ExrPlate::open(&source).expect("opens");
+    let plate = ExrImage::open(&source).expect("opens");
     plate.write(&target).expect("writes");
     let after = read_all_data_from_file(&target).expect("a valid file");
     let attributes = &after.layer_data[0].attributes;
@@ -316,49 +322,50 @@ fn film_key_codes_are_kept() {
         Some(&AttributeValue::KeyCode(code))
     );
     assert_eq!(bits(&read, 0, "Y"), bits(&after, 0, "Y"));
-    assert_eq!(plate.notes(), Vec::<String>::new());
-    // All seven numbers are there, as long as the format says.
+    assert_eq!(plate.warnings(), Vec::<String>::new());
+    // All seven numbers, and the length of the format.
     let bytes = std::fs::read(&target).expect("a file");
-    let numbers: Vec<u8> = [11_i32, 22, 33, 44, 55, 4, 64]
-        .iter()
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
-    let whole = [&b"keyCode\0keycode\0\x1c\0\0\0"[..], &numbers].concat();
+    let whole = [&b"keyCode\0keycode\0\x1c\0\0\0"[..], &codes].concat();
     assert!(bytes.windows(whole.len()).any(|part| part == whole));
 }
 
 #[test]
-fn depth_passes_are_cut_to_the_plate() {
+fn depth_passes_are_fitted_to_the_plate() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("in.exr");
-    save(&rich(), &path);
-    let pass = DepthPass::open(&path, None).expect("Z");
+    save(&multi_part(), &path);
+    let pass = ImageChannel::read_depth(&path, None).expect("Z");
     assert_eq!((pass.channel.as_str(), pass.samples[7]), ("Z", 7.0));
-    let inner = Window {
+    let inner = PixelWindow {
         x: -2,
         y: -1,
         width: 2,
         height: 2,
     };
-    let over = |data: Window, display: Window| pass.over(Windows { data, display });
-    let picture = pass.windows.display;
-    let (cut, remark) = over(inner, picture).expect("inside");
-    assert_eq!((cut, remark), (vec![7.0, 8.0, 13.0, 14.0], None));
-    let moved = Window {
+    let fit = |data: PixelWindow, display: PixelWindow| pass.fit_to(ImageWindows { data, display });
+    let display = pass.windows.display;
+    let cropped = fit(inner, display).expect("inside");
+    assert_eq!(cropped.samples, [7.0, 8.0, 13.0, 14.0]);
+    assert_eq!(cropped.warning, None);
+    let moved = PixelWindow {
         x: 0,
         y: 0,
         width: 6,
         height: 4,
     };
-    assert_eq!(over(moved, moved).expect("same size").0.len(), 24);
-    let wider = Window { width: 7, ..moved };
-    let error = over(wider, wider).expect_err("not covered");
+    assert_eq!(fit(moved, moved).expect("same size").samples.len(), 24);
+    let wider = PixelWindow { width: 7, ..moved };
+    let error = fit(wider, wider).expect_err("not covered");
     assert!(error.to_string().contains("7x4"), "{error}");
-    // Overscan of the same picture.
-    let grown = pass.windows.data.grown(2, 1);
-    let (held, remark) = over(grown, picture).expect("the same picture");
-    assert!(remark.is_some_and(|said| said.contains("nearest")));
-    let rows: Vec<&[f32]> = held.chunks_exact(10).collect();
+    // Overscan of the same frame.
+    let expanded = pass.windows.data.expanded(2, 1);
+    let extended = fit(expanded, display).expect("the same frame");
+    assert!(
+        extended
+            .warning
+            .is_some_and(|warning| warning.contains("extended"))
+    );
+    let rows: Vec<&[f32]> = extended.samples.chunks_exact(10).collect();
     assert_eq!(rows.len(), 6);
     assert_eq!(rows[0][..5], rows[1][..5]);
     assert_eq!(
@@ -376,7 +383,7 @@ fn depth_passes_are_cut_to_the_plate() {
         ("z.%04d.exr:part:Z", "z.%04d.exr:part", Some("Z")),
         ("z.exr:", "z.exr:", None),
     ] {
-        let spec = DepthSpec::parse(text);
+        let spec = ChannelSpec::parse(text);
         assert_eq!(
             (spec.file.as_str(), spec.channel.as_deref()),
             (file, channel),
@@ -386,10 +393,10 @@ fn depth_passes_are_cut_to_the_plate() {
 }
 
 #[test]
-fn plates_have_a_format_to_go_to_and_report_what_is_wrong() {
+fn unsupported_formats_and_missing_files_are_refused() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("in.exr");
-    save(&rich(), &path);
+    save(&multi_part(), &path);
     let mut plate = Plate::open(&path, &PlateOptions::default()).expect("opens");
     assert!(plate.has_alpha());
     let planes = plate.colour();
@@ -407,7 +414,7 @@ fn plates_have_a_format_to_go_to_and_report_what_is_wrong() {
 }
 
 #[test]
-fn smaller_levels_go_when_a_channel_of_their_part_changes() {
+fn mip_levels_are_dropped_when_a_channel_of_their_part_changes() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (source, target) = (folder.path().join("in.exr"), folder.path().join("out.exr"));
     let mut all = image(vec![part(
@@ -426,7 +433,7 @@ fn smaller_levels_go_when_a_channel_of_their_part_changes() {
         };
     }
     save(&all, &source);
-    let mut plate = ExrPlate::open(&source).expect("opens");
+    let mut plate = ExrImage::open(&source).expect("opens");
     plate.write(&target).expect("writes");
     let whole = read_all_data_from_file(&target).expect("reads");
     assert_eq!(
@@ -435,7 +442,11 @@ fn smaller_levels_go_when_a_channel_of_their_part_changes() {
     );
     let grey = plate.colour(None).expect("Y").colour[0];
     plate.replace(grey, &[0.5; 16]).expect("16 samples");
-    assert!(plate.notes()[0].contains("mip"), "{:?}", plate.notes());
+    assert!(
+        plate.warnings()[0].contains("mip"),
+        "{:?}",
+        plate.warnings()
+    );
     plate.write(&target).expect("writes");
     let after = read_all_data_from_file(&target).expect("reads");
     assert_eq!(bits(&after, 0, "Y"), [0.5_f32.to_bits(); 16]);

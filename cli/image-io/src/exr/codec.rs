@@ -1,7 +1,6 @@
-//! Whole OpenEXR files: read with bounds on what a header may claim, and written whole.
+//! Reading and writing whole OpenEXR files.
 
 use std::collections::HashSet;
-use std::fs::File;
 use std::io::{BufReader, Write};
 use std::path::Path;
 
@@ -16,33 +15,25 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use rayon::prelude::*;
 
-use crate::atomic::write_whole;
+use super::header::correct_headers;
+use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
-use crate::exr::header::put_right;
-use crate::guard::caught;
-use crate::limits::{Limits, open};
+use crate::guard::catch_panic;
+use crate::input::InputFile;
 
-/// Chunks that are held compressed at once while others are unpacked on all cores.
+/// How many chunks are decompressed in parallel. More would hold more compressed chunks in memory.
 const BATCH: usize = 64;
 
-/// Reads everything a flat EXR file holds: all parts, channels, resolution levels and attributes.
+/// Reads all parts, channels, resolution levels and attributes of a flat EXR file.
 ///
 /// # Errors
-/// A file that cannot be opened, is damaged, truncated, deep, subsampled, packed by a method that is
-/// not supported, or whose header claims more pixels than the file can hold.
-pub(crate) fn read_exr(path: &Path, limits: Limits) -> Result<AnyImage> {
-    let (file, length) = open(path)?;
-    match caught(|| read_open(path, file, length, limits)) {
-        Ok(result) => result,
-        Err(panic) => Err(damaged(path, &panic)),
-    }
-}
-
-fn read_open(path: &Path, file: File, length: u64, limits: Limits) -> Result<AnyImage> {
-    let refuse = |error: exr::error::Error| refusal(path, &error);
-    let reader = block::read(BufReader::new(file), false).map_err(refuse)?;
+/// A file that is damaged, truncated, deep, subsampled or compressed by an unsupported method, or whose header claims
+/// more pixels than the file can hold.
+pub(super) fn read_exr(input: &InputFile) -> Result<AnyImage> {
+    let refuse = |error: exr::error::Error| refusal(input, &error);
+    let reader = block::read(BufReader::new(&input.file), false).map_err(refuse)?;
     let meta = reader.meta_data().clone();
-    check_headers(path, &meta, length, limits)?;
+    check_headers(input, &meta)?;
 
     let wanted = exr::image::read::read()
         .no_deep_data()
@@ -56,7 +47,7 @@ fn read_open(path: &Path, file: File, length: u64, limits: Limits) -> Result<Any
         })
         .map_err(refuse)?;
     let expected = chunks.expected_chunk_count();
-    let mut places = HashSet::new();
+    let mut found = HashSet::new();
     loop {
         let batch: Vec<Chunk> = chunks
             .by_ref()
@@ -66,13 +57,13 @@ fn read_open(path: &Path, file: File, length: u64, limits: Limits) -> Result<Any
         if batch.is_empty() {
             break;
         }
-        // Unpacked here and not by the library's own pool, in which a panic would end the process.
+        // Not by the library's own thread pool, in which a panic would end the process.
         let blocks: Vec<UncompressedBlock> = batch
             .into_par_iter()
-            .map(|chunk| unpack(path, chunk, &meta))
+            .map(|chunk| decompress(input, chunk, &meta))
             .collect::<Result<_>>()?;
         for block in blocks {
-            places.insert((
+            found.insert((
                 block.index.layer,
                 block.index.level,
                 block.index.pixel_position,
@@ -80,19 +71,13 @@ fn read_open(path: &Path, file: File, length: u64, limits: Limits) -> Result<Any
             layers.read_block(&meta.headers, block).map_err(refuse)?;
         }
     }
-    if places.len() != expected {
-        return Err(damaged(
-            path,
-            &format!(
-                "{} of {expected} blocks are missing",
-                expected - places.len()
-            ),
-        ));
+    if found.len() != expected {
+        let missing = expected - found.len();
+        return Err(input.damaged(&format!("{missing} of {expected} blocks are missing")));
     }
     let mut attributes = meta.headers[0].shared_attributes.clone();
     for header in &meta.headers[1..] {
-        // The library keeps these once for the whole file, as the format asks; some writers put them
-        // on a later part only.
+        // The format stores these once for the whole file, but some writers put them on a later part only.
         let other = &header.shared_attributes;
         attributes.time_code = attributes.time_code.or(other.time_code);
         attributes.chromaticities = attributes.chromaticities.or(other.chromaticities);
@@ -109,24 +94,24 @@ fn read_open(path: &Path, file: File, length: u64, limits: Limits) -> Result<Any
     })
 }
 
-fn unpack(path: &Path, chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock> {
-    match caught(|| UncompressedBlock::decompress_chunk(chunk, meta, false)) {
-        Ok(result) => result.map_err(|error| refusal(path, &error)),
-        Err(panic) => Err(damaged(path, &panic)),
+fn decompress(input: &InputFile, chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock> {
+    match catch_panic(|| UncompressedBlock::decompress_chunk(chunk, meta, false)) {
+        Ok(result) => result.map_err(|error| refusal(input, &error)),
+        Err(panic) => Err(input.damaged(&panic)),
     }
 }
 
-/// Refuses what the library would read wrongly, and sizes that would exhaust the memory.
-fn check_headers(path: &Path, meta: &MetaData, length: u64, limits: Limits) -> Result<()> {
+/// Refuses headers that the library would read wrongly, and sizes that would exhaust the memory.
+fn check_headers(input: &InputFile, meta: &MetaData) -> Result<()> {
     let mut bytes = 0_u128;
     for header in &meta.headers {
         if header.deep {
-            return Err(deep(path));
+            return Err(deep(input));
         }
         for channel in &header.channels.list {
             if (channel.sampling.x(), channel.sampling.y()) != (1, 1) {
                 return Err(FileError::new(
-                    path,
+                    input.path,
                     format!("channel {}", channel.name),
                     format!(
                         "is subsampled {}x{}",
@@ -138,13 +123,14 @@ fn check_headers(path: &Path, meta: &MetaData, length: u64, limits: Limits) -> R
             }
         }
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
-        limits.check_sides(path, "dataWindow", width, height)?;
+        // Bytes are checked for all parts together below.
+        input.check_size("dataWindow", width, height, 0)?;
         bytes += pixel_bytes(header);
     }
-    limits.check_bytes(path, "dataWindow", bytes, length)
+    input.check_bytes("dataWindow", bytes)
 }
 
-/// An upper bound of the bytes that the pixels of a part take in memory.
+/// Returns an upper bound of the memory that the pixels of a part take, bytes.
 fn pixel_bytes(header: &Header) -> u128 {
     use exr::meta::attribute::LevelMode;
     let sample_bytes: u128 = header
@@ -164,42 +150,29 @@ fn pixel_bytes(header: &Header) -> u128 {
     header.layer_size.width() as u128 * header.layer_size.height() as u128 * sample_bytes * levels
 }
 
-fn deep(path: &Path) -> FileError {
+fn deep(input: &InputFile) -> FileError {
     FileError::new(
-        path,
+        input.path,
         "",
         "holds deep pixels, which are not supported",
         "flatten it first, with a depth channel Z if the blur shall follow the depth",
     )
 }
 
-fn damaged(path: &Path, what: &str) -> FileError {
-    FileError::new(
-        path,
-        "",
-        format!("is damaged or truncated ({what})"),
-        "copy or render the file again",
-    )
-}
-
-fn refusal(path: &Path, error: &exr::error::Error) -> FileError {
+fn refusal(input: &InputFile, error: &exr::error::Error) -> FileError {
     use exr::error::Error;
     match error {
-        Error::NotSupported(what) if what.contains("deep") => deep(path),
-        Error::NotSupported(what) => FileError::new(
-            path,
-            "",
-            format!("uses a feature of OpenEXR that is not supported ({what})"),
-            "save it as a flat EXR with ZIP compression first",
-        ),
-        Error::Io(error) => FileError::io(path, "be read", error),
-        Error::Invalid(what) => damaged(path, what),
-        Error::Aborted => damaged(path, "reading was stopped"),
+        Error::NotSupported(what) if what.contains("deep") => deep(input),
+        Error::NotSupported(what) => {
+            input.unsupported(what, "save it as a flat EXR with ZIP compression first")
+        }
+        Error::Io(error) => FileError::io(input.path, "be read", error),
+        Error::Invalid(what) => input.damaged(what),
+        Error::Aborted => input.damaged("reading was stopped"),
     }
 }
 
-/// Writes an EXR image whole or not at all. `parallel` packs on all cores, which small files do not
-/// repay.
+/// Writes an EXR image, whole or not at all. `parallel` compresses on all cores, which is slower for small files.
 ///
 /// # Errors
 /// A target that cannot be written, and attributes that the format does not allow.
@@ -207,15 +180,15 @@ pub(crate) fn write_exr<'img, L>(path: &Path, image: &'img Image<L>, parallel: b
 where
     L: exr::image::write::layers::WritableLayers<'img> + Sync,
 {
-    write_whole(path, |out| {
+    write_atomically(path, |out| {
         let options = image.write();
         let options = if parallel {
             options
         } else {
             options.non_parallel()
         };
-        caught(|| options.to_buffered(&mut *out))?.map_err(|error| error.to_string())?;
-        let ordered = out.flush().and_then(|()| put_right(out.get_mut()));
-        ordered.map_err(|error| error.to_string())
+        catch_panic(|| options.to_buffered(&mut *out))?.map_err(|error| error.to_string())?;
+        let corrected = out.flush().and_then(|()| correct_headers(out.get_mut()));
+        corrected.map_err(|error| error.to_string())
     })
 }

@@ -1,0 +1,209 @@
+//! Single channels of image files: depth passes and mattes.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{FileError, Result};
+use crate::exr::ExrImage;
+use crate::format::{Format, ImageFile};
+use crate::input::Limits;
+use crate::raster::RasterImage;
+use crate::samples::SampleFormat;
+use crate::windows::{FittedSamples, ImageWindows, fit_to_plate};
+
+/// A channel of a file as named on the command line: `FILE` or `FILE:CHANNEL`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChannelSpec {
+    /// The file; may hold a frame pattern.
+    pub file: String,
+    /// The channel, if one is named.
+    pub channel: Option<String>,
+}
+
+impl ChannelSpec {
+    /// Splits off the channel at the last colon, unless that colon belongs to a drive letter or a folder, or the whole
+    /// text is the name of an existing file.
+    pub fn parse(text: &str) -> Self {
+        let whole = Self {
+            file: text.to_owned(),
+            channel: None,
+        };
+        let Some((file, channel)) = text.rsplit_once(':') else {
+            return whole;
+        };
+        let is_drive = file.len() == 1
+            && file.starts_with(|c: char| c.is_ascii_alphabetic())
+            && (channel.starts_with(['/', '\\'])
+                || Format::from_path(Path::new(channel)).is_some());
+        let is_in_folder = channel.contains(['/', '\\']);
+        if file.is_empty()
+            || channel.is_empty()
+            || is_drive
+            || is_in_folder
+            || Path::new(text).is_file()
+        {
+            return whole;
+        }
+        Self {
+            file: file.to_owned(),
+            channel: Some(channel.to_owned()),
+        }
+    }
+}
+
+/// The samples of one channel of an image file, as they are stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageChannel {
+    /// The path of the file.
+    pub file: PathBuf,
+    /// The name of the channel.
+    pub channel: String,
+    /// The windows of the channel; at (0, 0) in all formats but EXR.
+    pub windows: ImageWindows,
+    /// One sample per pixel, row-major. Integers are scaled to 0..1.
+    pub samples: Vec<f32>,
+}
+
+impl ImageChannel {
+    /// Reads a depth pass, whatever its convention: any channel of an EXR file, or a grey or named channel of a
+    /// 12-bit, 16-bit or float file of another format.
+    ///
+    /// Without `channel` it is the channel of an EXR file whose name is that of depth, or its only channel.
+    ///
+    /// # Errors
+    /// A file that cannot be read, no such channel, and 8- and 10-bit files, which are too coarse for depth.
+    pub fn read_depth(file: &Path, channel: Option<&str>) -> Result<Self> {
+        match ImageFile::open(file, Limits::PLATE)? {
+            // The only channel of a file is depth whatever its name. In a plate it would be colour.
+            ImageFile::Exr(image) => match (channel, image.channels().as_slice()) {
+                (None, [only]) => Self::depth_of_exr(&image, Some(&only.name)),
+                _ => Self::depth_of_exr(&image, channel),
+            },
+            ImageFile::Raster(image) => Self::depth_of_raster(&image, channel),
+        }
+    }
+
+    /// Returns the depth channel of an EXR file in memory.
+    ///
+    /// # Errors
+    /// No such channel.
+    pub fn depth_of_exr(image: &ExrImage, channel: Option<&str>) -> Result<Self> {
+        let id = image.depth_channel(channel)?;
+        Ok(Self {
+            file: image.path().to_path_buf(),
+            channel: image.channel_name(id),
+            windows: image.windows(id),
+            samples: image.samples(id),
+        })
+    }
+
+    fn depth_of_raster(image: &RasterImage, channel: Option<&str>) -> Result<Self> {
+        let format = image.sample_format();
+        if matches!(format, SampleFormat::U8 | SampleFormat::U10) {
+            return Err(FileError::new(
+                image.path(),
+                "depth",
+                format!("has {format} samples, which are too coarse for depth"),
+                "give an EXR, or a 16-bit or float file",
+            ));
+        }
+        let name = channel.unwrap_or(&image.names()[0]);
+        // Some programs store grey as equal R, G and B.
+        let [red, green, blue] = ["R", "G", "B"].map(|name| image.plane(name));
+        let is_grey = red.is_none() || (red == green && green == blue);
+        let samples = image.plane(name).filter(|_| channel.is_some() || is_grey);
+        let Some(samples) = samples else {
+            let problem = match channel {
+                Some(name) => format!("has no channel `{name}`"),
+                None => "is in colour".to_owned(),
+            };
+            return Err(unknown_channel(
+                image.path(),
+                "depth",
+                problem,
+                image.names(),
+            ));
+        };
+        Ok(Self {
+            file: image.path().to_path_buf(),
+            channel: name.to_owned(),
+            windows: ImageWindows::of_size(image.width(), image.height()),
+            samples: samples.to_vec(),
+        })
+    }
+
+    /// Reads a matte, whose samples are 0 to 1: the channel named, or else `A`, or else the only channel.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and no such channel.
+    pub fn read_matte(file: &Path, channel: Option<&str>) -> Result<Self> {
+        let image = ImageFile::open(file, Limits::PLATE)?;
+        let names = image.channel_names();
+        let named = names.iter().position(|name| name == channel.unwrap_or("A"));
+        let only = (channel.is_none() && names.len() == 1).then_some(0);
+        let Some(index) = named.or(only) else {
+            let problem = match channel {
+                Some(name) => format!("has no channel `{name}`"),
+                None => "has no alpha channel".to_owned(),
+            };
+            return Err(unknown_channel(file, "matte", problem, &names));
+        };
+        let (windows, samples) = image.channel(index);
+        Ok(Self {
+            file: file.to_owned(),
+            channel: names[index].clone(),
+            windows,
+            samples,
+        })
+    }
+
+    /// Fits the channel to the data window of a plate: cropped if it covers the plate, taken as it is if it has the
+    /// same size, and extended by its edge pixels, with a warning, if it belongs to the same frame.
+    ///
+    /// # Errors
+    /// A channel that does neither cover the plate nor belong to the same frame.
+    pub fn fit_to(&self, plate: ImageWindows) -> Result<FittedSamples> {
+        fit_to_plate(
+            &self.samples,
+            self.windows,
+            plate,
+            &self.file,
+            &self.channel,
+        )
+    }
+}
+
+impl ImageFile {
+    /// Returns the full names of all channels, without parts.
+    pub(crate) fn channel_names(&self) -> Vec<String> {
+        match self {
+            Self::Exr(image) => image.channels().into_iter().map(|c| c.name).collect(),
+            Self::Raster(image) => image.names().to_vec(),
+        }
+    }
+
+    /// Returns the windows and samples of the channel at `index` of [`ImageFile::channel_names`].
+    pub(crate) fn channel(&self, index: usize) -> (ImageWindows, Vec<f32>) {
+        match self {
+            Self::Exr(image) => {
+                let id = image.channels()[index].id;
+                (image.windows(id), image.samples(id))
+            }
+            Self::Raster(image) => {
+                let windows = ImageWindows::of_size(image.width(), image.height());
+                (windows, image.planes[index].clone())
+            }
+        }
+    }
+}
+
+fn unknown_channel(file: &Path, field: &str, problem: String, names: &[String]) -> FileError {
+    FileError::new(
+        file,
+        field,
+        problem,
+        format!(
+            "name one of its channels after a colon: {}",
+            names.join(", ")
+        ),
+    )
+}

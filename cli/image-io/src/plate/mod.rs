@@ -1,0 +1,471 @@
+//! Plates of any format: scene-linear colour planes and alpha, with everything else in the file passed through.
+
+mod colour_space;
+mod convert;
+
+use std::fmt;
+use std::path::Path;
+
+use crate::error::{FileError, Result};
+use crate::exr::{ColourChannels, ExrCompression, ExrImage};
+use crate::format::{Format, ImageFile, output_format};
+use crate::image_channel::ImageChannel;
+use crate::input::Limits;
+use crate::metadata::AssumedEncoding;
+use crate::provenance::Provenance;
+use crate::raster::RasterImage;
+use crate::samples::{Encoding, SampleFormat};
+use crate::windows::{ImageWindows, PixelWindow};
+
+pub(crate) use self::colour_space::COLOUR_SPACE;
+pub(crate) use self::convert::NewImage;
+
+/// The user's choices about a plate.
+#[derive(Debug, Clone, Default)]
+pub struct PlateOptions {
+    /// The EXR layer or part to read; the root channels if `None`.
+    pub layer: Option<String>,
+    /// The encoding of integer samples, in the file and in a conversion to integers. If `None` it is sRGB, and in DPX
+    /// that of the header, else linear. Floats are linear if `None`.
+    pub encoding: Option<Encoding>,
+    /// Whether colour is premultiplied by alpha; by the file if `None`.
+    pub premultiplied: Option<bool>,
+    /// Whether colour is converted between colour spaces: code values are then written as they are set, in any format.
+    pub colour_managed: bool,
+    /// Whether each colour has an alpha channel of its own beside the common one; EXR only.
+    pub alpha_per_channel: bool,
+    /// Compression of a written EXR; if `None` that of the plate, or ZIP if that is lossy.
+    pub compression: Option<ExrCompression>,
+}
+
+/// A plate in memory with everything that its file holds.
+#[derive(Debug, Clone)]
+pub struct Plate {
+    source: Source,
+    options: PlateOptions,
+    names: Vec<String>,
+    windows: ImageWindows,
+    /// The colour space that colour was converted to, if it was converted.
+    colour_space: Option<String>,
+}
+
+/// The file of a plate, and how its colour is read.
+#[derive(Debug, Clone)]
+enum Source {
+    Exr {
+        image: Box<ExrImage>,
+        channels: ColourChannels,
+    },
+    Raster {
+        image: RasterImage,
+        encoding: Encoding,
+    },
+}
+
+/// NaN and infinite samples of a channel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NonFiniteSamples {
+    /// The name of the channel.
+    pub channel: String,
+    /// The number of samples that are not finite.
+    pub count: usize,
+    /// Column and row of the first, from the top-left pixel of the data window.
+    pub first: (usize, usize),
+}
+
+impl fmt::Display for NonFiniteSamples {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (column, row) = self.first;
+        write!(
+            f,
+            "channel {} has {} NaN or infinite samples, the first at column {column}, row {row}",
+            self.channel, self.count
+        )
+    }
+}
+
+impl NonFiniteSamples {
+    /// Finds the NaN and infinite samples of a plane of `width` pixels per row; `None` if all are finite.
+    fn find(channel: &str, width: usize, plane: &[f32]) -> Option<Self> {
+        let first = plane.iter().position(|v| !v.is_finite())?;
+        let width = width.max(1);
+        Some(Self {
+            channel: channel.to_owned(),
+            count: plane.iter().filter(|v| !v.is_finite()).count(),
+            first: (first % width, first / width),
+        })
+    }
+}
+
+impl Plate {
+    /// Reads a plate in any supported format.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is in no supported format, or has no colour channels.
+    pub fn open(path: &Path, options: &PlateOptions) -> Result<Self> {
+        match ImageFile::open(path, Limits::PLATE)? {
+            ImageFile::Exr(image) => Self::from_exr(image, options),
+            ImageFile::Raster(image) => Self::from_raster(image, options),
+        }
+    }
+
+    fn from_exr(mut image: Box<ExrImage>, options: &PlateOptions) -> Result<Self> {
+        let layer = options.layer.as_deref();
+        let channels = if options.alpha_per_channel {
+            image.colour_with_channel_alphas(layer)?
+        } else {
+            image.colour(layer)?
+        };
+        if let Some(compression) = options.compression {
+            image.compress(&channels, compression);
+        }
+        Ok(Self {
+            names: channels.names.clone(),
+            windows: image.windows(channels.colour[0]),
+            options: options.clone(),
+            colour_space: None,
+            source: Source::Exr { image, channels },
+        })
+    }
+
+    fn from_raster(image: RasterImage, options: &PlateOptions) -> Result<Self> {
+        let refuse = |problem, remedy: &str| Err(FileError::new(image.path(), "", problem, remedy));
+        if let Some(layer) = &options.layer {
+            return refuse(
+                format!("has no layers, but --layer {layer} was given"),
+                "leave out --layer",
+            );
+        }
+        if options.alpha_per_channel {
+            return refuse(
+                format!(
+                    "is {}, which holds one alpha only, but --alpha-per-channel was given",
+                    image.format()
+                ),
+                "convert the plate to EXR, or leave out --alpha-per-channel",
+            );
+        }
+        let names = image.names().iter().filter(|n| *n != "A").cloned();
+        Ok(Self {
+            names: names.collect(),
+            windows: ImageWindows::of_size(image.width(), image.height()),
+            options: options.clone(),
+            colour_space: None,
+            source: Source::Raster {
+                encoding: options.encoding.unwrap_or(image.default_encoding()),
+                image,
+            },
+        })
+    }
+
+    /// Returns the format of the file that was read.
+    pub fn format(&self) -> Format {
+        match &self.source {
+            Source::Exr { .. } => Format::Exr,
+            Source::Raster { image, .. } => image.format(),
+        }
+    }
+
+    /// Returns warnings about how the file was interpreted.
+    pub fn read_warnings(&self) -> Vec<String> {
+        let Source::Raster { image, encoding } = &self.source else {
+            return Vec::new();
+        };
+        let assumed = AssumedEncoding {
+            encoding: (!self.options.colour_managed).then_some(*encoding),
+            from_user: self.options.encoding.is_some(),
+        };
+        image.metadata.read_warning(assumed).into_iter().collect()
+    }
+
+    /// Returns the sample format of the colour channels; float if they differ.
+    fn sample_format(&self) -> SampleFormat {
+        match &self.source {
+            Source::Exr { image, channels } => image.sample_format(&channels.colour),
+            Source::Raster { image, .. } => image.sample_format(),
+        }
+    }
+
+    /// Whether the file stores integers, which are clipped to 0..1.
+    pub fn has_integer_samples(&self) -> bool {
+        self.sample_format().is_integer()
+    }
+
+    /// Whether samples are stored as integers in a file of format `target`.
+    pub fn is_integer_in(&self, target: Format) -> bool {
+        let channels = self.names.len() + usize::from(self.has_alpha());
+        let format = target.implementation();
+        format
+            .sample_format(self.sample_format(), channels)
+            .is_integer()
+    }
+
+    /// Returns the width of the planes, pixels.
+    pub fn width(&self) -> usize {
+        self.windows.data.width
+    }
+
+    /// Returns the height of the planes, pixels.
+    pub fn height(&self) -> usize {
+        self.windows.data.height
+    }
+
+    /// Returns the data window, which the planes cover.
+    pub fn data_window(&self) -> PixelWindow {
+        self.windows.data
+    }
+
+    /// Returns the display window, which the frame of the lens covers.
+    pub fn display_window(&self) -> PixelWindow {
+        self.windows.display
+    }
+
+    /// Returns the data and display windows.
+    pub fn windows(&self) -> ImageWindows {
+        self.windows
+    }
+
+    /// Changes the data window of an EXR: all channels of the part are cropped, and extended by their edge pixels.
+    /// Plates of other formats stay the same.
+    pub fn set_data_window(&mut self, window: PixelWindow) {
+        if let Source::Exr { image, channels } = &mut self.source {
+            image.set_data_window(channels.colour[0], window);
+            self.windows.data = window;
+        }
+    }
+
+    /// Quantises the samples to the sample format of the file. EXR planes are quantised when they are set.
+    pub fn quantise(&mut self) {
+        if let Source::Raster { image, .. } = &mut self.source {
+            image.quantise();
+        }
+    }
+
+    /// Returns the width of a pixel over its height: as stated in EXR and DPX files, else one.
+    pub fn pixel_aspect(&self) -> f64 {
+        match &self.source {
+            Source::Exr { image, .. } => image.pixel_aspect(),
+            Source::Raster { image, .. } => image.metadata.pixel_aspect(),
+        }
+    }
+
+    /// Returns the names of the colour planes: R, G, B, or Y.
+    pub fn colour_names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Whether there is an alpha channel.
+    pub fn has_alpha(&self) -> bool {
+        match &self.source {
+            Source::Exr { channels, .. } => channels.alpha.is_some(),
+            Source::Raster { image, .. } => image.plane("A").is_some(),
+        }
+    }
+
+    /// Whether colour is premultiplied by alpha: by the user's choice, else always in EXR and DPX, never in PNG, and
+    /// as stated in TIFF. True without alpha.
+    pub fn is_premultiplied(&self) -> bool {
+        if !self.has_alpha() {
+            return true;
+        }
+        let by_file = match &self.source {
+            Source::Exr { .. } => true,
+            Source::Raster { image, .. } => image.metadata.is_premultiplied(),
+        };
+        self.options.premultiplied.unwrap_or(by_file)
+    }
+
+    /// Returns the colour planes, scene-linear, row-major, in the order of [`Plate::colour_names`].
+    pub fn colour(&self) -> Vec<Vec<f32>> {
+        match &self.source {
+            Source::Exr { image, channels } => {
+                let ids = channels.colour.iter();
+                ids.map(|&id| image.samples(id)).collect()
+            }
+            Source::Raster { image, encoding } => self
+                .names
+                .iter()
+                .filter_map(|name| image.plane(name))
+                .map(|plane| plane.iter().map(|&code| encoding.decode(code)).collect())
+                .collect(),
+        }
+    }
+
+    /// Returns the alpha plane, if there is one.
+    pub fn alpha(&self) -> Option<Vec<f32>> {
+        match &self.source {
+            Source::Exr { image, channels } => channels.alpha.map(|id| image.samples(id)),
+            Source::Raster { image, .. } => image.plane("A").map(<[f32]>::to_vec),
+        }
+    }
+
+    /// Whether each colour has an alpha channel of its own.
+    pub fn has_channel_alphas(&self) -> bool {
+        match &self.source {
+            Source::Exr { channels, .. } => !channels.channel_alphas.is_empty(),
+            Source::Raster { .. } => false,
+        }
+    }
+
+    /// Returns the alpha plane of each colour, in the order of [`Plate::colour_names`]; empty unless requested by
+    /// [`PlateOptions::alpha_per_channel`].
+    pub fn channel_alphas(&self) -> Vec<Vec<f32>> {
+        match &self.source {
+            Source::Exr { image, channels } => {
+                let ids = channels.channel_alphas.iter();
+                ids.map(|&id| image.samples(id)).collect()
+            }
+            Source::Raster { .. } => Vec::new(),
+        }
+    }
+
+    /// Returns the NaN and infinite samples of colour and alpha.
+    pub fn non_finite(&self) -> Vec<NonFiniteSamples> {
+        let find = |name: &str, plane: &[f32]| NonFiniteSamples::find(name, self.width(), plane);
+        match &self.source {
+            Source::Exr { image, channels } => {
+                let alphas = channels.alpha.iter().chain(&channels.channel_alphas);
+                let ids = channels.colour.iter().chain(alphas);
+                ids.filter_map(|&id| find(&image.channel_name(id), &image.samples(id)))
+                    .collect()
+            }
+            Source::Raster { image, .. } => image
+                .names()
+                .iter()
+                .filter_map(|name| find(name, image.plane(name)?))
+                .collect(),
+        }
+    }
+
+    /// Returns the memory that the samples of the file take, bytes.
+    pub fn memory_bytes(&self) -> u64 {
+        match &self.source {
+            Source::Exr { image, .. } => image.memory_bytes(),
+            Source::Raster { image, .. } => image.memory_bytes(),
+        }
+    }
+
+    /// Replaces the colour planes by scene-linear ones, in the order of [`Plate::colour_names`].
+    ///
+    /// # Errors
+    /// Planes that differ in number or size.
+    pub fn set_colour(&mut self, planes: &[Vec<f32>]) -> Result<()> {
+        if planes.len() != self.names.len() {
+            return Err(FileError::new(
+                self.path(),
+                "channels",
+                format!("{} planes for {}", planes.len(), self.names.join(", ")),
+                "give one plane per colour channel",
+            ));
+        }
+        match &mut self.source {
+            Source::Exr { image, channels } => {
+                for (&id, plane) in channels.colour.iter().zip(planes) {
+                    image.replace(id, plane)?;
+                }
+            }
+            Source::Raster { image, encoding } => {
+                for (name, plane) in self.names.iter().zip(planes) {
+                    let codes = plane.iter().map(|&sample| encoding.encode(sample));
+                    image.replace(name, codes.collect())?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Replaces the alpha plane.
+    ///
+    /// # Errors
+    /// A plate without alpha, and a plane of another size.
+    pub fn set_alpha(&mut self, samples: &[f32]) -> Result<()> {
+        match &mut self.source {
+            Source::Exr { image, channels } => match channels.alpha {
+                Some(id) => image.replace(id, samples),
+                None => Err(FileError::new(
+                    image.path(),
+                    "channel A",
+                    "is not in the plate",
+                    "leave alpha unchanged",
+                )),
+            },
+            Source::Raster { image, .. } => image.replace("A", samples.to_vec()),
+        }
+    }
+
+    /// Replaces the alpha planes of the colours, in the order of [`Plate::channel_alphas`].
+    ///
+    /// # Errors
+    /// A plane of another size.
+    pub fn set_channel_alphas(&mut self, planes: &[Vec<f32>]) -> Result<()> {
+        if let Source::Exr { image, channels } = &mut self.source {
+            for (&id, plane) in channels.channel_alphas.iter().zip(planes) {
+                image.replace(id, plane)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the depth channel in the plate's own file.
+    ///
+    /// # Errors
+    /// A format without depth channels, or no such channel.
+    pub fn depth(&self, channel: Option<&str>) -> Result<ImageChannel> {
+        match &self.source {
+            Source::Exr { image, .. } => ImageChannel::depth_of_exr(image, channel),
+            Source::Raster { image, .. } => Err(FileError::new(
+                image.path(),
+                "depth",
+                format!("cannot be in a {} plate", image.format()),
+                "give the depth pass as a file of its own",
+            )),
+        }
+    }
+
+    /// Returns the path of the file that was read.
+    pub fn path(&self) -> &Path {
+        match &self.source {
+            Source::Exr { image, .. } => image.path(),
+            Source::Raster { image, .. } => image.path(),
+        }
+    }
+
+    /// Stores the provenance of `frame` (if the run has frames), made with `settings`, in the plate. Earlier provenance
+    /// becomes its history.
+    pub fn set_provenance(
+        &mut self,
+        provenance: &Provenance,
+        frame: Option<i64>,
+        settings: &[(String, String)],
+    ) {
+        match &mut self.source {
+            Source::Exr { image, channels } => {
+                let id = channels.colour[0];
+                let texts = provenance.texts(frame, settings, &image.provenance(id));
+                image.set_provenance(id, &texts);
+            }
+            Source::Raster { image, .. } => {
+                image.texts = provenance.texts(frame, settings, &image.texts);
+            }
+        }
+    }
+
+    /// Writes the plate in the format of the extension of `path`, whole or not at all. Returns warnings about every
+    /// change beside the replaced samples, and about everything that the format cannot store.
+    ///
+    /// # Errors
+    /// An extension of no writable format, and a target that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<Vec<String>> {
+        let target = output_format(path)?;
+        if target != self.format() {
+            return self.convert(path, target);
+        }
+        match &self.source {
+            Source::Exr { image, .. } => {
+                image.write(path)?;
+                Ok(image.warnings())
+            }
+            Source::Raster { image, .. } => image.write(path),
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! The metadata of a TIFF file: tags, of which all that stay valid pass through.
+
+use std::io::{Read, Seek};
+use std::path::Path;
+
+use tiff::decoder::{Decoder, IfdDecoder};
+use tiff::tags::{ByteOrder, ExtraSamples, IfdPointer, Tag, Type, ValueBuffer};
+
+use crate::error::Result;
+use crate::format::Format;
+use crate::metadata::{Metadata, TextAttributes};
+use crate::raster::RasterImage;
+
+/// The metadata of a TIFF file.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TiffMetadata {
+    pub(super) tags: Vec<StoredTag>,
+    /// The EXIF and GPS directories, each with the tag that points to it.
+    pub(super) directories: Vec<(Tag, Vec<StoredTag>)>,
+    /// The ExtraSamples value of the alpha channel: premultiplied or not; `None` if not stated.
+    pub(super) alpha: Option<ExtraSamples>,
+    has_more_pages: bool,
+    /// Tags that do not pass through and are not about the storage of the pixels.
+    lost: Vec<u16>,
+}
+
+/// A tag with its value in the byte order of this machine.
+#[derive(Debug, Clone)]
+pub(super) struct StoredTag {
+    pub(super) tag: u16,
+    pub(super) kind: Type,
+    pub(super) bytes: Vec<u8>,
+}
+
+/// ImageHistory of TIFF/EP, which stores the provenance.
+pub(super) const IMAGE_HISTORY: Tag = Tag::Unknown(37_395);
+
+/// Tags about the storage of the pixels, by TIFF 6.0 and libtiff. A new file has its own.
+const STORAGE: [std::ops::RangeInclusive<u16>; 14] = [
+    // NewSubfileType to PhotometricInterpretation, FillOrder, StripOffsets, and SamplesPerPixel to MaxSampleValue.
+    254..=268,
+    273..=273,
+    277..=281,
+    284..=284,
+    // Free space, grey response, fax.
+    288..=293,
+    317..=317,
+    // ColorMap; tiles; fax.
+    320..=328,
+    // ExtraSamples to SMaxSampleValue.
+    338..=341,
+    346..=347,
+    // JPEG, and YCbCr.
+    512..=521,
+    529..=532,
+    559..=559,
+    // Matteing, DataType, ImageDepth, TileDepth.
+    32_995..=32_998,
+    37_395..=37_395,
+];
+
+/// Tags that state the colour space of the samples, with their names for messages.
+const COLOUR_SPACE: [(u16, &str); 5] = [
+    (301, "TransferFunction"),
+    (318, "WhitePoint"),
+    (319, "PrimaryChromaticities"),
+    (342, "TransferRange"),
+    (ICC_PROFILE, "the ICC profile"),
+];
+
+const ICC_PROFILE: u16 = 34_675;
+
+/// Names of tags that are texts.
+const TEXT_TAGS: [(u16, &str); 12] = [
+    (269, "DocumentName"),
+    (270, "ImageDescription"),
+    (271, "Make"),
+    (272, "Model"),
+    (285, "PageName"),
+    (305, "Software"),
+    (306, "DateTime"),
+    (315, "Artist"),
+    (316, "HostComputer"),
+    (33_432, "Copyright"),
+    (36_867, "DateTimeOriginal"),
+    (42_036, "LensModel"),
+];
+
+/// SubIFDs: further images, or pointers to anywhere.
+const SUB_IFDS: u16 = 330;
+/// The maker's note of EXIF, which may point into the old file.
+const MAKER_NOTE: u16 = 37_500;
+/// The layers of Photoshop, which shows them in place of the image.
+const PHOTOSHOP_LAYERS: u16 = 37_724;
+
+/// Tags that do not pass through; also Interoperability of EXIF and further annotations of Photoshop.
+const EXCLUDED: [u16; 5] = [SUB_IFDS, PHOTOSHOP_LAYERS, MAKER_NOTE, 40_965, 50_255];
+
+/// Tags that point to a directory that passes through.
+const DIRECTORIES: [Tag; 2] = [Tag::ExifDirectory, Tag::GpsDirectory];
+
+impl TiffMetadata {
+    /// Creates the metadata of a new file. `premultiplied` is the meaning of its alpha, if it has any.
+    pub(super) fn new(premultiplied: Option<bool>, icc_profile: Option<Vec<u8>>) -> Self {
+        let tag = |tag, kind, bytes| StoredTag { tag, kind, bytes };
+        // The format requires a resolution, which is unknown.
+        let one = [1_u32.to_ne_bytes(), 1_u32.to_ne_bytes()].concat();
+        let no_unit = 1_u16.to_ne_bytes().to_vec();
+        let mut tags = vec![
+            tag(Tag::XResolution.to_u16(), Type::RATIONAL, one.clone()),
+            tag(Tag::YResolution.to_u16(), Type::RATIONAL, one),
+            tag(Tag::ResolutionUnit.to_u16(), Type::SHORT, no_unit),
+        ];
+        tags.extend(icc_profile.map(|bytes| tag(ICC_PROFILE, Type::UNDEFINED, bytes)));
+        let alpha = premultiplied.map(|premultiplied| {
+            if premultiplied {
+                ExtraSamples::AssociatedAlpha
+            } else {
+                ExtraSamples::UnassociatedAlpha
+            }
+        });
+        Self {
+            tags,
+            alpha,
+            ..Self::default()
+        }
+    }
+
+    /// Reads the metadata of a file whose alpha is of the kind `alpha`. Unreadable tags are lost.
+    pub(super) fn read<R: Read + Seek>(
+        decoder: &mut Decoder<R>,
+        alpha: Option<ExtraSamples>,
+    ) -> Self {
+        let mut lost = Vec::new();
+        let has_more_pages = decoder.more_images();
+        let tags = read_tags(decoder.image_ifd(), &mut lost);
+        let mut directories = Vec::new();
+        for tag in DIRECTORIES {
+            let Ok(Some(offset)) = decoder.find_tag_unsigned::<u64>(tag) else {
+                continue;
+            };
+            match decoder.read_directory(IfdPointer(offset)) {
+                Ok(directory) => {
+                    let own = read_tags(decoder.read_directory_tags(&directory), &mut lost);
+                    if !own.is_empty() {
+                        directories.push((tag, own));
+                    }
+                }
+                Err(_) => lost.push(tag.to_u16()),
+            }
+        }
+        Self {
+            tags,
+            directories,
+            alpha,
+            has_more_pages,
+            lost,
+        }
+    }
+}
+
+impl Metadata for TiffMetadata {
+    fn format(&self) -> Format {
+        Format::Tiff
+    }
+
+    fn write(&self, path: &Path, image: &RasterImage) -> Result<()> {
+        super::write::write(path, image, self)
+    }
+
+    fn is_premultiplied(&self) -> bool {
+        self.alpha == Some(ExtraSamples::AssociatedAlpha)
+    }
+
+    fn icc_profile(&self) -> Option<&[u8]> {
+        let tag = self.tags.iter().find(|tag| tag.tag == ICC_PROFILE)?;
+        Some(&tag.bytes)
+    }
+
+    fn remove_colour_space(&mut self) -> Vec<String> {
+        let has = |wanted: u16| self.tags.iter().any(|own| own.tag == wanted);
+        let removed = COLOUR_SPACE.iter().filter(|(tag, _)| has(*tag));
+        let names = removed.map(|(_, name)| (*name).to_owned()).collect();
+        self.tags
+            .retain(|own| COLOUR_SPACE.iter().all(|(tag, _)| own.tag != *tag));
+        names
+    }
+
+    /// Returns the tags that are texts.
+    fn summary(&self) -> TextAttributes {
+        let directories = self.directories.iter().flat_map(|(_, tags)| tags);
+        let all = self.tags.iter().chain(directories);
+        let texts = all.filter(|own| own.kind == Type::ASCII).map(|own| {
+            let known = TEXT_TAGS.iter().find(|(tag, _)| *tag == own.tag);
+            let name = known.map_or_else(|| format!("tag {}", own.tag), |(_, n)| (*n).to_owned());
+            let text = String::from_utf8_lossy(&own.bytes);
+            (name, text.trim_end_matches('\0').to_owned())
+        });
+        texts.collect()
+    }
+
+    fn rewrite_losses(&self, _image: &RasterImage) -> Vec<String> {
+        if self.lost.is_empty() {
+            return Vec::new();
+        }
+        let name = |tag: &u16| match *tag {
+            SUB_IFDS => "SubIFDs".to_owned(),
+            MAKER_NOTE => "the maker's note".to_owned(),
+            PHOTOSHOP_LAYERS => "Photoshop's layers".to_owned(),
+            other => other.to_string(),
+        };
+        let names: Vec<String> = self.lost.iter().map(name).collect();
+        vec![format!(
+            "tags that are not valid in the new file are left out: {}",
+            names.join(", ")
+        )]
+    }
+
+    fn conversion_loss(&self, _kept: &[&str]) -> Option<String> {
+        let has_others = self.tags.iter().any(|tag| tag.tag != ICC_PROFILE);
+        (has_others || !self.directories.is_empty()).then(|| "the tags of the TIFF".to_owned())
+    }
+
+    fn multiple_images(&self) -> Option<&'static str> {
+        self.has_more_pages.then_some("page of the TIFF")
+    }
+}
+
+/// Reads the tags of a directory that pass through. Others that are not about storage are added to `lost`.
+fn read_tags(mut directory: IfdDecoder<'_>, lost: &mut Vec<u16>) -> Vec<StoredTag> {
+    let all: Vec<Tag> = directory.directory().iter().map(|(tag, _)| tag).collect();
+    let mut stored = Vec::new();
+    for tag in all {
+        let number = tag.to_u16();
+        if STORAGE.iter().any(|range| range.contains(&number)) || DIRECTORIES.contains(&tag) {
+            continue;
+        }
+        let mut value = ValueBuffer::empty(Type::BYTE);
+        let found = directory.find_tag_buf(tag, &mut value);
+        let is_pointer = matches!(
+            value.data_type(),
+            Type::IFD | Type::IFD8 | Type::LONG8 | Type::SLONG8
+        );
+        if found.is_err() || is_pointer || EXCLUDED.contains(&number) {
+            lost.push(number);
+        } else if !value.as_bytes().is_empty() {
+            value.set_byte_order(ByteOrder::native());
+            stored.push(StoredTag {
+                tag: number,
+                kind: value.data_type(),
+                bytes: value.as_bytes().to_vec(),
+            });
+        }
+    }
+    stored
+}
