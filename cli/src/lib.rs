@@ -1,13 +1,12 @@
-//! The `seidel` command as a library: files, pictures and one module a command.
+//! The `seidel` command as a library: one module a command, pictures and reports.
 //!
-//! Data flow one way: a command reads through `seidel_image_io` (and [`files`]), asks `seidel_core`, and writes
-//! through `seidel_image_io`. Nothing else opens a file.
+//! Data flow one way: a command reads through `seidel_image_io`, calls `seidel_core`, and writes through
+//! `seidel_image_io`. Nothing else opens a file.
 #![forbid(unsafe_code)]
 
 pub mod commands;
 mod console;
 pub mod demo;
-pub mod files;
 pub mod pictures;
 pub mod report;
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use seidel::pictures::comparison::{Crop, View, comparison};
 use seidel::pictures::display::{DisplayTransform, LinearRgb};
-use seidel_image_io::picture::write_png;
+use seidel_image_io::png::write_rgb8;
 
 use crate::support::{read_channel, succeeds};
 
@@ -54,5 +54,5 @@ fn write_image_for_the_docs() {
         width: part,
     };
     let drawn = comparison(&views, crop, &DisplayTransform::default(), 480);
-    write_png(&picture, &drawn.expect("drawn")).expect("writable");
+    write_rgb8(&picture, &drawn.expect("drawn")).expect("writable");
 }

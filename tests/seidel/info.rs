@@ -100,6 +100,6 @@ fn files_are_described_with_their_attributes() {
         b"\x76\x2f\x31\x01\x02\0\0\0channels\0",
     )
     .expect("writable");
-    must_refuse(folder, "info @bad.exr", &["bad.exr", "header"]);
+    must_refuse(folder, "info @bad.exr", &["bad.exr", "damaged"]);
     assert_eq!(seidel_in(folder, "info").status, 2);
 }

@@ -115,9 +115,9 @@ fn sequences_are_converted() {
     assert!(out("log", 1) == out("one", 1));
     // --frames needs a pattern, tables take neither, and an output must not replace its input.
     let line = format!("lut @light.%04d.exr -o @b.%04d.exr {spaces}");
-    must_refuse(folder, &line, &["holds a frame pattern", "--frames"]);
+    must_refuse(folder, &line, &["contains a frame pattern", "--frames"]);
     let line = format!("lut @light.%04d.exr -o @b.exr {spaces} --frames 1-3");
-    must_refuse(folder, &line, &["b.exr", "holds no frame pattern"]);
+    must_refuse(folder, &line, &["b.exr", "contains no frame pattern"]);
     let line = format!("lut @light.0001.exr -o @light.0001.exr {spaces}");
     must_refuse(folder, &line, &["would be overwritten"]);
     let done = seidel_in(folder, &format!("lut -o @b.cube {spaces} --frames 1-3"));

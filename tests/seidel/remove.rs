@@ -75,7 +75,7 @@ fn write_test_files(folder: &Path, grain: f32) {
 
 /// Reads a channel inside the plate's own window.
 fn on_plate(path: &Path, channel: &str) -> Vec<f32> {
-    let plate = seidel_image_io::exr::plate::ExrPlate::open(path).expect("readable");
+    let plate = seidel_image_io::exr::ExrImage::open(path).expect("readable");
     let id = plate.colour(None).expect("colour").colour[0];
     let window = plate.data_window(id);
     let (left, top) = (-window.x as usize, -window.y as usize);
@@ -317,7 +317,10 @@ fn depth_is_extended_beyond_the_plate() {
         holdout.display()
     );
     let outcome = succeeds(folder, &line);
-    let message = outcome.stderr.matches("its nearest pixel is taken").count();
+    let message = outcome
+        .stderr
+        .matches("extended by its edge pixels")
+        .count();
     assert_eq!(message, 2, "{}", outcome.stderr);
     let back = on_plate(&folder.join("back.exr"), "R");
     let db = decibels(&back, &on_plate(&folder.join("plate.exr"), "R"));

@@ -237,7 +237,7 @@ fn residuals_of_other_plates_are_refused_and_other_settings_are_reported() {
     must_refuse(
         folder,
         &apply("sharp.exr", "plate.exr"),
-        &["plate.exr", "sharp.R", "no residual"],
+        &["plate.exr", "sharp.R", "not a residual"],
     );
     must_refuse(folder, &apply("sharp.exr", "no.exr"), &["no.exr"]);
     let same = format!("remove @plate.exr -o @same.exr --residual @same.exr --distance 1 {sight}");

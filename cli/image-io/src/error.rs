@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use seidel_core::{Error, Fault};
+use seidel_optics::error::{Error, Fault};
 
 /// The result of an operation on a file.
 pub type Result<T> = std::result::Result<T, FileError>;

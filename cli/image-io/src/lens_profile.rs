@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use seidel_core::profile::LensProfile;
+use seidel_optics::profile::LensProfile;
 
 use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};

@@ -1,5 +1,4 @@
-//! Image files, PSF observation sets and lens profiles of Seidel: everything that the `seidel` command and other
-//! programs read and write.
+//! The files of Seidel: images, PSF observation sets, lens profiles and animation tables.
 //!
 //! # Formats
 //!
@@ -47,6 +46,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod animation;
 pub mod atomic;
 pub mod description;
 mod dpx;

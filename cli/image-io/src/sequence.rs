@@ -147,7 +147,7 @@ pub fn parse_frames(list: &str) -> Result<Vec<i64>> {
 
 /// The files of a frame: one path for each pattern of the run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FrameFiles {
+pub struct FramePaths {
     /// The frame number; `None` for a single image.
     pub frame: Option<i64>,
     /// The paths of this frame, in the order of the patterns.
@@ -161,7 +161,7 @@ pub struct FrameFiles {
 ///
 /// # Errors
 /// A pattern without frames, frames without a pattern, and an invalid frame list.
-pub fn expand_frames(patterns: &[&str], frames: Option<&str>) -> Result<Vec<FrameFiles>> {
+pub fn expand_frames(patterns: &[&str], frames: Option<&str>) -> Result<Vec<FramePaths>> {
     let parsed: Vec<FramePattern> = patterns.iter().map(|p| FramePattern::parse(p)).collect();
     let Some(list) = frames else {
         let input_is_file = patterns.first().is_some_and(|p| Path::new(p).is_file());
@@ -173,7 +173,7 @@ pub fn expand_frames(patterns: &[&str], frames: Option<&str>) -> Result<Vec<Fram
                 "give them by --frames, such as --frames 1001-1100",
             ));
         }
-        return Ok(vec![FrameFiles {
+        return Ok(vec![FramePaths {
             frame: None,
             paths: patterns.iter().map(PathBuf::from).collect(),
         }]);
@@ -191,7 +191,7 @@ pub fn expand_frames(patterns: &[&str], frames: Option<&str>) -> Result<Vec<Fram
     }
     Ok(frames
         .into_iter()
-        .map(|frame| FrameFiles {
+        .map(|frame| FramePaths {
             frame: Some(frame),
             paths: parsed.iter().map(|p| p.path(frame)).collect(),
         })

@@ -5,7 +5,7 @@ use std::path::Path;
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
 use exr::meta::attribute::Text;
 use exr::prelude::LayerAttributes;
-use seidel_core::tile::Tile;
+use seidel_optics::tile::Tile;
 
 use crate::error::{FileError, Result};
 use crate::exr::write_exr;

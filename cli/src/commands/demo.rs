@@ -8,10 +8,11 @@ use seidel_core::field::FieldPoint;
 use seidel_core::optics::BlurField;
 use seidel_core::predict::Predictor;
 use seidel_core::{Depth, DepthPass, Image, Lens, ObservationSet, Plate, Settings, apply};
-use seidel_image_io::atomic::{write_folder_whole, write_whole};
-use seidel_image_io::exr::new::{NewChannel, write_new};
+use seidel_image_io::atomic::{write_atomically, write_folder_atomically};
+use seidel_image_io::exr::{NewChannel, write_channels};
 use seidel_image_io::observation_set;
-use seidel_image_io::picture::write_png;
+use seidel_image_io::png::write_rgb8;
+use seidel_image_io::windows::ImageWindows;
 
 use super::CommandError;
 use crate::Console;
@@ -67,12 +68,12 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
     };
     let sheet = lens_sheet(lens.profile(), lens.predictor().default_model(), &options)?;
     let before_after = compare(&plate, &blurred)?;
-    write_folder_whole(&args.folder, |folder| {
+    write_folder_atomically(&args.folder, |folder| {
         observation_set::write(&set, &folder.join("measured"))?;
-        write_whole(&folder.join("lens.json"), |out| {
+        write_atomically(&folder.join("lens.json"), |out| {
             std::io::Write::write_all(out, lens.to_json().as_bytes())
         })?;
-        write_png(&folder.join("sheet.png"), &sheet)?;
+        write_rgb8(&folder.join("sheet.png"), &sheet)?;
         for (name, rgb) in [("plate.exr", &plate.rgb), ("blurred.exr", &blurred)] {
             let planes = rgb.iter().chain([&plate.depth_m]);
             let channels: Vec<NewChannel> = ["R", "G", "B", "Z"]
@@ -84,9 +85,10 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
                     half: name != "Z",
                 })
                 .collect();
-            write_new(&folder.join(name), plate.width, plate.height, &channels)?;
+            let windows = ImageWindows::of_size(plate.width, plate.height);
+            write_channels(&folder.join(name), windows, &channels)?;
         }
-        write_png(&folder.join("before-after.png"), &before_after)
+        write_rgb8(&folder.join("before-after.png"), &before_after)
     })?;
     for (name, description) in OUTPUTS {
         let path = args.folder.join(name);

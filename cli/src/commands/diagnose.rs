@@ -13,12 +13,13 @@ use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
 
-use super::{CommandError, read_lens, short_name};
+use super::{CommandError, short_name};
 use crate::Console;
 use crate::report::{self, Subject};
 use output::OutputFolder;
 use pair::PairArgs;
 use seidel_image_io::error::FileError;
+use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 use self_test::SelfTestArgs;
 
@@ -81,7 +82,7 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
         &output::FILES
     };
     let output = OutputFolder::check(out, lens, entries)?;
-    let profile = read_lens(lens)?;
+    let profile = lens_profile::read(lens)?;
     check_pupil_lens(&profile, lens)?;
     let source = args.read_source(&profile, lens, &pool, console)?;
     let mut diagnosis = args

@@ -7,9 +7,10 @@ use seidel_core::profile::{Controls, LensProfile};
 use seidel_core::psf::{self, PsfModel};
 use seidel_core::{Lens, ObjectDistance};
 
-use super::{CommandError, parse_distance, read_lens};
+use super::{CommandError, parse_distance};
 use crate::Console;
 use seidel_image_io::error::FileError;
+use seidel_image_io::lens_profile;
 
 /// Options that set a lens and choose its PSF model.
 #[derive(Debug, Clone, Args)]
@@ -49,7 +50,7 @@ impl DrawingArgs {
     /// Reads the lens at `path`, sets its controls and chooses the PSF model.
     pub(super) fn open(&self, path: &Path, console: &mut Console) -> Result<Drawing, CommandError> {
         let mut warnings = Vec::new();
-        let drawing = self.set(&read_lens(path)?, path, &mut warnings)?;
+        let drawing = self.set(&lens_profile::read(path)?, path, &mut warnings)?;
         for warning in warnings {
             console.remark(warning);
         }

@@ -12,13 +12,14 @@ use seidel_core::score::TestImage;
 
 use super::choice::ChoiceArgs;
 use super::picture::read_image;
-use super::{CommandError, read_lens, short_name};
+use super::{CommandError, short_name};
 use crate::Console;
 use crate::pictures::shapes::shapes_picture;
-use seidel_image_io::atomic::write_whole;
+use seidel_image_io::atomic::write_atomically;
 use seidel_image_io::error::FileError;
+use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
-use seidel_image_io::picture::write_png;
+use seidel_image_io::png::write_rgb8;
 
 /// Options of `seidel eval`.
 #[derive(Debug, Args)]
@@ -75,7 +76,7 @@ enum Form {
 }
 
 pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandError> {
-    let lens = read_lens(&args.lens)?;
+    let lens = lens_profile::read(&args.lens)?;
     let mut set = manifest::read(&args.observations, ReadOptions::default())?.set;
     args.choice.restrict(std::slice::from_mut(&mut set))?;
     let image = match &args.image {
@@ -105,12 +106,12 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
     let evaluation = evaluate(&lens, &set, &image, &settings).map_err(in_set)?;
     if let Some(path) = &args.plot {
         let svg = report::plot(&evaluation)?;
-        write_whole(path, |out| std::io::Write::write_all(out, svg.as_bytes()))?;
+        write_atomically(path, |out| std::io::Write::write_all(out, svg.as_bytes()))?;
     }
     if let Some(path) = &args.shapes {
         let rows = shapes(&lens, &set, &image, &settings).map_err(in_set)?;
         let picture = shapes_picture(&short_name(&args.observations), &rows)?;
-        write_png(path, &picture)?;
+        write_rgb8(path, &picture)?;
     }
     if args.json {
         console.say(report::json(&evaluation));

@@ -17,7 +17,7 @@ use super::choice::ChoiceArgs;
 use super::picture::read_image;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
-use seidel_image_io::atomic::write_whole;
+use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
 /// Options of `seidel fit`.
@@ -163,7 +163,7 @@ impl FitArgs {
         let (mut sets, mut skipped) = (Vec::new(), Vec::new());
         for path in &self.observations {
             let read = manifest::read(path, options)?;
-            for fault in read.dropped.iter().flat_map(|d| &d.faults) {
+            for fault in read.skipped.iter().flat_map(|d| &d.faults) {
                 skipped.push(format!("{}: {fault}", path.display()));
             }
             sets.push(read.set);
@@ -175,11 +175,7 @@ impl FitArgs {
     fn write(&self, lens: &mut LensProfile) -> Result<(), CommandError> {
         lens.provenance.sources = self.observations.iter().map(|p| short_name(p)).collect();
         lens.provenance.settings += &self.choice.describe();
-        let text = lens.to_json();
-        write_whole(&self.output, |out| {
-            std::io::Write::write_all(out, text.as_bytes())
-        })?;
-        Ok(())
+        Ok(lens_profile::write(&self.output, lens)?)
     }
 }
 

@@ -20,7 +20,7 @@ pub struct InfoArgs {
 }
 
 pub(super) fn run(args: &InfoArgs, console: &mut Console) -> Result<(), CommandError> {
-    let described = args.files.iter().map(|file| Description::of(file));
+    let described = args.files.iter().map(|file| Description::read(file));
     let described = described.collect::<Result<Vec<_>, _>>()?;
     if args.json {
         let json = serde_json::to_string_pretty(&described);

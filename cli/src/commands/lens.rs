@@ -9,7 +9,7 @@ use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
 use crate::pictures::sheet::lens_sheet;
-use seidel_image_io::picture::write_png;
+use seidel_image_io::png::write_rgb8;
 
 /// The subcommands of `seidel lens`.
 #[derive(Debug, Subcommand)]
@@ -45,7 +45,7 @@ pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), Co
 fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
     let Drawing { lens, model } = args.drawing.open(&args.lens, console)?;
     let sheet = lens_sheet(lens.profile(), model, &Default::default())?;
-    write_png(&args.output, &sheet)?;
+    write_rgb8(&args.output, &sheet)?;
     console.say(format!("wrote {}", args.output.display()));
     Ok(())
 }

@@ -25,11 +25,9 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
-use seidel_core::profile::LensProfile;
 
 use crate::Console;
 use seidel_image_io::error::FileError;
-use seidel_image_io::json::read_text;
 
 /// Real lens blur, learned from measured point-spread functions.
 #[derive(Debug, Parser)]
@@ -117,15 +115,6 @@ fn frame_list(failed: &[(i64, CommandError)]) -> String {
         .iter()
         .map(|(frame, why)| format!("\n  frame {frame}: {why}"));
     lines.collect()
-}
-
-/// Largest lens profile that is read: thousands of planes fit in a tenth of it.
-const PROFILE_LIMIT_BYTES: u64 = 64 << 20;
-
-/// Reads a lens profile.
-fn read_lens(path: &Path) -> Result<LensProfile, CommandError> {
-    let text = read_text(path, PROFILE_LIMIT_BYTES)?;
-    Ok(LensProfile::from_json(&text).map_err(|e| FileError::from_core(path, e))?)
 }
 
 /// The last component of a path, by which provenance names it.

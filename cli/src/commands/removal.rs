@@ -151,5 +151,5 @@ fn misfit(removed: &Removed) -> Option<f64> {
 pub(super) fn work_bytes(loaded: &LoadedPlate) -> u64 {
     let pixels = loaded.plate.width() as u64 * loaded.plate.height() as u64;
     // The file before and after.
-    2 * loaded.plate.held_bytes() + remove_bytes(pixels, loaded.prepared.planes().len() as u64)
+    2 * loaded.plate.memory_bytes() + remove_bytes(pixels, loaded.prepared.planes().len() as u64)
 }

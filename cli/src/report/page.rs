@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::report::samples::{diagnosis, subject};
     use seidel_core::calibrate::diagnose::Verdict;
-    use seidel_image_io::atomic::{Output, write_whole};
+    use seidel_image_io::atomic::{Output, write_atomically};
 
     const ALL: [Verdict; 4] = [
         Verdict::NoGap,
@@ -157,7 +157,7 @@ mod tests {
             if let Some(folder) = std::env::var_os("SEIDEL_PAGES") {
                 let path = std::path::Path::new(&folder).join(format!("{}.html", verdict.id()));
                 let write = |out: &mut Output<'_>| std::io::Write::write_all(out, page.as_bytes());
-                write_whole(&path, write).expect("the folder is writable");
+                write_atomically(&path, write).expect("the folder is writable");
             }
         }
     }

@@ -27,7 +27,7 @@ const ALLOWED: [(&str, &[&str]); 14] = [
             "seidel-trial",
         ],
     ),
-    ("seidel-image-io", &["seidel-core"]),
+    ("seidel-image-io", &["seidel-optics"]),
     (
         "seidel-tests",
         &[

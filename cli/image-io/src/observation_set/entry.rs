@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use seidel_core::Fault;
-use seidel_core::camera::Camera;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::field::{Frame, ImagePoint};
+use seidel_optics::camera::Camera;
+use seidel_optics::distance::ObjectDistance;
+use seidel_optics::error::Fault;
+use seidel_optics::field::{Frame, ImagePoint};
 use serde_json::Value;
 
 use super::fields::{Fields, abbreviated};

@@ -1,6 +1,6 @@
 //! Typed reading of JSON objects that collects all faults.
 
-use seidel_core::Fault;
+use seidel_optics::error::Fault;
 use serde_json::{Map, Value};
 
 /// A JSON object of a manifest, and the list of faults.

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use seidel_core::Fault;
-use seidel_core::observations::{Observation, ObservationSet};
-use seidel_core::tile::Tile;
+use seidel_optics::error::Fault;
+use seidel_optics::observations::{Observation, ObservationSet};
+use seidel_optics::tile::Tile;
 use serde_json::Value;
 
 use super::fields::quote_non_finite;

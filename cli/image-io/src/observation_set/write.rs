@@ -4,8 +4,8 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use rayon::prelude::*;
-use seidel_core::distance::ObjectDistance;
-use seidel_core::observations::{Observation, ObservationSet};
+use seidel_optics::distance::ObjectDistance;
+use seidel_optics::observations::{Observation, ObservationSet};
 use serde_json::{Map, Value, json};
 
 use super::entry::is_inside;

@@ -195,7 +195,7 @@ impl Metadata for PngMetadata {
     }
 
     fn multiple_images(&self) -> Option<&'static str> {
-        self.is_animated.then_some("picture of the animated PNG")
+        self.is_animated.then_some("frame of the animated PNG")
     }
 }
 

@@ -170,16 +170,16 @@ fn write(path: &Path, image: &RasterImage, metadata: &PngMetadata) -> Result<()>
     })
 }
 
-/// Writes `picture` as an 8-bit PNG file, whole or not at all.
+/// Writes `image` as an 8-bit PNG file, whole or not at all.
 ///
 /// # Errors
 /// A name that does not end in `.png`, and a target that cannot be written.
-pub fn write_rgb8(path: &Path, picture: &RgbImage) -> Result<()> {
+pub fn write_rgb8(path: &Path, image: &RgbImage) -> Result<()> {
     crate::format::check_output_name(path, Format::Png)?;
     // The filter Up halves the files of charts with enlarged pixels, whose rows repeat.
     let (compression, filter) = (CompressionType::Default, FilterType::Up);
     write_atomically(path, |out| {
         let encoder = PngEncoder::new_with_quality(out, compression, filter);
-        picture.write_with_encoder(encoder)
+        image.write_with_encoder(encoder)
     })
 }

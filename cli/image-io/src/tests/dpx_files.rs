@@ -50,17 +50,19 @@ impl DpxBuilder {
     }
 
     pub(crate) fn put16(&mut self, at: usize, value: u16) {
-        let bytes = match self.big_endian {
-            true => value.to_be_bytes(),
-            false => value.to_le_bytes(),
+        let bytes = if self.big_endian {
+            value.to_be_bytes()
+        } else {
+            value.to_le_bytes()
         };
         self.bytes[at..at + 2].copy_from_slice(&bytes);
     }
 
     pub(crate) fn put32(&mut self, at: usize, value: u32) {
-        let bytes = match self.big_endian {
-            true => value.to_be_bytes(),
-            false => value.to_le_bytes(),
+        let bytes = if self.big_endian {
+            value.to_be_bytes()
+        } else {
+            value.to_le_bytes()
         };
         self.bytes[at..at + 4].copy_from_slice(&bytes);
     }

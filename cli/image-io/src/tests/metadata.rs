@@ -165,7 +165,7 @@ fn invalid_png_chunks_are_left_out_with_a_warning() {
         warnings.contains("gAMA, cHRM") && warnings.contains("of the PNG are left out"),
         "{warnings}"
     );
-    // Of an animation the first picture is kept.
+    // Of an animation the first frame is kept.
     let animation = [
         chunk(b"acTL", &[0, 0, 0, 1, 0, 0, 0, 0]),
         chunk(
@@ -178,7 +178,7 @@ fn invalid_png_chunks_are_left_out_with_a_warning() {
     write_png(&path, png::BitDepth::Eight, &animation, &[]);
     let plate = RasterImage::open(&path).expect("opens");
     let warnings = plate.write(&out).expect("writes").concat();
-    assert!(warnings.contains("only the first picture"), "{warnings}");
+    assert!(warnings.contains("only the first frame"), "{warnings}");
     assert!(chunks(&out).is_empty());
 }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use seidel_core::distance::ObjectDistance;
+use seidel_optics::distance::ObjectDistance;
 use serde_json::{Value, json};
 
 use super::{halves, image, part, save};

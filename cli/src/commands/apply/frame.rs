@@ -118,7 +118,7 @@ impl Stages for Job<'_> {
         let plate = &frame.plate.plate;
         let pixels = plate.width() as u64 * plate.height() as u64;
         let planes = frame.plate.prepared.planes().len() as u64;
-        plate.held_bytes() + apply_bytes(pixels, planes)
+        plate.memory_bytes() + apply_bytes(pixels, planes)
     }
 
     fn blur(&self, index: usize, frame: LoadedFrame) -> Result<BlurredFrame, CommandError> {
@@ -146,7 +146,7 @@ impl Stages for Job<'_> {
             loaded.put_planes(&mut plate, blurred)?;
         }
         if let Some(residual) = &residual {
-            plate.reframe(residual.plate);
+            plate.set_data_window(residual.plate);
         }
         Ok(BlurredFrame { plate, warnings })
     }

@@ -9,9 +9,8 @@ use seidel_core::{
 };
 
 use crate::commands::CommandError;
-use seidel_image_io::depth::{DepthPass as DepthFile, DepthSpec};
 use seidel_image_io::error::FileError;
-use seidel_image_io::matte::Matte;
+use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
 use seidel_image_io::plate::Plate;
 
 /// Options about occlusion.
@@ -47,8 +46,8 @@ enum Switch {
 
 /// The files of a holdout as given, which may hold frame patterns.
 pub(super) struct HoldoutSource {
-    pub(super) matte: Option<DepthSpec>,
-    pub(super) depth: Option<DepthSpec>,
+    pub(super) matte: Option<ChannelSpec>,
+    pub(super) depth: Option<ChannelSpec>,
 }
 
 impl OcclusionArgs {
@@ -81,7 +80,7 @@ impl OcclusionArgs {
                 "{option} needs occlusion: leave out --occlusion off"
             )));
         }
-        let spec = |text: &Option<String>| text.as_deref().map(DepthSpec::parse);
+        let spec = |text: &Option<String>| text.as_deref().map(ChannelSpec::parse);
         Ok(HoldoutSource {
             matte: spec(&self.holdout),
             depth: spec(&self.holdout_depth),
@@ -117,22 +116,25 @@ impl HoldoutSource {
         let Some(file) = matte else {
             return Ok(None);
         };
-        let channel = |spec: &Option<DepthSpec>| spec.as_ref().and_then(|s| s.channel.clone());
-        let matte = Matte::open(file, channel(&self.matte).as_deref())?;
-        let (samples, remark) = matte.over(plate.windows())?;
-        warnings.extend(remark);
+        let channel = |spec: &Option<ChannelSpec>| spec.as_ref().and_then(|s| s.channel.clone());
+        let matte = ImageChannel::read_matte(file, channel(&self.matte).as_deref())?;
+        let fitted = matte.fit_to(plate.windows())?;
+        warnings.extend(fitted.warning);
         let mut holdout = HoldoutMatte {
-            samples,
+            samples: fitted.samples,
             depth: None,
         };
         let place = format!("channel {}", matte.channel);
         (holdout.check(geometry.data.width))
             .map_err(|e| FileError::from_core(file, e.within(&place)))?;
         if let Some(file) = depth {
-            let pass = DepthFile::open(file, channel(&self.depth).as_deref())?;
-            let (samples, remark) = pass.over(plate.windows())?;
-            warnings.extend(remark);
-            holdout.depth = Some(DepthPass { samples, meaning });
+            let pass = ImageChannel::read_depth(file, channel(&self.depth).as_deref())?;
+            let fitted = pass.fit_to(plate.windows())?;
+            warnings.extend(fitted.warning);
+            holdout.depth = Some(DepthPass {
+                samples: fitted.samples,
+                meaning,
+            });
         }
         let at_fault = depth.unwrap_or(file);
         let prepared = PreparedHoldout::new(session, &geometry, holdout);

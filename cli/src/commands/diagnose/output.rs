@@ -7,7 +7,7 @@ use seidel_core::observations::ObservationSet;
 
 use super::super::CommandError;
 use crate::report::{self, Subject};
-use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
+use seidel_image_io::atomic::{check_folder_content, write_atomically, write_folder_atomically};
 use seidel_image_io::error::FileError;
 use seidel_image_io::observation_set as manifest;
 
@@ -39,7 +39,7 @@ impl OutputFolder {
         lens: &Path,
         entries: &[&str],
     ) -> Result<Self, CommandError> {
-        refuse_foreign(folder, entries)?;
+        check_folder_content(folder, entries)?;
         let is_lens = |name: &str| {
             let target = folder.join(name).canonicalize();
             target.is_ok_and(|target| lens.canonicalize().is_ok_and(|lens| lens == target))
@@ -69,12 +69,12 @@ impl OutputFolder {
         let corrected = diagnosis.corrected.to_json();
         let page = report::html(diagnosis, subject);
         let files = [(REPORT, json), (PAGE, &page), (CORRECTED, &corrected)];
-        write_folder_whole(&self.path, |at| {
+        write_folder_atomically(&self.path, |at| {
             if let Some(set) = estimated {
                 manifest::write(set, &at.join(ESTIMATED))?;
             }
             files.iter().try_for_each(|(name, text)| {
-                write_whole(&at.join(name), |out| {
+                write_atomically(&at.join(name), |out| {
                     std::io::Write::write_all(out, text.as_bytes())
                 })
             })

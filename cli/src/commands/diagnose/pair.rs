@@ -13,8 +13,8 @@ use seidel_core::profile::LensProfile;
 use super::super::{CommandError, parse_distance, parse_point};
 use crate::Console;
 use seidel_image_io::error::FileError;
-use seidel_image_io::flat_plate::Encoding;
 use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::samples::Encoding;
 
 /// Options of a picture pair.
 #[derive(Debug, Args)]
@@ -149,7 +149,7 @@ impl PairArgs {
             width: plate.width(),
             height: plate.height(),
             planes: planes.collect(),
-            integers: plate.holds_integers(),
+            integers: plate.has_integer_samples(),
         })
     }
 
@@ -164,7 +164,7 @@ impl PairArgs {
             Plate::open(path, &options)
         };
         let plate = open(Encoding::Linear)?;
-        if self.encoding == EncodingChoice::Srgb && plate.holds_integers() {
+        if self.encoding == EncodingChoice::Srgb && plate.has_integer_samples() {
             return open(Encoding::Srgb);
         }
         Ok(plate)

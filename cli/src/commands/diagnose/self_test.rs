@@ -17,7 +17,7 @@ use super::DiagnoseArgs;
 use crate::Console;
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_image_io::atomic::{refuse_foreign, write_folder_whole, write_whole};
+use seidel_image_io::atomic::{check_folder_content, write_atomically, write_folder_atomically};
 use seidel_trial::Size;
 
 const REPORT: &str = "self-test.json";
@@ -79,7 +79,7 @@ pub(super) fn run_command(
 ) -> Result<(), CommandError> {
     let out = args.out.as_deref();
     if let Some(out) = out {
-        refuse_foreign(out, &[REPORT])?;
+        check_folder_content(out, &[REPORT])?;
     }
     let plan = Plan {
         count,
@@ -109,8 +109,8 @@ pub(super) fn run_command(
 /// A folder with other content, a file in the way, or a full disk.
 pub fn write(folder: &Path, test: &SelfTest) -> Result<(), CommandError> {
     let text = json::json(test);
-    write_folder_whole(folder, |at: &Path| {
-        write_whole(&at.join(REPORT), |out| {
+    write_folder_atomically(folder, |at: &Path| {
+        write_atomically(&at.join(REPORT), |out| {
             std::io::Write::write_all(out, text.as_bytes())
         })
     })?;

@@ -10,7 +10,7 @@ use crate::Console;
 use crate::commands::CommandError;
 use seidel_image_io::atomic::check_target;
 use seidel_image_io::error::FileError;
-use seidel_image_io::lut_file::{LutKind, write_lut};
+use seidel_image_io::lut::{LutFormat, write_lut};
 
 /// Sides of a .cube that programs read.
 const CUBE_SIDES: (usize, usize) = (2, 129);
@@ -24,7 +24,7 @@ pub(super) fn run(
     output: &Path,
     console: &mut Console,
 ) -> Result<(), CommandError> {
-    let Some(kind) = LutKind::of_name(output) else {
+    let Some(kind) = LutFormat::from_path(output) else {
         let remedy = "name it .cube or .spi1d, or give a picture IN to convert";
         return Err(FileError::new(output, "", "is named like no table", remedy).into());
     };
@@ -32,12 +32,12 @@ pub(super) fn run(
     let from = args.in_space.as_deref().unwrap_or_default();
     let processor = args.processor(config, from)?;
     let (least, most) = match kind {
-        LutKind::Cube => CUBE_SIDES,
-        LutKind::Spi1d => SPI1D_ENTRIES,
+        LutFormat::Cube => CUBE_SIDES,
+        LutFormat::Spi1d => SPI1D_ENTRIES,
     };
     let size = args.size.unwrap_or(match kind {
-        LutKind::Cube => 33,
-        LutKind::Spi1d => 4096,
+        LutFormat::Cube => 33,
+        LutFormat::Spi1d => 4096,
     });
     if !(least..=most).contains(&size) {
         return Err(CommandError::Usage(format!(
@@ -45,12 +45,12 @@ pub(super) fn run(
         )));
     }
     let text = match kind {
-        LutKind::Cube => {
+        LutFormat::Cube => {
             let entries = turned(&processor, cube_grid(size, args.range), output)?;
             let title = format!("{} to {}", processor.from(), processor.to());
             cube(&title, size, args.range, &entries)
         }
-        LutKind::Spi1d => {
+        LutFormat::Spi1d => {
             let grey = |value: f32| [value; 3];
             let values = linspace(args.range, size);
             let entries = turned(

@@ -10,8 +10,8 @@ use crate::Console;
 use crate::commands::CommandError;
 use crate::commands::plates::{Files, Outcome, Run, Stages, space_of};
 use seidel_image_io::error::FileError;
-use seidel_image_io::flat_plate::Encoding;
 use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::samples::Encoding;
 
 /// What asks for the space that a file is in to be told by the file.
 const AUTO: &str = "auto";
@@ -112,7 +112,7 @@ impl Stages for Job<'_> {
         // The colours beside what the file holds, and alpha.
         let planes = plate.colour_names().len() as u64 + 1;
         let pixels = plate.width() as u64 * plate.height() as u64;
-        plate.held_bytes() + planes * pixels * size_of::<f32>() as u64
+        plate.memory_bytes() + planes * pixels * size_of::<f32>() as u64
     }
 
     fn blur(&self, index: usize, picture: Picture) -> Result<Picture, CommandError> {

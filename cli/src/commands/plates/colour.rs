@@ -183,11 +183,11 @@ impl ColourRoom<'_> {
     /// EXR and HDR of what was integers hold light, as whoever composites takes them to; integers hold no light as it is,
     /// which would leave shadows hardly a code.
     fn left_out(&self, plate: &Plate, space: &Space) -> Result<(Space, &str), CommandError> {
-        let target = Format::of_name(self.output).unwrap_or(plate.format());
+        let target = Format::from_path(self.output).unwrap_or(plate.format());
         if target == plate.format() || space.is_data {
             return Ok((space.clone(), ""));
         }
-        let (was, becomes) = (plate.holds_integers(), plate.becomes_integers(target));
+        let (was, becomes) = (plate.has_integer_samples(), plate.is_integer_in(target));
         let light = was && !becomes || target == Format::Hdr;
         if light && !space.is_scene_linear() {
             return Ok((self.working.clone(), " (OUT holds light)"));

@@ -11,8 +11,8 @@ use seidel_core::{
 
 use super::depth_doubts::depth_doubts;
 use crate::commands::{CommandError, parse_distance};
-use seidel_image_io::depth::{DepthPass as DepthFile, DepthSpec};
 use seidel_image_io::error::FileError;
+use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
 use seidel_image_io::plate::Plate;
 
 /// Place of a frame in its run.
@@ -90,7 +90,7 @@ pub(crate) enum DepthSource {
     Constant(ObjectDistance),
     /// A depth pass: in a file of its own, or else in the plate.
     Pass {
-        spec: Option<DepthSpec>,
+        spec: Option<ChannelSpec>,
         meaning: DepthMeaning,
         checked: bool,
     },
@@ -128,7 +128,7 @@ impl DepthArgs {
         Ok(match self.distance {
             Some(distance) => DepthSource::Constant(distance),
             None => DepthSource::Pass {
-                spec: self.depth.as_deref().map(DepthSpec::parse),
+                spec: self.depth.as_deref().map(ChannelSpec::parse),
                 meaning: self.meaning()?,
                 checked: !self.no_depth_check,
             },
@@ -212,7 +212,7 @@ impl DepthSource {
         }
         let channel = spec.as_ref().and_then(|s| s.channel.as_deref());
         let pass = match file {
-            Some(file) => DepthFile::open(file, channel)?,
+            Some(file) => ImageChannel::read_depth(file, channel)?,
             None => plate.depth(None).map_err(|e| {
                 FileError::new(
                     plate.path(),
@@ -222,13 +222,13 @@ impl DepthSource {
                 )
             })?,
         };
-        let (samples, remark) = pass.over(plate.windows())?;
-        warnings.extend(remark);
+        let fitted = pass.fit_to(plate.windows())?;
+        warnings.extend(fitted.warning);
         let in_pass = |e: Error| {
             FileError::from_core(&pass.file, e.within(&format!("channel {}", pass.channel)))
         };
         let depth = prepare(Depth::Pass(DepthPass {
-            samples,
+            samples: fitted.samples,
             meaning: *meaning,
         }));
         let depth = depth.map_err(in_pass)?;
@@ -265,7 +265,7 @@ fn doubts_of(
     )
 }
 
-fn describe(pass: &DepthFile, reading: &DepthReading, warnings: &mut Vec<String>) {
+fn describe(pass: &ImageChannel, reading: &DepthReading, warnings: &mut Vec<String>) {
     let name = format!("depth {}:{}", pass.file.display(), pass.channel);
     match reading.range_m {
         Some((near, far)) => warnings.push(format!("{name} spans {near:.4} m to {far:.4} m")),

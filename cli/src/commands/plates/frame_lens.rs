@@ -10,8 +10,7 @@ use super::adjust::AdjustArgs;
 use super::focus::FocusArgs;
 use crate::commands::drawing::DrawingArgs;
 use crate::commands::{CommandError, short_name};
-
-use crate::files::animation::{Animation, Between};
+use seidel_image_io::animation::{Animation, Interpolation};
 use seidel_image_io::error::FileError;
 
 /// The options about the lens, with the values of one frame.
@@ -36,44 +35,44 @@ pub(crate) struct FrameLens {
 type Change = fn(&mut LensOptions, f64) -> seidel_core::Result<()>;
 
 /// Columns of an animation table, their interpolation and the option they change; `channel-scale.NAME` is one more.
-const COLUMNS: [(&str, Between, Change); 10] = [
-    ("amount", Between::Values, |s, v| {
+const COLUMNS: [(&str, Interpolation, Change); 10] = [
+    ("amount", Interpolation::Linear, |s, v| {
         s.adjust.amount = v;
         Ok(())
     }),
-    ("axis-offset.x", Between::Values, |s, v| {
+    ("axis-offset.x", Interpolation::Linear, |s, v| {
         s.adjust.move_axis(Some(v), None);
         Ok(())
     }),
-    ("axis-offset.y", Between::Values, |s, v| {
+    ("axis-offset.y", Interpolation::Linear, |s, v| {
         s.adjust.move_axis(None, Some(v));
         Ok(())
     }),
-    ("focus-distance", Between::Reciprocals, |s, v| {
+    ("focus-distance", Interpolation::Reciprocal, |s, v| {
         s.drawing.focus_distance = Some(ObjectDistance::metres(v)?);
         Ok(())
     }),
-    ("f-number", Between::Values, |s, v| {
+    ("f-number", Interpolation::Linear, |s, v| {
         s.drawing.f_number = Some(v);
         Ok(())
     }),
-    ("sensor-shift-um", Between::Values, |s, v| {
+    ("sensor-shift-um", Interpolation::Linear, |s, v| {
         s.drawing.sensor_shift_um = Some(v);
         Ok(())
     }),
-    ("depth-of-field", Between::Values, |s, v| {
+    ("depth-of-field", Interpolation::Linear, |s, v| {
         s.focus.depth_of_field = v;
         Ok(())
     }),
-    ("front-multiplier", Between::Values, |s, v| {
+    ("front-multiplier", Interpolation::Linear, |s, v| {
         s.focus.front_multiplier = v;
         Ok(())
     }),
-    ("back-multiplier", Between::Values, |s, v| {
+    ("back-multiplier", Interpolation::Linear, |s, v| {
         s.focus.back_multiplier = v;
         Ok(())
     }),
-    ("maximum-size", Between::Values, |s, v| {
+    ("maximum-size", Interpolation::Linear, |s, v| {
         s.focus.maximum_size = Some(v);
         Ok(())
     }),
@@ -114,14 +113,14 @@ impl LensOptions {
         let in_table = |name: &str, e: seidel_core::Error| {
             FileError::from_core(table.path(), e.within(&format!("frame {frame}, {name}")))
         };
-        for (name, between, change) in COLUMNS {
-            if let Some(value) = table.at(name, frame, between) {
+        for (name, interpolation, change) in COLUMNS {
+            if let Some(value) = table.value(name, frame, interpolation) {
                 change(&mut self, value).map_err(|e| in_table(name, e))?;
             }
         }
         for name in table.names() {
             if let Some(channel) = name.strip_prefix(CHANNEL)
-                && let Some(scale) = table.at(name, frame, Between::Values)
+                && let Some(scale) = table.value(name, frame, Interpolation::Linear)
             {
                 self.adjust.scale_channel(channel, scale);
             }

@@ -6,7 +6,7 @@ use crate::commands::CommandError;
 use seidel_image_io::atomic::check_target;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::output_format;
-use seidel_image_io::sequence::Step;
+use seidel_image_io::sequence::FramePaths;
 
 /// The files of a run: paths or frame patterns.
 pub(crate) struct Files<'a> {
@@ -34,11 +34,11 @@ pub(crate) struct FrameFiles {
 }
 
 impl FrameFiles {
-    pub(super) fn new(step: Step, read: usize) -> Self {
-        let mut paths = step.paths.into_iter();
+    pub(super) fn new(frame: FramePaths, read: usize) -> Self {
+        let mut paths = frame.paths.into_iter();
         let (input, output) = (paths.next(), paths.next());
         Self {
-            number: step.frame,
+            number: frame.frame,
             input: input.unwrap_or_default(),
             output: output.unwrap_or_default(),
             read: paths.by_ref().take(read).collect(),

@@ -10,11 +10,11 @@ use seidel_core::{AlphaKind, Image, PlateGeometry, Rectangle};
 use super::colour::{ColourArgs, PlateColour};
 use crate::commands::CommandError;
 use seidel_image_io::error::FileError;
-use seidel_image_io::exr::packing::Packing;
-use seidel_image_io::exr::plate::Window;
-use seidel_image_io::flat_plate::Encoding;
+use seidel_image_io::exr::ExrCompression;
 use seidel_image_io::format::Format;
 use seidel_image_io::plate::{Plate, PlateOptions};
+use seidel_image_io::samples::Encoding;
+use seidel_image_io::windows::PixelWindow;
 
 /// Options about the plate.
 #[derive(Debug, Args)]
@@ -38,7 +38,7 @@ pub(crate) struct PlateArgs {
     /// How an EXR that is written is packed. If left out as the plate was, but ZIP where that loses quality. dwaa, dwab, b44 and
     /// b44a lose quality, pxr24 that of floats: parts that hold more than colour and alpha are packed with zip then
     #[arg(long, value_enum)]
-    compression: Option<Packing>,
+    compression: Option<ExrCompression>,
     /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
     #[arg(long)]
     scrub: bool,
@@ -94,7 +94,7 @@ impl PlateArgs {
                 .map(|choice| choice == AlphaChoice::Premultiplied),
             colour_managed: self.colour.is_given(),
             alpha_per_channel: self.alpha_per_channel,
-            packing: self.compression,
+            compression: self.compression,
         }
     }
 
@@ -103,7 +103,7 @@ impl PlateArgs {
     /// # Errors
     /// --compression of what is no EXR.
     pub(crate) fn check_output(&self, output: &str) -> std::result::Result<(), CommandError> {
-        let is_exr = Format::of_name(Path::new(output)) == Some(Format::Exr);
+        let is_exr = Format::from_path(Path::new(output)) == Some(Format::Exr);
         match self.compression.is_some() && !is_exr {
             true => Err(CommandError::Usage(format!(
                 "--compression is of EXR files, which {output} is not named like"
@@ -143,7 +143,7 @@ impl PlateArgs {
         colour: Option<&PlateColour>,
         warnings: &mut Vec<String>,
     ) -> std::result::Result<Image, CommandError> {
-        warnings.extend(plate.remarks());
+        warnings.extend(plate.read_warnings());
         let bad = plate.non_finite();
         if let Some(first) = bad.first()
             && !self.scrub
@@ -168,7 +168,7 @@ impl PlateArgs {
             AlphaKind::Unpremultiplied
         };
         let mut colours = plate.colour();
-        let own_alphas = plate.own_alphas();
+        let own_alphas = plate.channel_alphas();
         if let Some(colour) = colour {
             let alphas = alphas_of(kind, alpha.as_deref(), &own_alphas);
             let unheld = colour.read(plate, &mut colours, alphas)?;
@@ -237,7 +237,7 @@ pub(super) fn put_image(
     if let Some(alpha) = &image.alpha {
         plate.set_alpha(alpha)?;
     }
-    plate.set_own_alphas(&image.channel_alphas)?;
+    plate.set_channel_alphas(&image.channel_alphas)?;
     Ok(())
 }
 
@@ -247,7 +247,7 @@ pub(super) fn plate_geometry(
     lens_scale: Option<f64>,
     pixel_aspect: f64,
 ) -> PlateGeometry {
-    let rectangle = |window: Window| Rectangle {
+    let rectangle = |window: PixelWindow| Rectangle {
         x: window.x,
         y: window.y,
         width: window.width,

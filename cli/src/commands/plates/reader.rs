@@ -14,10 +14,11 @@ use super::depth::{DepthArgs, DepthSource, FrameOrder};
 use super::focus::FocusArgs;
 use super::frame_lens::{FrameLens, LensOptions, check_names};
 use super::plate::{PlateArgs, plate_geometry, put_image};
+use crate::commands::CommandError;
 use crate::commands::drawing::DrawingArgs;
-use crate::commands::{CommandError, read_lens};
-use crate::files::animation::Animation;
+use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
+use seidel_image_io::lens_profile;
 use seidel_image_io::plate::Plate;
 
 /// Options about the lens of a plate.
@@ -109,7 +110,7 @@ impl<'a> PlateReader<'a> {
         warnings: &mut Vec<String>,
     ) -> Result<Self, CommandError> {
         base.displacement = lens_args.geometry.into();
-        let measured = read_lens(lens_file)?;
+        let measured = lens_profile::read(lens_file)?;
         let options = lens_args.options();
         let lens = options.set(&measured, lens_file, &base, warnings)?;
         let animation = lens_args
@@ -210,7 +211,7 @@ impl<'a> PlateReader<'a> {
         mut warnings: Vec<String>,
     ) -> Result<LoadedPlate, CommandError> {
         if self.colour.is_none() && frame.order == FrameOrder::First {
-            warnings.extend(plate.unheeded_colour_space());
+            warnings.extend(plate.ignored_colour_space_warning());
         }
         let image = (self.plate_args).image(&plate, colour.as_ref(), &mut warnings)?;
         let lens = self.frame_lens(frame.number, &mut warnings)?;

@@ -14,7 +14,7 @@ use crate::Console;
 use crate::commands::CommandError;
 use seidel_image_io::plate::Plate;
 use seidel_image_io::provenance::Provenance;
-use seidel_image_io::sequence::{FramePattern, expand};
+use seidel_image_io::sequence::{FramePattern, expand_frames};
 
 /// Options about which frames are rendered, and with what means.
 #[derive(Debug, Args)]
@@ -53,7 +53,7 @@ impl RunArgs {
         let mut patterns = vec![files.input, files.output];
         patterns.extend(&files.read);
         patterns.extend(files.written.iter().map(|(_, pattern)| pattern));
-        let all = expand(&patterns, self.frames.as_deref())?;
+        let all = expand_frames(&patterns, self.frames.as_deref())?;
         if all.len() > 1 {
             for (option, pattern) in &files.written {
                 if !FramePattern::parse(pattern).has_frame() {
@@ -145,7 +145,7 @@ impl Run {
     /// Has `plate`, that of the frame at `index`, say what made it with the settings `told`, where that is wanted.
     pub(crate) fn sign(&self, index: usize, plate: &mut Plate, told: &[(String, String)]) {
         if let Some(provenance) = &self.provenance {
-            plate.sign(provenance, self.frames[index].number, told);
+            plate.set_provenance(provenance, self.frames[index].number, told);
         }
     }
 

@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use seidel_image_io::error::Result;
-use seidel_image_io::exr::new::{NewChannel, write_placed};
+use seidel_image_io::exr::{NewChannel, write_channels};
 use seidel_image_io::residual::Residual;
-use seidel_image_io::windows::Windows;
+use seidel_image_io::windows::ImageWindows;
 
 /// One number a pixel of the plate, for each colour.
 pub(super) struct Map {
     pub(super) path: PathBuf,
     /// Where the plate lies.
-    pub(super) windows: Windows,
+    pub(super) windows: ImageWindows,
     /// Names of the colours.
     pub(super) names: Vec<String>,
     pub(super) planes: Vec<Vec<f32>>,
@@ -37,7 +37,7 @@ impl Extra {
                         half: false,
                     })
                     .collect();
-                write_placed(&map.path, map.windows, &channels)
+                write_channels(&map.path, map.windows, &channels)
             }
         }
     }

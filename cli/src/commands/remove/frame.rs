@@ -15,7 +15,7 @@ use seidel_image_io::error::FileError;
 use seidel_image_io::format::{Format, output_format};
 use seidel_image_io::plate::Plate;
 use seidel_image_io::residual::Residual;
-use seidel_image_io::windows::{held, surrounded};
+use seidel_image_io::windows::{crop_or_extend, crop_or_pad};
 
 /// Share of the work that is the removal.
 const REMOVAL_SHARE: f64 = 0.9;
@@ -69,9 +69,9 @@ impl Job<'_> {
         };
         let (whole, own) = (sharp.data_window(), loaded.plate.data_window());
         let difference = |(applied, plane): (&Vec<f32>, &Vec<f32>)| {
-            let applied = held(applied, whole, own);
+            let applied = crop_or_extend(applied, whole, own);
             let difference: Vec<f32> = plane.iter().zip(applied).map(|(p, a)| p - a).collect();
-            surrounded(&difference, own, whole)
+            crop_or_pad(&difference, own, whole)
         };
         let mut settings = self.reader.record(&loaded.lens, &loaded.plate)?;
         settings.extend(default_rendering_record());
@@ -108,7 +108,7 @@ impl Job<'_> {
         match overscan {
             Overscan::Keep => {
                 let own = plate.data_window();
-                plate.reframe(own.grown(canvas.margin_x, canvas.margin_y));
+                plate.set_data_window(own.expanded(canvas.margin_x, canvas.margin_y));
             }
             Overscan::Crop => {
                 planes = planes.iter().map(|plane| canvas.cropped(plane)).collect();
@@ -201,7 +201,7 @@ impl Stages for Job<'_> {
             removed = Some(found);
         }
         if self.keeps_format(index, &plate)? {
-            plate.round();
+            plate.quantise();
         }
         let mut extras = Vec::new();
         for ((option, _), path) in self.args.written().zip(&self.run.frame(index).written) {

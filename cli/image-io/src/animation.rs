@@ -1,37 +1,37 @@
-//! Values by frame, from CSV or JSON.
+//! Animation tables: values by frame, from CSV or JSON.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use seidel_image_io::error::{FileError, Result};
-use seidel_image_io::json::read_text;
+use crate::error::{FileError, Result};
+use crate::json::read_text;
 
-/// Largest file that is read, bytes.
+/// Limit of the length of a table, bytes.
 const LIMIT_BYTES: u64 = 64 * 1024 * 1024;
 
 /// Named values that change from frame to frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Animation {
     path: PathBuf,
-    /// Of each name the frames that have a value, and it.
+    /// The values of each name by frame.
     curves: BTreeMap<String, BTreeMap<i64, f64>>,
 }
 
-/// How to go from one value to the next.
+/// The interpolation between the values of two frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Between {
-    /// Evenly.
-    Values,
-    /// Evenly in one over the value: for distances, of which infinity is one.
-    Reciprocals,
+pub enum Interpolation {
+    /// Linear in the value.
+    Linear,
+    /// Linear in the reciprocal of the value, for distances up to infinity.
+    Reciprocal,
 }
 
 impl Animation {
-    /// Reads a table: CSV with a column `frame` and one for each name, where empty cells say nothing; or JSON, an
-    /// object of objects, `{"1001": {"name": 1.5}}`. Values are numbers or `inf`.
+    /// Reads a table: CSV with a column `frame` and one for each name, in which cells may be empty; or JSON, an object
+    /// of objects such as `{"1001": {"name": 1.5}}`. Values are numbers or `inf`.
     ///
     /// # Errors
-    /// A file that cannot be read, that is neither, or has a frame or value that is none.
+    /// A file that cannot be read or is neither, invalid frames and values, and a table without values.
     pub fn open(path: &Path) -> Result<Self> {
         let text = read_text(path, LIMIT_BYTES)?;
         let cells = if text.trim_start().starts_with('{') {
@@ -47,7 +47,7 @@ impl Animation {
                     path,
                     format!("frame {}, {}", cell.frame, cell.name),
                     "is given twice",
-                    "leave one row a frame",
+                    "give each frame one row",
                 ));
             }
         }
@@ -55,7 +55,7 @@ impl Animation {
             return Err(FileError::new(
                 path,
                 "",
-                "holds no values",
+                "contains no values",
                 "give a CSV table with a column `frame` and one for each option",
             ));
         }
@@ -65,19 +65,19 @@ impl Animation {
         })
     }
 
-    /// The file.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// All names that have values.
+    /// Returns all names that have values.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.curves.keys().map(String::as_str)
     }
 
-    /// The value of `name` at `frame`: between frames that have one it changes evenly, before the first and after
-    /// the last it stays. None where no frame has one.
-    pub fn at(&self, name: &str, frame: i64, between: Between) -> Option<f64> {
+    /// Returns the value of `name` at `frame`, interpolated between frames that have one, and constant before the first
+    /// and after the last. `None` if no frame has one.
+    pub fn value(&self, name: &str, frame: i64, interpolation: Interpolation) -> Option<f64> {
         let curve = self.curves.get(name)?;
         let before = curve.range(..=frame).next_back();
         let after = curve.range(frame..).next();
@@ -92,14 +92,14 @@ impl Animation {
         // In floats, because the difference of two frame numbers may exceed an i64.
         let share = (frame as f64 - *from as f64) / (*to as f64 - *from as f64);
         let mix = |a: f64, b: f64| a + share * (b - a);
-        Some(match between {
-            Between::Values => mix(*a, *b),
-            Between::Reciprocals => 1.0 / mix(1.0 / a, 1.0 / b),
+        Some(match interpolation {
+            Interpolation::Linear => mix(*a, *b),
+            Interpolation::Reciprocal => 1.0 / mix(1.0 / a, 1.0 / b),
         })
     }
 }
 
-/// One value of one frame.
+/// A value of a frame.
 struct Cell {
     frame: i64,
     name: String,
@@ -112,7 +112,7 @@ fn number(path: &Path, frame: i64, name: &str, text: &str) -> Result<f64> {
         FileError::new(
             path,
             format!("frame {frame}, {name}"),
-            format!("`{text}` is no number"),
+            format!("`{text}` is not a number"),
             "give a number, or inf",
         )
     })
@@ -123,7 +123,7 @@ fn frame_number(path: &Path, place: &str, text: &str) -> Result<i64> {
         FileError::new(
             path,
             place,
-            format!("`{text}` is no frame"),
+            format!("`{text}` is not a frame number"),
             "give a whole number",
         )
     })
@@ -135,7 +135,7 @@ fn json_cells(path: &Path, text: &str) -> Result<Vec<Cell>> {
         FileError::new(
             path,
             format!("line {}, column {}", e.line(), e.column()),
-            format!("is not such a table: {e}"),
+            format!("is not a valid table: {e}"),
             "write it like {\"1001\": {\"amount\": 1.5}}",
         )
     })?;
@@ -164,7 +164,7 @@ fn csv_cells(path: &Path, text: &str) -> Result<Vec<Cell>> {
         let line = e.position().map_or(1, csv::Position::line);
         refuse(
             format!("line {line}"),
-            format!("is not such a table: {e}"),
+            format!("is not a valid table: {e}"),
             "give every row as many cells as the first",
         )
     };
@@ -172,7 +172,7 @@ fn csv_cells(path: &Path, text: &str) -> Result<Vec<Cell>> {
     let Some(frames) = header.iter().position(|name| name == "frame") else {
         return Err(refuse(
             "line 1".to_owned(),
-            "names no column `frame`".to_owned(),
+            "has no column `frame`".to_owned(),
             "begin with a line such as frame,amount,focus-distance",
         ));
     };
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn values_change_evenly_between_frames_and_stay_beyond() {
+    fn values_are_interpolated_between_frames_and_constant_beyond() {
         let csv =
             opened("# a rack\nframe, focus-distance, amount\n10, 2, 0.5\n14, inf,\n20, 2, 1\n");
         let json = opened(
@@ -214,14 +214,14 @@ mod tests {
                 "20": {"focus-distance": 2.0, "amount": 1}}"#,
         );
         for table in [csv.expect("sound"), json.expect("sound")] {
-            let amount = |frame| table.at("amount", frame, Between::Values);
+            let amount = |frame| table.value("amount", frame, Interpolation::Linear);
             assert_eq!([10, 15, 20].map(amount), [Some(0.5), Some(0.75), Some(1.0)]);
             assert_eq!([-3, 99].map(amount), [Some(0.5), Some(1.0)]);
-            let focus = |frame| table.at("focus-distance", frame, Between::Reciprocals);
+            let focus = |frame| table.value("focus-distance", frame, Interpolation::Reciprocal);
             assert_eq!(focus(12), Some(4.0));
             assert_eq!(focus(14), Some(f64::INFINITY));
             assert_eq!(focus(17), Some(4.0));
-            assert_eq!(table.at("f-number", 12, Between::Values), None);
+            assert_eq!(table.value("f-number", 12, Interpolation::Linear), None);
             assert_eq!(
                 table.names().collect::<Vec<_>>(),
                 ["amount", "focus-distance"]
@@ -230,22 +230,22 @@ mod tests {
     }
 
     #[test]
-    fn tables_that_cannot_be_are_refused_by_place() {
-        for (text, says) in [
+    fn invalid_tables_are_refused_by_place() {
+        for (text, expected) in [
             ("", "frame"),
             ("amount\n1\n", "frame"),
             ("frame,amount\n", "no values"),
             ("frame,amount\n1,2,3\n", "line 2"),
-            ("frame,amount\nx,2\n", "`x` is no frame"),
+            ("frame,amount\nx,2\n", "`x` is not a frame"),
             ("frame,amount\n1,much\n", "frame 1, amount"),
-            ("frame,amount\n1,nan\n", "no number"),
+            ("frame,amount\n1,nan\n", "not a number"),
             ("frame,amount\n1,1\n1,2\n", "given twice"),
             ("{\"1\": 3}", "line 1"),
-            ("{\"one\": {\"amount\": 3}}", "`one` is no frame"),
-            ("{\"1\": {\"amount\": null}}", "no number"),
+            ("{\"one\": {\"amount\": 3}}", "`one` is not a frame"),
+            ("{\"1\": {\"amount\": null}}", "not a number"),
         ] {
-            let said = opened(text).expect_err(text).to_string();
-            assert!(said.contains(says), "{text}: {said}");
+            let message = opened(text).expect_err(text).to_string();
+            assert!(message.contains(expected), "{text}: {message}");
         }
     }
 
@@ -275,7 +275,7 @@ mod tests {
             match Animation::open(&path) {
                 Ok(table) => {
                     for name in table.names() {
-                        let value = table.at(name, frame, Between::Values);
+                        let value = table.value(name, frame, Interpolation::Linear);
                         proptest::prop_assert!(value.is_some());
                     }
                 }

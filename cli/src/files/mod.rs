@@ -1,3 +1,0 @@
-//! Files that only the command reads.
-
-pub mod animation;
