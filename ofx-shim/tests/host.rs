@@ -1,5 +1,5 @@
-//! The plugin before a host that is nasty on purpose: every check of `tests/host`.
+//! The plugin in the adversarial host: every check of `tests/host`.
 
 fn main() -> std::process::ExitCode {
-    seidel_ofx_host::command::test("seidel_ofx", "seidel")
+    seidel_ofx_host::runner::test_main("seidel_ofx", "seidel")
 }

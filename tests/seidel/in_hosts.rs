@@ -1,13 +1,13 @@
 //! The OpenFX plugin in the test host, against the command: the same plate, lens and settings give bit-identical samples.
 
-// The host's variadic functions are not available there: see `tests/host/src/host/suites/variadic.rs`.
+// Variadic calls to this host are untested there: see `tests/host/src/host/suites/variadic.rs`.
 #![cfg(not(all(target_vendor = "apple", target_arch = "aarch64")))]
 
 use std::path::Path;
 
-use seidel_ofx_host::command::built;
 use seidel_ofx_host::picture::Picture;
-use seidel_ofx_host::shot::Shot;
+use seidel_ofx_host::render_job::{ClipFile, RenderJob};
+use seidel_ofx_host::runner::built_plugin;
 
 use crate::remove_lens_check;
 use crate::support::{
@@ -26,22 +26,27 @@ fn in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Picture {
 /// Renders as [`in_host`], or returns the plugin's message.
 fn try_in_host(folder: &Path, depth: bool, knobs: &[(&str, &str)]) -> Result<Picture, String> {
     let plate = folder.join("plate.exr");
-    let mut feeds = vec![("Source".to_owned(), plate.clone(), None)];
+    let feed = |clip: &str, channel: Option<&str>| ClipFile {
+        clip: clip.to_owned(),
+        file: plate.clone(),
+        channel: channel.map(str::to_owned),
+    };
+    let mut feeds = vec![feed("Source", None)];
     if depth {
-        feeds.push(("Depth".to_owned(), plate, Some("Z".to_owned())));
+        feeds.push(feed("Depth", Some("Z")));
     }
     let lens = folder.join("lens.json").display().to_string();
     let always = [("lens", "Lens File"), ("profile", lens.as_str())];
     let settings = always.iter().chain(knobs);
-    let shot = Shot {
-        plugin: built("seidel_ofx").expect("built with the tests"),
+    let job = RenderJob {
+        plugin: built_plugin("seidel_ofx").expect("built with the tests"),
         feeds,
         settings: settings
             .map(|(name, words)| ((*name).to_owned(), (*words).to_owned()))
             .collect(),
-        ..Shot::default()
+        ..RenderJob::default()
     };
-    shot.taken()
+    job.run()
 }
 
 /// Writes an opaque plate whose colours come from `sample`, which takes a channel's shade and a pixel index.

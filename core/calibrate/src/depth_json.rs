@@ -1,7 +1,7 @@
 //! Object distances as the key `depth_m` of reports: metres, null at infinity, left out where unknown.
 
 use seidel_optics::distance::ObjectDistance;
-use serde::{Serialize, Serializer};
+use serde::Serializer;
 
 pub(crate) fn is_unknown(distance: &ObjectDistance) -> bool {
     *distance == ObjectDistance::Unknown

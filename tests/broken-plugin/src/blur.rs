@@ -1,22 +1,22 @@
-//! The box.
+//! The weights of the box.
 
-/// Shares of the pixels that a box of half-width `half` covers, from the middle outwards.
+/// Returns the weights of pixels by their distance from the centre, for a box of half-width `half` in pixels. Partly
+/// covered pixels have a smaller weight; all weights, counted on both sides, sum to 1.
 pub(crate) fn weights(half: f64) -> Vec<f32> {
     let half = half.max(0.5);
-    let mut all = Vec::new();
+    let mut weights = Vec::new();
     loop {
-        // How much of the pixel that far out lies in the box.
-        let share = (half - (all.len() as f64 - 0.5)).clamp(0.0, 1.0);
-        if share <= 0.0 {
+        let coverage = (half - (weights.len() as f64 - 0.5)).clamp(0.0, 1.0);
+        if coverage <= 0.0 {
             break;
         }
-        all.push(share as f32);
+        weights.push(coverage as f32);
     }
-    let sum = all[0] + 2.0 * all[1..].iter().sum::<f32>();
-    for weight in &mut all {
+    let sum = weights[0] + 2.0 * weights[1..].iter().sum::<f32>();
+    for weight in &mut weights {
         *weight /= sum;
     }
-    all
+    weights
 }
 
 #[cfg(test)]
@@ -24,7 +24,7 @@ mod tests {
     use super::weights;
 
     #[test]
-    fn weights_add_up_to_one() {
+    fn weights_sum_to_one() {
         assert_eq!(weights(0.5), [1.0]);
         assert_eq!(weights(0.1), [1.0]);
         for half in [0.7, 1.5, 4.5, 4.25] {

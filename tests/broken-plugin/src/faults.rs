@@ -1,10 +1,10 @@
-//! The faults.
+//! The faults that variants of the plugin have.
 
-use std::ffi::CStr;
+use openfx::sys::generic::core::OfxPlugin;
 
 macro_rules! faults {
     ($($name:ident $id:literal, $about:literal;)*) => {
-        /// What a variant does wrong.
+        /// A fault of the plugin.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub(crate) enum Fault {
             $(#[doc = $about] $name,)*
@@ -12,64 +12,65 @@ macro_rules! faults {
 
         const ALL: &[Fault] = &[$(Fault::$name),*];
 
-        /// How many variants there are.
+        /// The number of variants.
         pub(crate) const COUNT: usize = ALL.len();
 
-        /// Their identifiers.
-        pub(crate) const IDS: [&CStr; COUNT] = [$($id),*];
+        /// The plugins, one for each fault.
+        pub(crate) const PLUGINS: [OfxPlugin; COUNT] =
+            [$(crate::plugin::<{ Fault::$name as usize }>($id)),*];
     };
 }
 
 faults! {
-    None c"org.seidel.box.correct", "Nothing.";
-    UnreleasedImage c"org.seidel.box.unreleasedImage", "The image of Source is not released.";
-    DoubleRelease c"org.seidel.box.doubleRelease", "The image of Source is released twice.";
-    WritesOutside c"org.seidel.box.writesOutside", "The row above the window is written, too.";
-    LeavesPixel c"org.seidel.box.leavesPixel", "The last pixel of the window is not written.";
-    NegativeRows c"org.seidel.box.negativeRows", "Negative row bytes are taken for positive ones from the same memory.";
-    SmallRegion c"org.seidel.box.smallRegion", "The region of interest is the window alone.";
-    SmallDefinition c"org.seidel.box.smallDefinition", "The region of definition is Source's, though the blur goes beyond.";
-    KeepsString c"org.seidel.box.keepsString", "A string of the host is read after the next call.";
-    FalseIdentity c"org.seidel.box.falseIdentity", "Small blurs are said to change nothing.";
-    ReadsUntimed c"org.seidel.box.readsUntimed", "Render reads a parameter without a time.";
-    ThreadDependent c"org.seidel.box.threadDependent", "The first row of each thread's share is brighter.";
-    StaleState c"org.seidel.box.staleState", "The second load blurs more than the first.";
-    FatalProperty c"org.seidel.box.fatalProperty", "Load fails where the host does not say its API version.";
-    FormatMessage c"org.seidel.box.formatMessage", "A message is its own format.";
-    KeepsMessage c"org.seidel.box.keepsMessage", "The persistent message is never cleared.";
-    IgnoresScale c"org.seidel.box.ignoresScale", "The blur has as many pixels at any render scale.";
-    WrongAspect c"org.seidel.box.wrongAspect", "Wide pixels make the blur wider.";
-    LingeringThread c"org.seidel.box.lingeringThread", "A thread outlives Unload.";
-    WrongReply c"org.seidel.box.wrongReply", "Unknown actions are said to fail.";
-    NullData c"org.seidel.box.nullData", "An image without data is read.";
-    NullMember c"org.seidel.box.nullMember", "A member of a suite is called that may be NULL.";
-    NullSuite c"org.seidel.box.nullSuite", "An optional suite is used that may be missing.";
-    NullInstance c"org.seidel.box.nullInstance", "Instance data are read that may be missing.";
-    LeaksInstance c"org.seidel.box.leaksInstance", "Instance data are never freed.";
-    IgnoresAbort c"org.seidel.box.ignoresAbort", "The render asks whether to stop, and goes on.";
-    MixesFields c"org.seidel.box.mixesFields", "A field is made of the rows of both.";
-    Seams c"org.seidel.box.seams", "The blur is cut off at the edges of the window.";
-    SharedScratch c"org.seidel.box.sharedScratch", "Renders at the same time share a variable.";
-    WrongChannel c"org.seidel.box.wrongChannel", "Depth is taken from the last channel.";
-    StaleParameter c"org.seidel.box.staleParameter", "The size is kept, and read anew only when told of a change.";
-    WrongOrigin c"org.seidel.box.wrongOrigin", "The picture is shaded by where it lies.";
-    Accumulates c"org.seidel.box.accumulates", "Every render is brighter than the one before.";
-    RefusesSmall c"org.seidel.box.refusesSmall", "Pictures of one column are refused.";
-    BadDefault c"org.seidel.box.badDefault", "The default of a parameter lies outside its range.";
-    NoLabel c"org.seidel.box.noLabel", "The plugin has no label.";
-    DoesNothing c"org.seidel.box.doesNothing", "The blur is never put on.";
-    ClearsAlways c"org.seidel.box.clearsAlways", "Messages are cleared where the function for it points to nowhere.";
-    MaskedOnly c"org.seidel.box.maskedOnly", "Nothing is written where the mask has no pixels.";
-    ClearsDestroyed c"org.seidel.box.clearsDestroyed", "Messages are cleared when the instance is destroyed.";
-    NeedsRegion c"org.seidel.box.needsRegion", "Nothing is asked for where Source has no region yet.";
-    TakesAnySamples c"org.seidel.box.takesAnySamples", "Samples are floats, whatever the host says they are.";
-    TrustsRegion c"org.seidel.box.trustsRegion", "Source ends where its region says, whatever its image has.";
-    WideThreads c"org.seidel.box.wideThreads", "Wide blurs depend on the number of threads.";
+    None c"org.seidel.box.correct", "None: the plugin is correct.";
+    UnreleasedImage c"org.seidel.box.unreleasedImage", "Does not release the image of Source.";
+    DoubleRelease c"org.seidel.box.doubleRelease", "Releases the image of Source twice.";
+    WritesOutside c"org.seidel.box.writesOutside", "Writes the row above the render window.";
+    UnwrittenPixel c"org.seidel.box.unwrittenPixel", "Does not write the last pixel of the window.";
+    IgnoresNegativeRows c"org.seidel.box.ignoresNegativeRows", "Treats negative row bytes as positive.";
+    SmallRegionOfInterest c"org.seidel.box.smallRegionOfInterest", "Asks for the render window only.";
+    SmallRegionOfDefinition c"org.seidel.box.smallRegionOfDefinition", "Leaves the region of definition as that of Source.";
+    KeepsString c"org.seidel.box.keepsString", "Reads a string of the host after the next call.";
+    FalseIdentity c"org.seidel.box.falseIdentity", "Declares small blurs to be the identity.";
+    ReadsWithoutTime c"org.seidel.box.readsWithoutTime", "Calls paramGetValue in Render.";
+    ThreadDependent c"org.seidel.box.threadDependent", "Brightens the first row of each thread's share.";
+    StaleState c"org.seidel.box.staleState", "Blurs more after the second Load.";
+    RequiresApiVersion c"org.seidel.box.requiresApiVersion", "Fails to load in hosts that report no API version.";
+    MessageAsFormat c"org.seidel.box.messageAsFormat", "Passes the text of a message as its format.";
+    KeepsMessage c"org.seidel.box.keepsMessage", "Never clears the persistent message.";
+    IgnoresScale c"org.seidel.box.ignoresScale", "Blurs by the same number of pixels at every render scale.";
+    WrongAspect c"org.seidel.box.wrongAspect", "Multiplies by the pixel aspect ratio instead of dividing.";
+    LeftoverThread c"org.seidel.box.leftoverThread", "Leaves a thread running after Unload.";
+    WrongReply c"org.seidel.box.wrongReply", "Returns failure for unknown actions.";
+    ReadsNullData c"org.seidel.box.readsNullData", "Reads the data of an image that has none.";
+    CallsNullFunction c"org.seidel.box.callsNullFunction", "Calls a suite function that is NULL.";
+    UsesMissingSuite c"org.seidel.box.usesMissingSuite", "Uses an optional suite that the host lacks.";
+    ReadsNullInstance c"org.seidel.box.readsNullInstance", "Reads instance data that do not exist.";
+    LeaksInstance c"org.seidel.box.leaksInstance", "Never frees instance data.";
+    IgnoresAbort c"org.seidel.box.ignoresAbort", "Calls abort, and goes on whatever it returns.";
+    MixesFields c"org.seidel.box.mixesFields", "Renders a field from the rows of both.";
+    Seams c"org.seidel.box.seams", "Cuts the blur off at the edges of the render window.";
+    SharedState c"org.seidel.box.sharedState", "Shares a variable between concurrent renders.";
+    WrongChannel c"org.seidel.box.wrongChannel", "Reads depth from the last channel.";
+    StaleParameter c"org.seidel.box.staleParameter", "Keeps the size, and updates it only when notified.";
+    WrongOrigin c"org.seidel.box.wrongOrigin", "Makes the picture depend on its position.";
+    Accumulates c"org.seidel.box.accumulates", "Brightens every render more than the one before.";
+    RejectsNarrow c"org.seidel.box.rejectsNarrow", "Rejects pictures of one column.";
+    BadDefault c"org.seidel.box.badDefault", "Gives a parameter a default outside its range.";
+    NoLabel c"org.seidel.box.noLabel", "Has no label.";
+    DoesNothing c"org.seidel.box.doesNothing", "Never blurs.";
+    ClearsMessageInResolve c"org.seidel.box.clearsMessageInResolve", "Calls clearPersistentMessage where it is an invalid pointer.";
+    WritesMaskOnly c"org.seidel.box.writesMaskOnly", "Writes nothing where the mask has no pixels.";
+    ClearsMessageInDestroy c"org.seidel.box.clearsMessageInDestroy", "Calls clearPersistentMessage in DestroyInstance.";
+    RequiresRegion c"org.seidel.box.requiresRegion", "Asks for nothing while the region of Source is unknown.";
+    IgnoresBitDepth c"org.seidel.box.ignoresBitDepth", "Treats samples of any bit depth as floats.";
+    TrustsRegion c"org.seidel.box.trustsRegion", "Crops Source to its region of definition, whatever the image covers.";
+    WideBlurThreadDependent c"org.seidel.box.wideBlurThreadDependent", "Makes wide blurs depend on the number of threads.";
 }
 
 impl Fault {
-    /// The fault of that number.
-    pub(crate) fn of(n: usize) -> Self {
-        ALL.get(n).copied().unwrap_or(Self::None)
+    /// Returns the fault of the plugin with this index.
+    pub(crate) fn of_plugin(index: usize) -> Self {
+        ALL.get(index).copied().unwrap_or(Self::None)
     }
 }

@@ -1,102 +1,103 @@
-//! Images of the host, given back when they go.
+//! Images of the host, released when dropped.
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
 
-use crate::api::{Effect, Set};
+use crate::api::{Effect, PropertySet, string};
 use crate::faults::Fault;
 
-/// An image with its pixels.
+/// A float image.
 pub(crate) struct Image<'a> {
-    set: Set<'a>,
+    properties: PropertySet<'a>,
     data: usize,
     row_bytes: isize,
     /// x1, y1, x2, y2.
     pub(crate) bounds: [i32; 4],
     pub(crate) channels: usize,
+    /// How often it is released; 1 without faults.
     releases: usize,
 }
 
 impl Drop for Image<'_> {
     fn drop(&mut self) {
-        if let Some(release) = self.set.suites.effect.clipReleaseImage {
+        if let Some(release) = self.properties.suites.effect.clipReleaseImage {
             for _ in 0..self.releases {
-                // SAFETY: the handle came with the image.
-                unsafe { release(self.set.handle) };
+                // SAFETY: the handle is that of the image.
+                unsafe { release(self.properties.handle) };
             }
         }
     }
 }
 
-/// Why there is no image.
-pub(crate) enum Missing {
-    /// There is none: as if it were black.
-    Empty,
-    /// There is one that cannot be used.
-    Unusable,
+/// The reason why an image cannot be read.
+pub(crate) enum ImageError {
+    /// There is no image; it counts as black.
+    Missing,
+    /// The image has a format that the plugin does not support.
+    Unsupported,
 }
 
 impl<'a> Image<'a> {
-    pub(crate) fn of(
+    /// Fetches an image.
+    pub(crate) fn fetch(
         effect: Effect<'a>,
         clip: &std::ffi::CStr,
         time: f64,
         fault: Fault,
-    ) -> Result<Self, Missing> {
+    ) -> Result<Self, ImageError> {
         let suites = effect.suites;
-        let (clip, _) = effect.clip(clip).ok_or(Missing::Empty)?;
-        let get = suites.effect.clipGetImage.ok_or(Missing::Unusable)?;
+        let clip = effect.clip(clip).ok_or(ImageError::Missing)?;
+        let get = suites.effect.clipGetImage.ok_or(ImageError::Unsupported)?;
         let mut handle = std::ptr::null_mut();
-        // SAFETY: room for a handle, no region.
-        let got = unsafe { get(clip, time, std::ptr::null(), &raw mut handle) };
-        if got != kOfxStatOK || handle.is_null() {
-            return Err(Missing::Empty);
+        // SAFETY: memory for a handle; the region is optional.
+        let status = unsafe { get(clip.handle, time, std::ptr::null(), &raw mut handle) };
+        if status != kOfxStatOK || handle.is_null() {
+            return Err(ImageError::Missing);
         }
-        let set = Set { suites, handle };
+        let properties = PropertySet { suites, handle };
         let mut image = Image {
-            set,
+            properties,
             data: 0,
             row_bytes: 0,
             bounds: [0; 4],
             channels: 0,
             releases: 1,
         };
-        let data = set
-            .pointer(kOfxImagePropData)
-            .unwrap_or(std::ptr::null_mut());
-        if fault == Fault::NullData && data.is_null() {
-            // SAFETY: it is not: this is the fault.
-            unsafe { std::ptr::read_volatile(data.cast::<f32>()) };
-        }
-        if data.is_null() {
-            return Err(Missing::Empty);
-        }
-        let kept =
-            (fault == Fault::KeepsString).then(|| set.raw_text(kOfxImageEffectPropComponents));
-        let bounds = set
-            .ints::<4>(kOfxImagePropBounds)
-            .ok_or(Missing::Unusable)?;
-        let components = match kept {
-            // SAFETY: the host keeps the bytes, but not what is in them: this is the fault.
-            Some(kept) => kept.map(|at| unsafe { crate::api::text_at(at) }),
-            None => set.text(kOfxImageEffectPropComponents),
+        let Some(data) = properties.non_null(kOfxImagePropData) else {
+            if fault == Fault::ReadsNullData {
+                // SAFETY: none; this is the fault.
+                unsafe { std::ptr::read_volatile(std::ptr::null::<f32>()) };
+            }
+            return Err(ImageError::Missing);
         };
-        let depth = set.text(kOfxImageEffectPropPixelDepth);
-        let float = depth.is_some_and(|depth| depth == "OfxBitDepthFloat");
-        if !float && fault != Fault::TakesAnySamples {
-            return Err(Missing::Unusable);
+        let kept = (fault == Fault::KeepsString)
+            .then(|| properties.raw_string(kOfxImageEffectPropComponents, 0));
+        let bounds = properties
+            .ints::<4>(kOfxImagePropBounds)
+            .ok_or(ImageError::Unsupported)?;
+        let components = match kept {
+            // SAFETY: the test host frees no string, but the contents are no longer valid; this is the fault.
+            Some(kept) => kept.map(|text| unsafe { string(text) }),
+            None => properties.string(kOfxImageEffectPropComponents),
+        };
+        let depth = properties.string(kOfxImageEffectPropPixelDepth);
+        let is_float = depth.is_some_and(|depth| depth == "OfxBitDepthFloat");
+        if !is_float && fault != Fault::IgnoresBitDepth {
+            return Err(ImageError::Unsupported);
         }
         image.channels = match components.as_deref() {
             Some("OfxImageComponentAlpha") => 1,
             Some("OfxImageComponentRGB") => 3,
             Some("OfxImageComponentRGBA") => 4,
-            _ => return Err(Missing::Unusable),
+            _ => return Err(ImageError::Unsupported),
         };
         image.bounds = bounds;
         image.data = data as usize;
-        let row_bytes = set.int(kOfxImagePropRowBytes, 0).ok_or(Missing::Unusable)?;
+        let row_bytes = properties
+            .int(kOfxImagePropRowBytes, 0)
+            .ok_or(ImageError::Unsupported)?;
         image.row_bytes = row_bytes as isize;
-        if fault == Fault::NegativeRows && row_bytes < 0 {
+        if fault == Fault::IgnoresNegativeRows && row_bytes < 0 {
             let rows = (bounds[3] - bounds[1] - 1).max(0) as isize;
             image.data = data as usize - (rows * -image.row_bytes) as usize;
             image.row_bytes = -image.row_bytes;
@@ -104,8 +105,8 @@ impl<'a> Image<'a> {
         Ok(image)
     }
 
-    /// What becomes of it in the end, for images of Source.
-    pub(crate) fn with_fault(mut self, fault: Fault) -> Self {
+    /// Sets how often it is released.
+    pub(crate) fn with_release_fault(mut self, fault: Fault) -> Self {
         self.releases = match fault {
             Fault::UnreleasedImage => 0,
             Fault::DoubleRelease => 2,
@@ -114,7 +115,7 @@ impl<'a> Image<'a> {
         self
     }
 
-    fn at(&self, x: i32, y: i32) -> Option<*mut f32> {
+    fn pixel(&self, x: i32, y: i32) -> Option<*mut f32> {
         let [x1, y1, x2, y2] = self.bounds;
         if x < x1 || x >= x2 || y < y1 || y >= y2 {
             return None;
@@ -124,25 +125,25 @@ impl<'a> Image<'a> {
         Some((self.data as isize + row + column) as *mut f32)
     }
 
-    /// Whether the pixel is there.
-    pub(crate) fn has(&self, x: i32, y: i32) -> bool {
-        self.at(x, y).is_some()
+    /// Returns whether it has the pixel.
+    pub(crate) fn contains(&self, x: i32, y: i32) -> bool {
+        self.pixel(x, y).is_some()
     }
 
-    /// A sample, 0 outside.
+    /// Returns a sample; 0 outside the bounds.
     pub(crate) fn get(&self, x: i32, y: i32, channel: usize) -> f32 {
-        match self.at(x, y) {
-            // SAFETY: inside the image, of which the channel is one.
-            Some(at) => unsafe { at.add(channel).read_unaligned() },
+        match self.pixel(x, y) {
+            // SAFETY: inside the image, and the channel is one of its channels.
+            Some(pixel) => unsafe { pixel.add(channel).read_unaligned() },
             None => 0.0,
         }
     }
 
-    /// Writes a sample, if the pixel is there.
-    pub(crate) fn put(&self, x: i32, y: i32, channel: usize, value: f32) {
-        if let Some(at) = self.at(x, y) {
+    /// Writes a sample, unless the pixel is outside the bounds.
+    pub(crate) fn set(&self, x: i32, y: i32, channel: usize, value: f32) {
+        if let Some(pixel) = self.pixel(x, y) {
             // SAFETY: as above; no two threads write the same row.
-            unsafe { at.add(channel).write_unaligned(value) };
+            unsafe { pixel.add(channel).write_unaligned(value) };
         }
     }
 }

@@ -1,7 +1,6 @@
-//! A box blur as an OpenFX plugin, once as it should be and once for each fault that it can have.
+//! A box blur as an OpenFX plugin, correct and in variants with one fault each.
 //!
-//! Every variant is a plugin of its own in the binary, `org.seidel.box.` and the fault's name, so that one process can
-//! try them all.
+//! Each variant is a plugin of its own, `org.seidel.box.` and the name of the fault, so that one binary contains them all.
 
 mod actions;
 mod api;
@@ -10,64 +9,60 @@ mod faults;
 mod image;
 mod state;
 
-use std::ffi::{c_char, c_int, c_void};
+use std::ffi::{CStr, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use openfx::sys::generic::core::*;
 
-use faults::{COUNT, Fault, IDS};
+use faults::{COUNT, Fault};
 
-/// A table that is never written to.
-struct Table([OfxPlugin; COUNT]);
+/// A table of plugins that is never modified.
+struct PluginTable([OfxPlugin; COUNT]);
 
 // SAFETY: nothing in it changes.
-unsafe impl Sync for Table {}
+unsafe impl Sync for PluginTable {}
+
+static PLUGINS: PluginTable = PluginTable(faults::PLUGINS);
+
+/// Returns the plugin with index `N`.
+const fn plugin<const N: usize>(id: &'static CStr) -> OfxPlugin {
+    OfxPlugin {
+        pluginApi: c"OfxImageEffectPluginAPI".as_ptr(),
+        apiVersion: 1,
+        pluginIdentifier: id.as_ptr(),
+        pluginVersionMajor: 1,
+        pluginVersionMinor: 0,
+        setHost: Some(set_host::<N>),
+        mainEntry: Some(main_entry::<N>),
+    }
+}
 
 unsafe extern "C" fn set_host<const N: usize>(host: *mut OfxHost) {
-    // Nothing in it panics.
-    state::set_host(Fault::of(N), host);
+    // Cannot panic, so it needs no guard.
+    state::set_host(Fault::of_plugin(N), host);
 }
 
 unsafe extern "C" fn main_entry<const N: usize>(
     action: *const c_char,
     handle: *const c_void,
-    given: OfxPropertySetHandle,
-    wanted: OfxPropertySetHandle,
+    in_args: OfxPropertySetHandle,
+    out_args: OfxPropertySetHandle,
 ) -> OfxStatus {
-    let done = catch_unwind(AssertUnwindSafe(|| {
-        // SAFETY: the host names the action by a string.
-        let action = unsafe { api::text_at(action) };
-        actions::act(Fault::of(N), &action, handle, given, wanted)
+    let status = catch_unwind(AssertUnwindSafe(|| {
+        // SAFETY: the host passes the action as a string.
+        let action = unsafe { api::string(action) };
+        actions::act(Fault::of_plugin(N), &action, handle, in_args, out_args)
     }));
-    done.unwrap_or(kOfxStatFailed)
+    status.unwrap_or(kOfxStatFailed)
 }
 
-macro_rules! plugins {
-    ($($n:literal)*) => {
-        Table([$(OfxPlugin {
-            pluginApi: c"OfxImageEffectPluginAPI".as_ptr(),
-            apiVersion: 1,
-            pluginIdentifier: IDS[$n].as_ptr(),
-            pluginVersionMajor: 1,
-            pluginVersionMinor: 0,
-            setHost: Some(set_host::<$n>),
-            mainEntry: Some(main_entry::<$n>),
-        }),*])
-    };
-}
-
-static PLUGINS: Table = plugins!(
-    0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 36 37 38 39 40 41
-    42 43
-);
-
-/// How many plugins there are.
+/// Returns the number of plugins.
 #[unsafe(no_mangle)]
 pub extern "C" fn OfxGetNumberOfPlugins() -> c_int {
     c_int::try_from(COUNT).unwrap_or(0)
 }
 
-/// One of them, NULL if there is none of that number.
+/// Returns a plugin, or NULL for an invalid index.
 #[unsafe(no_mangle)]
 pub extern "C" fn OfxGetPlugin(nth: c_int) -> *mut OfxPlugin {
     usize::try_from(nth)

@@ -1,4 +1,4 @@
-//! What a variant knows between actions: its host and the host's suites.
+//! The state of each variant between actions: its host and the host's suites.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -12,7 +12,7 @@ use openfx::sys::image_effect_v1::param::*;
 
 use crate::faults::{COUNT, Fault};
 
-/// The suites of a host, copied.
+/// Copies of the host's suites.
 #[derive(Clone, Copy)]
 pub(crate) struct Suites {
     pub(crate) host: OfxPropertySetHandle,
@@ -24,7 +24,7 @@ pub(crate) struct Suites {
     pub(crate) message2: Option<OfxMessageSuiteV2>,
 }
 
-// SAFETY: handles and functions of the host may be used on any thread.
+// SAFETY: the host's handles and functions may be used on any thread.
 unsafe impl Send for Suites {}
 // SAFETY: as above.
 unsafe impl Sync for Suites {}
@@ -37,7 +37,7 @@ struct State {
 
 #[expect(
     clippy::declare_interior_mutable_const,
-    reason = "made for each variant"
+    reason = "initialises an array"
 )]
 const EMPTY: Mutex<State> = Mutex::new(State {
     host: 0,
@@ -47,10 +47,12 @@ const EMPTY: Mutex<State> = Mutex::new(State {
 
 static STATES: [Mutex<State>; COUNT] = [EMPTY; COUNT];
 
-/// Counts that nothing resets: what some faults go by.
+/// The number of loads of [`Fault::StaleState`], which is never reset.
 pub(crate) static LOADS: AtomicUsize = AtomicUsize::new(0);
+/// The number of renders of [`Fault::Accumulates`], which is never reset.
 pub(crate) static RENDERS: AtomicUsize = AtomicUsize::new(0);
-pub(crate) static SCRATCH: AtomicUsize = AtomicUsize::new(0);
+/// The render that started last, by time, for [`Fault::SharedState`].
+pub(crate) static LAST_RENDER: AtomicUsize = AtomicUsize::new(0);
 
 fn state(fault: Fault) -> MutexGuard<'static, State> {
     STATES[fault as usize]
@@ -58,29 +60,29 @@ fn state(fault: Fault) -> MutexGuard<'static, State> {
         .unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Keeps the host.
+/// Sets the host of a variant.
 pub(crate) fn set_host(fault: Fault, host: *mut OfxHost) {
     state(fault).host = host as usize;
 }
 
-/// The suites, if the plugin is loaded.
+/// Returns the suites, if the variant is loaded.
 pub(crate) fn suites(fault: Fault) -> Option<Suites> {
     state(fault).suites
 }
 
-/// Fetches the suites.
+/// Fetches the suites for Load.
 pub(crate) fn load(fault: Fault) -> OfxStatus {
     let mut state = state(fault);
     let host = state.host as *const OfxHost;
     if host.is_null() {
         return kOfxStatErrMissingHostFeature;
     }
-    // SAFETY: the host's structure is valid as long as the plugin is loaded.
+    // SAFETY: the structure is valid as long as the plugin is loaded.
     let host = unsafe { *host };
     let (Some(property), Some(effect), Some(parameter)) = (
-        fetched::<OfxPropertySuiteV1>(&host, kOfxPropertySuite, 1),
-        fetched::<OfxImageEffectSuiteV1>(&host, kOfxImageEffectSuite, 1),
-        fetched::<OfxParameterSuiteV1>(&host, kOfxParameterSuite, 1),
+        fetch::<OfxPropertySuiteV1>(&host, kOfxPropertySuite, 1),
+        fetch::<OfxImageEffectSuiteV1>(&host, kOfxImageEffectSuite, 1),
+        fetch::<OfxParameterSuiteV1>(&host, kOfxParameterSuite, 1),
     ) else {
         return kOfxStatErrMissingHostFeature;
     };
@@ -89,9 +91,9 @@ pub(crate) fn load(fault: Fault) -> OfxStatus {
         property,
         effect,
         parameter,
-        threads: fetched(&host, kOfxMultiThreadSuite, 1),
-        message1: fetched(&host, kOfxMessageSuite, 1),
-        message2: fetched(&host, kOfxMessageSuite, 2),
+        threads: fetch(&host, kOfxMultiThreadSuite, 1),
+        message1: fetch(&host, kOfxMessageSuite, 1),
+        message2: fetch(&host, kOfxMessageSuite, 2),
     });
     state.loads += 1;
     if fault == Fault::StaleState {
@@ -100,7 +102,7 @@ pub(crate) fn load(fault: Fault) -> OfxStatus {
     kOfxStatOK
 }
 
-/// Forgets the suites with the last load undone.
+/// Drops the suites with the last Unload.
 pub(crate) fn unload(fault: Fault) {
     let mut state = state(fault);
     state.loads = state.loads.saturating_sub(1);
@@ -109,7 +111,7 @@ pub(crate) fn unload(fault: Fault) {
     }
 }
 
-fn fetched<T: Copy>(host: &OfxHost, name: &std::ffi::CStr, version: i32) -> Option<T> {
+fn fetch<T: Copy>(host: &OfxHost, name: &std::ffi::CStr, version: i32) -> Option<T> {
     // SAFETY: the name is a string.
     let suite = unsafe { (host.fetchSuite?)(host.host, name.as_ptr(), version) };
     // SAFETY: a suite of that name and version is of that type.

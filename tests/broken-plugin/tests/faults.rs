@@ -1,119 +1,173 @@
-//! The test host passes the box blur as it should be, and finds every fault by the check that is meant to.
+//! The test host passes the correct box blur, and finds each fault of the others with the check meant for it.
 //!
-//! A binary of its own, since checks run in processes of their own, which this one starts of itself.
+//! The test has its own main function, because checks run in child processes of the same program.
 
 use std::path::Path;
 use std::process::ExitCode;
 
 use seidel_ofx_host::checks::{self, ALL};
-use seidel_ofx_host::command::{all, apart, built, if_child, subject};
 use seidel_ofx_host::drive::Library;
+use seidel_ofx_host::runner::{Outcome, built_plugin, child_main, run_all, run_isolated};
+use seidel_ofx_host::subject::Subject;
 
-/// Faults by the end of their plugin's identifier, the check that must find them, and what it must say.
-const FAULTS: [(&str, &str, &str); 43] = [
-    (
+/// A fault, and how it must be found.
+struct Expected {
+    /// The end of the plugin's identifier.
+    fault: &'static str,
+    /// The check that finds it.
+    check: &'static str,
+    /// A part of the report.
+    message: &'static str,
+}
+
+const fn expected(fault: &'static str, check: &'static str, message: &'static str) -> Expected {
+    Expected {
+        fault,
+        check,
+        message,
+    }
+}
+
+const FAULTS: [Expected; 43] = [
+    expected(
         "unreleasedImage",
-        "images",
+        "image_release",
         "an image of Source was not released",
     ),
-    (
+    expected(
         "doubleRelease",
-        "images",
-        "clipReleaseImage was given a handle of an image of Source that is no longer valid",
+        "image_release",
+        "clipReleaseImage was given an invalidated handle of an image of Source",
     ),
-    (
+    expected(
         "writesOutside",
-        "frame",
-        "written outside what was to be rendered",
+        "written_pixels",
+        "written outside the render window",
     ),
-    ("leavesPixel", "frame", "1 pixels not written"),
-    ("negativeRows", "rows", "rows Negative:"),
-    ("smallRegion", "regions_of_interest", "pixels differ"),
-    ("smallDefinition", "region_of_definition", "lies outside"),
-    (
+    expected("unwrittenPixel", "written_pixels", "1 pixels not written"),
+    expected("ignoresNegativeRows", "row_layouts", "rows Negative:"),
+    expected(
+        "smallRegionOfInterest",
+        "regions_of_interest",
+        "pixels differ",
+    ),
+    expected(
+        "smallRegionOfDefinition",
+        "region_of_definition",
+        "lies outside",
+    ),
+    expected(
         "keepsString",
-        "strings",
+        "string_lifetime",
         "with strings overwritten at the next call",
     ),
-    ("falseIdentity", "identity", "is said to be Source"),
-    (
-        "readsUntimed",
-        "values",
+    expected(
+        "falseIdentity",
+        "identity",
+        "is declared to be identical to Source",
+    ),
+    expected(
+        "readsWithoutTime",
+        "parameter_access",
         "paramGetValue of size was called in a render action",
     ),
-    ("threadDependent", "thread_counts", "1 processors"),
-    ("staleState", "reload", "loaded for time 1"),
-    (
-        "fatalProperty",
-        "properties",
+    expected("threadDependent", "thread_counts", "1 processors"),
+    expected("staleState", "reload", "load 2 of binary 1"),
+    expected(
+        "requiresApiVersion",
+        "missing_properties",
         "OfxPropAPIVersion cannot be read on host",
     ),
-    ("formatMessage", "messages", "must go through \"%s\""),
-    ("keepsMessage", "file", "the message stays"),
-    ("ignoresScale", "render_scale", "at half scale"),
-    ("wrongAspect", "pixel_aspect", "as many across"),
-    (
-        "lingeringThread",
-        "threads",
-        "threads are left after Unload 1",
+    expected(
+        "messageAsFormat",
+        "messages",
+        "pass its text with the format",
     ),
-    ("wrongReply", "arguments", "OfxActionOfAnotherTime"),
-    ("nullData", "empty_clips", "crashes"),
-    ("nullMember", "members", "crashes"),
-    ("nullSuite", "suites", "crashes"),
-    ("nullInstance", "order", "crashes"),
-    ("leaksInstance", "leaks", "bytes behind"),
-    ("ignoresAbort", "abort", "told to stop after 0"),
-    (
+    expected(
+        "keepsMessage",
+        "missing_file",
+        "the persistent message is not cleared",
+    ),
+    expected("ignoresScale", "render_scale", "at half scale"),
+    expected(
+        "wrongAspect",
+        "pixel_aspect",
+        "the width of a blur in wide pixels",
+    ),
+    expected(
+        "leftoverThread",
+        "leftover_threads",
+        "threads remain after Unload 1",
+    ),
+    expected("wrongReply", "null_arguments", "OfxActionOfTheFuture"),
+    expected("readsNullData", "empty_clips", "crashes"),
+    expected("callsNullFunction", "null_functions", "crashes"),
+    expected("usesMissingSuite", "missing_suites", "crashes"),
+    expected("readsNullInstance", "action_order", "crashes"),
+    expected("leaksInstance", "leaks", "every instance leaks"),
+    expected(
+        "ignoresAbort",
+        "abort",
+        "aborted after 0 polls, the render went on",
+    ),
+    expected(
         "mixesFields",
         "fields",
         "with other rows in the other field",
     ),
-    ("seams", "tiles", "tiles of 16 x 16"),
-    ("sharedScratch", "concurrent", " on several instances"),
-    ("wrongChannel", "components", "depth of 3 channels"),
-    ("staleParameter", "changes", "set and told"),
-    ("wrongOrigin", "origin", "moved by"),
-    ("accumulates", "determinism", "rendered twice"),
-    ("refusesSmall", "tiny", "a picture of 1 x 1"),
-    ("badDefault", "context", "has the default"),
-    ("noLabel", "description", "has no label"),
-    ("doesNothing", "blur", "a point is 0.000 pixels wide"),
-    (
-        "clearsAlways",
-        "kinds",
+    expected("seams", "tiles", "tiles of 16 x 16"),
+    expected("sharedState", "concurrency", " on several instances"),
+    expected("wrongChannel", "components", "depth of 3 channels"),
+    expected(
+        "staleParameter",
+        "parameter_changes",
+        "set with notification",
+    ),
+    expected("wrongOrigin", "origin", "translated by"),
+    expected("accumulates", "determinism", "rendered twice"),
+    expected("rejectsNarrow", "tiny_images", "an image of 1 x 1"),
+    expected("badDefault", "contexts", "has the default"),
+    expected("noLabel", "description", "the plugin has no label"),
+    expected(
+        "doesNothing",
+        "blur",
+        "a blurred point has a standard deviation of (0.000",
+    ),
+    expected(
+        "clearsMessageInResolve",
+        "host_kinds",
         "resolve: clearPersistentMessage was called",
     ),
-    (
-        "clearsDestroyed",
+    expected(
+        "clearsMessageInDestroy",
         "messages",
         "clearPersistentMessage was called in DestroyInstance",
     ),
-    (
-        "needsRegion",
+    expected(
+        "requiresRegion",
         "regions_of_interest",
-        "without a region before the render, window",
+        "no regions of clips before a render, window",
     ),
-    (
-        "takesAnySamples",
-        "samples",
-        "renders pictures of OfxBitDepthByte",
+    expected(
+        "ignoresBitDepth",
+        "bit_depths",
+        "renders images of unsupported OfxBitDepthByte",
     ),
-    (
+    expected(
         "trustsRegion",
         "render_scale",
         "with regions in pixels of half scale",
     ),
-    ("maskedOnly", "sizes", "pixels not written"),
-    ("wideThreads", "variants", "with one thread"),
+    expected("writesMaskOnly", "input_sizes", "pixels not written"),
+    expected("wideBlurThreadDependent", "variants", "with one thread"),
 ];
 
 fn id(fault: &str) -> String {
     format!("org.seidel.box.{fault}")
 }
 
-/// Every variant is in the table, and everything in the table is a variant.
-fn table(file: &Path) -> Result<(), String> {
+/// Checks that the binary has exactly the plugins of the table.
+fn table_is_complete(file: &Path) -> Result<(), String> {
     let library = Library::open(file)?;
     let mut found: Vec<String> = library
         .plugins()
@@ -121,7 +175,7 @@ fn table(file: &Path) -> Result<(), String> {
         .map(|plugin| plugin.id)
         .collect();
     library.close()?;
-    let mut known: Vec<String> = FAULTS.iter().map(|row| id(row.0)).collect();
+    let mut known: Vec<String> = FAULTS.iter().map(|row| id(row.fault)).collect();
     known.push(id("correct"));
     found.sort();
     known.sort();
@@ -132,21 +186,17 @@ fn table(file: &Path) -> Result<(), String> {
     }
 }
 
-/// The variant without a fault passes every check, and all of them were done.
-fn correct(file: &Path) -> Result<(), String> {
-    let subject = subject(file.to_owned(), "box", Some(id("correct")))?;
-    let outcomes = all(&subject, &[], |_| {});
-    let failed: Vec<String> = (outcomes.iter())
-        .filter(|o| !o.passed())
-        .map(|o| o.lines())
-        .collect();
+/// Checks that the correct plugin passes every check.
+fn correct_plugin_passes(file: &Path) -> Result<(), String> {
+    let subject = Subject::new(file.to_owned(), "box", Some(id("correct")))?;
+    let outcomes = run_all(&subject, &[], |_| {});
     if outcomes.len() != ALL.len() {
-        return Err(format!(
-            "{} of {} checks were done",
-            outcomes.len(),
-            ALL.len()
-        ));
+        return Err(format!("{} of {} checks ran", outcomes.len(), ALL.len()));
     }
+    let failed: Vec<String> = (outcomes.iter())
+        .filter(|outcome| !outcome.passed())
+        .map(Outcome::lines)
+        .collect();
     if failed.is_empty() {
         Ok(())
     } else {
@@ -154,95 +204,94 @@ fn correct(file: &Path) -> Result<(), String> {
     }
 }
 
-/// A fault is found by its check, in the words for it.
-fn fault(file: &Path, row: &(&str, &str, &str)) -> Result<(), String> {
-    let (fault, check, says) = row;
-    let subject = subject(file.to_owned(), "box", Some(id(fault)))?;
+/// Runs a check on a plugin and returns the faults.
+fn faults(file: &Path, check: &str, id: Option<String>) -> Result<Vec<String>, String> {
+    let subject = Subject::new(file.to_owned(), "box", id)?;
     let check = checks::find(check).ok_or_else(|| format!("there is no check {check}"))?;
-    let outcome = apart(check, &subject);
-    if outcome.report.faults.iter().any(|text| text.contains(says)) {
+    Ok(run_isolated(check, &subject).report.faults)
+}
+
+/// Checks that a fault is found.
+fn fault_is_found(file: &Path, expected: &Expected) -> Result<(), String> {
+    let found = faults(file, expected.check, Some(id(expected.fault)))?;
+    if found.iter().any(|fault| fault.contains(expected.message)) {
         Ok(())
     } else {
         Err(format!(
-            "{} does not say {says:?}: {:?}",
-            check.name, outcome.report.faults
+            "{} does not report {:?}, but {found:?}",
+            expected.check, expected.message
         ))
     }
 }
 
-/// A binary whose entry point is called otherwise, made of the right one by changing a letter of the name.
-fn misnamed(file: &Path) -> Result<(), String> {
+/// Checks that a wrong export is found, in a copy of the binary with a letter of OfxGetPlugin changed.
+fn wrong_export_is_found(file: &Path) -> Result<(), String> {
     if !cfg!(target_os = "linux") {
-        println!("misnamed: skipped, symbol tables are read of ELF files alone");
+        println!("wrong_export: skipped, because the check reads symbols of ELF files only");
         return Ok(());
     }
-    let mut bytes = std::fs::read(file).map_err(|why| why.to_string())?;
+    let mut bytes = std::fs::read(file).map_err(|e| e.to_string())?;
     let name = b"OfxGetPlugin\0";
     let places: Vec<usize> = (0..bytes.len() - name.len())
-        .filter(|at| bytes[*at..].starts_with(name))
+        .filter(|place| bytes[*place..].starts_with(name))
         .collect();
-    for at in places {
-        bytes[at + 10] = b'!';
+    for place in places {
+        bytes[place + 10] = b'!';
     }
-    let own = std::env::current_exe().map_err(|why| why.to_string())?;
-    let copy = own.with_extension(format!("misnamed-{}.so", std::process::id()));
-    std::fs::write(&copy, bytes).map_err(|why| why.to_string())?;
-    let subject = subject(copy.clone(), "box", None)?;
-    let check = checks::find("exports").ok_or("there is no check exports")?;
-    let outcome = apart(check, &subject);
+    let test = std::env::current_exe().map_err(|e| e.to_string())?;
+    let copy = test.with_extension(format!("wrong-export-{}.so", std::process::id()));
+    std::fs::write(&copy, bytes).map_err(|e| e.to_string())?;
+    let found = faults(&copy, "exports", None);
     let _ = std::fs::remove_file(&copy);
-    let found = outcome.report.faults;
-    let says = |text: &str| found.iter().any(|fault| fault.contains(text));
-    if says("does not export OfxGetPlugin") && says("OfxGetPlug!n") {
+    let found = found?;
+    let has = |text: &str| found.iter().any(|fault| fault.contains(text));
+    if has("does not export OfxGetPlugin") && has("OfxGetPlug!n") {
         Ok(())
     } else {
         Err(format!("{found:?}"))
     }
 }
 
+type Test<'a> = (&'a str, Box<dyn Fn() -> Result<(), String> + 'a>);
+
 fn main() -> ExitCode {
-    if let Some(code) = if_child() {
+    if let Some(code) = child_main() {
         return code;
     }
-    let wanted: Vec<String> = std::env::args()
+    let filters: Vec<String> = std::env::args()
         .skip(1)
         .filter(|a| !a.starts_with('-'))
         .collect();
-    let file = match built("seidel_ofx_broken") {
+    let file = match built_plugin("seidel_ofx_broken") {
         Ok(file) => file,
-        Err(why) => {
-            eprintln!("{why}");
+        Err(error) => {
+            eprintln!("{error}");
             return ExitCode::FAILURE;
         }
     };
-    type Test<'a> = (&'a str, Box<dyn Fn() -> Result<(), String> + 'a>);
     let file = file.as_path();
     let mut tests: Vec<Test<'_>> = vec![
-        ("table", Box::new(|| table(file))),
-        ("correct", Box::new(|| correct(file))),
-        ("misnamed", Box::new(|| misnamed(file))),
+        ("table", Box::new(|| table_is_complete(file))),
+        ("correct", Box::new(|| correct_plugin_passes(file))),
+        ("wrong_export", Box::new(|| wrong_export_is_found(file))),
     ];
     tests.extend(
         FAULTS
             .iter()
-            .map(|row| -> Test<'_> { (row.0, Box::new(|| fault(file, row))) }),
+            .map(|row| -> Test<'_> { (row.fault, Box::new(|| fault_is_found(file, row))) }),
     );
+    tests.retain(|(name, _)| filters.is_empty() || filters.iter().any(|f| name.contains(f)));
     let mut failed = 0;
-    let mut done = 0;
-    for (name, test) in tests {
-        if !wanted.is_empty() && !wanted.iter().any(|w| name.contains(w.as_str())) {
-            continue;
-        }
-        done += 1;
+    for (name, test) in &tests {
         match test() {
             Ok(()) => println!("test {name} ... ok"),
-            Err(why) => {
+            Err(error) => {
                 failed += 1;
-                println!("test {name} ... FAILED\n    {why}");
+                println!("test {name} ... FAILED\n    {error}");
             }
         }
     }
-    println!("\n{done} tests, {failed} failed");
+    println!("\n{} tests, {failed} failed", tests.len());
     if failed == 0 {
         ExitCode::SUCCESS
     } else {

@@ -1,6 +1,6 @@
-//! An OpenFX host that is nasty on purpose, and its checks of image-filter plugins.
+//! An adversarial OpenFX host that tests image-filter plugins.
 //!
-//! It shares no binding with the plugins it is made for, so that a wrong constant or structure of theirs shows.
+//! It shares no bindings with the plugins it tests, so that it finds their wrong constants and structures.
 
 pub mod checks;
 pub mod command;
@@ -8,7 +8,7 @@ pub mod drive;
 pub mod files;
 pub mod host;
 pub mod picture;
+pub mod render_job;
+pub mod runner;
 pub mod scene;
-pub mod shot;
 pub mod subject;
-pub mod subjects;

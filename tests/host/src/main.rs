@@ -1,4 +1,4 @@
-//! `seidel-ofx-host`: all checks on any OpenFX plugin.
+//! `seidel-ofx-host`: tests an OpenFX plugin, or renders an image with it.
 
 use std::process::ExitCode;
 

@@ -1,52 +1,52 @@
-//! Pictures as numbers, and the rectangles of pixels they fill.
+//! Float images, and regions in pixels and in canonical coordinates.
 
-/// A rectangle of pixels, `x2` and `y2` being the first outside, y up.
+/// A rectangle of pixels, y up. `x2` and `y2` are exclusive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rect {
     /// Left.
     pub x1: i32,
     /// Bottom.
     pub y1: i32,
-    /// First column to the right of it.
+    /// Right, exclusive.
     pub x2: i32,
-    /// First row above it.
+    /// Top, exclusive.
     pub y2: i32,
 }
 
 impl Rect {
-    /// From its corners.
+    /// Creates a rectangle from its corners.
     #[must_use]
     pub const fn new(x1: i32, y1: i32, x2: i32, y2: i32) -> Self {
         Self { x1, y1, x2, y2 }
     }
 
-    /// Columns, none if it is empty.
+    /// Returns the number of columns; 0 if it is empty.
     #[must_use]
     pub fn width(&self) -> usize {
         usize::try_from(i64::from(self.x2) - i64::from(self.x1)).unwrap_or(0)
     }
 
-    /// Rows, none if it is empty.
+    /// Returns the number of rows; 0 if it is empty.
     #[must_use]
     pub fn height(&self) -> usize {
         usize::try_from(i64::from(self.y2) - i64::from(self.y1)).unwrap_or(0)
     }
 
-    /// Whether no pixel is in it.
+    /// Returns whether it contains no pixel.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.width() == 0 || self.height() == 0
     }
 
-    /// Whether the pixel is in it.
+    /// Returns whether it contains the pixel.
     #[must_use]
     pub fn contains(&self, x: i32, y: i32) -> bool {
         (self.x1..self.x2).contains(&x) && (self.y1..self.y2).contains(&y)
     }
 
-    /// What is in both; empty at `self`'s corner if nothing is.
+    /// Returns the intersection. If it is empty, it lies at the lower left corner of `self`.
     #[must_use]
-    pub fn and(&self, other: &Self) -> Self {
+    pub fn intersection(&self, other: &Self) -> Self {
         let both = Self::new(
             self.x1.max(other.x1),
             self.y1.max(other.y1),
@@ -60,31 +60,53 @@ impl Rect {
         }
     }
 
-    /// Moved by `(dx, dy)`.
+    /// Returns the smallest rectangle that contains both.
     #[must_use]
-    pub fn moved(&self, dx: i32, dy: i32) -> Self {
+    pub fn union(&self, other: &Self) -> Self {
+        if self.is_empty() {
+            return *other;
+        }
+        if other.is_empty() {
+            return *self;
+        }
+        Self::new(
+            self.x1.min(other.x1),
+            self.y1.min(other.y1),
+            self.x2.max(other.x2),
+            self.y2.max(other.y2),
+        )
+    }
+
+    /// Translates it by `(dx, dy)`.
+    #[must_use]
+    pub fn translated(&self, dx: i32, dy: i32) -> Self {
         Self::new(self.x1 + dx, self.y1 + dy, self.x2 + dx, self.y2 + dy)
     }
 
-    /// Grown by `by` on every side.
+    /// Expands it by `margin` on every side; negative margins shrink it.
     #[must_use]
-    pub fn grown(&self, by: i32) -> Self {
-        Self::new(self.x1 - by, self.y1 - by, self.x2 + by, self.y2 + by)
+    pub fn expanded(&self, margin: i32) -> Self {
+        Self::new(
+            self.x1 - margin,
+            self.y1 - margin,
+            self.x2 + margin,
+            self.y2 + margin,
+        )
     }
 
-    /// The four coordinates, as properties hold them.
+    /// Returns x1, y1, x2, y2, as in properties.
     #[must_use]
     pub fn corners(&self) -> [i32; 4] {
         [self.x1, self.y1, self.x2, self.y2]
     }
 
-    /// Every pixel, row by row from the bottom.
+    /// Iterates over its pixels, row by row from the bottom.
     pub fn pixels(self) -> impl Iterator<Item = (i32, i32)> {
         (self.y1..self.y2).flat_map(move |y| (self.x1..self.x2).map(move |x| (x, y)))
     }
 }
 
-/// A rectangle in canonical coordinates: square pixels at full size, y up.
+/// A rectangle in canonical coordinates: square pixels at full resolution, y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
     /// Left.
@@ -98,68 +120,58 @@ pub struct Region {
 }
 
 impl Region {
-    /// From its corners.
+    /// Creates a rectangle from its corners.
     #[must_use]
     pub const fn new(x1: f64, y1: f64, x2: f64, y2: f64) -> Self {
         Self { x1, y1, x2, y2 }
     }
 
-    /// What `pixels` cover where a pixel is `par / scale` wide and `1 / scale` high.
+    /// Returns the region of `pixels` at a render scale (x, y) and pixel aspect ratio.
     #[must_use]
-    pub fn of(pixels: &Rect, scale: (f64, f64), par: f64) -> Self {
+    pub fn from_pixels(pixels: &Rect, scale: (f64, f64), par: f64) -> Self {
         let [x1, y1, x2, y2] = pixels.corners().map(f64::from);
-        let (wide, high) = (par / scale.0, 1.0 / scale.1);
-        Self::new(x1 * wide, y1 * high, x2 * wide, y2 * high)
+        let (width, height) = (par / scale.0, 1.0 / scale.1);
+        Self::new(x1 * width, y1 * height, x2 * width, y2 * height)
     }
 
-    /// All pixels that it touches.
+    /// Returns the pixels that it touches, at a render scale (x, y) and pixel aspect ratio.
     #[must_use]
     pub fn pixels(&self, scale: (f64, f64), par: f64) -> Rect {
-        // What is a whole number but for rounding is that number.
-        let down = |v: f64| (v + 1e-6).floor().clamp(-1e9, 1e9) as i32;
-        let up = |v: f64| (v - 1e-6).ceil().clamp(-1e9, 1e9) as i32;
+        // The tolerance absorbs rounding errors at pixel boundaries.
+        let floor = |v: f64| (v + 1e-6).floor().clamp(-1e9, 1e9) as i32;
+        let ceil = |v: f64| (v - 1e-6).ceil().clamp(-1e9, 1e9) as i32;
         Rect::new(
-            down(self.x1 * scale.0 / par),
-            down(self.y1 * scale.1),
-            up(self.x2 * scale.0 / par),
-            up(self.y2 * scale.1),
+            floor(self.x1 * scale.0 / par),
+            floor(self.y1 * scale.1),
+            ceil(self.x2 * scale.0 / par),
+            ceil(self.y2 * scale.1),
         )
     }
 
-    /// The four coordinates, as properties hold them.
+    /// Returns x1, y1, x2, y2, as in properties.
     #[must_use]
     pub fn corners(&self) -> [f64; 4] {
         [self.x1, self.y1, self.x2, self.y2]
     }
-
-    /// Whether all of `other` is in it, up to rounding.
-    #[must_use]
-    pub fn covers(&self, other: &Self) -> bool {
-        let slack = 1e-6;
-        self.x1 <= other.x1 + slack
-            && self.y1 <= other.y1 + slack
-            && self.x2 >= other.x2 - slack
-            && self.y2 >= other.y2 - slack
-    }
 }
 
-/// Samples of a rectangle of pixels, row by row from the bottom, the channels of a pixel together.
+/// A float image with interleaved channels, row by row from the bottom.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// The pixels.
+    /// Its pixels.
     pub bounds: Rect,
-    /// Samples of a pixel.
+    /// Channels per pixel.
     pub channels: usize,
-    /// The samples.
+    /// Its samples.
     pub samples: Vec<f32>,
 }
 
 impl Picture {
-    /// A picture whose samples `of` gives by x, y and channel.
-    pub fn made(bounds: Rect, channels: usize, of: impl Fn(i32, i32, usize) -> f32) -> Self {
+    /// Creates a picture from a function of x, y and channel.
+    pub fn from_fn(bounds: Rect, channels: usize, sample: impl Fn(i32, i32, usize) -> f32) -> Self {
         let mut samples = Vec::with_capacity(bounds.width() * bounds.height() * channels);
         for (x, y) in bounds.pixels() {
-            samples.extend((0..channels).map(|c| of(x, y, c)));
+            samples.extend((0..channels).map(|c| sample(x, y, c)));
         }
         Self {
             bounds,
@@ -168,15 +180,15 @@ impl Picture {
         }
     }
 
-    /// All samples alike.
+    /// Creates a picture with one value everywhere.
     #[must_use]
-    pub fn flat(bounds: Rect, channels: usize, value: f32) -> Self {
-        Self::made(bounds, channels, |_, _, _| value)
+    pub fn constant(bounds: Rect, channels: usize, value: f32) -> Self {
+        Self::from_fn(bounds, channels, |_, _, _| value)
     }
 
-    /// Where the samples of a pixel begin, nothing outside.
+    /// Returns the index of the first sample of a pixel, or nothing outside the bounds.
     #[must_use]
-    pub fn at(&self, x: i32, y: i32) -> Option<usize> {
+    pub fn index(&self, x: i32, y: i32) -> Option<usize> {
         self.bounds.contains(x, y).then(|| {
             let column = (x - self.bounds.x1) as usize;
             let row = (y - self.bounds.y1) as usize;
@@ -184,37 +196,29 @@ impl Picture {
         })
     }
 
-    /// The samples of a pixel, none outside.
+    /// Returns the samples of a pixel; none outside the bounds.
     #[must_use]
     pub fn pixel(&self, x: i32, y: i32) -> &[f32] {
-        self.at(x, y)
-            .map_or(&[], |at| &self.samples[at..at + self.channels])
+        self.index(x, y)
+            .map_or(&[], |i| &self.samples[i..i + self.channels])
     }
 
-    /// The part of it in `bounds`, 0 outside it.
+    /// Translates it by `(dx, dy)`.
     #[must_use]
-    pub fn cut(&self, bounds: Rect) -> Self {
-        Self::made(bounds, self.channels, |x, y, c| {
-            self.pixel(x, y).get(c).copied().unwrap_or(0.0)
-        })
-    }
-
-    /// The same samples elsewhere.
-    #[must_use]
-    pub fn moved(&self, dx: i32, dy: i32) -> Self {
+    pub fn translated(&self, dx: i32, dy: i32) -> Self {
         Self {
-            bounds: self.bounds.moved(dx, dy),
+            bounds: self.bounds.translated(dx, dy),
             channels: self.channels,
             samples: self.samples.clone(),
         }
     }
 
-    /// Means of two by two pixels: the picture at half scale. Its bounds must be even.
+    /// Downsamples it by means of two by two pixels. Its bounds must be even.
     #[must_use]
-    pub fn halved(&self) -> Self {
+    pub fn half_scale(&self) -> Self {
         let b = self.bounds;
         let half = Rect::new(b.x1 / 2, b.y1 / 2, b.x2 / 2, b.y2 / 2);
-        Self::made(half, self.channels, |x, y, c| {
+        Self::from_fn(half, self.channels, |x, y, c| {
             let four = [(0, 0), (1, 0), (0, 1), (1, 1)];
             let sum: f32 = four
                 .iter()
@@ -224,23 +228,23 @@ impl Picture {
         })
     }
 
-    /// The first pixel of `within` where the two differ in any bit, and how many do; nothing if none does.
+    /// Describes how many pixels in `within` differ in any bit, and the first of them; nothing if none does.
     #[must_use]
     pub fn difference(&self, other: &Self, within: Rect) -> Option<String> {
-        self.compared(other, within, |a, b| a.to_bits() == b.to_bits())
+        self.compare(other, within, |a, b| a.to_bits() == b.to_bits())
     }
 
-    /// As `difference`, but samples may differ by `tolerance`.
+    /// Like [`Self::difference`], but samples may differ by up to `tolerance`.
     #[must_use]
-    pub fn difference_over(&self, other: &Self, within: Rect, tolerance: f32) -> Option<String> {
-        self.compared(other, within, |a, b| (a - b).abs() <= tolerance)
+    pub fn difference_beyond(&self, other: &Self, within: Rect, tolerance: f32) -> Option<String> {
+        self.compare(other, within, |a, b| (a - b).abs() <= tolerance)
     }
 
-    fn compared(
+    fn compare(
         &self,
         other: &Self,
         within: Rect,
-        same: impl Fn(f32, f32) -> bool,
+        is_same: impl Fn(f32, f32) -> bool,
     ) -> Option<String> {
         if self.channels != other.channels {
             return Some(format!(
@@ -252,7 +256,7 @@ impl Picture {
         let mut count = 0_usize;
         for (x, y) in within.pixels() {
             let (a, b) = (self.pixel(x, y), other.pixel(x, y));
-            if a.len() != b.len() || !a.iter().zip(b).all(|(a, b)| same(*a, *b)) {
+            if a.len() != b.len() || !a.iter().zip(b).all(|(a, b)| is_same(*a, *b)) {
                 count += 1;
                 if first.is_none() {
                     first = Some(format!("at ({x}, {y}) {a:?} against {b:?}"));
@@ -264,18 +268,9 @@ impl Picture {
             format!("{count} of {all} pixels differ, the first {text}")
         })
     }
-
-    /// The largest difference of any sample in `within`.
-    #[must_use]
-    pub fn largest_difference(&self, other: &Self, within: Rect) -> f32 {
-        (within.pixels())
-            .flat_map(|(x, y)| self.pixel(x, y).iter().zip(other.pixel(x, y)))
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f32::max)
-    }
 }
 
-/// A number from 0 to 1 that depends on nothing but its arguments.
+/// Returns a number from 0 to 1: an integer hash of the arguments.
 #[must_use]
 pub fn noise(x: i32, y: i32, c: usize, seed: u32) -> f32 {
     let mut v = (x as u32)
@@ -291,10 +286,11 @@ pub fn noise(x: i32, y: i32, c: usize, seed: u32) -> f32 {
     (v >> 8) as f32 / 16_777_216.0
 }
 
-/// A plate of detail, slopes and a few bright points, premultiplied by an alpha that varies where there is one.
+/// Returns a test image of noise, a gradient and a few highlights, premultiplied by a varying alpha unless it has three
+/// channels.
 #[must_use]
 pub fn plate(bounds: Rect, channels: usize, seed: u32) -> Picture {
-    Picture::made(bounds, channels, |x, y, c| {
+    Picture::from_fn(bounds, channels, |x, y, c| {
         let (u, v) = (x - bounds.x1, y - bounds.y1);
         let alpha = if channels == 3 {
             1.0
@@ -304,13 +300,14 @@ pub fn plate(bounds: Rect, channels: usize, seed: u32) -> Picture {
         if channels != 3 && c + 1 == channels {
             return alpha;
         }
-        let slope = 0.1 + 0.3 * (u + 2 * v) as f32 / (bounds.width() + 2 * bounds.height()) as f32;
-        let bright = if noise(u, v, 9, seed) > 0.985 {
+        let gradient =
+            0.1 + 0.3 * (u + 2 * v) as f32 / (bounds.width() + 2 * bounds.height()) as f32;
+        let highlight = if noise(u, v, 9, seed) > 0.985 {
             6.0
         } else {
             0.0
         };
-        alpha * (slope + 0.4 * noise(u, v, c, seed) + bright)
+        alpha * (gradient + 0.4 * noise(u, v, c, seed) + highlight)
     })
 }
 
@@ -319,14 +316,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn regions_and_pixels_agree() {
+    fn pixels_of_regions_round_trip() {
         let pixels = Rect::new(-3, 2, 7, 9);
         for (scale, par) in [
             ((1.0, 1.0), 1.0),
             ((0.5, 0.5), 2.0),
             ((0.5, 0.25), 1.0 / 3.0),
         ] {
-            assert_eq!(Region::of(&pixels, scale, par).pixels(scale, par), pixels);
+            assert_eq!(
+                Region::from_pixels(&pixels, scale, par).pixels(scale, par),
+                pixels
+            );
         }
         assert_eq!(
             Region::new(0.2, 0.0, 3.1, 4.0).pixels((1.0, 1.0), 1.0),
@@ -335,25 +335,25 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_counted_to_the_bit() {
+    fn differences_of_one_bit_are_counted() {
         let bounds = Rect::new(0, 0, 4, 3);
         let a = plate(bounds, 4, 1);
         let mut b = a.clone();
         assert_eq!(a.difference(&b, bounds), None);
-        let at = b.at(2, 1).expect("inside");
-        b.samples[at] = f32::from_bits(b.samples[at].to_bits() + 1);
+        let index = b.index(2, 1).expect("inside");
+        b.samples[index] = f32::from_bits(b.samples[index].to_bits() + 1);
         assert!(
             a.difference(&b, bounds)
                 .is_some_and(|text| text.starts_with("1 of 12"))
         );
-        assert_eq!(a.difference_over(&b, bounds, 1e-3), None);
+        assert_eq!(a.difference_beyond(&b, bounds, 1e-3), None);
         assert_eq!(a.difference(&b, Rect::new(0, 0, 2, 3)), None);
     }
 
     #[test]
-    fn half_scale_takes_means() {
-        let full = Picture::made(Rect::new(-2, 0, 2, 2), 1, |x, _, _| x as f32);
-        assert_eq!(full.halved().samples, [-1.5, 0.5]);
-        assert_eq!(full.halved().bounds, Rect::new(-1, 0, 1, 1));
+    fn half_scale_averages_two_by_two_pixels() {
+        let full = Picture::from_fn(Rect::new(-2, 0, 2, 2), 1, |x, _, _| x as f32);
+        assert_eq!(full.half_scale().samples, [-1.5, 0.5]);
+        assert_eq!(full.half_scale().bounds, Rect::new(-1, 0, 1, 1));
     }
 }

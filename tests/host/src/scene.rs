@@ -1,4 +1,4 @@
-//! What the clips of an instance are connected to.
+//! The scene of an instance: what its clips are connected to, and the project.
 
 use std::collections::BTreeMap;
 use std::ffi::CStr;
@@ -8,70 +8,78 @@ use openfx::sys::image_effect_v1::image_effect::*;
 
 use crate::picture::{Picture, Rect, Region};
 
-/// What a clip gives when it is asked for an image.
+/// What a clip returns for an image.
 #[derive(Clone, Debug, Default)]
 pub enum Feed {
-    /// It is not connected.
+    /// Nothing: it is not connected.
     #[default]
     Unconnected,
-    /// Pictures, one a frame, over and over.
+    /// A cycle of pictures, one per frame.
     Pictures(Vec<Arc<Picture>>),
-    /// It is connected, and asking for an image fails.
+    /// An error, although it is connected.
     Fails,
-    /// It is connected, and asking succeeds without an image.
+    /// Success with a NULL handle, although it is connected.
     NullHandle,
-    /// It is connected, and its images have no data.
+    /// Images with NULL data, although it is connected.
     NullData,
 }
 
-/// What one clip is connected to.
+/// The connection of one clip.
 #[derive(Clone, Debug, Default)]
 pub struct Input {
-    /// What it gives.
+    /// What it returns.
     pub feed: Feed,
-    /// How its samples stand to its alpha; nothing: premultiplied.
+    /// Premultiplication that it reports; by default opaque for RGB and premultiplied otherwise.
     pub premultiplication: Option<&'static CStr>,
 }
 
 impl Input {
-    /// The same picture at all times.
+    /// Creates an input with the same picture at all times.
     #[must_use]
     pub fn still(picture: Picture) -> Self {
-        Self::of(Feed::Pictures(vec![Arc::new(picture)]))
+        Self::new(Feed::Pictures(vec![Arc::new(picture)]))
     }
 
-    /// A feed.
+    /// Creates an input with default premultiplication.
     #[must_use]
-    pub fn of(feed: Feed) -> Self {
+    pub fn new(feed: Feed) -> Self {
         Self {
             feed,
             premultiplication: None,
         }
     }
 
-    /// The picture at a time.
+    /// Returns the picture at a time.
     pub(crate) fn picture(&self, time: f64) -> Option<Arc<Picture>> {
         match &self.feed {
             Feed::Pictures(all) if !all.is_empty() => {
-                let at = (time.round() as i64).rem_euclid(all.len() as i64);
-                all.get(at as usize).cloned()
+                let frame = (time.round() as i64).rem_euclid(all.len() as i64);
+                all.get(frame as usize).cloned()
             }
             _ => None,
         }
     }
+
+    /// Returns the premultiplication that images with so many channels report.
+    pub(crate) fn premultiplication(&self, channels: usize) -> &'static CStr {
+        let default = if channels == 3 {
+            kOfxImageOpaque
+        } else {
+            kOfxImagePreMultiplied
+        };
+        self.premultiplication.unwrap_or(default)
+    }
 }
 
-/// Clips and the project they are in.
+/// The connections of all clips, and the project.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// By the name of the clip.
+    /// Inputs by clip name.
     pub inputs: BTreeMap<String, Input>,
     /// The project's frame.
     pub project: Region,
-    /// Width of a pixel over its height.
+    /// Pixel aspect ratio of all clips.
     pub par: f64,
-    /// Means of how many pixels a side the pictures are: 2 at half scale.
-    pub reduced: i32,
 }
 
 impl Default for Scene {
@@ -80,61 +88,63 @@ impl Default for Scene {
             inputs: BTreeMap::new(),
             project: Region::new(0.0, 0.0, 1.0, 1.0),
             par: 1.0,
-            reduced: 1,
         }
     }
 }
 
 impl Scene {
-    /// One picture as Source, which fills the project.
+    /// Creates a scene of square pixels with one picture as Source, which fills the project.
     #[must_use]
-    pub fn of(source: Picture) -> Self {
+    pub fn new(source: Picture) -> Self {
         Self::with_par(source, 1.0)
     }
 
-    /// The same of pixels that are not square.
+    /// Creates such a scene with another pixel aspect ratio.
     #[must_use]
     pub fn with_par(source: Picture, par: f64) -> Self {
-        let project = Region::of(&source.bounds, (1.0, 1.0), par);
         Self {
+            project: Region::from_pixels(&source.bounds, (1.0, 1.0), par),
             inputs: BTreeMap::from([("Source".to_owned(), Input::still(source))]),
-            project,
             par,
-            reduced: 1,
         }
     }
 
-    /// With a clip connected otherwise.
+    /// Connects a clip.
     #[must_use]
-    pub fn and(mut self, clip: &str, input: Input) -> Self {
+    pub fn connect(mut self, clip: &str, input: Input) -> Self {
         self.inputs.insert(clip.to_owned(), input);
         self
     }
 
-    /// What a clip is connected to.
+    /// Returns the input of a clip.
     pub(crate) fn input(&self, clip: &str) -> Input {
         self.inputs.get(clip).cloned().unwrap_or_default()
     }
 
-    /// Where a clip has pixels, in pixels at full scale.
+    /// Returns the number of channels of a clip; 4 if it has no picture.
+    pub(crate) fn channels(&self, clip: &str) -> usize {
+        self.input(clip).picture(0.0).map_or(4, |p| p.channels)
+    }
+
+    /// Returns the bounds of a clip in pixels at full scale, if it has a picture.
     pub(crate) fn bounds(&self, clip: &str, time: f64) -> Option<Rect> {
         self.input(clip).picture(time).map(|p| p.bounds)
     }
 
-    /// Where a clip has pixels.
+    /// Returns the region of definition of a clip, if it has a picture.
     #[must_use]
     pub fn region(&self, clip: &str, time: f64) -> Option<Region> {
         self.bounds(clip, time)
-            .map(|bounds| Region::of(&bounds, (1.0, 1.0), self.par))
+            .map(|bounds| Region::from_pixels(&bounds, (1.0, 1.0), self.par))
     }
+}
 
-    /// Components of so many channels.
-    pub(crate) fn components(channels: usize) -> &'static CStr {
-        match channels {
-            1 => kOfxImageComponentAlpha,
-            3 => kOfxImageComponentRGB,
-            4 => kOfxImageComponentRGBA,
-            _ => kOfxImageComponentNone,
-        }
+/// Returns the OpenFX components with so many channels.
+pub(crate) fn components(channels: usize) -> &'static CStr {
+    match channels {
+        1 => kOfxImageComponentAlpha,
+        3 => kOfxImageComponentRGB,
+        4 => kOfxImageComponentRGBA,
+        _ => kOfxImageComponentNone,
     }
 }

@@ -1,4 +1,4 @@
-//! What the plugin is.
+//! Describe and DescribeInContext.
 
 use std::ffi::CStr;
 
@@ -7,26 +7,26 @@ use openfx::sys::image_effect_v1::image_effect::*;
 use openfx::sys::image_effect_v1::param::*;
 
 use super::Call;
-use crate::api::Set;
+use crate::api::PropertySet;
 use crate::faults::Fault;
 
 pub(super) fn describe(call: &Call<'_>) -> OfxStatus {
-    let Some(set) = call.effect.set() else {
+    let Some(set) = call.effect.properties() else {
         return kOfxStatErrBadHandle;
     };
     if call.fault != Fault::NoLabel {
-        set.set_texts(kOfxPropLabel, &[c"Box"]);
+        set.set_strings(kOfxPropLabel, &[c"Box"]);
     }
-    set.set_texts(kOfxImageEffectPluginPropGrouping, &[c"Filter"]);
-    set.set_texts(
+    set.set_strings(kOfxImageEffectPluginPropGrouping, &[c"Filter"]);
+    set.set_strings(
         kOfxImageEffectPropSupportedContexts,
         &[kOfxImageEffectContextFilter, kOfxImageEffectContextGeneral],
     );
-    set.set_texts(
+    set.set_strings(
         kOfxImageEffectPropSupportedPixelDepths,
         &[kOfxBitDepthFloat],
     );
-    set.set_texts(
+    set.set_strings(
         kOfxImageEffectPluginRenderThreadSafety,
         &[kOfxImageEffectRenderFullySafe],
     );
@@ -37,78 +37,77 @@ pub(super) fn describe(call: &Call<'_>) -> OfxStatus {
     kOfxStatOK
 }
 
-pub(super) fn in_context(call: &Call<'_>) -> OfxStatus {
+pub(super) fn describe_in_context(call: &Call<'_>) -> OfxStatus {
     let Some(define) = call.effect.suites.effect.clipDefine else {
         return kOfxStatErrMissingHostFeature;
     };
     if call.effect.handle.is_null() {
         return kOfxStatErrBadHandle;
     }
-    let all = [
+    let components = [
         kOfxImageComponentRGBA,
         kOfxImageComponentRGB,
         kOfxImageComponentAlpha,
     ];
     for (name, optional) in [(c"Source", 0), (c"Depth", 1), (c"Mask", 1), (c"Output", 0)] {
         let mut handle = std::ptr::null_mut();
-        // SAFETY: room for a handle.
-        let done = unsafe { define(call.effect.handle, name.as_ptr(), &raw mut handle) };
-        if done != kOfxStatOK {
-            return done;
+        // SAFETY: memory for a handle.
+        let status = unsafe { define(call.effect.handle, name.as_ptr(), &raw mut handle) };
+        if status != kOfxStatOK {
+            return status;
         }
-        let set = Set {
+        let set = PropertySet {
             suites: call.effect.suites,
             handle,
         };
-        let components = if name == c"Mask" { &all[2..] } else { &all[..] };
-        set.set_texts(kOfxImageEffectPropSupportedComponents, components);
+        let supported = if name == c"Mask" {
+            &components[2..]
+        } else {
+            &components[..]
+        };
+        set.set_strings(kOfxImageEffectPropSupportedComponents, supported);
         set.set_int(kOfxImageClipPropOptional, optional);
         set.set_int(kOfxImageEffectPropSupportsTiles, 1);
     }
-    let first = if call.fault == Fault::BadDefault {
+    let default_size = if call.fault == Fault::BadDefault {
         -1.0
     } else {
         3.0
     };
-    double(call, c"size", first, 100.0);
-    double(call, c"mix", 1.0, 1.0);
+    define_double(call, c"size", default_size, 100.0);
+    define_double(call, c"mix", 1.0, 1.0);
     for name in [c"useDepth", c"useMask"] {
-        parameter(call, kOfxParamTypeBoolean, name);
+        define_parameter(call, kOfxParamTypeBoolean, name);
     }
-    if let Some(set) = parameter(call, kOfxParamTypeString, c"file") {
-        set.set_texts(kOfxParamPropStringMode, &[kOfxParamStringIsFilePath]);
+    if let Some(set) = define_parameter(call, kOfxParamTypeString, c"file") {
+        set.set_strings(kOfxParamPropStringMode, &[kOfxParamStringIsFilePath]);
         set.set_int(kOfxParamPropAnimates, 0);
     }
     kOfxStatOK
 }
 
-fn parameter<'a>(call: &Call<'a>, kind: &CStr, name: &CStr) -> Option<Set<'a>> {
+fn define_parameter<'a>(call: &Call<'a>, kind: &CStr, name: &CStr) -> Option<PropertySet<'a>> {
     let define = call.effect.suites.parameter.paramDefine?;
+    let parameters = call.effect.parameters()?;
     let mut handle = std::ptr::null_mut();
-    // SAFETY: room for a handle.
-    let done = unsafe {
-        define(
-            call.effect.parameters()?,
-            kind.as_ptr(),
-            name.as_ptr(),
-            &raw mut handle,
-        )
-    };
-    (done == kOfxStatOK).then_some(Set {
+    // SAFETY: memory for a handle.
+    let status = unsafe { define(parameters, kind.as_ptr(), name.as_ptr(), &raw mut handle) };
+    (status == kOfxStatOK).then_some(PropertySet {
         suites: call.effect.suites,
         handle,
     })
 }
 
-fn double(call: &Call<'_>, name: &CStr, first: f64, most: f64) {
-    if let Some(set) = parameter(call, kOfxParamTypeDouble, name) {
-        set.set_texts(kOfxPropLabel, &[name]);
-        set.set_doubles(kOfxParamPropDefault, &[first]);
+/// Defines a double parameter with a range from 0 to `max`.
+fn define_double(call: &Call<'_>, name: &CStr, default: f64, max: f64) {
+    if let Some(set) = define_parameter(call, kOfxParamTypeDouble, name) {
+        set.set_strings(kOfxPropLabel, &[name]);
+        set.set_doubles(kOfxParamPropDefault, &[default]);
         for property in [kOfxParamPropMin, kOfxParamPropDisplayMin] {
             set.set_doubles(property, &[0.0]);
         }
         for property in [kOfxParamPropMax, kOfxParamPropDisplayMax] {
-            set.set_doubles(property, &[most]);
+            set.set_doubles(property, &[max]);
         }
     }
 }

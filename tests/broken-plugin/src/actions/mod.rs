@@ -10,25 +10,25 @@ use std::sync::atomic::Ordering;
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::OfxImageEffectHandle;
 
-use crate::api::{Effect, Set};
+use crate::api::{Effect, PropertySet};
 use crate::faults::Fault;
-use crate::state::{self, LOADS, Suites};
+use crate::state::{self, LOADS};
 
 /// An action under way.
 pub(crate) struct Call<'a> {
     pub(crate) fault: Fault,
     pub(crate) effect: Effect<'a>,
-    pub(crate) given: Set<'a>,
-    pub(crate) wanted: Set<'a>,
+    pub(crate) in_args: PropertySet<'a>,
+    pub(crate) out_args: PropertySet<'a>,
 }
 
-/// What an instance keeps.
+/// The data of an instance.
 struct Instance {
     size: f64,
 }
 
-/// Actions that the plugin leaves to the host.
-const UNUSED: [&str; 12] = [
+/// Known actions for which the plugin returns the default reply.
+const DEFAULT_ACTIONS: [&str; 12] = [
     "OfxImageEffectActionGetClipPreferences",
     "OfxImageEffectActionGetFramesNeeded",
     "OfxImageEffectActionGetTimeDomain",
@@ -43,13 +43,13 @@ const UNUSED: [&str; 12] = [
     "OfxImageEffectActionGetOutputColourspace",
 ];
 
-/// Does an action.
+/// Performs an action.
 pub(crate) fn act(
     fault: Fault,
     action: &str,
     handle: *const c_void,
-    given: OfxPropertySetHandle,
-    wanted: OfxPropertySetHandle,
+    in_args: OfxPropertySetHandle,
+    out_args: OfxPropertySetHandle,
 ) -> OfxStatus {
     if action == "OfxActionLoad" {
         return load(fault);
@@ -61,20 +61,18 @@ pub(crate) fn act(
             kOfxStatFailed
         };
     };
+    let properties = |handle| PropertySet {
+        suites: &suites,
+        handle,
+    };
     let call = Call {
         fault,
         effect: Effect {
             suites: &suites,
             handle: handle.cast_mut().cast::<()>() as OfxImageEffectHandle,
         },
-        given: Set {
-            suites: &suites,
-            handle: given,
-        },
-        wanted: Set {
-            suites: &suites,
-            handle: wanted,
-        },
+        in_args: properties(in_args),
+        out_args: properties(out_args),
     };
     match action {
         "OfxActionUnload" => {
@@ -82,15 +80,15 @@ pub(crate) fn act(
             kOfxStatOK
         }
         "OfxActionDescribe" => describe::describe(&call),
-        "OfxImageEffectActionDescribeInContext" => describe::in_context(&call),
-        "OfxActionCreateInstance" => create(&call),
-        "OfxActionDestroyInstance" => destroy(&call),
-        "OfxActionInstanceChanged" => changed(&call),
-        "OfxImageEffectActionGetRegionOfDefinition" => regions::of_definition(&call),
-        "OfxImageEffectActionGetRegionsOfInterest" => regions::of_interest(&call),
+        "OfxImageEffectActionDescribeInContext" => describe::describe_in_context(&call),
+        "OfxActionCreateInstance" => create_instance(&call),
+        "OfxActionDestroyInstance" => destroy_instance(&call),
+        "OfxActionInstanceChanged" => instance_changed(&call),
+        "OfxImageEffectActionGetRegionOfDefinition" => regions::region_of_definition(&call),
+        "OfxImageEffectActionGetRegionsOfInterest" => regions::regions_of_interest(&call),
         "OfxImageEffectActionIsIdentity" => regions::identity(&call),
         "OfxImageEffectActionRender" => render::render(&call),
-        _ if fault == Fault::WrongReply && !UNUSED.contains(&action) => kOfxStatFailed,
+        _ if fault == Fault::WrongReply && !DEFAULT_ACTIONS.contains(&action) => kOfxStatFailed,
         _ => kOfxStatReplyDefault,
     }
 }
@@ -100,16 +98,17 @@ fn load(fault: Fault) -> OfxStatus {
     if status != kOfxStatOK {
         return status;
     }
-    if fault == Fault::LingeringThread {
+    if fault == Fault::LeftoverThread {
         std::thread::spawn(|| {
             loop {
                 std::thread::park();
             }
         });
     }
-    let suites: Option<Suites> = state::suites(fault);
-    if let (Fault::FatalProperty, Some(suites)) = (fault, suites) {
-        let host = Set {
+    if fault == Fault::RequiresApiVersion
+        && let Some(suites) = state::suites(fault)
+    {
+        let host = PropertySet {
             suites: &suites,
             handle: suites.host,
         };
@@ -120,83 +119,78 @@ fn load(fault: Fault) -> OfxStatus {
     kOfxStatOK
 }
 
-fn create(call: &Call<'_>) -> OfxStatus {
-    let Some(set) = call.effect.set() else {
+fn create_instance(call: &Call<'_>) -> OfxStatus {
+    let Some(set) = call.effect.properties() else {
         return kOfxStatErrBadHandle;
     };
-    release(call, &set);
-    let kept = Box::into_raw(Box::new(Instance {
+    free_instance_data(call, &set);
+    let data = Box::into_raw(Box::new(Instance {
         size: call.effect.double(c"size", 0.0).unwrap_or(0.0),
     }));
-    set.set_pointer(kOfxPropInstanceData, kept.cast());
-    if set.pointer(kOfxPropInstanceData) != Some(kept.cast()) {
-        // A host that does not keep it, or does not give it back.
+    set.set_pointer(kOfxPropInstanceData, data.cast());
+    if set.pointer(kOfxPropInstanceData, 0) != Some(data.cast()) {
+        // The host does not store the pointer or does not return it.
         set.set_pointer(kOfxPropInstanceData, std::ptr::null_mut());
-        // SAFETY: made above, and nobody has it.
-        drop(unsafe { Box::from_raw(kept) });
+        // SAFETY: created above, and nobody else has it.
+        drop(unsafe { Box::from_raw(data) });
     }
     kOfxStatOK
 }
 
-/// Frees what the instance keeps, if anything.
-fn release(call: &Call<'_>, set: &Set<'_>) {
-    let kept = set
-        .pointer(kOfxPropInstanceData)
-        .unwrap_or(std::ptr::null_mut());
-    if kept.is_null() || call.fault == Fault::LeaksInstance {
+/// Frees the data of the instance, if it has any.
+fn free_instance_data(call: &Call<'_>, set: &PropertySet<'_>) {
+    let Some(data) = set.non_null(kOfxPropInstanceData) else {
+        return;
+    };
+    if call.fault == Fault::LeaksInstance {
         return;
     }
     set.set_pointer(kOfxPropInstanceData, std::ptr::null_mut());
-    let now = set.pointer(kOfxPropInstanceData);
-    // A host that cannot forget it would hand it out again.
+    let now = set.pointer(kOfxPropInstanceData, 0);
+    // A host that cannot reset the pointer would return it again.
     if now.is_some_and(|now| now.is_null()) {
-        // SAFETY: from `create`, and nobody has it any more.
-        drop(unsafe { Box::from_raw(kept.cast::<Instance>()) });
+        // SAFETY: from `create_instance`, and nobody else has it any more.
+        drop(unsafe { Box::from_raw(data.cast::<Instance>()) });
     }
 }
 
-fn destroy(call: &Call<'_>) -> OfxStatus {
-    match call.effect.set() {
-        Some(set) => {
-            if call.fault == Fault::NullInstance {
-                let kept = set
-                    .pointer(kOfxPropInstanceData)
-                    .unwrap_or(std::ptr::null_mut());
-                // SAFETY: it may be NULL: this is the fault.
-                unsafe { std::ptr::read_volatile(kept.cast::<Instance>()) };
-            }
-            release(call, &set);
-            if call.fault == Fault::ClearsDestroyed {
-                call.effect.content(false);
-            }
-            kOfxStatOK
-        }
-        None => kOfxStatErrBadHandle,
+fn destroy_instance(call: &Call<'_>) -> OfxStatus {
+    let Some(set) = call.effect.properties() else {
+        return kOfxStatErrBadHandle;
+    };
+    if call.fault == Fault::ReadsNullInstance {
+        let data = set.non_null(kOfxPropInstanceData);
+        let data = data.unwrap_or(std::ptr::null_mut());
+        // SAFETY: none if it is NULL; this is the fault.
+        unsafe { std::ptr::read_volatile(data.cast::<Instance>()) };
     }
+    free_instance_data(call, &set);
+    if call.fault == Fault::ClearsMessageInDestroy {
+        call.effect.clear_message();
+    }
+    kOfxStatOK
 }
 
-fn changed(call: &Call<'_>) -> OfxStatus {
+fn instance_changed(call: &Call<'_>) -> OfxStatus {
     if call.fault == Fault::StaleParameter
-        && let Some(set) = call.effect.set()
-        && let Some(kept) = set.pointer(kOfxPropInstanceData)
-        && !kept.is_null()
-        && let Some(size) = call.effect.double_now(c"size")
+        && let Some(data) = call.instance_data()
+        && let Some(size) = call.effect.current_double(c"size")
     {
-        // SAFETY: from `create`.
-        unsafe { (*kept.cast::<Instance>()).size = size };
+        // SAFETY: from `create_instance`.
+        unsafe { (*data).size = size };
     }
-    if call.fault != Fault::KeepsMessage && !call.effect.handle.is_null() {
-        call.effect.content(call.fault == Fault::ClearsAlways);
+    if !call.effect.handle.is_null() {
+        call.clear_message();
     }
     kOfxStatReplyDefault
 }
 
 impl Call<'_> {
     pub(crate) fn time(&self) -> f64 {
-        self.given.double(kOfxPropTime, 0).unwrap_or(0.0)
+        self.in_args.double(kOfxPropTime, 0).unwrap_or(0.0)
     }
 
-    /// The radius in canonical pixels.
+    /// Returns the radius in canonical pixels.
     pub(crate) fn size(&self) -> f64 {
         let size = self
             .effect
@@ -205,19 +199,27 @@ impl Call<'_> {
             .max(0.0);
         match self.fault {
             Fault::StaleState => size + LOADS.load(Ordering::SeqCst) as f64 - 1.0,
-            Fault::StaleParameter => {
-                let kept = self
-                    .effect
-                    .set()
-                    .and_then(|set| set.pointer(kOfxPropInstanceData));
-                match kept.filter(|kept| !kept.is_null()) {
-                    // SAFETY: from `create`.
-                    Some(kept) => unsafe { (*kept.cast::<Instance>()).size },
-                    None => size,
-                }
-            }
-            Fault::ReadsUntimed => self.effect.double_now(c"size").unwrap_or(size),
+            Fault::StaleParameter => match self.instance_data() {
+                // SAFETY: from `create_instance`.
+                Some(data) => unsafe { (*data).size },
+                None => size,
+            },
+            Fault::ReadsWithoutTime => self.effect.current_double(c"size").unwrap_or(size),
             _ => size,
         }
+    }
+
+    /// Clears the persistent message.
+    pub(crate) fn clear_message(&self) {
+        match self.fault {
+            Fault::KeepsMessage => {}
+            Fault::ClearsMessageInResolve => self.effect.clear_message_anywhere(),
+            _ => self.effect.clear_message(),
+        }
+    }
+
+    fn instance_data(&self) -> Option<*mut Instance> {
+        let data = self.effect.properties()?.non_null(kOfxPropInstanceData)?;
+        Some(data.cast())
     }
 }

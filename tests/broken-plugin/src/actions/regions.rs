@@ -1,4 +1,4 @@
-//! Where there is a picture, what is needed for it, and whether it is only copied.
+//! GetRegionOfDefinition, GetRegionsOfInterest and IsIdentity.
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
@@ -6,60 +6,65 @@ use openfx::sys::image_effect_v1::image_effect::*;
 use super::Call;
 use crate::faults::Fault;
 
-/// The rectangle with a margin on every side.
-fn grown([x1, y1, x2, y2]: [f64; 4], by: f64) -> [f64; 4] {
-    [x1 - by, y1 - by, x2 + by, y2 + by]
+/// Expands a rectangle (x1, y1, x2, y2) on every side.
+fn expanded(rect: [f64; 4], margin: f64) -> [f64; 4] {
+    let [x1, y1, x2, y2] = rect;
+    [x1 - margin, y1 - margin, x2 + margin, y2 + margin]
 }
 
-/// Where Source has pixels, if the host says so.
+/// Returns the region of definition of Source, if the host provides it.
 pub(super) fn source_region(call: &Call<'_>) -> Option<[f64; 4]> {
     let get = call.effect.suites.effect.clipGetRegionOfDefinition?;
-    let (clip, _) = call.effect.clip(c"Source")?;
+    let clip = call.effect.clip(c"Source")?;
     let mut bounds = OfxRectD {
         x1: 0.0,
         y1: 0.0,
         x2: 0.0,
         y2: 0.0,
     };
-    // SAFETY: room for a rectangle.
-    let status = unsafe { get(clip, call.time(), &raw mut bounds) };
+    // SAFETY: memory for a rectangle.
+    let status = unsafe { get(clip.handle, call.time(), &raw mut bounds) };
     (status == kOfxStatOK).then_some([bounds.x1, bounds.y1, bounds.x2, bounds.y2])
 }
 
-pub(super) fn of_definition(call: &Call<'_>) -> OfxStatus {
+pub(super) fn region_of_definition(call: &Call<'_>) -> OfxStatus {
     let Some(source) = source_region(call) else {
         return kOfxStatReplyDefault;
     };
-    if call.fault == Fault::SmallDefinition {
+    if call.fault == Fault::SmallRegionOfDefinition {
         return kOfxStatReplyDefault;
     }
     let size = call.size();
     let margin = if size > 0.0 { size + 0.5 } else { 0.0 };
-    call.wanted.set_doubles(
+    call.out_args.set_doubles(
         kOfxImageEffectPropRegionOfDefinition,
-        &grown(source, margin),
+        &expanded(source, margin),
     );
     kOfxStatOK
 }
 
-pub(super) fn of_interest(call: &Call<'_>) -> OfxStatus {
-    let Some(window) = call.given.doubles::<4>(kOfxImageEffectPropRegionOfInterest) else {
+pub(super) fn regions_of_interest(call: &Call<'_>) -> OfxStatus {
+    let Some(window) = call
+        .in_args
+        .doubles::<4>(kOfxImageEffectPropRegionOfInterest)
+    else {
         return kOfxStatReplyDefault;
     };
-    if call.fault == Fault::NeedsRegion && source_region(call).is_none() {
+    if call.fault == Fault::RequiresRegion && source_region(call).is_none() {
         return kOfxStatReplyDefault;
     }
-    // Two pixels more at any scale than the box reaches.
+    // A few pixels of the render scale more than the box reaches.
     let scale = call
-        .given
+        .in_args
         .double(kOfxImageEffectPropRenderScale, 1)
         .unwrap_or(1.0);
-    let margin = match call.fault {
-        Fault::SmallRegion => 0.0,
-        _ => call.size() + 0.5 + 4.0 / scale.max(1e-3),
+    let margin = if call.fault == Fault::SmallRegionOfInterest {
+        0.0
+    } else {
+        call.size() + 0.5 + 4.0 / scale.max(1e-3)
     };
-    call.wanted
-        .set_doubles(c"OfxImageClipPropRoI_Source", &grown(window, margin));
+    call.out_args
+        .set_doubles(c"OfxImageClipPropRoI_Source", &expanded(window, margin));
     kOfxStatOK
 }
 
@@ -70,19 +75,20 @@ pub(super) fn identity(call: &Call<'_>) -> OfxStatus {
     let time = call.time();
     let size = call.size();
     let mix = call.effect.double(c"mix", time).unwrap_or(1.0);
-    let missing = call
+    // The render fails if the file is missing, so it must be called.
+    let names_file = call
         .effect
         .string(c"file", time)
         .is_some_and(|file| !file.is_empty());
-    let most = if call.fault == Fault::FalseIdentity {
+    let identity_size = if call.fault == Fault::FalseIdentity {
         5.0
     } else {
         0.0
     };
-    if (size > most && mix > 0.0) || missing {
+    if (size > identity_size && mix > 0.0) || names_file {
         return kOfxStatReplyDefault;
     }
-    call.wanted.set_texts(kOfxPropName, &[c"Source"]);
-    call.wanted.set_doubles(kOfxPropTime, &[time]);
+    call.out_args.set_strings(kOfxPropName, &[c"Source"]);
+    call.out_args.set_doubles(kOfxPropTime, &[time]);
     kOfxStatOK
 }

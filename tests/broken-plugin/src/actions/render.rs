@@ -1,315 +1,347 @@
-//! The picture.
+//! Render.
 
-use std::ffi::{c_uint, c_void};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::ffi::{CStr, c_uint, c_void};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
 
 use super::Call;
+use super::regions::source_region;
+use crate::api::MessageFormat;
 use crate::blur::weights;
 use crate::faults::Fault;
-use crate::image::{Image, Missing};
-use crate::state::{RENDERS, SCRATCH};
+use crate::image::{Image, ImageError};
+use crate::state::{LAST_RENDER, RENDERS};
 
-/// What all threads of a render need.
-struct Work<'a> {
+/// A render, shared by its threads.
+struct Job<'a> {
     call: &'a Call<'a>,
     output: Image<'a>,
     source: Option<Image<'a>>,
     depth: Option<Image<'a>>,
     mask: Option<Image<'a>>,
+    /// The render window: x1, y1, x2, y2.
     window: [i32; 4],
-    across: Vec<f32>,
-    up: Vec<f32>,
-    /// 2 where rows of one field are rendered alone.
-    step: i32,
-    first: i32,
+    weights_x: Vec<f32>,
+    weights_y: Vec<f32>,
+    rows: FieldRows,
     mix: f32,
+    /// Factor of the result; 1 without faults.
     gain: f32,
+    /// Identifies the render for [`Fault::SharedState`].
     ticket: usize,
-    stop: AtomicBool,
-    threads: AtomicUsize,
+    aborted: AtomicBool,
 }
 
-// SAFETY: threads write rows of their own, and read the rest.
-unsafe impl Sync for Work<'_> {}
+// SAFETY: each thread writes its own rows of the output and reads the rest.
+unsafe impl Sync for Job<'_> {}
+
+/// The rows to render: all, or those of one field.
+#[derive(Clone, Copy)]
+struct FieldRows {
+    step: i32,
+    first: i32,
+}
+
+impl FieldRows {
+    fn of_field(field: &str) -> Self {
+        let (step, first) = match field {
+            "OfxFieldLower" => (2, 0),
+            "OfxFieldUpper" => (2, 1),
+            _ => (1, 0),
+        };
+        Self { step, first }
+    }
+
+    fn contains(self, y: i32) -> bool {
+        (y - self.first).rem_euclid(self.step) == 0
+    }
+}
 
 pub(super) fn render(call: &Call<'_>) -> OfxStatus {
+    match prepare(call) {
+        Ok(job) => {
+            LAST_RENDER.store(job.ticket, Ordering::SeqCst);
+            render_on_threads(&job);
+            kOfxStatOK
+        }
+        Err(status) => status,
+    }
+}
+
+/// Fetches images and reads parameters.
+///
+/// # Errors
+/// The status of Render.
+fn prepare<'a>(call: &'a Call<'a>) -> Result<Job<'a>, OfxStatus> {
     let (time, effect) = (call.time(), call.effect);
-    let Some(window) = call.given.ints::<4>(kOfxImageEffectPropRenderWindow) else {
-        return kOfxStatFailed;
-    };
-    let file = effect.string(c"file", time).unwrap_or_default();
-    if !file.is_empty() && !std::path::Path::new(&file).exists() {
-        let text = format!("{file}: cannot be read; choose a file that is there");
-        effect.complain(&text, call.fault == Fault::FormatMessage);
-        return kOfxStatFailed;
-    }
-    if call.fault != Fault::KeepsMessage {
-        effect.content(call.fault == Fault::ClearsAlways);
-    }
-    let of_output = match call.fault {
-        Fault::TakesAnySamples => call.fault,
-        _ => Fault::None,
-    };
-    let output = match Image::of(effect, c"Output", time, of_output) {
-        Ok(output) => output,
-        Err(Missing::Empty) => return kOfxStatFailed,
-        Err(Missing::Unusable) => {
-            let text = "the host gives pictures that are not of floats; convert them first";
-            effect.complain(text, false);
-            return kOfxStatErrImageFormat;
-        }
-    };
-    let source = match Image::of(effect, c"Source", time, call.fault) {
-        Ok(mut source) if source.channels == output.channels => {
-            if call.fault == Fault::TrustsRegion
-                && let Some([_, _, x2, y2]) = super::regions::source_region(call)
-            {
-                let scale = call.given.doubles::<2>(kOfxImageEffectPropRenderScale);
-                let [across, up] = scale.unwrap_or([1.0; 2]);
-                source.bounds[2] = source.bounds[2].min((x2 * across) as i32);
-                source.bounds[3] = source.bounds[3].min((y2 * up) as i32);
-            }
-            Some(source.with_fault(call.fault))
-        }
-        Err(Missing::Empty) => None,
-        _ => return kOfxStatErrImageFormat,
-    };
-    if call.fault == Fault::RefusesSmall
-        && source
-            .as_ref()
-            .is_some_and(|s| s.bounds[2] - s.bounds[0] < 2)
-    {
-        return kOfxStatFailed;
-    }
-    let extra = |clip, knob| {
-        effect
-            .boolean(knob, time)
-            .unwrap_or(false)
-            .then(|| Image::of(effect, clip, time, call.fault).ok())
+    let window = call
+        .in_args
+        .ints::<4>(kOfxImageEffectPropRenderWindow)
+        .ok_or(kOfxStatFailed)?;
+    check_file(call)?;
+    call.clear_message();
+    let output = fetch_output(call)?;
+    let source = fetch_source(call, output.channels)?;
+    let fetch_if = |parameter: &CStr, clip: &CStr| {
+        let is_used = effect.boolean(parameter, time).unwrap_or(false);
+        is_used
+            .then(|| Image::fetch(effect, clip, time, call.fault).ok())
             .flatten()
     };
-    let mut scale = call
-        .given
-        .doubles::<2>(kOfxImageEffectPropRenderScale)
-        .unwrap_or([1.0; 2]);
-    if call.fault == Fault::IgnoresScale {
-        scale = [1.0; 2];
-    }
+    let scale = match call.fault {
+        Fault::IgnoresScale => [1.0; 2],
+        _ => call.render_scale(),
+    };
     let par = (effect.clip(c"Source"))
-        .and_then(|(_, set)| set.double(kOfxImagePropPixelAspectRatio, 0))
+        .and_then(|clip| clip.properties.double(kOfxImagePropPixelAspectRatio, 0))
         .filter(|par| *par > 0.0)
         .unwrap_or(1.0);
-    let par = if call.fault == Fault::WrongAspect {
-        1.0 / par
-    } else {
-        par
+    let par = match call.fault {
+        Fault::WrongAspect => 1.0 / par,
+        _ => par,
     };
-    let field = call
-        .given
-        .text(kOfxImageEffectPropFieldToRender)
-        .unwrap_or_default();
-    let (step, first) = match field.as_str() {
-        "OfxFieldLower" => (2, 0),
-        "OfxFieldUpper" => (2, 1),
-        _ => (1, 0),
+    let field = call.in_args.string(kOfxImageEffectPropFieldToRender);
+    let rows = FieldRows::of_field(&field.unwrap_or_default());
+    let row_step = match call.fault {
+        Fault::MixesFields => 1,
+        _ => rows.step,
     };
     let size = call.size();
-    let half = |pixels: f64| {
+    let half_width = |pixels: f64| {
         if size > 0.0 {
             (size + 0.5) * pixels
         } else {
             0.5
         }
     };
-    let rows = if call.fault == Fault::MixesFields {
-        1
-    } else {
-        step
-    };
     let gain = match call.fault {
         Fault::Accumulates => 1.0 + RENDERS.fetch_add(1, Ordering::SeqCst) as f32,
         _ => 1.0,
     };
-    let work = Work {
+    Ok(Job {
         call,
-        depth: extra(c"Depth", c"useDepth"),
-        mask: extra(c"Mask", c"useMask"),
+        depth: fetch_if(c"useDepth", c"Depth"),
+        mask: fetch_if(c"useMask", c"Mask"),
         output,
         source,
         window,
-        across: weights(half(scale[0] / par)),
-        up: weights(half(scale[1] / f64::from(rows))),
-        step,
-        first,
+        weights_x: weights(half_width(scale[0] / par)),
+        weights_y: weights(half_width(scale[1] / f64::from(row_step))),
+        rows,
         mix: effect.double(c"mix", time).unwrap_or(1.0) as f32,
         gain,
         ticket: time as usize + 1,
-        stop: AtomicBool::new(false),
-        threads: AtomicUsize::new(0),
-    };
-    SCRATCH.store(work.ticket, Ordering::SeqCst);
-    run(&work);
-    kOfxStatOK
+        aborted: AtomicBool::new(false),
+    })
 }
 
-/// On the host's threads if it has any, else here.
-fn run(work: &Work<'_>) {
-    let suite = work.call.effect.suites.threads;
-    if work.call.fault == Fault::NullSuite && suite.is_none() {
-        // SAFETY: it is not: this is the fault.
-        unsafe { std::ptr::read_volatile(std::ptr::null::<usize>()) };
+impl Call<'_> {
+    fn render_scale(&self) -> [f64; 2] {
+        let scale = self.in_args.doubles(kOfxImageEffectPropRenderScale);
+        scale.unwrap_or([1.0; 2])
     }
-    if work.call.fault == Fault::NullMember
-        && suite.is_some_and(|suite| suite.multiThreadNumCPUs.is_none())
+}
+
+/// Checks that the file exists, if one is named.
+fn check_file(call: &Call<'_>) -> Result<(), OfxStatus> {
+    let file = call.effect.string(c"file", call.time()).unwrap_or_default();
+    if file.is_empty() || std::path::Path::new(&file).exists() {
+        return Ok(());
+    }
+    let format = match call.fault {
+        Fault::MessageAsFormat => MessageFormat::Format,
+        _ => MessageFormat::Text,
+    };
+    let text = format!("{file}: the file does not exist; choose another");
+    call.effect.post_error(&text, format);
+    Err(kOfxStatFailed)
+}
+
+fn fetch_output<'a>(call: &Call<'a>) -> Result<Image<'a>, OfxStatus> {
+    // Other faults of images concern inputs only.
+    let fault = match call.fault {
+        Fault::IgnoresBitDepth => call.fault,
+        _ => Fault::None,
+    };
+    Image::fetch(call.effect, c"Output", call.time(), fault).map_err(|error| match error {
+        ImageError::Missing => kOfxStatFailed,
+        ImageError::Unsupported => {
+            let text = "the host's images are not float; convert them first";
+            call.effect.post_error(text, MessageFormat::Text);
+            kOfxStatErrImageFormat
+        }
+    })
+}
+
+fn fetch_source<'a>(call: &Call<'a>, channels: usize) -> Result<Option<Image<'a>>, OfxStatus> {
+    let mut source = match Image::fetch(call.effect, c"Source", call.time(), call.fault) {
+        Ok(source) if source.channels == channels => source,
+        Err(ImageError::Missing) => return Ok(None),
+        _ => return Err(kOfxStatErrImageFormat),
+    };
+    if call.fault == Fault::TrustsRegion
+        && let Some([_, _, x2, y2]) = source_region(call)
     {
-        // SAFETY: as above.
+        let scale = call.render_scale();
+        source.bounds[2] = source.bounds[2].min((x2 * scale[0]) as i32);
+        source.bounds[3] = source.bounds[3].min((y2 * scale[1]) as i32);
+    }
+    let source = source.with_release_fault(call.fault);
+    if call.fault == Fault::RejectsNarrow && source.bounds[2] - source.bounds[0] < 2 {
+        return Err(kOfxStatFailed);
+    }
+    Ok(Some(source))
+}
+
+/// Renders on the host's threads, if it has any, else on this one.
+fn render_on_threads(job: &Job<'_>) {
+    let suite = job.call.effect.suites.threads;
+    let faulty = match job.call.fault {
+        Fault::UsesMissingSuite => suite.is_none(),
+        Fault::CallsNullFunction => suite.is_some_and(|s| s.multiThreadNumCPUs.is_none()),
+        _ => false,
+    };
+    if faulty {
+        // SAFETY: none; this is the fault.
         unsafe { std::ptr::read_volatile(std::ptr::null::<usize>()) };
     }
-    let several = suite.and_then(|suite| suite.multiThread);
     let mut count: c_uint = 1;
-    if let Some(ask) = suite.and_then(|suite| suite.multiThreadNumCPUs) {
-        // SAFETY: room for a number.
-        if unsafe { ask(&raw mut count) } != kOfxStatOK {
+    if let Some(num_cpus) = suite.and_then(|suite| suite.multiThreadNumCPUs) {
+        // SAFETY: memory for a number.
+        if unsafe { num_cpus(&raw mut count) } != kOfxStatOK {
             count = 1;
         }
     }
-    let argument = (work as *const Work<'_>).cast_mut().cast::<c_void>();
-    if let Some(several) = several
+    let argument = (job as *const Job<'_>).cast_mut().cast::<c_void>();
+    if let Some(multi_thread) = suite.and_then(|suite| suite.multiThread)
         && count > 1
-        // SAFETY: the function and its argument belong together; the call ends when all threads have.
-        && unsafe { several(Some(share), count, argument) } == kOfxStatOK
+        // SAFETY: the argument is of the function's type, and the call returns when all threads have.
+        && unsafe { multi_thread(Some(render_share), count, argument) } == kOfxStatOK
     {
         return;
     }
-    rows(work, 0, 1);
+    render_rows(job, 0, 1);
 }
 
-unsafe extern "C" fn share(index: c_uint, count: c_uint, work: *mut c_void) {
-    // SAFETY: what `run` gave.
-    let work = unsafe { &*work.cast_const().cast::<Work<'_>>() };
-    let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        rows(work, index as i32, count as i32);
+unsafe extern "C" fn render_share(index: c_uint, count: c_uint, job: *mut c_void) {
+    // SAFETY: the argument that `render_on_threads` passes.
+    let job = unsafe { &*job.cast_const().cast::<Job<'_>>() };
+    // A panic must not reach the host; the unwritten rows show it.
+    let _ = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        render_rows(job, index as i32, count as i32);
     }));
-    work.threads
-        .fetch_add(usize::from(caught.is_ok()), Ordering::SeqCst);
 }
 
-/// The rows of one thread: its share of the window, from the bottom.
-fn rows(work: &Work<'_>, index: i32, count: i32) {
-    let [_, y1, _, y2] = work.window;
+/// Renders the share of one of `count` threads: consecutive rows of the window.
+fn render_rows(job: &Job<'_>, index: i32, count: i32) {
+    let [_, y1, _, y2] = job.window;
     let height = i64::from(y2) - i64::from(y1);
     if height <= 0 {
         return;
     }
-    let part = |n: i32| y1 + (height * i64::from(n) / i64::from(count)) as i32;
-    let (from, mut to) = (part(index), part(index + 1));
-    if work.call.fault == Fault::WritesOutside && index + 1 == count {
+    let start = |index: i32| y1 + (height * i64::from(index) / i64::from(count)) as i32;
+    let (from, mut to) = (start(index), start(index + 1));
+    if job.call.fault == Fault::WritesOutside && index + 1 == count {
         to += 1;
     }
-    for y in from..to {
-        if (y - work.first).rem_euclid(work.step) != 0 {
-            continue;
-        }
-        if stopped(work) {
+    for y in (from..to).filter(|y| job.rows.contains(*y)) {
+        if is_aborted(job) {
             return;
         }
-        let dependent = y == from
-            && match work.call.fault {
+        let is_brightened = y == from
+            && match job.call.fault {
                 Fault::ThreadDependent => true,
-                Fault::WideThreads => work.across.len() > 20,
+                Fault::WideBlurThreadDependent => job.weights_x.len() > 20,
                 _ => false,
             };
-        row(work, y, if dependent { 1.5 } else { work.gain });
+        render_row(job, y, if is_brightened { 1.5 } else { job.gain });
     }
 }
 
-fn stopped(work: &Work<'_>) -> bool {
-    if let Some(abort) = work.call.effect.suites.effect.abort
-        && !work.stop.load(Ordering::SeqCst)
+fn is_aborted(job: &Job<'_>) -> bool {
+    if let Some(abort) = job.call.effect.suites.effect.abort
+        && !job.aborted.load(Ordering::SeqCst)
         // SAFETY: the effect is being rendered.
-        && unsafe { abort(work.call.effect.handle) } != 0
-        && work.call.fault != Fault::IgnoresAbort
+        && unsafe { abort(job.call.effect.handle) } != 0
+        && job.call.fault != Fault::IgnoresAbort
     {
-        work.stop.store(true, Ordering::SeqCst);
+        job.aborted.store(true, Ordering::SeqCst);
     }
-    work.stop.load(Ordering::SeqCst)
+    job.aborted.load(Ordering::SeqCst)
 }
 
-fn row(work: &Work<'_>, y: i32, gain: f32) {
-    let [x1, _, x2, y2] = work.window;
-    let fault = work.call.fault;
-    let mut gain = gain;
-    if fault == Fault::SharedScratch {
+fn render_row(job: &Job<'_>, y: i32, mut gain: f32) {
+    let [x1, _, x2, y2] = job.window;
+    let fault = job.call.fault;
+    if fault == Fault::SharedState {
         std::thread::yield_now();
-        if SCRATCH.load(Ordering::SeqCst) != work.ticket {
+        if LAST_RENDER.load(Ordering::SeqCst) != job.ticket {
             gain = 2.0;
         }
     }
     for x in x1..x2 {
-        if fault == Fault::LeavesPixel && x + 1 == x2 && y + 1 == y2 {
+        if fault == Fault::UnwrittenPixel && x + 1 == x2 && y + 1 == y2 {
             continue;
         }
-        let masked = work.mask.as_ref().is_some_and(|mask| !mask.has(x, y));
-        if fault == Fault::MaskedOnly && masked {
+        let is_outside_mask = job.mask.as_ref().is_some_and(|mask| !mask.contains(x, y));
+        if fault == Fault::WritesMaskOnly && is_outside_mask {
             continue;
         }
         if fault == Fault::WrongOrigin {
             gain = 1.0 + x as f32 * 0.01;
         }
-        for c in 0..work.output.channels {
-            let blurred = boxed(work, x, y, c) * gain;
-            let as_it_is = work.source.as_ref().map_or(0.0, |s| s.get(x, y, c));
-            let share = match fault {
-                Fault::DoesNothing => 0.0,
-                _ => work.mix * amount(work, x, y),
-            };
-            work.output
-                .put(x, y, c, as_it_is + (blurred - as_it_is) * share);
+        let mix = match fault {
+            Fault::DoesNothing => 0.0,
+            _ => job.mix * blur_amount(job, x, y),
+        };
+        for c in 0..job.output.channels {
+            let blurred = box_mean(job, x, y, c) * gain;
+            let sharp = job.source.as_ref().map_or(0.0, |s| s.get(x, y, c));
+            job.output.set(x, y, c, sharp + (blurred - sharp) * mix);
         }
     }
 }
 
-/// How much of the blur a pixel gets by depth and mask.
-fn amount(work: &Work<'_>, x: i32, y: i32) -> f32 {
-    let depth = work.depth.as_ref().map_or(1.0, |depth| {
-        let last = depth.channels - 1;
-        let channel = if work.call.fault == Fault::WrongChannel {
-            last
-        } else {
-            0
+/// Returns the amount of blur of a pixel, from depth and mask.
+fn blur_amount(job: &Job<'_>, x: i32, y: i32) -> f32 {
+    let depth = job.depth.as_ref().map_or(1.0, |depth| {
+        let channel = match job.call.fault {
+            Fault::WrongChannel => depth.channels - 1,
+            _ => 0,
         };
         (depth.get(x, y, channel) / 5.0).clamp(0.0, 1.0)
     });
-    let mask = work.mask.as_ref().map_or(1.0, |mask| {
+    let mask = job.mask.as_ref().map_or(1.0, |mask| {
         mask.get(x, y, mask.channels - 1).clamp(0.0, 1.0)
     });
     depth * mask
 }
 
-/// The mean over the box, of rows of the same field.
-fn boxed(work: &Work<'_>, x: i32, y: i32, c: usize) -> f32 {
-    let Some(source) = &work.source else {
+/// Returns the weighted mean over the box, in rows of the same field.
+fn box_mean(job: &Job<'_>, x: i32, y: i32, c: usize) -> f32 {
+    let Some(source) = &job.source else {
         return 0.0;
     };
-    let [x1, y1, x2, y2] = work.window;
-    let mixes = work.call.fault == Fault::MixesFields;
-    let step = if mixes { 1 } else { work.step };
-    let (rx, ry) = (work.across.len() as i32 - 1, work.up.len() as i32 - 1);
+    let [x1, y1, x2, y2] = job.window;
+    let step = match job.call.fault {
+        Fault::MixesFields => 1,
+        _ => job.rows.step,
+    };
+    let radius_x = job.weights_x.len() as i32 - 1;
+    let radius_y = job.weights_y.len() as i32 - 1;
     let mut sum = 0.0;
-    for j in -ry..=ry {
-        let mut line = 0.0;
-        let at = y + j * step;
-        for i in -rx..=rx {
-            let cut = work.call.fault == Fault::Seams
-                && (x + i < x1 || x + i >= x2 || at < y1 || at >= y2);
-            if !cut {
-                line += source.get(x + i, at, c) * work.across[i.unsigned_abs() as usize];
+    for j in -radius_y..=radius_y {
+        let row = y + j * step;
+        let mut row_sum = 0.0;
+        for i in -radius_x..=radius_x {
+            let is_outside = x + i < x1 || x + i >= x2 || row < y1 || row >= y2;
+            if job.call.fault != Fault::Seams || !is_outside {
+                row_sum += source.get(x + i, row, c) * job.weights_x[i.unsigned_abs() as usize];
             }
         }
-        sum += line * work.up[j.unsigned_abs() as usize];
+        sum += row_sum * job.weights_y[j.unsigned_abs() as usize];
     }
     sum
 }

@@ -1,9 +1,9 @@
-//! Clips of every component, and every state of premultiplication.
+//! Clips of all components, and all kinds of premultiplication.
 
 use openfx::sys::image_effect_v1::image_effect::*;
 
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use super::{Check, Report, fixture};
+use crate::drive::{LoadedPlugin, RenderRequest};
 use crate::host::profile::Profile;
 use crate::picture::{Picture, plate};
 use crate::scene::{Input, Scene};
@@ -11,78 +11,82 @@ use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "components",
-    about: "Alpha, RGB and RGBA are rendered alike, and depth of one channel is depth of four",
+    about: "Alpha, RGB and RGBA render alike, and depth may have one, three or four channels",
     run,
 };
 
-/// Channels may be weighed in another order.
+/// Largest difference between RGB and opaque RGBA, where channels may be weighted in another order.
 const TOLERANCE: f32 = 1e-4;
 
-fn opaque(picture: &Picture) -> Picture {
-    Picture::made(picture.bounds, 4, |x, y, c| {
+/// The margin in which alpha may fall off at the edges of opaque pictures, in pixels.
+const MARGIN: i32 = 12;
+
+fn with_opaque_alpha(picture: &Picture) -> Picture {
+    Picture::from_fn(picture.bounds, 4, |x, y, c| {
         picture.pixel(x, y).get(c).copied().unwrap_or(1.0)
     })
 }
 
+fn colours(picture: &Picture) -> Picture {
+    Picture::from_fn(picture.bounds, 3, |x, y, c| picture.pixel(x, y)[c])
+}
+
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
+        let render =
+            |scene: &Scene| fixture::render(loaded, subject, scene, &RenderRequest::default());
         for channels in [1, 3, 4] {
-            let scene = Scene::of(plate(stage::SIZE, channels, 1));
-            let done = stage::rendered(loaded, subject, &scene, &Request::default());
-            report.none(done.err(), &format!("Source of {channels} channels"));
+            let result = render(&Scene::new(plate(fixture::BOUNDS, channels, 1)));
+            report.expect_ok(result, &format!("Source of {channels} channels"));
         }
-        let colours = plate(stage::SIZE, 3, 1);
-        let four = Scene::of(opaque(&colours));
-        let three = stage::rendered(loaded, subject, &Scene::of(colours), &Request::default())?;
-        let four = stage::rendered(loaded, subject, &four, &Request::default())?;
-        // At the edges alpha may fall off; inside, colours are the same.
-        let inside = stage::SIZE.grown(-12);
-        let cut =
-            |picture: &Picture| Picture::made(picture.bounds, 3, |x, y, c| picture.pixel(x, y)[c]);
-        report.none(
-            cut(&three.picture).difference_over(&cut(&four.picture), inside, TOLERANCE),
-            "RGB against opaque RGBA",
+        let source = plate(fixture::BOUNDS, 3, 1);
+        let opaque = render(&Scene::new(with_opaque_alpha(&source)))?;
+        let rgb = render(&Scene::new(source))?;
+        let difference = colours(&rgb.picture).difference_beyond(
+            &colours(&opaque.picture),
+            fixture::BOUNDS.expanded(-MARGIN),
+            TOLERANCE,
         );
-        for state in [
+        report.expect_none(difference, "RGB against opaque RGBA");
+        for premultiplication in [
             kOfxImageOpaque,
             kOfxImagePreMultiplied,
             kOfxImageUnPreMultiplied,
         ] {
-            let mut scene = stage::scene();
+            let mut scene = fixture::scene();
             if let Some(input) = scene.inputs.get_mut("Source") {
-                input.premultiplication = Some(state);
+                input.premultiplication = Some(premultiplication);
             }
-            let done = stage::rendered(loaded, subject, &scene, &Request::default());
-            report.none(done.err(), &format!("Source that is {state:?}"));
+            let case = format!("Source with premultiplication {premultiplication:?}");
+            report.expect_ok(render(&scene), &case);
         }
-        depths(loaded, subject, report)
+        check_depth(loaded, subject, report)
     })
 }
 
-fn depths(
-    loaded: &crate::drive::Loaded<'_>,
+/// Checks that depth of any number of channels gives the same picture.
+fn check_depth(
+    loaded: &LoadedPlugin<'_>,
     subject: &Subject,
     report: &mut Report,
 ) -> Result<(), String> {
-    let Some(knobs) = subject.kind.depth else {
-        report.skip("nothing makes the plugin look at depth");
+    let Some(settings) = subject.kind.depth else {
+        report.skip("no settings are known that use Depth");
         return Ok(());
     };
-    let mut first: Option<crate::drive::Frame> = None;
+    let mut first: Option<Picture> = None;
     for channels in [4, 3, 1] {
-        let depth = Input::still(stage::depth(stage::SIZE, channels));
-        let scene = stage::scene().and("Depth", depth);
-        let instance = stage::blurring(loaded, subject, &scene)?;
-        stage::set(&instance, knobs)?;
-        let frame = instance.render(&Request::default())?.good();
+        let depth = Input::still(fixture::depth(fixture::BOUNDS, channels));
+        let scene = fixture::scene().connect("Depth", depth);
+        let instance = fixture::blurring_instance(loaded, subject, &scene)?;
+        fixture::apply(&instance, settings)?;
+        let frame = instance.render_checked(&RenderRequest::default());
         instance.destroy()?;
+        let case = format!("depth of {channels} channels");
         match (&first, frame) {
-            (Some(first), Ok(frame)) => report.none(
-                first.picture.difference(&frame.picture, frame.window),
-                &format!("depth of {channels} channels"),
-            ),
-            (None, Ok(frame)) => first = Some(frame),
-            (_, Err(why)) => report.fault(format!("depth of {channels} channels: {why}")),
+            (None, Ok(frame)) => first = Some(frame.picture),
+            (Some(first), frame) => report.expect_renders_same(first, frame, &case),
+            (None, Err(fault)) => report.fault(format!("{case}: {fault}")),
         }
     }
     Ok(())

@@ -1,30 +1,32 @@
-//! What the plugin says of itself.
+//! The effect descriptor.
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
 
-use super::{Check, Report, stage};
+use super::{Check, Report, fixture};
 use crate::host::profile::Profile;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "description",
-    about: "label, contexts, depths and thread safety are said, and valid",
+    about: "label, contexts, bit depths and thread safety are described and valid",
     run,
 };
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
         let set = &loaded.descriptor.properties;
         report.expect(
             set.texts(kOfxPropLabel).iter().any(|l| !l.is_empty()),
-            || "has no label".to_owned(),
+            || "the plugin has no label".to_owned(),
         );
         let contexts = set.texts(kOfxImageEffectPropSupportedContexts);
-        report.expect(!contexts.is_empty(), || "has no context".to_owned());
+        report.expect(!contexts.is_empty(), || {
+            "the plugin supports no context".to_owned()
+        });
         for context in &contexts {
             report.expect(context.starts_with("OfxImageEffectContext"), || {
-                format!("{context:?} is no context")
+                format!("{context:?} is not a context")
             });
         }
         let depths = set.texts(kOfxImageEffectPropSupportedPixelDepths);
@@ -32,7 +34,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             depths
                 .iter()
                 .any(|d| d.as_bytes() == kOfxBitDepthFloat.to_bytes()),
-            || format!("does not take floats: {depths:?}"),
+            || format!("the plugin supports {depths:?}, not floats"),
         );
         let known = [
             kOfxBitDepthByte,
@@ -43,7 +45,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         for depth in &depths {
             report.expect(
                 known.iter().any(|k| k.to_bytes() == depth.as_bytes()),
-                || format!("{depth:?} is no depth"),
+                || format!("{depth:?} is not a bit depth"),
             );
         }
         let safety = set.texts(kOfxImageEffectPluginRenderThreadSafety);
@@ -54,18 +56,18 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         ];
         let valid = (safety.iter()).all(|s| known.iter().any(|k| k.to_bytes() == s.as_bytes()));
         report.expect(safety.len() == 1 && valid, || {
-            format!("{safety:?} is no thread safety")
+            format!("{safety:?} is not a thread safety")
         });
-        // A second descriptor gets the same.
+        // Hosts may describe a plugin again.
         let again = crate::drive::new_descriptor(loaded.host);
         let status = loaded.describe(&again);
         report.expect(status == kOfxStatOK, || {
-            "cannot be described twice".to_owned()
+            "the plugin cannot be described twice".to_owned()
         });
         report.expect(again.properties.all() == set.all(), || {
-            "describes itself otherwise the second time".to_owned()
+            "the second description differs".to_owned()
         });
-        again.end(loaded.host);
+        again.invalidate(loaded.host);
         Ok(())
     })
 }

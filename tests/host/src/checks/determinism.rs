@@ -1,43 +1,37 @@
-//! The same frame again.
+//! Repeated renders of the same frame.
 
 use openfx::sys::generic::core::kOfxActionPurgeCaches;
 
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use super::{Check, Report, fixture};
+use crate::drive::RenderRequest;
 use crate::host::profile::Profile;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "determinism",
-    about: "a frame rendered again is the same, bit for bit, whatever was rendered in between",
+    about: "rendering a frame again gives the same bits, whatever was rendered in between",
     run,
 };
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
-        let scene = stage::with_all(loaded, stage::scene())?;
-        let instance = stage::blurring(loaded, subject, &scene)?;
-        let request = Request::default();
-        let first = instance.render(&request)?.good()?;
-        let mut again = |what: &str, frame: crate::drive::Frame| {
-            report.none(first.picture.difference(&frame.picture, first.window), what);
-        };
-        again("rendered twice", instance.render(&request)?.good()?);
-        let elsewhere = Request {
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
+        let scene = fixture::connect_all(loaded, fixture::scene())?;
+        let instance = fixture::blurring_instance(loaded, subject, &scene)?;
+        let request = RenderRequest::default();
+        let first = instance.render_checked(&request)?.picture;
+        let frame = instance.render_checked(&request)?;
+        report.expect_same(&first, &frame, "rendered twice");
+        instance.render_checked(&RenderRequest {
             time: 7.0,
-            ..Request::default()
-        };
-        instance.render(&elsewhere)?.good()?;
-        again("after another time", instance.render(&request)?.good()?);
+            ..RenderRequest::default()
+        })?;
+        let frame = instance.render_checked(&request)?;
+        report.expect_same(&first, &frame, "after another time");
         instance.act(kOfxActionPurgeCaches);
-        again(
-            "after caches were purged",
-            instance.render(&request)?.good()?,
-        );
-        again(
-            "of another instance",
-            stage::rendered(loaded, subject, &scene, &request)?,
-        );
+        let frame = instance.render_checked(&request)?;
+        report.expect_same(&first, &frame, "after caches were purged");
+        let frame = fixture::render(loaded, subject, &scene, &request)?;
+        report.expect_same(&first, &frame, "on another instance");
         instance.destroy()
     })
 }

@@ -1,67 +1,60 @@
-//! Clips that are not connected, or say that they are and give nothing.
+//! Clips that are not connected, or connected without images.
 
 use openfx::sys::generic::core::*;
-use openfx::sys::image_effect_v1::image_effect::kOfxImageClipPropOptional;
+use openfx::sys::image_effect_v1::image_effect::{
+    kOfxImageClipPropOptional, kOfxImageEffectContextGeneral,
+};
 
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use super::{Check, Report, fixture};
+use crate::drive::{RenderRequest, status_name};
 use crate::host::profile::Profile;
 use crate::scene::{Feed, Input};
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "empty_clips",
-    about: "an optional clip that gives nothing is as one that is not connected; Source that gives nothing crashes nothing",
+    about: "an optional clip without image counts as unconnected; a Source without image does not crash",
     run,
 };
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
         let feeds = [
             ("not connected", Feed::Unconnected),
             ("failing", Feed::Fails),
             ("without an image", Feed::NullHandle),
             ("without data", Feed::NullData),
         ];
-        let context = loaded.context(true)?;
+        let context = loaded.context_like(kOfxImageEffectContextGeneral)?;
         let descriptor = loaded.describe_in(&context)?;
         let optional: Vec<String> = (descriptor.clips().iter())
             .filter(|clip| clip.properties.int(kOfxImageClipPropOptional) == Some(1))
             .map(|clip| clip.name.clone())
             .collect();
-        let request = Request {
-            window: Some(stage::SIZE),
-            ..Request::default()
-        };
-        let plain = stage::rendered(loaded, subject, &stage::scene(), &request)?;
+        let request = RenderRequest::of_window(fixture::BOUNDS);
+        let plain = fixture::render(loaded, subject, &fixture::scene(), &request)?.picture;
         for clip in optional {
             for (what, feed) in &feeds {
-                let scene = stage::scene().and(&clip, Input::of(feed.clone()));
-                match stage::rendered(loaded, subject, &scene, &request) {
-                    Ok(frame) => report.none(
-                        plain.picture.difference(&frame.picture, frame.window),
-                        &format!("{clip} {what}"),
-                    ),
-                    Err(why) => report.fault(format!("{clip} {what}: {why}")),
-                }
-                // Looked at all the same: anything but a crash or a wrong frame.
-                let instance = stage::blurring(loaded, subject, &scene)?;
-                stage::use_all(&instance, subject)?;
-                let frame = instance.render(&request)?;
-                for fault in frame.faults {
-                    report.fault(format!("{clip} {what} and looked at: {fault}"));
+                let scene = fixture::scene().connect(&clip, Input::new(feed.clone()));
+                let frame = fixture::render(loaded, subject, &scene, &request);
+                report.expect_renders_same(&plain, frame, &format!("{clip} {what}"));
+                // When the clip is in use, the render may fail, but must not write wrong pixels.
+                let instance = fixture::blurring_instance(loaded, subject, &scene)?;
+                fixture::use_depth_and_mask(&instance, subject)?;
+                for fault in instance.render(&request)?.faults {
+                    report.fault(format!("{clip} {what} and in use: {fault}"));
                 }
                 instance.destroy()?;
             }
         }
         for (what, feed) in &feeds {
-            let scene = stage::scene().and("Source", Input::of(feed.clone()));
-            let instance = stage::blurring(loaded, subject, &scene)?;
+            let scene = fixture::scene().connect("Source", Input::new(feed.clone()));
+            let instance = fixture::blurring_instance(loaded, subject, &scene)?;
             let frame = instance.render(&request)?;
             report.expect([kOfxStatOK, kOfxStatFailed].contains(&frame.status), || {
                 format!(
-                    "Source {what}: Render gave {}",
-                    crate::drive::status_name(frame.status)
+                    "Source {what}: Render returned {}",
+                    status_name(frame.status)
                 )
             });
             for fault in frame.faults {
@@ -69,7 +62,7 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
             }
             instance.destroy()?;
         }
-        descriptor.end(loaded.host);
+        descriptor.invalidate(loaded.host);
         Ok(())
     })
 }

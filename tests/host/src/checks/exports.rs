@@ -1,4 +1,4 @@
-//! The dynamic symbol table.
+//! The exports of the binary.
 
 use object::{Object, ObjectSymbol};
 
@@ -8,41 +8,45 @@ use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "exports",
-    about: "the binary exports the entry points of OpenFX and nothing else",
+    about: "the binary exports the OpenFX entry points and nothing else",
     run,
 };
 
-const ALLOWED: [&str; 3] = ["OfxGetNumberOfPlugins", "OfxGetPlugin", "OfxSetHost"];
+const REQUIRED: [&str; 2] = ["OfxGetNumberOfPlugins", "OfxGetPlugin"];
+
+const OPTIONAL: [&str; 1] = ["OfxSetHost"];
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    let path = crate::drive::binary_of(&subject.file);
-    let bytes =
-        std::fs::read(&path).map_err(|why| format!("{}: cannot be read: {why}", path.display()))?;
+    let path = crate::drive::binary_path(&subject.file);
+    let error = |problem: String| format!("{}: {problem}", path.display());
+    let bytes = std::fs::read(&path).map_err(|e| error(format!("the file cannot be read: {e}")))?;
     if bytes.starts_with(b"\x7fELF") {
         let file = object::File::parse(&*bytes)
-            .map_err(|why| format!("{}: is no ELF file: {why}", path.display()))?;
+            .map_err(|e| error(format!("the file is not a valid ELF file: {e}")))?;
         let exported: Vec<String> = (file.dynamic_symbols())
             .filter(|symbol| symbol.is_definition() && symbol.is_global())
             .filter_map(|symbol| symbol.name().ok().map(str::to_owned))
             .collect();
-        for name in &ALLOWED[..2] {
+        for name in REQUIRED {
             report.expect(exported.iter().any(|e| e == name), || {
-                format!("does not export {name}")
+                format!("the binary does not export {name}")
             });
         }
-        let others: Vec<_> = (exported.iter())
-            .filter(|name| !ALLOWED.contains(&name.as_str()))
+        let others: Vec<_> = (exported.iter().map(String::as_str))
+            .filter(|name| !REQUIRED.contains(name) && !OPTIONAL.contains(name))
             .collect();
-        report.expect(others.is_empty(), || format!("exports {others:?} as well"));
+        report.expect(others.is_empty(), || {
+            format!("the binary also exports {others:?}")
+        });
     } else {
-        report.skip("the symbol table is read of ELF files alone");
+        report.skip("the symbol table of files other than ELF");
     }
     let library = Library::open(&subject.file)?;
     let count = library.count();
-    report.expect(count >= 1, || format!("has {count} plugins"));
+    report.expect(count >= 1, || format!("the binary has {count} plugins"));
     for n in [-1, count, i32::MAX, i32::MIN] {
         report.expect(library.plugin(n).is_none(), || {
-            format!("OfxGetPlugin({n}) of {count} is not NULL")
+            format!("OfxGetPlugin({n}) is not NULL, although there are {count} plugins")
         });
     }
     for plugin in library.plugins() {
@@ -51,12 +55,14 @@ fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
         });
         report.expect(
             plugin.api == ("OfxImageEffectPluginAPI".to_owned(), 1),
-            || format!("{}: is for the API {:?}", plugin.id, plugin.api),
+            || format!("{}: the API is {:?}", plugin.id, plugin.api),
         );
         let id = &plugin.id;
-        let plain = |c: char| c.is_ascii_alphanumeric() || c == '.';
-        report.expect(id.contains('.') && id.chars().all(plain), || {
-            format!("{id:?}: an identifier is a reversed domain name of letters, digits and dots")
+        let is_valid = |c: char| c.is_ascii_alphanumeric() || c == '.';
+        report.expect(id.contains('.') && id.chars().all(is_valid), || {
+            format!(
+                "the identifier {id:?} is not a reversed domain name of letters, digits and dots"
+            )
         });
     }
     library.close()

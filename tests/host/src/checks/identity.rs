@@ -1,57 +1,54 @@
-//! Frames that the plugin says it would only copy.
+//! Renders that the plugin declares to be the identity.
 
-use super::{Check, Report, stage};
-use crate::drive::{Instance, Request};
+use openfx::sys::image_effect_v1::image_effect::kOfxImageEffectContextGeneral;
+
+use super::{Check, Report, fixture};
+use crate::drive::{Instance, RenderRequest};
 use crate::host::locked;
 use crate::host::profile::Profile;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "identity",
-    about: "what is said to change nothing renders the clip as it is",
+    about: "an effect that IsIdentity declares to be the identity copies the clip",
     run,
 };
 
-/// Whether the plugin claims to change nothing; that a claim is wrong is a fault.
-fn claim(instance: &Instance<'_>, what: &str, report: &mut Report) -> Result<bool, String> {
-    let Some((clip, time)) = instance.identity(0.0, (1.0, 1.0), stage::SIZE)? else {
+/// Returns whether IsIdentity declares the instance to be the identity. If so, the render must copy the clip.
+fn check_identity(
+    instance: &Instance<'_>,
+    what: &str,
+    report: &mut Report,
+) -> Result<bool, String> {
+    let Some((clip, time)) = instance.identity(0.0, (1.0, 1.0), fixture::BOUNDS)? else {
         return Ok(false);
     };
-    let frame = instance
-        .render(&Request {
-            window: Some(stage::SIZE),
-            ..Request::default()
-        })?
-        .good()?;
+    let case = format!("{what} is declared to be identical to {clip}");
+    let frame = instance.render_checked(&RenderRequest::of_window(fixture::BOUNDS))?;
     let source = locked(&instance.effect.scene).input(&clip).picture(time);
     match source {
-        Some(source) => report.none(
-            source.difference(&frame.picture, stage::SIZE),
-            &format!("{what} is said to be {clip}"),
-        ),
-        None => report.fault(format!(
-            "{what} is said to be {clip}, which is not connected"
-        )),
+        Some(source) => report.expect_same(&source, &frame, &case),
+        None => report.fault(format!("{case}, which is not connected")),
     }
     Ok(true)
 }
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
-        let scene = stage::with_all(loaded, stage::scene())?;
-        let context = loaded.context(true)?;
-        let plain = Instance::new(loaded, &context, &scene)?;
-        claim(&plain, "an instance as it is made", report)?;
-        plain.destroy()?;
-        let instance = stage::blurring(loaded, subject, &scene)?;
-        claim(&instance, "what blurs", report)?;
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
+        let scene = fixture::connect_all(loaded, fixture::scene())?;
+        let context = loaded.context_like(kOfxImageEffectContextGeneral)?;
+        let instance = Instance::new(loaded, &context, &scene)?;
+        check_identity(&instance, "a new instance", report)?;
         instance.destroy()?;
-        for knobs in subject.kind.identities {
-            let instance = stage::blurring(loaded, subject, &scene)?;
-            stage::set(&instance, knobs)?;
-            let claimed = claim(&instance, &format!("{knobs:?}"), report)?;
-            report.expect(claimed, || {
-                format!("{knobs:?} is not said to change nothing")
+        let instance = fixture::blurring_instance(loaded, subject, &scene)?;
+        check_identity(&instance, "an instance that blurs", report)?;
+        instance.destroy()?;
+        for settings in subject.kind.identities {
+            let instance = fixture::blurring_instance(loaded, subject, &scene)?;
+            fixture::apply(&instance, settings)?;
+            let is_identity = check_identity(&instance, &format!("{settings:?}"), report)?;
+            report.expect(is_identity, || {
+                format!("{settings:?} is not declared to be the identity")
             });
             instance.destroy()?;
         }

@@ -1,60 +1,62 @@
-//! The checks, one a file, each on the list of all.
+//! The checks, one per file.
 
 mod abort;
-mod arguments;
+mod action_order;
+mod bit_depths;
 mod blur;
-mod changes;
 mod components;
-mod concurrent;
-mod context;
+mod concurrency;
+mod contexts;
 mod description;
 mod determinism;
 mod empty_clips;
 mod exports;
 mod fields;
-mod file;
-mod frame;
+mod fixture;
+mod host_kinds;
 mod identity;
-mod images;
-mod kinds;
+mod image_release;
+mod input_sizes;
 mod leaks;
-mod members;
+mod leftover_threads;
 mod messages;
-mod order;
+mod missing_file;
+mod missing_properties;
+mod missing_suites;
+mod null_arguments;
+mod null_functions;
 mod origin;
 mod overlay;
+mod parameter_access;
+mod parameter_changes;
 mod pixel_aspect;
-mod properties;
 mod region_of_definition;
 mod regions_of_interest;
 mod reload;
 mod render_scale;
-mod rows;
-mod samples;
-mod sizes;
-pub(crate) mod stage;
-mod strings;
-mod suites;
+mod row_layouts;
+mod string_lifetime;
 mod thread_counts;
-mod threads;
 mod tiles;
-mod tiny;
-mod values;
+mod tiny_images;
 mod variants;
+mod written_pixels;
 
+use crate::drive::Frame;
+use crate::picture::Picture;
 use crate::subject::Subject;
 
-/// What a check found.
+/// The findings of a check.
 #[derive(Debug, Default)]
 pub struct Report {
-    /// What the plugin does wrong.
+    /// Faults of the plugin.
     pub faults: Vec<String>,
-    /// What could not be looked at, and why.
+    /// What was not tested, and why.
     pub skipped: Vec<String>,
 }
 
 impl Report {
-    /// Notes a fault.
+    /// Records a fault, unless it is recorded already.
     pub fn fault(&mut self, text: impl Into<String>) {
         let text = text.into();
         if !self.faults.contains(&text) {
@@ -62,81 +64,104 @@ impl Report {
         }
     }
 
-    /// Notes a fault unless `right`.
-    pub fn expect(&mut self, right: bool, text: impl FnOnce() -> String) {
-        if !right {
-            self.fault(text());
+    /// Records a fault unless `condition` holds.
+    pub fn expect(&mut self, condition: bool, fault: impl FnOnce() -> String) {
+        if !condition {
+            self.fault(fault());
         }
     }
 
-    /// Notes a fault, if there is one.
-    pub fn none(&mut self, fault: Option<String>, what: &str) {
+    /// Records a fault if there is one, with the case in which it occurred.
+    pub fn expect_none(&mut self, fault: Option<String>, case: &str) {
         if let Some(fault) = fault {
-            self.fault(format!("{what}: {fault}"));
+            self.fault(format!("{case}: {fault}"));
         }
     }
 
-    /// Notes what could not be looked at.
+    /// Records an error as a fault, with the case in which it occurred.
+    pub fn expect_ok<T>(&mut self, result: Result<T, String>, case: &str) {
+        self.expect_none(result.err(), case);
+    }
+
+    /// Records a fault if a frame differs from `expected` in any bit within its window.
+    pub fn expect_same(&mut self, expected: &Picture, frame: &Frame, case: &str) {
+        self.expect_none(expected.difference(&frame.picture, frame.window), case);
+    }
+
+    /// Records an error, or a difference as in [`Self::expect_same`].
+    pub fn expect_renders_same(
+        &mut self,
+        expected: &Picture,
+        frame: Result<Frame, String>,
+        case: &str,
+    ) {
+        match frame {
+            Ok(frame) => self.expect_same(expected, &frame, case),
+            Err(fault) => self.fault(format!("{case}: {fault}")),
+        }
+    }
+
+    /// Records that something was not tested.
     pub fn skip(&mut self, why: &str) {
         self.skipped.push(why.to_owned());
     }
 }
 
-/// One check.
+/// A check.
 pub struct Check {
     /// Its name.
     pub name: &'static str,
-    /// What has to be so, in one sentence.
+    /// The requirement that it checks.
     pub about: &'static str,
-    /// Does it. An error is one more fault.
+    /// Runs it. An error is a fault that ends the check.
     pub run: fn(&Subject, &mut Report) -> Result<(), String>,
 }
 
-/// All of them, from the outside in.
+/// All checks, from loading to rendering to rarer features.
 pub static ALL: &[&Check] = &[
     &exports::CHECK,
     &description::CHECK,
-    &context::CHECK,
+    &contexts::CHECK,
     &blur::CHECK,
     &reload::CHECK,
-    &threads::CHECK,
-    &order::CHECK,
-    &arguments::CHECK,
-    &suites::CHECK,
-    &members::CHECK,
-    &properties::CHECK,
-    &strings::CHECK,
-    &values::CHECK,
-    &kinds::CHECK,
+    &leftover_threads::CHECK,
+    &action_order::CHECK,
+    &null_arguments::CHECK,
+    &missing_suites::CHECK,
+    &null_functions::CHECK,
+    &missing_properties::CHECK,
+    &string_lifetime::CHECK,
+    &parameter_access::CHECK,
+    &host_kinds::CHECK,
     &leaks::CHECK,
-    &images::CHECK,
-    &frame::CHECK,
-    &rows::CHECK,
+    &image_release::CHECK,
+    &written_pixels::CHECK,
+    &row_layouts::CHECK,
     &origin::CHECK,
     &tiles::CHECK,
     &regions_of_interest::CHECK,
     &region_of_definition::CHECK,
     &thread_counts::CHECK,
     &determinism::CHECK,
-    &concurrent::CHECK,
+    &concurrency::CHECK,
     &render_scale::CHECK,
     &pixel_aspect::CHECK,
     &fields::CHECK,
     &components::CHECK,
-    &samples::CHECK,
+    &bit_depths::CHECK,
     &empty_clips::CHECK,
-    &sizes::CHECK,
-    &tiny::CHECK,
+    &input_sizes::CHECK,
+    &tiny_images::CHECK,
     &identity::CHECK,
     &variants::CHECK,
-    &changes::CHECK,
+    &parameter_changes::CHECK,
     &abort::CHECK,
     &messages::CHECK,
-    &file::CHECK,
+    &missing_file::CHECK,
     &overlay::CHECK,
 ];
 
-/// The check of that name.
+/// Returns the check of that name.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static Check> {
     ALL.iter().find(|check| check.name == name).copied()

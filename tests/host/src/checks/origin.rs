@@ -1,7 +1,7 @@
-//! Where pictures begin.
+//! Images with another origin.
 
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use super::{Check, Report, fixture};
+use crate::drive::RenderRequest;
 use crate::host::profile::Profile;
 use crate::picture::plate;
 use crate::scene::Scene;
@@ -9,24 +9,25 @@ use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "origin",
-    about: "a project that begins elsewhere has the same picture there",
+    about: "translating the project translates the picture",
     run,
 };
 
-/// Coordinates are rounded otherwise elsewhere.
+/// Largest difference, due to rounding of coordinates.
 const TOLERANCE: f32 = 1e-4;
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    let expected = stage::usual(subject, report)?;
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
+    let expected = fixture::reference(subject, report)?;
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
         for (dx, dy) in [(-13, 7), (1000, -512), (-45, -37)] {
-            let moved = plate(stage::SIZE, 4, 1).moved(dx, dy);
-            let frame = stage::rendered(loaded, subject, &Scene::of(moved), &Request::default())?;
-            let back = frame.picture.moved(-dx, -dy);
-            report.none(
-                (expected.picture).difference_over(&back, expected.window, TOLERANCE),
-                &format!("moved by ({dx}, {dy})"),
+            let scene = Scene::new(plate(fixture::BOUNDS, 4, 1).translated(dx, dy));
+            let frame = fixture::render(loaded, subject, &scene, &RenderRequest::default())?;
+            let difference = expected.difference_beyond(
+                &frame.picture.translated(-dx, -dy),
+                expected.bounds,
+                TOLERANCE,
             );
+            report.expect_none(difference, &format!("translated by ({dx}, {dy})"));
         }
         Ok(())
     })

@@ -1,25 +1,25 @@
 //! The overlay.
 
-use super::{Check, Report, stage};
+use super::{Check, Report, fixture};
 use crate::host::profile::Profile;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "overlay",
-    about: "an overlay draws with finite points inside its draw action, and bears a pen",
+    about: "the overlay draws finite points, in its draw action only, and handles a pen",
     run,
 };
 
+// The host records wrong draw calls as misuse.
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
-        let scene = stage::with_all(loaded, stage::scene())?;
-        let instance = stage::blurring(loaded, subject, &scene)?;
-        let mut drawn = None;
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
+        let scene = fixture::connect_all(loaded, fixture::scene())?;
+        let instance = fixture::blurring_instance(loaded, subject, &scene)?;
         for pen in [(22.5, 18.5), (-100.0, 1e6)] {
-            drawn = instance.overlay(pen)?;
-        }
-        if drawn.is_none() {
-            report.skip("the plugin has no overlay that draws through the draw suite");
+            if instance.use_overlay(pen)?.is_none() {
+                report.skip("the plugin has no overlay that uses the draw suite");
+                break;
+            }
         }
         instance.destroy()
     })

@@ -1,7 +1,9 @@
 //! Pixels that are not square.
 
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use std::ops::Range;
+
+use super::{Check, Report, fixture};
+use crate::drive::RenderRequest;
 use crate::host::profile::Profile;
 use crate::picture::{Picture, Rect};
 use crate::scene::Scene;
@@ -9,12 +11,19 @@ use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "pixel_aspect",
-    about: "where pixels are twice as wide a blur has half as many of them across, and as many up",
+    about: "in pixels twice as wide, a blur is half as many pixels wide and as many high",
     run,
 };
 
-/// Standard deviations of the light across and up, in pixels.
-pub(super) fn spread(picture: &Picture) -> (f64, f64) {
+/// The standard deviation of the light in a picture, in pixels.
+#[derive(Clone, Copy)]
+pub(super) struct Spread {
+    pub(super) x: f64,
+    pub(super) y: f64,
+}
+
+/// Returns the spread of the first channel.
+pub(super) fn spread(picture: &Picture) -> Spread {
     let mut sums = [0.0_f64; 5];
     for (x, y) in picture.bounds.pixels() {
         let light = f64::from(picture.pixel(x, y)[0]);
@@ -23,43 +32,53 @@ pub(super) fn spread(picture: &Picture) -> (f64, f64) {
             *sum += light * term;
         }
     }
-    let [all, x, y, xx, yy] = sums;
+    let [total, x, y, xx, yy] = sums;
     let deviation =
-        |first: f64, second: f64| (second / all - (first / all).powi(2)).max(0.0).sqrt();
-    (deviation(x, xx), deviation(y, yy))
+        |first: f64, second: f64| (second / total - (first / total).powi(2)).max(0.0).sqrt();
+    Spread {
+        x: deviation(x, xx),
+        y: deviation(y, yy),
+    }
+}
+
+/// Returns a black picture with light in some columns of one row.
+fn light(width: i32, columns: Range<i32>) -> Picture {
+    Picture::from_fn(Rect::new(0, 0, width, 48), 4, |x, y, c| {
+        let is_lit = columns.contains(&x) && y == 24;
+        if is_lit || c == 3 { 1.0 } else { 0.0 }
+    })
 }
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
-        // The same frame: 64 by 48 square pixels, 32 by 48 wide ones. The light is two square pixels wide.
-        let light = |width: i32, columns: std::ops::Range<i32>| {
-            Picture::made(Rect::new(0, 0, width, 48), 4, |x, y, c| {
-                let lit = columns.contains(&x) && y == 24;
-                if lit || c == 3 { 1.0 } else { 0.0 }
-            })
-        };
-        let scenes = [
-            Scene::of(light(64, 32..34)),
-            Scene::with_par(light(32, 16..17), 2.0),
-        ];
-        let mut spreads = Vec::new();
-        for scene in scenes {
-            let frame = stage::rendered(loaded, subject, &scene, &Request::default())?;
-            spreads.push((spread(&frame.picture), frame.window));
-        }
-        let [(square, one), (wide, two)] = spreads[..] else {
-            return Err("two frames were rendered".to_owned());
-        };
-        report.expect(one.width().abs_diff(2 * two.width()) <= 4, || {
-            format!("Output is {one:?} of square pixels and {two:?} of wide ones")
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
+        let render = |scene| fixture::render(loaded, subject, &scene, &RenderRequest::default());
+        // The same frame and light in 64 by 48 square pixels and in 32 by 48 wide ones.
+        let square = render(Scene::new(light(64, 32..34)))?;
+        let wide = render(Scene::with_par(light(32, 16..17), 2.0))?;
+        let widths = (square.window.width(), wide.window.width());
+        report.expect(widths.0.abs_diff(2 * widths.1) <= 4, || {
+            format!(
+                "the output is {:?} in square pixels and {:?} in wide ones",
+                square.window, wide.window
+            )
         });
-        let tolerance = subject.kind.half_width;
-        let (across, up) = (wide.0 / square.0, wide.1 / square.1);
-        report.expect((across - 0.5).abs() <= tolerance, || {
-            format!("a blur of wide pixels is {across:.3} as many across as one of square pixels, not 0.5")
+        let (square, wide) = (spread(&square.picture), spread(&wide.picture));
+        let ratio = Spread {
+            x: wide.x / square.x,
+            y: wide.y / square.y,
+        };
+        let tolerance = subject.kind.pixel_aspect_tolerance;
+        report.expect((ratio.x - 0.5).abs() <= tolerance, || {
+            format!(
+                "the width of a blur in wide pixels is {:.3} of that in square ones, not 0.5",
+                ratio.x
+            )
         });
-        report.expect((up - 1.0).abs() <= tolerance, || {
-            format!("a blur of wide pixels is {up:.3} as many high as one of square pixels, not 1")
+        report.expect((ratio.y - 1.0).abs() <= tolerance, || {
+            format!(
+                "the height of a blur in wide pixels is {:.3} of that in square ones, not 1",
+                ratio.y
+            )
         });
         Ok(())
     })

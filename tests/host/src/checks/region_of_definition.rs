@@ -1,7 +1,7 @@
-//! Whether there is anything outside the region of definition.
+//! The region of definition.
 
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use super::{Check, Report, fixture};
+use crate::drive::RenderRequest;
 use crate::host::profile::Profile;
 use crate::subject::Subject;
 
@@ -11,28 +11,31 @@ pub(super) static CHECK: Check = Check {
     run,
 };
 
+/// The largest plausible width and height, in pixels.
+const MAX_SIZE: usize = 100_000;
+
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
-        let instance = stage::blurring(loaded, subject, &stage::scene())?;
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
+        let instance = fixture::blurring_instance(loaded, subject, &fixture::scene())?;
         let rod = instance
             .region_of_definition(0.0, (1.0, 1.0))?
             .pixels((1.0, 1.0), 1.0);
-        report.expect(rod.width() < 100_000 && rod.height() < 100_000, || {
-            format!("is {rod:?} for a picture of {:?}", stage::SIZE)
-        });
-        let window = rod.grown(6);
-        let frame = instance
-            .render(&Request {
-                window: Some(window),
-                ..Request::default()
-            })?
-            .good()?;
-        let lit = (window.pixels())
+        if rod.width() >= MAX_SIZE || rod.height() >= MAX_SIZE {
+            return Err(format!(
+                "the region of definition is {rod:?} for a picture of {:?}",
+                fixture::BOUNDS
+            ));
+        }
+        let window = rod.expanded(6);
+        let frame = instance.render_checked(&RenderRequest::of_window(window))?;
+        let outside = (window.pixels())
             .filter(|(x, y)| !rod.contains(*x, *y))
             .find(|(x, y)| frame.picture.pixel(*x, *y).iter().any(|v| *v != 0.0));
-        report.expect(lit.is_none(), || {
-            format!("{lit:?} is not 0 and lies outside {rod:?}")
-        });
+        if let Some(pixel) = outside {
+            report.fault(format!(
+                "the pixel {pixel:?} is not black, but lies outside {rod:?}"
+            ));
+        }
         instance.destroy()
     })
 }

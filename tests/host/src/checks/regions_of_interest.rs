@@ -1,70 +1,62 @@
-//! Whether what is asked for is enough.
+//! The regions of interest.
 
-use openfx::sys::image_effect_v1::image_effect::*;
-
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use super::{Check, Report, fixture};
+use crate::drive::RenderRequest;
 use crate::host::profile::Profile;
 use crate::picture::Rect;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "regions_of_interest",
-    about: "inputs cut to the regions of interest give the same picture as whole ones",
+    about: "inputs cropped to the regions of interest give the same picture as whole ones",
     run,
 };
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    of(subject, report, Profile::complete(), "")?;
+    check(subject, report, Profile::complete(), "complete host")?;
     let late = Profile {
         late_regions: true,
         ..Profile::complete()
     };
-    of(
-        subject,
-        report,
-        late,
-        "without a region before the render, ",
-    )
+    check(subject, report, late, "no regions of clips before a render")
 }
 
-fn of(subject: &Subject, report: &mut Report, profile: Profile, host: &str) -> Result<(), String> {
-    stage::on(subject, report, profile, |loaded, report| {
-        let says = loaded
-            .descriptor
-            .properties
-            .int(kOfxImageEffectPropSupportsTiles);
-        // The host that has no regions yet is openfx-runner: it cuts inputs for every plugin.
-        let tiles = says != Some(0) || loaded.host.profile.late_regions;
+fn check(
+    subject: &Subject,
+    report: &mut Report,
+    profile: Profile,
+    host: &str,
+) -> Result<(), String> {
+    fixture::with_plugin(subject, report, profile, |loaded, report| {
         let mut windows = vec![None];
-        if tiles {
-            let size = stage::SIZE;
+        // The host with late regions is openfx-runner, which crops the inputs of all plugins.
+        if loaded.supports_tiles() || loaded.host.profile.late_regions {
+            let bounds = fixture::BOUNDS;
             windows.push(Some(Rect::new(20, 15, 28, 22)));
             windows.push(Some(Rect::new(0, 0, 3, 3)));
-            windows.push(Some(Rect::new(size.x2 - 5, 0, size.x2, size.y2)));
+            windows.push(Some(Rect::new(bounds.x2 - 5, 0, bounds.x2, bounds.y2)));
         }
-        let scene = stage::with_all(loaded, stage::scene())?;
-        let instance = stage::blurring(loaded, subject, &scene)?;
-        let mut settings = vec![("as it is", None)];
-        settings.extend(subject.kind.depth.map(|knobs| ("with depth", Some(knobs))));
-        settings.extend(subject.kind.mask.map(|knobs| ("with a mask", Some(knobs))));
-        for (what, knobs) in settings {
-            if let Some(knobs) = knobs {
-                stage::set(&instance, knobs)?;
+        let scene = fixture::connect_all(loaded, fixture::scene())?;
+        let instance = fixture::blurring_instance(loaded, subject, &scene)?;
+        let mut settings = vec![("blur", None)];
+        settings.extend(subject.kind.depth.map(|depth| ("with depth", Some(depth))));
+        settings.extend(subject.kind.mask.map(|mask| ("with a mask", Some(mask))));
+        for (what, settings) in settings {
+            if let Some(settings) = settings {
+                fixture::apply(&instance, settings)?;
             }
             for window in &windows {
-                let frame = |crop| {
-                    instance.render(&Request {
-                        window: *window,
-                        crop,
-                        ..Request::default()
-                    })
+                let request = RenderRequest {
+                    window: *window,
+                    ..RenderRequest::default()
                 };
-                let (whole, cut) = (frame(false)?.good()?, frame(true)?.good()?);
-                report.none(
-                    whole.picture.difference(&cut.picture, whole.window),
-                    &format!("{what}, {host}window {window:?}"),
-                );
+                let whole = instance.render_checked(&request)?;
+                let cropped = instance.render_checked(&RenderRequest {
+                    crop_inputs: true,
+                    ..request
+                })?;
+                let case = format!("{what}, {host}, window {window:?}");
+                report.expect_same(&whole.picture, &cropped, &case);
             }
         }
         instance.destroy()

@@ -1,52 +1,58 @@
-//! How many threads the host has.
+//! Numbers of threads.
 
 use openfx::sys::image_effect_v1::multi_thread::kOfxMultiThreadSuite;
 
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use super::{Check, Report, fixture};
+use crate::drive::RenderRequest;
 use crate::host::profile::Profile;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "thread_counts",
-    about: "the picture is the same, bit for bit, for any number of threads",
+    about: "the picture has the same bits for any number of threads",
     run,
 };
 
+/// How the multi-thread suite behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ThreadSuite {
+    Parallel,
+    Serial,
+    Failing,
+    Missing,
+}
+
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    let expected = stage::usual(subject, report)?;
-    let complete = Profile::complete;
-    let absent = Profile {
-        absent: vec![(kOfxMultiThreadSuite, 1)],
-        ..complete()
-    };
-    let serial = Profile {
-        serial: true,
-        ..complete()
-    };
-    let cases = [
-        (complete(), 1, false),
-        (complete(), 2, false),
-        (complete(), 3, false),
-        (complete(), 8, false),
-        (complete(), 0, false),
-        (complete(), 4, true),
-        (serial, 4, false),
-        (absent, 4, false),
-    ];
-    for (profile, processors, fail) in cases {
-        let title = format!(
-            "{processors} processors, serial: {}, suite there: {}, failing: {fail}",
-            profile.serial,
-            profile.absent.is_empty()
-        );
-        stage::on(subject, report, profile, |loaded, report| {
-            loaded.host.set_threads(processors, fail);
-            let frame = stage::rendered(loaded, subject, &stage::scene(), &Request::default())?;
-            report.none(
-                expected.picture.difference(&frame.picture, frame.window),
-                &title,
-            );
+    let expected = fixture::reference(subject, report)?;
+    for (processors, suite) in [
+        (1, ThreadSuite::Parallel),
+        (2, ThreadSuite::Parallel),
+        (3, ThreadSuite::Parallel),
+        (8, ThreadSuite::Parallel),
+        (0, ThreadSuite::Parallel),
+        (4, ThreadSuite::Failing),
+        (4, ThreadSuite::Serial),
+        (4, ThreadSuite::Missing),
+    ] {
+        let missing_suites = if suite == ThreadSuite::Missing {
+            vec![(kOfxMultiThreadSuite, 1)]
+        } else {
+            Vec::new()
+        };
+        let profile = Profile {
+            serial_threads: suite == ThreadSuite::Serial,
+            missing_suites,
+            ..Profile::complete()
+        };
+        fixture::with_plugin(subject, report, profile, |loaded, report| {
+            loaded.host.set_processors(processors);
+            if suite == ThreadSuite::Failing {
+                loaded.host.fail_threads();
+            }
+            let request = RenderRequest::default();
+            let frame = fixture::render(loaded, subject, &fixture::scene(), &request)?;
+            let case = format!("{processors} processors, thread suite {suite:?}");
+            report.expect_same(&expected, &frame, &case);
             Ok(())
         })?;
     }

@@ -1,74 +1,59 @@
-//! Frames rendered in pieces.
+//! Frames rendered in tiles.
 
-use openfx::sys::image_effect_v1::image_effect::*;
-
-use super::{Check, Report, stage};
-use crate::drive::Request;
+use super::{Check, Report, fixture};
+use crate::drive::RenderRequest;
 use crate::host::profile::Profile;
 use crate::picture::Rect;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "tiles",
-    about: "a frame in tiles of any shape and order is the whole frame, bit for bit",
+    about: "a frame rendered in tiles of any shape and order has the same bits as the whole",
     run,
 };
 
-/// The window in pieces of that size.
-fn pieces(window: Rect, width: i32, height: i32) -> Vec<Rect> {
-    let mut all = Vec::new();
-    let mut y = window.y1;
-    while y < window.y2 {
-        let mut x = window.x1;
-        while x < window.x2 {
-            all.push(Rect::new(x, y, x + width, y + height).and(&window));
-            x += width;
+/// Divides a window into tiles, in rows from the bottom.
+fn divide(window: Rect, width: i32, height: i32) -> Vec<Rect> {
+    let mut tiles = Vec::new();
+    for y in (window.y1..window.y2).step_by(height as usize) {
+        for x in (window.x1..window.x2).step_by(width as usize) {
+            tiles.push(Rect::new(x, y, x + width, y + height).intersection(&window));
         }
-        y += height;
     }
-    all
+    tiles
 }
 
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
-        if loaded
-            .descriptor
-            .properties
-            .int(kOfxImageEffectPropSupportsTiles)
-            == Some(0)
-        {
-            report.skip("the plugin says that it renders no tiles");
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
+        if !loaded.supports_tiles() {
+            report.skip("the plugin declares that it renders no tiles");
             return Ok(());
         }
-        for scene in [stage::scene(), stage::with_all(loaded, stage::scene())?] {
-            let instance = stage::blurring(loaded, subject, &scene)?;
-            stage::use_all(&instance, subject)?;
-            let whole = instance.render(&Request::default())?.good()?;
-            let window = whole.window;
+        for scene in [
+            fixture::scene(),
+            fixture::connect_all(loaded, fixture::scene())?,
+        ] {
+            let instance = fixture::blurring_instance(loaded, subject, &scene)?;
+            fixture::use_depth_and_mask(&instance, subject)?;
+            let whole = instance.render_checked(&RenderRequest::default())?.picture;
             for (width, height) in [(16, 16), (7, 64), (64, 3), (1000, 1000)] {
-                for crop in [false, true] {
-                    for backwards in [false, true] {
-                        let mut tiles = pieces(window, width, height);
-                        if backwards {
-                            tiles.reverse();
-                        }
-                        let request = Request {
-                            tiles,
-                            crop,
-                            tight: backwards,
-                            ..Request::default()
-                        };
-                        let title = format!(
-                            "tiles of {width} x {height}, inputs cropped: {crop}, last first: {backwards}"
-                        );
-                        match instance.render(&request)?.good() {
-                            Ok(frame) => {
-                                report
-                                    .none(whole.picture.difference(&frame.picture, window), &title);
-                            }
-                            Err(why) => report.fault(format!("{title}: {why}")),
-                        }
+                for (crop_inputs, reversed) in
+                    [(false, false), (false, true), (true, false), (true, true)]
+                {
+                    let mut tiles = divide(whole.bounds, width, height);
+                    if reversed {
+                        tiles.reverse();
                     }
+                    let frame = instance.render_checked(&RenderRequest {
+                        tiles,
+                        crop_inputs,
+                        crop_output: reversed,
+                        ..RenderRequest::default()
+                    });
+                    let case = format!(
+                        "tiles of {width} x {height}, inputs cropped: {crop_inputs}, last first: {reversed}"
+                    );
+                    report.expect_renders_same(&whole, frame, &case);
                 }
             }
             instance.destroy()?;

@@ -1,88 +1,95 @@
-//! What the plugin does besides: other modes, other outputs.
+//! Other modes of the plugin.
 
-use openfx::sys::image_effect_v1::image_effect::*;
-
-use super::{Check, Report, stage};
-use crate::drive::Request;
-use crate::host::profile::{Profile, Rows};
+use super::{Check, Report, fixture};
+use crate::drive::RenderRequest;
+use crate::host::profile::{Profile, RowLayout};
 use crate::picture::Rect;
 use crate::subject::Subject;
 
 pub(super) static CHECK: Check = Check {
     name: "variants",
-    about: "other modes write whole frames, the same for any rows, number of threads, region and tile",
+    about: "other modes render whole frames, the same for any row layout, number of threads, crop and tiling",
     run,
 };
 
+/// Another way to render the same frame.
+struct Variation {
+    name: &'static str,
+    request: RenderRequest,
+    processors: usize,
+}
+
+fn variations(with_tiles: bool) -> Vec<Variation> {
+    let bounds = fixture::BOUNDS;
+    let whole = || RenderRequest::of_window(bounds);
+    let variation = |name, request| Variation {
+        name,
+        request,
+        processors: 3,
+    };
+    let mut variations = vec![
+        variation("again", whole()),
+        Variation {
+            processors: 1,
+            ..variation("with one thread", whole())
+        },
+        variation(
+            "from the top down",
+            RenderRequest {
+                rows: Some(RowLayout::NegativeOdd),
+                ..whole()
+            },
+        ),
+        variation(
+            "with cropped inputs",
+            RenderRequest {
+                crop_inputs: true,
+                ..whole()
+            },
+        ),
+    ];
+    if with_tiles {
+        let middle = (bounds.x1 + bounds.x2) / 2;
+        let request = RenderRequest {
+            tiles: vec![
+                Rect::new(middle, bounds.y1, bounds.x2, bounds.y2),
+                Rect::new(bounds.x1, bounds.y1, middle, bounds.y2),
+            ],
+            crop_inputs: true,
+            ..whole()
+        };
+        variations.push(variation("in two tiles", request));
+    }
+    variations
+}
+
 fn run(subject: &Subject, report: &mut Report) -> Result<(), String> {
     if subject.kind.variants.is_empty() {
-        report.skip("no other settings are known");
+        report.skip("no other modes are known");
         return Ok(());
     }
-    stage::on(subject, report, Profile::complete(), |loaded, report| {
-        let tiles = loaded
-            .descriptor
-            .properties
-            .int(kOfxImageEffectPropSupportsTiles)
-            != Some(0);
-        let size = stage::SIZE;
-        let whole = Request {
-            window: Some(size),
-            ..Request::default()
-        };
-        let mut others = vec![
-            ("again", whole.clone(), 3),
-            ("with one thread", whole.clone(), 1),
-            (
-                "from the top down",
-                Request {
-                    rows: Some(Rows::NegativeOdd),
-                    ..whole.clone()
-                },
-                3,
-            ),
-            (
-                "with inputs cropped",
-                Request {
-                    crop: true,
-                    ..whole.clone()
-                },
-                3,
-            ),
-        ];
-        if tiles {
-            let middle = (size.x1 + size.x2) / 2;
-            let halves = vec![
-                Rect::new(middle, size.y1, size.x2, size.y2),
-                Rect::new(size.x1, size.y1, middle, size.y2),
-            ];
-            let request = Request {
-                tiles: halves,
-                crop: true,
-                ..whole.clone()
-            };
-            others.push(("in two halves", request, 3));
-        }
-        for scene in [stage::scene(), stage::with_all(loaded, stage::scene())?] {
-            for knobs in subject.kind.variants {
-                let instance = stage::blurring(loaded, subject, &scene)?;
-                stage::set(&instance, knobs)?;
-                let first = match instance.render(&whole)?.good() {
-                    Ok(first) => first,
-                    Err(why) => {
-                        report.fault(format!("{knobs:?}: {why}"));
+    fixture::with_plugin(subject, report, Profile::complete(), |loaded, report| {
+        let variations = variations(loaded.supports_tiles());
+        for scene in [
+            fixture::scene(),
+            fixture::connect_all(loaded, fixture::scene())?,
+        ] {
+            for settings in subject.kind.variants {
+                let instance = fixture::blurring_instance(loaded, subject, &scene)?;
+                fixture::apply(&instance, settings)?;
+                let whole = RenderRequest::of_window(fixture::BOUNDS);
+                let expected = match instance.render_checked(&whole) {
+                    Ok(frame) => frame.picture,
+                    Err(fault) => {
+                        report.fault(format!("{settings:?}: {fault}"));
                         continue;
                     }
                 };
-                for (what, request, threads) in &others {
-                    loaded.host.set_threads(*threads, false);
-                    match instance.render(request)?.good() {
-                        Ok(frame) => report.none(
-                            first.picture.difference(&frame.picture, size),
-                            &format!("{knobs:?} {what}"),
-                        ),
-                        Err(why) => report.fault(format!("{knobs:?} {what}: {why}")),
-                    }
+                for variation in &variations {
+                    loaded.host.set_processors(variation.processors);
+                    let frame = instance.render_checked(&variation.request);
+                    let case = format!("{settings:?} {}", variation.name);
+                    report.expect_renders_same(&expected, frame, &case);
                 }
                 instance.destroy()?;
             }

@@ -1,4 +1,4 @@
-//! The property sets that actions are given and fill in.
+//! Property sets for the arguments of actions.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -6,12 +6,12 @@ use std::sync::Arc;
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
 
-use super::frame::Request;
+use super::frame::RenderRequest;
 use crate::host::Host;
-use crate::host::properties::{PropertySet, Value, Values};
+use crate::host::properties::{PropertySet, Schema, Value, Values, property_name};
 use crate::picture::{Rect, Region};
 
-/// Properties by name, put together.
+/// A builder of argument sets.
 #[derive(Default)]
 pub(super) struct Arguments {
     values: Values,
@@ -31,35 +31,42 @@ impl Arguments {
     }
 
     pub(super) fn with(mut self, name: &CStr, values: Vec<Value>) -> Self {
-        let name = name.to_string_lossy().into_owned();
-        self.values.insert(name, values);
+        self.values.insert(property_name(name), values);
         self
     }
 
-    /// With a property that carries the name of a clip.
-    pub(super) fn of_clip(mut self, start: &str, clip: &str, values: Vec<Value>) -> Self {
-        self.values.insert(format!("{start}{clip}"), values);
+    /// Adds a property whose name ends with that of a clip.
+    pub(super) fn for_clip(mut self, prefix: &str, clip: &str, values: Vec<Value>) -> Self {
+        self.values.insert(format!("{prefix}{clip}"), values);
         self
     }
 
-    /// Made known to the plugin, as what goes into or comes out of an action.
-    pub(super) fn known(self, host: &Host, out: bool, action: &CStr) -> Arc<PropertySet> {
-        let way = if out { "outArgs" } else { "inArgs" };
-        let name = format!("{way} of {}", action.to_string_lossy());
-        host.property_set(&name, &name, self.values, false)
+    /// Creates the `inArgs` of an action.
+    pub(super) fn in_args(self, host: &Host, action: &CStr) -> Arc<PropertySet> {
+        self.register(host, "inArgs", action)
+    }
+
+    /// Creates the `outArgs` of an action.
+    pub(super) fn out_args(self, host: &Host, action: &CStr) -> Arc<PropertySet> {
+        self.register(host, "outArgs", action)
+    }
+
+    fn register(self, host: &Host, kind: &str, action: &CStr) -> Arc<PropertySet> {
+        let name = format!("{kind} of {}", action.to_string_lossy());
+        host.property_set(&name, &name, self.values, Schema::Fixed)
     }
 }
 
-/// What actions about a time and a scale get.
-pub(super) fn at(time: f64, scale: (f64, f64)) -> Arguments {
+/// Returns the arguments of actions at a time and render scale.
+pub(super) fn at_time(time: f64, scale: (f64, f64)) -> Arguments {
     Arguments::default()
         .doubles(kOfxPropTime, &[time])
         .doubles(kOfxImageEffectPropRenderScale, &[scale.0, scale.1])
 }
 
-/// What a render gets, and with a window of its own each of its tiles.
-pub(super) fn of_render(host: &Host, request: &Request, window: Rect) -> Arguments {
-    let mut arguments = at(request.time, request.scale)
+/// Returns the arguments of Render.
+pub(super) fn for_render(host: &Host, request: &RenderRequest, window: Rect) -> Arguments {
+    let mut arguments = at_time(request.time, request.scale)
         .text(kOfxImageEffectPropFieldToRender, request.field)
         .ints(kOfxImageEffectPropRenderWindow, &window.corners())
         .ints(kOfxImageEffectPropSequentialRenderStatus, &[0])
@@ -71,8 +78,8 @@ pub(super) fn of_render(host: &Host, request: &Request, window: Rect) -> Argumen
     arguments
 }
 
-/// What the begin and the end of a sequence get.
-pub(super) fn of_sequence(request: &Request) -> Arguments {
+/// Returns the arguments of BeginSequenceRender and EndSequenceRender.
+pub(super) fn for_sequence(request: &RenderRequest) -> Arguments {
     Arguments::default()
         .doubles(kOfxImageEffectPropFrameRange, &[request.time, request.time])
         .doubles(kOfxImageEffectPropFrameStep, &[1.0])
@@ -85,8 +92,8 @@ pub(super) fn of_sequence(request: &Request) -> Arguments {
         .ints(kOfxImageEffectPropInteractiveRenderStatus, &[0])
 }
 
-/// The rectangle in a property, nothing if it does not hold four numbers.
-pub(super) fn region(values: Option<&Vec<Value>>) -> Option<Region> {
+/// Converts the values of a property to a region, if they are four doubles.
+pub(super) fn to_region(values: Option<&Vec<Value>>) -> Option<Region> {
     let numbers: Vec<f64> = values?
         .iter()
         .filter_map(|value| match value {

@@ -1,4 +1,4 @@
-//! An instance, with its clips connected and its parameters set.
+//! An instance with connected clips and set parameters.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -7,70 +7,58 @@ use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
 use openfx::sys::image_effect_v1::param::*;
 
-use super::arguments::{Arguments, at};
-use super::{Loaded, act, status_name};
-use crate::host::effect::{Clip, Effect, Setting};
-use crate::host::properties::Value;
+use super::arguments::{Arguments, at_time};
+use super::{ActionArguments, LoadedPlugin, act, act_with, check_status, status_name};
+use crate::host::effect::{Clip, Effect, EffectRole, ParameterValue};
+use crate::host::images::reclaim;
+use crate::host::properties::{PropertySet, Schema, Value, Values, property_name};
 use crate::host::{Host, locked};
 use crate::picture::Picture;
-use crate::scene::{Feed, Scene};
+use crate::scene::{Feed, Scene, components};
 
-/// An instance of a loaded plugin.
+/// An instance of a loaded plugin. It is destroyed when dropped.
 pub struct Instance<'l> {
     /// The plugin.
-    pub loaded: &'l Loaded<'l>,
-    /// The instance as the plugin knows it.
+    pub loaded: &'l LoadedPlugin<'l>,
+    /// The instance as the plugin sees it.
     pub effect: Arc<Effect>,
     destroyed: bool,
 }
 
 impl<'l> Instance<'l> {
-    /// Describes in the context, creates, connects and asks for clip preferences.
+    /// Describes the plugin in the context, creates an instance and updates its clip preferences.
     ///
     /// # Errors
-    /// If the plugin refuses anything of it.
-    pub fn new(loaded: &'l Loaded<'l>, context: &CStr, scene: &Scene) -> Result<Self, String> {
-        let descriptor = loaded.describe_in(context)?;
-        Self::of(loaded, &descriptor, context, scene)
-    }
-
-    /// The same of a descriptor that is there.
-    ///
-    /// # Errors
-    /// If the plugin refuses.
-    pub fn of(
-        loaded: &'l Loaded<'l>,
-        descriptor: &Effect,
+    /// If an action fails.
+    pub fn new(
+        loaded: &'l LoadedPlugin<'l>,
         context: &CStr,
         scene: &Scene,
     ) -> Result<Self, String> {
-        let instance = Self::uncreated(loaded, descriptor, context, scene);
-        let status = instance.act(kOfxActionCreateInstance);
-        if status != kOfxStatOK && status != kOfxStatReplyDefault {
-            return Err(format!("CreateInstance gave {}", status_name(status)));
-        }
-        if loaded.host.profile.asks {
-            instance.preferences()?;
+        let descriptor = loaded.describe_in(context)?;
+        let instance = Self::without_create(loaded, &descriptor, context, scene);
+        check_status("CreateInstance", instance.act(kOfxActionCreateInstance))?;
+        if loaded.host.profile.calls_optional_actions {
+            instance.update_clip_preferences()?;
         }
         Ok(instance)
     }
 
-    /// An instance that CreateInstance has not been called on.
+    /// Creates an instance without calling CreateInstance.
     #[must_use]
-    pub fn uncreated(
-        loaded: &'l Loaded<'l>,
+    pub fn without_create(
+        loaded: &'l LoadedPlugin<'l>,
         descriptor: &Effect,
         context: &CStr,
         scene: &Scene,
     ) -> Self {
         let host: &Host = loaded.host;
-        let values = effect_values(loaded, context, scene);
-        let set = host.property_set("effect instance", "the instance", values, false);
-        let effect = Effect::new(host, set, true);
+        let values = instance_properties(loaded, context, scene);
+        let set = host.property_set("effect instance", "the instance", values, Schema::Fixed);
+        let effect = Effect::new(host, set, EffectRole::Instance);
         for clip in descriptor.clips() {
-            let values = clip.properties.all();
             let title = format!("clip {}", clip.name);
-            let set = host.property_set("clip", &title, values, false);
+            let set = host.property_set("clip", &title, clip.properties.all(), Schema::Fixed);
             effect.add_clip(host, &clip.name, set);
         }
         for parameter in descriptor.parameters.all() {
@@ -78,10 +66,10 @@ impl<'l> Instance<'l> {
             let mut values = parameter.properties.all();
             for (name, value) in [(kOfxParamPropSecret, 0), (kOfxParamPropEnabled, 1)] {
                 values
-                    .entry(name.to_string_lossy().into_owned())
+                    .entry(property_name(name))
                     .or_insert_with(|| vec![Value::Int(value)]);
             }
-            let set = host.property_set(&kind, &kind, values, false);
+            let set = host.property_set(&kind, &kind, values, Schema::Fixed);
             effect
                 .parameters
                 .add(host, &parameter.kind, &parameter.name, set);
@@ -95,246 +83,200 @@ impl<'l> Instance<'l> {
         instance
     }
 
-    /// Calls an action that has no arguments.
+    /// Calls an action without arguments.
     pub fn act(&self, action: &CStr) -> OfxStatus {
-        act(
-            &self.loaded.plugin,
-            action,
-            self.effect.handle(),
-            None,
-            None,
-            None,
-        )
+        act(&self.loaded.plugin, action, self.effect.handle())
     }
 
-    /// Connects the clips otherwise; whoever changes them after creation calls `preferences` too.
+    /// Calls an action with arguments.
+    pub(super) fn act_with(
+        &self,
+        action: &CStr,
+        in_args: &PropertySet,
+        out_args: Option<&PropertySet>,
+    ) -> OfxStatus {
+        let arguments = ActionArguments {
+            in_args: Some(in_args),
+            out_args,
+            render: None,
+        };
+        act_with(&self.loaded.plugin, action, self.effect.handle(), arguments)
+    }
+
+    /// Connects the clips to a scene. Pictures are converted to components that the clips support.
+    ///
+    /// Callers that do so after creation must also call [`Self::update_clip_preferences`].
     pub fn connect(&self, scene: &Scene) {
         let mut scene = scene.clone();
         for clip in self.effect.clips() {
-            let channels = self.channels(&clip, &scene);
-            if let Some(input) = scene.inputs.get_mut(&clip.name)
-                && let Feed::Pictures(all) = &mut input.feed
-            {
-                for picture in all.iter_mut() {
-                    if picture.channels != channels {
-                        *picture = Arc::new(converted(picture, channels));
-                    }
-                }
-            }
+            let channels = self.supported_channels(&clip, &scene);
+            convert_input(&mut scene, &clip.name, channels);
         }
+        self.set_scene(scene);
+    }
+
+    /// Sets the scene and the properties of all clips.
+    fn set_scene(&self, scene: Scene) {
         for clip in self.effect.clips() {
-            self.tell(&clip, &scene);
+            self.set_clip_properties(&clip, &scene);
         }
         *locked(&self.effect.scene) = scene;
     }
 
-    /// Channels of the clip's pictures in this host: its own if the clip takes them.
-    fn channels(&self, clip: &Clip, scene: &Scene) -> usize {
-        let own = (scene.input(&clip.name).picture(0.0)).map_or(4, |p| p.channels);
-        let wanted = clip
+    /// Returns the number of channels in which the host gives a clip's pictures: their own if the clip supports them.
+    fn supported_channels(&self, clip: &Clip, scene: &Scene) -> usize {
+        let own = scene.channels(&clip.name);
+        let supported = clip
             .properties
             .texts(kOfxImageEffectPropSupportedComponents);
-        let takes = |channels: usize| {
-            let name = Scene::components(channels);
+        let supports = |channels: usize| {
+            let name = components(channels);
             let host = &self.loaded.host.profile;
-            wanted.iter().any(|w| w.as_bytes() == name.to_bytes())
+            supported.iter().any(|s| s.as_bytes() == name.to_bytes())
                 && host.components.contains(&name)
         };
         [own, 4, 3, 1]
             .into_iter()
-            .find(|c| takes(*c))
+            .find(|channels| supports(*channels))
             .unwrap_or(own)
     }
 
-    /// Tells the plugin what a clip is connected to, by the clip's properties.
-    fn tell(&self, clip: &Clip, scene: &Scene) {
+    /// Sets the properties of a clip that depend on its connection.
+    fn set_clip_properties(&self, clip: &Clip, scene: &Scene) {
         let host = &self.loaded.host.profile;
-        let input = scene.input(&clip.name);
-        let output = clip.name == "Output";
-        let there = output || !matches!(input.feed, Feed::Unconnected);
-        let of = if output { "Source" } else { &clip.name };
-        let channels = scene.input(of).picture(0.0).map_or(4, |p| p.channels);
-        let shown = there || host.all_connected;
-        let components = if shown {
-            Scene::components(channels)
+        let is_output = clip.name == "Output";
+        // Output has the format of Source.
+        let format_clip = if is_output { "Source" } else { &clip.name };
+        let input = scene.input(format_clip);
+        let is_connected =
+            is_output || !matches!(input.feed, Feed::Unconnected) || host.all_connected;
+        let channels = scene.channels(format_clip);
+        let (clip_components, depth) = if is_connected {
+            (components(channels), host.bit_depth)
         } else {
-            kOfxImageComponentNone
+            (kOfxImageComponentNone, kOfxBitDepthNone)
         };
-        let depth = if shown {
-            host.samples
-        } else {
-            kOfxBitDepthNone
-        };
-        let opaque = if channels == 3 {
-            kOfxImageOpaque
-        } else {
-            kOfxImagePreMultiplied
-        };
-        let premultiplication = scene.input(of).premultiplication.unwrap_or(opaque);
-        let set = &clip.properties;
         let text = |value: &CStr| vec![Value::Text(value.to_owned())];
-        set.put(kOfxPropType, text(kOfxTypeClip));
-        set.put(kOfxPropName, vec![Value::text(&clip.name)]);
-        set.put(
-            kOfxImageClipPropConnected,
-            vec![Value::Int(i32::from(shown))],
-        );
-        set.put(kOfxImageEffectPropComponents, text(components));
-        set.put(kOfxImageClipPropUnmappedComponents, text(components));
-        set.put(kOfxImageEffectPropPixelDepth, text(depth));
-        set.put(kOfxImageClipPropUnmappedPixelDepth, text(depth));
-        set.put(
-            kOfxImageEffectPropPreMultiplication,
-            text(premultiplication),
-        );
-        set.put(
-            kOfxImagePropPixelAspectRatio,
-            vec![Value::Double(scene.par)],
-        );
-        set.put(kOfxImageEffectPropFrameRate, vec![Value::Double(24.0)]);
-        set.put(
-            kOfxImageEffectPropUnmappedFrameRate,
-            vec![Value::Double(24.0)],
-        );
+        let double = |value: f64| vec![Value::Double(value)];
         let range = vec![Value::Double(0.0), Value::Double(100.0)];
-        set.put(kOfxImageEffectPropFrameRange, range.clone());
-        set.put(kOfxImageEffectPropUnmappedFrameRange, range);
-        set.put(kOfxImageClipPropFieldOrder, text(kOfxImageFieldNone));
-        set.put(kOfxImageClipPropContinuousSamples, vec![Value::Int(0)]);
+        let rows = [
+            (kOfxPropType, text(kOfxTypeClip)),
+            (kOfxPropName, vec![Value::text(&clip.name)]),
+            (
+                kOfxImageClipPropConnected,
+                vec![Value::Int(i32::from(is_connected))],
+            ),
+            (kOfxImageEffectPropComponents, text(clip_components)),
+            (kOfxImageClipPropUnmappedComponents, text(clip_components)),
+            (kOfxImageEffectPropPixelDepth, text(depth)),
+            (kOfxImageClipPropUnmappedPixelDepth, text(depth)),
+            (
+                kOfxImageEffectPropPreMultiplication,
+                text(input.premultiplication(channels)),
+            ),
+            (kOfxImagePropPixelAspectRatio, double(scene.par)),
+            (kOfxImageEffectPropFrameRate, double(24.0)),
+            (kOfxImageEffectPropUnmappedFrameRate, double(24.0)),
+            (kOfxImageEffectPropFrameRange, range.clone()),
+            (kOfxImageEffectPropUnmappedFrameRange, range),
+            (kOfxImageClipPropFieldOrder, text(kOfxImageFieldNone)),
+            (kOfxImageClipPropContinuousSamples, vec![Value::Int(0)]),
+        ];
+        for (name, values) in rows {
+            clip.properties.put(name, values);
+        }
     }
 
-    /// Sets a parameter as a project does that is loaded: the plugin is not told.
+    /// Sets a parameter without notifying the plugin, as when a project is loaded.
     ///
     /// # Errors
     /// If there is no such parameter of that type.
-    pub fn set(&self, name: &str, setting: &Setting) -> Result<(), String> {
-        let parameter =
-            (self.effect.parameters.get(name)).ok_or_else(|| format!("has no parameter {name}"))?;
-        if parameter.set(setting.clone()) {
+    pub fn set(&self, name: &str, value: &ParameterValue) -> Result<(), String> {
+        let parameter = (self.effect.parameters.get(name))
+            .ok_or_else(|| format!("there is no parameter {name}"))?;
+        if parameter.set(value.clone()) {
             Ok(())
         } else {
-            Err(format!(
-                "parameter {name} is not of the type of {setting:?}"
-            ))
+            Err(format!("parameter {name} is not of the type of {value:?}"))
         }
     }
 
-    /// Sets a parameter as a user does: the plugin is told.
+    /// Sets a parameter and notifies the plugin, as when a user edits it.
     ///
     /// # Errors
-    /// If there is no such parameter, or telling fails.
-    pub fn change(&self, name: &str, setting: &Setting) -> Result<(), String> {
-        self.set(name, setting)?;
-        self.changed(kOfxTypeParameter, name, kOfxChangeUserEdited)
+    /// If there is no such parameter of that type, or the plugin fails.
+    pub fn edit(&self, name: &str, value: &ParameterValue) -> Result<(), String> {
+        self.set(name, value)?;
+        self.notify_changed(kOfxTypeParameter, name, kOfxChangeUserEdited)
     }
 
-    /// Tells the plugin that something has changed.
+    /// Notifies the plugin that a parameter or clip has changed.
     ///
     /// # Errors
     /// If the plugin fails.
-    pub fn changed(&self, kind: &CStr, name: &str, reason: &CStr) -> Result<(), String> {
+    pub fn notify_changed(&self, kind: &CStr, name: &str, reason: &CStr) -> Result<(), String> {
         let host: &Host = self.loaded.host;
-        let around = |action: &CStr| {
-            let given = Arguments::default()
+        let act = |arguments: Arguments, action: &CStr| {
+            let in_args = arguments
                 .text(kOfxPropChangeReason, reason)
-                .known(host, false, action);
-            let status = self.with_arguments(action, &given);
-            host.end(given.handle());
+                .in_args(host, action);
+            let status = self.act_with(action, &in_args, None);
+            host.invalidate(in_args.handle());
             status
         };
-        let begun = around(kOfxActionBeginInstanceChanged);
-        let given = at(0.0, (1.0, 1.0))
+        let change = at_time(0.0, (1.0, 1.0))
             .text(kOfxPropType, kind)
-            .with(kOfxPropName, vec![Value::text(name)])
-            .text(kOfxPropChangeReason, reason)
-            .known(host, false, kOfxActionInstanceChanged);
-        let status = self.with_arguments(kOfxActionInstanceChanged, &given);
-        host.end(given.handle());
-        let ended = around(kOfxActionEndInstanceChanged);
-        for clip in crate::host::images::left_out(host, None) {
-            host.misused(format!(
-                "InstanceChanged left an image of {clip} unreleased"
+            .with(kOfxPropName, vec![Value::text(name)]);
+        let statuses = [
+            act(Arguments::default(), kOfxActionBeginInstanceChanged),
+            act(change, kOfxActionInstanceChanged),
+            act(Arguments::default(), kOfxActionEndInstanceChanged),
+        ];
+        for clip in reclaim(host, None) {
+            host.record_misuse(format!(
+                "InstanceChanged did not release an image of {clip}"
             ));
         }
-        for status in [begun, status, ended] {
-            if status != kOfxStatOK && status != kOfxStatReplyDefault {
-                return Err(format!(
-                    "InstanceChanged of {name} gave {}",
-                    status_name(status)
-                ));
-            }
+        for status in statuses {
+            check_status(&format!("InstanceChanged of {name}"), status)?;
         }
-        if host.profile.asks {
-            self.preferences()?;
+        if host.profile.calls_optional_actions {
+            self.update_clip_preferences()?;
         }
         Ok(())
     }
 
-    fn with_arguments(
-        &self,
-        action: &CStr,
-        given: &crate::host::properties::PropertySet,
-    ) -> OfxStatus {
-        act(
-            &self.loaded.plugin,
-            action,
-            self.effect.handle(),
-            Some(given),
-            None,
-            None,
-        )
-    }
-
-    /// Calls GetClipPreferences and takes over what it wants of the components of inputs.
+    /// Calls GetClipPreferences and converts inputs to the components that it sets.
     ///
     /// # Errors
-    /// If the plugin fails, or wants what it did not say it takes.
-    pub fn preferences(&self) -> Result<(), String> {
+    /// If the plugin fails, or sets components that the clip does not support.
+    pub fn update_clip_preferences(&self) -> Result<(), String> {
         let host: &Host = self.loaded.host;
         let action = kOfxImageEffectActionGetClipPreferences;
-        let mut wanted = Arguments::default()
-            .doubles(kOfxImageEffectPropFrameRate, &[24.0])
-            .text(kOfxImageClipPropFieldOrder, kOfxImageFieldNone)
-            .ints(kOfxImageClipPropContinuousSamples, &[0])
-            .ints(kOfxImageEffectFrameVarying, &[0]);
-        let scene = locked(&self.effect.scene).clone();
-        let first = |clip: &Clip, name: &CStr| clip.properties.get(name).unwrap_or_default();
-        for clip in self.effect.clips() {
-            let name = &clip.name;
-            let components = first(&clip, kOfxImageEffectPropComponents);
-            let depth = first(&clip, kOfxImageEffectPropPixelDepth);
-            wanted = wanted
-                .of_clip("OfxImageClipPropComponents_", name, components)
-                .of_clip("OfxImageClipPropDepth_", name, depth)
-                .of_clip("OfxImageClipPropPAR_", name, vec![Value::Double(scene.par)]);
-            if host.profile.api >= (1, 5) {
-                wanted = wanted.of_clip("OfxImageClipPropPreferredColourspaces_", name, Vec::new());
-            }
-            if name == "Output" {
-                let state = first(&clip, kOfxImageEffectPropPreMultiplication);
-                wanted = wanted.with(kOfxImageEffectPropPreMultiplication, state);
-            }
-        }
-        let wanted = wanted.known(host, true, action);
-        let status = act(
+        let mut scene = locked(&self.effect.scene).clone();
+        let out_args = self.default_clip_preferences(&scene).out_args(host, action);
+        let status = act_with(
             &self.loaded.plugin,
             action,
             self.effect.handle(),
-            None,
-            Some(&wanted),
-            None,
+            ActionArguments {
+                out_args: Some(&out_args),
+                ..ActionArguments::default()
+            },
         );
-        let all = wanted.all();
-        host.end(wanted.handle());
+        let preferences = out_args.all();
+        host.invalidate(out_args.handle());
         if status == kOfxStatReplyDefault {
             return Ok(());
         }
         if status != kOfxStatOK {
-            return Err(format!("GetClipPreferences gave {}", status_name(status)));
+            return Err(format!(
+                "GetClipPreferences returned {}",
+                status_name(status)
+            ));
         }
-        let mut scene = scene;
         for clip in self.effect.clips() {
-            let chosen = all
+            let chosen = preferences
                 .get(&format!("OfxImageClipPropComponents_{}", clip.name))
                 .and_then(|values| values.first());
             let Some(Value::Text(chosen)) = chosen else {
@@ -342,87 +284,82 @@ impl<'l> Instance<'l> {
             };
             let channels = [1, 3, 4]
                 .into_iter()
-                .find(|c| Scene::components(*c) == chosen.as_c_str());
-            let takes = clip
+                .find(|channels| components(*channels) == chosen.as_c_str());
+            let Some(channels) = channels else {
+                continue;
+            };
+            let supported = clip
                 .properties
                 .texts(kOfxImageEffectPropSupportedComponents);
-            if let Some(channels) = channels {
-                if !takes.iter().any(|t| t.as_bytes() == chosen.to_bytes()) {
-                    return Err(format!(
-                        "GetClipPreferences wants {chosen:?} of {}, which it does not take",
-                        clip.name
-                    ));
-                }
-                if let Some(input) = scene.inputs.get_mut(&clip.name)
-                    && let Feed::Pictures(all) = &mut input.feed
-                {
-                    for picture in all.iter_mut() {
-                        *picture = Arc::new(converted(picture, channels));
-                    }
-                }
+            if !supported.iter().any(|s| s.as_bytes() == chosen.to_bytes()) {
+                return Err(format!(
+                    "GetClipPreferences sets {chosen:?} for {}, which does not support it",
+                    clip.name
+                ));
             }
+            convert_input(&mut scene, &clip.name, channels);
         }
-        for clip in self.effect.clips() {
-            self.tell(&clip, &scene);
-        }
-        *locked(&self.effect.scene) = scene;
+        self.set_scene(scene);
         Ok(())
     }
 
-    /// Channels of Output.
-    #[must_use]
-    pub fn output_channels(&self) -> usize {
-        let scene = locked(&self.effect.scene);
-        scene.input("Source").picture(0.0).map_or(4, |p| p.channels)
+    /// Returns the arguments of GetClipPreferences with the current format of each clip.
+    fn default_clip_preferences(&self, scene: &Scene) -> Arguments {
+        let mut arguments = Arguments::default()
+            .doubles(kOfxImageEffectPropFrameRate, &[24.0])
+            .text(kOfxImageClipPropFieldOrder, kOfxImageFieldNone)
+            .ints(kOfxImageClipPropContinuousSamples, &[0])
+            .ints(kOfxImageEffectFrameVarying, &[0]);
+        for clip in self.effect.clips() {
+            let name = &clip.name;
+            let current = |property: &CStr| clip.properties.get(property).unwrap_or_default();
+            let components = current(kOfxImageEffectPropComponents);
+            let depth = current(kOfxImageEffectPropPixelDepth);
+            let par = vec![Value::Double(scene.par)];
+            arguments = arguments
+                .for_clip("OfxImageClipPropComponents_", name, components)
+                .for_clip("OfxImageClipPropDepth_", name, depth)
+                .for_clip("OfxImageClipPropPAR_", name, par);
+            if self.loaded.host.profile.api >= (1, 5) {
+                let prefix = "OfxImageClipPropPreferredColourspaces_";
+                arguments = arguments.for_clip(prefix, name, Vec::new());
+            }
+            if name == "Output" {
+                let premultiplication = current(kOfxImageEffectPropPreMultiplication);
+                arguments = arguments.with(kOfxImageEffectPropPreMultiplication, premultiplication);
+            }
+        }
+        arguments
     }
 
-    pub(super) fn asked(
-        &self,
-        action: &CStr,
-        given: &crate::host::properties::PropertySet,
-        wanted: Option<&crate::host::properties::PropertySet>,
-    ) -> OfxStatus {
-        act(
-            &self.loaded.plugin,
-            action,
-            self.effect.handle(),
-            Some(given),
-            wanted,
-            None,
-        )
+    /// Returns the number of channels of Output.
+    #[must_use]
+    pub fn output_channels(&self) -> usize {
+        locked(&self.effect.scene).channels("Source")
     }
 
     /// Calls DestroyInstance.
     ///
     /// # Errors
-    /// If the plugin refuses.
+    /// If the plugin fails.
     pub fn destroy(mut self) -> Result<(), String> {
         self.destroyed = true;
         let status = self.act(kOfxActionDestroyInstance);
-        self.effect.end(self.loaded.host);
-        if status == kOfxStatOK || status == kOfxStatReplyDefault {
-            Ok(())
-        } else {
-            Err(format!("DestroyInstance gave {}", status_name(status)))
-        }
+        self.effect.invalidate(self.loaded.host);
+        check_status("DestroyInstance", status)
     }
 }
 
 impl Drop for Instance<'_> {
     fn drop(&mut self) {
-        // A check that failed half-way still tidies up.
         if !self.destroyed {
             self.act(kOfxActionDestroyInstance);
-            self.effect.end(self.loaded.host);
+            self.effect.invalidate(self.loaded.host);
         }
     }
 }
 
-fn effect_values(
-    loaded: &Loaded<'_>,
-    context: &CStr,
-    scene: &Scene,
-) -> crate::host::properties::Values {
+fn instance_properties(loaded: &LoadedPlugin<'_>, context: &CStr, scene: &Scene) -> Values {
     let text = |value: &CStr| vec![Value::Text(value.to_owned())];
     let doubles = |list: &[f64]| list.iter().map(|v| Value::Double(*v)).collect::<Vec<_>>();
     let project = scene.project;
@@ -458,20 +395,30 @@ fn effect_values(
         (kOfxPropIsInteractive, vec![Value::Int(0)]),
     ];
     for (name, value) in rows {
-        values.insert(name.to_string_lossy().into_owned(), value);
+        values.insert(property_name(name), value);
     }
     values
 }
 
-/// The picture with other channels: alpha is 1 where there was none, and all colours are one where there was one.
-fn converted(picture: &Picture, channels: usize) -> Picture {
-    if picture.channels == channels {
-        return picture.clone();
+/// Converts the pictures of a clip to a number of channels.
+fn convert_input(scene: &mut Scene, clip: &str, channels: usize) {
+    if let Some(input) = scene.inputs.get_mut(clip)
+        && let Feed::Pictures(pictures) = &mut input.feed
+    {
+        for picture in pictures.iter_mut() {
+            if picture.channels != channels {
+                *picture = Arc::new(convert_channels(picture, channels));
+            }
+        }
     }
-    Picture::made(picture.bounds, channels, |x, y, c| {
+}
+
+/// Converts a picture to a number of channels. A missing alpha is 1; a single channel becomes all colours and alpha.
+fn convert_channels(picture: &Picture, channels: usize) -> Picture {
+    Picture::from_fn(picture.bounds, channels, |x, y, c| {
         let old = picture.pixel(x, y);
-        let alpha = channels != 3 && c + 1 == channels;
-        match (old.len(), alpha) {
+        let is_alpha = channels != 3 && c + 1 == channels;
+        match (old.len(), is_alpha) {
             (1, _) => old[0],
             (3, true) => 1.0,
             (4, true) => old[3],

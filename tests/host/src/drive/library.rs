@@ -1,42 +1,42 @@
-//! The plugin's binary and what it exports.
+//! The plugin's binary and its exports.
 
-use std::ffi::{CStr, CString, c_int, c_void};
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 
 use libloading::Symbol;
 use openfx::sys::generic::core::*;
 
-use crate::host::Entered;
+use crate::host::ActiveHost;
 
-/// A binary, loaded.
+/// A loaded binary.
 pub struct Library {
     inner: libloading::Library,
     path: PathBuf,
 }
 
-/// One plugin of a binary. It must not outlive it.
+/// A plugin of a binary, which it must not outlive.
 #[derive(Clone)]
 pub struct Plugin {
     raw: *const OfxPlugin,
     /// Its identifier.
     pub id: String,
-    /// Major and minor version.
+    /// Its major and minor version.
     pub version: (u32, u32),
-    /// The API it is for, and that API's version.
+    /// The API that it implements, with the version of that API.
     pub api: (String, i32),
 }
 
-// SAFETY: hosts call plugins from any thread.
+// SAFETY: hosts may call plugins from any thread.
 unsafe impl Send for Plugin {}
 // SAFETY: as above.
 unsafe impl Sync for Plugin {}
 
-type Count = unsafe extern "C" fn() -> c_int;
-type Get = unsafe extern "C" fn(c_int) -> *const OfxPlugin;
+type GetNumberOfPlugins = unsafe extern "C" fn() -> c_int;
+type GetPlugin = unsafe extern "C" fn(c_int) -> *const OfxPlugin;
 
-/// The binary in a bundle, or the file itself.
+/// Returns the binary in a bundle, or `path` itself if it is a file.
 #[must_use]
-pub fn binary_of(path: &Path) -> PathBuf {
+pub fn binary_path(path: &Path) -> PathBuf {
     if !path.is_dir() {
         return path.to_owned();
     }
@@ -49,61 +49,63 @@ pub fn binary_of(path: &Path) -> PathBuf {
     } else {
         "Linux-x86-64"
     };
-    // Both are called the same, but for the last extension.
+    // X.ofx.bundle contains X.ofx.
     let name = path.file_stem().unwrap_or_default();
     path.join("Contents").join(folder).join(name)
 }
 
 impl Library {
-    /// Loads the binary, or the one in the bundle.
+    /// Loads a binary, or that of a bundle.
     ///
     /// # Errors
     /// If it cannot be loaded or lacks an export.
     pub fn open(path: &Path) -> Result<Self, String> {
-        let path = binary_of(path);
-        // SAFETY: a plugin's initialisers are run, as hosts do.
+        let path = binary_path(path);
+        // SAFETY: runs the initialisers of the plugin, as every host does.
         let inner = unsafe { libloading::Library::new(&path) }
-            .map_err(|why| format!("{}: cannot be loaded: {why}", path.display()))?;
+            .map_err(|e| format!("{}: the binary cannot be loaded: {e}", path.display()))?;
         let library = Self { inner, path };
-        library.export::<Count>(c"OfxGetNumberOfPlugins")?;
-        library.export::<Get>(c"OfxGetPlugin")?;
+        library.export::<GetNumberOfPlugins>(c"OfxGetNumberOfPlugins")?;
+        library.export::<GetPlugin>(c"OfxGetPlugin")?;
         Ok(library)
     }
 
     fn export<T>(&self, name: &CStr) -> Result<Symbol<'_, T>, String> {
-        // SAFETY: the types are those of the header.
+        // SAFETY: the types are those of the OpenFX header.
         unsafe { self.inner.get(name.to_bytes_with_nul()) }.map_err(|_| {
             format!(
-                "{}: does not export {}",
+                "{}: the binary does not export {}",
                 self.path.display(),
                 name.to_string_lossy()
             )
         })
     }
 
-    /// How many plugins it says it has.
+    /// Calls OfxGetNumberOfPlugins.
     #[must_use]
     pub fn count(&self) -> c_int {
-        self.export::<Count>(c"OfxGetNumberOfPlugins")
-            // SAFETY: takes nothing.
+        self.export::<GetNumberOfPlugins>(c"OfxGetNumberOfPlugins")
+            // SAFETY: takes no arguments.
             .map_or(0, |count| unsafe { count() })
     }
 
-    /// The plugin of that number, nothing if the binary gives NULL.
+    /// Calls OfxGetPlugin; returns nothing for NULL.
     #[must_use]
-    pub fn plugin(&self, nth: c_int) -> Option<Plugin> {
-        let get = self.export::<Get>(c"OfxGetPlugin").ok()?;
-        // SAFETY: any number may be asked for.
-        let raw = unsafe { get(nth) };
+    pub fn plugin(&self, index: c_int) -> Option<Plugin> {
+        let get = self.export::<GetPlugin>(c"OfxGetPlugin").ok()?;
+        // SAFETY: every index is allowed.
+        let raw = unsafe { get(index) };
         if raw.is_null() {
             return None;
         }
-        let text = |at: *const std::ffi::c_char| {
-            if at.is_null() {
+        let text = |text: *const c_char| {
+            if text.is_null() {
                 String::new()
             } else {
-                // SAFETY: the strings of the structure end in a zero.
-                unsafe { CStr::from_ptr(at) }.to_string_lossy().into_owned()
+                // SAFETY: strings of the structure are terminated.
+                unsafe { CStr::from_ptr(text) }
+                    .to_string_lossy()
+                    .into_owned()
             }
         };
         // SAFETY: valid as long as the binary is loaded.
@@ -116,13 +118,13 @@ impl Library {
         })
     }
 
-    /// All plugins.
+    /// Returns all plugins.
     #[must_use]
     pub fn plugins(&self) -> Vec<Plugin> {
         (0..self.count()).filter_map(|n| self.plugin(n)).collect()
     }
 
-    /// The plugin with that identifier, or the first.
+    /// Returns the plugin with an identifier, or the first without one.
     ///
     /// # Errors
     /// If there is none.
@@ -133,57 +135,60 @@ impl Library {
             .cloned()
             .ok_or_else(|| {
                 let ids: Vec<_> = all.iter().map(|p| p.id.as_str()).collect();
-                format!("{}: has {ids:?}", self.path.display())
+                format!(
+                    "{}: no such plugin; the binary has {ids:?}",
+                    self.path.display()
+                )
             })
     }
 
-    /// Takes it out of the process again.
+    /// Unloads the binary.
     ///
     /// # Errors
     /// If that fails.
     pub fn close(self) -> Result<(), String> {
-        (self.inner.close()).map_err(|why| format!("cannot be unloaded: {why}"))
+        (self.inner.close()).map_err(|e| format!("the binary cannot be unloaded: {e}"))
     }
 }
 
 impl Plugin {
-    /// Tells the plugin of its host, and the host of where the plugin is.
-    pub fn set_host(&self, host: &Entered) {
+    /// Calls setHost.
+    pub fn set_host(&self, host: &ActiveHost) {
         // SAFETY: the binary is loaded.
-        if let Some(set) = unsafe { (*self.raw).setHost } {
-            // SAFETY: the structure stays for good.
-            unsafe { set(host.raw()) };
+        if let Some(set_host) = unsafe { (*self.raw).setHost } {
+            // SAFETY: the structure is never freed.
+            unsafe { set_host(host.raw()) };
         }
     }
 
-    /// Whether it has both functions.
+    /// Returns whether neither of its functions is NULL.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         // SAFETY: the binary is loaded.
         unsafe { (*self.raw).setHost.is_some() && (*self.raw).mainEntry.is_some() }
     }
 
-    /// Its main entry point, with handles as numbers.
+    /// Calls mainEntry.
     pub(crate) fn main_entry(
         &self,
         action: &CStr,
         handle: usize,
-        given: usize,
-        wanted: usize,
+        in_args: usize,
+        out_args: usize,
     ) -> OfxStatus {
         // SAFETY: the binary is loaded.
         let Some(entry) = (unsafe { (*self.raw).mainEntry }) else {
             return kOfxStatFailed;
         };
-        // A copy that ends with the call: plugins must not keep it.
+        // A copy that is freed after the call, because plugins must not keep the pointer.
         let action: CString = action.to_owned();
-        // SAFETY: handles are never followed, only handed back.
+        // SAFETY: handles are numbers that plugins only pass back.
         unsafe {
             entry(
                 action.as_ptr(),
                 handle as *const c_void,
-                given as *mut _,
-                wanted as *mut _,
+                in_args as *mut _,
+                out_args as *mut _,
             )
         }
     }

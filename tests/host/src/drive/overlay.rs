@@ -1,34 +1,63 @@
-//! The plugin's overlay, if it has one, driven by a draw and a pen.
+//! The plugin's overlay, driven by draw and pen actions.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::draw_suite::kOfxInteractPropDrawContext;
 use openfx::sys::image_effect_v1::image_effect::*;
 use openfx::sys::image_effect_v1::interact::*;
 
-use super::arguments::Arguments;
-use super::{Instance, status_name};
+use super::arguments::{Arguments, at_time};
+use super::{Instance, check_status};
+use crate::host::action::{ActiveAction, within_action};
 use crate::host::locked;
 use crate::host::properties::{PropertySet, Value};
-use crate::host::suites::{Overlay, Strokes};
-use crate::host::under::{Under, doing};
+use crate::host::suites::{Drawing, Overlay};
 
-type Entry = unsafe extern "C" fn(
-    *const std::ffi::c_char,
-    *const c_void,
-    OfxPropertySetHandle,
-    OfxPropertySetHandle,
-) -> OfxStatus;
+/// The main entry point of an overlay.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+struct EntryPoint(
+    unsafe extern "C" fn(
+        *const c_char,
+        *const c_void,
+        OfxPropertySetHandle,
+        OfxPropertySetHandle,
+    ) -> OfxStatus,
+);
+
+impl EntryPoint {
+    fn act(
+        self,
+        action: &CStr,
+        overlay: &Overlay,
+        in_args: Option<&PropertySet>,
+    ) -> Result<(), String> {
+        let in_args = in_args.map_or(0, PropertySet::handle);
+        // SAFETY: handles are numbers that plugins only pass back.
+        let status = within_action(Some(ActiveAction::new(action)), || unsafe {
+            self.0(
+                action.as_ptr(),
+                overlay.handle() as *const c_void,
+                in_args as *mut _,
+                std::ptr::null_mut(),
+            )
+        });
+        check_status(
+            &format!("{} of the overlay", action.to_string_lossy()),
+            status,
+        )
+    }
+}
 
 impl Instance<'_> {
-    /// Describes, creates, draws, moves and presses a pen at a place, and destroys; nothing if there is no overlay
-    /// that draws through the draw suite.
+    /// Draws the overlay and presses, moves and releases a pen at a position. Returns what was drawn, or nothing if
+    /// the plugin has no overlay that uses the draw suite.
     ///
     /// # Errors
     /// If an action fails.
-    pub fn overlay(&self, pen: (f64, f64)) -> Result<Option<Strokes>, String> {
-        self.overlaid(
+    pub fn use_overlay(&self, pen: (f64, f64)) -> Result<Option<Drawing>, String> {
+        self.act_on_overlay(
             pen,
             &[
                 kOfxInteractActionGainFocus,
@@ -43,83 +72,59 @@ impl Instance<'_> {
         )
     }
 
-    /// As `overlay`, but draws alone.
+    /// Draws the overlay only; otherwise like [`Self::use_overlay`].
     ///
     /// # Errors
     /// If an action fails.
-    pub fn overlay_alone(&self) -> Result<Option<Strokes>, String> {
-        self.overlaid((0.0, 0.0), &[kOfxInteractActionDraw])
+    pub fn draw_overlay(&self) -> Result<Option<Drawing>, String> {
+        self.act_on_overlay((0.0, 0.0), &[kOfxInteractActionDraw])
     }
 
-    fn overlaid(&self, pen: (f64, f64), actions: &[&CStr]) -> Result<Option<Strokes>, String> {
+    fn act_on_overlay(
+        &self,
+        pen: (f64, f64),
+        actions: &[&CStr],
+    ) -> Result<Option<Drawing>, String> {
         let host = self.loaded.host;
-        let descriptor = &self.loaded.descriptor.properties;
-        let entry = descriptor
+        let entry = (self.loaded.descriptor.properties)
             .pointer(kOfxImageEffectPluginPropOverlayInteractV2)
             .unwrap_or(0);
         if entry == 0 {
             return Ok(None);
         }
-        // SAFETY: the property holds an entry point.
-        let entry = unsafe { std::mem::transmute::<usize, Entry>(entry) };
-        let call = |action: &CStr, overlay: &Overlay, given: Option<&PropertySet>| {
-            let under = Under {
-                action: action.to_string_lossy().into_owned(),
-                rendering: None,
-            };
-            let given = given.map_or(0, PropertySet::handle);
-            // SAFETY: handles are never followed, only handed back.
-            let status = doing(Some(under), || unsafe {
-                entry(
-                    action.as_ptr(),
-                    overlay.handle() as *const c_void,
-                    given as *mut _,
-                    std::ptr::null_mut(),
-                )
-            });
-            if status == kOfxStatOK || status == kOfxStatReplyDefault {
-                Ok(())
-            } else {
-                let action = action.to_string_lossy();
-                Err(format!(
-                    "{action} of the overlay gave {}",
-                    status_name(status)
-                ))
-            }
-        };
-        let described = Overlay::new(host, 0);
-        call(kOfxActionDescribe, &described, None)?;
+        // SAFETY: the property holds the address of such a function.
+        let entry = unsafe { std::mem::transmute::<usize, EntryPoint>(entry) };
+        let descriptor = Overlay::new(host, 0);
+        entry.act(kOfxActionDescribe, &descriptor, None)?;
         let overlay = Overlay::new(host, self.effect.handle());
-        call(kOfxActionCreateInstance, &overlay, None)?;
-        let arguments = |action: &CStr| {
-            let pen = [pen.0, pen.1];
-            Arguments::default()
-                .with(
-                    kOfxPropEffectInstance,
-                    vec![Value::Pointer(self.effect.handle())],
-                )
-                .with(
-                    kOfxInteractPropDrawContext,
-                    vec![Value::Pointer(overlay.handle())],
-                )
-                .doubles(kOfxInteractPropPixelScale, &[1.0, 1.0])
-                .doubles(kOfxInteractPropBackgroundColour, &[0.0, 0.0, 0.0])
-                .doubles(kOfxPropTime, &[0.0])
-                .doubles(kOfxImageEffectPropRenderScale, &[1.0, 1.0])
-                .doubles(kOfxInteractPropPenPosition, &pen)
-                .ints(kOfxInteractPropPenViewportPosition, &pen.map(|v| v as i32))
-                .doubles(kOfxInteractPropPenPressure, &[1.0])
-                .known(host, false, action)
-        };
+        entry.act(kOfxActionCreateInstance, &overlay, None)?;
         for action in actions {
-            let given = arguments(action);
-            let done = call(action, &overlay, Some(&given));
-            host.end(given.handle());
-            done?;
+            let in_args = self.overlay_arguments(&overlay, pen).in_args(host, action);
+            let result = entry.act(action, &overlay, Some(&in_args));
+            host.invalidate(in_args.handle());
+            result?;
         }
-        call(kOfxActionDestroyInstance, &overlay, None)?;
-        overlay.end(host);
-        described.end(host);
-        Ok(Some(locked(&host.strokes).clone()))
+        entry.act(kOfxActionDestroyInstance, &overlay, None)?;
+        overlay.invalidate(host);
+        descriptor.invalidate(host);
+        Ok(Some(locked(&host.drawing).clone()))
+    }
+
+    fn overlay_arguments(&self, overlay: &Overlay, pen: (f64, f64)) -> Arguments {
+        let pen = [pen.0, pen.1];
+        at_time(0.0, (1.0, 1.0))
+            .with(
+                kOfxPropEffectInstance,
+                vec![Value::Pointer(self.effect.handle())],
+            )
+            .with(
+                kOfxInteractPropDrawContext,
+                vec![Value::Pointer(overlay.handle())],
+            )
+            .doubles(kOfxInteractPropPixelScale, &[1.0, 1.0])
+            .doubles(kOfxInteractPropBackgroundColour, &[0.0, 0.0, 0.0])
+            .doubles(kOfxInteractPropPenPosition, &pen)
+            .ints(kOfxInteractPropPenViewportPosition, &pen.map(|v| v as i32))
+            .doubles(kOfxInteractPropPenPressure, &[1.0])
     }
 }

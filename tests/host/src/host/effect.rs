@@ -1,125 +1,126 @@
-//! Effects, their clips and their parameters: descriptors and instances alike.
+//! Effects with their clips and parameters, as descriptors and as instances.
 
-use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char};
-use std::sync::{Arc, Mutex, OnceLock, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
 use openfx::sys::image_effect_v1::param::*;
 
-use super::images::Rendering;
-use super::properties::{PropertySet, Value};
-use super::{Host, Object, locked};
+use super::images::ActiveRender;
+use super::properties::{
+    LentStrings, PropertySet, Schema, Value, Values, c_string, numeric_type, property_name,
+};
+use super::{Host, Object, OwnHandle, locked};
 use crate::scene::Scene;
+
+/// Whether an effect is a descriptor or an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EffectRole {
+    /// A descriptor, which the plugin fills in.
+    Descriptor,
+    /// An instance.
+    Instance,
+}
 
 /// A descriptor or an instance of a plugin.
 pub struct Effect {
-    handle: OnceLock<usize>,
+    handle: OwnHandle,
     /// Its properties.
     pub properties: Arc<PropertySet>,
     /// Its parameters.
     pub parameters: Arc<ParameterSet>,
     clips: Mutex<Vec<Arc<Clip>>>,
-    /// Whether it is an instance rather than a descriptor.
-    pub instance: bool,
+    /// Whether it is a descriptor or an instance.
+    pub role: EffectRole,
     /// What its clips are connected to.
     pub(crate) scene: Mutex<Scene>,
-    /// Renders under way.
-    pub(crate) renderings: Mutex<Vec<Arc<Rendering>>>,
+    /// Renders in progress.
+    pub(crate) renders: Mutex<Vec<Arc<ActiveRender>>>,
 }
 
 impl Effect {
-    /// An effect that has no clips and parameters yet.
-    pub(crate) fn new(host: &Host, properties: Arc<PropertySet>, instance: bool) -> Arc<Self> {
+    /// Creates an effect without clips and parameters.
+    pub(crate) fn new(host: &Host, properties: Arc<PropertySet>, role: EffectRole) -> Arc<Self> {
         let name = properties.name.clone();
-        let set = Arc::new(ParameterSet {
-            handle: OnceLock::new(),
-            properties: host.property_set(
-                "parameter set",
-                &format!("parameters of {name}"),
-                BTreeMap::from([
-                    (text(kOfxPropParamSetNeedsSyncing), vec![Value::Int(0)]),
-                    (text(kOfxPluginPropParamPageOrder), Vec::new()),
-                ]),
-                false,
+        let parameters_name = format!("parameters of {name}");
+        let values = Values::from([
+            (
+                property_name(kOfxPropParamSetNeedsSyncing),
+                vec![Value::Int(0)],
             ),
+            (property_name(kOfxPluginPropParamPageOrder), Vec::new()),
+        ]);
+        let parameters = Arc::new(ParameterSet {
+            handle: OwnHandle::default(),
+            properties: host.property_set("parameter set", &parameters_name, values, Schema::Fixed),
             all: Mutex::default(),
-            instance,
+            role,
         });
-        let handle = host.keep(
-            &format!("parameters of {name}"),
-            Object::Parameters(Arc::clone(&set)),
-        );
-        let _ = set.handle.set(handle);
+        let object = Object::Parameters(Arc::clone(&parameters));
+        parameters
+            .handle
+            .set(host.register(&parameters_name, object));
         let effect = Arc::new(Self {
-            handle: OnceLock::new(),
+            handle: OwnHandle::default(),
             properties,
-            parameters: set,
+            parameters,
             clips: Mutex::default(),
-            instance,
+            role,
             scene: Mutex::default(),
-            renderings: Mutex::default(),
+            renders: Mutex::default(),
         });
-        let handle = host.keep(&name, Object::Effect(Arc::clone(&effect)));
-        let _ = effect.handle.set(handle);
+        let object = Object::Effect(Arc::clone(&effect));
+        effect.handle.set(host.register(&name, object));
         effect
     }
 
-    /// The number that the plugin knows it by.
     pub(crate) fn handle(&self) -> usize {
-        self.handle.get().copied().unwrap_or(0)
+        self.handle.get()
     }
 
-    /// All clips, in the order they were defined.
+    /// Returns all clips, in the order of their definition.
     pub fn clips(&self) -> Vec<Arc<Clip>> {
         locked(&self.clips).clone()
     }
 
-    /// The clip of that name.
+    /// Returns the clip of that name.
     pub fn clip(&self, name: &str) -> Option<Arc<Clip>> {
         locked(&self.clips).iter().find(|c| c.name == name).cloned()
     }
 
-    pub(crate) fn add_clip(
-        self: &Arc<Self>,
-        host: &Host,
-        name: &str,
-        properties: Arc<PropertySet>,
-    ) -> Arc<Clip> {
+    /// Adds a clip.
+    pub(crate) fn add_clip(self: &Arc<Self>, host: &Host, name: &str, set: Arc<PropertySet>) {
         let clip = Arc::new(Clip {
-            handle: OnceLock::new(),
+            handle: OwnHandle::default(),
             name: name.to_owned(),
-            properties,
+            properties: set,
             effect: Arc::downgrade(self),
         });
-        let handle = host.keep(
-            &format!("clip {name} of {}", self.properties.name),
-            Object::Clip(Arc::clone(&clip)),
-        );
-        let _ = clip.handle.set(handle);
-        locked(&self.clips).push(Arc::clone(&clip));
-        clip
+        let title = format!("clip {name} of {}", self.properties.name);
+        let handle = host.register(&title, Object::Clip(Arc::clone(&clip)));
+        clip.handle.set(handle);
+        locked(&self.clips).push(clip);
     }
 
-    /// All its handles are valid no longer.
-    pub(crate) fn end(&self, host: &Host) {
+    /// Invalidates its handle and those of all that belongs to it.
+    pub(crate) fn invalidate(&self, host: &Host) {
         for clip in self.clips() {
-            host.end(clip.properties.handle());
-            host.end(clip.handle());
+            host.invalidate(clip.properties.handle());
+            host.invalidate(clip.handle());
         }
         for parameter in self.parameters.all() {
-            host.end(parameter.properties.handle());
-            host.end(parameter.handle());
+            host.invalidate(parameter.properties.handle());
+            host.invalidate(parameter.handle());
         }
-        host.end(self.parameters.properties.handle());
-        host.end(self.parameters.handle());
-        host.end(self.properties.handle());
-        host.end(self.handle());
+        host.invalidate(self.parameters.properties.handle());
+        host.invalidate(self.parameters.handle());
+        host.invalidate(self.properties.handle());
+        host.invalidate(self.handle());
     }
 }
 
 /// A clip of an effect.
 pub struct Clip {
-    handle: OnceLock<usize>,
+    handle: OwnHandle,
     /// Its name.
     pub name: String,
     /// Its properties.
@@ -129,33 +130,34 @@ pub struct Clip {
 
 impl Clip {
     pub(crate) fn handle(&self) -> usize {
-        self.handle.get().copied().unwrap_or(0)
+        self.handle.get()
     }
 }
 
 /// The parameters of an effect.
 pub struct ParameterSet {
-    handle: OnceLock<usize>,
+    handle: OwnHandle,
     pub(crate) properties: Arc<PropertySet>,
     all: Mutex<Vec<Arc<Parameter>>>,
-    pub(crate) instance: bool,
+    pub(crate) role: EffectRole,
 }
 
 impl ParameterSet {
     pub(crate) fn handle(&self) -> usize {
-        self.handle.get().copied().unwrap_or(0)
+        self.handle.get()
     }
 
-    /// All of them, in the order they were defined.
+    /// Returns all parameters, in the order of their definition.
     pub fn all(&self) -> Vec<Arc<Parameter>> {
         locked(&self.all).clone()
     }
 
-    /// The one of that name.
+    /// Returns the parameter of that name.
     pub fn get(&self, name: &str) -> Option<Arc<Parameter>> {
         locked(&self.all).iter().find(|p| p.name == name).cloned()
     }
 
+    /// Adds a parameter with its default value.
     pub(crate) fn add(
         &self,
         host: &Host,
@@ -163,20 +165,18 @@ impl ParameterSet {
         name: &str,
         properties: Arc<PropertySet>,
     ) -> Arc<Parameter> {
-        let value = Setting::first(kind, &properties);
+        let value = ParameterValue::default_of(kind, &properties);
         let parameter = Arc::new(Parameter {
-            handle: OnceLock::new(),
+            handle: OwnHandle::default(),
             name: name.to_owned(),
             kind: kind.to_owned(),
             properties,
             value: Mutex::new(value),
-            lent: Mutex::default(),
+            lent: LentStrings::default(),
         });
-        let handle = host.keep(
-            &format!("parameter {name}"),
-            Object::Parameter(Arc::clone(&parameter)),
-        );
-        let _ = parameter.handle.set(handle);
+        let object = Object::Parameter(Arc::clone(&parameter));
+        let handle = host.register(&format!("parameter {name}"), object);
+        parameter.handle.set(handle);
         locked(&self.all).push(Arc::clone(&parameter));
         parameter
     }
@@ -184,85 +184,82 @@ impl ParameterSet {
 
 /// A parameter.
 pub struct Parameter {
-    handle: OnceLock<usize>,
+    handle: OwnHandle,
     /// Its name.
     pub name: String,
-    /// Its type.
+    /// Its OpenFX type.
     pub kind: CString,
     /// Its properties.
     pub properties: Arc<PropertySet>,
-    value: Mutex<Setting>,
-    lent: Mutex<(Vec<CString>, Vec<Vec<u8>>)>,
+    value: Mutex<ParameterValue>,
+    lent: LentStrings,
 }
 
 impl Parameter {
     pub(crate) fn handle(&self) -> usize {
-        self.handle.get().copied().unwrap_or(0)
+        self.handle.get()
     }
 
-    /// Its value.
-    pub fn value(&self) -> Setting {
+    /// Returns its value.
+    pub fn value(&self) -> ParameterValue {
         locked(&self.value).clone()
     }
 
-    /// Sets its value; whether it is of its type.
-    pub fn set(&self, setting: Setting) -> bool {
+    /// Sets its value. Returns false, without effect, if the value is of another type.
+    pub fn set(&self, new: ParameterValue) -> bool {
         let mut value = locked(&self.value);
-        let fits = match (&*value, &setting) {
-            (Setting::Ints(a), Setting::Ints(b)) => a.len() == b.len(),
-            (Setting::Doubles(a), Setting::Doubles(b)) => a.len() == b.len(),
-            (Setting::Text(_), Setting::Text(_)) => true,
-            _ => false,
-        };
+        let fits = value.has_type_of(&new);
         if fits {
-            *value = setting;
+            *value = new;
         }
         fits
     }
 
-    /// A suite call on this parameter begins: strings lent before are no longer valid.
-    pub(crate) fn spoil(&self) {
-        let mut lent = locked(&self.lent);
-        for string in std::mem::take(&mut lent.0) {
-            let mut bytes = string.into_bytes_with_nul();
-            let end = bytes.len() - 1;
-            bytes[..end].fill(b'#');
-            lent.1.push(bytes);
-        }
+    /// Overwrites the strings lent by earlier calls.
+    pub(crate) fn overwrite_lent_strings(&self) {
+        self.lent.overwrite();
     }
 
-    /// Lends a string until the next suite call.
+    /// Lends a string until [`Self::overwrite_lent_strings`].
     pub(crate) fn lend(&self, text: &str) -> *mut c_char {
-        let mut lent = locked(&self.lent);
-        lent.0.push(super::properties::c_string(text));
-        (lent.0.last()).map_or(std::ptr::null_mut(), |kept| kept.as_ptr().cast_mut())
+        self.lent.lend(&c_string(text))
     }
 }
 
 /// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Setting {
-    /// It has none: a group, a page, a button.
+pub enum ParameterValue {
+    /// None: the parameter is a group, a page or a button.
     None,
-    /// Ints, choices, booleans.
+    /// Integers, a choice or a boolean.
     Ints(Vec<i32>),
-    /// Doubles and colours.
+    /// Doubles or a colour.
     Doubles(Vec<f64>),
-    /// Strings.
+    /// A string.
     Text(String),
 }
 
-impl Setting {
-    /// The default of a parameter.
-    fn first(kind: &CStr, properties: &PropertySet) -> Self {
+impl ParameterValue {
+    /// Returns whether both have the same type and number of components, and hold values at all.
+    pub(crate) fn has_type_of(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Ints(a), Self::Ints(b)) => a.len() == b.len(),
+            (Self::Doubles(a), Self::Doubles(b)) => a.len() == b.len(),
+            (Self::Text(_), Self::Text(_)) => true,
+            _ => false,
+        }
+    }
+
+    /// Returns the default of a parameter of OpenFX type `kind`.
+    fn default_of(kind: &CStr, properties: &PropertySet) -> Self {
         let defaults = properties.get(kOfxParamPropDefault).unwrap_or_default();
-        if let Some((count, whole)) = super::properties::numbers(kind) {
-            let numbers = (0..count).map(|i| match defaults.get(i) {
+        if let Some(numeric) = numeric_type(kind) {
+            let numbers = (0..numeric.components).map(|i| match defaults.get(i) {
                 Some(Value::Int(v)) => f64::from(*v),
                 Some(Value::Double(v)) => *v,
                 _ => 0.0,
             });
-            return if whole {
+            return if numeric.is_integer {
                 Self::Ints(numbers.map(|v| v as i32).collect())
             } else {
                 Self::Doubles(numbers.collect())
@@ -273,17 +270,12 @@ impl Setting {
             kOfxParamTypeCustom,
             kOfxParamTypeStrChoice,
         ];
-        if strings.contains(&kind) {
-            Self::Text(match defaults.first() {
-                Some(Value::Text(text)) => text.to_string_lossy().into_owned(),
-                _ => String::new(),
-            })
-        } else {
-            Self::None
+        if !strings.contains(&kind) {
+            return Self::None;
         }
+        Self::Text(match defaults.first() {
+            Some(Value::Text(text)) => text.to_string_lossy().into_owned(),
+            _ => String::new(),
+        })
     }
-}
-
-fn text(name: &CStr) -> String {
-    name.to_string_lossy().into_owned()
 }

@@ -1,124 +1,159 @@
-//! The host as plugins see it: handles, property sets, suites; and what it noticed that plugins must not do.
+//! The host as plugins see it: handles, property sets and suites. It records whatever a plugin does wrong.
 
+pub mod action;
 pub mod effect;
+mod guarded;
+mod handles;
 pub mod images;
-mod objects;
 pub mod profile;
 pub mod profiles;
 pub mod properties;
 pub mod suites;
-pub mod under;
 
 use std::collections::{BTreeSet, HashMap};
 use std::ffi::{CStr, CString};
+use std::fmt;
 use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, RwLock};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 
 use openfx::sys::generic::core::OfxHost;
 
-pub(crate) use objects::{Kept, Object};
+pub(crate) use handles::{HandleTarget, Object, OwnHandle};
 use profile::Profile;
-use properties::{PropertySet, Values};
+use properties::{PropertySet, Schema, Values};
 
-/// What a mutex holds, whoever panicked before.
+/// Locks a mutex, whether or not a thread panicked while holding it.
 pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// One access of a property: what was done, to what kind of set, which property.
+/// The most faults that are recorded between two calls of [`Host::take_misuse`].
+const MAX_MISUSE: usize = 50;
+
+/// Whether a property is read or set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum AccessMode {
+    /// Read, or its dimension asked for.
+    Read,
+    /// Set or reset.
+    Set,
+}
+
+impl fmt::Display for AccessMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Read => "read",
+            Self::Set => "set",
+        })
+    }
+}
+
+/// An access of a property by the plugin.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Access {
-    /// Whether it was set rather than read.
-    pub set: bool,
-    /// The kind of set.
+    /// Whether it was read or set.
+    pub mode: AccessMode,
+    /// The kind of property set.
     pub kind: String,
     /// The property.
     pub property: String,
 }
 
+/// How long strings that the host lends stay valid. OpenFX guarantees no more than the next suite call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StringLifetime {
+    /// Until the next suite call on the same object, which overwrites them.
+    NextCall,
+    /// As long as the object.
+    Object,
+}
+
 /// A message of the plugin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// `error`, `warning`..., as OpenFX calls it.
+    /// `OfxMessageError`, `OfxMessageWarning` and so on.
     pub kind: String,
-    /// The printf format that was handed over.
+    /// The printf format.
     pub format: String,
-    /// What it says, if the format is `%s`.
+    /// The text, if the format is `%s`.
     pub text: String,
     /// Whether it stays until it is cleared.
     pub persistent: bool,
 }
 
-/// What has been handed out and not come back.
+/// Numbers of resources that plugins hold, and of abort calls.
 #[derive(Debug, Default)]
-pub struct Counts {
+pub struct Counters {
     /// Images fetched in all.
-    pub images: AtomicUsize,
-    /// Images not released.
-    pub images_out: AtomicI64,
-    /// Blocks of memory not freed.
-    pub memory_out: AtomicI64,
-    /// Mutexes not destroyed.
-    pub mutexes_out: AtomicI64,
-    /// Times the plugin asked whether to stop.
-    pub polls: AtomicUsize,
-    /// Of these, times it was told to.
-    pub polls_told: AtomicUsize,
-    /// Edits of parameters begun and not ended.
+    pub images_fetched: AtomicUsize,
+    /// Images not yet released.
+    pub images_held: AtomicI64,
+    /// Memory blocks not yet freed.
+    pub memory_held: AtomicI64,
+    /// Mutexes not yet destroyed.
+    pub mutexes_held: AtomicI64,
+    /// Calls of `abort`.
+    pub abort_polls: AtomicUsize,
+    /// Calls of `abort` that returned yes.
+    pub abort_replies: AtomicUsize,
+    /// Parameter edits begun and not yet ended.
     pub edits_open: AtomicI64,
-    /// Progress begun and not ended.
+    /// Progress begun and not yet ended.
     pub progress_open: AtomicI64,
 }
 
-/// A host of one kind.
+/// A host that behaves as its profile says.
 pub struct Host {
-    /// Its kind.
+    /// The kind of host.
     pub profile: Profile,
-    objects: objects::Objects,
+    handles: handles::HandleTable,
     misuse: Mutex<Vec<String>>,
-    log: Mutex<BTreeSet<Access>>,
-    hidden: Mutex<Option<Access>>,
-    spoils: AtomicBool,
+    accesses: Mutex<BTreeSet<Access>>,
+    hidden_access: Mutex<Option<Access>>,
+    overwrites_strings: AtomicBool,
     pub(crate) messages: Mutex<Vec<Message>>,
     pub(crate) persistent: Mutex<Option<Message>>,
-    /// What is handed out.
-    pub counts: Counts,
-    /// Polls that are answered with no; less than 0: all.
-    pub(crate) patience: AtomicI64,
+    /// Resources that plugins hold.
+    pub counters: Counters,
+    /// Calls of `abort` that will return no; negative for all.
+    pub(crate) polls_before_abort: AtomicI64,
     pub(crate) path: Mutex<CString>,
     pub(crate) processors: AtomicUsize,
     pub(crate) threads_fail: AtomicBool,
-    pub(crate) images: Mutex<HashMap<usize, images::Fetched>>,
+    pub(crate) images: Mutex<HashMap<usize, images::FetchedImage>>,
+    /// Handles of memory blocks, by address.
     pub(crate) blocks: Mutex<HashMap<usize, usize>>,
-    pub(crate) strokes: Mutex<suites::Strokes>,
+    pub(crate) drawing: Mutex<suites::Drawing>,
     pub(crate) properties: Arc<PropertySet>,
     suites: &'static suites::Suites,
 }
 
 static CURRENT: RwLock<Option<Arc<Host>>> = RwLock::new(None);
 
-/// Hosts take turns: suite functions are told nothing of the host that they belong to.
-static TURN: Mutex<()> = Mutex::new(());
+/// Held by the active host. Suite functions do not know which host they belong to, so one host is active at a time.
+static ACTIVE: Mutex<()> = Mutex::new(());
 
-/// The host whose turn it is.
+/// Returns the active host.
 pub(crate) fn current() -> Option<Arc<Host>> {
     CURRENT
         .read()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
+        .unwrap_or_else(PoisonError::into_inner)
         .clone()
 }
 
-/// A host for as long as it has its turn.
-pub struct Entered {
-    host: Arc<Host>,
-    raw: usize,
-    _turn: MutexGuard<'static, ()>,
+fn set_current(host: Option<Arc<Host>>) {
+    *CURRENT.write().unwrap_or_else(PoisonError::into_inner) = host;
 }
 
-impl Deref for Entered {
+/// A host that receives the calls of plugins until it is dropped.
+pub struct ActiveHost {
+    host: Arc<Host>,
+    raw: usize,
+    _active: MutexGuard<'static, ()>,
+}
+
+impl Deref for ActiveHost {
     type Target = Host;
 
     fn deref(&self) -> &Host {
@@ -126,199 +161,188 @@ impl Deref for Entered {
     }
 }
 
-impl Drop for Entered {
+impl Drop for ActiveHost {
     fn drop(&mut self) {
-        *CURRENT
-            .write()
-            .unwrap_or_else(std::sync::PoisonError::into_inner) = None;
+        set_current(None);
     }
 }
 
-impl Entered {
-    /// What plugins get by `setHost`; it stays valid for good.
+impl ActiveHost {
+    /// Returns the structure for `setHost`, which is never freed.
     pub(crate) fn raw(&self) -> *mut OfxHost {
         self.raw as *mut OfxHost
-    }
-
-    /// The host, to be shared with threads.
-    #[must_use]
-    pub fn shared(&self) -> Arc<Host> {
-        Arc::clone(&self.host)
     }
 }
 
 impl Host {
-    /// A host of this kind, as soon as no other has its turn.
+    /// Creates a host and activates it, after waiting for any active host to be dropped.
     #[must_use]
-    pub fn enter(profile: Profile) -> Entered {
-        let turn = locked(&TURN);
-        let values = properties::of_host(&profile);
-        let set = Arc::new(PropertySet::new("host", "the host", values, false));
-        let suites = suites::Suites::made(&profile);
+    pub fn activate(profile: Profile) -> ActiveHost {
+        let active = locked(&ACTIVE);
+        let values = properties::host_properties(&profile);
+        let set = Arc::new(PropertySet::new("host", "the host", values, Schema::Fixed));
+        let suites = suites::Suites::new(&profile);
         let host = Arc::new(Self {
-            objects: objects::Objects::default(),
+            handles: handles::HandleTable::default(),
             misuse: Mutex::default(),
-            log: Mutex::default(),
-            hidden: Mutex::default(),
-            spoils: AtomicBool::new(true),
+            accesses: Mutex::default(),
+            hidden_access: Mutex::default(),
+            overwrites_strings: AtomicBool::new(true),
             messages: Mutex::default(),
             persistent: Mutex::default(),
-            counts: Counts::default(),
-            patience: AtomicI64::new(-1),
+            counters: Counters::default(),
+            polls_before_abort: AtomicI64::new(-1),
             path: Mutex::new(CString::default()),
             processors: AtomicUsize::new(profile.processors as usize),
             threads_fail: AtomicBool::new(false),
             images: Mutex::default(),
             blocks: Mutex::default(),
-            strokes: Mutex::default(),
+            drawing: Mutex::default(),
             properties: Arc::clone(&set),
             suites,
             profile,
         });
-        let handle = host
-            .objects
-            .keep("the host", Object::Properties(Arc::clone(&set)));
-        set.known_as(handle);
-        let raw = suites::for_good(OfxHost {
+        let handle = host.register("the host", Object::Properties(Arc::clone(&set)));
+        set.set_handle(handle);
+        let raw = suites::leak(OfxHost {
             host: handle as *mut _,
             fetchSuite: Some(suites::fetch),
         });
-        *CURRENT
-            .write()
-            .unwrap_or_else(std::sync::PoisonError::into_inner) = Some(Arc::clone(&host));
-        Entered {
+        set_current(Some(Arc::clone(&host)));
+        ActiveHost {
             host,
             raw: raw as usize,
-            _turn: turn,
+            _active: active,
         }
     }
 
-    /// Notes something that plugins must not do.
-    pub fn misused(&self, text: String) {
+    /// Records something that plugins must not do.
+    pub fn record_misuse(&self, text: impl Into<String>) {
+        let text = text.into();
         let mut all = locked(&self.misuse);
-        if all.len() < 50 && !all.contains(&text) {
+        if all.len() < MAX_MISUSE && !all.contains(&text) {
             all.push(text);
         }
     }
 
-    /// What was noted, which is forgotten thereby.
+    /// Returns the recorded misuse and clears it.
     pub fn take_misuse(&self) -> Vec<String> {
         std::mem::take(&mut locked(&self.misuse))
     }
 
-    /// All accesses of properties so far, which are forgotten thereby.
-    pub fn take_log(&self) -> BTreeSet<Access> {
-        std::mem::take(&mut locked(&self.log))
+    /// Returns all property accesses so far and clears them.
+    pub fn take_accesses(&self) -> BTreeSet<Access> {
+        std::mem::take(&mut locked(&self.accesses))
     }
 
-    /// From now on there is no such property on sets of that kind.
-    pub fn hide(&self, what: Option<Access>) {
-        *locked(&self.hidden) = what;
+    /// Makes such accesses fail as if the property did not exist; `None` ends that.
+    pub fn hide(&self, access: Option<Access>) {
+        *locked(&self.hidden_access) = access;
     }
 
-    /// Whether strings lent to the plugin are overwritten at the next suite call on the same object, as they may be.
-    pub fn spoil_strings(&self, spoils: bool) {
-        self.spoils.store(spoils, Ordering::SeqCst);
+    /// Sets how long lent strings stay valid. The default is [`StringLifetime::NextCall`].
+    pub fn set_string_lifetime(&self, lifetime: StringLifetime) {
+        let overwrites = lifetime == StringLifetime::NextCall;
+        self.overwrites_strings.store(overwrites, Ordering::SeqCst);
     }
 
-    pub(crate) fn spoils(&self) -> bool {
-        self.spoils.load(Ordering::SeqCst)
+    pub(crate) fn overwrites_strings(&self) -> bool {
+        self.overwrites_strings.load(Ordering::SeqCst)
     }
 
-    pub(crate) fn accessed(&self, set: &PropertySet, property: &str, write: bool) -> bool {
+    /// Records an access of a property. Returns whether this host has the property.
+    pub(crate) fn access(&self, set: &PropertySet, property: &str, mode: AccessMode) -> bool {
         let access = Access {
-            set: write,
+            mode,
             kind: set.kind.clone(),
             property: property.to_owned(),
         };
-        let there = !self
-            .profile
-            .lacks
-            .iter()
-            .any(|name| name.to_bytes() == property.as_bytes())
-            && locked(&self.hidden).as_ref() != Some(&access);
-        locked(&self.log).insert(access);
-        there
+        let missing = (self.profile.missing_properties.iter())
+            .any(|name| name.to_bytes() == property.as_bytes());
+        let hidden = locked(&self.hidden_access).as_ref() == Some(&access);
+        locked(&self.accesses).insert(access);
+        !missing && !hidden
     }
 
-    /// Makes a property set known to the plugin.
+    /// Creates a property set with a handle.
     pub(crate) fn property_set(
         &self,
         kind: &str,
         name: &str,
         values: Values,
-        open: bool,
+        schema: Schema,
     ) -> Arc<PropertySet> {
-        let set = Arc::new(PropertySet::new(kind, name, values, open));
-        let handle = self
-            .objects
-            .keep(name, Object::Properties(Arc::clone(&set)));
-        set.known_as(handle);
+        let set = Arc::new(PropertySet::new(kind, name, values, schema));
+        set.set_handle(self.register(name, Object::Properties(Arc::clone(&set))));
         set
     }
 
-    /// Makes an object known to the plugin; the handle.
-    pub(crate) fn keep(&self, name: &str, object: Object) -> usize {
-        self.objects.keep(name, object)
+    /// Creates a handle of an object, which messages call `name`.
+    pub(crate) fn register(&self, name: &str, object: Object) -> usize {
+        self.handles.register(name, object)
     }
 
-    /// A handle is valid no longer; whether it was.
-    pub(crate) fn end(&self, handle: usize) -> bool {
-        self.objects.end(handle)
+    /// Invalidates a handle. Returns whether it was valid.
+    pub(crate) fn invalidate(&self, handle: usize) -> bool {
+        self.handles.invalidate(handle)
     }
 
-    /// What a handle stands for; that it stands for nothing, or something else, is noted.
-    pub(crate) fn find<T: Kept>(&self, handle: usize, call: &str) -> Option<Arc<T>> {
-        match self.objects.find(handle) {
-            Ok(object) => T::of(&object).or_else(|| {
-                self.misused(format!("{call} was given the handle of something else"));
+    /// Returns the object of a handle; records misuse if it is invalid or of another type.
+    pub(crate) fn find<T: HandleTarget>(&self, handle: usize, call: &str) -> Option<Arc<T>> {
+        match self.handles.find(handle) {
+            Ok(object) => T::downcast(&object).or_else(|| {
+                self.record_misuse(format!("{call} was given a handle of another type"));
                 None
             }),
-            Err(why) => {
-                self.misused(format!("{call} was given {why}"));
+            Err(handle) => {
+                self.record_misuse(format!("{call} was given {handle}"));
                 None
             }
         }
     }
 
-    /// Messages so far, which are forgotten thereby.
+    /// Returns the messages so far and clears them.
     pub fn take_messages(&self) -> Vec<Message> {
         std::mem::take(&mut locked(&self.messages))
     }
 
-    /// The message that stands now.
+    /// Returns the current persistent message.
     pub fn persistent_message(&self) -> Option<Message> {
         locked(&self.persistent).clone()
     }
 
-    /// Answers no to the next `polls` questions whether to stop, and yes from then on; nothing: never yes.
-    pub fn lose_patience_after(&self, polls: Option<usize>) {
+    /// Makes `abort` return no to the next `polls` calls and yes to all later ones; `None` means always no.
+    pub fn abort_after(&self, polls: Option<usize>) {
         let left = polls.map_or(-1, |n| i64::try_from(n).unwrap_or(i64::MAX));
-        self.counts.polls.store(0, Ordering::SeqCst);
-        self.counts.polls_told.store(0, Ordering::SeqCst);
-        self.patience.store(left, Ordering::SeqCst);
+        self.counters.abort_polls.store(0, Ordering::SeqCst);
+        self.counters.abort_replies.store(0, Ordering::SeqCst);
+        self.polls_before_abort.store(left, Ordering::SeqCst);
     }
 
-    /// How many processors the plugin is told of, and whether the thread suite fails.
-    pub fn set_threads(&self, processors: usize, fail: bool) {
+    /// Sets the number of processors that the multi-thread suite reports.
+    pub fn set_processors(&self, processors: usize) {
         self.processors.store(processors, Ordering::SeqCst);
-        self.threads_fail.store(fail, Ordering::SeqCst);
     }
 
-    /// Where the plugin is told that its bundle is.
+    /// Makes the functions of the multi-thread suite fail.
+    pub fn fail_threads(&self) {
+        self.threads_fail.store(true, Ordering::SeqCst);
+    }
+
+    /// Sets the path of the bundle that plugins are given.
     pub fn set_path(&self, path: &CStr) {
         path.clone_into(&mut locked(&self.path));
     }
 
-    /// What has been handed out and not come back, in words.
+    /// Describes the resources that plugins still hold.
     #[must_use]
-    pub fn outstanding(&self) -> Vec<String> {
-        let c = &self.counts;
+    pub fn held_resources(&self) -> Vec<String> {
+        let c = &self.counters;
         let rows = [
-            ("images not released", &c.images_out),
-            ("memory blocks not freed", &c.memory_out),
-            ("mutexes not destroyed", &c.mutexes_out),
-            ("edits of parameters not ended", &c.edits_open),
+            ("images not released", &c.images_held),
+            ("memory blocks not freed", &c.memory_held),
+            ("mutexes not destroyed", &c.mutexes_held),
+            ("parameter edits not ended", &c.edits_open),
             ("progress not ended", &c.progress_open),
         ];
         rows.iter()

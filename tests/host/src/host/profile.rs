@@ -1,30 +1,32 @@
-//! What kind of host is played: what it says of itself, what it lacks, and what it does otherwise than others.
+//! The kind of host to imitate: its properties, what it lacks, and how it deviates from other hosts.
 
 use std::ffi::CStr;
 
 use openfx::sys::generic::core::kOfxBitDepthFloat;
 use openfx::sys::image_effect_v1::image_effect::*;
 
-/// How rows of an image lie in memory.
+use super::properties::Schema;
+
+/// The layout of image rows in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rows {
-    /// One after the other.
+pub enum RowLayout {
+    /// Without gaps.
     Tight,
-    /// With samples between them that are nobody's.
+    /// With unused samples between rows.
     Padded,
-    /// With an odd number of samples between them.
+    /// With row bytes that are an odd number of samples.
     Odd,
-    /// From the top down: row bytes are negative.
+    /// From the top down, with negative row bytes.
     Negative,
-    /// From the top down, with an odd number of samples between them.
+    /// From the top down, with row bytes that are an odd number of samples.
     NegativeOdd,
-    /// With bytes between them that are no whole number of samples.
+    /// With row bytes that are not a multiple of the sample size.
     Unaligned,
 }
 
-impl Rows {
-    /// Those that every plugin must take.
-    pub const ALL: [Self; 5] = [
+impl RowLayout {
+    /// Layouts with aligned samples, which every plugin must support.
+    pub const ALIGNED: [Self; 5] = [
         Self::Tight,
         Self::Padded,
         Self::Odd,
@@ -33,65 +35,66 @@ impl Rows {
     ];
 }
 
-/// A kind of host.
+/// A kind of host to imitate.
 #[derive(Clone, Debug)]
 pub struct Profile {
-    /// What it is called here.
+    /// Its name on the command line and in reports.
     pub name: &'static str,
-    /// What it calls itself.
+    /// Its name for plugins (`kOfxPropName`).
     pub host_name: &'static CStr,
-    /// The version of the API it says it has.
+    /// Major and minor version of the OpenFX API that it reports.
     pub api: (i32, i32),
-    /// Where its own coordinates begin.
+    /// The origin of its native coordinates.
     pub native_origin: &'static CStr,
-    /// Whether descriptors begin with their default properties and take no others.
-    pub describes: bool,
-    /// Properties that it has not heard of, on any set.
-    pub lacks: Vec<&'static CStr>,
-    /// Suites that it does not serve, by name and version.
-    pub absent: Vec<(&'static CStr, i32)>,
-    /// Members of suites that are NULL, as `suite.member`.
-    pub null_members: Vec<String>,
-    /// Whether it asks for parts of pictures.
-    pub tiles: bool,
-    /// Whether inputs may be of different sizes.
-    pub multi_resolution: bool,
-    /// Whether inputs may be of different depths.
-    pub multiple_depths: bool,
+    /// Whether descriptors start with all properties of OpenFX and accept no others. Without, they start empty.
+    pub has_default_properties: bool,
+    /// Properties that no property set of it has.
+    pub missing_properties: Vec<&'static CStr>,
+    /// Suites that it does not provide, by name and version.
+    pub missing_suites: Vec<(&'static CStr, i32)>,
+    /// Suite functions that are NULL, as `suite.function`.
+    pub null_functions: Vec<String>,
+    /// Whether it renders tiles.
+    pub supports_tiles: bool,
+    /// Whether inputs may differ in size.
+    pub supports_multi_resolution: bool,
+    /// Whether clips may differ in bit depth.
+    pub supports_multiple_depths: bool,
     /// Whether it shows overlays.
-    pub overlays: bool,
-    /// Contexts that it has.
+    pub supports_overlays: bool,
+    /// Contexts that it supports.
     pub contexts: Vec<&'static CStr>,
-    /// Components that it has.
+    /// Pixel components that it supports.
     pub components: Vec<&'static CStr>,
-    /// Whether every clip says that it is connected, and gives nothing where it is not.
+    /// Whether clips report that they are connected when they are not; their images then have no data.
     pub all_connected: bool,
-    /// Whether clips have no region while regions of interest are asked for.
+    /// Whether the region of definition of clips is unavailable during GetRegionsOfInterest.
     pub late_regions: bool,
-    /// Whether regions of clips and the project count pixels of the render while it goes on.
+    /// Whether regions of clips and the project are in pixels of the render scale during a render.
     pub pixel_regions: bool,
-    /// Samples of images, whatever plugins say they take: where they are not floats, plugins can only refuse.
-    pub samples: &'static CStr,
-    /// Whether `clearPersistentMessage` points to nowhere.
-    pub clear_is_garbage: bool,
-    /// How rows lie if a frame does not say otherwise.
-    pub rows: Rows,
-    /// What images say of their render scale, as a factor on the true one.
+    /// Bit depth that images report, whatever plugins support. Their data are floats; plugins must reject other depths.
+    pub bit_depth: &'static CStr,
+    /// Whether calls of `clearPersistentMessage` are misuse, because the function pointer is invalid in such hosts.
+    pub invalid_clear_message: bool,
+    /// The row layout of images, unless a request sets another.
+    pub rows: RowLayout,
+    /// Factor of the render scale that images report; 0 leaves the property out.
     pub image_scale_factor: f64,
-    /// Whether the plugin is unloaded after it has described itself, and loaded again.
+    /// Whether it unloads the plugin after Describe and loads it again.
     pub reloads: bool,
-    /// Whether the optional actions before a render are called.
-    pub asks: bool,
-    /// Whether renders lie between begin and end of a sequence.
-    pub sequences: bool,
-    /// Processors that it says it has.
+    /// Whether it calls the optional actions before a render: GetClipPreferences, GetRegionOfDefinition,
+    /// GetFramesNeeded, IsIdentity and GetRegionsOfInterest.
+    pub calls_optional_actions: bool,
+    /// Whether it calls BeginSequenceRender and EndSequenceRender.
+    pub calls_sequence_actions: bool,
+    /// Number of processors that it reports.
     pub processors: u32,
-    /// Whether its threads are only one.
-    pub serial: bool,
+    /// Whether its multi-thread suite runs everything on the calling thread.
+    pub serial_threads: bool,
 }
 
 impl Profile {
-    /// A host that has everything, of the newest version.
+    /// Returns a host that supports everything in OpenFX 1.5.
     #[must_use]
     pub fn complete() -> Self {
         Self {
@@ -99,14 +102,14 @@ impl Profile {
             host_name: c"org.seidel.host",
             api: (1, 5),
             native_origin: kOfxHostNativeOriginBottomLeft,
-            describes: true,
-            lacks: Vec::new(),
-            absent: Vec::new(),
-            null_members: Vec::new(),
-            tiles: true,
-            multi_resolution: true,
-            multiple_depths: true,
-            overlays: true,
+            has_default_properties: true,
+            missing_properties: Vec::new(),
+            missing_suites: Vec::new(),
+            null_functions: Vec::new(),
+            supports_tiles: true,
+            supports_multi_resolution: true,
+            supports_multiple_depths: true,
+            supports_overlays: true,
             contexts: vec![kOfxImageEffectContextFilter, kOfxImageEffectContextGeneral],
             components: vec![
                 kOfxImageComponentRGBA,
@@ -116,21 +119,24 @@ impl Profile {
             all_connected: false,
             late_regions: false,
             pixel_regions: false,
-            samples: kOfxBitDepthFloat,
-            clear_is_garbage: false,
-            rows: Rows::Padded,
+            bit_depth: kOfxBitDepthFloat,
+            invalid_clear_message: false,
+            rows: RowLayout::Padded,
             image_scale_factor: 1.0,
             reloads: false,
-            asks: true,
-            sequences: true,
+            calls_optional_actions: true,
+            calls_sequence_actions: true,
             processors: 3,
-            serial: false,
+            serial_threads: false,
         }
     }
 
-    /// The same with other rows.
-    #[must_use]
-    pub fn with_rows(self, rows: Rows) -> Self {
-        Self { rows, ..self }
+    /// Returns whether plugins may add properties to its descriptors.
+    pub(crate) fn descriptor_schema(&self) -> Schema {
+        if self.has_default_properties {
+            Schema::Fixed
+        } else {
+            Schema::Open
+        }
     }
 }

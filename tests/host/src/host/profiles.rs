@@ -1,4 +1,4 @@
-//! Kinds of hosts, as far as what they do is public: reference is beside each.
+//! Profiles of real hosts, from public sources named at each.
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::colour::*;
@@ -12,9 +12,9 @@ use openfx::sys::image_effect_v1::param::*;
 use openfx::sys::image_effect_v1::progress::*;
 use openfx::sys::image_effect_v1::time_line::*;
 
-use super::profile::{Profile, Rows};
+use super::profile::{Profile, RowLayout};
 
-/// Every kind, the complete one first.
+/// Returns all profiles, the complete one first.
 #[must_use]
 pub fn all() -> Vec<Profile> {
     vec![
@@ -29,73 +29,74 @@ pub fn all() -> Vec<Profile> {
     ]
 }
 
-/// Suites of version 1.5 that older hosts have not.
-const NEWER: [(&std::ffi::CStr, i32); 3] = [
+/// Suites that hosts of the first OpenFX versions lack.
+const NEWER_SUITES: [(&std::ffi::CStr, i32); 3] = [
     (kOfxDrawSuite, 1),
     (kOfxMessageSuite, 2),
     (kOfxProgressSuite, 2),
 ];
 
-/// API 1.2, tiles, Filter and General alone; openfx-misc README-hosts.txt.
+/// Nuke: API 1.2, no RGB clips. Source: openfx-misc README-hosts.txt.
 fn nuke() -> Profile {
     Profile {
         name: "nuke",
         host_name: c"uk.co.thefoundry.nuke",
         api: (1, 2),
-        lacks: vec![kOfxImageEffectInstancePropSequentialRender],
-        absent: vec![(kOfxDrawSuite, 1)],
+        missing_properties: vec![kOfxImageEffectInstancePropSequentialRender],
+        missing_suites: vec![(kOfxDrawSuite, 1)],
         components: vec![kOfxImageComponentRGBA, kOfxImageComponentAlpha],
-        multiple_depths: false,
+        supports_multiple_depths: false,
         ..Profile::complete()
     }
 }
 
-/// No tiles, one size for all inputs, every clip connected, messages half there; openfx-misc README-hosts.txt, issues
-/// 54, 56 and 74.
+/// DaVinci Resolve: no tiles, inputs of one size, all clips connected, incomplete message suite. Source: openfx-misc
+/// README-hosts.txt; openfx issues 54, 56 and 74.
 fn resolve() -> Profile {
     Profile {
         name: "resolve",
         host_name: c"DaVinciResolve",
         api: (1, 4),
-        lacks: vec![
+        missing_properties: vec![
             kOfxParamPropDefaultCoordinateSystem,
             kOfxPropHostOSHandle,
             kOfxImageEffectPropPluginHandle,
             kOfxImageEffectInstancePropSequentialRender,
         ],
-        absent: vec![(kOfxDrawSuite, 1), (kOfxProgressSuite, 2)],
-        null_members: vec!["message2.setPersistentMessage".to_owned()],
-        clear_is_garbage: true,
-        tiles: false,
-        multi_resolution: false,
-        multiple_depths: false,
+        missing_suites: vec![(kOfxDrawSuite, 1), (kOfxProgressSuite, 2)],
+        null_functions: vec!["message2.setPersistentMessage".to_owned()],
+        invalid_clear_message: true,
+        supports_tiles: false,
+        supports_multi_resolution: false,
+        supports_multiple_depths: false,
         all_connected: true,
         components: vec![kOfxImageComponentRGBA, kOfxImageComponentAlpha],
-        serial: true,
+        serial_threads: true,
         image_scale_factor: 0.0,
         ..Profile::complete()
     }
 }
 
-/// API 1.4 with everything on; NatronGitHub/openfx, openfx-misc README-hosts.txt.
+/// Natron: API 1.4, complete but for the draw suite. Sources: NatronGitHub/openfx, openfx-misc README-hosts.txt.
 fn natron() -> Profile {
     Profile {
         name: "natron",
         host_name: c"fr.inria.Natron",
         api: (1, 4),
-        absent: vec![(kOfxDrawSuite, 1)],
+        missing_suites: vec![(kOfxDrawSuite, 1)],
         ..Profile::complete()
     }
 }
 
-/// API 1.0: few properties, images of the inverse scale, origin at the top; openfx-misc README-hosts.txt.
+/// Fusion: API 1.0, few properties, wrong render scale of images, origin at the top. Source: openfx-misc
+/// README-hosts.txt.
 fn fusion() -> Profile {
     Profile {
         name: "fusion",
         host_name: c"com.blackmagicdesign.Fusion",
         api: (1, 0),
         native_origin: kOfxHostNativeOriginTopLeft,
-        lacks: vec![
+        missing_properties: vec![
             kOfxPropAPIVersion,
             kOfxPropVersion,
             kOfxPropVersionLabel,
@@ -112,25 +113,24 @@ fn fusion() -> Profile {
             kOfxParamPropHasHostOverlayHandle,
             kOfxPluginPropFilePath,
         ],
-        absent: NEWER.to_vec(),
+        missing_suites: NEWER_SUITES.to_vec(),
         components: vec![kOfxImageComponentRGBA],
-        tiles: false,
-        multiple_depths: false,
+        supports_tiles: false,
+        supports_multiple_depths: false,
         image_scale_factor: 3.0,
         ..Profile::complete()
     }
 }
 
-/// Descriptors without a single property, no optional action, clips without a region until a render; the sources of
-/// openfx-runner.
+/// openfx-runner: empty descriptors, no optional actions, no regions of clips before a render. Source: its code.
 fn runner() -> Profile {
     Profile {
         name: "runner",
         host_name: c"openfx-driver",
         api: (1, 4),
-        describes: false,
-        absent: [
-            &NEWER[..],
+        has_default_properties: false,
+        missing_suites: [
+            &NEWER_SUITES[..],
             &[
                 (kOfxProgressSuite, 1),
                 (kOfxTimeLineSuite, 1),
@@ -138,44 +138,45 @@ fn runner() -> Profile {
             ],
         ]
         .concat(),
-        tiles: false,
-        multi_resolution: false,
-        rows: Rows::Odd,
+        supports_tiles: false,
+        supports_multi_resolution: false,
+        rows: RowLayout::Odd,
         late_regions: true,
-        asks: false,
-        sequences: false,
-        overlays: false,
+        calls_optional_actions: false,
+        calls_sequence_actions: false,
+        supports_overlays: false,
         components: vec![kOfxImageComponentRGBA, kOfxImageComponentAlpha],
         ..Profile::complete()
     }
 }
 
-/// Images from the top down, loaded anew for every instance, regions in pixels at any scale; MLT's src/modules/openfx.
+/// MLT: images from the top down, a reload for every instance, regions in pixels of the render scale. Source:
+/// src/modules/openfx.
 fn mlt() -> Profile {
     Profile {
         name: "mlt",
         host_name: c"org.mltframework.mlt",
         api: (1, 4),
         contexts: vec![kOfxImageEffectContextFilter],
-        rows: Rows::Negative,
+        rows: RowLayout::Negative,
         pixel_regions: true,
         reloads: true,
-        overlays: false,
-        multiple_depths: false,
+        supports_overlays: false,
+        supports_multiple_depths: false,
         all_connected: true,
         components: vec![kOfxImageComponentRGBA],
         ..Profile::complete()
     }
 }
 
-/// The three suites without which nothing can be done, and no property newer than 1.0.
+/// A minimal host: the three required suites, and few optional properties.
 fn bare() -> Profile {
     Profile {
         name: "bare",
         host_name: c"bare",
         api: (1, 0),
-        describes: false,
-        lacks: vec![
+        has_default_properties: false,
+        missing_properties: vec![
             kOfxPropAPIVersion,
             kOfxPropVersion,
             kOfxPropVersionLabel,
@@ -203,8 +204,8 @@ fn bare() -> Profile {
             kOfxImageEffectPropFieldToRender,
             kOfxPluginPropFilePath,
         ],
-        absent: [
-            &NEWER[..],
+        missing_suites: [
+            &NEWER_SUITES[..],
             &[
                 (kOfxMemorySuite, 1),
                 (kOfxMultiThreadSuite, 1),
@@ -215,10 +216,10 @@ fn bare() -> Profile {
             ],
         ]
         .concat(),
-        tiles: false,
-        overlays: false,
-        asks: false,
-        sequences: false,
+        supports_tiles: false,
+        supports_overlays: false,
+        calls_optional_actions: false,
+        calls_sequence_actions: false,
         ..Profile::complete()
     }
 }

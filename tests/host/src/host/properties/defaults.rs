@@ -1,4 +1,4 @@
-//! What property sets hold before a plugin touches them.
+//! Initial values of property sets.
 
 use std::ffi::CStr;
 
@@ -10,7 +10,7 @@ use openfx::sys::image_effect_v1::image_effect::*;
 use openfx::sys::image_effect_v1::interact::*;
 use openfx::sys::image_effect_v1::param::*;
 
-use super::{Value, Values};
+use super::{Value, Values, property_name};
 use crate::host::profile::Profile;
 
 fn ints(list: &[i32]) -> Vec<Value> {
@@ -29,17 +29,16 @@ fn text(value: &CStr) -> Vec<Value> {
     texts(&[value])
 }
 
-fn of(rows: Vec<(&CStr, Vec<Value>)>) -> Values {
+fn values(rows: Vec<(&CStr, Vec<Value>)>) -> Values {
     rows.into_iter()
-        .map(|(name, values)| (name.to_string_lossy().into_owned(), values))
+        .map(|(name, values)| (property_name(name), values))
         .collect()
 }
 
-/// What the host says of itself.
-pub(crate) fn host(profile: &Profile) -> Values {
+/// Returns the properties of the host.
+pub(crate) fn host_properties(profile: &Profile) -> Values {
     let flag = |set: bool| ints(&[i32::from(set)]);
-    let components: Vec<&CStr> = profile.components.clone();
-    let mut values = of(vec![
+    let mut set = values(vec![
         (kOfxPropType, text(kOfxTypeImageEffectHost)),
         (kOfxPropName, text(profile.host_name)),
         (kOfxPropLabel, text(profile.host_name)),
@@ -47,14 +46,23 @@ pub(crate) fn host(profile: &Profile) -> Values {
         (kOfxPropVersionLabel, text(c"1.2.3")),
         (kOfxPropAPIVersion, ints(&[profile.api.0, profile.api.1])),
         (kOfxImageEffectHostPropIsBackground, ints(&[1])),
-        (kOfxImageEffectPropSupportsOverlays, flag(profile.overlays)),
+        (
+            kOfxImageEffectPropSupportsOverlays,
+            flag(profile.supports_overlays),
+        ),
         (
             kOfxImageEffectPropSupportsMultiResolution,
-            flag(profile.multi_resolution),
+            flag(profile.supports_multi_resolution),
         ),
-        (kOfxImageEffectPropSupportsTiles, flag(profile.tiles)),
+        (
+            kOfxImageEffectPropSupportsTiles,
+            flag(profile.supports_tiles),
+        ),
         (kOfxImageEffectPropTemporalClipAccess, ints(&[1])),
-        (kOfxImageEffectPropSupportedComponents, texts(&components)),
+        (
+            kOfxImageEffectPropSupportedComponents,
+            texts(&profile.components),
+        ),
         (
             kOfxImageEffectPropSupportedContexts,
             texts(&profile.contexts),
@@ -65,7 +73,7 @@ pub(crate) fn host(profile: &Profile) -> Values {
         ),
         (
             kOfxImageEffectPropSupportsMultipleClipDepths,
-            flag(profile.multiple_depths),
+            flag(profile.supports_multiple_depths),
         ),
         (kOfxImageEffectPropSupportsMultipleClipPARs, ints(&[0])),
         (kOfxImageEffectPropSetableFrameRate, ints(&[0])),
@@ -86,7 +94,7 @@ pub(crate) fn host(profile: &Profile) -> Values {
         ),
     ]);
     if profile.api >= (1, 5) {
-        values.extend(of(vec![
+        set.extend(values(vec![
             (kOfxParamHostPropSupportsStrChoice, ints(&[1])),
             (kOfxParamHostPropSupportsStrChoiceAnimation, ints(&[0])),
             (kOfxImageEffectPropOpenGLRenderSupported, text(c"false")),
@@ -99,15 +107,15 @@ pub(crate) fn host(profile: &Profile) -> Values {
             ),
         ]));
     }
-    values
+    set
 }
 
-/// A plugin before it has described itself.
+/// Returns the initial properties of an effect descriptor.
 pub(crate) fn effect_descriptor(profile: &Profile, path: &CStr) -> Values {
-    if !profile.describes {
+    if !profile.has_default_properties {
         return Values::new();
     }
-    let mut values = of(vec![
+    let mut set = values(vec![
         (kOfxPropType, text(kOfxTypeImageEffect)),
         (kOfxPropLabel, text(c"")),
         (kOfxPropShortLabel, text(c"")),
@@ -140,7 +148,7 @@ pub(crate) fn effect_descriptor(profile: &Profile, path: &CStr) -> Values {
         (kOfxImageEffectInstancePropSequentialRender, ints(&[0])),
     ]);
     if profile.api >= (1, 5) {
-        values.extend(of(vec![
+        set.extend(values(vec![
             (
                 kOfxImageEffectPluginPropOverlayInteractV2,
                 vec![Value::Pointer(0)],
@@ -163,15 +171,15 @@ pub(crate) fn effect_descriptor(profile: &Profile, path: &CStr) -> Values {
             ),
         ]));
     }
-    values
+    set
 }
 
-/// A clip before the plugin has described it.
+/// Returns the initial properties of a clip descriptor.
 pub(crate) fn clip_descriptor(profile: &Profile, name: &CStr) -> Values {
-    if !profile.describes {
+    if !profile.has_default_properties {
         return Values::new();
     }
-    of(vec![
+    values(vec![
         (kOfxPropType, text(kOfxTypeClip)),
         (kOfxPropName, text(name)),
         (kOfxPropLabel, text(name)),
@@ -190,12 +198,12 @@ pub(crate) fn clip_descriptor(profile: &Profile, name: &CStr) -> Values {
     ])
 }
 
-/// A parameter of the type before the plugin has described it.
+/// Returns the initial properties of a parameter descriptor of type `kind`.
 pub(crate) fn parameter_descriptor(profile: &Profile, kind: &CStr, name: &CStr) -> Values {
-    if !profile.describes {
+    if !profile.has_default_properties {
         return Values::new();
     }
-    let mut values = of(vec![
+    let mut set = values(vec![
         (kOfxPropType, text(kOfxTypeParameter)),
         (kOfxPropName, text(name)),
         (kOfxPropLabel, text(name)),
@@ -214,15 +222,15 @@ pub(crate) fn parameter_descriptor(profile: &Profile, kind: &CStr, name: &CStr) 
     let group = kind == kOfxParamTypeGroup;
     let page = kind == kOfxParamTypePage;
     if group {
-        values.extend(of(vec![(kOfxParamPropGroupOpen, ints(&[1]))]));
+        set.extend(values(vec![(kOfxParamPropGroupOpen, ints(&[1]))]));
     }
     if page {
-        values.extend(of(vec![(kOfxParamPropPageChild, ints(&[]))]));
+        set.extend(values(vec![(kOfxParamPropPageChild, ints(&[]))]));
     }
     if group || page || kind == kOfxParamTypePushButton {
-        return values;
+        return set;
     }
-    values.extend(of(vec![
+    set.extend(values(vec![
         (kOfxParamPropAnimates, ints(&[1])),
         (kOfxParamPropIsAnimating, ints(&[0])),
         (kOfxParamPropIsAutoKeying, ints(&[0])),
@@ -234,12 +242,19 @@ pub(crate) fn parameter_descriptor(profile: &Profile, kind: &CStr, name: &CStr) 
             text(kOfxParamInvalidateValueChange),
         ),
     ]));
-    values.extend(of_type(kind));
-    values
+    set.extend(value_properties(kind));
+    set
 }
 
-/// Numbers of a parameter's value, and whether they are ints; nothing if it has none.
-pub(crate) fn numbers(kind: &CStr) -> Option<(usize, bool)> {
+/// The type of a numeric parameter.
+#[derive(Clone, Copy)]
+pub(crate) struct NumericType {
+    pub(crate) components: usize,
+    pub(crate) is_integer: bool,
+}
+
+/// Returns the numeric type of parameters of type `kind`, or nothing if their values are not numbers.
+pub(crate) fn numeric_type(kind: &CStr) -> Option<NumericType> {
     let rows = [
         (kOfxParamTypeInteger, 1, true),
         (kOfxParamTypeInteger2D, 2, true),
@@ -252,15 +267,21 @@ pub(crate) fn numbers(kind: &CStr) -> Option<(usize, bool)> {
         (kOfxParamTypeRGB, 3, false),
         (kOfxParamTypeRGBA, 4, false),
     ];
-    rows.iter()
-        .find(|row| row.0 == kind)
-        .map(|row| (row.1, row.2))
+    let (_, components, is_integer) = rows.into_iter().find(|(name, ..)| *name == kind)?;
+    Some(NumericType {
+        components,
+        is_integer,
+    })
 }
 
-fn of_type(kind: &CStr) -> Values {
+/// Returns the properties that depend on the type of the value.
+fn value_properties(kind: &CStr) -> Values {
     let mut rows = Vec::new();
-    match numbers(kind) {
-        Some((count, true)) => {
+    match numeric_type(kind) {
+        Some(NumericType {
+            components: count,
+            is_integer: true,
+        }) => {
             rows.push((kOfxParamPropDefault, ints(&vec![0; count])));
             if kind != kOfxParamTypeBoolean && kind != kOfxParamTypeChoice {
                 for name in [kOfxParamPropMin, kOfxParamPropDisplayMin] {
@@ -276,7 +297,10 @@ fn of_type(kind: &CStr) -> Values {
                 rows.push((kOfxParamPropChoiceOrder, ints(&[])));
             }
         }
-        Some((count, false)) => {
+        Some(NumericType {
+            components: count,
+            is_integer: false,
+        }) => {
             rows.push((kOfxParamPropDefault, doubles(&vec![0.0; count])));
             for name in [kOfxParamPropMin, kOfxParamPropDisplayMin] {
                 rows.push((name, doubles(&vec![-f64::MAX; count])));
@@ -309,12 +333,12 @@ fn of_type(kind: &CStr) -> Values {
             }
         }
     }
-    of(rows)
+    values(rows)
 }
 
-/// An overlay, before it is described and when it is drawn.
+/// Returns the initial properties of an overlay of the effect with this handle.
 pub(crate) fn interact(effect: usize) -> Values {
-    of(vec![
+    values(vec![
         (kOfxPropEffectInstance, vec![Value::Pointer(effect)]),
         (kOfxPropInstanceData, vec![Value::Pointer(0)]),
         (kOfxInteractPropPixelScale, doubles(&[1.0, 1.0])),

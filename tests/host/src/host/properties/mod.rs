@@ -1,18 +1,21 @@
-//! Property sets: what they hold, what of it is hidden, and how the strings lent from them are spoilt.
+//! Property sets.
 
 mod defaults;
-mod known;
+mod lent;
+mod types;
 
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char};
-use std::sync::{Mutex, OnceLock};
+use std::sync::Mutex;
 
 pub(crate) use defaults::{
-    clip_descriptor, effect_descriptor, host as of_host, interact, numbers, parameter_descriptor,
+    clip_descriptor, effect_descriptor, host_properties, interact, numeric_type,
+    parameter_descriptor,
 };
-pub(crate) use known::{Type, type_of};
+pub(crate) use lent::LentStrings;
+pub(crate) use types::{PropertyType, type_of};
 
-use super::locked;
+use super::{OwnHandle, locked};
 
 /// A value of a property.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,23 +31,23 @@ pub enum Value {
 }
 
 impl Value {
-    /// A string value; what follows a zero is left out.
+    /// Creates a string value from `text` up to its first NUL.
     #[must_use]
     pub fn text(text: &str) -> Self {
         Self::Text(c_string(text))
     }
 
-    pub(crate) fn kind(&self) -> Type {
+    pub(crate) fn property_type(&self) -> PropertyType {
         match self {
-            Self::Int(_) => Type::Int,
-            Self::Double(_) => Type::Double,
-            Self::Text(_) => Type::Text,
-            Self::Pointer(_) => Type::Pointer,
+            Self::Int(_) => PropertyType::Int,
+            Self::Double(_) => PropertyType::Double,
+            Self::Text(_) => PropertyType::Text,
+            Self::Pointer(_) => PropertyType::Pointer,
         }
     }
 }
 
-/// A C string of what comes before the first zero.
+/// Returns a C string of `text` up to its first NUL.
 pub(crate) fn c_string(text: &str) -> CString {
     let before = text.split('\0').next().unwrap_or("");
     CString::new(before).unwrap_or_default()
@@ -53,64 +56,69 @@ pub(crate) fn c_string(text: &str) -> CString {
 /// Properties by name, each with its values.
 pub type Values = BTreeMap<String, Vec<Value>>;
 
-/// A property set that the plugin holds a handle of.
+/// Returns the key of a property in [`Values`].
+pub(crate) fn property_name(name: &CStr) -> String {
+    name.to_string_lossy().into_owned()
+}
+
+/// Whether plugins may add properties to a set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Schema {
+    /// Only properties that the set has from the start can be set.
+    Fixed,
+    /// Any property can be set.
+    Open,
+}
+
+/// A property set with a handle.
 #[derive(Debug)]
 pub struct PropertySet {
-    handle: OnceLock<usize>,
-    /// What kind of thing it describes, such as `image`: accesses are told apart by it.
+    handle: OwnHandle,
+    /// The kind of object it describes, such as `image`.
     pub kind: String,
-    /// Which one, for messages.
+    /// Which object it describes, for messages.
     pub name: String,
     values: Mutex<Values>,
     initial: Values,
-    /// Whether properties that are not in it yet may be set.
-    open: bool,
-    lent: Mutex<Lent>,
-}
-
-/// Strings handed to the plugin: those it may still read, and those that have been spoilt.
-#[derive(Debug, Default)]
-struct Lent {
-    valid: Vec<CString>,
-    spoilt: Vec<Vec<u8>>,
+    schema: Schema,
+    lent: LentStrings,
 }
 
 impl PropertySet {
-    /// A set with these properties to begin with.
-    pub(crate) fn new(kind: &str, name: &str, values: Values, open: bool) -> Self {
+    /// Creates a set with these properties.
+    pub(crate) fn new(kind: &str, name: &str, values: Values, schema: Schema) -> Self {
         Self {
-            handle: OnceLock::new(),
+            handle: OwnHandle::default(),
             kind: kind.to_owned(),
             name: name.to_owned(),
             initial: values.clone(),
             values: Mutex::new(values),
-            open,
-            lent: Mutex::default(),
+            schema,
+            lent: LentStrings::default(),
         }
     }
 
-    /// The number that the plugin knows it by, 0 before it has one.
     pub(crate) fn handle(&self) -> usize {
-        self.handle.get().copied().unwrap_or(0)
+        self.handle.get()
     }
 
-    pub(crate) fn known_as(&self, handle: usize) {
-        let _ = self.handle.set(handle);
+    pub(crate) fn set_handle(&self, handle: usize) {
+        self.handle.set(handle);
     }
 
-    /// Values of a property, nothing if it is not there.
+    /// Returns the values of a property, if the set has it.
     pub fn get(&self, name: &CStr) -> Option<Vec<Value>> {
         locked(&self.values)
             .get(name.to_string_lossy().as_ref())
             .cloned()
     }
 
-    /// All properties.
+    /// Returns all properties.
     pub fn all(&self) -> Values {
         locked(&self.values).clone()
     }
 
-    /// The first value, if it is an int.
+    /// Returns the first value, if it is an int.
     pub fn int(&self, name: &CStr) -> Option<i32> {
         match self.get(name)?.first()? {
             Value::Int(v) => Some(*v),
@@ -118,7 +126,7 @@ impl PropertySet {
         }
     }
 
-    /// All values that are doubles.
+    /// Returns all values that are doubles.
     pub fn doubles(&self, name: &CStr) -> Vec<f64> {
         (self.get(name).unwrap_or_default().iter())
             .filter_map(|value| match value {
@@ -128,7 +136,7 @@ impl PropertySet {
             .collect()
     }
 
-    /// All values that are strings.
+    /// Returns all values that are strings.
     pub fn texts(&self, name: &CStr) -> Vec<String> {
         (self.get(name).unwrap_or_default().iter())
             .filter_map(|value| match value {
@@ -138,7 +146,7 @@ impl PropertySet {
             .collect()
     }
 
-    /// The first value, if it is a pointer.
+    /// Returns the first value, if it is a pointer.
     pub fn pointer(&self, name: &CStr) -> Option<usize> {
         match self.get(name)?.first()? {
             Value::Pointer(v) => Some(*v),
@@ -146,15 +154,17 @@ impl PropertySet {
         }
     }
 
-    /// Sets a property, as the host.
+    /// Sets a property on behalf of the host.
     pub fn put(&self, name: &CStr, values: Vec<Value>) {
-        locked(&self.values).insert(name.to_string_lossy().into_owned(), values);
+        locked(&self.values).insert(property_name(name), values);
     }
 
-    /// Sets one value, as the plugin; whether the set takes it.
+    /// Sets one value on behalf of the plugin. Returns false if the set cannot have the property.
+    ///
+    /// An index beyond the end fills the gap with the value.
     pub(crate) fn set(&self, name: &str, index: usize, value: Value) -> bool {
         let mut values = locked(&self.values);
-        if !self.open && !values.contains_key(name) {
+        if self.schema == Schema::Fixed && !values.contains_key(name) {
             return false;
         }
         let list = values.entry(name.to_owned()).or_default();
@@ -169,39 +179,26 @@ impl PropertySet {
         true
     }
 
-    /// As it was to begin with; whether there is such a property.
+    /// Restores the initial values. Returns false if the set lacks the property.
     pub(crate) fn reset(&self, name: &str) -> bool {
         let mut values = locked(&self.values);
         match self.initial.get(name) {
-            Some(first) => {
-                values.insert(name.to_owned(), first.clone());
+            Some(initial) => {
+                values.insert(name.to_owned(), initial.clone());
                 true
             }
-            None => self.open && values.remove(name).is_some(),
+            None => self.schema == Schema::Open && values.remove(name).is_some(),
         }
     }
 
-    /// A suite call on this set begins: the strings lent before are no longer valid.
-    pub(crate) fn spoil(&self) {
-        let mut lent = locked(&self.lent);
-        let valid = std::mem::take(&mut lent.valid);
-        for string in valid {
-            let mut bytes = string.into_bytes_with_nul();
-            // Still a string, so that who reads it sees something wrong rather than crashes.
-            let end = bytes.len() - 1;
-            bytes[..end].fill(b'#');
-            lent.spoilt.push(bytes);
-        }
+    /// Overwrites the strings lent by earlier calls.
+    pub(crate) fn overwrite_lent_strings(&self) {
+        self.lent.overwrite();
     }
 
-    /// Lends a string until the next suite call.
+    /// Lends a string until [`Self::overwrite_lent_strings`].
     pub(crate) fn lend(&self, text: &CStr) -> *mut c_char {
-        let mut lent = locked(&self.lent);
-        lent.valid.push(text.to_owned());
-        // The bytes of a `CString` stay where they are when it moves.
-        lent.valid
-            .last()
-            .map_or(std::ptr::null_mut(), |kept| kept.as_ptr().cast_mut())
+        self.lent.lend(text)
     }
 }
 
@@ -210,26 +207,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn closed_sets_take_only_what_they_have() {
+    fn fixed_sets_reject_new_properties() {
         let values = Values::from([("a".to_owned(), vec![Value::Int(1)])]);
-        let closed = PropertySet::new("test", "test", values.clone(), false);
-        assert!(closed.set("a", 2, Value::Int(5)));
-        assert!(!closed.set("b", 0, Value::Int(5)));
-        assert_eq!(closed.get(c"a").map(|list| list.len()), Some(3));
-        assert!(closed.reset("a"));
-        assert_eq!(closed.int(c"a"), Some(1));
-        assert!(PropertySet::new("test", "test", values, true).set("b", 0, Value::Int(5)));
-    }
-
-    #[test]
-    fn lent_strings_are_overwritten_by_the_next_call() {
-        let set = PropertySet::new("test", "test", Values::new(), true);
-        let first = set.lend(c"first");
-        set.spoil();
-        let second = set.lend(c"second");
-        // SAFETY: both are kept by the set until it goes.
-        let (first, second) = unsafe { (CStr::from_ptr(first), CStr::from_ptr(second)) };
-        assert_eq!(first, c"#####");
-        assert_eq!(second, c"second");
+        let fixed = PropertySet::new("test", "test", values.clone(), Schema::Fixed);
+        assert!(fixed.set("a", 2, Value::Int(5)));
+        assert!(!fixed.set("b", 0, Value::Int(5)));
+        assert_eq!(fixed.get(c"a").map(|list| list.len()), Some(3));
+        assert!(fixed.reset("a"));
+        assert_eq!(fixed.int(c"a"), Some(1));
+        let open = PropertySet::new("test", "test", values, Schema::Open);
+        assert!(open.set("b", 0, Value::Int(5)));
     }
 }

@@ -1,41 +1,43 @@
-//! The draw suite: strokes are kept as they were asked for.
+//! The draw suite, which records what overlays draw.
 
 use std::ffi::{c_char, c_int};
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::draw_suite::*;
+use openfx::sys::image_effect_v1::interact::kOfxInteractActionDraw;
 use openfx::sys::image_effect_v1::pixels::OfxRGBAColourF;
 
 use super::interact::Overlay;
-use super::pointers::{found, put, text};
-use crate::host::{Host, locked, under};
+use super::pointers::{string, with_object, write_result};
+use crate::host::action::current_action;
+use crate::host::{Host, locked};
 
-/// What was drawn.
+/// Everything that an overlay has drawn.
 #[derive(Clone, Debug, Default)]
-pub struct Strokes {
-    /// All but texts, in the order they were drawn.
-    pub strokes: Vec<Stroke>,
-    /// Texts.
+pub struct Drawing {
+    /// Calls of `draw`, in order.
+    pub shapes: Vec<Shape>,
+    /// Calls of `drawText`, in order.
     pub texts: Vec<String>,
-    /// What is drawn with from now on.
+    /// The current colour.
     colour: Option<[f32; 3]>,
 }
 
-/// One call of `draw`.
+/// A call of `draw`.
 #[derive(Clone, Debug)]
-pub struct Stroke {
-    /// What the points are joined to.
+pub struct Shape {
+    /// How the points are joined.
     pub primitive: OfxDrawPrimitive,
-    /// Canonical.
+    /// The points, in canonical coordinates.
     pub points: Vec<(f64, f64)>,
     /// Red, green and blue.
     pub colour: [f32; 3],
 }
 
-impl Stroke {
-    /// The lines of it, by the indices of their ends; shapes are as their corners.
+impl Shape {
+    /// Returns its lines as pairs of point indices. Closed shapes are approximated by a polygon of their points.
     #[must_use]
-    pub fn ends(&self) -> Vec<(usize, usize)> {
+    pub fn lines(&self) -> Vec<(usize, usize)> {
         let count = self.points.len();
         match self.primitive {
             p if p == kOfxDrawPrimitiveLines => {
@@ -58,14 +60,19 @@ pub(super) fn suite() -> OfxDrawSuiteV1 {
     }
 }
 
-/// The host, if the context is one and something is being drawn.
-fn drawing(context: OfxDrawContextHandle, call: &str) -> Result<std::sync::Arc<Host>, OfxStatus> {
-    let (host, _) = found::<Overlay>(context as usize, call)?;
-    if under::now().is_none_or(|under| under.action != "OfxInteractActionDraw") {
-        host.misused(format!("{call} was called outside the draw action"));
-        return Err(kOfxStatFailed);
-    }
-    Ok(host)
+/// Calls `work` if the context is valid and the draw action is under way.
+fn while_drawing(
+    context: OfxDrawContextHandle,
+    call: &str,
+    work: impl FnOnce(&Host) -> OfxStatus,
+) -> OfxStatus {
+    with_object::<Overlay>(context as usize, call, |host, _| {
+        if current_action().is_none_or(|action| !action.is(kOfxInteractActionDraw)) {
+            host.record_misuse(format!("{call} was called outside the draw action"));
+            return kOfxStatFailed;
+        }
+        work(host)
+    })
 }
 
 unsafe extern "C" fn get_colour(
@@ -79,52 +86,48 @@ unsafe extern "C" fn get_colour(
         _ => (1.0, 1.0, 1.0),
     };
     let standard = OfxRGBAColourF { r, g, b, a: 1.0 };
-    match drawing(context, "getColour") {
-        // SAFETY: the plugin gives room for a colour.
-        Ok(_) => unsafe { put(colour, standard, "getColour") },
-        Err(status) => status,
-    }
+    while_drawing(context, "getColour", |_| {
+        // SAFETY: the plugin provides memory for a colour.
+        unsafe { write_result(colour, standard, "getColour") }
+    })
 }
 
 unsafe extern "C" fn set_colour(
     context: OfxDrawContextHandle,
     colour: *const OfxRGBAColourF,
 ) -> OfxStatus {
-    let host = match drawing(context, "setColour") {
-        Ok(host) => host,
-        Err(status) => return status,
-    };
-    if colour.is_null() {
-        host.misused("setColour was given NULL".to_owned());
-        return kOfxStatErrValue;
-    }
-    // SAFETY: the plugin gives a colour.
-    let colour = unsafe { colour.read_unaligned() };
-    locked(&host.strokes).colour = Some([colour.r, colour.g, colour.b]);
-    kOfxStatOK
+    while_drawing(context, "setColour", |host| {
+        if colour.is_null() {
+            host.record_misuse("setColour was given NULL");
+            return kOfxStatErrValue;
+        }
+        // SAFETY: the plugin passes a colour.
+        let colour = unsafe { colour.read_unaligned() };
+        locked(&host.drawing).colour = Some([colour.r, colour.g, colour.b]);
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn set_line_width(context: OfxDrawContextHandle, width: f32) -> OfxStatus {
-    match drawing(context, "setLineWidth") {
-        Ok(host) => {
-            if width.is_nan() || width < 0.0 {
-                host.misused(format!("setLineWidth was given {width}"));
-            }
-            kOfxStatOK
+    while_drawing(context, "setLineWidth", |host| {
+        if width.is_nan() || width < 0.0 {
+            host.record_misuse(format!("setLineWidth was given {width}"));
         }
-        Err(status) => status,
-    }
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn set_line_stipple(
     context: OfxDrawContextHandle,
     pattern: OfxDrawLineStipplePattern,
 ) -> OfxStatus {
-    match drawing(context, "setLineStipple") {
-        Ok(_) if pattern <= kOfxDrawLineStipplePatternDotDash => kOfxStatOK,
-        Ok(_) => kOfxStatErrValue,
-        Err(status) => status,
-    }
+    while_drawing(context, "setLineStipple", |_| {
+        if pattern <= kOfxDrawLineStipplePatternDotDash {
+            kOfxStatOK
+        } else {
+            kOfxStatErrValue
+        }
+    })
 }
 
 unsafe extern "C" fn draw(
@@ -133,51 +136,45 @@ unsafe extern "C" fn draw(
     points: *const OfxPointD,
     count: c_int,
 ) -> OfxStatus {
-    let host = match drawing(context, "draw") {
-        Ok(host) => host,
-        Err(status) => return status,
-    };
-    let count = usize::try_from(count).unwrap_or(0);
-    if primitive > kOfxDrawPrimitiveEllipse || points.is_null() || count == 0 {
-        host.misused(format!(
-            "draw was given primitive {primitive} of {count} points"
-        ));
-        return kOfxStatErrValue;
-    }
-    let given = (0..count).map(|i| {
-        // SAFETY: the plugin gives as many points as it says.
-        let point = unsafe { points.add(i).read_unaligned() };
-        (point.x, point.y)
-    });
-    let points: Vec<_> = given.collect();
-    if points
-        .iter()
-        .any(|(x, y)| !(x.is_finite() && y.is_finite()))
-    {
-        host.misused("draw was given a point that is not finite".to_owned());
-    }
-    let mut strokes = locked(&host.strokes);
-    let colour = strokes.colour.unwrap_or([1.0; 3]);
-    strokes.strokes.push(Stroke {
-        primitive,
-        points,
-        colour,
-    });
-    kOfxStatOK
+    while_drawing(context, "draw", |host| {
+        let count = usize::try_from(count).unwrap_or(0);
+        if primitive > kOfxDrawPrimitiveEllipse || points.is_null() || count == 0 {
+            host.record_misuse(format!(
+                "draw was given primitive {primitive} with {count} points"
+            ));
+            return kOfxStatErrValue;
+        }
+        let points: Vec<(f64, f64)> = (0..count)
+            .map(|i| {
+                // SAFETY: the plugin passes `count` points.
+                let point = unsafe { points.add(i).read_unaligned() };
+                (point.x, point.y)
+            })
+            .collect();
+        if !points.iter().all(|(x, y)| x.is_finite() && y.is_finite()) {
+            host.record_misuse("draw was given a point that is not finite");
+        }
+        let mut drawing = locked(&host.drawing);
+        let colour = drawing.colour.unwrap_or([1.0; 3]);
+        drawing.shapes.push(Shape {
+            primitive,
+            points,
+            colour,
+        });
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn draw_text(
     context: OfxDrawContextHandle,
-    words: *const c_char,
-    _at: *const OfxPointD,
+    text: *const c_char,
+    _position: *const OfxPointD,
     _alignment: c_int,
 ) -> OfxStatus {
-    match drawing(context, "drawText") {
-        Ok(host) => {
-            // SAFETY: the plugin gives a string.
-            locked(&host.strokes).texts.push(unsafe { text(words) });
-            kOfxStatOK
-        }
-        Err(status) => status,
-    }
+    while_drawing(context, "drawText", |host| {
+        // SAFETY: the plugin passes a string.
+        let text = unsafe { string(text) };
+        locked(&host.drawing).texts.push(text);
+        kOfxStatOK
+    })
 }

@@ -8,12 +8,13 @@ use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
 use openfx::sys::image_effect_v1::param::OfxParamSetHandle;
 
-use super::memory::Block;
-use super::pointers::{found, name, put, put_if};
-use crate::host::effect::{Clip, Effect};
+use super::memory::MemoryBlock;
+use super::pointers::{c_str, resolve, with_host, with_object, write_optional, write_result};
+use crate::host::action::current_action;
+use crate::host::effect::{Clip, Effect, EffectRole};
 use crate::host::images::{fetch, release};
 use crate::host::properties::{PropertySet, clip_descriptor};
-use crate::host::{Object, current, locked, under};
+use crate::host::{Host, Object, locked};
 use crate::picture::Region;
 
 pub(super) fn suite() -> OfxImageEffectSuiteV1 {
@@ -38,24 +39,20 @@ unsafe extern "C" fn get_property_set(
     effect: OfxImageEffectHandle,
     set: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    match found::<Effect>(effect as usize, "getPropertySet") {
-        // SAFETY: the plugin gives room for a handle.
-        Ok((_, effect)) => unsafe {
-            put(set, effect.properties.handle() as *mut _, "getPropertySet")
-        },
-        Err(status) => status,
-    }
+    with_object::<Effect>(effect as usize, "getPropertySet", |_, effect| {
+        // SAFETY: the plugin provides memory for a handle.
+        unsafe { write_result(set, effect.properties.handle() as *mut _, "getPropertySet") }
+    })
 }
 
 unsafe extern "C" fn get_param_set(
     effect: OfxImageEffectHandle,
     set: *mut OfxParamSetHandle,
 ) -> OfxStatus {
-    match found::<Effect>(effect as usize, "getParamSet") {
-        // SAFETY: the plugin gives room for a handle.
-        Ok((_, effect)) => unsafe { put(set, effect.parameters.handle() as *mut _, "getParamSet") },
-        Err(status) => status,
-    }
+    with_object::<Effect>(effect as usize, "getParamSet", |_, effect| {
+        // SAFETY: the plugin provides memory for a handle.
+        unsafe { write_result(set, effect.parameters.handle() as *mut _, "getParamSet") }
+    })
 }
 
 unsafe extern "C" fn clip_define(
@@ -63,31 +60,34 @@ unsafe extern "C" fn clip_define(
     clip: *const c_char,
     set: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    let (host, effect) = match found::<Effect>(effect as usize, "clipDefine") {
-        Ok(found) => found,
-        Err(status) => return status,
-    };
-    if effect.instance || under::now().is_none_or(|under| !under.defines()) {
-        host.misused("clipDefine was called outside DescribeInContext".to_owned());
-        return kOfxStatErrBadHandle;
-    }
-    // SAFETY: the plugin names the clip by a string.
-    let Some(clip) = (unsafe { name(clip) }) else {
-        return kOfxStatErrValue;
-    };
-    let text = clip.to_string_lossy().into_owned();
-    if effect.clip(&text).is_some() {
-        host.misused(format!("clip {text} was defined twice"));
-        return kOfxStatErrExists;
-    }
-    let values = clip_descriptor(&host.profile, clip);
-    let title = format!("clip {text}");
-    let properties = host.property_set("clip descriptor", &title, values, !host.profile.describes);
-    let handle = properties.handle();
-    effect.add_clip(&host, &text, properties);
-    // SAFETY: room for a handle, or NULL if it is not wanted.
-    unsafe { put_if(set, handle as *mut _) };
-    kOfxStatOK
+    with_object::<Effect>(effect as usize, "clipDefine", |host, effect| {
+        if effect.role == EffectRole::Instance
+            || current_action().is_none_or(|action| !action.allows_definitions())
+        {
+            host.record_misuse("clipDefine was called outside DescribeInContext");
+            return kOfxStatErrBadHandle;
+        }
+        // SAFETY: the plugin passes a string.
+        let Some(clip) = (unsafe { c_str(clip) }) else {
+            return kOfxStatErrValue;
+        };
+        let name = clip.to_string_lossy().into_owned();
+        if effect.clip(&name).is_some() {
+            host.record_misuse(format!("clip {name} was defined twice"));
+            return kOfxStatErrExists;
+        }
+        let properties = host.property_set(
+            "clip descriptor",
+            &format!("clip {name}"),
+            clip_descriptor(&host.profile, clip),
+            host.profile.descriptor_schema(),
+        );
+        let handle = properties.handle();
+        effect.add_clip(host, &name, properties);
+        // SAFETY: NULL or memory for a handle.
+        unsafe { write_optional(set, handle as *mut _) };
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn clip_get_handle(
@@ -96,45 +96,35 @@ unsafe extern "C" fn clip_get_handle(
     handle: *mut OfxImageClipHandle,
     set: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    let (host, effect) = match found::<Effect>(effect as usize, "clipGetHandle") {
-        Ok(found) => found,
-        Err(status) => return status,
-    };
-    if !effect.instance {
-        host.misused("clipGetHandle was called on a descriptor".to_owned());
-        return kOfxStatErrBadHandle;
-    }
-    // SAFETY: the plugin names the clip by a string.
-    let Some(clip) = (unsafe { name(clip) }) else {
-        return kOfxStatErrValue;
-    };
-    match effect.clip(&clip.to_string_lossy()) {
-        Some(clip) => {
-            // SAFETY: room for handles, the second NULL if it is not wanted.
-            unsafe {
-                put_if(set, clip.properties.handle() as *mut _);
-                put(handle, clip.handle() as *mut _, "clipGetHandle")
-            }
+    with_object::<Effect>(effect as usize, "clipGetHandle", |host, effect| {
+        if effect.role == EffectRole::Descriptor {
+            host.record_misuse("clipGetHandle was called on a descriptor");
+            return kOfxStatErrBadHandle;
         }
-        None => kOfxStatErrUnknown,
-    }
+        // SAFETY: the plugin passes a string.
+        let Some(clip) = (unsafe { c_str(clip) }) else {
+            return kOfxStatErrValue;
+        };
+        let Some(clip) = effect.clip(&clip.to_string_lossy()) else {
+            return kOfxStatErrUnknown;
+        };
+        // SAFETY: memory for handles; the second may be NULL.
+        unsafe {
+            write_optional(set, clip.properties.handle() as *mut _);
+            write_result(handle, clip.handle() as *mut _, "clipGetHandle")
+        }
+    })
 }
 
 unsafe extern "C" fn clip_get_property_set(
     clip: OfxImageClipHandle,
     set: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    match found::<Clip>(clip as usize, "clipGetPropertySet") {
-        // SAFETY: the plugin gives room for a handle.
-        Ok((_, clip)) => unsafe {
-            put(
-                set,
-                clip.properties.handle() as *mut _,
-                "clipGetPropertySet",
-            )
-        },
-        Err(status) => status,
-    }
+    let call = "clipGetPropertySet";
+    with_object::<Clip>(clip as usize, call, |_, clip| {
+        // SAFETY: the plugin provides memory for a handle.
+        unsafe { write_result(set, clip.properties.handle() as *mut _, call) }
+    })
 }
 
 unsafe extern "C" fn clip_get_image(
@@ -143,37 +133,35 @@ unsafe extern "C" fn clip_get_image(
     region: *const OfxRectD,
     image: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    let (host, clip) = match found::<Clip>(clip as usize, "clipGetImage") {
-        Ok(found) => found,
-        Err(status) => return status,
-    };
-    if let Some(under) = under::now()
-        && !under.fetches()
-    {
-        host.misused(format!("clipGetImage was called in {}", under.action));
-        return kOfxStatFailed;
-    }
-    let region = (!region.is_null()).then(|| {
-        // SAFETY: not NULL, so a rectangle.
-        let r = unsafe { region.read_unaligned() };
-        Region::new(r.x1, r.y1, r.x2, r.y2)
-    });
-    match fetch(&host, &clip, time, region) {
-        // SAFETY: the plugin gives room for a handle.
-        Ok(handle) => unsafe { put(image, handle as *mut _, "clipGetImage") },
-        Err(status) => {
-            // SAFETY: as above. What was there stays there in no host to rely on.
-            unsafe { put_if(image, std::ptr::null_mut()) };
-            status
+    with_object::<Clip>(clip as usize, "clipGetImage", |host, clip| {
+        if let Some(action) = current_action()
+            && !action.allows_images()
+        {
+            host.record_misuse(format!("clipGetImage was called in {}", action.name));
+            return kOfxStatFailed;
         }
-    }
+        let region = (!region.is_null()).then(|| {
+            // SAFETY: not NULL, so it points to a rectangle.
+            let r = unsafe { region.read_unaligned() };
+            Region::new(r.x1, r.y1, r.x2, r.y2)
+        });
+        match fetch(host, clip, time, region) {
+            // SAFETY: the plugin provides memory for a handle.
+            Ok(handle) => unsafe { write_result(image, handle as *mut _, "clipGetImage") },
+            Err(status) => {
+                // Hosts differ in whether they leave the handle as it was.
+                // SAFETY: as above.
+                unsafe { write_optional(image, std::ptr::null_mut()) };
+                status
+            }
+        }
+    })
 }
 
 unsafe extern "C" fn clip_release_image(image: OfxPropertySetHandle) -> OfxStatus {
-    match found::<PropertySet>(image as usize, "clipReleaseImage") {
-        Ok((host, set)) => release(&host, &set),
-        Err(status) => status,
-    }
+    with_object::<PropertySet>(image as usize, "clipReleaseImage", |host, set| {
+        release(host, set)
+    })
 }
 
 unsafe extern "C" fn clip_get_rod(
@@ -181,58 +169,57 @@ unsafe extern "C" fn clip_get_rod(
     time: OfxTime,
     bounds: *mut OfxRectD,
 ) -> OfxStatus {
-    let (host, clip) = match found::<Clip>(clip as usize, "clipGetRegionOfDefinition") {
-        Ok(found) => found,
-        Err(status) => return status,
-    };
-    if host.profile.late_regions && under::now().is_some_and(|under| under.needs()) {
-        return kOfxStatFailed;
-    }
-    let Some(effect) = clip.effect.upgrade() else {
-        return kOfxStatErrBadHandle;
-    };
-    let scene = locked(&effect.scene).clone();
-    let wanted = if clip.name == "Output" {
-        "Source"
-    } else {
-        &clip.name
-    };
-    let rendering = under::now().and_then(|under| under.rendering);
-    let (across, up) = match &rendering {
-        Some(rendering) if host.profile.pixel_regions => rendering.scale,
-        _ => (1.0, 1.0),
-    };
-    match scene.region(wanted, time) {
-        Some(r) => {
-            let rect = OfxRectD {
-                x1: r.x1 * across,
-                y1: r.y1 * up,
-                x2: r.x2 * across,
-                y2: r.y2 * up,
-            };
-            // SAFETY: the plugin gives room for a rectangle.
-            unsafe { put(bounds, rect, "clipGetRegionOfDefinition") }
+    let call = "clipGetRegionOfDefinition";
+    with_object::<Clip>(clip as usize, call, |host, clip| {
+        let action = current_action();
+        if host.profile.late_regions
+            && (action.as_ref()).is_some_and(|a| a.is(kOfxImageEffectActionGetRegionsOfInterest))
+        {
+            return kOfxStatFailed;
         }
-        None => kOfxStatFailed,
-    }
+        let Some(effect) = clip.effect.upgrade() else {
+            return kOfxStatErrBadHandle;
+        };
+        let scene = locked(&effect.scene).clone();
+        let input = if clip.name == "Output" {
+            "Source"
+        } else {
+            &clip.name
+        };
+        let (scale_x, scale_y) = match action.and_then(|action| action.render) {
+            Some(render) if host.profile.pixel_regions => render.scale,
+            _ => (1.0, 1.0),
+        };
+        let Some(r) = scene.region(input, time) else {
+            return kOfxStatFailed;
+        };
+        let rect = OfxRectD {
+            x1: r.x1 * scale_x,
+            y1: r.y1 * scale_y,
+            x2: r.x2 * scale_x,
+            y2: r.y2 * scale_y,
+        };
+        // SAFETY: the plugin provides memory for a rectangle.
+        unsafe { write_result(bounds, rect, call) }
+    })
 }
 
 unsafe extern "C" fn abort(effect: OfxImageEffectHandle) -> c_int {
-    let Ok((host, _)) = found::<Effect>(effect as usize, "abort") else {
+    let Ok((host, _)) = resolve::<Effect>(effect as usize, "abort") else {
         return 0;
     };
-    host.counts.polls.fetch_add(1, Ordering::SeqCst);
+    host.counters.abort_polls.fetch_add(1, Ordering::SeqCst);
     let left = host
-        .patience
+        .polls_before_abort
         .fetch_update(Ordering::SeqCst, Ordering::SeqCst, |left| {
             (left > 0).then(|| left - 1)
         })
         .unwrap_or_else(|left| left);
-    let stop = left == 0;
-    if stop {
-        host.counts.polls_told.fetch_add(1, Ordering::SeqCst);
+    let aborts = left == 0;
+    if aborts {
+        host.counters.abort_replies.fetch_add(1, Ordering::SeqCst);
     }
-    c_int::from(stop)
+    c_int::from(aborts)
 }
 
 unsafe extern "C" fn image_memory_alloc(
@@ -240,46 +227,39 @@ unsafe extern "C" fn image_memory_alloc(
     bytes: usize,
     handle: *mut OfxImageMemoryHandle,
 ) -> OfxStatus {
-    let host = if effect.is_null() {
-        current().ok_or(kOfxStatFailed)
+    let call = "imageMemoryAlloc";
+    let allocate = |host: &Host| {
+        let block = Object::MemoryBlock(Arc::new(MemoryBlock::new(bytes)));
+        let block = host.register("an image memory block", block);
+        host.counters.memory_held.fetch_add(1, Ordering::SeqCst);
+        // SAFETY: the plugin provides memory for a handle.
+        unsafe { write_result(handle, block as *mut _, call) }
+    };
+    if effect.is_null() {
+        with_host(allocate)
     } else {
-        found::<Effect>(effect as usize, "imageMemoryAlloc").map(|(host, _)| host)
-    };
-    let host = match host {
-        Ok(host) => host,
-        Err(status) => return status,
-    };
-    let block = Arc::new(Block::new(bytes));
-    let given = host.keep("a block of image memory", Object::Block(block));
-    host.counts.memory_out.fetch_add(1, Ordering::SeqCst);
-    // SAFETY: the plugin gives room for a handle.
-    unsafe { put(handle, given as *mut _, "imageMemoryAlloc") }
+        with_object::<Effect>(effect as usize, call, |host, _| allocate(host))
+    }
 }
 
 unsafe extern "C" fn image_memory_free(memory: OfxImageMemoryHandle) -> OfxStatus {
-    match found::<Block>(memory as usize, "imageMemoryFree") {
-        Ok((host, _)) => {
-            host.end(memory as usize);
-            host.counts.memory_out.fetch_sub(1, Ordering::SeqCst);
-            kOfxStatOK
-        }
-        Err(status) => status,
-    }
+    with_object::<MemoryBlock>(memory as usize, "imageMemoryFree", |host, _| {
+        host.invalidate(memory as usize);
+        host.counters.memory_held.fetch_sub(1, Ordering::SeqCst);
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn image_memory_lock(
     memory: OfxImageMemoryHandle,
-    at: *mut *mut c_void,
+    data: *mut *mut c_void,
 ) -> OfxStatus {
-    match found::<Block>(memory as usize, "imageMemoryLock") {
-        // SAFETY: the plugin gives room for a pointer.
-        Ok((_, block)) => unsafe { put(at, block.data(), "imageMemoryLock") },
-        Err(status) => status,
-    }
+    with_object::<MemoryBlock>(memory as usize, "imageMemoryLock", |_, block| {
+        // SAFETY: the plugin provides memory for a pointer.
+        unsafe { write_result(data, block.data(), "imageMemoryLock") }
+    })
 }
 
 unsafe extern "C" fn image_memory_unlock(memory: OfxImageMemoryHandle) -> OfxStatus {
-    found::<Block>(memory as usize, "imageMemoryUnlock")
-        .err()
-        .unwrap_or(kOfxStatOK)
+    with_object::<MemoryBlock>(memory as usize, "imageMemoryUnlock", |_, _| kOfxStatOK)
 }

@@ -1,48 +1,43 @@
 //! The interact suite, and overlays.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::draw_suite::kOfxInteractPropDrawContext;
 use openfx::sys::image_effect_v1::interact::*;
 
-use super::pointers::{found, put};
-use crate::host::Host;
-use crate::host::Object;
-use crate::host::properties::{PropertySet, Value, interact};
+use super::pointers::{with_object, write_result};
+use crate::host::properties::{PropertySet, Schema, Value, interact};
+use crate::host::{Host, Object, OwnHandle};
 
-/// An overlay: its descriptor or an instance.
+/// An overlay: a descriptor or an instance.
 pub(crate) struct Overlay {
-    handle: OnceLock<usize>,
+    handle: OwnHandle,
     pub(crate) properties: Arc<PropertySet>,
-    pub(crate) redraws: AtomicUsize,
 }
 
 impl Overlay {
-    /// Of an effect, 0 for a descriptor.
+    /// Creates an overlay of the effect with this handle, 0 for a descriptor.
     pub(crate) fn new(host: &Host, effect: usize) -> Arc<Self> {
-        let values = interact(effect);
         let overlay = Arc::new(Self {
-            handle: OnceLock::new(),
-            properties: host.property_set("overlay", "an overlay", values, false),
-            redraws: AtomicUsize::new(0),
+            handle: OwnHandle::default(),
+            properties: host.property_set("overlay", "an overlay", interact(effect), Schema::Fixed),
         });
-        let handle = host.keep("an overlay", Object::Overlay(Arc::clone(&overlay)));
-        let _ = overlay.handle.set(handle);
-        // In this host it is what it draws in, too.
+        let handle = host.register("an overlay", Object::Overlay(Arc::clone(&overlay)));
+        overlay.handle.set(handle);
+        // This host uses one handle for an overlay and its draw context.
         (overlay.properties).put(kOfxInteractPropDrawContext, vec![Value::Pointer(handle)]);
         overlay
     }
 
     pub(crate) fn handle(&self) -> usize {
-        self.handle.get().copied().unwrap_or(0)
+        self.handle.get()
     }
 
-    /// Its handles are valid no longer.
-    pub(crate) fn end(&self, host: &Host) {
-        host.end(self.properties.handle());
-        host.end(self.handle());
+    /// Invalidates its handles.
+    pub(crate) fn invalidate(&self, host: &Host) {
+        host.invalidate(self.properties.handle());
+        host.invalidate(self.handle());
     }
 }
 
@@ -55,34 +50,20 @@ pub(super) fn suite() -> OfxInteractSuiteV1 {
 }
 
 unsafe extern "C" fn swap_buffers(overlay: OfxInteractHandle) -> OfxStatus {
-    found::<Overlay>(overlay as usize, "interactSwapBuffers")
-        .err()
-        .unwrap_or(kOfxStatOK)
+    with_object::<Overlay>(overlay as usize, "interactSwapBuffers", |_, _| kOfxStatOK)
 }
 
 unsafe extern "C" fn redraw(overlay: OfxInteractHandle) -> OfxStatus {
-    match found::<Overlay>(overlay as usize, "interactRedraw") {
-        Ok((_, overlay)) => {
-            overlay.redraws.fetch_add(1, Ordering::SeqCst);
-            kOfxStatOK
-        }
-        Err(status) => status,
-    }
+    with_object::<Overlay>(overlay as usize, "interactRedraw", |_, _| kOfxStatOK)
 }
 
 unsafe extern "C" fn get_property_set(
     overlay: OfxInteractHandle,
     set: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    match found::<Overlay>(overlay as usize, "interactGetPropertySet") {
-        // SAFETY: the plugin gives room for a handle.
-        Ok((_, overlay)) => unsafe {
-            put(
-                set,
-                overlay.properties.handle() as *mut _,
-                "interactGetPropertySet",
-            )
-        },
-        Err(status) => status,
-    }
+    let call = "interactGetPropertySet";
+    with_object::<Overlay>(overlay as usize, call, |_, overlay| {
+        // SAFETY: the plugin provides memory for a handle.
+        unsafe { write_result(set, overlay.properties.handle() as *mut _, call) }
+    })
 }

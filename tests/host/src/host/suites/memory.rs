@@ -1,47 +1,47 @@
-//! The memory suite, and blocks of memory.
+//! The memory suite, and memory blocks.
 
 use std::ffi::c_void;
+use std::mem::ManuallyDrop;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::memory::OfxMemorySuiteV1;
 
-use super::pointers::put;
-use crate::host::{Object, current, locked};
+use super::pointers::{with_host, write_result};
+use crate::host::{Object, locked};
 
-/// Memory of the host that a plugin works in.
-pub(crate) struct Block {
-    at: *mut u128,
+/// Memory that the host allocates for a plugin, aligned to 16 bytes.
+pub(crate) struct MemoryBlock {
+    memory: *mut u128,
     words: usize,
 }
 
-// SAFETY: the host does not touch what is in it.
-unsafe impl Send for Block {}
+// SAFETY: the host never accesses the contents.
+unsafe impl Send for MemoryBlock {}
 // SAFETY: as above.
-unsafe impl Sync for Block {}
+unsafe impl Sync for MemoryBlock {}
 
-impl Block {
-    /// Of so many bytes, none of them 0.
+impl MemoryBlock {
+    /// Allocates at least `bytes`, none of which is 0.
     pub(crate) fn new(bytes: usize) -> Self {
         let words = bytes.div_ceil(16).max(1);
-        let mut memory = std::mem::ManuallyDrop::new(vec![u128::MAX; words].into_boxed_slice());
+        let mut memory = ManuallyDrop::new(vec![u128::MAX; words].into_boxed_slice());
         Self {
-            at: memory.as_mut_ptr(),
+            memory: memory.as_mut_ptr(),
             words,
         }
     }
 
-    /// Where it is.
     pub(crate) fn data(&self) -> *mut c_void {
-        self.at.cast()
+        self.memory.cast()
     }
 }
 
-impl Drop for Block {
+impl Drop for MemoryBlock {
     fn drop(&mut self) {
-        // SAFETY: from a box of so many words, freed here alone.
-        drop(unsafe { Vec::from_raw_parts(self.at, self.words, self.words) });
+        // SAFETY: the memory is that of a boxed slice of this length, and is freed here only.
+        drop(unsafe { Vec::from_raw_parts(self.memory, self.words, self.words) });
     }
 }
 
@@ -55,34 +55,28 @@ pub(super) fn suite() -> OfxMemorySuiteV1 {
 unsafe extern "C" fn memory_alloc(
     _effect: *mut c_void,
     bytes: usize,
-    at: *mut *mut c_void,
+    memory: *mut *mut c_void,
 ) -> OfxStatus {
-    let Some(host) = current() else {
-        return kOfxStatFailed;
-    };
-    let block = Arc::new(Block::new(bytes));
-    let data = block.data();
-    let handle = host.keep("a block of memory", Object::Block(block));
-    locked(&host.blocks).insert(data as usize, handle);
-    host.counts.memory_out.fetch_add(1, Ordering::SeqCst);
-    // SAFETY: the plugin gives room for a pointer.
-    unsafe { put(at, data, "memoryAlloc") }
+    with_host(|host| {
+        let block = Arc::new(MemoryBlock::new(bytes));
+        let data = block.data();
+        let handle = host.register("a memory block", Object::MemoryBlock(block));
+        locked(&host.blocks).insert(data as usize, handle);
+        host.counters.memory_held.fetch_add(1, Ordering::SeqCst);
+        // SAFETY: the plugin provides memory for a pointer.
+        unsafe { write_result(memory, data, "memoryAlloc") }
+    })
 }
 
-unsafe extern "C" fn memory_free(at: *mut c_void) -> OfxStatus {
-    let Some(host) = current() else {
-        return kOfxStatFailed;
-    };
-    let handle = locked(&host.blocks).remove(&(at as usize));
-    match handle {
-        Some(handle) => {
-            host.end(handle);
-            host.counts.memory_out.fetch_sub(1, Ordering::SeqCst);
-            kOfxStatOK
-        }
-        None => {
-            host.misused("memoryFree was given what is not allocated".to_owned());
-            kOfxStatErrBadHandle
-        }
-    }
+unsafe extern "C" fn memory_free(memory: *mut c_void) -> OfxStatus {
+    with_host(|host| {
+        let handle = locked(&host.blocks).remove(&(memory as usize));
+        let Some(handle) = handle else {
+            host.record_misuse("memoryFree was given memory that is not allocated");
+            return kOfxStatErrBadHandle;
+        };
+        host.invalidate(handle);
+        host.counters.memory_held.fetch_sub(1, Ordering::SeqCst);
+        kOfxStatOK
+    })
 }

@@ -1,25 +1,27 @@
-//! The message suite, both versions.
+//! Both versions of the message suite.
 
 use std::ffi::{CStr, c_char, c_void};
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::message::*;
 
-use super::pointers::text;
+use super::pointers::{string, with_host};
 use super::variadic;
-use crate::host::{Host, Message, current, locked, under};
+use crate::host::action::current_action;
+use crate::host::{Host, Message, locked};
 
-pub(super) fn first() -> OfxMessageSuiteV1 {
+pub(super) fn suite_v1() -> OfxMessageSuiteV1 {
     OfxMessageSuiteV1 {
         message: variadic::message(),
     }
 }
 
-pub(super) fn second(clear_is_garbage: bool) -> OfxMessageSuiteV2 {
+/// Returns version 2, in which `clear` is `clearPersistentMessage`.
+pub(super) fn suite_v2(clear: unsafe extern "C" fn(*mut c_void) -> OfxStatus) -> OfxMessageSuiteV2 {
     OfxMessageSuiteV2 {
         message: variadic::message(),
         setPersistentMessage: variadic::persistent_message(),
-        clearPersistentMessage: Some(if clear_is_garbage { garbage } else { clear }),
+        clearPersistentMessage: Some(clear),
     }
 }
 
@@ -32,84 +34,90 @@ const KINDS: [&CStr; 6] = [
     kOfxMessageQuestion,
 ];
 
-/// What `message` and `setPersistentMessage` do; `argument` is the first one after the format.
+/// How long a message is shown.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Duration {
+    /// Once: `message`.
+    Transient,
+    /// Until it is cleared: `setPersistentMessage`.
+    Persistent,
+}
+
+/// Records a message. `argument` is the first variadic argument.
 ///
 /// # Safety
 /// The pointers must be NULL or strings, and so must the argument if the format is `%s`.
-pub(super) unsafe fn said(
+pub(super) unsafe fn post(
     kind: *const c_char,
     format: *const c_char,
     argument: usize,
-    persistent: bool,
+    duration: Duration,
 ) -> OfxStatus {
-    let Some(host) = current() else {
-        return kOfxStatFailed;
-    };
-    at_the_end(&host, "a message was given");
-    // SAFETY: by the caller's word.
-    let (kind, format) = unsafe { (text(kind), text(format)) };
-    if !KINDS
-        .iter()
-        .any(|known| known.to_bytes() == kind.as_bytes())
-    {
-        host.misused(format!(
-            "a message of type {kind:?}, which OpenFX does not have"
-        ));
-    }
-    let mut message = Message {
-        kind,
-        text: String::new(),
-        persistent,
-        format,
-    };
-    if message.format == "%s" {
-        if argument == 0 {
-            host.misused("a message with %s and NULL".to_owned());
-        } else {
-            // SAFETY: by the caller's word.
-            message.text = unsafe { text(argument as *const c_char) };
+    with_host(|host| {
+        check_not_in_destroy(host, "a message was posted");
+        // SAFETY: guaranteed by the caller.
+        let (kind, format) = unsafe { (string(kind), string(format)) };
+        if !KINDS
+            .iter()
+            .any(|known| known.to_bytes() == kind.as_bytes())
+        {
+            host.record_misuse(format!(
+                "a message has the type {kind:?}, which OpenFX does not define"
+            ));
         }
-    } else {
-        host.misused(format!(
-            "a message with the format {:?}: what it says must go through \"%s\"",
-            message.format
-        ));
+        let mut text = String::new();
+        if format != "%s" {
+            host.record_misuse(format!(
+                "a message has the format {format:?}; pass its text with the format \"%s\""
+            ));
+        } else if argument == 0 {
+            host.record_misuse("a message has the format \"%s\" and a NULL argument");
+        } else {
+            // SAFETY: guaranteed by the caller.
+            text = unsafe { string(argument as *const c_char) };
+        }
+        let is_question = kind.as_bytes() == kOfxMessageQuestion.to_bytes();
+        let message = Message {
+            kind,
+            format,
+            text,
+            persistent: duration == Duration::Persistent,
+        };
+        if message.persistent {
+            *locked(&host.persistent) = Some(message.clone());
+        }
+        locked(&host.messages).push(message);
+        if is_question {
+            kOfxStatReplyNo
+        } else {
+            kOfxStatOK
+        }
+    })
+}
+
+/// Records misuse during DestroyInstance. Hosts on HostSupport crash there, because
+/// `OFX::Host::ImageEffect::Instance::~Instance` calls the action after the message handler is gone.
+fn check_not_in_destroy(host: &Host, call: &str) {
+    if current_action().is_some_and(|action| action.is(kOfxActionDestroyInstance)) {
+        host.record_misuse(format!("{call} in DestroyInstance"));
     }
-    let question = message.kind.as_bytes() == kOfxMessageQuestion.to_bytes();
-    if persistent {
-        *locked(&host.persistent) = Some(message.clone());
-    }
-    locked(&host.messages).push(message);
-    if question {
-        kOfxStatReplyNo
-    } else {
+}
+
+/// Implements `clearPersistentMessage`.
+pub(super) unsafe extern "C" fn clear(_effect: *mut c_void) -> OfxStatus {
+    with_host(|host| {
+        check_not_in_destroy(host, "clearPersistentMessage was called");
+        *locked(&host.persistent) = None;
         kOfxStatOK
-    }
+    })
 }
 
-/// Messages of an instance that is being destroyed end the process in hosts on HostSupport: the part of it that would
-/// take them is gone (`OFX::Host::ImageEffect::Instance::~Instance` calls the action).
-fn at_the_end(host: &Host, what: &str) {
-    if under::now().is_some_and(|under| under.destroys()) {
-        host.misused(format!("{what} in DestroyInstance"));
-    }
-}
-
-unsafe extern "C" fn clear(_effect: *mut c_void) -> OfxStatus {
-    let Some(host) = current() else {
-        return kOfxStatFailed;
-    };
-    at_the_end(&host, "clearPersistentMessage was called");
-    *locked(&host.persistent) = None;
-    kOfxStatOK
-}
-
-unsafe extern "C" fn garbage(_effect: *mut c_void) -> OfxStatus {
-    if let Some(host) = current() {
-        host.misused(
-            "clearPersistentMessage was called, which points to nowhere in this kind of host"
-                .to_owned(),
+/// Stands in for an invalid function pointer: every call is misuse.
+pub(super) unsafe extern "C" fn invalid_clear(_effect: *mut c_void) -> OfxStatus {
+    with_host(|host| {
+        host.record_misuse(
+            "clearPersistentMessage was called, which is an invalid pointer in this kind of host",
         );
-    }
-    kOfxStatFailed
+        kOfxStatFailed
+    })
 }

@@ -1,6 +1,6 @@
-//! The suites, one a file, and how plugins get them.
+//! The suites, one per file, and `fetchSuite`.
 //!
-//! What plugins hand over by pointer is theirs to keep right; handles are numbers that are looked up, never followed.
+//! Pointers from plugins are trusted; handles are numbers that are looked up, never dereferenced.
 
 mod draw;
 mod image_effect;
@@ -30,15 +30,15 @@ use openfx::sys::image_effect_v1::param::*;
 use openfx::sys::image_effect_v1::progress::*;
 use openfx::sys::image_effect_v1::time_line::*;
 
-pub use draw::{Stroke, Strokes};
+pub use draw::{Drawing, Shape};
 pub(crate) use interact::Overlay;
-pub(crate) use memory::Block;
-pub(crate) use multi_thread::Lock;
+pub(crate) use memory::MemoryBlock;
+pub(crate) use multi_thread::RecursiveMutex;
 
 use super::profile::Profile;
 use super::{current, locked};
 
-/// Every suite of a host.
+/// All suites of a host.
 pub(crate) struct Suites {
     property: OfxPropertySuiteV1,
     image_effect: OfxImageEffectSuiteV1,
@@ -54,19 +54,19 @@ pub(crate) struct Suites {
     draw: OfxDrawSuiteV1,
 }
 
-macro_rules! members {
-    ($($suite:ident: $($member:ident)*;)*) => {
-        /// Every member of every suite, as `suite.member`.
+macro_rules! functions {
+    ($($suite:ident: $($function:ident)*;)*) => {
+        /// Returns the names of all functions of all suites, as `suite.function`.
         #[must_use]
-        pub(crate) fn all_members() -> Vec<String> {
-            [$($(concat!(stringify!($suite), ".", stringify!($member))),*),*].map(str::to_owned).to_vec()
+        pub(crate) fn all_functions() -> Vec<String> {
+            [$($(concat!(stringify!($suite), ".", stringify!($function))),*),*].map(str::to_owned).to_vec()
         }
 
         impl Suites {
-            fn without(&mut self, name: &str) {
+            fn remove_function(&mut self, name: &str) {
                 match name {
-                    $($(concat!(stringify!($suite), ".", stringify!($member)) => {
-                        self.$suite.$member = None;
+                    $($(concat!(stringify!($suite), ".", stringify!($function)) => {
+                        self.$suite.$function = None;
                     })*)*
                     _ => {}
                 }
@@ -75,7 +75,7 @@ macro_rules! members {
     };
 }
 
-members! {
+functions! {
     property: propSetPointer propSetString propSetDouble propSetInt propSetPointerN propSetStringN propSetDoubleN
         propSetIntN propGetPointer propGetString propGetDouble propGetInt propGetPointerN propGetStringN
         propGetDoubleN propGetIntN propReset propGetDimension;
@@ -97,10 +97,11 @@ members! {
     draw: getColour setColour setLineWidth setLineStipple draw drawText;
 }
 
-/// Suites that a plugin cannot do without.
-pub(crate) const NEEDED: [&CStr; 3] = [kOfxImageEffectSuite, kOfxPropertySuite, kOfxParameterSuite];
+/// Suites that every plugin needs.
+pub(crate) const REQUIRED: [&CStr; 3] =
+    [kOfxImageEffectSuite, kOfxPropertySuite, kOfxParameterSuite];
 
-/// Suites that it can, by version.
+/// Suites that plugins can do without, by name and version.
 pub(crate) const OPTIONAL: [(&CStr, i32); 9] = [
     (kOfxMemorySuite, 1),
     (kOfxMultiThreadSuite, 1),
@@ -114,31 +115,36 @@ pub(crate) const OPTIONAL: [(&CStr, i32); 9] = [
 ];
 
 impl Suites {
-    /// Those of a kind of host. Plugins may keep them for good, and so they are.
-    pub(crate) fn made(profile: &Profile) -> &'static Self {
-        let mut made = Self {
+    /// Creates the suites of a kind of host. They are never freed, because plugins may keep pointers to them.
+    pub(crate) fn new(profile: &Profile) -> &'static Self {
+        let mut suites = Self {
             property: property::suite(),
             image_effect: image_effect::suite(),
             parameter: parameter::suite(),
             memory: memory::suite(),
             multi_thread: multi_thread::suite(),
-            message1: message::first(),
-            message2: message::second(profile.clear_is_garbage),
-            progress1: progress::first(),
-            progress2: progress::second(),
+            message1: message::suite_v1(),
+            message2: message::suite_v2(if profile.invalid_clear_message {
+                message::invalid_clear
+            } else {
+                message::clear
+            }),
+            progress1: progress::suite_v1(),
+            progress2: progress::suite_v2(),
             time_line: time_line::suite(),
             interact: interact::suite(),
             draw: draw::suite(),
         };
-        for name in &profile.null_members {
-            made.without(name);
+        for name in &profile.null_functions {
+            suites.remove_function(name);
         }
-        // SAFETY: `for_good` never frees what it is given.
-        unsafe { &*for_good(made) }
+        // SAFETY: `leak` returns a valid pointer that is never freed.
+        unsafe { &*leak(suites) }
     }
 
+    /// Returns a suite, or NULL if the host does not provide it.
     pub(super) fn get(&self, profile: &Profile, name: &CStr, version: i32) -> *const c_void {
-        if profile.absent.contains(&(name, version)) {
+        if profile.missing_suites.contains(&(name, version)) {
             return std::ptr::null();
         }
         let rows: [(&CStr, i32, *const c_void); 12] = [
@@ -169,33 +175,32 @@ impl Suites {
     }
 }
 
-/// Keeps a value where it is until the process ends, and reachable, so that memory checkers do not call it lost.
-pub(crate) fn for_good<T: 'static>(value: T) -> *mut T {
-    struct Kept(#[expect(dead_code, reason = "kept, never read")] usize);
-    static ALL: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
-    let at = Box::into_raw(Box::new(value));
-    locked(&ALL).push(Kept(at as usize));
-    at
+/// Keeps a value until the process ends. It stays reachable, so memory checkers report no leak.
+pub(crate) fn leak<T: 'static>(value: T) -> *mut T {
+    static LEAKED: Mutex<Vec<usize>> = Mutex::new(Vec::new());
+    let pointer = Box::into_raw(Box::new(value));
+    locked(&LEAKED).push(pointer as usize);
+    pointer
 }
 
-/// `OfxHost::fetchSuite`.
+/// Implements `OfxHost::fetchSuite`.
 pub(crate) unsafe extern "C" fn fetch(
     host: OfxPropertySetHandle,
     name: *const c_char,
     version: c_int,
 ) -> *const c_void {
-    let Some(now) = current() else {
+    let Some(active) = current() else {
         return std::ptr::null();
     };
-    if host as usize != now.properties.handle() {
-        now.misused("fetchSuite was given a handle that is not the host's".to_owned());
+    if host as usize != active.properties.handle() {
+        active.record_misuse("fetchSuite was given a handle that is not the host's");
         return std::ptr::null();
     }
-    // SAFETY: the plugin names the suite by a string.
-    match unsafe { pointers::name(name) } {
-        Some(name) => now.suite(name, version),
+    // SAFETY: the plugin passes the name as a string.
+    match unsafe { pointers::c_str(name) } {
+        Some(name) => active.suite(name, version),
         None => {
-            now.misused("fetchSuite was given a NULL name".to_owned());
+            active.record_misuse("fetchSuite was given a NULL name");
             std::ptr::null()
         }
     }

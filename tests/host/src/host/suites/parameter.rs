@@ -1,17 +1,17 @@
-//! The parameter suite.
+//! The parameter suite. No parameter is animated.
 
 use std::ffi::{c_char, c_int, c_uint};
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::param::*;
 
-use super::pointers::{found, name, put, put_if};
-use super::variadic::{self, Rest};
-use crate::host::effect::{Parameter, ParameterSet, Setting};
-use crate::host::properties::{numbers, parameter_descriptor};
-use crate::host::{Host, under};
+use super::pointers::{c_str, with_object, write_optional, write_result};
+use super::variadic::{self, Arguments};
+use crate::host::Host;
+use crate::host::action::current_action;
+use crate::host::effect::{EffectRole, Parameter, ParameterSet, ParameterValue};
+use crate::host::properties::{numeric_type, parameter_descriptor};
 
 pub(super) fn suite() -> OfxParameterSuiteV1 {
     OfxParameterSuiteV1 {
@@ -42,44 +42,46 @@ unsafe extern "C" fn define(
     param: *const c_char,
     properties: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    let (host, set) = match found::<ParameterSet>(set as usize, "paramDefine") {
-        Ok(found) => found,
-        Err(status) => return status,
-    };
-    if set.instance || under::now().is_none_or(|under| !under.defines()) {
-        host.misused("paramDefine was called outside DescribeInContext".to_owned());
-        return kOfxStatErrBadHandle;
-    }
-    // SAFETY: the plugin gives strings.
-    let (Some(kind), Some(param)) = (unsafe { (name(kind), name(param)) }) else {
-        return kOfxStatErrValue;
-    };
-    let known = [
-        kOfxParamTypeString,
-        kOfxParamTypeCustom,
-        kOfxParamTypeGroup,
-        kOfxParamTypePage,
-        kOfxParamTypePushButton,
-    ];
-    let newer = kind == kOfxParamTypeStrChoice && host.profile.api >= (1, 5);
-    if numbers(kind).is_none() && !known.contains(&kind) && !newer {
-        // Hosts differ in what they have; that plugins ask is no fault.
-        return kOfxStatErrUnsupported;
-    }
-    let text = param.to_string_lossy().into_owned();
-    if set.get(&text).is_some() {
-        host.misused(format!("parameter {text} was defined twice"));
-        return kOfxStatErrExists;
-    }
-    let values = parameter_descriptor(&host.profile, kind, param);
-    let of_kind = format!("parameter descriptor {}", kind.to_string_lossy());
-    let title = format!("parameter {text}");
-    let made = host.property_set(&of_kind, &title, values, !host.profile.describes);
-    let handle = made.handle();
-    set.add(&host, kind, &text, made);
-    // SAFETY: room for a handle, or NULL if it is not wanted.
-    unsafe { put_if(properties, handle as *mut _) };
-    kOfxStatOK
+    with_object::<ParameterSet>(set as usize, "paramDefine", |host, set| {
+        if set.role == EffectRole::Instance
+            || current_action().is_none_or(|action| !action.allows_definitions())
+        {
+            host.record_misuse("paramDefine was called outside DescribeInContext");
+            return kOfxStatErrBadHandle;
+        }
+        // SAFETY: the plugin passes strings.
+        let (Some(kind), Some(param)) = (unsafe { (c_str(kind), c_str(param)) }) else {
+            return kOfxStatErrValue;
+        };
+        let other_kinds = [
+            kOfxParamTypeString,
+            kOfxParamTypeCustom,
+            kOfxParamTypeGroup,
+            kOfxParamTypePage,
+            kOfxParamTypePushButton,
+        ];
+        let is_new_kind = kind == kOfxParamTypeStrChoice && host.profile.api >= (1, 5);
+        if numeric_type(kind).is_none() && !other_kinds.contains(&kind) && !is_new_kind {
+            // Not misuse: plugins find out this way what a host supports.
+            return kOfxStatErrUnsupported;
+        }
+        let name = param.to_string_lossy().into_owned();
+        if set.get(&name).is_some() {
+            host.record_misuse(format!("parameter {name} was defined twice"));
+            return kOfxStatErrExists;
+        }
+        let descriptor = host.property_set(
+            &format!("parameter descriptor {}", kind.to_string_lossy()),
+            &format!("parameter {name}"),
+            parameter_descriptor(&host.profile, kind, param),
+            host.profile.descriptor_schema(),
+        );
+        let handle = descriptor.handle();
+        set.add(host, kind, &name, descriptor);
+        // SAFETY: NULL or memory for a handle.
+        unsafe { write_optional(properties, handle as *mut _) };
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn get_handle(
@@ -88,204 +90,215 @@ unsafe extern "C" fn get_handle(
     handle: *mut OfxParamHandle,
     properties: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    let (_, set) = match found::<ParameterSet>(set as usize, "paramGetHandle") {
-        Ok(found) => found,
-        Err(status) => return status,
-    };
-    // SAFETY: the plugin gives a string.
-    let Some(param) = (unsafe { name(param) }) else {
-        return kOfxStatErrValue;
-    };
-    match set.get(&param.to_string_lossy()) {
-        // SAFETY: room for handles, the second NULL if it is not wanted.
-        Some(param) => unsafe {
-            put_if(properties, param.properties.handle() as *mut _);
-            put(handle, param.handle() as *mut _, "paramGetHandle")
-        },
-        None => kOfxStatErrUnknown,
-    }
+    with_object::<ParameterSet>(set as usize, "paramGetHandle", |_, set| {
+        // SAFETY: the plugin passes a string.
+        let Some(param) = (unsafe { c_str(param) }) else {
+            return kOfxStatErrValue;
+        };
+        match set.get(&param.to_string_lossy()) {
+            // SAFETY: memory for handles; the second may be NULL.
+            Some(param) => unsafe {
+                write_optional(properties, param.properties.handle() as *mut _);
+                write_result(handle, param.handle() as *mut _, "paramGetHandle")
+            },
+            None => kOfxStatErrUnknown,
+        }
+    })
 }
 
 unsafe extern "C" fn set_get_property_set(
     set: OfxParamSetHandle,
     properties: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    match found::<ParameterSet>(set as usize, "paramSetGetPropertySet") {
-        // SAFETY: the plugin gives room for a handle.
-        Ok((_, set)) => unsafe {
-            put(
-                properties,
-                set.properties.handle() as *mut _,
-                "paramSetGetPropertySet",
-            )
-        },
-        Err(status) => status,
-    }
+    let call = "paramSetGetPropertySet";
+    with_object::<ParameterSet>(set as usize, call, |_, set| {
+        // SAFETY: the plugin provides memory for a handle.
+        unsafe { write_result(properties, set.properties.handle() as *mut _, call) }
+    })
 }
 
 unsafe extern "C" fn get_property_set(
     param: OfxParamHandle,
     properties: *mut OfxPropertySetHandle,
 ) -> OfxStatus {
-    match found::<Parameter>(param as usize, "paramGetPropertySet") {
-        // SAFETY: the plugin gives room for a handle.
-        Ok((_, param)) => unsafe {
-            put(
-                properties,
-                param.properties.handle() as *mut _,
-                "paramGetPropertySet",
-            )
-        },
-        Err(status) => status,
-    }
+    let call = "paramGetPropertySet";
+    with_object::<Parameter>(param as usize, call, |_, param| {
+        // SAFETY: the plugin provides memory for a handle.
+        unsafe { write_result(properties, param.properties.handle() as *mut _, call) }
+    })
 }
 
-fn reached(handle: usize, call: &str) -> Result<(Arc<Host>, Arc<Parameter>), OfxStatus> {
-    let (host, param) = found::<Parameter>(handle, call)?;
-    if host.spoils() {
-        param.spoil();
-    }
-    Ok((host, param))
+/// Calls `work` with the parameter of a handle, after overwriting the strings it has lent.
+fn with_parameter(
+    handle: usize,
+    call: &str,
+    work: impl FnOnce(&Host, &Parameter) -> OfxStatus,
+) -> OfxStatus {
+    with_object::<Parameter>(handle, call, |host, param| {
+        if host.overwrites_strings() {
+            param.overwrite_lent_strings();
+        }
+        work(host, param)
+    })
 }
 
-/// `paramGetValue` and `paramGetValueAtTime`.
+/// Implements `paramGetValue`, without `times`, and `paramGetValueAtTime`, with one.
 ///
 /// # Safety
-/// What follows the handle must be as the parameter's type says.
-pub(super) unsafe fn get(handle: usize, times: &[f64], rest: &Rest) -> OfxStatus {
+/// `arguments` must be pointers to the components of the parameter's type.
+pub(super) unsafe fn get(handle: usize, times: &[f64], arguments: &Arguments) -> OfxStatus {
     let call = if times.is_empty() {
         "paramGetValue"
     } else {
         "paramGetValueAtTime"
     };
-    let (host, param) = match reached(handle, call) {
-        Ok(found) => found,
-        Err(status) => return status,
-    };
-    if times.is_empty() && under::now().is_some_and(|under| under.renders()) {
-        host.misused(format!(
-            "paramGetValue of {} was called in a render action: only paramGetValueAtTime may be",
-            param.name
-        ));
-    }
-    if let ([time], Some(rendering)) = (times, under::now().and_then(|under| under.rendering))
-        && *time != rendering.time
-    {
-        host.misused(format!(
-            "paramGetValueAtTime of {} was called for {time} in a render of {}",
-            param.name, rendering.time
-        ));
-    }
-    let mut done = kOfxStatOK;
-    match param.value() {
-        Setting::None => {
-            host.misused(format!("{call} of {}, which has no value", param.name));
-            return kOfxStatErrUnsupported;
+    with_parameter(handle, call, |host, param| {
+        let action = current_action();
+        if times.is_empty() && action.as_ref().is_some_and(|a| a.is_render_action()) {
+            host.record_misuse(format!(
+                "paramGetValue of {} was called in a render action; use paramGetValueAtTime",
+                param.name
+            ));
         }
-        Setting::Ints(all) => {
-            for (i, value) in all.into_iter().enumerate() {
-                // SAFETY: room for as many numbers as the type has.
-                done = done.max(unsafe { put(rest.pointer::<c_int>(i), value, call) });
+        if let ([time], Some(render)) = (times, action.and_then(|action| action.render))
+            && *time != render.time
+        {
+            host.record_misuse(format!(
+                "paramGetValueAtTime of {} was called for time {time} in a render of time {}",
+                param.name, render.time
+            ));
+        }
+        match param.value() {
+            ParameterValue::None => {
+                host.record_misuse(format!("{call} of {}, which has no value", param.name));
+                kOfxStatErrUnsupported
+            }
+            ParameterValue::Ints(values) => {
+                // SAFETY: guaranteed by the caller.
+                unsafe { write_all::<c_int>(arguments, &values, call) }
+            }
+            ParameterValue::Doubles(values) => {
+                // SAFETY: guaranteed by the caller.
+                unsafe { write_all::<f64>(arguments, &values, call) }
+            }
+            ParameterValue::Text(text) => {
+                // SAFETY: guaranteed by the caller.
+                unsafe { write_all::<*mut c_char>(arguments, &[param.lend(&text)], call) }
             }
         }
-        Setting::Doubles(all) => {
-            for (i, value) in all.into_iter().enumerate() {
-                // SAFETY: as above.
-                done = done.max(unsafe { put(rest.pointer::<f64>(i), value, call) });
-            }
-        }
-        Setting::Text(text) => {
-            let lent = param.lend(&text);
-            // SAFETY: room for a pointer.
-            done = unsafe { put(rest.pointer::<*mut c_char>(0), lent, call) };
-        }
+    })
+}
+
+/// Writes `values` to the pointers in `arguments`. Returns the worst status.
+///
+/// # Safety
+/// `arguments` must be NULL or point to memory for a `T` each.
+unsafe fn write_all<T: Copy>(arguments: &Arguments, values: &[T], call: &str) -> OfxStatus {
+    let mut status = kOfxStatOK;
+    for (i, value) in values.iter().enumerate() {
+        // SAFETY: guaranteed by the caller.
+        status = status.max(unsafe { write_result(arguments.pointer::<T>(i), *value, call) });
     }
-    done
+    status
 }
 
-/// `paramGetDerivative`: nothing is animated here.
+/// Implements `paramGetDerivative`.
 ///
 /// # Safety
-/// As for `get`.
-pub(super) unsafe fn get_derivative(handle: usize, _times: &[f64], rest: &Rest) -> OfxStatus {
-    // SAFETY: by the caller's word.
-    unsafe { filled(handle, rest, "paramGetDerivative", |_| 0.0) }
+/// `arguments` must be pointers to the components of the parameter's type.
+pub(super) unsafe fn get_derivative(
+    handle: usize,
+    _times: &[f64],
+    arguments: &Arguments,
+) -> OfxStatus {
+    // SAFETY: guaranteed by the caller.
+    unsafe { get_doubles(handle, arguments, "paramGetDerivative", |_| 0.0) }
 }
 
-/// `paramGetIntegral`.
+/// Implements `paramGetIntegral`, between two `times`.
 ///
 /// # Safety
-/// As for `get`.
-pub(super) unsafe fn get_integral(handle: usize, times: &[f64], rest: &Rest) -> OfxStatus {
-    let length = match times {
+/// `arguments` must be pointers to the components of the parameter's type.
+pub(super) unsafe fn get_integral(
+    handle: usize,
+    times: &[f64],
+    arguments: &Arguments,
+) -> OfxStatus {
+    let duration = match times {
         [from, to] => to - from,
         _ => 0.0,
     };
-    // SAFETY: by the caller's word.
-    unsafe { filled(handle, rest, "paramGetIntegral", |value| value * length) }
-}
-
-/// # Safety
-/// As for `get`.
-unsafe fn filled(handle: usize, rest: &Rest, call: &str, of: impl Fn(f64) -> f64) -> OfxStatus {
-    match reached(handle, call) {
-        Ok((_, param)) => match param.value() {
-            Setting::Doubles(all) => {
-                for (i, value) in all.into_iter().enumerate() {
-                    // SAFETY: room for as many numbers as the type has.
-                    unsafe { put(rest.pointer::<f64>(i), of(value), call) };
-                }
-                kOfxStatOK
-            }
-            _ => kOfxStatErrUnsupported,
-        },
-        Err(status) => status,
+    // SAFETY: guaranteed by the caller.
+    unsafe {
+        get_doubles(handle, arguments, "paramGetIntegral", |value| {
+            value * duration
+        })
     }
 }
 
-/// `paramSetValue` and `paramSetValueAtTime`.
+/// Writes a function of a double parameter's components.
 ///
 /// # Safety
-/// As for `get`.
-pub(super) unsafe fn set(handle: usize, _times: &[f64], rest: &Rest) -> OfxStatus {
+/// `arguments` must be pointers to the components of the parameter's type.
+unsafe fn get_doubles(
+    handle: usize,
+    arguments: &Arguments,
+    call: &str,
+    function: impl Fn(f64) -> f64,
+) -> OfxStatus {
+    with_parameter(handle, call, |_, param| {
+        let ParameterValue::Doubles(values) = param.value() else {
+            return kOfxStatErrUnsupported;
+        };
+        let values: Vec<f64> = values.into_iter().map(function).collect();
+        // SAFETY: guaranteed by the caller.
+        unsafe { write_all(arguments, &values, call) };
+        kOfxStatOK
+    })
+}
+
+/// Implements `paramSetValue` and `paramSetValueAtTime`.
+///
+/// # Safety
+/// `arguments` must be the components of the parameter's type.
+pub(super) unsafe fn set(handle: usize, _times: &[f64], arguments: &Arguments) -> OfxStatus {
     let call = "paramSetValue";
-    let (host, param) = match reached(handle, call) {
-        Ok(found) => found,
-        Err(status) => return status,
-    };
-    match under::now() {
-        Some(under) if under.edits() => {}
-        under => {
-            let action = under.map_or_else(|| "no action".to_owned(), |under| under.action);
-            host.misused(format!("{call} of {} was called in {action}", param.name));
+    with_parameter(handle, call, |host, param| {
+        let action = current_action();
+        if !action.as_ref().is_some_and(|action| action.allows_edits()) {
+            let action = action.map_or_else(|| "no action".to_owned(), |action| action.name);
+            host.record_misuse(format!("{call} of {} was called in {action}", param.name));
             return kOfxStatFailed;
         }
-    }
-    let setting = match param.value() {
-        Setting::None => return kOfxStatErrUnsupported,
-        Setting::Ints(all) => Setting::Ints((0..all.len()).map(|i| rest.int(i)).collect()),
-        Setting::Doubles(all) => Setting::Doubles((0..all.len()).map(|i| rest.double(i)).collect()),
-        // SAFETY: the plugin gives a string.
-        Setting::Text(_) => match unsafe { name(rest.pointer::<c_char>(0)) } {
-            Some(text) => Setting::Text(text.to_string_lossy().into_owned()),
-            None => return kOfxStatErrValue,
-        },
-    };
-    if let Setting::Doubles(all) = &setting
-        && all.iter().any(|v| !v.is_finite())
-    {
-        host.misused(format!("{call} of {} was given {all:?}", param.name));
-    }
-    param.set(setting);
-    kOfxStatOK
+        let value = match param.value() {
+            ParameterValue::None => return kOfxStatErrUnsupported,
+            ParameterValue::Ints(old) => {
+                ParameterValue::Ints((0..old.len()).map(|i| arguments.int(i)).collect())
+            }
+            ParameterValue::Doubles(old) => {
+                ParameterValue::Doubles((0..old.len()).map(|i| arguments.double(i)).collect())
+            }
+            // SAFETY: the plugin passes a string.
+            ParameterValue::Text(_) => match unsafe { c_str(arguments.pointer::<c_char>(0)) } {
+                Some(text) => ParameterValue::Text(text.to_string_lossy().into_owned()),
+                None => return kOfxStatErrValue,
+            },
+        };
+        if let ParameterValue::Doubles(values) = &value
+            && values.iter().any(|v| !v.is_finite())
+        {
+            host.record_misuse(format!("{call} of {} was given {values:?}", param.name));
+        }
+        param.set(value);
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn get_num_keys(param: OfxParamHandle, count: *mut c_uint) -> OfxStatus {
-    match reached(param as usize, "paramGetNumKeys") {
-        // SAFETY: the plugin gives room for a number.
-        Ok(_) => unsafe { put(count, 0, "paramGetNumKeys") },
-        Err(status) => status,
-    }
+    with_parameter(param as usize, "paramGetNumKeys", |_, _| {
+        // SAFETY: the plugin provides memory for a number.
+        unsafe { write_result(count, 0, "paramGetNumKeys") }
+    })
 }
 
 unsafe extern "C" fn get_key_time(
@@ -293,9 +306,9 @@ unsafe extern "C" fn get_key_time(
     _nth: c_uint,
     _time: *mut f64,
 ) -> OfxStatus {
-    reached(param as usize, "paramGetKeyTime")
-        .err()
-        .unwrap_or(kOfxStatErrBadIndex)
+    with_parameter(param as usize, "paramGetKeyTime", |_, _| {
+        kOfxStatErrBadIndex
+    })
 }
 
 unsafe extern "C" fn get_key_index(
@@ -304,21 +317,15 @@ unsafe extern "C" fn get_key_index(
     _direction: c_int,
     _index: *mut c_int,
 ) -> OfxStatus {
-    reached(param as usize, "paramGetKeyIndex")
-        .err()
-        .unwrap_or(kOfxStatFailed)
+    with_parameter(param as usize, "paramGetKeyIndex", |_, _| kOfxStatFailed)
 }
 
 unsafe extern "C" fn delete_key(param: OfxParamHandle, _time: f64) -> OfxStatus {
-    reached(param as usize, "paramDeleteKey")
-        .err()
-        .unwrap_or(kOfxStatErrBadIndex)
+    with_parameter(param as usize, "paramDeleteKey", |_, _| kOfxStatErrBadIndex)
 }
 
 unsafe extern "C" fn delete_all_keys(param: OfxParamHandle) -> OfxStatus {
-    reached(param as usize, "paramDeleteAllKeys")
-        .err()
-        .unwrap_or(kOfxStatOK)
+    with_parameter(param as usize, "paramDeleteAllKeys", |_, _| kOfxStatOK)
 }
 
 unsafe extern "C" fn copy(
@@ -327,29 +334,23 @@ unsafe extern "C" fn copy(
     _offset: f64,
     _range: *const OfxRangeD,
 ) -> OfxStatus {
-    // As in some hosts, openfx-misc README-hosts.txt.
+    // Some hosts do not support it: openfx-misc README-hosts.txt.
     kOfxStatErrUnsupported
 }
 
 unsafe extern "C" fn edit_begin(set: OfxParamSetHandle, _label: *const c_char) -> OfxStatus {
-    match found::<ParameterSet>(set as usize, "paramEditBegin") {
-        Ok((host, _)) => {
-            if under::now().is_none_or(|under| !under.edits()) {
-                host.misused("paramEditBegin was called where nothing may be set".to_owned());
-            }
-            host.counts.edits_open.fetch_add(1, Ordering::SeqCst);
-            kOfxStatOK
+    with_object::<ParameterSet>(set as usize, "paramEditBegin", |host, _| {
+        if current_action().is_none_or(|action| !action.allows_edits()) {
+            host.record_misuse("paramEditBegin was called where parameters must not be set");
         }
-        Err(status) => status,
-    }
+        host.counters.edits_open.fetch_add(1, Ordering::SeqCst);
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn edit_end(set: OfxParamSetHandle) -> OfxStatus {
-    match found::<ParameterSet>(set as usize, "paramEditEnd") {
-        Ok((host, _)) => {
-            host.counts.edits_open.fetch_sub(1, Ordering::SeqCst);
-            kOfxStatOK
-        }
-        Err(status) => status,
-    }
+    with_object::<ParameterSet>(set as usize, "paramEditEnd", |host, _| {
+        host.counters.edits_open.fetch_sub(1, Ordering::SeqCst);
+        kOfxStatOK
+    })
 }

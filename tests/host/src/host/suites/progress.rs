@@ -1,4 +1,4 @@
-//! The progress suite, both versions.
+//! Both versions of the progress suite.
 
 use std::ffi::{c_char, c_void};
 use std::sync::atomic::Ordering;
@@ -6,10 +6,10 @@ use std::sync::atomic::Ordering;
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::progress::*;
 
-use super::pointers::found;
+use super::pointers::with_object;
 use crate::host::effect::Effect;
 
-pub(super) fn first() -> OfxProgressSuiteV1 {
+pub(super) fn suite_v1() -> OfxProgressSuiteV1 {
     OfxProgressSuiteV1 {
         progressStart: Some(start),
         progressUpdate: Some(update),
@@ -17,7 +17,7 @@ pub(super) fn first() -> OfxProgressSuiteV1 {
     }
 }
 
-pub(super) fn second() -> OfxProgressSuiteV2 {
+pub(super) fn suite_v2() -> OfxProgressSuiteV2 {
     OfxProgressSuiteV2 {
         progressStart: Some(start_with_id),
         progressUpdate: Some(update),
@@ -26,13 +26,10 @@ pub(super) fn second() -> OfxProgressSuiteV2 {
 }
 
 unsafe extern "C" fn start(effect: *mut c_void, _label: *const c_char) -> OfxStatus {
-    match found::<Effect>(effect as usize, "progressStart") {
-        Ok((host, _)) => {
-            host.counts.progress_open.fetch_add(1, Ordering::SeqCst);
-            kOfxStatOK
-        }
-        Err(status) => status,
-    }
+    with_object::<Effect>(effect as usize, "progressStart", |host, _| {
+        host.counters.progress_open.fetch_add(1, Ordering::SeqCst);
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn start_with_id(
@@ -40,28 +37,22 @@ unsafe extern "C" fn start_with_id(
     label: *const c_char,
     _id: *const c_char,
 ) -> OfxStatus {
-    // SAFETY: the label is not read.
+    // SAFETY: `start` does not read the label.
     unsafe { start(effect, label) }
 }
 
 unsafe extern "C" fn update(effect: *mut c_void, progress: f64) -> OfxStatus {
-    match found::<Effect>(effect as usize, "progressUpdate") {
-        Ok((host, _)) => {
-            if !(0.0..=1.0).contains(&progress) {
-                host.misused(format!("progressUpdate was given {progress}"));
-            }
-            kOfxStatOK
+    with_object::<Effect>(effect as usize, "progressUpdate", |host, _| {
+        if !(0.0..=1.0).contains(&progress) {
+            host.record_misuse(format!("progressUpdate was given {progress}"));
         }
-        Err(status) => status,
-    }
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn end(effect: *mut c_void) -> OfxStatus {
-    match found::<Effect>(effect as usize, "progressEnd") {
-        Ok((host, _)) => {
-            host.counts.progress_open.fetch_sub(1, Ordering::SeqCst);
-            kOfxStatOK
-        }
-        Err(status) => status,
-    }
+    with_object::<Effect>(effect as usize, "progressEnd", |host, _| {
+        host.counters.progress_open.fetch_sub(1, Ordering::SeqCst);
+        kOfxStatOK
+    })
 }

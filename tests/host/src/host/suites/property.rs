@@ -1,13 +1,17 @@
 //! The property suite.
 
 use std::ffi::{c_char, c_int, c_void};
+use std::sync::Arc;
 
 use openfx::sys::generic::core::*;
 use openfx::sys::generic::property::OfxPropertySuiteV1;
 
-use super::pointers::{found, name, put, status};
-use crate::host::Host;
-use crate::host::properties::{PropertySet, Type, Value, type_of};
+use super::pointers::{c_str, resolve, write_result};
+use crate::host::properties::{PropertySet, PropertyType, Value, type_of};
+use crate::host::{AccessMode, Host};
+
+/// The largest index that plugins may set.
+const MAX_INDEX: usize = 4096;
 
 pub(super) fn suite() -> OfxPropertySuiteV1 {
     OfxPropertySuiteV1 {
@@ -32,255 +36,250 @@ pub(super) fn suite() -> OfxPropertySuiteV1 {
     }
 }
 
-type Set = OfxPropertySetHandle;
+type SetHandle = OfxPropertySetHandle;
 type Name = *const c_char;
 
-/// The set and the property's name, if the property is to be seen at all.
-///
-/// # Safety
-/// `property` must be NULL or a string.
-unsafe fn reached(
-    set: Set,
-    property: Name,
-    write: bool,
-    call: &str,
-) -> Result<(std::sync::Arc<Host>, std::sync::Arc<PropertySet>, String), OfxStatus> {
-    let (host, set) = found::<PropertySet>(set as usize, call)?;
-    // SAFETY: by the caller's word.
-    let Some(property) = (unsafe { name(property) }) else {
-        host.misused(format!("{call} was given a NULL name"));
-        return Err(kOfxStatErrValue);
-    };
-    let property = property.to_string_lossy().into_owned();
-    if host.spoils() {
-        set.spoil();
-    }
-    if type_of(&property).is_none() && property.starts_with("Ofx") {
-        host.misused(format!("{call}: OpenFX has no property {property}"));
-    }
-    if host.accessed(&set, &property, write) {
-        Ok((host, set, property))
-    } else {
-        Err(kOfxStatErrUnknown)
-    }
+/// A property that a plugin accesses.
+struct Property {
+    host: Arc<Host>,
+    set: Arc<PropertySet>,
+    name: String,
+    call: &'static str,
 }
 
-fn right_type(host: &Host, set: &PropertySet, property: &str, kind: Type, call: &str) -> bool {
-    let right = match type_of(property) {
-        Some(Type::OfParameter) => match set.all().get(property).and_then(|v| v.first()) {
-            Some(first) => first.kind() == kind,
+impl Property {
+    /// Resolves a property and records the access. Overwrites the strings that the set has lent.
+    ///
+    /// # Errors
+    /// The status for the plugin, if an argument is invalid or the host lacks the property.
+    ///
+    /// # Safety
+    /// `name` must be NULL or a string.
+    unsafe fn access(
+        set: SetHandle,
+        name: Name,
+        mode: AccessMode,
+        call: &'static str,
+    ) -> Result<Self, OfxStatus> {
+        let (host, set) = resolve::<PropertySet>(set as usize, call)?;
+        // SAFETY: guaranteed by the caller.
+        let Some(name) = (unsafe { c_str(name) }) else {
+            host.record_misuse(format!("{call} was given a NULL name"));
+            return Err(kOfxStatErrValue);
+        };
+        let name = name.to_string_lossy().into_owned();
+        if host.overwrites_strings() {
+            set.overwrite_lent_strings();
+        }
+        if type_of(&name).is_none() && name.starts_with("Ofx") {
+            host.record_misuse(format!("{call}: OpenFX has no property {name}"));
+        }
+        if !host.access(&set, &name, mode) {
+            return Err(kOfxStatErrUnknown);
+        }
+        Ok(Self {
+            host,
+            set,
+            name,
+            call,
+        })
+    }
+
+    /// Checks that the property may hold values of type `used`; otherwise records misuse.
+    fn check_type(&self, used: PropertyType) -> Result<(), OfxStatus> {
+        let fits = match type_of(&self.name) {
+            Some(PropertyType::Parameter) => {
+                let values = self.set.all();
+                let first = values.get(&self.name).and_then(|values| values.first());
+                first.is_none_or(|first| first.property_type() == used)
+            }
+            Some(defined) => defined == used,
             None => true,
-        },
-        Some(known) => known == kind,
-        None => true,
-    };
-    if !right {
-        host.misused(format!(
-            "{call}: {property} of {} has another type",
-            set.name
-        ));
+        };
+        if fits { Ok(()) } else { Err(self.wrong_type()) }
     }
-    right
+
+    fn wrong_type(&self) -> OfxStatus {
+        self.host.record_misuse(format!(
+            "{}: {} of {} has another type",
+            self.call, self.name, self.set.name
+        ));
+        kOfxStatErrValue
+    }
 }
 
-/// Sets values from an index on.
+/// Sets values, starting at an index.
 ///
 /// # Safety
-/// `property` must be NULL or a string.
-unsafe fn set_all(
-    set: Set,
-    property: Name,
+/// `name` must be NULL or a string.
+unsafe fn set_values(
+    set: SetHandle,
+    name: Name,
     index: c_int,
     values: Vec<Value>,
-    call: &str,
+    call: &'static str,
 ) -> OfxStatus {
-    let tried = || {
-        // SAFETY: by the caller's word.
-        let (host, set, property) = unsafe { reached(set, property, true, call) }?;
+    let try_set = || {
+        // SAFETY: guaranteed by the caller.
+        let property = unsafe { Property::access(set, name, AccessMode::Set, call) }?;
         for (i, value) in values.into_iter().enumerate() {
-            if !right_type(&host, &set, &property, value.kind(), call) {
-                return Err(kOfxStatErrValue);
-            }
+            property.check_type(value.property_type())?;
             let index = usize::try_from(index).map_err(|_| kOfxStatErrBadIndex)? + i;
-            if index > 4096 {
+            if index > MAX_INDEX {
                 return Err(kOfxStatErrBadIndex);
             }
-            if !set.set(&property, index, value) {
+            if !property.set.set(&property.name, index, value) {
                 return Err(kOfxStatErrUnknown);
             }
         }
         Ok(())
     };
-    status(tried())
-}
-
-/// Values from an index on.
-///
-/// # Safety
-/// `property` must be NULL or a string.
-unsafe fn get_all(
-    set: Set,
-    property: Name,
-    from: c_int,
-    count: Option<c_int>,
-    kind: Type,
-    call: &str,
-) -> Result<(std::sync::Arc<PropertySet>, Vec<Value>), OfxStatus> {
-    // SAFETY: by the caller's word.
-    let (host, set, property) = unsafe { reached(set, property, false, call) }?;
-    let mut all = set.all();
-    let values = all.remove(&property).ok_or(kOfxStatErrUnknown)?;
-    if !right_type(&host, &set, &property, kind, call) {
-        return Err(kOfxStatErrValue);
-    }
-    let from = usize::try_from(from).map_err(|_| kOfxStatErrBadIndex)?;
-    let count = usize::try_from(count.unwrap_or(1)).map_err(|_| kOfxStatErrBadIndex)?;
-    let wanted = values.get(from..from + count).ok_or(kOfxStatErrBadIndex)?;
-    if wanted.iter().any(|value| value.kind() != kind) {
-        host.misused(format!(
-            "{call}: {property} of {} has another type",
-            set.name
-        ));
-        return Err(kOfxStatErrValue);
-    }
-    Ok((set, wanted.to_vec()))
+    try_set().err().unwrap_or(kOfxStatOK)
 }
 
 unsafe extern "C" fn set_pointer(
-    set: Set,
-    property: Name,
+    set: SetHandle,
+    name: Name,
     index: c_int,
     value: *mut c_void,
 ) -> OfxStatus {
     let values = vec![Value::Pointer(value as usize)];
-    // SAFETY: the plugin names the property by a string.
-    unsafe { set_all(set, property, index, values, "propSetPointer") }
+    // SAFETY: the plugin passes the name as a string.
+    unsafe { set_values(set, name, index, values, "propSetPointer") }
 }
 
-unsafe extern "C" fn set_string(set: Set, property: Name, index: c_int, value: Name) -> OfxStatus {
-    // SAFETY: the plugin gives strings.
+unsafe extern "C" fn set_string(
+    set: SetHandle,
+    name: Name,
+    index: c_int,
+    value: Name,
+) -> OfxStatus {
+    // SAFETY: the plugin passes strings.
     unsafe {
-        let Some(text) = name(value) else {
+        let Some(text) = c_str(value) else {
             return kOfxStatErrValue;
         };
         let values = vec![Value::Text(text.to_owned())];
-        set_all(set, property, index, values, "propSetString")
+        set_values(set, name, index, values, "propSetString")
     }
 }
 
-unsafe extern "C" fn set_double(set: Set, property: Name, index: c_int, value: f64) -> OfxStatus {
-    // SAFETY: the plugin names the property by a string.
-    unsafe {
-        set_all(
-            set,
-            property,
-            index,
-            vec![Value::Double(value)],
-            "propSetDouble",
-        )
-    }
+unsafe extern "C" fn set_double(set: SetHandle, name: Name, index: c_int, value: f64) -> OfxStatus {
+    let values = vec![Value::Double(value)];
+    // SAFETY: the plugin passes the name as a string.
+    unsafe { set_values(set, name, index, values, "propSetDouble") }
 }
 
-unsafe extern "C" fn set_int(set: Set, property: Name, index: c_int, value: c_int) -> OfxStatus {
-    // SAFETY: the plugin names the property by a string.
-    unsafe { set_all(set, property, index, vec![Value::Int(value)], "propSetInt") }
+unsafe extern "C" fn set_int(set: SetHandle, name: Name, index: c_int, value: c_int) -> OfxStatus {
+    // SAFETY: the plugin passes the name as a string.
+    unsafe { set_values(set, name, index, vec![Value::Int(value)], "propSetInt") }
 }
 
-/// As many values as are said, copied.
+/// Copies `count` values; none for NULL.
 ///
 /// # Safety
-/// `from` must point to `count` values, or be NULL with a `count` of 0.
-unsafe fn list<T: Copy>(from: *const T, count: c_int) -> Vec<T> {
+/// `from` must be NULL or point to `count` values.
+unsafe fn copy_values<T: Copy>(from: *const T, count: c_int) -> Vec<T> {
     let count = usize::try_from(count).unwrap_or(0);
     if from.is_null() {
         return Vec::new();
     }
-    // SAFETY: by the caller's word.
     (0..count)
+        // SAFETY: guaranteed by the caller.
         .map(|i| unsafe { from.add(i).read_unaligned() })
         .collect()
 }
 
-unsafe extern "C" fn set_pointers(
-    set: Set,
-    property: Name,
-    count: c_int,
-    from: *const *mut c_void,
-) -> OfxStatus {
-    // SAFETY: the plugin gives as many values as it says.
-    unsafe {
-        let values = list(from, count)
-            .into_iter()
-            .map(|p| Value::Pointer(p as usize))
-            .collect();
-        set_all(set, property, 0, values, "propSetPointerN")
-    }
+macro_rules! list_setters {
+    ($($function:ident($type:ty) $call:literal, $convert:expr;)*) => {$(
+        unsafe extern "C" fn $function(
+            set: SetHandle,
+            name: Name,
+            count: c_int,
+            values: *const $type,
+        ) -> OfxStatus {
+            // SAFETY: the plugin passes a string and `count` values.
+            unsafe {
+                let values = copy_values(values, count).into_iter().map($convert).collect();
+                set_values(set, name, 0, values, $call)
+            }
+        }
+    )*};
 }
 
-unsafe extern "C" fn set_strings(
-    set: Set,
-    property: Name,
-    count: c_int,
-    from: *const Name,
-) -> OfxStatus {
-    // SAFETY: the plugin gives as many strings as it says.
-    unsafe {
-        let values = list(from, count)
-            .into_iter()
-            .map(|at| Value::Text(name(at).unwrap_or(c"").to_owned()))
-            .collect();
-        set_all(set, property, 0, values, "propSetStringN")
-    }
+list_setters! {
+    set_pointers(*mut c_void) "propSetPointerN", |pointer| Value::Pointer(pointer as usize);
+    set_strings(Name) "propSetStringN", |text| Value::Text(c_str(text).unwrap_or(c"").to_owned());
+    set_doubles(f64) "propSetDoubleN", Value::Double;
+    set_ints(c_int) "propSetIntN", Value::Int;
 }
 
-unsafe extern "C" fn set_doubles(
-    set: Set,
-    property: Name,
+/// Returns `count` values from an index on, with the property.
+///
+/// # Errors
+/// The status for the plugin.
+///
+/// # Safety
+/// `name` must be NULL or a string.
+unsafe fn get_values(
+    set: SetHandle,
+    name: Name,
+    index: c_int,
     count: c_int,
-    from: *const f64,
-) -> OfxStatus {
-    // SAFETY: the plugin gives as many values as it says.
-    unsafe {
-        let values = list(from, count).into_iter().map(Value::Double).collect();
-        set_all(set, property, 0, values, "propSetDoubleN")
+    used: PropertyType,
+    call: &'static str,
+) -> Result<(Property, Vec<Value>), OfxStatus> {
+    // SAFETY: guaranteed by the caller.
+    let property = unsafe { Property::access(set, name, AccessMode::Read, call) }?;
+    let mut all = property.set.all();
+    let values = all.remove(&property.name).ok_or(kOfxStatErrUnknown)?;
+    property.check_type(used)?;
+    let first = usize::try_from(index).map_err(|_| kOfxStatErrBadIndex)?;
+    let count = usize::try_from(count).map_err(|_| kOfxStatErrBadIndex)?;
+    let values = values
+        .get(first..first + count)
+        .ok_or(kOfxStatErrBadIndex)?;
+    if values.iter().any(|value| value.property_type() != used) {
+        return Err(property.wrong_type());
     }
-}
-
-unsafe extern "C" fn set_ints(
-    set: Set,
-    property: Name,
-    count: c_int,
-    from: *const c_int,
-) -> OfxStatus {
-    // SAFETY: the plugin gives as many values as it says.
-    unsafe {
-        let values = list(from, count).into_iter().map(Value::Int).collect();
-        set_all(set, property, 0, values, "propSetIntN")
-    }
+    Ok((property, values.to_vec()))
 }
 
 macro_rules! getters {
-    ($($one:ident $many:ident $type:ty, $kind:ident, $call:literal, $calls:literal, $convert:expr;)*) => {$(
-        unsafe extern "C" fn $one(set: Set, property: Name, index: c_int, value: *mut $type) -> OfxStatus {
-            // SAFETY: the plugin gives a string and room for one value.
+    ($($one:ident $many:ident($type:ty) $kind:ident, $call:literal, $calls:literal, $convert:expr;)*) => {$(
+        unsafe extern "C" fn $one(
+            set: SetHandle,
+            name: Name,
+            index: c_int,
+            value: *mut $type,
+        ) -> OfxStatus {
+            // SAFETY: the plugin passes a string and memory for one value.
             unsafe {
-                match get_all(set, property, index, None, Type::$kind, $call) {
-                    Ok((set, values)) => match values.first().and_then(|v| $convert(&set, v)) {
-                        Some(found) => put(value, found, $call),
-                        None => kOfxStatErrValue,
-                    },
+                match get_values(set, name, index, 1, PropertyType::$kind, $call) {
+                    Ok((property, values)) => {
+                        match values.first().and_then(|v| $convert(&property.set, v)) {
+                            Some(found) => write_result(value, found, $call),
+                            None => kOfxStatErrValue,
+                        }
+                    }
                     Err(status) => status,
                 }
             }
         }
 
-        unsafe extern "C" fn $many(set: Set, property: Name, count: c_int, value: *mut $type) -> OfxStatus {
-            // SAFETY: the plugin gives a string and room for as many values as it says.
+        unsafe extern "C" fn $many(
+            set: SetHandle,
+            name: Name,
+            count: c_int,
+            values: *mut $type,
+        ) -> OfxStatus {
+            // SAFETY: the plugin passes a string and memory for `count` values.
             unsafe {
-                match get_all(set, property, 0, Some(count), Type::$kind, $calls) {
-                    Ok((set, values)) => {
-                        for (i, found) in values.iter().filter_map(|v| $convert(&set, v)).enumerate() {
-                            put(value.add(i), found, $calls);
+                match get_values(set, name, 0, count, PropertyType::$kind, $calls) {
+                    Ok((property, found)) => {
+                        let found = found.iter().filter_map(|v| $convert(&property.set, v));
+                        for (i, value) in found.enumerate() {
+                            write_result(values.add(i), value, $calls);
                         }
                         kOfxStatOK
                     }
@@ -293,7 +292,7 @@ macro_rules! getters {
 
 fn pointer(_: &PropertySet, value: &Value) -> Option<*mut c_void> {
     match value {
-        Value::Pointer(at) => Some(*at as *mut c_void),
+        Value::Pointer(pointer) => Some(*pointer as *mut c_void),
         _ => None,
     }
 }
@@ -320,29 +319,30 @@ fn int(_: &PropertySet, value: &Value) -> Option<c_int> {
 }
 
 getters! {
-    get_pointer get_pointers *mut c_void, Pointer, "propGetPointer", "propGetPointerN", pointer;
-    get_string get_strings *mut c_char, Text, "propGetString", "propGetStringN", string;
-    get_double get_doubles f64, Double, "propGetDouble", "propGetDoubleN", double;
-    get_int get_ints c_int, Int, "propGetInt", "propGetIntN", int;
+    get_pointer get_pointers(*mut c_void) Pointer, "propGetPointer", "propGetPointerN", pointer;
+    get_string get_strings(*mut c_char) Text, "propGetString", "propGetStringN", string;
+    get_double get_doubles(f64) Double, "propGetDouble", "propGetDoubleN", double;
+    get_int get_ints(c_int) Int, "propGetInt", "propGetIntN", int;
 }
 
-unsafe extern "C" fn reset(set: Set, property: Name) -> OfxStatus {
-    // SAFETY: the plugin names the property by a string.
-    match unsafe { reached(set, property, true, "propReset") } {
-        Ok((_, set, property)) if set.reset(&property) => kOfxStatOK,
+unsafe extern "C" fn reset(set: SetHandle, name: Name) -> OfxStatus {
+    // SAFETY: the plugin passes the name as a string.
+    match unsafe { Property::access(set, name, AccessMode::Set, "propReset") } {
+        Ok(property) if property.set.reset(&property.name) => kOfxStatOK,
         Ok(_) => kOfxStatErrUnknown,
         Err(status) => status,
     }
 }
 
-unsafe extern "C" fn get_dimension(set: Set, property: Name, count: *mut c_int) -> OfxStatus {
-    // SAFETY: the plugin gives a string and room for one value.
+unsafe extern "C" fn get_dimension(set: SetHandle, name: Name, count: *mut c_int) -> OfxStatus {
+    let call = "propGetDimension";
+    // SAFETY: the plugin passes a string and memory for one value.
     unsafe {
-        match reached(set, property, false, "propGetDimension") {
-            Ok((_, set, property)) => match set.all().get(&property) {
+        match Property::access(set, name, AccessMode::Read, call) {
+            Ok(property) => match property.set.all().get(&property.name) {
                 Some(values) => {
-                    let length = c_int::try_from(values.len()).unwrap_or(c_int::MAX);
-                    put(count, length, "propGetDimension")
+                    let dimension = c_int::try_from(values.len()).unwrap_or(c_int::MAX);
+                    write_result(count, dimension, call)
                 }
                 None => kOfxStatErrUnknown,
             },

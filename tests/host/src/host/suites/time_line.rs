@@ -5,9 +5,12 @@ use std::ffi::c_void;
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::time_line::*;
 
-use super::pointers::{found, put};
+use super::pointers::{with_object, write_result};
+use crate::host::action::current_action;
 use crate::host::effect::Effect;
-use crate::host::under;
+
+/// The time that `getTime` reports. It is not that of any render, so a plugin that renders at it is found.
+const UI_TIME: f64 = 12345.0;
 
 pub(super) fn suite() -> OfxTimeLineSuiteV1 {
     OfxTimeLineSuiteV1 {
@@ -18,23 +21,19 @@ pub(super) fn suite() -> OfxTimeLineSuiteV1 {
 }
 
 unsafe extern "C" fn get_time(effect: *mut c_void, time: *mut f64) -> OfxStatus {
-    match found::<Effect>(effect as usize, "getTime") {
-        // SAFETY: the plugin gives room for a number. It is not the time of any render.
-        Ok(_) => unsafe { put(time, 12345.0, "getTime") },
-        Err(status) => status,
-    }
+    with_object::<Effect>(effect as usize, "getTime", |_, _| {
+        // SAFETY: the plugin provides memory for a number.
+        unsafe { write_result(time, UI_TIME, "getTime") }
+    })
 }
 
 unsafe extern "C" fn goto_time(effect: *mut c_void, _time: f64) -> OfxStatus {
-    match found::<Effect>(effect as usize, "gotoTime") {
-        Ok((host, _)) => {
-            if under::now().is_some_and(|under| under.renders()) {
-                host.misused("gotoTime was called in a render".to_owned());
-            }
-            kOfxStatOK
+    with_object::<Effect>(effect as usize, "gotoTime", |host, _| {
+        if current_action().is_some_and(|action| action.is_render_action()) {
+            host.record_misuse("gotoTime was called in a render action");
         }
-        Err(status) => status,
-    }
+        kOfxStatOK
+    })
 }
 
 unsafe extern "C" fn get_time_bounds(
@@ -42,12 +41,11 @@ unsafe extern "C" fn get_time_bounds(
     first: *mut f64,
     last: *mut f64,
 ) -> OfxStatus {
-    match found::<Effect>(effect as usize, "getTimeBounds") {
-        // SAFETY: the plugin gives room for two numbers.
-        Ok(_) => unsafe {
-            put(first, 0.0, "getTimeBounds");
-            put(last, 100.0, "getTimeBounds")
-        },
-        Err(status) => status,
-    }
+    with_object::<Effect>(effect as usize, "getTimeBounds", |_, _| {
+        // SAFETY: the plugin provides memory for two numbers.
+        unsafe {
+            write_result(first, 0.0, "getTimeBounds");
+            write_result(last, 100.0, "getTimeBounds")
+        }
+    })
 }
