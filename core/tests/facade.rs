@@ -16,7 +16,7 @@ fn lens() -> Lens {
 fn image(channels: usize) -> Image {
     let sample = |x: usize, y: usize, k: usize| match k {
         3 => f32::from(u8::from(x > 20)),
-        _ => 0.2 + 0.6 * f32::from(u8::from((x / 8 + y / 9) % 2 == 0)) + 0.05 * k as f32,
+        _ => 0.2 + 0.6 * f32::from(u8::from((x / 8 + y / 9).is_multiple_of(2))) + 0.05 * k as f32,
     };
     let samples: Vec<f32> = (0..HEIGHT)
         .flat_map(|y| (0..WIDTH).flat_map(move |x| (0..channels).map(move |k| sample(x, y, k))))

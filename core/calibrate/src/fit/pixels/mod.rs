@@ -3,12 +3,12 @@
 //!
 //! 1. Initial estimates come from moments ([`super::initial`]) and are compared on few tiles (`context`).
 //! 2. The best is refined over all tiles, distances and channels by Levenberg-Marquardt with a robust loss
-//! per tile (`levenberg_marquardt`). Flux and centroid of each tile are eliminated (`tile_equations`).
+//!    per tile (`levenberg_marquardt`). Flux and centroid of each tile are eliminated (`tile_equations`).
 //! 3. The degrees of the parameters in vergence are selected by cross-validation over distances, and residual
-//! corrections per distance by cross-validation over field zones (`vergence_law`).
+//!    corrections per distance by cross-validation over field zones (`vergence_law`).
 //! 4. The extended model adds fifth-order aberrations and vignetting (`extended`).
 //! 5. Standard errors come from the Fisher information or a sandwich estimator (`covariance`). About a fifth
-//! of the PSFs are held out and score the result (`score`).
+//!    of the PSFs are held out and score the result (`score`).
 
 mod context;
 mod covariance;

@@ -314,7 +314,7 @@ impl PsfModel for Pupil {
         }
     }
 
-    /// True where no ray lands more than [`SHARING_TOLERANCE_PX`] from where the other blur puts it.
+    /// True where no ray lands more than `SHARING_TOLERANCE_PX` from where the other blur puts it.
     fn can_share_kernel(
         &self,
         blur: &LocalBlur,
