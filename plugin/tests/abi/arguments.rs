@@ -184,7 +184,7 @@ fn numbers_that_cannot_be_are_refused_by_name() {
         s.psf_model = c"swirl".as_ptr()
     });
     let scales = [1.0, 1.0];
-    refuses(Argument, "channel scales", |s, _, _, _| {
+    refuses(Argument, "settings.channel_scales", |s, _, _, _| {
         s.channel_scales = scales.as_ptr();
         s.channel_scale_count = 2;
     });
