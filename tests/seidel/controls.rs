@@ -151,7 +151,7 @@ fn amount_channel_scale_and_axis_offset_act_on_plates() {
     crate::support::must_refuse(
         folder,
         "apply --lens @lens.json @plate.exr -o @no.exr --channel-scale Q=2",
-        &["--channel-scale Q", "R, G, B"],
+        &["channel scale Q", "R, G, B"],
     );
     crate::support::must_refuse(
         folder,
