@@ -90,15 +90,15 @@ def main(library, profile):
 
     source, output = image(samples), image(blurred)
     plate = sized(Plate, format=every, extent=every, source=c.pointer(source))
-    told = []
-    progress = PROGRESS(lambda _, share: told.append(share) or 0)
+    shares = []
+    progress = PROGRESS(lambda _, share: shares.append(share) or 0)
     callbacks = sized(Callbacks, progress=progress)
     check(seidel.seidel_apply(lens, c.byref(settings), c.byref(plate), c.byref(output), None,
                               c.byref(callbacks)))
     check(seidel.seidel_lens_release(lens))
     before, after = math.fsum(samples), math.fsum(blurred)
     print(f"seidel {seidel.seidel_version().decode()}: light {before:.3f} -> {after:.3f}, "
-          f"point 50 -> {blurred[20 * WIDTH + 30]:.3f}, told {len(told)} times")
+          f"point 50 -> {blurred[20 * WIDTH + 30]:.3f}, {len(shares)} progress reports")
     # Mirrored edges keep the light.
     sys.exit(0 if abs(after / before - 1) < 1e-3 and blurred[20 * WIDTH + 30] < 50 else 1)
 

@@ -320,7 +320,7 @@ typedef struct SeidelSettings {
    */
   double clip_level;
   /**
-   * Standard deviation of the noise of each colour; NaN in the first: told from the plate, in others: as the first.
+   * Standard deviation of the noise of each colour; NaN in the first: estimated from the plate, in others: as the first.
    * (taking blur off)
    */
   double noise[4];
@@ -590,7 +590,7 @@ typedef struct SeidelFindings {
    */
   struct SeidelRect found;
   /**
-   * Standard deviation of the noise of each colour, as given or as told from the plate.
+   * Standard deviation of the noise of each colour, as given or as estimated from the plate.
    */
   double noise[3];
   /**

@@ -29,7 +29,7 @@ pub struct SeidelFindings {
     pub noise_gain: *const SeidelImage,
     /// All pixels that were found: the plate's extent and what is about it.
     pub found: SeidelRect,
-    /// Standard deviation of the noise of each colour, as given or as told from the plate.
+    /// Standard deviation of the noise of each colour, as given or as estimated from the plate.
     pub noise: [f64; 3],
     /// What the lens leaves unexplained of each colour, in times of what noise lets expect: well above 1.5, it is not the
     /// lens of the plate.

@@ -132,7 +132,7 @@ pub struct SeidelSettings {
     pub clip: u32,
     /// Where samples are clipped. (taking blur off)
     pub clip_level: f64,
-    /// Standard deviation of the noise of each colour; NaN in the first: told from the plate, in others: as the first.
+    /// Standard deviation of the noise of each colour; NaN in the first: estimated from the plate, in others: as the first.
     /// (taking blur off)
     pub noise: [f64; 4],
     /// How much of the way from the plate to the sharp picture to go, 0 to 1. (seidel_remove)

@@ -4,7 +4,7 @@
     c_abi.py plates LIBRARY LENS OUT PLATE.exr      apply in several forms, on a plate with R, G, B and Z
     c_abi.py removal LIBRARY LENS OTHER OUT PLATE.exr      remove and relens
 
-The structures are those of plugin/include/seidel.h; plugin/examples/apply.py explains them.
+The structures are those of plugin/include/seidel.h; those that a render needs are imported from plugin/examples/apply.py.
 """
 
 import ctypes as c
@@ -17,47 +17,11 @@ from pathlib import Path
 
 import exr
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "plugin" / "examples"))
+from apply import Image, Plate, Rect, Settings
+
 FLOAT, HALF = 2, 1
 TOO_SMALL = 7
-
-
-class Rect(c.Structure):
-    _fields_ = [(name, c.c_int32) for name in ("left", "top", "width", "height")]
-
-
-class Image(c.Structure):
-    _fields_ = [
-        ("size", c.c_uint64), ("data", c.c_void_p), ("row_bytes", c.c_int64),
-        ("pixel_bytes", c.c_uint32), ("channels", c.c_uint32), ("sample", c.c_uint32),
-        ("reserved", c.c_uint32), ("rect", Rect),
-    ]
-
-
-class Plate(c.Structure):
-    _fields_ = [
-        ("size", c.c_uint64), ("format", Rect), ("extent", Rect),
-        ("source", c.POINTER(Image)), ("depth", c.POINTER(Image)), ("matte", c.POINTER(Image)),
-        ("matte_depth", c.POINTER(Image)), ("alphas", c.POINTER(Image)),
-    ]
-
-
-class Settings(c.Structure):
-    _fields_ = [
-        ("size", c.c_uint64), ("amount", c.c_double), ("channel_scales", c.POINTER(c.c_double)),
-        ("channel_scale_count", c.c_uint32), ("geometry", c.c_uint32),
-        ("axis_offset_x", c.c_double), ("axis_offset_y", c.c_double), ("psf_model", c.c_char_p),
-        ("focus_distance", c.c_double), ("f_number", c.c_double), ("sensor_shift_um", c.c_double),
-        ("depth_of_field", c.c_double), ("front_multiplier", c.c_double),
-        ("back_multiplier", c.c_double), ("maximum_size", c.c_double),
-        ("quality", c.c_uint32), ("edges", c.c_uint32), ("occlusion", c.c_uint32),
-        ("fill_foreground", c.c_uint32), ("blur_inside", c.c_uint32), ("alpha", c.c_uint32),
-        ("alpha_per_channel", c.c_uint32), ("scrub", c.c_uint32), ("lens_scale", c.c_double),
-        ("pixel_aspect", c.c_double), ("distance", c.c_double), ("depth_unit", c.c_double),
-        ("depth_near", c.c_double), ("depth_far", c.c_double), ("along_ray", c.c_double),
-        ("depth_kind", c.c_uint32), ("clip", c.c_uint32), ("clip_level", c.c_double),
-        ("noise", c.c_double * 4), ("strength", c.c_double), ("grain", c.c_uint32),
-        ("threads", c.c_uint32), ("memory", c.c_uint64),
-    ]
 
 
 class Kernel(c.Structure):

@@ -104,7 +104,9 @@ fn plates_become_sharper_and_can_be_restored_up_to_their_edges() {
     write_test_files(folder, 0.004);
     let outcome = removed(folder, "sharp.exr", "--grain solved");
     assert!(
-        outcome.stderr.contains("noise, told from the plate: R "),
+        outcome
+            .stderr
+            .contains("noise, estimated from the plate: R "),
         "{}",
         outcome.stderr
     );

@@ -51,7 +51,7 @@ pub(crate) trait Metadata: CloneMetadata + fmt::Debug + Send + Sync {
         CommonMetadata::default()
     }
 
-    /// Removes every statement about the colour space of the samples. Returns the names of what was removed.
+    /// Removes every field about the colour space of the samples. Returns the names of the removed fields.
     fn remove_colour_space(&mut self) -> Vec<String> {
         Vec::new()
     }

@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use seidel_core::{Edges, Quality, Settings};
 
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, RunArgs};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, ReaderOptions, RunArgs};
 use crate::Console;
 use frame::Job;
 use occlusion::OcclusionArgs;
@@ -126,19 +126,13 @@ pub(super) fn run(
     settings.quality = args.quality.into();
     settings.edges = args.edges.into();
     settings.occlusion = args.occlusion.settings();
-    let mut warnings = Vec::new();
-    let reader = PlateReader::new(
-        &args.lens,
-        &args.lens_options,
-        &args.depth,
-        &args.plate,
-        settings,
-        &args.output,
-        &mut warnings,
-    )?;
-    for warning in warnings {
-        console.remark(warning);
-    }
+    let options = ReaderOptions {
+        lens: &args.lens_options,
+        depth: &args.depth,
+        plate: &args.plate,
+        output: &args.output,
+    };
+    let reader = PlateReader::open(&args.lens, &options, settings, console)?;
     let holdout = args.occlusion.source()?;
     let files = Files {
         input: &args.input,

@@ -10,7 +10,7 @@ use clap::Args;
 use seidel_core::Settings;
 
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, RunArgs};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, ReaderOptions, RunArgs};
 use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
 use frame::Job;
@@ -54,23 +54,14 @@ pub(super) fn run(
     args.plate.check_output(&args.output)?;
     let mut settings = Settings::default();
     settings.removal = args.removal.settings();
-    let mut warnings = Vec::new();
-    let mut open = |lens| {
-        PlateReader::new(
-            lens,
-            &args.lens_options,
-            &args.depth,
-            &args.plate,
-            settings.clone(),
-            &args.output,
-            &mut warnings,
-        )
+    let options = ReaderOptions {
+        lens: &args.lens_options,
+        depth: &args.depth,
+        plate: &args.plate,
+        output: &args.output,
     };
-    let from = open(args.from.as_path())?;
-    let to = open(args.to.as_path())?;
-    for warning in warnings {
-        console.remark(warning);
-    }
+    let from = PlateReader::open(&args.from, &options, settings.clone(), console)?;
+    let to = PlateReader::open(&args.to, &options, settings, console)?;
     let files = Files {
         input: &args.input,
         output: &args.output,

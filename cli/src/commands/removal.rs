@@ -24,7 +24,7 @@ const CHECK_SHARE: f64 = 0.3;
 #[derive(Debug, Args)]
 pub(super) struct RemovalArgs {
     /// Standard deviation of the plate's noise, in its linear units: one for all colours or one for each, such as
-    /// 0.004,0.003,0.006; told from the plate if left out
+    /// 0.004,0.003,0.006; estimated from the plate if left out
     #[arg(long, value_name = "S", value_delimiter = ',', value_parser = parse_noise, allow_hyphen_values = true)]
     noise: Vec<f64>,
     /// Where the plate is clipped: samples of LEVEL and more, and what they land on, keep their blur; auto tells the
@@ -116,7 +116,7 @@ impl RemovalArgs {
             described.collect::<Vec<_>>().join(", ")
         };
         let source = if self.noise.is_empty() {
-            "told from the plate"
+            "estimated from the plate"
         } else {
             "as given"
         };

@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use seidel_core::{Grain, RemovalSettings, Settings};
 
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, RunArgs};
+use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, ReaderOptions, RunArgs};
 use super::removal::{LensCheck, RemovalArgs};
 use crate::Console;
 use frame::Job;
@@ -119,19 +119,13 @@ pub(super) fn run(
         grain: args.grain.into(),
         ..args.removal.settings()
     };
-    let mut warnings = Vec::new();
-    let reader = PlateReader::new(
-        &args.lens,
-        &args.lens_options,
-        &args.depth,
-        &args.plate,
-        settings,
-        &args.output,
-        &mut warnings,
-    )?;
-    for warning in warnings {
-        console.remark(warning);
-    }
+    let options = ReaderOptions {
+        lens: &args.lens_options,
+        depth: &args.depth,
+        plate: &args.plate,
+        output: &args.output,
+    };
+    let reader = PlateReader::open(&args.lens, &options, settings, console)?;
     let files = Files {
         input: &args.input,
         output: &args.output,

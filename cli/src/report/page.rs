@@ -82,7 +82,7 @@ fn method(d: &Diagnosis) -> String {
          fitted to the PSFs of the other zones and scored on this one, with all its channels and \
          distances.</li>\n\
          <li>A free-form model of the residual, held out in the same way, closes {} of the gap: a lower bound of \
-         what can be explained at all.</li>\n{other}\
+         the share that any model could explain.</li>\n{other}\
          <li>Ranges in per cent are 95&nbsp;% confidence intervals.</li>\n</ul>\n",
         percent(d.explainable)
     )

@@ -1,5 +1,5 @@
-//! Calibration: a lens fitted to measured point-spread functions (PSFs), its score, and the diagnosis of what
-//! the fitted model lacks.
+//! Calibration: a lens fitted to measured point-spread functions (PSFs), its score, and the diagnosis of
+//! effects that the fitted model lacks.
 //!
 //! [`measure`] takes moments from PSF tiles, [`fit`] turns them into a lens profile, [`score`] compares predicted with
 //! observed PSFs, [`eval`] makes the tables of the paper, and [`diagnose`] names the effects that close the gap between a

@@ -27,7 +27,8 @@ pub(crate) static GRAIN: Knob = Knob {
 pub(crate) static NOISE: Knob = Knob {
     name: c"noise",
     label: c"Noise",
-    hint: c"Remove and Relens: standard deviation of the plate's noise. 0: told from the plate.",
+    hint:
+        c"Remove and Relens: standard deviation of the plate's noise. 0: estimated from the plate.",
     kind: Kind::Number {
         default: 0.0,
         range: (0.0, 1000.0),

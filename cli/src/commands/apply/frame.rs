@@ -128,7 +128,8 @@ impl Stages for Job<'_> {
         } = frame;
         let mut plate = loaded.plate.clone();
         let mut warnings = std::mem::take(&mut loaded.warnings);
-        self.run.sign(index, &mut plate, &self.record(&loaded)?);
+        self.run
+            .set_provenance(index, &mut plate, &self.record(&loaded)?);
         if loaded.is_neutral() {
             loaded.keep(&mut plate)?;
             if self.args.verbose {

@@ -166,7 +166,7 @@ impl Stages for Job<'_> {
             ("out-space", processor.to()),
         ];
         let told = told.map(|(name, value)| (name.to_owned(), value.to_owned()));
-        self.run.sign(index, &mut plate, &told);
+        self.run.set_provenance(index, &mut plate, &told);
         self.run.tell(index, 1.0);
         Ok(Picture {
             plate,

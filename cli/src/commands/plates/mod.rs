@@ -21,7 +21,9 @@ pub(crate) use depth::DepthArgs;
 pub(crate) use frames::{Files, FrameFiles};
 pub(crate) use plate::PlateArgs;
 pub(crate) use queue::{Outcome, Stages};
-pub(crate) use reader::{FrameId, LensArgs, LoadedPlate, PlateReader, default_rendering_record};
+pub(crate) use reader::{
+    FrameId, LensArgs, LoadedPlate, PlateReader, ReaderOptions, default_rendering_record,
+};
 pub(crate) use run::{Run, RunArgs};
 
 use clap::ValueEnum;

@@ -14,6 +14,7 @@ use super::depth::{DepthArgs, DepthSource, FrameOrder};
 use super::focus::FocusArgs;
 use super::frame_lens::{FrameLens, LensOptions, check_names};
 use super::plate::{PlateArgs, plate_geometry, put_image};
+use crate::Console;
 use crate::commands::CommandError;
 use crate::commands::drawing::DrawingArgs;
 use seidel_image_io::animation::Animation;
@@ -48,6 +49,16 @@ impl LensArgs {
             focus: self.focus.clone(),
         }
     }
+}
+
+/// The options of a command on plates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ReaderOptions<'a> {
+    pub(crate) lens: &'a LensArgs,
+    pub(crate) depth: &'a DepthArgs,
+    pub(crate) plate: &'a PlateArgs,
+    /// OUT, whose name decides the colour space that is written.
+    pub(crate) output: &'a str,
 }
 
 /// Reads the plates of a run and prepares them for the lens of their frame.
@@ -98,17 +109,21 @@ impl FrameId {
 }
 
 impl<'a> PlateReader<'a> {
-    /// Reads the profile `lens_file`, and settles what the options leave open for an OUT of the name `output`. `base`
-    /// holds the settings that are not about the lens. Adds to `warnings`.
-    pub(crate) fn new(
+    /// Reads the profile `lens_file` and sets the lens by `options`; prints warnings. `base` holds the settings that are not
+    /// about the lens.
+    pub(crate) fn open(
         lens_file: &'a Path,
-        lens_args: &'a LensArgs,
-        depth_args: &DepthArgs,
-        plate_args: &'a PlateArgs,
+        options: &ReaderOptions<'a>,
         mut base: Settings,
-        output: &'a str,
-        warnings: &mut Vec<String>,
+        console: &mut Console,
     ) -> Result<Self, CommandError> {
+        let ReaderOptions {
+            lens: lens_args,
+            depth: depth_args,
+            plate: plate_args,
+            output,
+        } = *options;
+        let warnings = &mut Vec::new();
         base.displacement = lens_args.geometry.into();
         let measured = lens_profile::read(lens_file)?;
         let options = lens_args.options();
@@ -125,6 +140,9 @@ impl<'a> PlateReader<'a> {
         let depth = depth_args.source()?;
         depth.check_lens(lens.session.lens(), lens_file)?;
         let colour = plate_args.colour.room(output, warnings)?;
+        for warning in warnings {
+            console.remark(warning);
+        }
         Ok(Self {
             lens_args,
             plate_args,

@@ -142,10 +142,15 @@ impl Run {
         self.shares.tell(index, part);
     }
 
-    /// Has `plate`, that of the frame at `index`, say what made it with the settings `told`, where that is wanted.
-    pub(crate) fn sign(&self, index: usize, plate: &mut Plate, told: &[(String, String)]) {
+    /// Records in `plate`, the frame at `index`, the command and the `settings` that made it, unless provenance is off.
+    pub(crate) fn set_provenance(
+        &self,
+        index: usize,
+        plate: &mut Plate,
+        settings: &[(String, String)],
+    ) {
         if let Some(provenance) = &self.provenance {
-            plate.set_provenance(provenance, self.frames[index].number, told);
+            plate.set_provenance(provenance, self.frames[index].number, settings);
         }
     }
 

@@ -92,7 +92,7 @@ impl Stages for Job<'_> {
             loaded.put_planes(&mut plate, planes)?;
         }
         let record = self.from.record(&loaded.lens, &loaded.plate)?;
-        self.run.sign(index, &mut plate, &record);
+        self.run.set_provenance(index, &mut plate, &record);
         Ok(NewFrame {
             plate,
             warnings: loaded.warnings,

@@ -218,7 +218,7 @@ impl Stages for Job<'_> {
         }
         let mut record = self.reader.record(&loaded.lens, &loaded.plate)?;
         record.push(("strength".to_owned(), self.args.strength.to_string()));
-        self.run.sign(index, &mut plate, &record);
+        self.run.set_provenance(index, &mut plate, &record);
         Ok(SharpFrame {
             plate,
             extras,

@@ -38,7 +38,7 @@ pub struct Diagnosis {
     /// Which part of the PSFs the gap lies in.
     pub shape: Shape,
     /// Share of the gap that a free-form model of the residual closes on held-out zones of the field: a lower
-    /// bound of what can be explained at all.
+    /// bound of the share that any model could explain.
     pub explainable: f64,
     /// Misfit of the lens on the data it was fitted to; 0 where the profile does not state it.
     pub lens_misfit: f64,

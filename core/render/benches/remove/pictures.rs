@@ -9,7 +9,7 @@ pub(crate) fn all(folder: Option<&Path>) -> Result<Vec<(String, Vec<f32>)>> {
     let Some(folder) = folder else {
         return Ok(vec![(
             "drawn".to_owned(),
-            plate::plate(SIDE, SIDE, plate::Content::Plain).swap_remove(1),
+            plate::plate(SIDE, SIDE, 0.0).swap_remove(1),
         )]);
     };
     let mut found = Vec::new();

@@ -82,7 +82,7 @@ pub(crate) fn line(rounds: usize) -> Result<String> {
     let lens = DepthLens {
         frame: Frame::new(width as u32, height as u32, None)?,
     };
-    let samples = plate::plate(width, height, plate::Content::Plain);
+    let samples = plate::plate(width, height, 0.0);
     let planes = planes_of(&samples);
     let pass = pass();
     let scene = |vergence| Scene {

@@ -27,7 +27,6 @@ mod transform;
 
 use accuracy::Reference;
 use cases::{Case, Lens};
-use plate::Content;
 use report::{Measurement, RivalMeasurement};
 use seidel_optics::error::Result;
 use seidel_render::{Gather, Plane, Quality, Renderer, Scatter, Scene};
@@ -41,10 +40,14 @@ const FAST: Gather = Gather {
 /// Rows of a band of the exact renderer.
 const BAND_ROWS: usize = 16;
 
+/// Share of pixels that are small bright lights with `--lights`.
+const LIGHT_SHARE: f64 = 2e-5;
+
 /// The command-line options.
 struct Options {
     quick: bool,
-    content: Content,
+    /// Share of pixels that are small bright lights.
+    light_share: f64,
     alone: bool,
     rounds: usize,
     only: Option<String>,
@@ -61,11 +64,7 @@ impl Options {
         };
         Self {
             quick: has("--quick"),
-            content: if has("--lights") {
-                Content::Lights
-            } else {
-                Content::Plain
-            },
+            light_share: if has("--lights") { LIGHT_SHARE } else { 0.0 },
             alone: has("--alone"),
             rounds: after("--rounds").and_then(|n| n.parse().ok()).unwrap_or(3),
             only: after("--only"),
@@ -84,7 +83,7 @@ fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
         cases.extend(cases::all());
         let case = cases.iter().find(|case| case.name() == *name);
         let case = case.ok_or("no case of that name")?;
-        if let Some(bytes) = memory_of(case, options.content)? {
+        if let Some(bytes) = memory_of(case, options.light_share)? {
             println!("{bytes}");
         }
         return Ok(());
@@ -126,9 +125,9 @@ fn planes_of(samples: &[Vec<f32>]) -> Vec<Plane<'_>> {
 }
 
 /// Returns the peak memory of a render beyond its planes and results; `None` where the system does not report it.
-fn memory_of(case: &Case, content: Content) -> Result<Option<u64>> {
+fn memory_of(case: &Case, light_share: f64) -> Result<Option<u64>> {
     let lens = case.lens.on(case.size, case.corner_sigma_px);
-    let samples = plate::plate(case.size.0, case.size.1, content);
+    let samples = plate::plate(case.size.0, case.size.1, light_share);
     let out = FAST
         .render(
             &case.scene(&*lens, case.lens),
@@ -144,7 +143,7 @@ fn measure(case: &Case, options: &Options) -> Result<Measurement> {
     eprintln!("{}", case.name());
     let lens = case.lens.on(case.size, case.corner_sigma_px);
     let scene = case.scene(&*lens, case.lens);
-    let samples = plate::plate(case.size.0, case.size.1, options.content);
+    let samples = plate::plate(case.size.0, case.size.1, options.light_share);
     let planes = planes_of(&samples);
     let mut times = Times::default();
     let found = times.fast(&scene, &planes)?;
@@ -183,9 +182,10 @@ fn measure(case: &Case, options: &Options) -> Result<Measurement> {
         bands if bands > 0 && !options.alone => Some(exact_seconds(&scene, &samples, bands)?),
         _ => None,
     };
-    let lights = match options.content {
-        Content::Lights => "--lights",
-        Content::Plain => "",
+    let lights = if options.light_share > 0.0 {
+        "--lights"
+    } else {
+        ""
     };
     let peak_bytes = case
         .memory

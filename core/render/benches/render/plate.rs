@@ -9,26 +9,17 @@ const OCTAVES: u32 = 8;
 const DISCS: u32 = 1500;
 const RADII: (f64, f64) = (6.0, 300.0);
 
-/// Share of pixels that are lights, and their brightness, in [`Content::Lights`].
-const LIGHT_SHARE: f64 = 2e-5;
+/// Brightness of lights.
 const LIGHT: f32 = 200.0;
 
-/// Whether a plate has small bright lights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Content {
-    Plain,
-    #[allow(dead_code)] // Used by one of the benchmarks that include this file.
-    Lights,
-}
-
-/// Returns three planes of linear light, R, G and B, from 0 to 1 except for lights.
-pub(crate) fn plate(width: usize, height: usize, content: Content) -> Vec<Vec<f32>> {
+/// Returns three planes of linear light, R, G and B, from 0 to 1 except for lights: a `light_share` of all pixels.
+pub(crate) fn plate(width: usize, height: usize, light_share: f64) -> Vec<Vec<f32>> {
     (0..3)
-        .map(|channel| plane(width, height, channel, content))
+        .map(|channel| plane(width, height, channel, light_share))
         .collect()
 }
 
-fn plane(width: usize, height: usize, channel: u32, content: Content) -> Vec<f32> {
+fn plane(width: usize, height: usize, channel: u32, light_share: f64) -> Vec<f32> {
     let scale = width as f64 / 1920.0;
     let mut samples = vec![0.5_f32; width * height];
     for disc in 0..DISCS {
@@ -40,7 +31,7 @@ fn plane(width: usize, height: usize, channel: u32, content: Content) -> Vec<f32
             let grain = uniform(x as i64, y as i64, 1000 + channel);
             let noise = noise(x as f64 / scale, y as f64 / scale) + 0.1 * (grain - 0.5);
             *sample = (f64::from(*sample) * (0.6 + 0.8 * noise)).clamp(0.0, 1.0) as f32;
-            if content == Content::Lights && uniform(x as i64, y as i64, 999) < LIGHT_SHARE {
+            if uniform(x as i64, y as i64, 999) < light_share {
                 *sample = LIGHT;
             }
         }

@@ -38,7 +38,7 @@ pub enum DepthProblem {
         /// Distance along the ray over distance along the axis in the farthest corner, minus one.
         corner_error: f64,
     },
-    /// Values are reciprocals of what they are read as: inverse depth or disparity read as distance, or the reverse.
+    /// Values have the inverse convention: inverse depth or disparity is read as distance, or the reverse.
     Inverted {
         /// Patches that are planar only in this reading.
         patches: usize,
@@ -164,7 +164,7 @@ pub(super) fn along_ray_remedy(focal_px: f64) -> String {
     )
 }
 
-/// Returns the remedy for values that are reciprocals of what they are read as.
+/// Returns the remedy for values of the inverse convention.
 pub(super) fn inversion_remedy(convention: DepthConvention) -> &'static str {
     match convention {
         DepthConvention::Distance { .. } => {

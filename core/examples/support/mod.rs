@@ -1,0 +1,47 @@
+//! What the examples that draw their own measurements share.
+
+use seidel_core::observations::{Observation, ObservationSet};
+use seidel_core::predict::predict_set;
+use seidel_core::tile::Tile;
+use seidel_core::{ImagePoint, Lens, ObjectDistance, Result};
+
+/// Side of a PSF tile, px.
+const SIDE: usize = 33;
+
+/// Returns the PSFs of `lens` at a grid of `columns` x `rows` point lights over the frame, at three distances: an
+/// observation set as a measurement would give it, without noise.
+pub(crate) fn measure(lens: &Lens, columns: usize, rows: usize) -> Result<ObservationSet> {
+    let profile = lens.profile();
+    let channels: Vec<String> = lens.predictor().channel_names().to_vec();
+    let (width, height) = (profile.frame.width_px(), profile.frame.height_px());
+    let mut places = ObservationSet {
+        frame: profile.frame,
+        axis_stated: true,
+        pixel_pitch_um: profile.pixel_pitch_um,
+        channels: channels.clone(),
+        camera: profile.camera.clone(),
+        observations: Vec::new(),
+    };
+    // Any light will do for the tiles of the places: `predict_set` draws them anew.
+    let mut point = vec![0.0; SIDE * SIDE];
+    point[SIDE * SIDE / 2] = 1.0;
+    let tile = Tile::new(SIDE, SIDE, point)?;
+    for metres in [1.7, 2.0, 2.6] {
+        for (column, row) in (0..columns * rows).map(|k| (k % columns, k / columns)) {
+            let x = f64::from(width) * (column as f64 + 0.5) / columns as f64;
+            let y = f64::from(height) * (row as f64 + 0.5) / rows as f64;
+            places.observations.push(Observation {
+                file: format!("{metres} m, column {column}, row {row}"),
+                centre: ImagePoint::new(x, y),
+                distance: ObjectDistance::metres(metres)?,
+                ideal: Some(ImagePoint::new(x, y)),
+                tiles: vec![tile.clone(); channels.len()],
+                noise_sigma: vec![None; channels.len()],
+                background: vec![0.0; channels.len()],
+                saturated: false,
+            });
+        }
+    }
+    let model = lens.predictor().default_model();
+    predict_set(lens.predictor(), &places, model)
+}
