@@ -145,7 +145,7 @@ impl PreparedPlate {
         if self.session.is_neutral() {
             return Ok(self.planes.planes().to_vec());
         }
-        self.apply_with(|rendering| Ok(rendering.render(progress)?.planes))
+        self.apply_with(|rendering| Ok(rendering.render(None, progress)?.planes))
     }
 
     /// Renders the `window` of the plate alone: to the bit what [`Self::apply`] gives there.
@@ -153,7 +153,7 @@ impl PreparedPlate {
     /// # Errors
     /// Those of [`Self::apply`], and a window that is empty or not wholly on the plate.
     pub fn apply_window(&self, window: RenderWindow, progress: &Progress) -> Result<Vec<Vec<f32>>> {
-        self.apply_with(|rendering| Ok(rendering.render_window(window, progress)?.planes))
+        self.apply_with(|rendering| Ok(rendering.render(Some(window), progress)?.planes))
     }
 
     /// As [`Self::apply`], with the light rendered by `render`: to read the statistics of a render, or to measure it
@@ -187,7 +187,7 @@ impl PreparedPlate {
                 planes: &planes,
                 ..*rendering
             };
-            Ok(rendering.render(progress)?.planes.swap_remove(0))
+            Ok(rendering.render(None, progress)?.planes.swap_remove(0))
         })
     }
 
@@ -220,7 +220,7 @@ impl PreparedPlate {
                     planes: &self.planes.weighted(&self.weights),
                     occlusion,
                     edges: settings.edges,
-                    quality: settings.quality,
+                    renderer: &*settings.quality.renderer(),
                 })
             })
     }

@@ -9,7 +9,7 @@ use crate::image::Image;
 use crate::planes::PremultipliedPlanes;
 use crate::prepared::PreparedPlate;
 use crate::rendering::Rendering;
-use crate::settings::{Edges, Grain, Quality, RemovalSettings};
+use crate::settings::{Edges, Grain, RemovalSettings};
 use seidel_optics::Progress;
 
 /// A plate without the blur of its lens: the solution of each plane on a canvas somewhat larger than the plate.
@@ -193,9 +193,9 @@ impl RemovedPlate {
                 planes: &light.weighted(other.weights()),
                 occlusion: Some(Occlusion::default()),
                 edges: Edges::Mirror,
-                quality: Quality::Final,
+                renderer: &Gather::default(),
             };
-            Ok(rendering.render_by(&Gather::default(), progress)?.planes)
+            Ok(rendering.render(None, progress)?.planes)
         })?;
         let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.cropped(plane)).collect();
         self.clamp_alpha(&mut planes);

@@ -1,15 +1,15 @@
-//! A rendering request: scene, planes, occlusion, edges and quality.
+//! A rendering request: scene, planes, occlusion, edges and renderer.
 
+use seidel_optics::Progress;
 use seidel_optics::error::Result;
 use seidel_render::{
     EdgeReplicatingRenderer, LayeredRenderer, Occlusion, Plane, RenderWindow, Rendered, Renderer,
     Scene,
 };
 
-use crate::settings::{Edges, Quality};
-use seidel_optics::Progress;
+use crate::settings::Edges;
 
-/// A rendering request: scene, planes, occlusion, edges and quality.
+/// A rendering request: scene, planes, occlusion, edges and renderer.
 #[derive(Clone, Copy)]
 pub struct Rendering<'a> {
     /// The optics of the plate.
@@ -20,53 +20,32 @@ pub struct Rendering<'a> {
     pub occlusion: Option<Occlusion<'a>>,
     /// Light beyond the edges of the plate.
     pub edges: Edges,
-    /// Accuracy.
-    pub quality: Quality,
+    /// The renderer of each depth layer, or of the whole plate where there is no occlusion.
+    pub renderer: &'a dyn Renderer,
 }
 
 impl Rendering<'_> {
-    /// Renders the planes.
-    ///
-    /// # Errors
-    /// Those of [`Renderer::render`].
-    pub fn render(&self, progress: &Progress) -> Result<Rendered> {
-        self.with_renderer(&*self.quality.renderer(), |renderer| {
-            renderer.render(self.scene, self.planes, progress)
-        })
-    }
-
-    /// Renders the `window` of the planes alone, to the bit.
+    /// Renders the `window` of the planes, or all of them; a window is to the bit the same part of the whole.
     ///
     /// # Errors
     /// Those of [`Renderer::render_window`].
-    pub fn render_window(&self, window: RenderWindow, progress: &Progress) -> Result<Rendered> {
-        self.with_renderer(&*self.quality.renderer(), |renderer| {
-            renderer.render_window(self.scene, self.planes, window, progress)
-        })
-    }
-
-    /// Renders the planes by `inner` in place of the renderer of [`Self::quality`].
-    ///
-    /// # Errors
-    /// Those of [`Renderer::render`].
-    pub fn render_by(&self, inner: &dyn Renderer, progress: &Progress) -> Result<Rendered> {
-        self.with_renderer(inner, |renderer| {
-            renderer.render(self.scene, self.planes, progress)
-        })
-    }
-
-    fn with_renderer<T>(&self, inner: &dyn Renderer, render: impl FnOnce(&dyn Renderer) -> T) -> T {
-        let layered = self
-            .occlusion
-            .map(|settings| LayeredRenderer { inner, settings });
+    pub fn render(&self, window: Option<RenderWindow>, progress: &Progress) -> Result<Rendered> {
+        let layered = self.occlusion.map(|settings| LayeredRenderer {
+            inner: self.renderer,
+            settings,
+        });
         let renderer: &dyn Renderer = match &layered {
             Some(layered) => layered,
-            None => inner,
+            None => self.renderer,
         };
-        if self.edges == Edges::Extend {
-            render(&EdgeReplicatingRenderer { inner: renderer })
-        } else {
-            render(renderer)
+        let replicating = EdgeReplicatingRenderer { inner: renderer };
+        let renderer = match self.edges {
+            Edges::Extend => &replicating,
+            Edges::Mirror | Edges::Black => renderer,
+        };
+        match window {
+            Some(window) => renderer.render_window(self.scene, self.planes, window, progress),
+            None => renderer.render(self.scene, self.planes, progress),
         }
     }
 }

@@ -80,7 +80,7 @@ impl Job<'_> {
             self.run.tell(index, share);
             true
         };
-        let rendered = rendering.render(&progress)?;
+        let rendered = rendering.render(None, &progress)?;
         if self.args.verbose {
             let report = verbose::report(rendering, &rendered, &plate.prepared, self.args)?;
             warnings.push(report);

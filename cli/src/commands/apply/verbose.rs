@@ -7,9 +7,9 @@ use seidel_core::render::{
     LevelStatistics, RenderStatistics, Rendered, SpotRenderer, VergencePass,
     low_discrepancy_pixels, psnr_at,
 };
-use seidel_core::{PreparedPlate, Quality, Rendering, Result, no_progress};
+use seidel_core::{PreparedPlate, Rendering, Result, no_progress};
 
-use super::ApplyArgs;
+use super::{ApplyArgs, QualityChoice};
 
 /// Number of pixels at which the exact render is computed.
 const PIXELS: usize = 64;
@@ -56,10 +56,10 @@ fn heading(rendering: &Rendering, args: &ApplyArgs) -> String {
     let name = |value: Option<clap::builder::PossibleValue>| {
         value.map_or_else(String::new, |value| value.get_name().to_owned())
     };
-    let (method, id) = match rendering.quality {
-        Quality::Draft => ("gather", "draft"),
-        Quality::Final => ("gather", "final"),
-        Quality::Exact => ("scatter", "exact"),
+    let (method, id) = match args.quality {
+        QualityChoice::Draft => ("gather", "draft"),
+        QualityChoice::Final => ("gather", "final"),
+        QualityChoice::Exact => ("scatter", "exact"),
     };
     format!(
         "rendered by {method}, quality {id}, psf {}, edges {}, geometry {}",
@@ -112,7 +112,11 @@ fn error(rendering: &Rendering, planes: &[Vec<f32>], peak: f64) -> Result<String
         pixels: &pixels,
         cell_px: if shared { CELL_PX } else { 1 },
     };
-    let exact = rendering.render_by(&spots, &no_progress)?.planes;
+    let exact = Rendering {
+        renderer: &spots,
+        ..*rendering
+    };
+    let exact = exact.render(None, &no_progress)?.planes;
     let psnr = psnr_at(planes, &exact, scene.width, &pixels, peak);
     Ok(match psnr {
         Some(db) => format!(

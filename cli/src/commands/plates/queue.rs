@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::sync::{Mutex, PoisonError};
 
+use rayon::ThreadPool;
+
 use super::memory::{Budget, Claim};
 use crate::commands::CommandError;
 
@@ -39,10 +41,17 @@ pub(crate) trait Stages: Sync {
 /// What became of a frame: what the user should know of it, or why it failed.
 pub(crate) type Outcome = Result<Vec<String>, CommandError>;
 
+/// The threads that read frames, and those that blur them.
+pub(crate) struct Pools {
+    pub(crate) reading: ThreadPool,
+    pub(crate) blurring: ThreadPool,
+}
+
 /// Takes `count` frames through `stages`, as many at once as fit into `limit` bytes, at least one.
-/// `report` is told of each frame in their order, as soon as those before are done.
+/// Calls `report` for each frame in their order, as soon as those before are done.
 pub(crate) fn run_all<S: Stages>(
     stages: &S,
+    pools: &Pools,
     count: usize,
     limit: u64,
     mut report: impl FnMut(usize, Outcome),
@@ -59,7 +68,7 @@ pub(crate) fn run_all<S: Stages>(
             let (read, failed) = (read, failed);
             for index in 0..count {
                 let mut claim = budget.claim();
-                let sent = match stages.read(index) {
+                let sent = match pools.reading.install(|| stages.read(index)) {
                     Ok(frame) => {
                         claim.settle(stages.bytes(&frame));
                         read.send((index, frame, claim)).is_ok()
@@ -75,7 +84,7 @@ pub(crate) fn run_all<S: Stages>(
         scope.spawn(|| {
             let (to_blur, blurred, failed) = (to_blur, blurred, failed);
             for (index, frame, claim) in to_blur {
-                let sent = match stages.blur(index, frame) {
+                let sent = match pools.blurring.install(|| stages.blur(index, frame)) {
                     Ok(done) => blurred.send((index, done, claim)).is_ok(),
                     Err(error) => failed.send((index, Err(error))).is_ok(),
                 };
@@ -127,6 +136,8 @@ fn write_each<S: Stages>(
 mod tests {
     use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
     use std::time::Duration;
+
+    use rayon::ThreadPoolBuilder;
 
     use super::*;
 
@@ -181,22 +192,27 @@ mod tests {
 
     #[test]
     fn frames_come_in_order_within_the_memory_given() {
+        let pool = || ThreadPoolBuilder::new().num_threads(1).build();
+        let pools = Pools {
+            reading: pool().expect("a thread"),
+            blurring: pool().expect("a thread"),
+        };
         for (limit, most) in [(1, 10), (10, 10), (25, 20), (1000, 1000)] {
             let made = Made::default();
-            let mut told = Vec::new();
-            run_all(&&made, 20, limit, |index, outcome| {
+            let mut reports = Vec::new();
+            run_all(&&made, &pools, 20, limit, |index, outcome| {
                 let words = match outcome {
-                    Ok(said) => said.concat(),
+                    Ok(warnings) => warnings.concat(),
                     Err(error) => error.to_string(),
                 };
-                told.push((index, words));
+                reports.push((index, words));
             });
             let want = (0..20).map(|index| {
                 let fails = index % 5 == 4 && index < 15;
                 let what = if fails { "fails" } else { "done" };
                 (index, format!("{index} {what}"))
             });
-            assert!(told.into_iter().eq(want));
+            assert!(reports.into_iter().eq(want));
             assert!(made.most.load(SeqCst) <= most, "{limit}");
             assert_eq!(made.held.load(SeqCst), 0);
         }

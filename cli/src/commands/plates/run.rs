@@ -8,7 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
-use super::queue::{Outcome, Stages, run_all};
+use super::queue::{Outcome, Pools, Stages, run_all};
 use super::shares::Shares;
 use crate::Console;
 use crate::commands::CommandError;
@@ -102,8 +102,10 @@ impl RunArgs {
                 .transpose()?;
         }
         Ok(Run {
-            reading: self.pool()?,
-            working: self.pool()?,
+            pools: Pools {
+                reading: self.pool()?,
+                blurring: self.pool()?,
+            },
             shares: Shares::new(console, what, frames.len()),
             memory: self.memory,
             provenance,
@@ -124,8 +126,7 @@ impl RunArgs {
 pub(crate) struct Run {
     frames: Vec<FrameFiles>,
     /// Where files are unpacked: not where frames are worked on, so that both go on at once.
-    reading: ThreadPool,
-    working: ThreadPool,
+    pools: Pools,
     shares: Shares,
     memory: u64,
     provenance: Option<Provenance>,
@@ -168,8 +169,7 @@ impl Run {
     ) -> Result<(), CommandError> {
         let count = self.frames.len();
         let mut failed = Vec::new();
-        let stages = Pooled { run: self, stages };
-        run_all(&stages, count, self.memory, |index, outcome| {
+        run_all(stages, &self.pools, count, self.memory, |index, outcome| {
             let speak = || tell(&self.frames[index], outcome, console, &mut failed);
             self.shares.hidden(speak);
         });
@@ -179,33 +179,6 @@ impl Run {
             1 if count == 1 => Err(failed.remove(0).1),
             _ => Err(CommandError::Frames { failed, count }),
         }
-    }
-}
-
-/// Stages on the threads of a run.
-struct Pooled<'a, S> {
-    run: &'a Run,
-    stages: &'a S,
-}
-
-impl<S: Stages> Stages for Pooled<'_, S> {
-    type Read = S::Read;
-    type Done = S::Done;
-
-    fn read(&self, index: usize) -> Result<S::Read, CommandError> {
-        self.run.reading.install(|| self.stages.read(index))
-    }
-
-    fn bytes(&self, frame: &S::Read) -> u64 {
-        self.stages.bytes(frame)
-    }
-
-    fn blur(&self, index: usize, frame: S::Read) -> Result<S::Done, CommandError> {
-        self.run.working.install(|| self.stages.blur(index, frame))
-    }
-
-    fn write(&self, index: usize, frame: S::Done) -> Outcome {
-        self.stages.write(index, frame)
     }
 }
 
