@@ -120,7 +120,11 @@ fn premultiplied_and_unpremultiplied_plates_agree() {
     let alpha = a.alpha.as_ref().expect("alpha");
     for (plane, straight) in a.colours.iter().zip(&b.colours) {
         for ((colour, straight), alpha) in plane.iter().zip(straight).zip(alpha) {
-            assert!((colour - straight * alpha).abs() < 1e-5);
+            if *alpha > 0.0 {
+                assert!((colour - straight * alpha).abs() < 1e-5);
+            } else {
+                assert_eq!(*straight, 0.0, "no colour where nothing covers the pixel");
+            }
         }
     }
 }
