@@ -84,7 +84,7 @@ fn failed_frames_do_not_stop_others_and_are_listed_at_the_end() {
     let lines: Vec<_> = end.trim().lines().map(str::trim).collect();
     assert_eq!(lines.len(), 2, "{end}");
     assert!(lines[0].starts_with("frame 2: ") && lines[0].contains("plate.0002.exr"));
-    assert!(lines[1].starts_with("frame 4: ") && lines[1].contains("channel Y holds 1 NaN"));
+    assert!(lines[1].starts_with("frame 4: ") && lines[1].contains("column 3, row 1 is NaN"));
     for frame in [1, 3, 5] {
         assert!(!out(folder, frame).is_empty());
     }

@@ -87,7 +87,8 @@ mod tests {
         );
         for (column, row) in [(0, 0), (1, 0), (0, 1)] {
             let (left, top) = (GAP_PX + column * step.0, GAP_PX + row * step.1);
-            let lettered = (0..GLYPH_PX).any(|x| *sheet.get_pixel(left + x, top + 1) == TEXT);
+            let mut glyph = (0..GLYPH_PX).flat_map(|y| (0..GLYPH_PX).map(move |x| (x, y)));
+            let lettered = glyph.any(|(x, y)| *sheet.get_pixel(left + x, top + y) == TEXT);
             assert!(lettered, "panel ({column}, {row})");
             assert_eq!(*sheet.get_pixel(left, top + LABEL_PX), Rgb([255, 0, 0]));
         }

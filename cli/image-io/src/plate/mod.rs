@@ -76,10 +76,16 @@ pub struct NonFiniteSamples {
 impl fmt::Display for NonFiniteSamples {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (column, row) = self.first;
+        let (channel, count) = (&self.channel, self.count);
+        if count == 1 {
+            return write!(
+                f,
+                "channel {channel}: the sample at column {column}, row {row} is NaN or infinite"
+            );
+        }
         write!(
             f,
-            "channel {} has {} NaN or infinite samples, the first at column {column}, row {row}",
-            self.channel, self.count
+            "channel {channel}: {count} samples are NaN or infinite, the first at column {column}, row {row}"
         )
     }
 }
