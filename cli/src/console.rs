@@ -1,72 +1,77 @@
-//! Where a command's words go: results to stdout, everything else to stderr.
+//! Output of a command: results on stdout, notes and errors on stderr.
 
 use std::io::Write;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressDrawTarget, ProgressStyle};
 
-/// The two streams of a command, so that tests can read them.
+/// The two output streams of a command; tests replace them by buffers.
 pub struct Console<'a> {
-    /// Results.
+    /// Stream of results.
     pub stdout: &'a mut dyn Write,
-    /// Warnings and errors.
+    /// Stream of notes and errors.
     pub stderr: &'a mut dyn Write,
-    /// Whether stderr is a terminal, where a progress bar helps.
+    /// Whether to draw progress bars, which only a terminal shows correctly.
     pub show_progress: bool,
 }
 
 impl Console<'_> {
-    /// Writes a line of results. A closed pipe (`seidel ... | head`) is no error.
-    pub fn say(&mut self, line: impl AsRef<str>) {
+    /// Prints a line of results. A closed pipe (`seidel ... | head`) is not an error.
+    pub fn print(&mut self, line: impl AsRef<str>) {
         let _ = writeln!(self.stdout, "{}", line.as_ref());
     }
 
-    /// Writes a remark for the user to stderr.
-    pub fn remark(&mut self, line: impl AsRef<str>) {
+    /// Prints a note for the user on stderr.
+    pub fn note(&mut self, line: impl AsRef<str>) {
         let _ = writeln!(self.stderr, "note: {}", line.as_ref());
     }
 
-    /// A progress bar over shares 0..1 of `what`; silent where nobody watches.
-    pub fn progress(&self, what: &str) -> Progress {
+    /// Returns a progress bar labelled `label`; it is invisible unless [`Console::show_progress`] is set.
+    pub fn progress_bar(&self, label: &str) -> ProgressBar {
         let target = if self.show_progress {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
         };
-        let bar = ProgressBar::with_draw_target(Some(PROGRESS_STEPS), target);
+        let bar = indicatif::ProgressBar::with_draw_target(Some(PROGRESS_STEPS), target);
         if let Ok(style) =
             ProgressStyle::with_template("{msg} [{bar:30}] {percent:>3} %, {eta} left")
         {
             bar.set_style(style);
         }
-        bar.set_message(what.to_owned());
-        Progress(bar)
+        bar.set_message(label.to_owned());
+        ProgressBar(bar)
     }
 }
 
+/// Resolution of progress bars.
 const PROGRESS_STEPS: u64 = 1000;
 
-/// A progress bar; it vanishes when dropped.
-pub struct Progress(ProgressBar);
+/// A progress bar, cleared when dropped.
+pub struct ProgressBar(indicatif::ProgressBar);
 
-impl Progress {
-    /// Shows that `share` (0..1) of the work is done.
-    pub fn set(&self, share: f64) {
-        self.0
-            .set_position((share.clamp(0.0, 1.0) * PROGRESS_STEPS as f64) as u64);
+impl ProgressBar {
+    /// Shows that `share` (0 to 1) of the work is done. Always returns true: as a progress callback it never cancels.
+    pub fn show(&self, share: f64) -> bool {
+        let position = (share.clamp(0.0, 1.0) * PROGRESS_STEPS as f64) as u64;
+        // Threads report out of order; the bar does not go back.
+        if position > self.0.position() {
+            self.0.set_position(position);
+        }
+        true
     }
 
-    /// Takes the bar away.
+    /// Clears the bar.
     pub fn clear(&self) {
         self.0.finish_and_clear();
     }
 
-    /// Does `speak` with the bar out of the way, so that words and bar do not mix.
-    pub fn hidden<T>(&self, speak: impl FnOnce() -> T) -> T {
-        self.0.suspend(speak)
+    /// Calls `print` with the bar cleared, so that lines and bar do not mix.
+    pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.0.suspend(print)
     }
 }
 
-impl Drop for Progress {
+impl Drop for ProgressBar {
     fn drop(&mut self) {
         self.clear();
     }

@@ -1,4 +1,4 @@
-//! The `seidel` command as a library: one module a command, pictures and reports.
+//! The `seidel` command as a library: one module per command, pictures and reports.
 //!
 //! Data flow one way: a command reads through `seidel_image_io`, calls `seidel_core`, and writes through
 //! `seidel_image_io`. Nothing else opens a file.
@@ -10,21 +10,21 @@ pub mod demo;
 pub mod pictures;
 pub mod report;
 
-pub use console::{Console, Progress};
+pub use console::{Console, ProgressBar};
 
 use clap::Parser;
 use std::ffi::OsString;
 
-/// Runs the command line `args` (program name first). Returns the exit status: 0 done, 1 the work
-/// failed, 2 the command line was wrong.
+/// Runs the command line `args` (program name first). Returns the exit status: 0 for success, 1 for failure, 2 for an
+/// invalid command line.
 pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u8 {
-    let words: Vec<OsString> = args.into_iter().collect();
-    let cli = match commands::Cli::try_parse_from(&words) {
+    let command_line: Vec<OsString> = args.into_iter().collect();
+    let cli = match commands::Cli::try_parse_from(&command_line) {
         Ok(cli) => cli,
-        Err(problem) => {
-            // Help and version come this way too, with exit status 0.
-            let text = problem.render().to_string();
-            let status = problem.exit_code();
+        Err(error) => {
+            // Help and version arrive here too, with exit status 0.
+            let text = error.render().to_string();
+            let status = error.exit_code();
             let stream = if status == 0 {
                 &mut *console.stdout
             } else {
@@ -34,15 +34,12 @@ pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u
             return u8::try_from(status).unwrap_or(2);
         }
     };
-    match cli.command.run(&words, console) {
-        Ok(()) => 0,
-        Err(commands::CommandError::Usage(problem)) => {
-            let _ = writeln!(console.stderr, "error: {problem}");
-            2
-        }
-        Err(problem) => {
-            let _ = writeln!(console.stderr, "error: {problem}");
-            1
-        }
+    let Err(error) = cli.command.run(&command_line, console) else {
+        return 0;
+    };
+    let _ = writeln!(console.stderr, "error: {error}");
+    match error {
+        commands::CommandError::Usage(_) => 2,
+        _ => 1,
     }
 }

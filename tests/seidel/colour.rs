@@ -88,7 +88,7 @@ fn a_log_plate_is_blurred_as_light() {
         assert!(off(folder, "log.exr", "light.exr") > 0.1, "{space}");
         let line = format!("apply @log.exr -o @blurred.exr {LENS} {OWN} --in-space {space}");
         let message = succeeds(folder, &line).stderr;
-        for part in ["--in-space", "worked on in `ACEScg`", "Seidel's own config"] {
+        for part in ["--in-space", "processed in `ACEScg`", "Seidel's own config"] {
             assert!(message.contains(part), "{part} in {message}");
         }
         let line = format!(
@@ -175,7 +175,7 @@ fn the_space_may_come_from_the_plate() {
     );
     let message = succeeds(folder, &format!("apply @tagged.exr -o @found.exr {auto}")).stderr;
     assert!(
-        message.contains("`no such space` is no space of the config"),
+        message.contains("`no such space` is not a space of the config"),
         "{message}"
     );
 }
@@ -269,7 +269,7 @@ fn conversion_between_formats_converts_colour() {
     for name in ["log.png", "log.dpx"] {
         let message = apply(&format!("@{name} -o @light2.exr"), "--in-space logc4");
         assert!(
-            message.contains("written in `ACEScg` (OUT holds light)"),
+            message.contains("written in `ACEScg` (OUT is scene-linear)"),
             "{message}"
         );
         let space = tagged(&folder.join("light2.exr"), "oiio:ColorSpace");
@@ -304,7 +304,7 @@ fn conversion_between_formats_converts_colour() {
     }
     let message = apply("@log.exr -o @light.hdr", "--in-space logc4");
     assert!(
-        message.contains("written in `ACEScg` (OUT holds light)"),
+        message.contains("written in `ACEScg` (OUT is scene-linear)"),
         "{message}"
     );
     // Light becomes sRGB codes in integers, by a file rule of the config or else by name, and stays light in float TIFF.
@@ -336,7 +336,7 @@ fn conversion_between_formats_converts_colour() {
     must_refuse(
         folder,
         &line,
-        &["b.png", "light of `Light` in integers", "--out-space"],
+        &["b.png", "scene-linear `Light`", "--out-space"],
     );
 }
 
@@ -428,7 +428,7 @@ fn non_finite_numbers_are_reported() {
     must_refuse(
         folder,
         &format!("apply @far.exr -o @o.exr {ways}"),
-        &["of no finite light", "--in-space"],
+        &["no finite scene-linear value", "--in-space"],
     );
 }
 

@@ -44,7 +44,7 @@ fn the_true_lens_is_recovered() {
     let folder = folder.path();
     let planted = write_pupil_set(folder);
     let text = succeeds(folder, "fit @set -o @fitted.json").stdout;
-    for part in ["alpha", "infinity", "kept aside: ", " dB", "wrote"] {
+    for part in ["alpha", "infinity", "held out: ", " dB", "wrote"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     let fitted = profile(&folder.join("fitted.json"));
@@ -62,7 +62,7 @@ fn the_true_lens_is_recovered() {
             assert!((t - f).abs() < 0.01, "{v}: {t} {f}");
         }
     }
-    let held_out = fitted.held_out.expect("PSFs were kept aside");
+    let held_out = fitted.held_out.expect("PSFs were held out");
     assert!(held_out.tiles >= 8 && held_out.groups.len() == 2);
     assert!(held_out.snr_db > 50.0, "{}", held_out.snr_db);
 

@@ -431,7 +431,11 @@ fn a_plate_gets_the_blur_of_another_lens() {
     succeeds(folder, &line);
     let line = format!("relens @plate.exr -o @got.exr --from @from.json --to @lens.json {sight}");
     let outcome = succeeds(folder, &line);
-    assert!(outcome.stderr.contains("noise, told"), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("noise, estimated"),
+        "{}",
+        outcome.stderr
+    );
     for channel in COLOURS {
         let of = |name: &str| read_channel(&folder.join(name), channel);
         let want = of("want.exr");

@@ -44,7 +44,7 @@ fn self_test() {
         library: LIBRARY.map(str::to_owned).to_vec(),
         withhold: false,
     };
-    let test = self_test::run(&plan, &|_| ());
+    let test = self_test::run(&plan, &seidel_core::no_progress);
     // One effect three times, two effects, an unknown cause, nothing.
     let outcomes: Vec<String> = test
         .cases

@@ -1,4 +1,4 @@
-//! `seidel apply`: blur a plate with a lens, pixel by pixel of field, channel and depth.
+//! `seidel apply`: blurs a plate with a lens, by field position, channel and depth.
 
 mod frame;
 mod occlusion;
@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use seidel_core::{Edges, Quality, Settings};
 
-use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, ReaderOptions, RunArgs};
+use super::plates::{Files, PlateCommandArgs, PlateReader, SettingsRecord, setting};
+use super::{CommandError, value_name};
 use crate::Console;
 use frame::Job;
 use occlusion::OcclusionArgs;
@@ -20,54 +20,39 @@ use occlusion::OcclusionArgs;
 /// Options of `seidel apply`.
 #[derive(Debug, Args)]
 pub struct ApplyArgs {
-    /// The plate: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; may hold a frame pattern such as plate.%04d.exr
-    #[arg(value_name = "IN")]
-    input: String,
-    /// Where to write the blurred plate: EXR, PNG, TIFF, DPX or HDR by its extension. In the format of IN all else that
-    /// the file holds is kept. Else EXR gets scene-linear, premultiplied colour: half of 8- and 10-bit and half-float
-    /// samples, float of others; PNG the 8 bits of IN or 16; TIFF the 8 or 16 bits of IN or float; DPX 10 bits, or the
-    /// 12 or 16 of IN, or 16 with alpha or without colour; HDR its shared exponents. Integers are sRGB-encoded unless
-    /// --encoding says otherwise. What OUT cannot hold is told
-    #[arg(short, long, value_name = "OUT")]
-    output: String,
-    /// The lens profile
-    #[arg(long)]
+    /// Lens profile
+    #[arg(long, display_order = 1)]
     lens: PathBuf,
     #[command(flatten)]
-    depth: DepthArgs,
+    shared: PlateCommandArgs,
     #[command(flatten)]
     occlusion: OcclusionArgs,
-    #[command(flatten)]
-    plate: PlateArgs,
-    #[command(flatten)]
-    lens_options: LensArgs,
     /// Light beyond the edges of the plate
     #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
     edges: EdgeChoice,
-    /// How near to the exact renderer's result: draft (45 dB), final (60 dB, 75 dB where no blur is above 6 px; 50 dB
-    /// for lenses drawn ray by ray) or exact
+    /// Accuracy of the render, as PSNR against the exact renderer
     #[arg(long, value_enum, default_value_t = QualityChoice::Final)]
     quality: QualityChoice,
-    /// What `seidel remove --residual` wrote beside the plate IN: it is added where IN is as it was, so that the plate
-    /// that it came from comes back there, and OUT has that plate's pixels only. May hold a frame pattern
+    /// Residual that `seidel remove --residual` wrote beside IN, or a frame pattern
+    ///
+    /// It is added where IN was not changed, which restores the original plate there. OUT has the pixels of that plate.
     #[arg(long, value_name = "FILE")]
     residual: Option<String>,
-    #[command(flatten)]
-    run: RunArgs,
-    /// Say of each frame how it was rendered, and how near that is to the exact renderer: measured at 64 pixels
-    /// spread over the plate, as PSNR in dB of the plate's peak. Takes longer
+    /// Report the method and the accuracy of every render; takes longer
+    ///
+    /// Accuracy is the PSNR in dB of the plate's peak against the exact renderer, at 64 pixels spread over the plate.
     #[arg(long)]
     verbose: bool,
 }
 
-/// Accuracy of the render.
+/// The accuracy of the render.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum QualityChoice {
-    /// For looking: 45 dB
+    /// For previews: 45 dB
     Draft,
-    /// For delivery: 60 dB
+    /// For delivery: 60 dB, 75 dB where no blur is above 6 px, 50 dB for lenses modelled ray by ray
     Final,
-    /// Every source pixel with its own kernel: slow
+    /// A kernel of its own for every source pixel: slow
     Exact,
 }
 
@@ -81,29 +66,15 @@ impl From<QualityChoice> for Quality {
     }
 }
 
-/// Light beyond the edges.
+/// The light beyond the edges of the plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EdgeChoice {
     /// The mirrored plate: no light is lost
     Mirror,
-    /// Nothing: light that leaves is lost
+    /// Black: light that leaves the plate is lost
     Black,
-    /// The pixel nearest to it on the plate, with its depth and blur
+    /// The nearest pixel of the plate, with its depth and blur
     Extend,
-}
-
-impl ApplyArgs {
-    /// The settings beside those of the lens by name, as in `default_rendering_record`.
-    fn record(&self) -> [(String, String); 3] {
-        let name = |value: Option<clap::builder::PossibleValue>| {
-            value.map_or_else(String::new, |value| value.get_name().to_owned())
-        };
-        [
-            ("quality".to_owned(), name(self.quality.to_possible_value())),
-            ("edges".to_owned(), name(self.edges.to_possible_value())),
-            ("occlusion".to_owned(), self.occlusion.record()),
-        ]
-    }
 }
 
 impl From<EdgeChoice> for Edges {
@@ -116,42 +87,55 @@ impl From<EdgeChoice> for Edges {
     }
 }
 
+impl ApplyArgs {
+    /// Returns the settings of the render by name, without those of lens and plate.
+    fn record(&self) -> SettingsRecord {
+        rendering_record(self.quality, self.edges, &self.occlusion.record())
+    }
+}
+
+fn rendering_record(quality: QualityChoice, edges: EdgeChoice, occlusion: &str) -> SettingsRecord {
+    vec![
+        setting("quality", value_name(quality)),
+        setting("edges", value_name(edges)),
+        setting("occlusion", occlusion),
+    ]
+}
+
+/// Returns the settings of a render by name with all options of `apply` at their defaults, without those of lens and
+/// plate.
+pub(super) fn default_rendering_record() -> SettingsRecord {
+    rendering_record(QualityChoice::Final, EdgeChoice::Mirror, "on")
+}
+
 pub(super) fn run(
     args: &ApplyArgs,
-    words: &[OsString],
+    command_line: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
-    args.plate.check_output(&args.output)?;
     let mut settings = Settings::default();
     settings.quality = args.quality.into();
     settings.edges = args.edges.into();
     settings.occlusion = args.occlusion.settings();
-    let options = ReaderOptions {
-        lens: &args.lens_options,
-        depth: &args.depth,
-        plate: &args.plate,
-        output: &args.output,
-    };
-    let reader = PlateReader::open(&args.lens, &options, settings, console)?;
-    let holdout = args.occlusion.source()?;
+    let reader = PlateReader::open(&args.lens, &args.shared, settings, console)?;
+    let holdout = args.occlusion.holdout()?;
     let files = Files {
-        input: &args.input,
-        output: &args.output,
+        input: &args.shared.input,
+        output: &args.shared.output,
         read: (reader.depth_pattern().into_iter())
             .chain(holdout.file_patterns())
             .chain(args.residual.as_deref())
             .collect(),
         written: Vec::new(),
+        lenses: vec![("Lens", &args.lens)],
     };
-    let frames = args.run.frames(&files, &[&args.lens], console)?;
-    reader.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
-    let made = (words, &[("Lens", args.lens.as_path())][..]);
-    let run = args.run.begin("blurring", frames, made, console)?;
+    let run = (args.shared.run).begin("blurring", &files, command_line, console)?;
+    reader.check_animation(&run)?;
     let job = Job {
         args,
         reader: &reader,
         holdout: &holdout,
         run: &run,
     };
-    run.through(&job, console)
+    run.process(&job, console)
 }

@@ -12,11 +12,11 @@ use seidel_image_io::json::{TEXT_LIMIT_BYTES, read_text};
 /// Options that select observations.
 #[derive(Debug, Args)]
 pub(super) struct ChoiceArgs {
-    /// Use only the observations listed in this text file, one per line, such as psf/0003.exr; empty
-    /// lines and lines that start with # are ignored
+    /// Text file with the observations to use, one per line, such as psf/0003.exr; empty lines and lines that start with #
+    /// are ignored
     #[arg(long, value_name = "FILE")]
     only: Option<PathBuf>,
-    /// Leave out the observations listed in this text file, in the same format
+    /// Text file with the observations to leave out, in the same format
     #[arg(long, value_name = "FILE")]
     except: Option<PathBuf>,
 }
@@ -48,7 +48,7 @@ impl ChoiceArgs {
         Ok(())
     }
 
-    /// Describes the selection for the provenance; empty if there is none.
+    /// Returns a description of the selection for the provenance; empty without a selection.
     pub(super) fn describe(&self) -> String {
         let part = |word: &str, path: &Option<PathBuf>| {
             path.as_deref().map_or(String::new(), |p| {

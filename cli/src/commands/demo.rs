@@ -1,4 +1,4 @@
-//! `seidel demo`: fits a lens and blurs a plate, on data that the program makes itself.
+//! `seidel demo`: fits a lens and blurs a plate, on synthetic data.
 
 use std::path::PathBuf;
 
@@ -8,13 +8,13 @@ use seidel_core::field::FieldPoint;
 use seidel_core::optics::BlurField;
 use seidel_core::predict::Predictor;
 use seidel_core::{Depth, DepthPass, Image, Lens, ObservationSet, Plate, Settings, apply};
-use seidel_image_io::atomic::{write_atomically, write_folder_atomically};
+use seidel_image_io::atomic::write_folder_atomically;
 use seidel_image_io::exr::{NewChannel, write_channels};
 use seidel_image_io::observation_set;
 use seidel_image_io::png::write_rgb8;
 use seidel_image_io::windows::ImageWindows;
 
-use super::CommandError;
+use super::{CommandError, write_text};
 use crate::Console;
 use crate::demo::lens::lens as built_in_lens;
 use crate::demo::observations::measured;
@@ -38,7 +38,7 @@ pub struct DemoArgs {
 const OUTPUTS: [(&str, &str); 6] = [
     (
         "measured/",
-        "PSFs of a lens with noise, as if photographed: over the frame at four distances",
+        "noisy PSFs of a lens, as if photographed: over the frame at four distances",
     ),
     ("lens.json", "the lens profile fitted to them"),
     (
@@ -70,9 +70,7 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
     let before_after = compare(&plate, &blurred)?;
     write_folder_atomically(&args.folder, |folder| {
         observation_set::write(&set, &folder.join("measured"))?;
-        write_atomically(&folder.join("lens.json"), |out| {
-            std::io::Write::write_all(out, lens.to_json().as_bytes())
-        })?;
+        write_text(&folder.join("lens.json"), &lens.to_json())?;
         write_rgb8(&folder.join("sheet.png"), &sheet)?;
         for (name, rgb) in [("plate.exr", &plate.rgb), ("blurred.exr", &blurred)] {
             let planes = rgb.iter().chain([&plate.depth_m]);
@@ -92,16 +90,16 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
     })?;
     for (name, description) in OUTPUTS {
         let path = args.folder.join(name);
-        console.say(format!("{:<32} {description}", path.display()));
+        console.print(format!("{:<32} {description}", path.display()));
     }
-    console.say(format!(
+    console.print(format!(
         "Fitted {} PSFs in {} channels; predicted PSF sizes are within {:.2} px of the true lens.",
         set.observations.len(),
         set.channels.len(),
         worst_size_error_px(&Predictor::new(&built_in)?, lens.predictor(), &set)?
     ));
-    console.say("To blur a plate of your own:");
-    console.say(format!(
+    console.print("To blur a plate of your own:");
+    console.print(format!(
         "  seidel apply --lens {} plate.exr -o blurred.exr",
         args.folder.join("lens.json").display()
     ));
@@ -113,15 +111,12 @@ fn blur(scene: &Scene, lens: &Lens, console: &Console) -> Result<[Vec<f32>; 3], 
     let names = ["R", "G", "B"].map(str::to_owned).to_vec();
     let image = Image::new(scene.width, scene.height, names, scene.rgb.to_vec())?;
     let depth = Depth::Pass(DepthPass::metres(scene.depth_m.clone()));
-    let bar = console.progress("blurring the plate");
+    let bar = console.progress_bar("blurring the plate");
     let blurred = apply(
         lens,
         &Plate::new(image).with_depth(depth),
         &Settings::default(),
-        &|share| {
-            bar.set(share);
-            true
-        },
+        &|share| bar.show(share),
     )?;
     let colours = blurred.colours.try_into();
     Ok(colours.expect("an image keeps its number of channels"))

@@ -1,4 +1,4 @@
-//! `seidel diagnose`: the effect that a lens lacks, and how far the gap closes once it is added.
+//! `seidel diagnose`: finds the effects that a lens lacks against measured PSFs, and how far adding them closes the gap.
 
 mod output;
 mod pair;
@@ -13,7 +13,7 @@ use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
 
-use super::{CommandError, short_name};
+use super::{CommandError, short_name, thread_pool};
 use crate::Console;
 use crate::report::{self, Subject};
 use output::OutputFolder;
@@ -26,27 +26,26 @@ use self_test::SelfTestArgs;
 /// Options of `seidel diagnose`.
 #[derive(Debug, Args)]
 pub struct DiagnoseArgs {
-    /// The lens profile, one modelled ray by ray (fit --model reduced or extended)
+    /// Lens profile, modelled ray by ray (fit --model reduced or extended)
     #[arg(long, required_unless_present_any = ["schema", "self_test"])]
     lens: Option<PathBuf>,
-    /// The observation set to compare it with
+    /// Observation set to compare the lens with
     #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference", "self_test"], conflicts_with = "reference")]
     observations: Option<PathBuf>,
     #[command(flatten)]
     pair: PairArgs,
     #[command(flatten)]
     self_test: SelfTestArgs,
-    /// Folder for report.json, report.html and corrected.json; PSFs estimated from a picture pair go to
-    /// its subfolder psf
+    /// Folder for report.json, report.html and corrected.json, and for PSFs estimated from a picture pair (psf)
     #[arg(long, value_name = "DIR", required_unless_present_any = ["schema", "self_test"])]
     out: Option<PathBuf>,
-    /// Try only these effects, by identifier; all if left out
+    /// Identifiers of the effects to try; all if omitted
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     only: Vec<String>,
-    /// Try effects one at a time and not in pairs: faster
+    /// Try no pairs of effects: faster
     #[arg(long)]
     no_pairs: bool,
-    /// Number of threads; all cores if left out
+    /// Number of threads; all cores if omitted
     #[arg(long)]
     threads: Option<usize>,
     /// Print report.json (self-test.json with --self-test) instead of a summary
@@ -59,16 +58,13 @@ pub struct DiagnoseArgs {
 
 pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), CommandError> {
     if args.schema {
-        console.say(report::schema());
+        console.print(report::schema());
         return Ok(());
     }
     for id in &args.only {
         effects::by_id(id)?;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| CommandError::Usage(format!("--threads: {e}")))?;
+    let pool = thread_pool(args.threads)?;
     if let Some(count) = args.self_test.count() {
         return self_test::run_command(args, count, &pool, console);
     }
@@ -94,12 +90,12 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     let estimated = estimates.then_some(&source.set);
     output.write(&diagnosis, &subject, &json, estimated)?;
     if args.json {
-        console.say(json.trim_end());
+        console.print(json.trim_end());
     } else {
         print_summary(&diagnosis, out, console);
     }
     for remark in &diagnosis.remarks {
-        console.remark(remark);
+        console.note(remark);
     }
     Ok(())
 }
@@ -166,12 +162,8 @@ impl DiagnoseArgs {
             library: self.only.clone(),
             pairs: !self.no_pairs,
         };
-        let bar = console.progress("diagnosing");
-        let progress = |share| {
-            bar.set(share);
-            true
-        };
-        pool.install(|| diagnose(lens, set, &settings, &progress))
+        let bar = console.progress_bar("diagnosing");
+        pool.install(|| diagnose(lens, set, &settings, &|share| bar.show(share)))
     }
 }
 
@@ -208,16 +200,16 @@ fn check_channels(lens: &LensProfile, set: &ObservationSet, path: &Path) -> Resu
     ))
 }
 
-/// Prints the diagnosis in five lines.
+/// Prints the main results, one per line.
 fn print_summary(diagnosis: &Diagnosis, out: &Path, console: &mut Console) {
     let gap = &diagnosis.gap;
     let added = match diagnosis.added.as_slice() {
         [] => "nothing".to_owned(),
         ids => ids.join(", "),
     };
-    console.say(format!("verdict: {}", diagnosis.verdict.id()));
-    console.say(format!("added: {added}"));
-    console.say(format!(
+    console.print(format!("verdict: {}", diagnosis.verdict.id()));
+    console.print(format!("added: {added}"));
+    console.print(format!(
         "gap: {:.4} before, {:.4} after, {:.4} noise floor; closed {:.1} % (95 % interval {:.1} to {:.1} %)",
         gap.before,
         gap.after,
@@ -226,8 +218,8 @@ fn print_summary(diagnosis: &Diagnosis, out: &Path, console: &mut Console) {
         100.0 * gap.closed_ci95[0],
         100.0 * gap.closed_ci95[1]
     ));
-    console.say(format!("next capture: {}", diagnosis.next_capture));
-    console.say(format!(
+    console.print(format!("next capture: {}", diagnosis.next_capture));
+    console.print(format!(
         "wrote {} ({})",
         out.display(),
         output::FILES.join(", ")

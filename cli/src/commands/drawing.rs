@@ -17,32 +17,31 @@ use seidel_image_io::lens_profile;
 pub(super) struct DrawingArgs {
     #[arg(long, value_name = "MODEL", help = model_help())]
     psf: Option<String>,
-    /// Focus the lens at this distance, in metres, or `inf`; as measured if left out. Focus, f-number
-    /// and sensor shift need a lens fitted with --model reduced
+    /// Focus distance, metres or `inf`; as measured if omitted
+    ///
+    /// Focus distance, f-number and sensor shift need a lens fitted with --model reduced or extended.
     #[arg(long, visible_alias = "focus-plane", value_name = "METRES", value_parser = parse_distance)]
     pub(super) focus_distance: Option<ObjectDistance>,
-    /// Stop the lens down to this f-number; as measured if left out
+    /// F-number to stop the lens down to; as measured if omitted
     #[arg(long, value_name = "N")]
     pub(super) f_number: Option<f64>,
-    /// Move the sensor away from the lens by this many micrometres; negative towards it
+    /// Shift of the sensor away from the lens, micrometres; negative towards it
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     pub(super) sensor_shift_um: Option<f64>,
 }
 
+/// Returns the help of `--psf`, which lists the models.
 fn model_help() -> String {
     let names: Vec<_> = psf::ALL.iter().map(|model| model.id()).collect();
     format!(
-        "PSF model: {}; what suits the lens best if left out",
+        "PSF model: {}; the best for the lens if omitted",
         names.join(", ")
     )
 }
 
-/// A lens and the PSF model that draws it.
-#[derive(Clone)]
+/// A lens with its controls set, and the PSF model that draws it.
 pub(super) struct Drawing {
-    /// The lens, its controls set.
     pub(super) lens: Lens,
-    /// The model.
     pub(super) model: &'static dyn PsfModel,
 }
 
@@ -52,7 +51,7 @@ impl DrawingArgs {
         let mut warnings = Vec::new();
         let drawing = self.set(&lens_profile::read(path)?, path, &mut warnings)?;
         for warning in warnings {
-            console.remark(warning);
+            console.note(warning);
         }
         Ok(drawing)
     }
@@ -64,7 +63,7 @@ impl DrawingArgs {
         path: &Path,
         warnings: &mut Vec<String>,
     ) -> Result<Drawing, CommandError> {
-        let named = self.psf.as_deref().map(psf::by_id).transpose()?;
+        let requested = self.psf.as_deref().map(psf::by_id).transpose()?;
         let controls = Controls {
             focus_distance: self.focus_distance,
             f_number: self.f_number,
@@ -74,7 +73,7 @@ impl DrawingArgs {
         let profile = measured.with_controls(&controls).map_err(in_file)?;
         warnings.extend(measured.control_warnings(&controls));
         let lens = Lens::new(profile).map_err(in_file)?;
-        let model = named.unwrap_or_else(|| lens.predictor().default_model());
+        let model = requested.unwrap_or_else(|| lens.predictor().default_model());
         lens.predictor().check_model(model).map_err(in_file)?;
         Ok(Drawing { lens, model })
     }

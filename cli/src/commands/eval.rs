@@ -12,10 +12,9 @@ use seidel_core::score::TestImage;
 
 use super::choice::ChoiceArgs;
 use super::picture::read_image;
-use super::{CommandError, short_name};
+use super::{CommandError, short_name, write_text};
 use crate::Console;
 use crate::pictures::shapes::shapes_picture;
-use seidel_image_io::atomic::write_atomically;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
@@ -24,17 +23,16 @@ use seidel_image_io::png::write_rgb8;
 /// Options of `seidel eval`.
 #[derive(Debug, Args)]
 pub struct EvalArgs {
-    /// The lens profile
+    /// Lens profile
     #[arg(long)]
     lens: PathBuf,
-    /// The observation set to evaluate it on
+    /// Observation set to evaluate the lens on
     #[arg(value_name = "OBS")]
     observations: PathBuf,
-    /// Test image for the forward-blur SNR (its luminance, taken as linear); a synthetic one with natural
-    /// statistics if left out
+    /// Test image for the forward-blur SNR, by its luminance; a synthetic one with natural statistics if omitted
     #[arg(long, value_name = "Z")]
     image: Option<PathBuf>,
-    /// Evaluate these channels only
+    /// Channels to evaluate; all if omitted
     #[arg(long, value_delimiter = ',')]
     channel: Vec<String>,
     #[command(flatten)]
@@ -106,7 +104,7 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
     let evaluation = evaluate(&lens, &set, &image, &settings).map_err(in_set)?;
     if let Some(path) = &args.plot {
         let svg = report::plot(&evaluation)?;
-        write_atomically(path, |out| std::io::Write::write_all(out, svg.as_bytes()))?;
+        write_text(path, &svg)?;
     }
     if let Some(path) = &args.shapes {
         let rows = shapes(&lens, &set, &image, &settings).map_err(in_set)?;
@@ -114,16 +112,16 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
         write_rgb8(path, &picture)?;
     }
     if args.json {
-        console.say(report::json(&evaluation));
+        console.print(report::json(&evaluation));
     } else {
-        console.say(report::tables(&evaluation, args.form));
+        console.print(report::tables(&evaluation, args.form));
     }
     for remark in &evaluation.remarks {
-        console.remark(remark);
+        console.note(remark);
     }
     if !args.json {
         for path in args.plot.iter().chain(&args.shapes) {
-            console.say(format!("wrote {}", path.display()));
+            console.print(format!("wrote {}", path.display()));
         }
     }
     Ok(())

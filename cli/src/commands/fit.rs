@@ -23,40 +23,38 @@ use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 /// Options of `seidel fit`.
 #[derive(Debug, Args)]
 pub struct FitArgs {
-    /// Observation sets of one camera: folders with a manifest.json; several give several object
-    /// distances, or more points
+    /// Observation sets of one camera, folders with a manifest.json: one or more, for further object distances or points
     #[arg(required = true, value_name = "OBS")]
     observations: Vec<PathBuf>,
-    /// Where to write the lens profile
+    /// Lens profile to write
     #[arg(short, long, value_name = "LENS")]
     output: PathBuf,
-    /// What to describe the lens by; if left out `reduced`, and `extended` where PSFs kept aside show that
-    /// third order falls short
+    /// Lens model; if omitted `reduced`, or `extended` where held-out PSFs show that third order is not enough
     #[arg(long, value_enum)]
     model: Option<Model>,
-    /// Where the optical axis is: `free` to find it, or X,Y in frame pixels; as the set says if left out
+    /// Position of the optical axis: X,Y in frame pixels, or `free` to estimate it; from the set if omitted
     #[arg(long, value_name = "free|X,Y", value_parser = parse_axis)]
     axis: Option<AxisChoice>,
-    /// Let every moment count alike and reject nothing, as in the paper (--model moments)
+    /// Weight all moments equally and reject nothing, as in the paper (--model moments)
     #[arg(long)]
     unweighted: bool,
-    /// Let all pixels of a tile take part, even those that hold noise alone
+    /// Use all pixels of a tile, even those that contain only noise
     #[arg(long)]
     all_pixels: bool,
-    /// Fit all PSFs and keep none aside to tell how good the lens is (reduced, extended)
+    /// Fit all PSFs and hold none out to score the lens (reduced, extended)
     #[arg(long)]
     use_all: bool,
-    /// Describe the lens by smooth laws over distance alone, without what they leave at each measured
-    /// one (reduced, extended)
+    /// Describe the lens by smooth functions of distance alone, without their residuals at the measured distances
+    /// (reduced, extended)
     #[arg(long)]
     law_only: bool,
-    /// Picture through which PSFs kept aside are compared (its luminance, taken as linear); one with
-    /// natural statistics is made if left out (reduced, extended)
+    /// Test image on which held-out PSFs are scored, by its luminance; a synthetic one with natural statistics if omitted
+    /// (reduced, extended)
     #[arg(long, value_name = "Z")]
     image: Option<PathBuf>,
     #[command(flatten)]
     choice: ChoiceArgs,
-    /// Leave bad observations out, and say which, instead of stopping
+    /// Leave out bad observations, with a note on each, instead of stopping
     #[arg(long)]
     skip_bad: bool,
     /// Print the report as JSON
@@ -64,7 +62,7 @@ pub struct FitArgs {
     json: bool,
 }
 
-/// Lens models.
+/// A lens model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Model {
     /// Third-order aberrations, defocus and a symmetric blur, fitted to the tiles' pixels over all
@@ -89,19 +87,19 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
     args.check()?;
     let (mut sets, skipped) = args.read_sets()?;
     for line in &skipped {
-        console.remark(format!("left out {line}"));
+        console.note(format!("left out {line}"));
     }
     args.choice.restrict(&mut sets)?;
     let mut fit = fit::fit(&sets, &args.settings()?)?;
     args.write(fit.lens_mut())?;
     match &fit {
-        Fit::Moments(fit) if args.json => console.say(moments::report_json(fit, &skipped)),
+        Fit::Moments(fit) if args.json => console.print(moments::report_json(fit, &skipped)),
         Fit::Moments(fit) => moments::report_text(fit, args, console),
-        Fit::Pupil(fit) if args.json => console.say(pupil::report_json(fit, &skipped)),
+        Fit::Pupil(fit) if args.json => console.print(pupil::report_json(fit, &skipped)),
         Fit::Pupil(fit) => pupil::report_text(fit, args, console),
     }
     for warning in fit.warnings() {
-        console.remark(warning);
+        console.note(warning);
     }
     Ok(())
 }
@@ -180,9 +178,9 @@ impl FitArgs {
 }
 
 /// Prints the rejected tiles.
-fn say_rejected(rejected: &[Rejection], args: &FitArgs, console: &mut Console) {
+fn print_rejected(rejected: &[Rejection], args: &FitArgs, console: &mut Console) {
     for r in rejected {
-        console.say(format!(
+        console.print(format!(
             "rejected {} observation {} ({}) channel {}: {}",
             args.observations[r.set].display(),
             r.observation,

@@ -24,11 +24,11 @@ pub(super) fn run(args: &InfoArgs, console: &mut Console) -> Result<(), CommandE
     let described = described.collect::<Result<Vec<_>, _>>()?;
     if args.json {
         let json = serde_json::to_string_pretty(&described);
-        console.say(json.unwrap_or_default());
+        console.print(json.unwrap_or_default());
         return Ok(());
     }
     for line in described.iter().flat_map(Description::lines) {
-        console.say(line);
+        console.print(line);
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `seidel lens`: a picture of a lens profile, and the JSON schema of profiles.
+//! `seidel lens`: draws a lens profile, and prints the JSON schema of profiles.
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ pub enum LensCommand {
 /// Options of `seidel lens show`.
 #[derive(Debug, Args)]
 pub struct ShowArgs {
-    /// The lens profile
+    /// Lens profile
     lens: PathBuf,
     /// Picture to write (PNG)
     #[arg(short, long, value_name = "SHEET.png")]
@@ -35,7 +35,7 @@ pub struct ShowArgs {
 pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), CommandError> {
     match command {
         LensCommand::Schema => {
-            console.say(schema());
+            console.print(schema());
             Ok(())
         }
         LensCommand::Show(args) => show(args, console),
@@ -46,6 +46,6 @@ fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
     let Drawing { lens, model } = args.drawing.open(&args.lens, console)?;
     let sheet = lens_sheet(lens.profile(), model, &Default::default())?;
     write_rgb8(&args.output, &sheet)?;
-    console.say(format!("wrote {}", args.output.display()));
+    console.print(format!("wrote {}", args.output.display()));
     Ok(())
 }

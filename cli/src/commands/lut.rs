@@ -1,4 +1,4 @@
-//! `seidel lut`: pictures from one colour space to another, the same as a look-up table, and what spaces there are.
+//! `seidel lut`: converts pictures between colour spaces, writes look-up tables, and lists the spaces of a config.
 
 mod bake;
 mod convert;
@@ -18,11 +18,11 @@ use crate::Console;
 /// Options of `seidel lut`.
 #[derive(Debug, Args)]
 pub struct LutArgs {
-    /// The picture to convert: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; may hold a frame pattern such as
-    /// plate.%04d.exr; none to write a table
+    /// Picture to convert: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; or a frame pattern such as plate.%04d.exr; omit
+    /// it to write a table
     #[arg(value_name = "IN", requires = "output")]
     input: Option<String>,
-    /// Where to write: the picture, EXR, PNG, TIFF, DPX or HDR by its extension, or a table, .cube or .spi1d
+    /// Picture to write (EXR, PNG, TIFF, DPX or HDR), or table (.cube or .spi1d), by its extension
     #[arg(short, long, value_name = "OUT", required_unless_present = "list")]
     output: Option<String>,
     /// List the config's spaces, roles, displays and views
@@ -30,26 +30,27 @@ pub struct LutArgs {
     list: bool,
     #[command(flatten)]
     config: ConfigArgs,
-    /// Colour space to come from, by name, alias or role; of a picture auto for what its file says, else the config's
-    /// file rules
+    /// Colour space of the input: a name, alias or role of the config; for pictures also auto, for the space that the
+    /// file's metadata or the config's file rules state
     #[arg(long, value_name = "SPACE", required_unless_present = "list")]
     in_space: Option<String>,
-    /// Colour space to go to
+    /// Colour space of the output
     #[arg(long, value_name = "SPACE", required_unless_present_any = ["list", "view"])]
     out_space: Option<String>,
-    /// Go to what a display is sent for one of its views, instead of a space
+    /// Convert to the signal of a display for one of its views, instead of to a space
     #[arg(long, value_name = "DISPLAY/VIEW", conflicts_with = "out_space")]
     view: Option<String>,
-    /// Entries of a table: those of a side of a .cube, 33 if left out, or all of an .spi1d, 4096
+    /// Number of entries of a table: per side of a .cube, 2 to 129, 33 if omitted; in all of an .spi1d, 2 to 1048576,
+    /// 4096 if omitted
     #[arg(long, value_name = "N", conflicts_with = "input")]
     size: Option<usize>,
-    /// Values of a table's first and last entries
+    /// Input values of a table's first and last entries
     #[arg(long, value_name = "LOW,HIGH", default_value = "0,1", allow_hyphen_values = true, value_parser = parse_range)]
     range: (f32, f32),
-    /// EXR layer or part to convert; the root R, G, B (or Y) and A if left out
+    /// EXR layer or part to convert; the root R, G, B (or Y) and A if omitted
     #[arg(long, requires = "input")]
     layer: Option<String>,
-    /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
+    /// Replace NaN and infinite samples by zero, with a warning, instead of stopping
     #[arg(long, requires = "input")]
     scrub: bool,
     #[command(flatten)]
@@ -67,10 +68,10 @@ fn parse_range(text: &str) -> Result<(f32, f32), String> {
 }
 
 impl LutArgs {
-    /// What goes from the space called `from` to where the options say.
+    /// Returns the conversion from the space called `from` to the space or view of the options.
     fn processor(&self, config: &Config, from: &str) -> Result<Arc<Processor>, CommandError> {
         if let Some(view) = &self.view {
-            // Views may have slashes in their names, displays hardly.
+            // Names of views may contain slashes; those of displays hardly ever do.
             let (display, view) = view.split_once('/').unwrap_or((view, ""));
             return Ok(Arc::new(config.display_processor(from, display, view)?));
         }
@@ -81,16 +82,17 @@ impl LutArgs {
 
 pub(super) fn run(
     args: &LutArgs,
-    words: &[OsString],
+    command_line: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
     let config = args.config.load()?;
     if let (Some(input), Some(output)) = (&args.input, &args.output) {
-        return convert::run(args, &config, (input, output), words, console);
+        return convert::run(args, &config, input, output, command_line, console);
     }
     if args.run.has_frames() {
-        let words = "--frames are those of a picture IN, which was not given";
-        return Err(CommandError::Usage(words.to_owned()));
+        return Err(CommandError::Usage(
+            "--frames applies to pictures only: give IN, or leave it out".to_owned(),
+        ));
     }
     match &args.output {
         Some(output) => bake::run(args, &config, Path::new(output), console),

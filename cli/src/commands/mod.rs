@@ -1,4 +1,4 @@
-//! The commands, one a file; options that several share have files of their own.
+//! The commands, one per file, and the options that several commands share.
 
 mod apply;
 mod choice;
@@ -20,20 +20,24 @@ mod remove;
 pub use diagnose::self_test;
 
 use std::ffi::OsString;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
 
 use crate::Console;
+use seidel_image_io::atomic::write_atomically;
 use seidel_image_io::error::FileError;
+use seidel_image_io::samples::Encoding;
 
 /// Real lens blur, learned from measured point-spread functions.
 #[derive(Debug, Parser)]
 #[command(name = "seidel", version, about, max_term_width = 100)]
 pub struct Cli {
-    /// What to do.
+    /// The command
     #[command(subcommand)]
     pub command: Command,
 }
@@ -43,7 +47,7 @@ pub struct Cli {
 pub enum Command {
     /// Fit a lens and blur a plate on synthetic data
     Demo(demo::DemoArgs),
-    /// Learn a lens from measured point-spread functions
+    /// Fit a lens to measured point-spread functions
     Fit(fit::FitArgs),
     /// Evaluate a lens on a set of point-spread functions
     Eval(eval::EvalArgs),
@@ -54,9 +58,9 @@ pub enum Command {
     Lens(lens::LensCommand),
     /// Blur a plate with a lens
     Apply(Box<apply::ApplyArgs>),
-    /// Take a lens's blur off a plate
+    /// Remove the blur of a lens from a plate
     Remove(Box<remove::RemoveArgs>),
-    /// Give a plate the blur of another lens than the one it was taken with
+    /// Replace the blur of the lens that a plate was taken with by that of another
     Relens(Box<relens::RelensArgs>),
     /// Describe image files and their provenance
     Info(info::InfoArgs),
@@ -67,45 +71,45 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs the command, which was called with `words`, the program's name first.
+    /// Runs the command. `command_line` goes into the provenance of outputs, program name first.
     ///
     /// # Errors
-    /// Whatever stands in its way, in one message.
-    pub fn run(self, words: &[OsString], console: &mut Console) -> Result<(), CommandError> {
+    /// The reason why the command failed, as one message.
+    pub fn run(self, command_line: &[OsString], console: &mut Console) -> Result<(), CommandError> {
         match self {
             Self::Demo(args) => demo::run(&args, console),
             Self::Fit(args) => fit::run(&args, console),
             Self::Eval(args) => eval::run(&args, console),
             Self::Psf(args) => psf::run(&args, console),
             Self::Lens(command) => lens::run(&command, console),
-            Self::Apply(args) => apply::run(&args, words, console),
-            Self::Remove(args) => remove::run(&args, words, console),
-            Self::Relens(args) => relens::run(&args, words, console),
+            Self::Apply(args) => apply::run(&args, command_line, console),
+            Self::Remove(args) => remove::run(&args, command_line, console),
+            Self::Relens(args) => relens::run(&args, command_line, console),
             Self::Info(args) => info::run(&args, console),
-            Self::Lut(args) => lut::run(&args, words, console),
+            Self::Lut(args) => lut::run(&args, command_line, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
         }
     }
 }
 
-/// Why a command did not do its work.
+/// The reason why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
-    /// Something about a file.
+    /// A fault of a file.
     #[error(transparent)]
     File(#[from] FileError),
-    /// Something about values that stand in no one file.
+    /// A fault of values that belong to no single file.
     #[error(transparent)]
     Core(#[from] seidel_core::Error),
-    /// Some frames of a sequence, by their numbers; the others were rendered.
+    /// Failed frames of a sequence; the others were rendered.
     #[error("{} of {count} frames failed:{}", failed.len(), frame_list(failed))]
     Frames {
-        /// Each with its reason.
+        /// Numbers of the frames, each with its error.
         failed: Vec<(i64, CommandError)>,
-        /// Of how many.
+        /// Number of frames in the run.
         count: usize,
     },
-    /// Options that do not go together: exit status 2.
+    /// Options that cannot be combined: exit status 2.
     #[error("{0}")]
     Usage(String),
 }
@@ -113,11 +117,11 @@ pub enum CommandError {
 fn frame_list(failed: &[(i64, CommandError)]) -> String {
     let lines = failed
         .iter()
-        .map(|(frame, why)| format!("\n  frame {frame}: {why}"));
+        .map(|(frame, error)| format!("\n  frame {frame}: {error}"));
     lines.collect()
 }
 
-/// The last component of a path, by which provenance names it.
+/// Returns the last component of a path, by which provenance names the file.
 fn short_name(path: &Path) -> String {
     let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     let folder = match full.file_name() {
@@ -133,6 +137,43 @@ fn short_name(path: &Path) -> String {
         .into_owned()
 }
 
+/// Returns the name of `value` on the command line.
+fn value_name(value: impl ValueEnum) -> String {
+    let name = value.to_possible_value();
+    name.map_or_else(String::new, |name| name.get_name().to_owned())
+}
+
+/// Writes `text` to a file, whole or not at all.
+fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
+    write_atomically(path, |out| out.write_all(text.as_bytes()))
+}
+
+/// Returns a pool of as many threads as `--threads` says, or one per core.
+fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()
+        .map_err(|e| CommandError::Usage(format!("--threads: {e}")))
+}
+
+/// The encoding of integer samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EncodingChoice {
+    /// Proportional to light
+    Linear,
+    /// The sRGB transfer function
+    Srgb,
+}
+
+impl From<EncodingChoice> for Encoding {
+    fn from(choice: EncodingChoice) -> Self {
+        match choice {
+            EncodingChoice::Linear => Self::Linear,
+            EncodingChoice::Srgb => Self::Srgb,
+        }
+    }
+}
+
 /// Parses metres, or `inf`.
 fn parse_distance(text: &str) -> Result<ObjectDistance, String> {
     let metres: f64 = text.parse().map_err(|_| "give metres, or inf".to_owned())?;
@@ -141,13 +182,10 @@ fn parse_distance(text: &str) -> Result<ObjectDistance, String> {
 
 /// Parses `X,Y` in frame pixels.
 fn parse_point(text: &str) -> Result<ImagePoint, String> {
-    let parts: Vec<&str> = text.split(',').collect();
-    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite());
-    match parts.as_slice() {
-        [x, y] => match (number(x), number(y)) {
-            (Some(x), Some(y)) => Ok(ImagePoint::new(x, y)),
-            _ => Err("give two numbers in pixels, such as 960,540".to_owned()),
-        },
-        _ => Err("give x and y in pixels, such as 960,540".to_owned()),
-    }
+    let number = |text: &str| text.trim().parse().ok().filter(|v: &f64| v.is_finite());
+    let point = text.split_once(',').and_then(|(x, y)| {
+        let (x_px, y_px) = (number(x)?, number(y)?);
+        Some(ImagePoint::new(x_px, y_px))
+    });
+    point.ok_or_else(|| "give x and y in pixels, such as 960,540".to_owned())
 }

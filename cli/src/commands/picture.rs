@@ -1,4 +1,4 @@
-//! The test image of the forward-blur SNR.
+//! Pictures read for fits, evaluations and diagnoses.
 
 use std::path::Path;
 
@@ -8,12 +8,18 @@ use super::CommandError;
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
 
+/// Rejects a picture with samples that are not finite.
+pub(super) fn check_finite(plate: &Plate) -> Result<(), FileError> {
+    plate.non_finite().first().map_or(Ok(()), |bad| {
+        let remedy = "correct the picture";
+        Err(FileError::new(plate.path(), "", bad.to_string(), remedy))
+    })
+}
+
 /// Reads the luminance of a picture, by Rec. 709 weights if it is in colour.
 pub(super) fn read_image(path: &Path) -> Result<TestImage, CommandError> {
     let plate = Plate::open(path, &PlateOptions::default())?;
-    if let Some(bad) = plate.non_finite().first() {
-        return Err(FileError::new(path, "", bad.to_string(), "correct the picture").into());
-    }
+    check_finite(&plate)?;
     let planes = plate.colour();
     let weights: &[f64] = if planes.len() == 3 {
         &[0.2126, 0.7152, 0.0722]

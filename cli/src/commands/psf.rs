@@ -14,7 +14,7 @@ use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 /// Options of `seidel psf`.
 #[derive(Debug, Args)]
 pub struct PsfArgs {
-    /// The lens profile
+    /// Lens profile
     #[arg(long)]
     lens: PathBuf,
     /// Observation set whose positions, distances, tile sizes, channels and file names to use
@@ -33,7 +33,7 @@ pub(super) fn run(args: &PsfArgs, console: &mut Console) -> Result<(), CommandEr
     let predicted = predict_set(drawing.lens.predictor(), &read.set, drawing.model)
         .map_err(|e| FileError::from_core(&args.like, e))?;
     manifest::write(&predicted, &args.out)?;
-    console.say(format!(
+    console.print(format!(
         "wrote {} ({} observations)",
         args.out.display(),
         predicted.observations.len()

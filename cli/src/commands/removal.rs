@@ -1,4 +1,4 @@
-//! The removal that `remove` and `relens` share: options, the check of the lens, and warnings.
+//! Blur removal for `remove` and `relens`: options, the check of the lens, and warnings.
 
 mod lens_check;
 
@@ -7,33 +7,38 @@ use seidel_core::render::remove::Removed;
 use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, remove_bytes};
 
 use super::CommandError;
-use super::plates::{LoadedPlate, PlateReader};
-use lens_check::{Checked, OnDoubt};
+use super::plates::{FrameFiles, LoadedPlate, PlateReader, Run};
+use lens_check::OnMismatch;
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::Plate;
 
-pub(super) use lens_check::LensCheck;
+pub(super) use lens_check::{LensCheck, Task};
 
 /// Misfit above which a warning says that the lens does not explain the plate, in standard deviations of the noise.
-const MISFIT: f64 = 1.5;
+const LARGEST_MISFIT: f64 = 1.5;
 
-/// Share of the first frame's work that the check of the lens takes.
+/// Share of a frame's progress taken by the removal. The rest is a render of the result.
+const REMOVAL_SHARE: f64 = 0.9;
+
+/// Share of the removal's progress taken by the check of the lens, in the frame where it runs.
 const CHECK_SHARE: f64 = 0.3;
 
 /// Options about noise and clipping of the plate.
 #[derive(Debug, Args)]
 pub(super) struct RemovalArgs {
-    /// Standard deviation of the plate's noise, in its linear units: one for all colours or one for each, such as
-    /// 0.004,0.003,0.006; estimated from the plate if left out
+    /// Standard deviation of the plate's noise, in linear units of the plate; estimated if omitted
+    ///
+    /// One value for all colours, or one for each, such as 0.004,0.003,0.006.
     #[arg(long, value_name = "S", value_delimiter = ',', value_parser = parse_noise, allow_hyphen_values = true)]
     noise: Vec<f64>,
-    /// Where the plate is clipped: samples of LEVEL and more, and what they land on, keep their blur; auto tells the
-    /// level from the plate, none takes all samples as they are
+    /// Level from which samples are clipped: they and the pixels that their light reaches keep their blur
+    ///
+    /// auto estimates the level from the plate; none treats no sample as clipped.
     #[arg(long, value_name = "LEVEL|auto|none", default_value = "auto", value_parser = parse_clip, allow_hyphen_values = true)]
     clip: Saturation,
-    /// The plate's first frame is asked whether it shows as much blur as the lens has; where it does not:
-    #[arg(long, value_enum, value_name = "DO", default_value_t = OnDoubt::Adjust)]
-    lens_check: OnDoubt,
+    /// Action if the first frame does not show as much blur as the lens has
+    #[arg(long, value_enum, value_name = "ACTION", default_value_t = OnMismatch::Adjust)]
+    lens_check: OnMismatch,
 }
 
 fn parse_noise(text: &str) -> Result<f64, String> {
@@ -54,9 +59,18 @@ fn parse_clip(text: &str) -> Result<Saturation, String> {
     }
 }
 
+/// The removal from the frames of a run.
+pub(super) struct Removal<'a> {
+    pub(super) args: &'a RemovalArgs,
+    /// Reader of the plates, with the lens that they were taken with.
+    pub(super) reader: &'a PlateReader<'a>,
+    pub(super) check: LensCheck,
+    pub(super) run: &'a Run,
+}
+
 impl RemovalArgs {
     /// Rejects a number of noise levels that is neither one nor that of the plate's colours.
-    pub(super) fn check(&self, plate: &Plate) -> Result<(), CommandError> {
+    fn check_noise(&self, plate: &Plate) -> Result<(), CommandError> {
         let names = plate.colour_names();
         if self.noise.len() <= 1 || self.noise.len() == names.len() {
             return Ok(());
@@ -70,7 +84,7 @@ impl RemovalArgs {
         .into())
     }
 
-    /// The settings of a removal.
+    /// Returns the settings of a removal.
     pub(super) fn settings(&self) -> RemovalSettings {
         RemovalSettings {
             noise: self.noise.clone(),
@@ -79,37 +93,9 @@ impl RemovalArgs {
         }
     }
 
-    /// Removes the blur of the lens from the plate of frame `number`, after `check` has set the lens. Adds warnings to the
-    /// plate.
-    pub(super) fn remove(
-        &self,
-        reader: &PlateReader,
-        check: &LensCheck,
-        number: Option<i64>,
-        loaded: &mut LoadedPlate,
-        noise_gain: NoiseGain,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<RemovedPlate, CommandError> {
-        let checking = |share| progress(CHECK_SHARE * share);
-        let checked = check.settle(self.lens_check, reader, number, loaded, &checking)?;
-        let done = match checked {
-            Checked::Here => CHECK_SHARE,
-            Checked::Before => 0.0,
-        };
-        let removing = |share| {
-            progress(done + (1.0 - done) * share);
-            true
-        };
-        let removed = loaded.prepared.remove(noise_gain, &removing);
-        let removed = removed.map_err(|e| loaded.in_file(e))?;
-        let warnings = self.warnings(loaded.plate.colour_names(), &removed);
-        loaded.warnings.extend(warnings);
-        Ok(removed)
-    }
-
-    /// Noise, clipping and misfit of the colours called `names`, in words.
+    /// Returns warnings about noise, clipping and misfit of the colours called `names`.
     fn warnings(&self, names: &[String], removed: &RemovedPlate) -> Vec<String> {
-        let each = |describe: &dyn Fn(&Removed) -> Option<String>| {
+        let by_colour = |describe: &dyn Fn(&Removed) -> Option<String>| {
             let colours = names.iter().zip(removed.colours());
             let described = colours
                 .filter_map(|(name, removed)| Some(format!("{name} {}", describe(removed)?)));
@@ -120,18 +106,19 @@ impl RemovalArgs {
         } else {
             "as given"
         };
-        let noise = each(&|removed| Some(format!("{:.3e}", removed.noise)));
+        let noise = by_colour(&|removed| Some(format!("{:.3e}", removed.noise)));
         let mut warnings = vec![format!("noise, {source}: {noise}")];
-        let clipped = each(&|removed| {
+        let clipped = by_colour(&|removed| {
             let (level, count) = removed.clipped.filter(|(_, count)| *count > 0)?;
             Some(format!("{count} samples from {level:.4} up"))
         });
         if !clipped.is_empty() {
             warnings.push(format!("clipped: {clipped}"));
         }
-        let misfit = each(&|removed| {
-            let misfit = misfit(removed).filter(|misfit| *misfit > MISFIT)?;
-            Some(format!("{misfit:.1}"))
+        let misfit = by_colour(&|removed| {
+            // Without noise there is nothing to compare the misfit with.
+            let is_large = removed.noise > 0.0 && removed.misfit > LARGEST_MISFIT;
+            is_large.then(|| format!("{:.1}", removed.misfit))
         });
         if !misfit.is_empty() {
             warnings.push(format!(
@@ -142,14 +129,60 @@ impl RemovalArgs {
     }
 }
 
-/// The misfit, where there is noise to compare it with.
-fn misfit(removed: &Removed) -> Option<f64> {
-    (removed.noise > 0.0).then_some(removed.misfit)
-}
+impl Removal<'_> {
+    /// Returns the files of the frame at `index`.
+    pub(super) fn frame(&self, index: usize) -> &FrameFiles {
+        &self.run.frames()[index]
+    }
 
-/// Most memory that a frame takes, bytes.
-pub(super) fn work_bytes(loaded: &LoadedPlate) -> u64 {
-    let pixels = loaded.plate.width() as u64 * loaded.plate.height() as u64;
-    // The file before and after.
-    2 * loaded.plate.memory_bytes() + remove_bytes(pixels, loaded.prepared.planes().len() as u64)
+    /// Reads the plate of the frame at `index`.
+    pub(super) fn read(&self, index: usize) -> Result<LoadedPlate, CommandError> {
+        let loaded = self.reader.read(self.frame(index), index)?;
+        self.args.check_noise(&loaded.plate)?;
+        Ok(loaded)
+    }
+
+    /// Returns an upper bound of the memory that a frame takes, bytes.
+    pub(super) fn memory_bytes(&self, loaded: &LoadedPlate) -> u64 {
+        let pixels = loaded.plate.width() as u64 * loaded.plate.height() as u64;
+        let planes = loaded.prepared.planes().len() as u64;
+        // The file before and after.
+        2 * loaded.plate.memory_bytes() + remove_bytes(pixels, planes)
+    }
+
+    /// Removes the blur of the lens from the plate of the frame at `index`, after the check of the lens. Adds warnings to
+    /// the plate.
+    pub(super) fn remove(
+        &self,
+        index: usize,
+        loaded: &mut LoadedPlate,
+        noise_gain: NoiseGain,
+    ) -> Result<RemovedPlate, CommandError> {
+        let progress = |share| self.run.show_progress(index, REMOVAL_SHARE * share);
+        let done = if self.check.is_due(self.args.lens_check) {
+            CHECK_SHARE
+        } else {
+            0.0
+        };
+        let number = self.frame(index).number;
+        self.check.set_lens(
+            self.args.lens_check,
+            self.reader,
+            number,
+            loaded,
+            &|share| progress(done * share),
+        )?;
+        let removed = (loaded.prepared)
+            .remove(noise_gain, &|share| progress(done + (1.0 - done) * share))
+            .map_err(|e| loaded.in_file(e))?;
+        let warnings = self.args.warnings(loaded.plate.colour_names(), &removed);
+        loaded.warnings.extend(warnings);
+        Ok(removed)
+    }
+
+    /// Shows the progress of a render of the result.
+    pub(super) fn show_render_progress(&self, index: usize, share: f64) -> bool {
+        let done = REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share;
+        self.run.show_progress(index, done)
+    }
 }

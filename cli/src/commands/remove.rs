@@ -1,6 +1,5 @@
-//! `seidel remove`: a plate without the blur of the lens that it was taken with.
+//! `seidel remove`: removes the blur of the lens that a plate was taken with.
 
-mod extras;
 mod frame;
 
 use std::ffi::OsString;
@@ -11,8 +10,8 @@ use clap::{Args, ValueEnum};
 use seidel_core::{Grain, RemovalSettings, Settings};
 
 use super::CommandError;
-use super::plates::{DepthArgs, Files, LensArgs, PlateArgs, PlateReader, ReaderOptions, RunArgs};
-use super::removal::{LensCheck, RemovalArgs};
+use super::plates::{Files, PlateCommandArgs, PlateReader};
+use super::removal::{LensCheck, Removal, RemovalArgs, Task};
 use crate::Console;
 use frame::Job;
 use seidel_image_io::format::{Format, check_output_name};
@@ -20,61 +19,45 @@ use seidel_image_io::format::{Format, check_output_name};
 /// Options of `seidel remove`.
 #[derive(Debug, Args)]
 pub struct RemoveArgs {
-    /// The plate: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; may hold a frame pattern such as plate.%04d.exr
-    #[arg(value_name = "IN")]
-    input: String,
-    /// Where to write the sharp plate: EXR, PNG, TIFF, DPX or HDR by its extension. In the format of IN all else that
-    /// the file holds is kept. Else EXR gets scene-linear, premultiplied colour: half of 8- and 10-bit and half-float
-    /// samples, float of others; PNG the 8 bits of IN or 16; TIFF the 8 or 16 bits of IN or float; DPX 10 bits, or the
-    /// 12 or 16 of IN, or 16 with alpha or without colour; HDR its shared exponents. Integers are sRGB-encoded unless
-    /// --encoding says otherwise. What OUT cannot hold is told
-    #[arg(short, long, value_name = "OUT")]
-    output: String,
-    /// The profile of the lens that the plate was taken with
-    #[arg(long)]
+    /// Profile of the lens that the plate was taken with
+    #[arg(long, display_order = 1)]
     lens: PathBuf,
     #[command(flatten)]
+    shared: PlateCommandArgs,
+    #[command(flatten)]
     removal: RemovalArgs,
-    /// How much of the way from the plate to the sharp picture to go: 0 leaves the plate as it is
+    /// Mix of the plate and the sharp image, 0 to 1: 0 leaves the plate unchanged
     #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = parse_share)]
     strength: f64,
-    /// What becomes of the plate's grain
+    /// Grain of the sharp image
     #[arg(long, value_enum, default_value_t = GrainChoice::Keep)]
     grain: GrainChoice,
-    /// Write the plate's own pixels only. Otherwise the data window of an EXR written from
-    /// EXR grows by what was found beyond the plate's
-    /// edges, so that `seidel apply` gives the plate back right up to them
+    /// Write the plate's own pixels only
+    ///
+    /// Otherwise the data window of an EXR written from EXR grows by the light found beyond the plate's edges, so that
+    /// `seidel apply` restores the plate up to its edges.
     #[arg(long)]
     no_overscan: bool,
-    /// Write also what the plate has beside what the lens makes of OUT, which then has the format of IN, and a copy of
-    /// OUT: with them `seidel apply
-    /// --residual` gives back the plate where OUT was not worked on. OpenEXR; a frame pattern where OUT has one
+    /// Residual to write: the plate minus the re-blurred OUT, and a copy of OUT (OpenEXR; a frame pattern if OUT is one)
+    ///
+    /// With it, `seidel apply --residual` restores the plate where OUT was not changed. OUT must have the format of IN.
     #[arg(long, value_name = "FILE")]
     residual: Option<String>,
-    /// Write how much of each pixel was seen and not guessed, 0 to 1, a channel a colour. OpenEXR; a frame pattern where
-    /// OUT has one
+    /// Confidence map to write: the share of each pixel's detail that the plate determines, 0 to 1, one channel per colour
+    /// (OpenEXR; a frame pattern if OUT is one)
     #[arg(long, value_name = "FILE")]
     confidence: Option<String>,
-    /// Write how many times its size in the plate noise has in the sharp picture, a channel a colour. OpenEXR; a frame
-    /// pattern where OUT has one
+    /// Map of the amplification of noise to write, one channel per colour (OpenEXR; a frame pattern if OUT is one)
     #[arg(long, value_name = "FILE")]
     noise_gain: Option<String>,
-    #[command(flatten)]
-    depth: DepthArgs,
-    #[command(flatten)]
-    plate: PlateArgs,
-    #[command(flatten)]
-    lens_options: LensArgs,
-    #[command(flatten)]
-    run: RunArgs,
 }
 
-/// Grain of the sharp image.
+/// The grain of the sharp image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum GrainChoice {
-    /// The sharp picture gets the plate's own
+    /// The grain of the plate
     Keep,
-    /// The sharp picture as it was solved for, nearly without
+    /// That of the solution, which has hardly any
     Solved,
 }
 
@@ -95,56 +78,48 @@ fn parse_share(text: &str) -> Result<f64, String> {
 }
 
 impl RemoveArgs {
-    /// What is written beside the plate, each with its option.
-    fn written(&self) -> impl Iterator<Item = (&'static str, &str)> {
+    /// Returns the files to write beside the plate, each with its option.
+    fn side_files(&self) -> Vec<(&'static str, &str)> {
         let options = [
             ("--residual", &self.residual),
             ("--confidence", &self.confidence),
             ("--noise-gain", &self.noise_gain),
         ];
-        let given = options.into_iter();
-        given.filter_map(|(option, file)| Some((option, file.as_deref()?)))
+        let options = options.into_iter();
+        let used = options.filter_map(|(option, file)| Some((option, file.as_deref()?)));
+        used.collect()
     }
 }
 
 pub(super) fn run(
     args: &RemoveArgs,
-    words: &[OsString],
+    command_line: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
-    args.plate.check_output(&args.output)?;
     let mut settings = Settings::default();
     settings.removal = RemovalSettings {
         strength: args.strength,
         grain: args.grain.into(),
         ..args.removal.settings()
     };
-    let options = ReaderOptions {
-        lens: &args.lens_options,
-        depth: &args.depth,
-        plate: &args.plate,
-        output: &args.output,
-    };
-    let reader = PlateReader::open(&args.lens, &options, settings, console)?;
+    let reader = PlateReader::open(&args.lens, &args.shared, settings, console)?;
     let files = Files {
-        input: &args.input,
-        output: &args.output,
+        input: &args.shared.input,
+        output: &args.shared.output,
         read: reader.depth_pattern().into_iter().collect(),
-        written: args.written().collect(),
+        written: args.side_files(),
+        lenses: vec![("Lens", &args.lens)],
     };
-    let frames = args.run.frames(&files, &[&args.lens], console)?;
-    for path in frames.iter().flat_map(|frame| &frame.written) {
+    let run = (args.shared.run).begin("removing blur", &files, command_line, console)?;
+    for path in run.frames().iter().flat_map(|frame| &frame.written) {
         check_output_name(path, Format::Exr)?;
     }
-    reader.check_animation(frames.iter().all(|frame| frame.number.is_some()))?;
-    let check = LensCheck::new(frames.len(), true);
-    let made = (words, &[("Lens", args.lens.as_path())][..]);
-    let run = args.run.begin("removing blur", frames, made, console)?;
-    let job = Job {
-        args,
+    reader.check_animation(&run)?;
+    let removal = Removal {
+        args: &args.removal,
         reader: &reader,
-        check,
+        check: LensCheck::new(run.frames().len(), Task::Remove),
         run: &run,
     };
-    run.through(&job, console)
+    run.process(&Job { args, removal }, console)
 }

@@ -9,12 +9,11 @@ use super::occlusion::HoldoutSource;
 use super::{ApplyArgs, QualityChoice, residual, verbose};
 use crate::commands::CommandError;
 use crate::commands::plates::{
-    FrameFiles, FrameId, LoadedPlate, Outcome, PlateReader, Run, Stages,
+    FinishedFrame, FrameFiles, FrameResult, LoadedPlate, PlateReader, Run, SettingsRecord, Stages,
 };
-use seidel_image_io::plate::Plate;
 use seidel_image_io::residual::Residual;
 
-/// The frames of a run: options, reader and progress.
+/// The work on the frames of a run.
 pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
     pub(super) reader: &'a PlateReader<'a>,
@@ -24,19 +23,12 @@ pub(super) struct Job<'a> {
 
 /// A frame in memory.
 pub(super) struct LoadedFrame {
-    plate: LoadedPlate,
+    loaded: LoadedPlate,
     residual: Option<Residual>,
 }
 
-/// A frame to be written.
-pub(super) struct BlurredFrame {
-    plate: Plate,
-    warnings: Vec<String>,
-}
-
-/// The files that are read beside a plate.
+/// The files that are read beside a plate and its depth pass.
 struct FrameInputs<'s> {
-    depth: Option<&'s Path>,
     matte: Option<&'s Path>,
     matte_depth: Option<&'s Path>,
     residual: Option<&'s Path>,
@@ -44,27 +36,31 @@ struct FrameInputs<'s> {
 
 impl Job<'_> {
     fn inputs<'s>(&self, frame: &'s FrameFiles) -> FrameInputs<'s> {
-        let mut files = frame.read.iter().map(|path| path.as_path());
-        let mut next = |given: bool| if given { files.next() } else { None };
+        let depth_passes = usize::from(self.reader.depth_pattern().is_some());
+        let mut files = frame.read.iter().skip(depth_passes);
+        let mut next_if = |is_used: bool| {
+            let file = if is_used { files.next() } else { None };
+            file.map(|path| path.as_path())
+        };
         FrameInputs {
-            depth: next(self.reader.depth_pattern().is_some()),
-            matte: next(self.holdout.matte.is_some()),
-            matte_depth: next(self.holdout.depth.is_some()),
-            residual: next(self.args.residual.is_some()),
+            matte: next_if(self.holdout.matte.is_some()),
+            matte_depth: next_if(self.holdout.depth.is_some()),
+            residual: next_if(self.args.residual.is_some()),
         }
     }
 
-    /// The settings of the frame by name.
-    fn record(&self, plate: &LoadedPlate) -> Result<Vec<(String, String)>, CommandError> {
-        let mut record = self.reader.record(&plate.lens, &plate.plate)?;
+    /// Returns the settings of the frame by name.
+    fn record(&self, loaded: &LoadedPlate) -> Result<SettingsRecord, CommandError> {
+        let mut record = self.reader.record(&loaded.lens, &loaded.plate)?;
         record.extend(self.args.record());
         Ok(record)
     }
 
+    /// Renders the planes of the frame at `index`. Adds to `warnings`.
     fn render(
         &self,
         index: usize,
-        plate: &LoadedPlate,
+        loaded: &LoadedPlate,
         rendering: &Rendering,
         warnings: &mut Vec<String>,
     ) -> seidel_core::Result<Vec<Vec<f32>>> {
@@ -76,13 +72,10 @@ impl Job<'_> {
                     .into(),
             );
         }
-        let progress = |share| {
-            self.run.tell(index, share);
-            true
-        };
+        let progress = |share| self.run.show_progress(index, share);
         let rendered = rendering.render(None, &progress)?;
         if self.args.verbose {
-            let report = verbose::report(rendering, &rendered, &plate.prepared, self.args)?;
+            let report = verbose::report(rendering, &rendered, &loaded.prepared, self.args)?;
             warnings.push(report);
         }
         Ok(rendered.planes)
@@ -90,48 +83,48 @@ impl Job<'_> {
 }
 
 impl Stages for Job<'_> {
-    type Read = LoadedFrame;
-    type Done = BlurredFrame;
+    type Loaded = LoadedFrame;
+    type Processed = FinishedFrame;
 
     fn read(&self, index: usize) -> Result<LoadedFrame, CommandError> {
-        let frame = self.run.frame(index);
+        let frame = &self.run.frames()[index];
         let inputs = self.inputs(frame);
-        let id = FrameId::new(frame.number, index);
-        let mut plate = self.reader.read(&frame.input, id, inputs.depth)?;
-        let holdout = self.holdout.read(
-            &plate.plate,
-            (self.reader.geometry(&plate.plate)?, self.reader.meaning),
-            &plate.lens.session,
-            inputs.matte,
-            inputs.matte_depth,
-            &mut plate.warnings,
-        )?;
-        plate.prepared = plate.prepared.with_holdout(holdout);
+        let mut loaded = self.reader.read(frame, index)?;
+        if let Some(matte) = inputs.matte {
+            let geometry = self.reader.geometry(&loaded.plate)?;
+            let meaning = self.reader.depth_meaning;
+            let matte_depth = inputs.matte_depth.map(|file| (file, meaning));
+            let holdout = self
+                .holdout
+                .read(&mut loaded, &geometry, matte, matte_depth)?;
+            loaded.prepared = loaded.prepared.with_holdout(Some(holdout));
+        }
         let residual = match inputs.residual {
-            Some(file) => Some(residual::open(file, &mut plate, |p| self.record(p))?),
+            Some(file) => {
+                let record = self.record(&loaded)?;
+                Some(residual::open(file, &mut loaded, &record)?)
+            }
             None => None,
         };
-        Ok(LoadedFrame { plate, residual })
+        Ok(LoadedFrame { loaded, residual })
     }
 
-    fn bytes(&self, frame: &LoadedFrame) -> u64 {
-        let plate = &frame.plate.plate;
+    fn memory_bytes(&self, frame: &LoadedFrame) -> u64 {
+        let plate = &frame.loaded.plate;
         let pixels = plate.width() as u64 * plate.height() as u64;
-        let planes = frame.plate.prepared.planes().len() as u64;
+        let planes = frame.loaded.prepared.planes().len() as u64;
         plate.memory_bytes() + apply_bytes(pixels, planes)
     }
 
-    fn blur(&self, index: usize, frame: LoadedFrame) -> Result<BlurredFrame, CommandError> {
+    fn process(&self, index: usize, frame: LoadedFrame) -> Result<FinishedFrame, CommandError> {
         let LoadedFrame {
-            plate: mut loaded,
+            mut loaded,
             residual,
         } = frame;
         let mut plate = loaded.plate.clone();
         let mut warnings = std::mem::take(&mut loaded.warnings);
-        self.run
-            .set_provenance(index, &mut plate, &self.record(&loaded)?);
         if loaded.is_neutral() {
-            loaded.keep(&mut plate)?;
+            loaded.put_unchanged(&mut plate)?;
             if self.args.verbose {
                 warnings.push("not rendered: at --amount 0 the plate stays as it is".into());
             }
@@ -149,10 +142,15 @@ impl Stages for Job<'_> {
         if let Some(residual) = &residual {
             plate.set_data_window(residual.plate);
         }
-        Ok(BlurredFrame { plate, warnings })
+        Ok(FinishedFrame {
+            record: self.record(&loaded)?,
+            side_files: Vec::new(),
+            plate,
+            warnings,
+        })
     }
 
-    fn write(&self, index: usize, frame: BlurredFrame) -> Outcome {
-        self.run.write(index, frame.plate, frame.warnings)
+    fn write(&self, index: usize, frame: FinishedFrame) -> FrameResult {
+        self.run.write(index, frame)
     }
 }

@@ -10,12 +10,15 @@ use crate::commands::plates::LoadedPlate;
 use seidel_image_io::error::FileError;
 use seidel_image_io::residual::Residual;
 
-/// Opens the residual `file` of `loaded`; `record` gives the settings that the plate is rendered with. Adds a warning where
-/// the residual was made with other settings.
+/// Opens the residual `file` of `loaded`, which is rendered with the settings `record`. Adds a warning to the plate if the
+/// residual was made with other settings.
+///
+/// # Errors
+/// A file that is not a residual, and one of another plate or data window.
 pub(super) fn open(
     file: &Path,
     loaded: &mut LoadedPlate,
-    record: impl FnOnce(&LoadedPlate) -> Result<Vec<(String, String)>, CommandError>,
+    record: &[(String, String)],
 ) -> Result<Residual, CommandError> {
     let residual = Residual::open(file, &loaded.prepared.names())?;
     let (stored, own) = (residual.windows.data, loaded.plate.data_window());
@@ -31,25 +34,24 @@ pub(super) fn open(
         )
         .into());
     }
-    let record = record(loaded)?;
-    let other: Vec<String> = (residual.settings.iter())
+    let changes: Vec<String> = (residual.settings.iter())
         .filter_map(|(name, before)| {
             let now = record.iter().find(|(own, _)| own == name);
             let now = now.map_or("not given", |(_, value)| value);
             (now != before).then(|| format!("{name} was {before}, is {now}"))
         })
         .collect();
-    if !other.is_empty() {
+    if !changes.is_empty() {
         loaded.warnings.push(format!(
-            "residual {}: was made with other settings ({}): the plate does not come back as it was",
+            "residual {}: was made with other settings ({}), so the original plate is not restored exactly",
             file.display(),
-            other.join("; ")
+            changes.join("; ")
         ));
     }
     Ok(residual)
 }
 
-/// Adds the residual to the `blurred` planes of `plate`, weighted by how little the light there has changed.
+/// Adds the residual to the `blurred` planes of `plate`, weighted by one minus the blurred change of the sharp image.
 pub(super) fn add(
     residual: &Residual,
     plate: &PreparedPlate,

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use clap::ValueEnum;
 use seidel_core::render::{
     LevelStatistics, RenderStatistics, Rendered, SpotRenderer, VergencePass,
     low_discrepancy_pixels, psnr_at,
@@ -10,16 +9,20 @@ use seidel_core::render::{
 use seidel_core::{PreparedPlate, Rendering, Result, no_progress};
 
 use super::{ApplyArgs, QualityChoice};
+use crate::commands::value_name;
 
 /// Number of pixels at which the exact render is computed.
 const PIXELS: usize = 64;
 
-/// Plates of more pixels than this share kernels drawn ray by ray between neighbours in the exact render, in cells of
-/// this side.
+/// Number of pixels above which the exact render shares kernels modelled ray by ray within cells of [`CELL_PX`].
 const LARGE: usize = 512 * 512;
+/// Side of cells of source pixels that share a kernel, px.
 const CELL_PX: usize = 4;
 
-/// Reports how `plate` was `rendered` by `rendering`, and measures the error against the exact renderer.
+/// Returns a report of the methods that rendered `plate`, and of the error against the exact renderer.
+///
+/// # Errors
+/// Those of the exact renderer.
 pub(super) fn report(
     rendering: &Rendering,
     rendered: &Rendered,
@@ -32,9 +35,9 @@ pub(super) fn report(
         // Writing to a string does not fail.
         let _ = write!(report, "\n    {text}");
     };
-    line(depth(rendering, statistics));
+    line(depth_line(rendering, statistics));
     for (index, level) in statistics.levels.iter().enumerate() {
-        line(of_level(index, level));
+        line(level_line(index, level));
     }
     if statistics.exact == statistics.renders {
         line("every source pixel has its own kernel; nothing to estimate".into());
@@ -44,37 +47,31 @@ pub(super) fn report(
         "small lights scattered exactly: {} px",
         statistics.highlights
     ));
-    line(error(
-        rendering,
-        &planes[..plate.colour_count()],
-        plate.peak(),
-    )?);
+    let colours = &planes[..plate.colour_count()];
+    line(error_line(rendering, colours, plate.peak())?);
     Ok(report)
 }
 
 fn heading(rendering: &Rendering, args: &ApplyArgs) -> String {
-    let name = |value: Option<clap::builder::PossibleValue>| {
-        value.map_or_else(String::new, |value| value.get_name().to_owned())
-    };
-    let (method, id) = match args.quality {
-        QualityChoice::Draft => ("gather", "draft"),
-        QualityChoice::Final => ("gather", "final"),
-        QualityChoice::Exact => ("scatter", "exact"),
+    let method = match args.quality {
+        QualityChoice::Draft | QualityChoice::Final => "gather",
+        QualityChoice::Exact => "scatter",
     };
     format!(
-        "rendered by {method}, quality {id}, psf {}, edges {}, geometry {}",
+        "rendered by {method}, quality {}, psf {}, edges {}, geometry {}",
+        value_name(args.quality),
         rendering.scene.model.id(),
-        name(args.edges.to_possible_value()),
-        name(args.lens_options.geometry.to_possible_value()),
+        value_name(args.edges),
+        value_name(args.shared.geometry),
     )
 }
 
-fn depth(rendering: &Rendering, statistics: &RenderStatistics) -> String {
+fn depth_line(rendering: &Rendering, statistics: &RenderStatistics) -> String {
     match (rendering.scene.vergence, rendering.occlusion) {
         (VergencePass::Constant(_), _) => "one distance".to_owned(),
         (VergencePass::PerPixel(_), None) => "every pixel at its distance, no occlusion".to_owned(),
         (VergencePass::PerPixel(_), Some(occlusion)) => {
-            let switch = |on: bool| if on { "on" } else { "off" };
+            let switch = |is_on| if is_on { "on" } else { "off" };
             format!(
                 "{} slices of depth with occlusion in {} renders, fill foreground {}, blur inside {}, holdout {}",
                 statistics.layers,
@@ -87,7 +84,7 @@ fn depth(rendering: &Rendering, statistics: &RenderStatistics) -> String {
     }
 }
 
-fn of_level(index: usize, level: &LevelStatistics) -> String {
+fn level_line(index: usize, level: &LevelStatistics) -> String {
     let (min, max) = (level.min_tile_px, level.max_tile_px);
     let sides = if min == max {
         format!("{min}")
@@ -102,8 +99,8 @@ fn of_level(index: usize, level: &LevelStatistics) -> String {
     )
 }
 
-/// Measures the error at a few pixels against the exact render.
-fn error(rendering: &Rendering, planes: &[Vec<f32>], peak: f64) -> Result<String> {
+/// Measures the error at [`PIXELS`] pixels against the exact render.
+fn error_line(rendering: &Rendering, planes: &[Vec<f32>], peak: f64) -> Result<String> {
     let scene = rendering.scene;
     let pixels = low_discrepancy_pixels(scene.width, scene.height, PIXELS);
     let shared = scene.pixel_count() > LARGE;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use seidel_core::calibrate::diagnose::Diagnosis;
 use seidel_core::observations::ObservationSet;
 
-use super::super::CommandError;
+use super::super::{CommandError, write_text};
 use crate::report::{self, Subject};
-use seidel_image_io::atomic::{check_folder_content, write_atomically, write_folder_atomically};
+use seidel_image_io::atomic::{check_folder_content, write_folder_atomically};
 use seidel_image_io::error::FileError;
 use seidel_image_io::observation_set as manifest;
 
@@ -73,11 +73,9 @@ impl OutputFolder {
             if let Some(set) = estimated {
                 manifest::write(set, &at.join(ESTIMATED))?;
             }
-            files.iter().try_for_each(|(name, text)| {
-                write_atomically(&at.join(name), |out| {
-                    std::io::Write::write_all(out, text.as_bytes())
-                })
-            })
+            files
+                .iter()
+                .try_for_each(|(name, text)| write_text(&at.join(name), text))
         })?;
         Ok(())
     }

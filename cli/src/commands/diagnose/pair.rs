@@ -10,7 +10,8 @@ use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
 use seidel_core::profile::LensProfile;
 
-use super::super::{CommandError, parse_distance, parse_point};
+use super::super::picture::check_finite;
+use super::super::{CommandError, EncodingChoice, parse_distance, parse_point};
 use crate::Console;
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
@@ -19,39 +20,31 @@ use seidel_image_io::samples::Encoding;
 /// Options of a picture pair.
 #[derive(Debug, Args)]
 pub(super) struct PairArgs {
-    /// Instead of OBS: a sharp picture of a flat scene with fine texture (OpenEXR, PNG, TIFF, DPX, HDR or JPEG)
+    /// Sharp picture of a flat scene with fine texture, instead of OBS (OpenEXR, PNG, TIFF, DPX, HDR or JPEG)
     #[arg(long, value_name = "SHARP", requires = "observed")]
     pub(super) reference: Option<PathBuf>,
-    /// The same picture through the lens, registered pixel by pixel
+    /// Picture of the same scene through the lens, registered pixel by pixel
     #[arg(long, value_name = "PLATE", requires = "reference")]
     pub(super) observed: Option<PathBuf>,
-    /// Distance of the scene in metres, or `inf`
+    /// Distance of the scene, metres or `inf`
     #[arg(long, value_name = "Z", value_parser = parse_distance, requires = "reference")]
     depth_m: Option<ObjectDistance>,
-    /// Side of the estimated tiles, px, odd: larger than the widest blur
+    /// Side of the estimated tiles, px: odd, and larger than the widest blur
     #[arg(long, value_name = "PX", default_value_t = 33)]
     patch: usize,
-    /// Position of the optical axis in frame pixels; that of the lens if left out
+    /// Position of the optical axis in frame pixels; that of the lens if omitted
     #[arg(long, value_name = "X,Y", value_parser = parse_point, requires = "reference")]
     axis: Option<ImagePoint>,
     /// Encoding of integer samples; floats are scene-linear
     #[arg(long, value_enum, default_value_t = EncodingChoice::Linear)]
     encoding: EncodingChoice,
-    /// Level from which pixels count as clipped and are ignored; if left out, full scale for integer
-    /// samples and none for floats
+    /// Level from which pixels are treated as clipped and ignored; if omitted, full scale for integer samples and none for
+    /// floats
     #[arg(long, value_name = "LIGHT", requires = "reference")]
     clip: Option<f32>,
-    /// What a pixel of the sharp picture stands for
+    /// Meaning of a pixel of the sharp picture
     #[arg(long, value_enum, default_value_t = Pixels::Points)]
     reference_pixels: Pixels,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum EncodingChoice {
-    /// Proportional to light
-    Linear,
-    /// The sRGB transfer function
-    Srgb,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -100,11 +93,8 @@ impl PairArgs {
             area_means: self.reference_pixels == Pixels::Areas,
             ..PairSettings::default()
         };
-        let bar = console.progress("estimating PSFs");
-        let progress = |share| {
-            bar.set(share);
-            true
-        };
+        let bar = console.progress_bar("estimating PSFs");
+        let progress = |share| bar.show(share);
         let (reference, observed) = (reference.picture(), observed.picture());
         let estimate = || {
             estimate_pair(
@@ -123,10 +113,7 @@ impl PairArgs {
     /// Reads the planes of a picture in the order of the lens's `channels`.
     fn read(&self, path: &Path, channels: &[String]) -> Result<Planes, CommandError> {
         let plate = self.open(path)?;
-        if let Some(bad) = plate.non_finite().first() {
-            let remedy = "correct the picture";
-            return Err(FileError::new(path, "", bad.to_string(), remedy).into());
-        }
+        check_finite(&plate)?;
         let present = plate.colour_names();
         let find = |name: &String| present.iter().position(|p| p == name);
         let missing: Vec<&str> = channels

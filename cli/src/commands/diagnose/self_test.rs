@@ -1,4 +1,4 @@
-//! `--self-test`: sealed cases are drawn, diagnosed blind, opened and scored.
+//! `--self-test`: draws sealed cases, diagnoses them blind, opens their answers and scores the diagnoses.
 
 mod aims;
 mod json;
@@ -12,12 +12,12 @@ pub use runner::{Plan, run};
 
 use std::path::Path;
 
-use super::super::CommandError;
+use super::super::{CommandError, write_text};
 use super::DiagnoseArgs;
 use crate::Console;
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_image_io::atomic::{check_folder_content, write_atomically, write_folder_atomically};
+use seidel_image_io::atomic::{check_folder_content, write_folder_atomically};
 use seidel_trial::Size;
 
 const REPORT: &str = "self-test.json";
@@ -35,8 +35,9 @@ const LARGEST_SEED: u64 = 1 << 53;
 /// Options of the self-test.
 #[derive(Debug, Args)]
 pub(super) struct SelfTestArgs {
-    /// Instead of a lens and OBS: draw N sealed cases with known causes, diagnose each blind, and report
-    /// how often the diagnosis was right; --out gets self-test.json
+    /// Number of sealed cases with known causes to draw and diagnose blind, instead of a lens and OBS
+    ///
+    /// The report says how often the diagnosis was right. --out gets self-test.json.
     #[arg(
         long = "self-test",
         value_name = "N",
@@ -44,7 +45,7 @@ pub(super) struct SelfTestArgs {
         conflicts_with_all = ["lens", "observations", "reference", "observed", "only", "no_pairs"]
     )]
     self_test: Option<u32>,
-    /// Seed from which the cases are drawn; 1 if left out
+    /// Seed from which the cases are drawn; 1 if omitted
     #[arg(
         long,
         value_name = "S",
@@ -53,8 +54,8 @@ pub(super) struct SelfTestArgs {
         conflicts_with_all = ["lens", "observations", "reference"]
     )]
     seed: Option<u64>,
-    /// Diagnose each case with a single effect again with that effect removed from the library, and report
-    /// how often the verdict is "unexplained"
+    /// Diagnose each case with a single effect again without that effect in the library, and report how often the verdict
+    /// is "unexplained"
     #[arg(
         long,
         requires = "self_test",
@@ -89,14 +90,14 @@ pub(super) fn run_command(
         withhold: args.self_test.withhold,
     };
     let test = {
-        let bar = console.progress("diagnosing sealed cases");
-        pool.install(|| run(&plan, &|share| bar.set(share)))
+        let bar = console.progress_bar("diagnosing sealed cases");
+        pool.install(|| run(&plan, &|share| bar.show(share)))
     };
     if let Some(out) = out {
         write(out, &test)?;
     }
     if args.json {
-        console.say(json::json(&test).trim_end());
+        console.print(json::json(&test).trim_end());
     } else {
         print_summary(&test, out, console);
     }
@@ -109,17 +110,13 @@ pub(super) fn run_command(
 /// A folder with other content, a file in the way, or a full disk.
 pub fn write(folder: &Path, test: &SelfTest) -> Result<(), CommandError> {
     let text = json::json(test);
-    write_folder_atomically(folder, |at: &Path| {
-        write_atomically(&at.join(REPORT), |out| {
-            std::io::Write::write_all(out, text.as_bytes())
-        })
-    })?;
+    write_folder_atomically(folder, |at| write_text(&at.join(REPORT), &text))?;
     Ok(())
 }
 
 /// Prints the headline figures, one per line.
 fn print_summary(test: &SelfTest, out: Option<&Path>, console: &mut Console) {
-    console.say(format!(
+    console.print(format!(
         "self-test: {} cases, seed {}: {} right, {} wrong, {} of these failed",
         test.cases.len(),
         test.seed,
@@ -134,14 +131,14 @@ fn print_summary(test: &SelfTest, out: Option<&Path>, console: &mut Console) {
             (None, Some(_)) => format!("; aim {}", aim.wanted()),
             (None, None) => String::new(),
         };
-        console.say(format!("{}: {}{state}", aim.name, aim.found()));
+        console.print(format!("{}: {}{state}", aim.name, aim.found()));
     }
     for (index, result) in test.cases.iter().enumerate() {
         if let Some(error) = &result.error {
-            console.remark(format!("case {index} ({}): {error}", result.truth()));
+            console.note(format!("case {index} ({}): {error}", result.truth()));
         }
     }
     if let Some(out) = out {
-        console.say(format!("wrote {} ({REPORT})", out.display()));
+        console.print(format!("wrote {} ({REPORT})", out.display()));
     }
 }

@@ -3,17 +3,17 @@
 use seidel_core::calibrate::fit::MomentsFit;
 use serde_json::json;
 
-use super::{FitArgs, rejected_json, say_rejected};
+use super::{FitArgs, print_rejected, rejected_json};
 use crate::Console;
 
 /// Prints the report.
 pub(super) fn report_text(fit: &MomentsFit, args: &FitArgs, console: &mut Console) {
-    console.say(format!(
+    console.print(format!(
         "{:<8} {:>16} {:>6} {:>12} {:>12} {:>14}",
         "channel", "distance", "tiles", "2nd misfit %", "3rd misfit %", "least var px²"
     ));
     for plane in &fit.planes {
-        console.say(format!(
+        console.print(format!(
             "{:<8} {:>16} {:>6} {:>12.2} {:>12.2} {:>14.3}{}",
             plane.channel,
             plane.distance.to_string(),
@@ -29,7 +29,7 @@ pub(super) fn report_text(fit: &MomentsFit, args: &FitArgs, console: &mut Consol
         ));
     }
     if let Some(axis) = fit.axis {
-        console.say(format!(
+        console.print(format!(
             "optical axis ({:.2} ± {:.2}, {:.2} ± {:.2}) px{}",
             axis.axis.x_px,
             axis.sigma_px.0,
@@ -42,8 +42,8 @@ pub(super) fn report_text(fit: &MomentsFit, args: &FitArgs, console: &mut Consol
             }
         ));
     }
-    say_rejected(&fit.rejected, args, console);
-    console.say(format!("wrote {}", args.output.display()));
+    print_rejected(&fit.rejected, args, console);
+    console.print(format!("wrote {}", args.output.display()));
 }
 
 /// Returns the report as JSON; `skipped` lists the observations left out on reading.

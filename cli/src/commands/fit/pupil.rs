@@ -6,20 +6,20 @@ use seidel_core::calibrate::fit::pixels::{Correlation, Metric};
 use seidel_core::profile::HeldOut;
 use serde_json::{Value, json};
 
-use super::{FitArgs, rejected_json, say_rejected};
+use super::{FitArgs, print_rejected, rejected_json};
 use crate::Console;
 
 /// Number of correlations in the text report; the JSON report has all strong ones.
-const NAMED: usize = 5;
+const PRINTED_CORRELATIONS: usize = 5;
 
 /// Prints the report.
 pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console) {
-    console.say(format!(
-        "{:<8} {:>16} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+    console.print(format!(
+        "{:<8} {:>16} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
         "channel",
         "distance",
         "tiles",
-        "aside",
+        "held out",
         "alpha",
         "beta",
         "gamma",
@@ -29,8 +29,8 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
     ));
     for c in &fit.channels {
         let numbers: Vec<String> = c.numbers.iter().map(|n| format!("{n:>8.3}")).collect();
-        console.say(format!(
-            "{:<8} {:>16} {:>6} {:>6} {} {:>8.3}",
+        console.print(format!(
+            "{:<8} {:>16} {:>6} {:>8} {} {:>8.3}",
             c.channel,
             c.distance.to_string(),
             c.used,
@@ -40,31 +40,31 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
         ));
     }
     if let Some(held_out) = &fit.lens.held_out {
-        say_held_out(held_out, console);
+        print_held_out(held_out, console);
     }
     if let Some(AxisEstimate { axis, sigma_px }) = fit.axis {
-        console.say(format!(
+        console.print(format!(
             "optical axis ({:.2} ± {:.2}, {:.2} ± {:.2}) px",
             axis.x_px, sigma_px.0, axis.y_px, sigma_px.1
         ));
     }
-    for Correlation { names, value } in fit.correlations.iter().take(NAMED) {
-        console.say(format!(
-            "{} and {} go together ({value:.2})",
+    for Correlation { names, value } in fit.correlations.iter().take(PRINTED_CORRELATIONS) {
+        console.print(format!(
+            "{} and {} are correlated ({value:.2})",
             names[0], names[1]
         ));
     }
-    say_rejected(&fit.rejected, args, console);
-    console.say(format!("wrote {}", args.output.display()));
+    print_rejected(&fit.rejected, args, console);
+    console.print(format!("wrote {}", args.output.display()));
 }
 
-fn say_held_out(held_out: &HeldOut, console: &mut Console) {
-    console.say(format!(
-        "kept aside: {} PSFs, forward-blur SNR {:.1} dB, pixel gap {:.5}",
+fn print_held_out(held_out: &HeldOut, console: &mut Console) {
+    console.print(format!(
+        "held out: {} PSFs, forward-blur SNR {:.1} dB, pixel gap {:.5}",
         held_out.tiles, held_out.snr_db, held_out.pixel_gap
     ));
     for group in &held_out.groups {
-        console.say(format!(
+        console.print(format!(
             "  {:<8} {:>14} {:>6} {:>6.1} dB {:>9.5}",
             group.channel,
             group.distance.to_string(),

@@ -1,4 +1,4 @@
-//! What turns one space into another, as a look-up table.
+//! The conversion between two spaces as a look-up table.
 
 use std::path::Path;
 
@@ -12,9 +12,9 @@ use seidel_image_io::atomic::check_target;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lut::{LutFormat, write_lut};
 
-/// Sides of a .cube that programs read.
+/// Smallest and largest side of a .cube that other programs read.
 const CUBE_SIDES: (usize, usize) = (2, 129);
-/// Entries of an .spi1d: no more than single precision tells apart over a stop.
+/// Smallest and largest number of entries of an .spi1d: single precision distinguishes no more over a stop.
 const SPI1D_ENTRIES: (usize, usize) = (2, 1 << 20);
 
 /// Writes the table `output`.
@@ -24,46 +24,40 @@ pub(super) fn run(
     output: &Path,
     console: &mut Console,
 ) -> Result<(), CommandError> {
-    let Some(kind) = LutFormat::from_path(output) else {
+    let Some(format) = LutFormat::from_path(output) else {
+        let problem = "does not have the extension of a table";
         let remedy = "name it .cube or .spi1d, or give a picture IN to convert";
-        return Err(FileError::new(output, "", "is named like no table", remedy).into());
+        return Err(FileError::new(output, "", problem, remedy).into());
     };
     check_target(output)?;
     let from = args.in_space.as_deref().unwrap_or_default();
     let processor = args.processor(config, from)?;
-    let (least, most) = match kind {
-        LutFormat::Cube => CUBE_SIDES,
-        LutFormat::Spi1d => SPI1D_ENTRIES,
+    let ((least, most), default) = match format {
+        LutFormat::Cube => (CUBE_SIDES, 33),
+        LutFormat::Spi1d => (SPI1D_ENTRIES, 4096),
     };
-    let size = args.size.unwrap_or(match kind {
-        LutFormat::Cube => 33,
-        LutFormat::Spi1d => 4096,
-    });
+    let size = args.size.unwrap_or(default);
     if !(least..=most).contains(&size) {
         return Err(CommandError::Usage(format!(
             "--size is {size}; give {least} to {most} for such a table"
         )));
     }
-    let text = match kind {
+    let text = match format {
         LutFormat::Cube => {
-            let entries = turned(&processor, cube_grid(size, args.range), output)?;
+            let entries = convert(&processor, cube_grid(size, args.range), output)?;
             let title = format!("{} to {}", processor.from(), processor.to());
             cube(&title, size, args.range, &entries)
         }
         LutFormat::Spi1d => {
-            let grey = |value: f32| [value; 3];
             let values = linspace(args.range, size);
-            let entries = turned(
-                &processor,
-                values.iter().map(|v| grey(*v)).collect(),
-                output,
-            )?;
-            check_apart(&processor, (&values, &entries), output)?;
+            let greys = values.iter().map(|value| [*value; 3]).collect();
+            let entries = convert(&processor, greys, output)?;
+            check_separable(&processor, &values, &entries, output)?;
             spi1d(args.range, &entries)
         }
     };
     write_lut(output, &text)?;
-    console.remark(format!(
+    console.note(format!(
         "colour: `{}` to `{}`, by {}; values outside {} to {} are clipped by programs that read the table",
         processor.from(),
         processor.to(),
@@ -74,8 +68,11 @@ pub(super) fn run(
     Ok(())
 }
 
-/// What becomes of colours.
-fn turned(
+/// Returns the converted colours.
+///
+/// # Errors
+/// Colours without a finite value in the other space.
+fn convert(
     processor: &Processor,
     mut colours: Vec<[f32; 3]>,
     output: &Path,
@@ -85,38 +82,39 @@ fn turned(
         return Ok(colours);
     }
     let problem = format!(
-        "{} entries have no finite number in `{}`",
+        "{} entries have no finite value in `{}`",
         report.unrepresentable,
         processor.to()
     );
     Err(FileError::new(output, "", problem, "give a smaller --range").into())
 }
 
-/// How far a channel may follow another, of its own size, before a table of each alone would be wrong.
-const APART: f32 = 1e-4;
+/// Largest relative change of a channel by the other channels for which a table per channel is accurate.
+const CROSSTALK: f32 = 1e-4;
 
-/// Refuses spaces in which one channel depends on others.
-fn check_apart(
+/// Rejects a conversion that mixes channels; `entries` are the converted greys of `values`.
+fn check_separable(
     processor: &Processor,
-    (values, entries): (&[f32], &[[f32; 3]]),
+    values: &[f32],
+    entries: &[[f32; 3]],
     output: &Path,
 ) -> Result<(), CommandError> {
     let last = values.len() - 1;
-    let shares = [0.0, 0.35, 0.7, 1.0].map(|share| (share * last as f32) as usize);
+    let indices = [0.0, 0.35, 0.7, 1.0].map(|share| (share * last as f32) as usize);
     for channel in 0..3 {
         let mut probes = Vec::new();
-        for own in shares {
-            for other in shares {
+        for own in indices {
+            for other in indices {
                 let mut probe = [values[other]; 3];
                 probe[channel] = values[own];
                 probes.push((own, probe));
             }
         }
         let colours = probes.iter().map(|(_, probe)| *probe).collect();
-        let turned = turned(processor, colours, output)?;
-        for ((own, _), found) in probes.iter().zip(turned) {
+        let converted = convert(processor, colours, output)?;
+        for ((own, _), found) in probes.iter().zip(converted) {
             let want = entries[*own][channel];
-            if (found[channel] - want).abs() > APART * want.abs().max(0.01) {
+            if (found[channel] - want).abs() > CROSSTALK * want.abs().max(0.01) {
                 let problem = format!(
                     "holds each channel alone, but `{}` to `{}` mixes them",
                     processor.from(),

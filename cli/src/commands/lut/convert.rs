@@ -1,43 +1,42 @@
-//! Pictures from one space to another, one or the frames of a sequence.
+//! Conversion of pictures from one space to another, one or the frames of a sequence.
 
 use std::ffi::OsString;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use seidel_colour::{Alphas, Config, Processor};
 
 use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
-use crate::commands::plates::{Files, Outcome, Run, Stages, space_of};
+use crate::commands::plates::{
+    AUTO, ChangeFilter, Files, FinishedFrame, FrameResult, Run, Stages, setting, space_of,
+};
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
 use seidel_image_io::samples::Encoding;
 
-/// What asks for the space that a file is in to be told by the file.
-const AUTO: &str = "auto";
-
-/// What all frames of a run share.
+/// The work on the frames of a run.
 struct Job<'a> {
     args: &'a LutArgs,
     config: &'a Config,
     run: &'a Run,
-    /// What was said of the last picture's colour.
-    told: Mutex<String>,
+    reported: ChangeFilter,
 }
 
-/// A picture with what converts it, and what the user should know of it.
-struct Picture {
+/// A picture in memory, with its conversion.
+struct LoadedPicture {
     plate: Plate,
     processor: Arc<Processor>,
-    said: Vec<String>,
+    warnings: Vec<String>,
 }
 
-/// Converts the picture or pictures `input`.
+/// Converts the picture or pictures `input` to `output`.
 pub(super) fn run(
     args: &LutArgs,
     config: &Config,
-    (input, output): (&str, &str),
-    words: &[OsString],
+    input: &str,
+    output: &str,
+    command_line: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
     let files = Files {
@@ -45,22 +44,20 @@ pub(super) fn run(
         output,
         read: Vec::new(),
         written: Vec::new(),
+        lenses: Vec::new(),
     };
-    let frames = args.run.frames(&files, &[], console)?;
-    let run = args
-        .run
-        .begin("converting", frames, (words, &[]), console)?;
+    let run = (args.run).begin("converting", &files, command_line, console)?;
     let job = Job {
         args,
         config,
         run: &run,
-        told: Mutex::default(),
+        reported: ChangeFilter::default(),
     };
-    run.through(&job, console)
+    run.process(&job, console)
 }
 
-/// Puts zero in the place of samples that are not finite; whether there were any.
-fn scrub_samples(samples: &mut [f32]) -> bool {
+/// Replaces samples that are not finite by zero. Returns whether there were any.
+fn scrub(samples: &mut [f32]) -> bool {
     let mut any = false;
     for sample in samples.iter_mut().filter(|sample| !sample.is_finite()) {
         *sample = 0.0;
@@ -70,10 +67,10 @@ fn scrub_samples(samples: &mut [f32]) -> bool {
 }
 
 impl Stages for Job<'_> {
-    type Read = Picture;
-    type Done = Picture;
+    type Loaded = LoadedPicture;
+    type Processed = FinishedFrame;
 
-    fn read(&self, index: usize) -> Result<Picture, CommandError> {
+    fn read(&self, index: usize) -> Result<LoadedPicture, CommandError> {
         let args = self.args;
         let options = PlateOptions {
             layer: args.layer.clone(),
@@ -81,61 +78,59 @@ impl Stages for Job<'_> {
             colour_managed: true,
             ..PlateOptions::default()
         };
-        let plate = Plate::open(&self.run.frame(index).input, &options)?;
-        let asked = args.in_space.as_deref().unwrap_or(AUTO);
-        let (from, by) = match asked {
+        let plate = Plate::open(&self.run.frames()[index].input, &options)?;
+        let (from, source) = match args.in_space.as_deref().unwrap_or(AUTO) {
             AUTO => space_of(self.config, &plate)?,
             name => (self.config.space(name)?, "--in-space".to_owned()),
         };
         let processor = args.processor(self.config, &from.name)?;
-        let mut said = Vec::new();
-        let told = format!(
-            "colour: `{}` ({by}) to `{}`, by {}",
+        let message = format!(
+            "colour: `{}` ({source}) to `{}`, by {}",
             from.name,
             processor.to(),
             self.config.name()
         );
-        let mut last = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if *last != told {
-            said.push(told.clone());
-            *last = told;
+        let mut warnings = Vec::new();
+        if self.reported.is_new(&message) {
+            warnings.push(message);
         }
-        Ok(Picture {
+        Ok(LoadedPicture {
             plate,
             processor,
-            said,
+            warnings,
         })
     }
 
-    fn bytes(&self, picture: &Picture) -> u64 {
+    fn memory_bytes(&self, picture: &LoadedPicture) -> u64 {
         let plate = &picture.plate;
-        // The colours beside what the file holds, and alpha.
+        // The colours and alpha as planes, beside the content of the file.
         let planes = plate.colour_names().len() as u64 + 1;
         let pixels = plate.width() as u64 * plate.height() as u64;
         plate.memory_bytes() + planes * pixels * size_of::<f32>() as u64
     }
 
-    fn blur(&self, index: usize, picture: Picture) -> Result<Picture, CommandError> {
-        let Picture {
+    fn process(&self, index: usize, picture: LoadedPicture) -> Result<FinishedFrame, CommandError> {
+        let LoadedPicture {
             mut plate,
             processor,
-            mut said,
+            mut warnings,
         } = picture;
-        let scrub = self.args.scrub;
         let bad = plate.non_finite();
-        if let (Some(first), false) = (bad.first(), scrub) {
-            let remedy = "mend the picture, or give --scrub to replace such samples by zero";
+        if let Some(first) = bad.first()
+            && !self.args.scrub
+        {
+            let remedy = "correct the picture, or give --scrub to replace such samples by zero";
             return Err(FileError::new(plate.path(), "", first.to_string(), remedy).into());
         }
-        said.extend(bad.iter().map(|bad| format!("{bad}; replaced by zero")));
+        warnings.extend(bad.iter().map(|bad| format!("{bad}; replaced by zero")));
         let mut colours = plate.colour();
-        // Also where nothing is converted.
+        // The processor replaces them too, except where it converts nothing.
         for colour in &mut colours {
-            scrub_samples(colour);
+            scrub(colour);
         }
         let mut alpha = plate.alpha();
         if let Some(alpha) = &mut alpha
-            && scrub_samples(alpha)
+            && scrub(alpha)
         {
             plate.set_alpha(alpha)?;
         }
@@ -146,36 +141,35 @@ impl Stages for Job<'_> {
         let report = processor.convert_planes(&mut colours, alphas)?;
         if report.unrepresentable > 0 {
             let problem = format!(
-                "{} samples have no finite number in `{}`",
+                "{} samples have no finite value in `{}`",
                 report.unrepresentable,
                 processor.to()
             );
-            if !scrub {
+            if !self.args.scrub {
                 let remedy = "check --in-space, or give --scrub to replace such samples by zero";
                 return Err(FileError::new(plate.path(), "colour", problem, remedy).into());
             }
-            said.push(format!("{problem}; replaced by zero"));
+            warnings.push(format!("{problem}; replaced by zero"));
         }
         plate.set_colour(&colours)?;
         if processor.from() != processor.to() {
             plate.set_colour_space(processor.to());
         }
-        let told = [
-            ("config", self.config.name()),
-            ("in-space", processor.from()),
-            ("out-space", processor.to()),
+        let record = vec![
+            setting("config", self.config.name()),
+            setting("in-space", processor.from()),
+            setting("out-space", processor.to()),
         ];
-        let told = told.map(|(name, value)| (name.to_owned(), value.to_owned()));
-        self.run.set_provenance(index, &mut plate, &told);
-        self.run.tell(index, 1.0);
-        Ok(Picture {
+        self.run.show_progress(index, 1.0);
+        Ok(FinishedFrame {
             plate,
-            processor,
-            said,
+            record,
+            side_files: Vec::new(),
+            warnings,
         })
     }
 
-    fn write(&self, index: usize, picture: Picture) -> Outcome {
-        self.run.write(index, picture.plate, picture.said)
+    fn write(&self, index: usize, frame: FinishedFrame) -> FrameResult {
+        self.run.write(index, frame)
     }
 }

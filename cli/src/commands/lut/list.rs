@@ -1,33 +1,34 @@
-//! What a config has.
+//! The content of a config.
 
 use seidel_colour::Config;
 
 use crate::Console;
 
-/// Lists spaces, roles, displays and views.
+/// Prints the spaces, roles, displays and views of `config`.
 pub(super) fn run(config: &Config, console: &mut Console) {
-    console.say(format!("{}, by {}", config.name(), config.engine_name()));
-    console.say("\nSpaces:");
+    console.print(format!("{}, by {}", config.name(), config.engine_name()));
+    console.print("\nSpaces:");
     for space in config.spaces() {
-        let what = match (space.is_data, space.encoding.as_str()) {
-            (true, _) => "data",
-            (_, "") => "colour",
-            (_, encoding) => encoding,
+        let kind = match space.encoding.as_str() {
+            _ if space.is_data => "data",
+            "" => "colour",
+            encoding => encoding,
         };
-        let aliases = match space.aliases.as_slice() {
-            [] => String::new(),
-            aliases => format!("  (also {})", aliases.join(", ")),
+        let aliases = if space.aliases.is_empty() {
+            String::new()
+        } else {
+            format!("  (also {})", space.aliases.join(", "))
         };
-        console.say(format!("  {:<34} {what:<13}{aliases}", space.name));
+        console.print(format!("  {:<34} {kind:<13}{aliases}", space.name));
     }
-    console.say("\nRoles:");
+    console.print("\nRoles:");
     for (role, space) in config.roles() {
-        console.say(format!("  {role:<34} {space}"));
+        console.print(format!("  {role:<34} {space}"));
     }
-    console.say("\nDisplays and views:");
+    console.print("\nDisplays and views:");
     for display in config.displays() {
         for view in &display.views {
-            console.say(format!("  {}/{view}", display.name));
+            console.print(format!("  {}/{view}", display.name));
         }
     }
 }

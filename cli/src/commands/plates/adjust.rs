@@ -1,15 +1,16 @@
-//! Options that make a lens stronger or weaker than it was measured, or move its axis.
+//! Options that scale the blur of a lens, or move its axis.
 
 use clap::Args;
 use seidel_core::ChannelScale;
 use seidel_core::ImagePoint;
 
+use super::{SettingsRecord, setting};
 use crate::commands::parse_point;
 
 /// Options about the strength of the lens and its axis.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct AdjustArgs {
-    /// How strong the lens's blur and displacement are: 0 leaves the plate as it is, 1 is as measured
+    /// Strength of the lens's blur and displacement, 0 to 16: 0 leaves the plate unchanged, 1 is as measured
     #[arg(
         long,
         value_name = "A",
@@ -17,63 +18,61 @@ pub(crate) struct AdjustArgs {
         allow_negative_numbers = true
     )]
     pub(crate) amount: f64,
-    /// Scale the blur of single channels of the lens, such as R=1.1,B=0.9
+    /// Factors on the blur of single channels of the lens, such as R=1.1,B=0.9; 1 if omitted
     #[arg(long, value_name = "CHANNEL=SCALE", value_delimiter = ',', value_parser = parse_scale)]
     channel_scale: Vec<(String, f64)>,
-    /// Where the optical axis lies, in plate pixels right of and below where it would: for plates cropped
-    /// off the middle
+    /// Offset of the optical axis in plate pixels, right and down: for plates cropped off centre
     #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
     axis_offset: Option<ImagePoint>,
 }
 
-fn parse_scale(text: &str) -> std::result::Result<(String, f64), String> {
-    let wrong = || "give a channel and its scale, such as R=1.1".to_owned();
-    let (name, scale) = text.split_once('=').ok_or_else(wrong)?;
-    let scale = scale.trim().parse().map_err(|_| wrong())?;
-    Ok((name.trim().to_owned(), scale))
+fn parse_scale(text: &str) -> Result<(String, f64), String> {
+    let scale = text
+        .split_once('=')
+        .and_then(|(name, scale)| Some((name.trim().to_owned(), scale.trim().parse().ok()?)));
+    scale.ok_or_else(|| "give a channel and its scale, such as R=1.1".to_owned())
 }
 
 impl AdjustArgs {
-    /// Returns the options with `share` of the amount.
-    pub(super) fn weakened(&self, share: f64) -> Self {
+    /// Returns the options with the amount multiplied by `factor`.
+    pub(super) fn with_amount_scaled(&self, factor: f64) -> Self {
         Self {
-            amount: share_of(self.amount, share),
+            amount: scaled_amount(self.amount, factor),
             ..self.clone()
         }
     }
 
-    /// The settings by name.
-    pub(super) fn record(&self) -> Vec<(String, String)> {
+    /// Returns the settings by name.
+    pub(super) fn record(&self) -> SettingsRecord {
         let scales: Vec<String> = (self.channel_scale.iter())
             .map(|(name, scale)| format!("{name}={scale}"))
             .collect();
         let (x, y) = self.axis_offset_px();
-        let named = |name: &str, value: String| (name.to_owned(), value);
         vec![
-            named("amount", self.amount.to_string()),
-            named("channel-scale", scales.join(",")),
-            named("axis-offset", format!("{x},{y}")),
+            setting("amount", self.amount),
+            setting("channel-scale", scales.join(",")),
+            setting("axis-offset", format!("{x},{y}")),
         ]
     }
 
-    /// Offset of the optical axis, plate pixels (x, y).
-    pub(crate) fn axis_offset_px(&self) -> (f64, f64) {
+    /// Returns the offset of the optical axis, plate pixels (x, y).
+    pub(super) fn axis_offset_px(&self) -> (f64, f64) {
         self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px))
     }
 
-    /// Moves the optical axis along x, y or both, to plate pixels.
-    pub(crate) fn move_axis(&mut self, x: Option<f64>, y: Option<f64>) {
-        let at = self.axis_offset.map_or((0.0, 0.0), |at| (at.x_px, at.y_px));
-        self.axis_offset = Some(ImagePoint::new(x.unwrap_or(at.0), y.unwrap_or(at.1)));
+    /// Sets the offset of the optical axis along x, y or both, plate pixels.
+    pub(super) fn set_axis_offset(&mut self, x: Option<f64>, y: Option<f64>) {
+        let (old_x, old_y) = self.axis_offset_px();
+        self.axis_offset = Some(ImagePoint::new(x.unwrap_or(old_x), y.unwrap_or(old_y)));
     }
 
-    /// Sets the scale of one channel's blur.
-    pub(crate) fn scale_channel(&mut self, channel: &str, scale: f64) {
+    /// Sets the scale of the blur of one channel.
+    pub(super) fn set_channel_scale(&mut self, channel: &str, scale: f64) {
         self.channel_scale.retain(|(name, _)| name != channel);
         self.channel_scale.push((channel.to_owned(), scale));
     }
 
-    /// The scales of single channels' blur.
+    /// Returns the scales of the blur of single channels.
     pub(super) fn channel_scales(&self) -> Vec<ChannelScale> {
         let scales = self.channel_scale.iter();
         let scales = scales.map(|(channel, scale)| ChannelScale {
@@ -84,25 +83,25 @@ impl AdjustArgs {
     }
 }
 
-/// Returns `share` of `amount`, rounded to twelve digits: the amount that is printed is the one that was used, to the bit.
-pub(crate) fn share_of(amount: f64, share: f64) -> f64 {
-    let product = amount * share;
+/// Returns `amount * factor` rounded to twelve digits, so that the printed amount parses back to the same bits.
+pub(crate) fn scaled_amount(amount: f64, factor: f64) -> f64 {
+    let product = amount * factor;
     format!("{product:.11e}").parse().unwrap_or(product)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::share_of;
+    use super::scaled_amount;
 
     #[test]
-    fn printed_shares_read_back_to_the_bit() {
-        let made = [
+    fn printed_amounts_parse_back_to_the_same_bits() {
+        let cases = [
             (0.1, 0.57, "0.057"),
             (0.7, 0.76, "0.532"),
             (1.0, 0.76, "0.76"),
         ];
-        for (amount, share, printed) in made {
-            assert_eq!(share_of(amount, share).to_string(), printed);
+        for (amount, factor, printed) in cases {
+            assert_eq!(scaled_amount(amount, factor).to_string(), printed);
         }
         // A plain product does not.
         assert_ne!((0.7_f64 * 0.76).to_string(), "0.532");

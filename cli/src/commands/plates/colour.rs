@@ -1,4 +1,4 @@
-//! Colour spaces of plates: which they are in, which light is worked on in, which they are written in.
+//! Colour spaces of plates: that of the input, the working space, and that of the output.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,10 +11,10 @@ use seidel_image_io::error::FileError;
 use seidel_image_io::format::Format;
 use seidel_image_io::plate::Plate;
 
-/// What asks for the space that a file is in to be told by the file.
-const AUTO: &str = "auto";
+/// The value of `--in-space` that selects the space by the file's metadata or name.
+pub(crate) const AUTO: &str = "auto";
 
-/// What configs call sRGB-encoded Rec.709, as pictures in integers are: aliases and names of OpenColorIO's own configs.
+/// Names of sRGB-encoded Rec.709, the usual encoding of integer images: aliases and names in OpenColorIO's own configs.
 const SRGB: [&str; 5] = [
     "srgb_tx",
     "srgb_rec709_scene",
@@ -26,8 +26,8 @@ const SRGB: [&str; 5] = [
 /// Options about the config.
 #[derive(Debug, Args)]
 pub(crate) struct ConfigArgs {
-    /// OpenColorIO config: a file, ocio://NAME for one that comes with OpenColorIO, or seidel for Seidel's own; if left
-    /// out the one that the environment variable OCIO names, else Seidel's own
+    /// OpenColorIO config: a file, ocio://NAME for one built into OpenColorIO, or seidel for Seidel's own; if omitted,
+    /// that of the environment variable OCIO, else Seidel's own
     #[arg(long, value_name = "CONFIG")]
     ocio: Option<String>,
 }
@@ -37,22 +37,25 @@ pub(crate) struct ConfigArgs {
 pub(crate) struct ColourArgs {
     #[command(flatten)]
     config: ConfigArgs,
-    /// Colour space that the plate is in: a name, alias or role of the config, or auto for what the file says of
-    /// itself, else the config's file rules. If no option on colour is given nothing is converted: EXR is scene-linear,
-    /// integers are sRGB
+    /// Colour space of the plate: a name, alias or role of the config, or auto for the space that the file's metadata or
+    /// the config's file rules state
+    ///
+    /// Without any option about colour nothing is converted: EXR is scene-linear, integers are sRGB.
     #[arg(long, value_name = "SPACE")]
     in_space: Option<String>,
-    /// Colour space to write the plate in; if left out that which it was in, but the working space where integers become
-    /// EXR or HDR, and where light becomes integers the space of the config's file rules for OUT, else sRGB
+    /// Colour space of the output; that of the plate if omitted
+    ///
+    /// If omitted, the output is in the working space where integers become EXR or HDR. Where scene-linear values become
+    /// integers, it is in the space of the config's file rules for OUT, else sRGB.
     #[arg(long, value_name = "SPACE")]
     out_space: Option<String>,
-    /// Colour space to work in, which must be proportional to light; the config's role scene_linear if left out
+    /// Working space, which must be scene-linear; the config's role scene_linear if omitted
     #[arg(long, value_name = "SPACE")]
     working_space: Option<String>,
 }
 
 impl ConfigArgs {
-    /// Reads the config that is asked for.
+    /// Reads the selected config.
     pub(crate) fn load(&self) -> Result<Config, CommandError> {
         let environment = std::env::var("OCIO").ok();
         let source = Source::chosen(self.ocio.as_deref(), environment.as_deref());
@@ -67,145 +70,162 @@ impl From<ColourError> for CommandError {
 }
 
 impl ColourArgs {
-    /// Whether any colour is to be converted.
-    pub(crate) fn is_given(&self) -> bool {
+    /// Whether any option about colour is used.
+    pub(super) fn is_used(&self) -> bool {
         let spaces = [&self.in_space, &self.out_space, &self.working_space];
         self.config.ocio.is_some() || spaces.iter().any(|space| space.is_some())
     }
 
-    /// What converts plates, where anything is to be; otherwise no config is looked at. Remarks go to `said`.
-    /// OUT has the name `output`.
-    pub(crate) fn room<'a>(
+    /// Returns the colour pipeline of a run that writes `output`; `None`, without reading a config, if no option about
+    /// colour is used. Adds to `warnings`.
+    pub(super) fn pipeline<'a>(
         &self,
         output: &'a str,
-        said: &mut Vec<String>,
-    ) -> Result<Option<ColourRoom<'a>>, CommandError> {
-        if !self.is_given() {
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<ColourPipeline<'a>>, CommandError> {
+        if !self.is_used() {
             return Ok(None);
         }
         let config = self.config.load()?;
-        let named = |name: &Option<String>| -> Result<Option<Space>, CommandError> {
-            let space = name.as_ref().map(|name| config.space(name));
+        let find = |name: Option<&String>| -> Result<Option<Space>, CommandError> {
+            let space = name.map(|name| config.space(name));
             Ok(space.transpose()?)
         };
-        let working = match named(&self.working_space)? {
+        let working = match find(self.working_space.as_ref())? {
             Some(space) => space,
             None => config.scene_linear()?,
         };
         if !working.is_scene_linear() {
-            said.push(format!(
-                "light is worked on in `{}`, which the config does not call scene-linear: blur is right in linear light only",
+            warnings.push(format!(
+                "the config does not state that the working space `{}` is scene-linear: blur is correct in linear light only",
                 working.name
             ));
         }
-        let out = named(&self.out_space)?;
-        let asked = self.in_space.clone().filter(|name| name != AUTO);
-        Ok(Some(ColourRoom {
-            asked: named(&asked)?,
+        Ok(Some(ColourPipeline {
+            output_space: find(self.out_space.as_ref())?,
+            input_space: find(self.in_space.as_ref().filter(|name| *name != AUTO))?,
             working,
-            out,
             output: Path::new(output),
             config,
-            told: Mutex::default(),
+            reported: ChangeFilter::default(),
         }))
     }
 }
 
-/// What converts the plates of a run.
-pub(crate) struct ColourRoom<'a> {
+/// A filter of messages that repeat from frame to frame.
+#[derive(Default)]
+pub(crate) struct ChangeFilter(Mutex<String>);
+
+impl ChangeFilter {
+    /// Returns whether `message` differs from that of the last call.
+    pub(crate) fn is_new(&self, message: &str) -> bool {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_new = *last != message;
+        if is_new {
+            message.clone_into(&mut last);
+        }
+        is_new
+    }
+}
+
+/// The colour conversion of the plates of a run.
+pub(super) struct ColourPipeline<'a> {
     config: Config,
-    /// The space that plates are in; as they say if none.
-    asked: Option<Space>,
+    /// The space of plates; by each file if `None`.
+    input_space: Option<Space>,
     working: Space,
-    /// The space that they are written in; as [`ColourRoom::left_out`] has it if none.
-    out: Option<Space>,
-    /// The name of OUT, which may hold a frame pattern.
+    /// The space of the output; by [`ColourPipeline::default_output_space`] if `None`.
+    output_space: Option<Space>,
+    /// The name of OUT, which may be a frame pattern.
     output: &'a Path,
-    /// What was said of the last plate's colour.
-    told: Mutex<String>,
+    reported: ChangeFilter,
 }
 
-/// What converts one plate.
+/// The colour conversion of one plate.
 #[derive(Clone)]
-pub(crate) struct PlateColour {
-    /// From the plate's space to that of light.
-    incoming: Arc<Processor>,
-    /// From there to that of the file to be written.
-    outgoing: Arc<Processor>,
-    /// From that of the file written to that of light.
-    returning: Arc<Processor>,
+pub(super) struct PlateColour {
+    /// From the plate's space to the working space.
+    decoder: Arc<Processor>,
+    /// From the working space to that of the output.
+    encoder: Arc<Processor>,
+    /// From the space of the output back to the working space.
+    result_decoder: Arc<Processor>,
 }
 
-impl ColourRoom<'_> {
-    /// The name of the space that light is worked on in.
-    pub(crate) fn working(&self) -> &str {
+impl ColourPipeline<'_> {
+    /// Returns the name of the working space.
+    pub(super) fn working_space(&self) -> &str {
         &self.working.name
     }
 
-    /// What converts `plate`; what its space was taken to be goes to `said`, unless it is as for the plate before.
-    pub(crate) fn of(
+    /// Returns the conversion of `plate`. Adds its spaces to `warnings`, unless they are those of the plate before.
+    pub(super) fn of_plate(
         &self,
         plate: &Plate,
-        said: &mut Vec<String>,
+        warnings: &mut Vec<String>,
     ) -> Result<PlateColour, CommandError> {
-        let (space, from) = match &self.asked {
+        let (space, source) = match &self.input_space {
             Some(space) => (space.clone(), "--in-space".to_owned()),
             None => space_of(&self.config, plate)?,
         };
-        let (out, why) = match &self.out {
+        let (out, reason) = match &self.output_space {
             Some(out) => (out.clone(), ""),
-            None => self.left_out(plate, &space)?,
+            None => self.default_output_space(plate, &space)?,
         };
-        let told = format!(
-            "colour: the plate is in `{}` ({from}), worked on in `{}`, written in `{}`{why}, by {}",
+        let message = format!(
+            "colour: the plate is in `{}` ({source}), processed in `{}`, written in `{}`{reason}, by {}",
             space.name,
             self.working.name,
             out.name,
             self.config.name(),
         );
-        let mut last = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if *last != told {
+        if self.reported.is_new(&message) {
             for data in [&space, &out].iter().filter(|space| space.is_data) {
-                said.push(format!("`{}` is for data: nothing is converted", data.name));
+                warnings.push(format!("`{}` is for data: nothing is converted", data.name));
             }
-            said.push(told.clone());
-            *last = told;
+            warnings.push(message);
         }
-        drop(last);
         Ok(PlateColour {
-            incoming: self.config.processor(&space.name, &self.working.name)?,
-            outgoing: self.config.processor(&self.working.name, &out.name)?,
-            returning: self.config.processor(&out.name, &self.working.name)?,
+            decoder: self.config.processor(&space.name, &self.working.name)?,
+            encoder: self.config.processor(&self.working.name, &out.name)?,
+            result_decoder: self.config.processor(&out.name, &self.working.name)?,
         })
     }
 
-    /// The space that `plate`, which is in `space`, is written in where none is asked for; and why, where it is another.
-    /// EXR and HDR of what was integers hold light, as whoever composites takes them to; integers hold no light as it is,
-    /// which would leave shadows hardly a code.
-    fn left_out(&self, plate: &Plate, space: &Space) -> Result<(Space, &str), CommandError> {
+    /// Returns the space in which `plate`, which is in `space`, is written without `--out-space`, and the reason if it
+    /// is another one.
+    ///
+    /// EXR and HDR made from integers are scene-linear, as compositors expect. Integers are never linear: shadows would
+    /// have hardly a code.
+    fn default_output_space(
+        &self,
+        plate: &Plate,
+        space: &Space,
+    ) -> Result<(Space, &str), CommandError> {
         let target = Format::from_path(self.output).unwrap_or(plate.format());
         if target == plate.format() || space.is_data {
             return Ok((space.clone(), ""));
         }
-        let (was, becomes) = (plate.has_integer_samples(), plate.is_integer_in(target));
-        let light = was && !becomes || target == Format::Hdr;
-        if light && !space.is_scene_linear() {
-            return Ok((self.working.clone(), " (OUT holds light)"));
+        let (was_integer, becomes_integer) =
+            (plate.has_integer_samples(), plate.is_integer_in(target));
+        let becomes_float = was_integer && !becomes_integer || target == Format::Hdr;
+        if becomes_float && !space.is_scene_linear() {
+            return Ok((self.working.clone(), " (OUT is scene-linear)"));
         }
-        if was || !becomes || !space.is_scene_linear() {
+        if was_integer || !becomes_integer || !space.is_scene_linear() {
             return Ok((space.clone(), ""));
         }
         let by_rule = self.config.file_space(self.output);
         let by_rule = by_rule.filter(|rule| !rule.is_default);
         let by_rule = by_rule.and_then(|rule| self.config.find(&rule.space));
         let known = SRGB.iter().filter_map(|name| self.config.find(name));
-        let mut codes = by_rule.into_iter().chain(known);
-        let codes = codes.find(|space| !space.is_scene_linear() && !space.is_data);
-        codes
-            .map(|codes| (codes, " (OUT holds integers)"))
+        let mut candidates = by_rule.into_iter().chain(known);
+        let encoded = candidates.find(|space| !space.is_scene_linear() && !space.is_data);
+        encoded
+            .map(|space| (space, " (OUT holds integers)"))
             .ok_or_else(|| {
                 let problem = format!(
-                    "would be light of `{}` in integers, and the config has no sRGB for textures",
+                    "integers would hold scene-linear `{}`, and the config has no sRGB space for textures",
                     space.name
                 );
                 FileError::new(self.output, "colour space", problem, "give --out-space").into()
@@ -213,10 +233,10 @@ impl ColourRoom<'_> {
     }
 }
 
-/// The space that a plate is in by what its file says, else by its name; and which of them said so.
+/// Returns the space of a plate by the metadata of its file, else by the config's file rules; and which of the two.
 ///
 /// # Errors
-/// A file of which neither its attributes nor the config's rules say anything.
+/// A file whose space neither its metadata nor a rule states.
 pub(crate) fn space_of(config: &Config, plate: &Plate) -> Result<(Space, String), CommandError> {
     let attributes = plate.colour_space_attributes();
     let known = attributes
@@ -226,67 +246,68 @@ pub(crate) fn space_of(config: &Config, plate: &Plate) -> Result<(Space, String)
         return Ok(known);
     }
     let by_rule = config.file_space(plate.path()).and_then(|rule| {
-        let rules = match rule.is_default {
-            true => "the config's rule for all files",
-            false => "the config's file rules",
+        let rules = if rule.is_default {
+            "the config's rule for all files"
+        } else {
+            "the config's file rules"
         };
         let unknown = attributes
             .first()
             .map_or_else(String::new, |(name, value)| {
-                format!("; its {name} `{value}` is no space of the config")
+                format!("; its {name} `{value}` is not a space of the config")
             });
         Some((config.find(&rule.space)?, format!("{rules}{unknown}")))
     });
     by_rule.ok_or_else(|| {
-        let problem = "is not said by the file, nor by the rules of the config";
+        let problem = "is stated neither by the file nor by the rules of the config";
         FileError::new(plate.path(), "colour space", problem, "give --in-space").into()
     })
 }
 
 impl PlateColour {
-    /// What converts the plate once it is written.
-    pub(crate) fn written(&self) -> Self {
+    /// Returns the conversion of a result, which is in the space of the output.
+    pub(super) fn of_result(&self) -> Self {
         Self {
-            incoming: Arc::clone(&self.returning),
+            decoder: Arc::clone(&self.result_decoder),
             ..self.clone()
         }
     }
 
-    /// The space that the plate is written in, where that is another than it was in.
-    pub(crate) fn other_space(&self) -> Option<&str> {
-        (self.incoming.from() != self.outgoing.to()).then(|| self.outgoing.to())
+    /// Returns the space of the output if it is not that of the plate.
+    pub(super) fn new_space(&self) -> Option<&str> {
+        (self.decoder.from() != self.encoder.to()).then(|| self.encoder.to())
     }
 
-    /// Turns colours of `plate` into light; how many samples have no light.
-    pub(crate) fn read(
+    /// Converts colours of `plate` to the working space. Returns the number of samples without a finite value there.
+    pub(super) fn decode(
         &self,
         plate: &Plate,
         colours: &mut [Vec<f32>],
         alphas: Alphas,
     ) -> Result<usize, CommandError> {
-        converted(&self.incoming, plate, colours, alphas)
+        convert(&self.decoder, plate, colours, alphas)
     }
 
-    /// Turns light into colours of `plate`.
+    /// Converts colours of the working space to the space of the output.
     ///
     /// # Errors
-    /// Light that the space has no number for.
-    pub(crate) fn write(
+    /// Samples without a finite value in that space.
+    pub(super) fn encode(
         &self,
         plate: &Plate,
         colours: &mut [Vec<f32>],
         alphas: Alphas,
     ) -> Result<(), CommandError> {
-        let unheld = converted(&self.outgoing, plate, colours, alphas)?;
-        if unheld == 0 {
+        let unrepresentable = convert(&self.encoder, plate, colours, alphas)?;
+        if unrepresentable == 0 {
             return Ok(());
         }
         Err(FileError::new(
             plate.path(),
             "colour",
             format!(
-                "{unheld} samples have no number in `{}`",
-                self.outgoing.to()
+                "{unrepresentable} samples have no finite value in `{}`",
+                self.encoder.to()
             ),
             "give another --out-space",
         )
@@ -294,8 +315,8 @@ impl PlateColour {
     }
 }
 
-/// Turns colours in place; how many samples the other space has no number for.
-fn converted(
+/// Converts colours in place. Returns the number of samples without a finite value in the other space.
+fn convert(
     processor: &Processor,
     plate: &Plate,
     colours: &mut [Vec<f32>],

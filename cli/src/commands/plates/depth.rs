@@ -9,7 +9,8 @@ use seidel_core::{
     PreparedDepth,
 };
 
-use super::depth_doubts::depth_doubts;
+use super::depth_check::check_depth;
+use super::{SettingsRecord, setting};
 use crate::commands::{CommandError, parse_distance};
 use seidel_image_io::error::FileError;
 use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
@@ -17,7 +18,7 @@ use seidel_image_io::plate::Plate;
 
 /// Place of a frame in its run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum FrameOrder {
+pub(super) enum FrameOrder {
     /// The first frame, whose depth pass is checked and whose colour space is reported.
     First,
     /// Any later frame, or the first one read once more.
@@ -27,16 +28,16 @@ pub(crate) enum FrameOrder {
 /// Options about depth.
 #[derive(Debug, Args)]
 pub(crate) struct DepthArgs {
-    /// The depth pass; the plate's own Z channel if left out. May hold a frame pattern
+    /// Depth pass, or a frame pattern; the plate's own Z channel if omitted
     #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance")]
     depth: Option<String>,
-    /// One object distance for the whole plate, in metres, or `inf`
+    /// One object distance for the whole plate, metres or `inf`
     #[arg(long, value_name = "METRES", value_parser = parse_distance)]
     distance: Option<ObjectDistance>,
-    /// What the numbers of the depth pass are
+    /// Meaning of the samples of the depth pass
     #[arg(long, value_enum, default_value_t = DepthKind::Distance)]
     depth_kind: DepthKind,
-    /// Unit of the depth pass: m, cm, mm, km, in, ft, or metres per unit; negative if it counts backwards
+    /// Unit of the depth pass: m, cm, mm, km, in, ft, or metres per unit; negative if distances are negative
     #[arg(long, value_name = "UNIT", default_value = "m", value_parser = parse_unit, allow_hyphen_values = true)]
     depth_unit: f64,
     /// Nearest distance of a normalised depth pass, metres
@@ -45,12 +46,13 @@ pub(crate) struct DepthArgs {
     /// Farthest distance of a normalised depth pass, metres
     #[arg(long, value_name = "METRES")]
     far: Option<f64>,
-    /// Distances of the depth pass are along the ray from the camera, not along its axis; the camera's
-    /// focal length, in widths of a plate pixel: half the width over the tangent of half the field of view
+    /// Focal length of the camera in widths of a plate pixel, for a depth pass whose distances are along the ray and not
+    /// along the optical axis
+    ///
+    /// The focal length is half the width of the plate over the tangent of half the horizontal field of view.
     #[arg(long, value_name = "FOCAL_PX", conflicts_with = "distance")]
     along_ray: Option<f64>,
-    /// Do not look at the first depth pass for signs that its numbers are other than --depth-kind and
-    /// --depth-unit say
+    /// Skip the check of the first depth pass for signs of another --depth-kind or --depth-unit
     #[arg(long)]
     no_depth_check: bool,
 }
@@ -84,21 +86,25 @@ fn parse_unit(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Where depth comes from, the options settled.
-pub(crate) enum DepthSource {
+/// The source of the depth of all plates of a run.
+pub(super) enum DepthSource {
     /// One distance everywhere.
     Constant(ObjectDistance),
-    /// A depth pass: in a file of its own, or else in the plate.
+    /// A depth pass: in the file of `spec`, or else in the plate.
     Pass {
         spec: Option<ChannelSpec>,
         meaning: DepthMeaning,
-        checked: bool,
+        /// Whether the first pass is checked for signs of another meaning.
+        is_checked: bool,
     },
 }
 
 impl DepthArgs {
-    /// The meaning of the samples of depth passes.
-    pub(crate) fn meaning(&self) -> Result<DepthMeaning, CommandError> {
+    /// Returns the meaning of the samples of depth passes.
+    ///
+    /// # Errors
+    /// A normalised pass without its range.
+    pub(super) fn meaning(&self) -> Result<DepthMeaning, CommandError> {
         let range = || match (self.near, self.far) {
             (Some(near_m), Some(far_m)) => Ok((near_m, far_m)),
             _ => Err(CommandError::Usage(
@@ -124,21 +130,22 @@ impl DepthArgs {
         })
     }
 
-    pub(crate) fn source(&self) -> Result<DepthSource, CommandError> {
-        Ok(match self.distance {
+    /// Returns the source of depth; samples of depth passes have the given `meaning`.
+    pub(super) fn source(&self, meaning: DepthMeaning) -> DepthSource {
+        match self.distance {
             Some(distance) => DepthSource::Constant(distance),
             None => DepthSource::Pass {
                 spec: self.depth.as_deref().map(ChannelSpec::parse),
-                meaning: self.meaning()?,
-                checked: !self.no_depth_check,
+                meaning,
+                is_checked: !self.no_depth_check,
             },
-        })
+        }
     }
 }
 
 impl DepthSource {
-    /// The file of the depth pass as given, which may hold a frame pattern.
-    pub(crate) fn file_pattern(&self) -> Option<&str> {
+    /// Returns the path or frame pattern of the depth pass, if it has a file of its own.
+    pub(super) fn file_pattern(&self) -> Option<&str> {
         match self {
             Self::Pass {
                 spec: Some(spec), ..
@@ -147,11 +154,10 @@ impl DepthSource {
         }
     }
 
-    /// The settings by name; files by their last component, so that they may be moved.
-    pub(super) fn record(&self) -> Vec<(String, String)> {
-        let named = |name: &str, value: String| (name.to_owned(), value);
+    /// Returns the settings by name. Files are named by their last component, so that they may be moved.
+    pub(super) fn record(&self) -> SettingsRecord {
         let (spec, meaning) = match self {
-            Self::Constant(distance) => return vec![named("distance", distance.to_string())],
+            Self::Constant(distance) => return vec![setting("distance", distance)],
             Self::Pass { spec, meaning, .. } => (spec, meaning),
         };
         let depth = spec.as_ref().map_or_else(
@@ -163,18 +169,16 @@ impl DepthSource {
             },
         );
         let along_ray = meaning.along_ray;
+        let along_ray = along_ray.map_or_else(|| "no".to_owned(), |focal| focal.to_string());
         vec![
-            named("depth", depth),
-            named("depth-kind and unit", format!("{:?}", meaning.convention)),
-            named(
-                "along-ray",
-                along_ray.map_or_else(|| "no".to_owned(), |focal| focal.to_string()),
-            ),
+            setting("depth", depth),
+            setting("depth-kind and unit", format!("{:?}", meaning.convention)),
+            setting("along-ray", along_ray),
         ]
     }
 
-    /// Rejects a depth pass that the lens cannot follow.
-    pub(crate) fn check_lens(&self, lens: &Lens, file: &Path) -> Result<(), CommandError> {
+    /// Rejects a depth pass for a `lens`, read from `file`, that was fitted at one distance.
+    pub(super) fn check_lens(&self, lens: &Lens, file: &Path) -> Result<(), CommandError> {
         if lens.predictor().depends_on_depth() || self.file_pattern().is_none() {
             return Ok(());
         }
@@ -187,9 +191,9 @@ impl DepthSource {
         .into())
     }
 
-    /// Reads the depth of `plate`, from `file` where the pass has one of its own, for the lens of `session`. Adds to
-    /// `warnings`; the first pass of a run is checked for signs of another convention.
-    pub(crate) fn read(
+    /// Reads the depth of `plate` for the lens of `session`, from `file` if the pass has a file of its own. Adds to
+    /// `warnings`.
+    pub(super) fn read(
         &self,
         plate: &Plate,
         geometry: &PlateGeometry,
@@ -199,13 +203,13 @@ impl DepthSource {
         warnings: &mut Vec<String>,
     ) -> Result<PreparedDepth, CommandError> {
         let prepare = |depth| PreparedDepth::new(session, geometry, depth);
-        let (spec, meaning, checked) = match self {
+        let (spec, meaning, is_checked) = match self {
             Self::Constant(distance) => return Ok(prepare(Depth::Distance(*distance))?),
             Self::Pass {
                 spec,
                 meaning,
-                checked,
-            } => (spec, meaning, *checked),
+                is_checked,
+            } => (spec, meaning, *is_checked),
         };
         if !session.lens().predictor().depends_on_depth() {
             return Ok(prepare(Depth::Distance(ObjectDistance::Unknown))?);
@@ -232,46 +236,23 @@ impl DepthSource {
             meaning: *meaning,
         }));
         let depth = depth.map_err(in_pass)?;
-        if let Some(reading) = depth.reading() {
-            describe(&pass, reading, warnings);
+        let mut notes = depth.reading().map_or_else(Vec::new, describe);
+        if order == FrameOrder::First && is_checked {
+            notes.extend(check_depth(&depth, plate, geometry, session).map_err(in_pass)?);
         }
-        if order == FrameOrder::First && checked {
-            let doubts = doubts_of(&depth, plate, session, geometry, *meaning).map_err(in_pass)?;
-            let name = format!("depth {}:{}", pass.file.display(), pass.channel);
-            warnings.extend(doubts.iter().map(|doubt| format!("{name} {doubt}")));
-        }
+        let name = format!("depth {}:{}", pass.file.display(), pass.channel);
+        warnings.extend(notes.iter().map(|note| format!("{name} {note}")));
         Ok(depth)
     }
 }
 
-/// Signs that the pass of `depth` means something else than `meaning` says.
-fn doubts_of(
-    depth: &PreparedDepth,
-    plate: &Plate,
-    session: &LensSession,
-    geometry: &PlateGeometry,
-    meaning: DepthMeaning,
-) -> seidel_core::Result<Vec<String>> {
-    let (Some(reading), Some(pass)) = (depth.reading(), depth.pass()) else {
-        return Ok(Vec::new());
+/// Returns notes on the range of a depth pass and on its unusual pixels; each continues the name of the pass.
+fn describe(reading: &DepthReading) -> Vec<String> {
+    let range = match reading.range_m {
+        Some((near, far)) => format!("spans {near:.4} m to {far:.4} m"),
+        None => "is at infinity everywhere".to_owned(),
     };
-    depth_doubts(
-        session,
-        &session.place(geometry)?,
-        plate,
-        &pass.samples,
-        &reading.vergence,
-        meaning.convention,
-    )
-}
-
-fn describe(pass: &ImageChannel, reading: &DepthReading, warnings: &mut Vec<String>) {
-    let name = format!("depth {}:{}", pass.file.display(), pass.channel);
-    match reading.range_m {
-        Some((near, far)) => warnings.push(format!("{name} spans {near:.4} m to {far:.4} m")),
-        None => warnings.push(format!("{name} is at infinity everywhere")),
-    }
-    for (count, what) in [
+    let counts = [
         (reading.infinite, "pixels at infinity"),
         (
             reading.empty,
@@ -281,9 +262,8 @@ fn describe(pass: &ImageChannel, reading: &DepthReading, warnings: &mut Vec<Stri
             reading.outside,
             "pixels outside 0..1, taken to be at the near or far end",
         ),
-    ] {
-        if count > 0 {
-            warnings.push(format!("{name} has {count} {what}"));
-        }
-    }
+    ];
+    let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+    let counts = counts.map(|(count, pixels)| format!("has {count} {pixels}"));
+    [range].into_iter().chain(counts).collect()
 }

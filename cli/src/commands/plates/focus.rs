@@ -6,8 +6,9 @@ use seidel_core::{FocusControls, ObjectDistance};
 /// Options about the range in focus and the growth of blur outside it.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct FocusArgs {
-    /// Range about the focus plane, in metres, half of it before the plane, in which everything is as sharp
-    /// as on it; beyond, depth is measured from the nearer end of the range
+    /// Depth of the range in focus, metres: half of it lies before the focus plane
+    ///
+    /// Everything in the range is as sharp as on the focus plane. Beyond it, depth is measured from the nearer end.
     #[arg(
         long,
         value_name = "METRES",
@@ -15,8 +16,8 @@ pub(crate) struct FocusArgs {
         allow_negative_numbers = true
     )]
     pub(crate) depth_of_field: f64,
-    /// How many times as far from focus, in vergence, everything before the focus plane is: blur grows as
-    /// many times as fast; 0 keeps it in focus
+    /// Factor on the distance from focus before the focus plane, in vergence: blur grows as many times as fast, 0 keeps
+    /// all of it in focus
     #[arg(
         long,
         value_name = "F",
@@ -24,7 +25,7 @@ pub(crate) struct FocusArgs {
         allow_negative_numbers = true
     )]
     pub(crate) front_multiplier: f64,
-    /// The same behind the focus plane
+    /// Factor on the distance from focus behind the focus plane, as --front-multiplier
     #[arg(
         long,
         value_name = "F",
@@ -32,15 +33,17 @@ pub(crate) struct FocusArgs {
         allow_negative_numbers = true
     )]
     pub(crate) back_multiplier: f64,
-    /// Largest kernel in the frame: its radius in plate pixels if it is an even disc, two standard
-    /// deviations of any other; what would be larger is drawn at the distance where it has this size
+    /// Radius of the largest kernel in the frame, plate pixels; no limit if omitted
+    ///
+    /// The radius is that of a uniform disc, or two standard deviations of any other kernel. A larger kernel is replaced
+    /// by that of the distance at which it has this radius.
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub(crate) maximum_size: Option<f64>,
 }
 
 impl FocusArgs {
-    /// The focus controls; `focus` is the focus distance that the user set, if any.
-    pub(crate) fn controls(&self, focus: Option<ObjectDistance>) -> FocusControls {
+    /// Returns the focus controls; `focus` is the value of `--focus-distance`.
+    pub(super) fn controls(&self, focus: Option<ObjectDistance>) -> FocusControls {
         FocusControls {
             focus_per_m: focus.and_then(ObjectDistance::vergence_per_m),
             depth_of_field_m: self.depth_of_field,

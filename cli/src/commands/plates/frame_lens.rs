@@ -1,100 +1,139 @@
 //! The lens of a frame: set, adjusted and focused by the options, or by the animation table for that frame.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::Args;
 use seidel_core::profile::LensProfile;
 use seidel_core::{LensSession, ObjectDistance, Settings};
 
 use super::adjust::AdjustArgs;
 use super::focus::FocusArgs;
+use super::{SettingsRecord, setting};
 use crate::commands::drawing::DrawingArgs;
 use crate::commands::{CommandError, short_name};
 use seidel_image_io::animation::{Animation, Interpolation};
 use seidel_image_io::error::FileError;
 
-/// The options about the lens, with the values of one frame.
-#[derive(Debug, Clone)]
-pub(crate) struct LensOptions {
-    pub(crate) drawing: DrawingArgs,
-    pub(crate) adjust: AdjustArgs,
-    pub(crate) focus: FocusArgs,
+/// Options about the lens of a plate.
+#[derive(Debug, Args)]
+pub(crate) struct LensArgs {
+    #[command(flatten)]
+    pub(super) options: LensOptions,
+    /// Table of values by frame of --amount, --focus-distance, --f-number and others; interpolated between its frames
+    ///
+    /// CSV with a column `frame` and one column per option, or JSON.
+    #[arg(long, value_name = "FILE")]
+    pub(super) animate: Option<PathBuf>,
+}
+
+/// The options about the lens that an animation table can change.
+#[derive(Debug, Clone, Args)]
+pub(super) struct LensOptions {
+    #[command(flatten)]
+    drawing: DrawingArgs,
+    #[command(flatten)]
+    adjust: AdjustArgs,
+    #[command(flatten)]
+    focus: FocusArgs,
 }
 
 /// The lens of a frame.
 #[derive(Clone)]
 pub(crate) struct FrameLens {
-    /// The lens and the settings that render with it.
+    /// The lens with the settings of the render.
     pub(crate) session: Arc<LensSession>,
     adjust: AdjustArgs,
-    /// The settings of the lens by name, for provenance and residuals.
-    pub(crate) record: Vec<(String, String)>,
+    /// The settings of the lens by name.
+    pub(super) record: SettingsRecord,
 }
 
-/// A change of one option to a value.
-type Change = fn(&mut LensOptions, f64) -> seidel_core::Result<()>;
+/// A column of an animation table.
+struct Column {
+    name: &'static str,
+    interpolation: Interpolation,
+    /// Sets the option to a value.
+    set: fn(&mut LensOptions, f64) -> seidel_core::Result<()>,
+}
 
-/// Columns of an animation table, their interpolation and the option they change; `channel-scale.NAME` is one more.
-const COLUMNS: [(&str, Interpolation, Change); 10] = [
-    ("amount", Interpolation::Linear, |s, v| {
-        s.adjust.amount = v;
+impl Column {
+    const fn linear(
+        name: &'static str,
+        set: fn(&mut LensOptions, f64) -> seidel_core::Result<()>,
+    ) -> Self {
+        Self {
+            name,
+            interpolation: Interpolation::Linear,
+            set,
+        }
+    }
+}
+
+/// The columns of animation tables; `channel-scale.NAME` is one more.
+const COLUMNS: [Column; 10] = [
+    Column::linear("amount", |options, value| {
+        options.adjust.amount = value;
         Ok(())
     }),
-    ("axis-offset.x", Interpolation::Linear, |s, v| {
-        s.adjust.move_axis(Some(v), None);
+    Column::linear("axis-offset.x", |options, value| {
+        options.adjust.set_axis_offset(Some(value), None);
         Ok(())
     }),
-    ("axis-offset.y", Interpolation::Linear, |s, v| {
-        s.adjust.move_axis(None, Some(v));
+    Column::linear("axis-offset.y", |options, value| {
+        options.adjust.set_axis_offset(None, Some(value));
         Ok(())
     }),
-    ("focus-distance", Interpolation::Reciprocal, |s, v| {
-        s.drawing.focus_distance = Some(ObjectDistance::metres(v)?);
+    Column {
+        name: "focus-distance",
+        interpolation: Interpolation::Reciprocal,
+        set: |options, value| {
+            options.drawing.focus_distance = Some(ObjectDistance::metres(value)?);
+            Ok(())
+        },
+    },
+    Column::linear("f-number", |options, value| {
+        options.drawing.f_number = Some(value);
         Ok(())
     }),
-    ("f-number", Interpolation::Linear, |s, v| {
-        s.drawing.f_number = Some(v);
+    Column::linear("sensor-shift-um", |options, value| {
+        options.drawing.sensor_shift_um = Some(value);
         Ok(())
     }),
-    ("sensor-shift-um", Interpolation::Linear, |s, v| {
-        s.drawing.sensor_shift_um = Some(v);
+    Column::linear("depth-of-field", |options, value| {
+        options.focus.depth_of_field = value;
         Ok(())
     }),
-    ("depth-of-field", Interpolation::Linear, |s, v| {
-        s.focus.depth_of_field = v;
+    Column::linear("front-multiplier", |options, value| {
+        options.focus.front_multiplier = value;
         Ok(())
     }),
-    ("front-multiplier", Interpolation::Linear, |s, v| {
-        s.focus.front_multiplier = v;
+    Column::linear("back-multiplier", |options, value| {
+        options.focus.back_multiplier = value;
         Ok(())
     }),
-    ("back-multiplier", Interpolation::Linear, |s, v| {
-        s.focus.back_multiplier = v;
-        Ok(())
-    }),
-    ("maximum-size", Interpolation::Linear, |s, v| {
-        s.focus.maximum_size = Some(v);
+    Column::linear("maximum-size", |options, value| {
+        options.focus.maximum_size = Some(value);
         Ok(())
     }),
 ];
 
-/// Prefix of the columns that scale a channel.
-const CHANNEL: &str = "channel-scale.";
+/// Prefix of the columns that scale the blur of a channel.
+const CHANNEL_PREFIX: &str = "channel-scale.";
 
 /// Rejects a table with a column that is not an option.
-pub(crate) fn check_names(table: &Animation) -> Result<(), CommandError> {
-    let known = |name: &str| {
-        name.starts_with(CHANNEL) || COLUMNS.iter().any(|(column, _, _)| *column == name)
+pub(super) fn check_columns(table: &Animation) -> Result<(), CommandError> {
+    let is_known = |name: &str| {
+        name.starts_with(CHANNEL_PREFIX) || COLUMNS.iter().any(|column| column.name == name)
     };
-    let Some(bad) = table.names().find(|name| !known(name)) else {
+    let Some(unknown) = table.names().find(|name| !is_known(name)) else {
         return Ok(());
     };
-    let names: Vec<&str> = COLUMNS.iter().map(|(name, _, _)| *name).collect();
+    let names: Vec<&str> = COLUMNS.iter().map(|column| column.name).collect();
     Err(FileError::new(
         table.path(),
-        bad,
-        "is no option that can change by frame",
-        format!("there are {} and {CHANNEL}NAME", names.join(", ")),
+        unknown,
+        "is not an option that can change by frame",
+        format!("use {} or {CHANNEL_PREFIX}NAME", names.join(", ")),
     )
     .into())
 }
@@ -103,62 +142,54 @@ fn or_as_measured(value: Option<impl ToString>) -> String {
     value.map_or_else(|| "as measured".to_owned(), |value| value.to_string())
 }
 
-fn or_none(value: Option<f64>) -> String {
-    value.map_or_else(|| "none".to_owned(), |value| value.to_string())
-}
-
 impl LensOptions {
     /// Returns the options with the values of `table` for `frame`.
-    pub(crate) fn at(mut self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
-        let in_table = |name: &str, e: seidel_core::Error| {
-            FileError::from_core(table.path(), e.within(&format!("frame {frame}, {name}")))
-        };
-        for (name, interpolation, change) in COLUMNS {
-            if let Some(value) = table.value(name, frame, interpolation) {
-                change(&mut self, value).map_err(|e| in_table(name, e))?;
+    pub(super) fn at_frame(&self, table: &Animation, frame: i64) -> Result<Self, CommandError> {
+        let mut options = self.clone();
+        for column in &COLUMNS {
+            if let Some(value) = table.value(column.name, frame, column.interpolation) {
+                (column.set)(&mut options, value).map_err(|e| {
+                    let place = format!("frame {frame}, {}", column.name);
+                    FileError::from_core(table.path(), e.within(&place))
+                })?;
             }
         }
         for name in table.names() {
-            if let Some(channel) = name.strip_prefix(CHANNEL)
+            if let Some(channel) = name.strip_prefix(CHANNEL_PREFIX)
                 && let Some(scale) = table.value(name, frame, Interpolation::Linear)
             {
-                self.adjust.scale_channel(channel, scale);
+                options.adjust.set_channel_scale(channel, scale);
             }
         }
-        Ok(self)
+        Ok(options)
     }
 
-    /// The settings of the lens by name; its profile is the file `path`, its PSF model `model`.
-    fn record(&self, path: &Path, model: &str) -> Vec<(String, String)> {
-        let named = |name: &str, value: String| (name.to_owned(), value);
+    /// Returns the settings by name of the lens in the file `path`, drawn by the PSF model `model`.
+    fn record(&self, path: &Path, model: &str) -> SettingsRecord {
+        let (drawing, focus) = (&self.drawing, &self.focus);
         let mut record = vec![
-            named("lens", short_name(path)),
-            named("psf", model.to_owned()),
-            named(
-                "focus-distance",
-                or_as_measured(self.drawing.focus_distance),
-            ),
-            named("f-number", or_as_measured(self.drawing.f_number)),
-            named(
-                "sensor-shift-um",
-                or_as_measured(self.drawing.sensor_shift_um),
-            ),
+            setting("lens", short_name(path)),
+            setting("psf", model),
+            setting("focus-distance", or_as_measured(drawing.focus_distance)),
+            setting("f-number", or_as_measured(drawing.f_number)),
+            setting("sensor-shift-um", or_as_measured(drawing.sensor_shift_um)),
         ];
         record.extend(self.adjust.record());
-        let focus = &self.focus;
+        let maximum_size = focus.maximum_size;
+        let maximum_size = maximum_size.map_or_else(|| "none".to_owned(), |px| px.to_string());
         record.extend([
-            named("depth-of-field", focus.depth_of_field.to_string()),
-            named("front-multiplier", focus.front_multiplier.to_string()),
-            named("back-multiplier", focus.back_multiplier.to_string()),
-            named("maximum-size", or_none(focus.maximum_size)),
+            setting("depth-of-field", focus.depth_of_field),
+            setting("front-multiplier", focus.front_multiplier),
+            setting("back-multiplier", focus.back_multiplier),
+            setting("maximum-size", maximum_size),
         ]);
         record
     }
 
     /// Sets the lens `measured`, read from the file `path`; `base` has the settings that are not about the lens. Adds to
     /// `warnings`.
-    pub(crate) fn set(
-        self,
+    pub(super) fn set(
+        &self,
         measured: &LensProfile,
         path: &Path,
         base: &Settings,
@@ -174,15 +205,15 @@ impl LensOptions {
         Ok(FrameLens {
             session: Arc::new(LensSession::new(&drawing.lens, &settings)?),
             record: self.record(path, drawing.model.id()),
-            adjust: self.adjust,
+            adjust: self.adjust.clone(),
         })
     }
 }
 
 impl FrameLens {
-    /// Returns the lens at `share` of its amount.
-    pub(crate) fn weakened(&self, share: f64) -> Result<Self, CommandError> {
-        let adjust = self.adjust.weakened(share);
+    /// Returns the lens with its amount multiplied by `factor`.
+    pub(crate) fn with_amount_scaled(&self, factor: f64) -> Result<Self, CommandError> {
+        let adjust = self.adjust.with_amount_scaled(factor);
         let changed = adjust.record();
         let record = self.record.iter().map(|(name, value)| {
             let new = changed.iter().find(|(changed, _)| changed == name);

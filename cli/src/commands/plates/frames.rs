@@ -10,51 +10,53 @@ use seidel_image_io::sequence::FramePaths;
 
 /// The files of a run: paths or frame patterns.
 pub(crate) struct Files<'a> {
-    /// The plate.
+    /// Plate to read.
     pub(crate) input: &'a str,
-    /// What is made of it.
+    /// Plate to write.
     pub(crate) output: &'a str,
-    /// What else is read, which may be one file for all frames.
+    /// Other images to read; each may be one file for all frames.
     pub(crate) read: Vec<&'a str>,
-    /// What else is written, each with its option.
+    /// Other images to write, each with its option.
     pub(crate) written: Vec<(&'static str, &'a str)>,
+    /// Lens profiles, each with its role in the provenance.
+    pub(crate) lenses: Vec<(&'static str, &'a Path)>,
 }
 
 /// The files of a frame.
 #[derive(Debug)]
 pub(crate) struct FrameFiles {
-    /// Its number; `None` for a single picture.
+    /// Number of the frame; `None` for a single picture.
     pub(crate) number: Option<i64>,
     pub(crate) input: PathBuf,
     pub(crate) output: PathBuf,
-    /// As in [`Files::read`].
+    /// In the order of [`Files::read`].
     pub(crate) read: Vec<PathBuf>,
-    /// As in [`Files::written`].
+    /// In the order of [`Files::written`].
     pub(crate) written: Vec<PathBuf>,
 }
 
 impl FrameFiles {
-    pub(super) fn new(frame: FramePaths, read: usize) -> Self {
+    /// Sorts the paths of a frame: the input, the output, `read_count` other inputs, other outputs.
+    pub(super) fn new(frame: FramePaths, read_count: usize) -> Self {
         let mut paths = frame.paths.into_iter();
         let (input, output) = (paths.next(), paths.next());
         Self {
             number: frame.frame,
             input: input.unwrap_or_default(),
             output: output.unwrap_or_default(),
-            read: paths.by_ref().take(read).collect(),
+            read: paths.by_ref().take(read_count).collect(),
             written: paths.collect(),
         }
     }
 
+    /// Returns the paths of all outputs.
     pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
-        [&self.output]
-            .into_iter()
-            .chain(&self.written)
-            .map(PathBuf::as_path)
+        let outputs = [&self.output].into_iter().chain(&self.written);
+        outputs.map(PathBuf::as_path)
     }
 
-    /// Refuses an output of no format that is written, and one that would take the place of another or of a file the run reads.
-    pub(super) fn check(&self, lenses: &[&Path]) -> Result<(), CommandError> {
+    /// Rejects an output of no writable format, and one that would replace another output, an input or a lens.
+    pub(super) fn check(&self, lenses: &[(&str, &Path)]) -> Result<(), CommandError> {
         output_format(&self.output)?;
         for (index, output) in self.outputs().enumerate() {
             check_target(output)?;
@@ -62,8 +64,8 @@ impl FrameFiles {
                 return Err(FileError::new(
                     output,
                     "",
-                    "is named for two outputs",
-                    "give each a name of its own",
+                    "is the name of two outputs",
+                    "give each output a name of its own",
                 )
                 .into());
             }
@@ -72,16 +74,15 @@ impl FrameFiles {
                 continue;
             };
             let inputs = [&self.input].into_iter().chain(&self.read);
-            let lost = inputs
+            let mut inputs = inputs
                 .map(PathBuf::as_path)
-                .chain(lenses.iter().copied())
-                .any(|path| path.canonicalize().is_ok_and(|p| p == target));
-            if lost {
+                .chain(lenses.iter().map(|(_, path)| *path));
+            if inputs.any(|path| path.canonicalize().is_ok_and(|path| path == target)) {
                 return Err(FileError::new(
                     output,
                     "",
                     "is read by this command and would be overwritten",
-                    "give another name to -o",
+                    "give the output another name",
                 )
                 .into());
             }

@@ -1,12 +1,12 @@
-//! A bound on the memory of the frames in flight: how it is written, and who may go on under it.
+//! A memory budget shared by the frames in flight.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// What `--memory` is if left out.
-pub(crate) const DEFAULT_MEMORY: &str = "4G";
+/// Default of `--memory`.
+pub(super) const DEFAULT_MEMORY: &str = "4G";
 
-/// Reads a size: bytes, or a number followed by K, M, G or T (powers of 1024).
-pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
+/// Parses a size in bytes, or a number followed by K, M, G or T (powers of 1024).
+pub(super) fn parse_size(text: &str) -> Result<u64, String> {
     let wrong = || "give a size such as 500M, 4G or 1.5G".to_owned();
     let plain = text.trim().to_ascii_uppercase();
     let plain = plain.strip_suffix('B').unwrap_or(&plain);
@@ -27,8 +27,8 @@ pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Memory shared by the frames of a run.
-pub(crate) struct Budget {
+/// The memory budget of a run.
+pub(super) struct Budget {
     limit: u64,
     state: Mutex<State>,
     freed: Condvar,
@@ -37,12 +37,13 @@ pub(crate) struct Budget {
 #[derive(Default)]
 struct State {
     used: u64,
-    /// The most that one frame has taken so far: what the next is expected to take.
+    /// The largest frame so far, bytes: the expected size of the next.
     largest: u64,
 }
 
 impl Budget {
-    pub(crate) fn new(limit: u64) -> Self {
+    /// Creates a budget of `limit` bytes.
+    pub(super) fn new(limit: u64) -> Self {
         Self {
             limit,
             state: Mutex::default(),
@@ -51,19 +52,19 @@ impl Budget {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        // Numbers are whole even where another thread died.
+        // The numbers stay consistent even if another thread panicked.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits until another frame, as large as the largest so far, fits. One always may go on.
-    pub(crate) fn claim(&self) -> Claim<'_> {
+    /// Waits until a frame as large as the largest so far fits, or no other is in flight.
+    pub(super) fn claim(&self) -> Claim<'_> {
         let mut state = self
             .freed
             .wait_while(self.state(), |state| {
                 state.used > 0 && state.used.saturating_add(state.largest) > self.limit
             })
             .unwrap_or_else(PoisonError::into_inner);
-        // Never nothing, so that a frame whose size is not known yet keeps others waiting.
+        // At least one byte, so that a first frame of unknown size keeps the others waiting.
         let bytes = state.largest.max(1);
         state.used += bytes;
         Claim {
@@ -73,15 +74,15 @@ impl Budget {
     }
 }
 
-/// The memory of one frame; given back when dropped.
-pub(crate) struct Claim<'a> {
+/// The memory of one frame, returned to the budget when dropped.
+pub(super) struct Claim<'a> {
     budget: &'a Budget,
     bytes: u64,
 }
 
 impl Claim<'_> {
-    /// Says what the frame takes indeed.
-    pub(crate) fn settle(&mut self, bytes: u64) {
+    /// Replaces the expected size by the actual one.
+    pub(super) fn resize(&mut self, bytes: u64) {
         let mut state = self.budget.state();
         state.used = state.used - self.bytes + bytes;
         state.largest = state.largest.max(bytes);
@@ -103,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes() {
+    fn sizes_are_parsed() {
         for (text, bytes) in [
             ("500M", 500 << 20),
             ("4G", 4 << 30),
@@ -122,17 +123,17 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_waits_for_room() {
+    fn a_frame_waits_for_memory() {
         let budget = Budget::new(100);
         let mut first = budget.claim();
-        first.settle(60);
+        first.resize(60);
         std::thread::scope(|scope| {
             let second = scope.spawn(|| {
-                let _room = budget.claim();
+                let _claim = budget.claim();
                 budget.state().used
             });
-            // Whenever the second asks, it gets its room only after this.
-            first.settle(150);
+            // Whenever the second frame claims its memory, it gets it only after this.
+            first.resize(150);
             drop(first);
             assert_eq!(second.join().expect("no panic"), 150);
         });

@@ -1,10 +1,11 @@
-//! What commands on plates share: options about lens, depth and plate, frames read, lenses set, scenes to draw, and
-//! runs over sequences.
+//! The options, the reader, the frame queue and the writer that all commands on plates share.
 
 mod adjust;
+mod args;
 mod colour;
 mod depth;
-mod depth_doubts;
+mod depth_check;
+mod finished_frame;
 mod focus;
 mod frame_lens;
 mod frames;
@@ -13,39 +14,20 @@ mod plate;
 mod queue;
 mod reader;
 mod run;
-mod shares;
 
-pub(crate) use adjust::share_of;
-pub(crate) use colour::{ConfigArgs, space_of};
-pub(crate) use depth::DepthArgs;
+pub(crate) use adjust::scaled_amount;
+pub(crate) use args::{Geometry, PlateCommandArgs};
+pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of};
+pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};
-pub(crate) use plate::PlateArgs;
-pub(crate) use queue::{Outcome, Stages};
-pub(crate) use reader::{
-    FrameId, LensArgs, LoadedPlate, PlateReader, ReaderOptions, default_rendering_record,
-};
+pub(crate) use queue::{FrameResult, Stages};
+pub(crate) use reader::{LoadedPlate, PlateReader};
 pub(crate) use run::{Run, RunArgs};
 
-use clap::ValueEnum;
-use seidel_core::Displacement;
+/// The settings of a frame by name, for provenance and residuals.
+pub(crate) type SettingsRecord = Vec<(String, String)>;
 
-/// Displacement of light by the lens.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum Geometry {
-    /// Blur alone
-    None,
-    /// Lateral colour: channels shifted against each other, the plate undistorted
-    Lateral,
-    /// Distortion and lateral colour
-    Full,
-}
-
-impl From<Geometry> for Displacement {
-    fn from(geometry: Geometry) -> Self {
-        match geometry {
-            Geometry::None => Self::None,
-            Geometry::Lateral => Self::Lateral,
-            Geometry::Full => Self::Full,
-        }
-    }
+/// Returns an entry of a [`SettingsRecord`].
+pub(crate) fn setting(name: &str, value: impl ToString) -> (String, String) {
+    (name.to_owned(), value.to_string())
 }

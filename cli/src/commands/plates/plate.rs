@@ -8,7 +8,7 @@ use seidel_core::render::MAX_PIXEL_ASPECT;
 use seidel_core::{AlphaKind, Image, PlateGeometry, Rectangle};
 
 use super::colour::{ColourArgs, PlateColour};
-use crate::commands::CommandError;
+use crate::commands::{CommandError, EncodingChoice};
 use seidel_image_io::error::FileError;
 use seidel_image_io::exr::ExrCompression;
 use seidel_image_io::format::Format;
@@ -19,48 +19,45 @@ use seidel_image_io::windows::PixelWindow;
 /// Options about the plate.
 #[derive(Debug, Args)]
 pub(crate) struct PlateArgs {
-    /// EXR layer or part to blur; the root R, G, B (or Y) and A if left out
+    /// EXR layer or part to process; the root R, G, B (or Y) and A if omitted
     #[arg(long)]
     layer: Option<String>,
-    /// What integer samples mean, in IN and in an OUT of another format: srgb if left out, in DPX what its header says
-    /// and linear where it says nothing known; floats are linear
+    /// Encoding of integer samples, in IN and in an OUT of another format; floats are linear
+    ///
+    /// If omitted: sRGB, except in DPX, where the header decides and unknown values are read as linear.
     #[arg(long, value_enum, conflicts_with_all = ["in_space", "out_space", "working_space", "ocio"])]
     encoding: Option<EncodingChoice>,
-    /// How colour and alpha go together; as the file says if left out (EXR and DPX
-    /// premultiplied, PNG unpremultiplied, TIFF by its tag)
+    /// Relation of colour and alpha; from the file if omitted (EXR and DPX premultiplied, PNG unpremultiplied, TIFF by
+    /// its tag)
     #[arg(long, value_enum)]
     alpha: Option<AlphaChoice>,
-    /// Write the blurred alpha of each colour as alpha.R, alpha.G, alpha.B beside A, so that colour fringes
-    /// survive a merge: each is blurred as its colour is. Where the plate has such channels they are taken as
-    /// the alpha of their colours. EXR only
+    /// Write the blurred alpha of each colour as alpha.R, alpha.G, alpha.B beside A, so that colour fringes survive a
+    /// merge (EXR only)
+    ///
+    /// Each alpha is blurred as its colour is. If the plate has such channels, they are read as the alphas of its colours.
     #[arg(long)]
     alpha_per_channel: bool,
-    /// How an EXR that is written is packed. If left out as the plate was, but ZIP where that loses quality. dwaa, dwab, b44 and
-    /// b44a lose quality, pxr24 that of floats: parts that hold more than colour and alpha are packed with zip then
+    /// Compression of an EXR output; that of the plate if omitted, or ZIP if that is lossy
+    ///
+    /// dwaa, dwab, b44 and b44a are lossy; pxr24 is lossy for floats. With these, parts that hold more than colour and
+    /// alpha are compressed with zip.
     #[arg(long, value_enum)]
     compression: Option<ExrCompression>,
-    /// Replace NaN and infinite samples by zero, and say how many, instead of stopping
+    /// Replace NaN and infinite samples by zero, with a warning, instead of stopping
     #[arg(long)]
     scrub: bool,
-    /// Plate pixels per pixel of the lens's frame, counted along y; if left out the plate's display window is as
-    /// wide as the lens's full frame, pixel aspect included
+    /// Plate pixels per pixel of the lens's frame, along y; if omitted, the display window is as wide as the lens's full
+    /// frame, pixel aspect included
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
-    pub(crate) lens_scale: Option<f64>,
-    /// Width of a plate pixel over its height, such as 2 for an anamorphic plate not yet desqueezed; if left out
-    /// as the EXR's pixelAspectRatio or the DPX header says, else 1. The lens sees the plate as wide as its pixels make
-    /// it: blur and displacement along x are 1/P as many pixels
+    pub(super) lens_scale: Option<f64>,
+    /// Width of a plate pixel over its height, such as 2 for an anamorphic plate before desqueezing
+    ///
+    /// If omitted: the EXR's pixelAspectRatio or the value of the DPX header, else 1. Blur and displacement along x are
+    /// 1/P as many pixels.
     #[arg(long, value_name = "P", value_parser = parse_ratio)]
     pixel_aspect: Option<f64>,
     #[command(flatten)]
     pub(super) colour: ColourArgs,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum EncodingChoice {
-    /// Proportional to light
-    Linear,
-    /// The sRGB transfer function
-    Srgb,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -71,7 +68,7 @@ enum AlphaChoice {
     Unpremultiplied,
 }
 
-fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
+fn parse_ratio(text: &str) -> Result<f64, String> {
     text.parse::<f64>()
         .ok()
         .filter(|v| v.is_finite() && *v > 0.0)
@@ -79,44 +76,41 @@ fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl PlateArgs {
-    pub(crate) fn options(&self) -> PlateOptions {
+    /// Returns the options for reading a plate file.
+    pub(super) fn options(&self) -> PlateOptions {
         PlateOptions {
             layer: self.layer.clone(),
             encoding: match self.encoding {
-                Some(EncodingChoice::Linear) => Some(Encoding::Linear),
-                Some(EncodingChoice::Srgb) => Some(Encoding::Srgb),
-                // The config says what codes mean.
-                None if self.colour.is_given() => Some(Encoding::Linear),
+                Some(choice) => Some(choice.into()),
+                // The config defines the encoding.
+                None if self.colour.is_used() => Some(Encoding::Linear),
                 None => None,
             },
             premultiplied: self
                 .alpha
                 .map(|choice| choice == AlphaChoice::Premultiplied),
-            colour_managed: self.colour.is_given(),
+            colour_managed: self.colour.is_used(),
             alpha_per_channel: self.alpha_per_channel,
             compression: self.compression,
         }
     }
 
-    /// Refuses options that an output of this name cannot follow.
-    ///
-    /// # Errors
-    /// --compression of what is no EXR.
-    pub(crate) fn check_output(&self, output: &str) -> std::result::Result<(), CommandError> {
+    /// Rejects `--compression` for an `output` that is not an EXR file.
+    pub(super) fn check_output(&self, output: &str) -> Result<(), CommandError> {
         let is_exr = Format::from_path(Path::new(output)) == Some(Format::Exr);
-        match self.compression.is_some() && !is_exr {
-            true => Err(CommandError::Usage(format!(
-                "--compression is of EXR files, which {output} is not named like"
-            ))),
-            false => Ok(()),
+        if self.compression.is_none() || is_exr {
+            return Ok(());
         }
+        Err(CommandError::Usage(format!(
+            "--compression applies to EXR files, but {output} has another extension; leave it out or name OUT .exr"
+        )))
     }
 
-    /// Width of the plate's pixels over their height.
+    /// Returns the width of the plate's pixels over their height.
     ///
     /// # Errors
-    /// One that no renderer follows.
-    pub(crate) fn pixel_aspect(&self, plate: &Plate) -> std::result::Result<f64, CommandError> {
+    /// A ratio outside the range of the renderers.
+    pub(super) fn pixel_aspect(&self, plate: &Plate) -> Result<f64, CommandError> {
         let aspect = self.pixel_aspect.unwrap_or_else(|| plate.pixel_aspect());
         if (1.0 / MAX_PIXEL_ASPECT..=MAX_PIXEL_ASPECT).contains(&aspect) {
             return Ok(aspect);
@@ -136,13 +130,35 @@ impl PlateArgs {
         .into())
     }
 
-    /// Returns the image of `plate`, converted to scene-linear light by `colour`. Adds to `warnings`.
-    pub(crate) fn image(
+    /// Returns the place of `plate` in the frame of the lens.
+    ///
+    /// # Errors
+    /// Those of [`Self::pixel_aspect`].
+    pub(super) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
+        let rectangle = |window: PixelWindow| Rectangle {
+            x: window.x,
+            y: window.y,
+            width: window.width,
+            height: window.height,
+        };
+        Ok(PlateGeometry {
+            display: rectangle(plate.display_window()),
+            data: rectangle(plate.data_window()),
+            pixel_aspect: self.pixel_aspect(plate)?,
+            lens_scale: self.lens_scale,
+        })
+    }
+
+    /// Returns the image of `plate`, converted to scene-linear values by `colour`. Adds to `warnings`.
+    ///
+    /// # Errors
+    /// Samples that are not finite before or after the conversion, unless `--scrub` replaces them.
+    pub(super) fn image(
         &self,
         plate: &Plate,
         colour: Option<&PlateColour>,
         warnings: &mut Vec<String>,
-    ) -> std::result::Result<Image, CommandError> {
+    ) -> Result<Image, CommandError> {
         warnings.extend(plate.read_warnings());
         let bad = plate.non_finite();
         if let Some(first) = bad.first()
@@ -152,7 +168,7 @@ impl PlateArgs {
                 plate.path(),
                 "",
                 first.to_string(),
-                "mend the plate, or give --scrub to replace such samples by zero",
+                "correct the plate, or give --scrub to replace such samples by zero",
             )
             .into());
         }
@@ -168,42 +184,45 @@ impl PlateArgs {
             AlphaKind::Unpremultiplied
         };
         let mut colours = plate.colour();
-        let own_alphas = plate.channel_alphas();
+        let channel_alphas = plate.channel_alphas();
         if let Some(colour) = colour {
-            let alphas = alphas_of(kind, alpha.as_deref(), &own_alphas);
-            let unheld = colour.read(plate, &mut colours, alphas)?;
-            self.check_unheld(plate, unheld, warnings)?;
+            let alphas = alphas(kind, alpha.as_deref(), &channel_alphas);
+            let unrepresentable = colour.decode(plate, &mut colours, alphas)?;
+            self.check_unrepresentable(plate, unrepresentable, warnings)?;
         }
         let names = plate.colour_names().to_vec();
-        let mut image = Image::new(plate.width(), plate.height(), names, colours)?
-            .with_alpha(alpha, own_alphas, kind);
+        let mut image = Image::new(plate.width(), plate.height(), names, colours)?.with_alpha(
+            alpha,
+            channel_alphas,
+            kind,
+        );
         // Reported above.
         image.replace_non_finite();
         Ok(image)
     }
 
-    /// Refuses codes without light, unless they are to be replaced.
-    fn check_unheld(
+    /// Rejects samples without a finite scene-linear value, `count` of them, unless `--scrub` replaces them.
+    fn check_unrepresentable(
         &self,
         plate: &Plate,
-        unheld: usize,
+        count: usize,
         warnings: &mut Vec<String>,
-    ) -> std::result::Result<(), CommandError> {
-        let problem = format!("{unheld} samples are codes of no finite light");
-        match unheld {
-            0 => {}
-            _ if self.scrub => warnings.push(format!("{problem}; replaced by zero")),
-            _ => {
-                let remedy = "check --in-space, or give --scrub to replace such samples by zero";
-                return Err(FileError::new(plate.path(), "colour", problem, remedy).into());
-            }
+    ) -> Result<(), CommandError> {
+        if count == 0 {
+            return Ok(());
         }
-        Ok(())
+        let problem = format!("{count} samples have no finite scene-linear value");
+        if self.scrub {
+            warnings.push(format!("{problem}; replaced by zero"));
+            return Ok(());
+        }
+        let remedy = "check --in-space, or give --scrub to replace such samples by zero";
+        Err(FileError::new(plate.path(), "colour", problem, remedy).into())
     }
 }
 
-/// The alphas that colours in a file are multiplied by.
-fn alphas_of<'a>(
+/// Returns the alphas that colours of the given `kind` are multiplied by.
+fn alphas<'a>(
     kind: AlphaKind,
     alpha: Option<&'a [f32]>,
     channel_alphas: &'a [Vec<f32>],
@@ -216,20 +235,20 @@ fn alphas_of<'a>(
     }
 }
 
-/// Puts `image` into `plate`, in the colour space that it is written in.
+/// Puts `image` into `plate`, in the colour space of the output.
 pub(super) fn put_image(
     plate: &mut Plate,
     mut image: Image,
     colour: Option<&PlateColour>,
-) -> std::result::Result<(), CommandError> {
+) -> Result<(), CommandError> {
     if let Some(colour) = colour {
-        let alphas = alphas_of(
+        let alphas = alphas(
             image.alpha_kind,
             image.alpha.as_deref(),
             &image.channel_alphas,
         );
-        colour.write(plate, &mut image.colours, alphas)?;
-        if let Some(space) = colour.other_space() {
+        colour.encode(plate, &mut image.colours, alphas)?;
+        if let Some(space) = colour.new_space() {
             plate.set_colour_space(space);
         }
     }
@@ -239,24 +258,4 @@ pub(super) fn put_image(
     }
     plate.set_channel_alphas(&image.channel_alphas)?;
     Ok(())
-}
-
-/// The geometry of `plate` with these pixels and scale.
-pub(super) fn plate_geometry(
-    plate: &Plate,
-    lens_scale: Option<f64>,
-    pixel_aspect: f64,
-) -> PlateGeometry {
-    let rectangle = |window: PixelWindow| Rectangle {
-        x: window.x,
-        y: window.y,
-        width: window.width,
-        height: window.height,
-    };
-    PlateGeometry {
-        display: rectangle(plate.display_window()),
-        data: rectangle(plate.data_window()),
-        pixel_aspect,
-        lens_scale,
-    }
 }

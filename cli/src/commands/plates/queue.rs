@@ -1,7 +1,6 @@
-//! Frames in flight: while one is blurred the next is read and those before are written.
+//! The pipeline of frames: while one is processed, the next is read and those before it are written.
 //!
-//! Frames are blurred one after the other, each on all threads; reading and writing go on beside.
-//! What is said of them comes in their order.
+//! Frames are processed in sequence, each on all threads. Results are reported in the order of the frames.
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
@@ -15,63 +14,64 @@ use crate::commands::CommandError;
 /// Frames that wait between two stages. More would not make the slowest stage faster.
 const WAITING: usize = 1;
 
-/// Frames written at once: packing one goes on while the disk takes in the other.
+/// Frames written at once: one is compressed while another goes to disk.
 const WRITERS: usize = 2;
 
-/// What is done to each frame, known by its place in the run.
+/// The stages that each frame passes through. Frames are known by their index in the run.
 pub(crate) trait Stages: Sync {
     /// A frame that was read.
-    type Read: Send;
+    type Loaded: Send;
     /// A frame to be written.
-    type Done: Send;
+    type Processed: Send;
 
     /// Reads a frame.
-    fn read(&self, index: usize) -> Result<Self::Read, CommandError>;
+    fn read(&self, index: usize) -> Result<Self::Loaded, CommandError>;
 
-    /// Memory that the frame will take at most, bytes.
-    fn bytes(&self, frame: &Self::Read) -> u64;
+    /// Returns an upper bound of the memory that the frame takes, bytes.
+    fn memory_bytes(&self, frame: &Self::Loaded) -> u64;
 
-    /// Blurs it.
-    fn blur(&self, index: usize, frame: Self::Read) -> Result<Self::Done, CommandError>;
+    /// Processes a frame.
+    fn process(&self, index: usize, frame: Self::Loaded) -> Result<Self::Processed, CommandError>;
 
-    /// Writes it; returns what the user should know of it.
-    fn write(&self, index: usize, frame: Self::Done) -> Result<Vec<String>, CommandError>;
+    /// Writes a frame. Returns warnings.
+    fn write(&self, index: usize, frame: Self::Processed) -> FrameResult;
 }
 
-/// What became of a frame: what the user should know of it, or why it failed.
-pub(crate) type Outcome = Result<Vec<String>, CommandError>;
+/// The result of a frame: warnings, or the error that stopped it.
+pub(crate) type FrameResult = Result<Vec<String>, CommandError>;
 
-/// The threads that read frames, and those that blur them.
-pub(crate) struct Pools {
-    pub(crate) reading: ThreadPool,
-    pub(crate) blurring: ThreadPool,
+/// The threads of the stages: separate, so that decoding goes on while another frame is processed.
+pub(super) struct Pools {
+    pub(super) reading: ThreadPool,
+    pub(super) processing: ThreadPool,
 }
 
 /// Takes `count` frames through `stages`, as many at once as fit into `limit` bytes, at least one.
-/// Calls `report` for each frame in their order, as soon as those before are done.
-pub(crate) fn run_all<S: Stages>(
+///
+/// Calls `report` for each frame in their order, as soon as all earlier frames are finished.
+pub(super) fn run_pipeline<S: Stages>(
     stages: &S,
     pools: &Pools,
     count: usize,
     limit: u64,
-    mut report: impl FnMut(usize, Outcome),
+    mut report: impl FnMut(usize, FrameResult),
 ) {
     let budget = Budget::new(limit);
-    let (read, to_blur) = sync_channel(WAITING);
-    let (blurred, to_write) = sync_channel(WAITING);
+    let (loaded, to_process) = sync_channel(WAITING);
+    let (processed, to_write) = sync_channel(WAITING);
     let to_write = Mutex::new(to_write);
-    let (finished, outcomes) = channel();
+    let (finished, results) = channel();
     std::thread::scope(|scope| {
         let failed = finished.clone();
         scope.spawn(|| {
-            // Everything that a stage holds on to must end with it, or the next waits for ever.
-            let (read, failed) = (read, failed);
+            // Moved in, because a sender that outlives its stage would keep the next one waiting.
+            let (loaded, failed) = (loaded, failed);
             for index in 0..count {
                 let mut claim = budget.claim();
                 let sent = match pools.reading.install(|| stages.read(index)) {
                     Ok(frame) => {
-                        claim.settle(stages.bytes(&frame));
-                        read.send((index, frame, claim)).is_ok()
+                        claim.resize(stages.memory_bytes(&frame));
+                        loaded.send((index, frame, claim)).is_ok()
                     }
                     Err(error) => failed.send((index, Err(error))).is_ok(),
                 };
@@ -82,10 +82,10 @@ pub(crate) fn run_all<S: Stages>(
         });
         let failed = finished.clone();
         scope.spawn(|| {
-            let (to_blur, blurred, failed) = (to_blur, blurred, failed);
-            for (index, frame, claim) in to_blur {
-                let sent = match pools.blurring.install(|| stages.blur(index, frame)) {
-                    Ok(done) => blurred.send((index, done, claim)).is_ok(),
+            let (to_process, processed, failed) = (to_process, processed, failed);
+            for (index, frame, claim) in to_process {
+                let sent = match pools.processing.install(|| stages.process(index, frame)) {
+                    Ok(frame) => processed.send((index, frame, claim)).is_ok(),
                     Err(error) => failed.send((index, Err(error))).is_ok(),
                 };
                 if !sent {
@@ -95,38 +95,38 @@ pub(crate) fn run_all<S: Stages>(
         });
         for _ in 0..WRITERS {
             let finished = finished.clone();
-            scope.spawn(|| write_each(stages, &to_write, finished));
+            scope.spawn(|| write_frames(stages, &to_write, finished));
         }
         drop(finished);
         let mut early = BTreeMap::new();
         let mut next = 0;
-        for (index, outcome) in outcomes {
-            early.insert(index, outcome);
-            while let Some(outcome) = early.remove(&next) {
-                report(next, outcome);
+        for (index, result) in results {
+            early.insert(index, result);
+            while let Some(result) = early.remove(&next) {
+                report(next, result);
                 next += 1;
             }
         }
     });
 }
 
-/// Writes frames as long as any come.
-fn write_each<S: Stages>(
+/// Writes frames until no more come.
+fn write_frames<S: Stages>(
     stages: &S,
-    to_write: &Mutex<Receiver<(usize, S::Done, Claim)>>,
-    finished: Sender<(usize, Outcome)>,
+    to_write: &Mutex<Receiver<(usize, S::Processed, Claim)>>,
+    finished: Sender<(usize, FrameResult)>,
 ) {
     loop {
         let next = to_write
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .recv();
-        let Ok((index, done, claim)) = next else {
+        let Ok((index, frame, claim)) = next else {
             return;
         };
-        let outcome = stages.write(index, done);
+        let result = stages.write(index, frame);
         drop(claim);
-        if finished.send((index, outcome)).is_err() {
+        if finished.send((index, result)).is_err() {
             return;
         }
     }
@@ -141,80 +141,85 @@ mod tests {
 
     use super::*;
 
-    /// Frames of 10 bytes that take longer the earlier they are; every fifth fails at one stage.
+    /// Bytes of the frames in flight, now and at most. Frames of 10 bytes take longer to write the earlier they are;
+    /// every fifth fails, each time at a later stage.
     #[derive(Default)]
-    struct Made {
-        held: AtomicU64,
-        most: AtomicU64,
+    struct MemoryCount {
+        now: AtomicU64,
+        largest: AtomicU64,
     }
 
-    fn bad(index: usize, stage: usize) -> Result<(), CommandError> {
+    fn fail_at(stage: usize, index: usize) -> Result<(), CommandError> {
         if index % 5 == 4 && index / 5 == stage {
             return Err(CommandError::Usage(format!("{index} fails")));
         }
         Ok(())
     }
 
-    /// A frame that knows when it is let go.
-    struct Held<'a>(&'a Made);
+    /// A frame, which is counted until it is dropped.
+    struct CountedFrame<'a>(&'a MemoryCount);
 
-    impl Drop for Held<'_> {
+    impl Drop for CountedFrame<'_> {
         fn drop(&mut self) {
-            self.0.held.fetch_sub(10, SeqCst);
+            self.0.now.fetch_sub(10, SeqCst);
         }
     }
 
-    impl<'a> Stages for &'a Made {
-        type Read = Held<'a>;
-        type Done = Held<'a>;
+    impl<'a> Stages for &'a MemoryCount {
+        type Loaded = CountedFrame<'a>;
+        type Processed = CountedFrame<'a>;
 
-        fn read(&self, index: usize) -> Result<Held<'a>, CommandError> {
-            let now = self.held.fetch_add(10, SeqCst) + 10;
-            self.most.fetch_max(now, SeqCst);
-            let frame = Held(self);
-            bad(index, 0).map(|()| frame)
+        fn read(&self, index: usize) -> Result<CountedFrame<'a>, CommandError> {
+            let now = self.now.fetch_add(10, SeqCst) + 10;
+            self.largest.fetch_max(now, SeqCst);
+            let frame = CountedFrame(self);
+            fail_at(0, index).map(|()| frame)
         }
 
-        fn bytes(&self, _: &Held) -> u64 {
+        fn memory_bytes(&self, _: &CountedFrame) -> u64 {
             10
         }
 
-        fn blur(&self, index: usize, frame: Held<'a>) -> Result<Held<'a>, CommandError> {
-            bad(index, 1).map(|()| frame)
+        fn process(
+            &self,
+            index: usize,
+            frame: CountedFrame<'a>,
+        ) -> Result<CountedFrame<'a>, CommandError> {
+            fail_at(1, index).map(|()| frame)
         }
 
-        fn write(&self, index: usize, frame: Held<'a>) -> Outcome {
+        fn write(&self, index: usize, frame: CountedFrame<'a>) -> FrameResult {
             let _frame = frame;
             std::thread::sleep(Duration::from_millis(20 - index.min(20) as u64));
-            bad(index, 2).map(|()| vec![format!("{index} done")])
+            fail_at(2, index).map(|()| vec![format!("{index} done")])
         }
     }
 
     #[test]
-    fn frames_come_in_order_within_the_memory_given() {
+    fn frames_are_reported_in_order_within_the_memory_limit() {
         let pool = || ThreadPoolBuilder::new().num_threads(1).build();
         let pools = Pools {
             reading: pool().expect("a thread"),
-            blurring: pool().expect("a thread"),
+            processing: pool().expect("a thread"),
         };
         for (limit, most) in [(1, 10), (10, 10), (25, 20), (1000, 1000)] {
-            let made = Made::default();
+            let count = MemoryCount::default();
             let mut reports = Vec::new();
-            run_all(&&made, &pools, 20, limit, |index, outcome| {
-                let words = match outcome {
+            run_pipeline(&&count, &pools, 20, limit, |index, result| {
+                let message = match result {
                     Ok(warnings) => warnings.concat(),
                     Err(error) => error.to_string(),
                 };
-                reports.push((index, words));
+                reports.push((index, message));
             });
             let want = (0..20).map(|index| {
                 let fails = index % 5 == 4 && index < 15;
-                let what = if fails { "fails" } else { "done" };
-                (index, format!("{index} {what}"))
+                let end = if fails { "fails" } else { "done" };
+                (index, format!("{index} {end}"))
             });
             assert!(reports.into_iter().eq(want));
-            assert!(made.most.load(SeqCst) <= most, "{limit}");
-            assert_eq!(made.held.load(SeqCst), 0);
+            assert!(count.largest.load(SeqCst) <= most, "{limit}");
+            assert_eq!(count.now.load(SeqCst), 0);
         }
     }
 }

@@ -3,69 +3,25 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::Args;
 use seidel_core::profile::LensProfile;
 use seidel_core::{DepthMeaning, PlateGeometry, PreparedPlate, Settings};
 
-use super::Geometry;
-use super::adjust::AdjustArgs;
-use super::colour::{ColourRoom, PlateColour};
-use super::depth::{DepthArgs, DepthSource, FrameOrder};
-use super::focus::FocusArgs;
-use super::frame_lens::{FrameLens, LensOptions, check_names};
-use super::plate::{PlateArgs, plate_geometry, put_image};
+use super::colour::{ColourPipeline, PlateColour};
+use super::depth::{DepthSource, FrameOrder};
+use super::frame_lens::{FrameLens, check_columns};
+use super::plate::put_image;
+use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
-use crate::commands::CommandError;
-use crate::commands::drawing::DrawingArgs;
+use crate::commands::{CommandError, value_name};
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_profile;
 use seidel_image_io::plate::Plate;
 
-/// Options about the lens of a plate.
-#[derive(Debug, Args)]
-pub(crate) struct LensArgs {
-    #[command(flatten)]
-    drawing: DrawingArgs,
-    #[command(flatten)]
-    adjust: AdjustArgs,
-    #[command(flatten)]
-    focus: FocusArgs,
-    /// Values by frame of --amount, --focus-distance, --f-number and others: CSV with a column `frame` and one an
-    /// option, or JSON; between frames that have a value it is interpolated
-    #[arg(long, value_name = "FILE")]
-    animate: Option<PathBuf>,
-    /// Displacement of light to render
-    #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
-    pub(crate) geometry: Geometry,
-}
-
-impl LensArgs {
-    /// The options of a frame that no table changes.
-    fn options(&self) -> LensOptions {
-        LensOptions {
-            drawing: self.drawing.clone(),
-            adjust: self.adjust.clone(),
-            focus: self.focus.clone(),
-        }
-    }
-}
-
-/// The options of a command on plates.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ReaderOptions<'a> {
-    pub(crate) lens: &'a LensArgs,
-    pub(crate) depth: &'a DepthArgs,
-    pub(crate) plate: &'a PlateArgs,
-    /// OUT, whose name decides the colour space that is written.
-    pub(crate) output: &'a str,
-}
-
-/// Reads the plates of a run and prepares them for the lens of their frame.
+/// A reader of the plates of a run, which prepares them for the lens of their frame.
 pub(crate) struct PlateReader<'a> {
-    lens_args: &'a LensArgs,
-    plate_args: &'a PlateArgs,
-    /// The lens as its file has it.
+    args: &'a PlateCommandArgs,
+    /// The lens profile before any control is set.
     measured: LensProfile,
     lens_file: &'a Path,
     /// Settings that are not about the lens.
@@ -74,13 +30,13 @@ pub(crate) struct PlateReader<'a> {
     lens: FrameLens,
     animation: Option<Animation>,
     depth: DepthSource,
-    /// Conversion of colours, where one is asked for.
-    colour: Option<ColourRoom<'a>>,
+    /// Conversion of colours, if one is requested.
+    colour: Option<ColourPipeline<'a>>,
     /// The meaning of the samples of depth passes.
-    pub(crate) meaning: DepthMeaning,
+    pub(crate) depth_meaning: DepthMeaning,
 }
 
-/// A plate in memory.
+/// A plate in memory, prepared for its lens.
 pub(crate) struct LoadedPlate {
     pub(crate) lens: FrameLens,
     pub(crate) plate: Plate,
@@ -89,63 +45,38 @@ pub(crate) struct LoadedPlate {
     pub(crate) warnings: Vec<String>,
 }
 
-/// The number of a frame in its sequence, and its place in the run.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FrameId {
-    pub(crate) number: Option<i64>,
-    pub(crate) order: FrameOrder,
-}
-
-impl FrameId {
-    /// The frame `number` at `index` of the run.
-    pub(crate) fn new(number: Option<i64>, index: usize) -> Self {
-        let order = if index == 0 {
-            FrameOrder::First
-        } else {
-            FrameOrder::Later
-        };
-        Self { number, order }
-    }
-}
-
 impl<'a> PlateReader<'a> {
-    /// Reads the profile `lens_file` and sets the lens by `options`; prints warnings. `base` holds the settings that are not
+    /// Reads the profile `lens_file` and sets the lens by `args`; prints warnings. `base` has the settings that are not
     /// about the lens.
+    ///
+    /// # Errors
+    /// An invalid profile, animation table or colour space, and options that the lens or the output cannot follow.
     pub(crate) fn open(
         lens_file: &'a Path,
-        options: &ReaderOptions<'a>,
+        args: &'a PlateCommandArgs,
         mut base: Settings,
         console: &mut Console,
     ) -> Result<Self, CommandError> {
-        let ReaderOptions {
-            lens: lens_args,
-            depth: depth_args,
-            plate: plate_args,
-            output,
-        } = *options;
-        let warnings = &mut Vec::new();
-        base.displacement = lens_args.geometry.into();
+        args.plate.check_output(&args.output)?;
+        let mut warnings = Vec::new();
+        base.displacement = args.geometry.into();
         let measured = lens_profile::read(lens_file)?;
-        let options = lens_args.options();
-        let lens = options.set(&measured, lens_file, &base, warnings)?;
-        let animation = lens_args
-            .animate
-            .as_deref()
-            .map(Animation::open)
-            .transpose()?;
+        let options = &args.lens.options;
+        let lens = options.set(&measured, lens_file, &base, &mut warnings)?;
+        let animation = args.lens.animate.as_deref();
+        let animation = animation.map(Animation::open).transpose()?;
         if let Some(table) = &animation {
-            check_names(table)?;
+            check_columns(table)?;
         }
-        let meaning = depth_args.meaning()?;
-        let depth = depth_args.source()?;
+        let depth_meaning = args.depth.meaning()?;
+        let depth = args.depth.source(depth_meaning);
         depth.check_lens(lens.session.lens(), lens_file)?;
-        let colour = plate_args.colour.room(output, warnings)?;
+        let colour = args.plate.colour.pipeline(&args.output, &mut warnings)?;
         for warning in warnings {
-            console.remark(warning);
+            console.note(warning);
         }
         Ok(Self {
-            lens_args,
-            plate_args,
+            args,
             measured,
             lens_file,
             base,
@@ -153,11 +84,11 @@ impl<'a> PlateReader<'a> {
             animation,
             depth,
             colour,
-            meaning,
+            depth_meaning,
         })
     }
 
-    /// The file of the depth pass as given, which may hold a frame pattern.
+    /// Returns the path or frame pattern of the depth pass, if it has a file of its own.
     pub(crate) fn depth_pattern(&self) -> Option<&str> {
         self.depth.file_pattern()
     }
@@ -168,9 +99,9 @@ impl<'a> PlateReader<'a> {
         table.flat_map(Animation::names).any(|own| own == name)
     }
 
-    /// Rejects an animation table where the run is not a sequence.
-    pub(crate) fn check_animation(&self, has_frames: bool) -> Result<(), CommandError> {
-        if self.animation.is_none() || has_frames {
+    /// Rejects an animation table if `run` is not a sequence.
+    pub(crate) fn check_animation(&self, run: &Run) -> Result<(), CommandError> {
+        if self.animation.is_none() || run.is_sequence() {
             return Ok(());
         }
         Err(CommandError::Usage(
@@ -187,59 +118,62 @@ impl<'a> PlateReader<'a> {
         let (Some(table), Some(number)) = (&self.animation, number) else {
             return Ok(self.lens.clone());
         };
-        let options = self.lens_args.options().at(table, number)?;
+        let options = self.args.lens.options.at_frame(table, number)?;
         options.set(&self.measured, self.lens_file, &self.base, warnings)
     }
 
-    /// Reads the plate file `path` and its depth, from `depth_file` where [`Self::depth_pattern`] names one.
+    /// Reads the plate of the frame at `index` of the run, and its depth.
     pub(crate) fn read(
         &self,
-        path: &Path,
-        frame: FrameId,
-        depth_file: Option<&Path>,
+        frame: &FrameFiles,
+        index: usize,
     ) -> Result<LoadedPlate, CommandError> {
-        let plate = Plate::open(path, &self.plate_args.options())?;
+        let plate = Plate::open(&frame.input, &self.args.plate.options())?;
         let mut warnings = Vec::new();
         let colour = self.colour.as_ref();
-        let colour = colour.map(|colour| colour.of(&plate, &mut warnings));
+        let colour = colour.map(|colour| colour.of_plate(&plate, &mut warnings));
         let colour = colour.transpose()?;
-        self.load(plate, colour, frame, depth_file, warnings)
+        let order = if index == 0 {
+            FrameOrder::First
+        } else {
+            FrameOrder::Later
+        };
+        self.load(plate, colour, frame, order, warnings)
     }
 
-    /// Loads `plate`, made from `source` and in the colour space that it is written in.
-    pub(crate) fn load_written(
+    /// Loads `plate`, a result made from `source` in the colour space of the output.
+    pub(crate) fn load_result(
         &self,
         plate: Plate,
         source: &LoadedPlate,
-        number: Option<i64>,
-        depth_file: Option<&Path>,
+        frame: &FrameFiles,
     ) -> Result<LoadedPlate, CommandError> {
-        let colour = source.colour.as_ref().map(PlateColour::written);
-        let order = FrameOrder::Later;
-        let frame = FrameId { number, order };
-        self.load(plate, colour, frame, depth_file, Vec::new())
+        let colour = source.colour.as_ref().map(PlateColour::of_result);
+        self.load(plate, colour, frame, FrameOrder::Later, Vec::new())
     }
 
     fn load(
         &self,
         plate: Plate,
         colour: Option<PlateColour>,
-        frame: FrameId,
-        depth_file: Option<&Path>,
+        frame: &FrameFiles,
+        order: FrameOrder,
         mut warnings: Vec<String>,
     ) -> Result<LoadedPlate, CommandError> {
-        if self.colour.is_none() && frame.order == FrameOrder::First {
+        if self.colour.is_none() && order == FrameOrder::First {
             warnings.extend(plate.ignored_colour_space_warning());
         }
-        let image = (self.plate_args).image(&plate, colour.as_ref(), &mut warnings)?;
+        let image = (self.args.plate).image(&plate, colour.as_ref(), &mut warnings)?;
         let lens = self.frame_lens(frame.number, &mut warnings)?;
         let geometry = self.geometry(&plate)?;
+        // The depth pass is the first file read beside the plate.
+        let depth_file = self.depth_pattern().and(frame.read.first());
         let depth = self.depth.read(
             &plate,
             &geometry,
-            depth_file,
+            depth_file.map(PathBuf::as_path),
             &lens.session,
-            frame.order,
+            order,
             &mut warnings,
         )?;
         let prepared = lens.session.prepare_parts(image, geometry, depth, None);
@@ -253,53 +187,32 @@ impl<'a> PlateReader<'a> {
         })
     }
 
-    /// The place of `plate` in the frame of the lens.
+    /// Returns the place of `plate` in the frame of the lens.
     pub(crate) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
-        let aspect = self.plate_args.pixel_aspect(plate)?;
-        Ok(plate_geometry(plate, self.plate_args.lens_scale, aspect))
+        self.args.plate.geometry(plate)
     }
 
-    /// The settings by name that `plate` is rendered with through `lens`, for provenance and residuals.
+    /// Returns the settings by name that `plate` is rendered with through `lens`.
     pub(crate) fn record(
         &self,
         lens: &FrameLens,
         plate: &Plate,
-    ) -> Result<Vec<(String, String)>, CommandError> {
+    ) -> Result<SettingsRecord, CommandError> {
         let mut record = lens.record.clone();
         record.extend(self.depth.record());
-        let scale = self.plate_args.lens_scale;
-        let aspect = self.plate_args.pixel_aspect(plate)?;
-        for (name, value) in [
-            (
-                "geometry",
-                format!("{:?}", self.lens_args.geometry).to_lowercase(),
-            ),
-            (
-                "lens-scale",
-                scale.map_or_else(|| "from the display window".to_owned(), |s| s.to_string()),
-            ),
-            ("pixel-aspect", aspect.to_string()),
-            (
-                "working-space",
-                self.colour
-                    .as_ref()
-                    .map_or_else(|| "the plate's".to_owned(), |c| c.working().to_owned()),
-            ),
-        ] {
-            record.push((name.to_owned(), value));
-        }
+        let lens_scale = self.args.plate.lens_scale.map_or_else(
+            || "from the display window".to_owned(),
+            |scale| scale.to_string(),
+        );
+        let working_space = self.colour.as_ref().map(ColourPipeline::working_space);
+        record.extend([
+            setting("geometry", value_name(self.args.geometry)),
+            setting("lens-scale", lens_scale),
+            setting("pixel-aspect", self.args.plate.pixel_aspect(plate)?),
+            setting("working-space", working_space.unwrap_or("the plate's")),
+        ]);
         Ok(record)
     }
-}
-
-/// The settings by name of `apply` without options about quality, edges and occlusion.
-pub(crate) fn default_rendering_record() -> [(String, String); 3] {
-    [
-        ("quality", "final"),
-        ("edges", "mirror"),
-        ("occlusion", "on"),
-    ]
-    .map(|(name, value)| (name.to_owned(), value.to_owned()))
 }
 
 impl LoadedPlate {
@@ -308,29 +221,30 @@ impl LoadedPlate {
         FileError::from_core(self.plate.path(), error).into()
     }
 
-    /// Whether the lens leaves the plate as it is.
+    /// Whether the amount is zero, so that the plate is unchanged.
     pub(crate) fn is_neutral(&self) -> bool {
         self.lens.session.is_neutral()
     }
 
-    /// Uses `lens` in place of the frame's own, such as one of a smaller amount.
+    /// Replaces the lens by another setting of it, such as one of a smaller amount.
     pub(crate) fn set_lens(&mut self, lens: FrameLens) {
         self.prepared.set_session(Arc::clone(&lens.session));
         self.lens = lens;
     }
 
-    /// Leaves `target`, a copy of the plate, as it is to the bit; but for replaced samples and another colour space.
-    pub(crate) fn keep(&self, target: &mut Plate) -> Result<(), CommandError> {
+    /// Puts the plate's own samples into `target`, a copy of it, where samples were replaced or the colour space
+    /// changes. Otherwise `target` keeps its bits.
+    pub(crate) fn put_unchanged(&self, target: &mut Plate) -> Result<(), CommandError> {
         let colour = self.colour.as_ref();
-        let stays = colour.is_none_or(|colour| colour.other_space().is_none());
-        if stays && target.non_finite().is_empty() {
+        let keeps_space = colour.is_none_or(|colour| colour.new_space().is_none());
+        if keeps_space && target.non_finite().is_empty() {
             return Ok(());
         }
         self.put_planes(target, self.prepared.planes().to_vec())
     }
 
-    /// Puts premultiplied `planes` of the data window of `target` into it, in the alpha relation and colour space that it is
-    /// written in.
+    /// Puts premultiplied `planes` over the data window of `target` into it, with the alpha relation and colour space of
+    /// the output.
     pub(crate) fn put_planes(
         &self,
         target: &mut Plate,

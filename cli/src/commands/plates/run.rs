@@ -1,60 +1,92 @@
-//! A run over one picture or the frames of a sequence: what of them exists already, how they are worked on, what is said.
+//! A run over a single plate or the frames of a sequence.
 
 use std::ffi::OsString;
 use std::path::Path;
 
 use clap::Args;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use super::finished_frame::FinishedFrame;
 use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
-use super::queue::{Outcome, Pools, Stages, run_all};
-use super::shares::Shares;
-use crate::Console;
-use crate::commands::CommandError;
-use seidel_image_io::plate::Plate;
+use super::queue::{FrameResult, Pools, Stages, run_pipeline};
+use crate::commands::{CommandError, thread_pool};
+use crate::{Console, ProgressBar};
 use seidel_image_io::provenance::Provenance;
 use seidel_image_io::sequence::{FramePattern, expand_frames};
 
-/// Options about which frames are rendered, and with what means.
+/// Options about frames, threads, memory and provenance.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
-    /// Frames to render where IN and OUT hold a frame pattern, such as 1001-1100 or 1-9x2
+    /// Frames to process if IN and OUT are frame patterns, such as 1001-1100 or 1-9x2
     #[arg(long)]
     frames: Option<String>,
-    /// Threads to work with; all cores if left out
+    /// Number of threads; all cores if omitted
     #[arg(long)]
     threads: Option<usize>,
-    /// Memory for the frames of a sequence that are read, worked on and written at once, such as 500M
-    /// or 4G; one frame is always in flight
+    /// Memory for the frames in flight, such as 500M or 4G; one frame is always in flight
     #[arg(long, value_name = "SIZE", default_value = DEFAULT_MEMORY, value_parser = parse_size)]
     memory: u64,
-    /// Render frames of a sequence again whose output exists already; they are skipped otherwise
+    /// Process all frames of a sequence; otherwise those whose outputs exist are skipped
     #[arg(long)]
     overwrite: bool,
-    /// Do not write into OUT what made it: version, command, lens and settings, which `seidel info` shows
+    /// Leave version, command, lens and settings out of the metadata of OUT, where `seidel info` shows them
     #[arg(long)]
     no_provenance: bool,
 }
 
 impl RunArgs {
-    /// Whether frames are named.
+    /// Whether `--frames` is used.
     pub(crate) fn has_frames(&self) -> bool {
         self.frames.is_some()
     }
 
-    /// The frames that there are to render; `lenses` are read as well. Says how many exist already.
-    pub(crate) fn frames(
+    /// Prepares a run over `files`; `label` names it on the progress bar, `command_line` goes into the provenance. Prints
+    /// a note if frames are skipped.
+    ///
+    /// # Errors
+    /// Frame patterns that do not match `--frames`, outputs that cannot be written or would replace an input, and lens
+    /// profiles that cannot be read.
+    pub(crate) fn begin(
         &self,
+        label: &str,
         files: &Files,
-        lenses: &[&Path],
+        command_line: &[OsString],
         console: &mut Console,
-    ) -> Result<Vec<FrameFiles>, CommandError> {
+    ) -> Result<Run, CommandError> {
+        let all = self.expand(files)?;
+        let count = all.len();
+        let frames: Vec<FrameFiles> = all.into_iter().filter(|f| !self.is_done(f)).collect();
+        if frames.len() < count {
+            console.note(format!(
+                "{} of {count} frames exist already and are skipped; give --overwrite to render them again",
+                count - frames.len(),
+            ));
+        }
+        let mut provenance = (!self.no_provenance).then(|| Provenance::new(command_line));
+        for (role, path) in &files.lenses {
+            provenance = provenance
+                .map(|provenance| provenance.with_file(role, path))
+                .transpose()?;
+        }
+        Ok(Run {
+            pools: Pools {
+                reading: thread_pool(self.threads)?,
+                processing: thread_pool(self.threads)?,
+            },
+            bar: console.progress_bar(label),
+            memory: self.memory,
+            provenance,
+            frames,
+        })
+    }
+
+    /// Returns the files of every frame, checked.
+    fn expand(&self, files: &Files) -> Result<Vec<FrameFiles>, CommandError> {
         let mut patterns = vec![files.input, files.output];
         patterns.extend(&files.read);
         patterns.extend(files.written.iter().map(|(_, pattern)| pattern));
-        let all = expand_frames(&patterns, self.frames.as_deref())?;
-        if all.len() > 1 {
+        let paths = expand_frames(&patterns, self.frames.as_deref())?;
+        if paths.len() > 1 {
             for (option, pattern) in &files.written {
                 if !FramePattern::parse(pattern).has_frame() {
                     return Err(CommandError::Usage(format!(
@@ -63,117 +95,75 @@ impl RunArgs {
                 }
             }
         }
-        let all: Vec<FrameFiles> = all
-            .into_iter()
-            .map(|step| FrameFiles::new(step, files.read.len()))
-            .collect();
-        for frame in &all {
-            frame.check(lenses)?;
+        let frames = paths.into_iter();
+        let frames = frames.map(|frame| FrameFiles::new(frame, files.read.len()));
+        let frames: Vec<FrameFiles> = frames.collect();
+        for frame in &frames {
+            frame.check(&files.lenses)?;
         }
-        let count = all.len();
-        let todo: Vec<FrameFiles> = all.into_iter().filter(|f| !self.is_done(f)).collect();
-        if todo.len() < count {
-            console.remark(format!(
-                "{} of {count} frames exist already and are skipped; give --overwrite to render them again",
-                count - todo.len(),
-            ));
-        }
-        Ok(todo)
+        Ok(frames)
     }
 
-    /// Whether a frame of a sequence was rendered by an earlier run: outputs are whole or not there.
+    /// Whether an earlier run finished a frame of a sequence. Its outputs are complete if they exist, because files are
+    /// written whole or not at all.
     fn is_done(&self, frame: &FrameFiles) -> bool {
         frame.number.is_some() && !self.overwrite && frame.outputs().all(Path::exists)
     }
-
-    /// A run that does `what` to `frames`, whose outputs say of what made them the command line `words` and the `lenses` that it
-    /// names, each with what it is there for.
-    pub(crate) fn begin(
-        &self,
-        what: &str,
-        frames: Vec<FrameFiles>,
-        (words, lenses): (&[OsString], &[(&str, &Path)]),
-        console: &Console,
-    ) -> Result<Run, CommandError> {
-        let mut provenance = (!self.no_provenance).then(|| Provenance::new(words));
-        for (role, path) in lenses {
-            provenance = provenance
-                .map(|made| made.with_file(role, path))
-                .transpose()?;
-        }
-        Ok(Run {
-            pools: Pools {
-                reading: self.pool()?,
-                blurring: self.pool()?,
-            },
-            shares: Shares::new(console, what, frames.len()),
-            memory: self.memory,
-            provenance,
-            frames,
-        })
-    }
-
-    /// Threads for a stage of the run.
-    fn pool(&self) -> Result<ThreadPool, CommandError> {
-        ThreadPoolBuilder::new()
-            .num_threads(self.threads.unwrap_or(0))
-            .build()
-            .map_err(|e| CommandError::Usage(format!("--threads: {e}")))
-    }
 }
 
-/// A run: its frames, and what they are worked on with.
+/// A run: its frames, and the threads, memory and progress bar that they share.
 pub(crate) struct Run {
     frames: Vec<FrameFiles>,
-    /// Where files are unpacked: not where frames are worked on, so that both go on at once.
     pools: Pools,
-    shares: Shares,
+    bar: ProgressBar,
+    /// Memory for the frames in flight, bytes.
     memory: u64,
     provenance: Option<Provenance>,
 }
 
 impl Run {
-    /// The files of a frame.
-    pub(crate) fn frame(&self, index: usize) -> &FrameFiles {
-        &self.frames[index]
+    /// Returns the files of all frames.
+    pub(crate) fn frames(&self) -> &[FrameFiles] {
+        &self.frames
     }
 
-    /// Tells that `part` of the work on the frame at `index` is done.
-    pub(crate) fn tell(&self, index: usize, part: f64) {
-        self.shares.tell(index, part);
+    /// Whether all frames have a number.
+    pub(crate) fn is_sequence(&self) -> bool {
+        self.frames.iter().all(|frame| frame.number.is_some())
     }
 
-    /// Records in `plate`, the frame at `index`, the command and the `settings` that made it, unless provenance is off.
-    pub(crate) fn set_provenance(
-        &self,
-        index: usize,
-        plate: &mut Plate,
-        settings: &[(String, String)],
-    ) {
+    /// Shows that `share` (0 to 1) of the work on the frame at `index` is done. Always returns true, as
+    /// [`ProgressBar::show`] does.
+    pub(crate) fn show_progress(&self, index: usize, share: f64) -> bool {
+        (self.bar).show((index as f64 + share) / self.frames.len() as f64)
+    }
+
+    /// Writes all files of the frame at `index`, with provenance unless it is off. Returns warnings.
+    pub(crate) fn write(&self, index: usize, mut frame: FinishedFrame) -> FrameResult {
+        let files = &self.frames[index];
         if let Some(provenance) = &self.provenance {
-            plate.set_provenance(provenance, self.frames[index].number, settings);
+            (frame.plate).set_provenance(provenance, files.number, &frame.record);
         }
+        frame.write(&files.output)
     }
 
-    /// Writes `plate` as the frame at `index`; what the user should know of it, after what was `said` already.
-    pub(crate) fn write(&self, index: usize, plate: Plate, mut said: Vec<String>) -> Outcome {
-        said.extend(plate.write(&self.frames[index].output)?);
-        Ok(said)
-    }
-
-    /// Takes all frames through `stages` and says what became of them.
-    pub(crate) fn through<S: Stages>(
+    /// Takes all frames through `stages`, and prints their warnings and the files written.
+    ///
+    /// # Errors
+    /// The error of a single plate, or those of all frames that failed.
+    pub(crate) fn process<S: Stages>(
         &self,
         stages: &S,
         console: &mut Console,
     ) -> Result<(), CommandError> {
         let count = self.frames.len();
         let mut failed = Vec::new();
-        run_all(stages, &self.pools, count, self.memory, |index, outcome| {
-            let speak = || tell(&self.frames[index], outcome, console, &mut failed);
-            self.shares.hidden(speak);
+        run_pipeline(stages, &self.pools, count, self.memory, |index, result| {
+            let frame = &self.frames[index];
+            self.bar
+                .suspend(|| failed.extend(report_frame(frame, result, console)));
         });
-        self.shares.clear();
+        self.bar.clear();
         match failed.len() {
             0 => Ok(()),
             1 if count == 1 => Err(failed.remove(0).1),
@@ -182,30 +172,32 @@ impl Run {
     }
 }
 
-/// Says what became of a frame, or keeps for the end why it failed.
-fn tell(
+/// Prints the warnings and outputs of a frame. Returns its number and error if it failed.
+fn report_frame(
     frame: &FrameFiles,
-    outcome: Outcome,
+    result: FrameResult,
     console: &mut Console,
-    failed: &mut Vec<(i64, CommandError)>,
-) {
+) -> Option<(i64, CommandError)> {
     let prefix = frame
         .number
         .map_or_else(String::new, |number| format!("frame {number}: "));
-    match outcome {
-        Ok(said) => {
-            for line in said {
-                console.remark(format!("{prefix}{line}"));
+    match result {
+        Ok(warnings) => {
+            for warning in warnings {
+                console.note(format!("{prefix}{warning}"));
             }
             for path in frame.outputs() {
-                console.say(format!("wrote {}", path.display()));
+                console.print(format!("wrote {}", path.display()));
             }
+            None
         }
         Err(error) => {
             if frame.number.is_some() {
-                console.remark(format!("{prefix}failed; the end of this run says why"));
+                console.note(format!(
+                    "{prefix}failed; the error is printed at the end of the run"
+                ));
             }
-            failed.push((frame.number.unwrap_or(0), error));
+            Some((frame.number.unwrap_or(0), error))
         }
     }
 }

@@ -3,154 +3,149 @@
 use std::sync::OnceLock;
 
 use clap::ValueEnum;
+use seidel_core::Progress;
 
 use crate::commands::CommandError;
-use crate::commands::plates::{LoadedPlate, PlateReader, share_of};
+use crate::commands::plates::{LoadedPlate, PlateReader, scaled_amount};
 
-/// What becomes of a plate that does not show the blur of its lens.
+/// The action if a plate does not show the blur of its lens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum OnDoubt {
-    /// Where it shows less, as much as it shows is removed, as by a smaller --amount; where it shows more, that is said
+pub(super) enum OnMismatch {
+    /// Remove no more blur than the plate shows, as with a smaller --amount; warn if it shows more than the lens has
     Adjust,
-    /// It is said
+    /// Warn only
     Warn,
-    /// It is not looked at
+    /// Skip the check
     Off,
 }
 
-/// The check of a run's lens.
-pub(in crate::commands) struct LensCheck {
-    outcome: OnceLock<Outcome>,
-    /// Whether frames have others beside them.
-    is_sequence: bool,
-    /// Whether the blur may be put back by `seidel apply`.
-    is_put_back: bool,
-}
-
-/// Whether a frame was the one that is checked.
+/// The task of a run that removes blur; remedies in warnings depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Checked {
-    /// It was.
-    Here,
-    /// An earlier frame was, or none is.
-    Before,
+pub(in crate::commands) enum Task {
+    /// The blur is removed, and `seidel apply` may restore it with the same `--amount`.
+    Remove,
+    /// The blur is replaced by that of another lens, to which `--amount` applies as well.
+    Relens,
 }
 
-/// What the first frame showed.
+/// The check of the lens of a run.
+pub(in crate::commands) struct LensCheck {
+    first: OnceLock<FirstFrame>,
+    is_sequence: bool,
+    task: Task,
+}
+
+/// The result on the first frame.
 #[derive(Debug, Clone, Copy)]
-struct Outcome {
-    /// Its blur as a share of the lens's.
+struct FirstFrame {
+    /// Blur of the plate as a share of the lens's blur.
     share: f64,
-    /// Its number.
-    frame: Option<i64>,
+    /// Number of the frame.
+    number: Option<i64>,
 }
 
 impl LensCheck {
-    /// Of a run over `frames` frames, whose blur may be put back.
-    pub(in crate::commands) fn new(frames: usize, is_put_back: bool) -> Self {
+    /// Creates the check of a run over `frame_count` frames.
+    pub(in crate::commands) fn new(frame_count: usize, task: Task) -> Self {
         Self {
-            outcome: OnceLock::new(),
-            is_sequence: frames > 1,
-            is_put_back,
+            first: OnceLock::new(),
+            is_sequence: frame_count > 1,
+            task,
         }
     }
 
-    /// Sets the lens of the plate of frame `number` by what the first frame showed, which is this one if none was checked
-    /// before. `progress` gets the share done.
-    pub(super) fn settle(
+    /// Whether the next frame is to be checked.
+    pub(super) fn is_due(&self, action: OnMismatch) -> bool {
+        action != OnMismatch::Off && self.first.get().is_none()
+    }
+
+    /// Scales the lens of `loaded`, frame `number`, by the share of blur that the first frame shows. Checks this frame if
+    /// it is the first. Adds warnings to the plate.
+    ///
+    /// # Errors
+    /// Those of the check, cancellation by `progress` among them.
+    pub(super) fn set_lens(
         &self,
-        on_doubt: OnDoubt,
+        action: OnMismatch,
         reader: &PlateReader,
         number: Option<i64>,
         loaded: &mut LoadedPlate,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Checked, CommandError> {
-        if on_doubt == OnDoubt::Off {
-            return Ok(Checked::Before);
+        progress: &Progress,
+    ) -> Result<(), CommandError> {
+        if action == OnMismatch::Off {
+            return Ok(());
         }
-        // Frames are worked on one after the other, in their order.
-        let before = self.outcome.get();
-        let outcome = match before {
-            Some(outcome) => *outcome,
-            None => Outcome {
-                share: blur_share(loaded, progress)?,
-                frame: number,
-            },
+        // Frames are processed in sequence, so that no other thread checks at the same time.
+        let earlier = self.first.get();
+        let first = match earlier {
+            Some(first) => *first,
+            None => {
+                let share = loaded.prepared.blur_share(progress);
+                let share = share.map_err(|e| loaded.in_file(e))?;
+                *self.first.get_or_init(|| FirstFrame { share, number })
+            }
         };
-        let outcome = *self.outcome.get_or_init(|| outcome);
-        let is_less = on_doubt == OnDoubt::Adjust && outcome.share < 1.0;
-        if before.is_none() && outcome.share != 1.0 {
-            let warning = self.warning(outcome.share, is_less, reader, loaded);
+        let share = first.share;
+        let is_scaled = action == OnMismatch::Adjust && share < 1.0;
+        if earlier.is_none() && share != 1.0 {
+            let warning = self.warning(share, is_scaled, reader, loaded);
             loaded.warnings.push(warning);
-        } else if is_less && let Some(frame) = outcome.frame {
-            let percent = percent(outcome.share);
+        } else if is_scaled && let Some(frame) = first.number {
+            let percent = percent(share);
             loaded.warnings.push(format!(
                 "removed {percent} of the lens's blur, as frame {frame} shows it"
             ));
         }
-        if is_less {
-            loaded.set_lens(loaded.lens.weakened(outcome.share)?);
+        if is_scaled {
+            loaded.set_lens(loaded.lens.with_amount_scaled(share)?);
         }
-        Ok(match before {
-            None => Checked::Here,
-            Some(_) => Checked::Before,
-        })
+        Ok(())
     }
 
-    /// The warning about a plate that shows a `share` of the lens's blur, and whether less `is_removed`.
+    /// Returns the warning about a plate that shows a `share` of the lens's blur, with the lens scaled to it or not.
     fn warning(
         &self,
         share: f64,
-        is_removed: bool,
+        is_scaled: bool,
         reader: &PlateReader,
         loaded: &LoadedPlate,
     ) -> String {
         let shown = percent(share);
-        let asked = loaded.lens.session.settings().amount;
-        let of = if asked == 1.0 {
+        let requested = loaded.lens.session.settings().amount;
+        let at_amount = if requested == 1.0 {
             String::new()
         } else {
-            format!(" at --amount {asked}")
+            format!(" at --amount {requested}")
         };
         let amount = if reader.is_animated("amount") {
             format!("the amounts of --animate times {share}")
         } else {
-            format!("--amount {}", share_of(asked, share))
+            format!("--amount {}", scaled_amount(requested, share))
         };
         let all = if self.is_sequence {
             " from all frames"
         } else {
             ""
         };
-        // With another lens put on, --amount would go for that as well.
-        let remedy = if self.is_put_back {
-            format!("{amount} removes what is there, if the profile is not right")
-        } else {
-            "check its profile".to_owned()
+        let remedy = match self.task {
+            Task::Remove => format!("{amount} removes what is there, if the profile is not right"),
+            Task::Relens => "check its profile".to_owned(),
         };
         let keep = "use --lens-check off if the profile is right";
-        let done = if is_removed && self.is_put_back {
-            format!("removed that much{all}; put it back with {amount}, or {keep}")
-        } else if is_removed {
-            format!("removed that much{all}; {keep}")
-        } else if share < 1.0 {
-            format!("removed all of the lens's{all}, which may ring; {remedy}")
-        } else {
-            format!("removed no more than the lens's{all}; {remedy}")
+        let action = match (is_scaled, self.task) {
+            (true, Task::Remove) => {
+                format!("removed that much{all}; put it back with {amount}, or {keep}")
+            }
+            (true, Task::Relens) => format!("removed that much{all}; {keep}"),
+            (false, _) if share < 1.0 => {
+                format!("removed all of the lens's{all}, which may ring; {remedy}")
+            }
+            (false, _) => format!("removed no more than the lens's{all}; {remedy}"),
         };
-        format!("the plate shows about {shown} of the lens's blur{of}: {done}")
+        format!("the plate shows about {shown} of the lens's blur{at_amount}: {action}")
     }
 }
 
 fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
-}
-
-/// The blur that the plate shows, as a share of its lens's.
-fn blur_share(loaded: &LoadedPlate, progress: &(dyn Fn(f64) + Sync)) -> Result<f64, CommandError> {
-    let share = loaded.prepared.blur_share(&|share| {
-        progress(share);
-        true
-    });
-    share.map_err(|e| loaded.in_file(e))
 }

@@ -14,7 +14,7 @@ pub(super) enum Bound {
 /// A measured figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Figure {
-    /// How often something held.
+    /// Share of the cases in which something held.
     Rate(Rate),
     /// A mean or a median.
     Measure(Measure),
@@ -58,7 +58,7 @@ impl Aim {
         })
     }
 
-    /// Returns the value in words.
+    /// Returns the value as text.
     pub(super) fn found(&self) -> String {
         match (self.figure, self.value()) {
             (_, None) => "no such case".to_owned(),
@@ -72,7 +72,7 @@ impl Aim {
         }
     }
 
-    /// Returns the bound in words; empty where there is none.
+    /// Returns the bound as text; empty without a bound.
     pub(super) fn wanted(&self) -> String {
         let number = |v: f64| match self.figure {
             Figure::Rate(_) => format!("{:.0} %", 100.0 * v),
@@ -102,13 +102,13 @@ impl SelfTest {
         let mut aims = vec![
             rate(
                 "single_top1",
-                "one effect: it comes first",
+                "one effect: ranked first",
                 s.single_top1,
                 AtLeast(0.9),
             ),
             rate(
                 "single_top3",
-                "one effect: it is among the first three",
+                "one effect: ranked among the first three",
                 s.single_top3,
                 AtLeast(0.97),
             ),
@@ -120,7 +120,7 @@ impl SelfTest {
             ),
             rate(
                 "false_alarms",
-                "no gap: one is found all the same",
+                "no gap: false alarm",
                 s.false_alarms,
                 AtMost(0.02),
             ),
@@ -138,19 +138,19 @@ impl SelfTest {
             ),
             measure(
                 "closed_error",
-                "share claimed less share truly closed, mean size",
+                "share claimed minus share truly closed, mean magnitude",
                 s.closed_error,
                 Some(AtMost(0.05)),
             ),
             measure(
                 "calibration_error",
-                "expected calibration error of the answer's odds",
+                "expected calibration error of the probabilities",
                 s.calibration_error,
                 Some(AtMost(0.05)),
             ),
             measure(
                 "calibration_error_first",
-                "the same of the first cause alone (half a pair has a half at most)",
+                "expected calibration error of the first cause alone (of a pair: at most one half)",
                 s.calibration_error_first,
                 None,
             ),

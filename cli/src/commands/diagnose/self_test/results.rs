@@ -78,16 +78,15 @@ impl SelfTest {
 }
 
 impl CaseResult {
-    /// Returns whether the diagnosis is right in the sense of the scores: the single effect comes
-    /// first, both effects of a pair are added, no gap is found where there is none, or an unknown
-    /// cause is called unexplained.
+    /// Returns whether the diagnosis is right in the sense of the scores: the single effect comes first, both effects of a
+    /// pair are added, no gap is found between equal lenses, or an unknown cause is called unexplained.
     pub fn is_right(&self) -> bool {
         let own = scores(std::slice::from_ref(&self.outcome));
         let no_alarm = own.false_alarms.of - own.false_alarms.held;
         own.single_top1.held + own.pair_both.held + own.unknown_unexplained.held + no_alarm == 1
     }
 
-    /// Returns in words what separates the real lens of the case from its design.
+    /// Returns a description of the difference between the real lens of the case and its design.
     pub fn truth(&self) -> String {
         let answer = &self.outcome.answer;
         match (&answer.unknown, answer.effects.as_slice()) {

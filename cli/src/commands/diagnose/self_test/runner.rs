@@ -8,7 +8,7 @@ use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
-use seidel_core::{Error, Result};
+use seidel_core::{Error, Progress, Result};
 use seidel_trial::{Answer, Case, Outcome, Size, draw, recipes};
 
 use super::results::{CaseResult, FAILED, SelfTest, WithheldResult};
@@ -28,18 +28,19 @@ pub struct Plan {
     pub withhold: bool,
 }
 
-/// Draws and diagnoses the cases in sequence; `report` receives the share done, 0 to 1.
+/// Draws and diagnoses the cases in sequence. `progress` receives the share done, 0 to 1; a case that it cancels counts
+/// as failed.
 ///
 /// # Panics
 /// Sets without places, and tiles smaller than 25 pixels.
-pub fn run(plan: &Plan, report: &(dyn Fn(f64) + Sync)) -> SelfTest {
+pub fn run(plan: &Plan, progress: &Progress) -> SelfTest {
     let cases = recipes(plan.count, plan.seed, plan.size)
         .iter()
         .enumerate()
         .map(|(index, recipe)| {
-            let report = |share: f64| report((index as f64 + share) / plan.count as f64);
-            report(0.0);
-            run_case(draw(recipe), plan, &report)
+            let progress = |share: f64| progress((index as f64 + share) / plan.count as f64);
+            progress(0.0);
+            run_case(draw(recipe), plan, &progress)
         })
         .collect();
     SelfTest {
@@ -51,10 +52,10 @@ pub fn run(plan: &Plan, report: &(dyn Fn(f64) + Sync)) -> SelfTest {
 }
 
 /// Diagnoses a case from what a user would have, then opens its answer.
-fn run_case(case: Case, plan: &Plan, report: &(dyn Fn(f64) + Sync)) -> CaseResult {
+fn run_case(case: Case, plan: &Plan, progress: &Progress) -> CaseResult {
     let start = Instant::now();
     let passes = if plan.withhold { 2.0 } else { 1.0 };
-    let first = |share: f64| report(share / passes);
+    let first = |share: f64| progress(share / passes);
     let blind = fit_and_diagnose(&case.design, &case.real, &plan.library, &first);
     let seconds = start.elapsed().as_secs_f64();
     let Case {
@@ -64,7 +65,7 @@ fn run_case(case: Case, plan: &Plan, report: &(dyn Fn(f64) + Sync)) -> CaseResul
         ..
     } = case;
     let withheld = (plan.withhold && answer.kind == "single").then(|| {
-        let second = |share: f64| report((1.0 + share) / passes);
+        let second = |share: f64| progress((1.0 + share) / passes);
         let library = library_without(&plan.library, &answer.effects);
         diagnose_withheld(&library, &real, blind.as_ref(), &second)
     });
@@ -105,29 +106,25 @@ fn fit_and_diagnose(
     design: &ObservationSet,
     real: &ObservationSet,
     library: &[String],
-    report: &(dyn Fn(f64) + Sync),
+    progress: &Progress,
 ) -> Result<BlindDiagnosis> {
     let lens = fit_pupil(std::slice::from_ref(design), &PupilSettings::default())?.lens;
-    let diagnosis = checked_diagnosis(&lens, real, library, report)?;
+    let diagnosis = checked_diagnosis(&lens, real, library, progress)?;
     Ok(BlindDiagnosis { lens, diagnosis })
 }
 
-/// Diagnoses `lens` against `real` and refuses scores that are not finite.
+/// Diagnoses `lens` against `real` and rejects scores that are not finite.
 fn checked_diagnosis(
     lens: &LensProfile,
     real: &ObservationSet,
     library: &[String],
-    report: &(dyn Fn(f64) + Sync),
+    progress: &Progress,
 ) -> Result<Diagnosis> {
     let settings = Settings {
         library: library.to_vec(),
         ..Settings::default()
     };
-    let progress = |share| {
-        report(share);
-        true
-    };
-    let diagnosis = diagnose(lens, real, &settings, &progress)?;
+    let diagnosis = diagnose(lens, real, &settings, progress)?;
     let causes = diagnosis.causes.iter().map(|c| (c.probability, c.effect));
     for (number, name) in causes.chain([(diagnosis.gap.closed, "gap closed")]) {
         if !number.is_finite() {
@@ -142,11 +139,11 @@ fn diagnose_withheld(
     library: &[String],
     real: &ObservationSet,
     blind: std::result::Result<&BlindDiagnosis, &Error>,
-    report: &(dyn Fn(f64) + Sync),
+    progress: &Progress,
 ) -> WithheldResult {
     let start = Instant::now();
     let diagnosis = match blind {
-        Ok(blind) => checked_diagnosis(&blind.lens, real, library, report),
+        Ok(blind) => checked_diagnosis(&blind.lens, real, library, progress),
         Err(error) => Err(error.clone()),
     };
     let seconds = start.elapsed().as_secs_f64();
@@ -166,7 +163,7 @@ fn diagnose_withheld(
     }
 }
 
-/// Returns the share of the gap on `holdout` that the corrected lens closes; 0 where there is none.
+/// Returns the share of the gap on `holdout` that the corrected lens closes; 0 without a gap.
 fn closed_share(blind: &BlindDiagnosis, holdout: &ObservationSet) -> Result<f64> {
     let before = mean_gap(&blind.lens, holdout)?;
     if before <= 0.0 {
@@ -204,6 +201,7 @@ fn mean_gap(lens: &LensProfile, set: &ObservationSet) -> Result<f64> {
     Ok(sum / count.max(1) as f64)
 }
 
+/// Returns the outcome of a case from its diagnosis.
 fn outcome(answer: Answer, diagnosis: &Diagnosis, true_closed: f64, seconds: f64) -> Outcome {
     let causes = diagnosis.causes.iter();
     let ranked = causes.map(|c| (c.effect.to_owned(), c.probability));
@@ -241,6 +239,6 @@ fn not_finite(name: &str, number: f64) -> Error {
     Error::new(
         format!("diagnosis: {name}"),
         format!("is {number}"),
-        "report this as a fault, with the seed and the count",
+        "report this as a bug, with the seed and the count",
     )
 }
