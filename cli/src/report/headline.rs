@@ -145,7 +145,7 @@ fn gap_card(d: &Diagnosis) -> String {
 fn next_card(d: &Diagnosis) -> String {
     let text = |text: &str| escape(&sentence(text.trim_end_matches('.')));
     let next = if d.next_capture.is_empty() {
-        "None is needed".to_owned()
+        "Not needed".to_owned()
     } else {
         text(&d.next_capture)
     };

@@ -211,6 +211,6 @@ mod tests {
         bare.next_capture.clear();
         bare.shape.orders.clear();
         let page = html(&bare, &subject());
-        assert!(page.contains("None is needed") && !page.contains("NaN\u{a0}"));
+        assert!(page.contains("Not needed") && !page.contains("NaN\u{a0}"));
     }
 }

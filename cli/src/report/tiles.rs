@@ -11,7 +11,7 @@ use crate::pictures::tile_panel::TilePart;
 /// Least side of a panel, px, before the browser scales it to its column.
 const PANEL_PX: usize = 180;
 
-/// Returns the section with a row of panels per example; empty where there is none.
+/// Returns the section with a row of panels per example; empty without examples.
 pub(super) fn tiles(d: &Diagnosis) -> String {
     let rows: String = d.examples.iter().filter_map(|e| row(d, e)).collect();
     if rows.is_empty() {

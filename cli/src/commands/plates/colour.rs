@@ -70,7 +70,7 @@ impl From<ColourError> for CommandError {
 }
 
 impl ColourArgs {
-    /// Whether any option about colour is used.
+    /// Returns whether any option about colour is used.
     pub(super) fn is_used(&self) -> bool {
         let spaces = [&self.in_space, &self.out_space, &self.working_space];
         self.config.ocio.is_some() || spaces.iter().any(|space| space.is_some())

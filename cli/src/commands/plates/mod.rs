@@ -16,7 +16,7 @@ mod reader;
 mod run;
 
 pub(crate) use adjust::scaled_amount;
-pub(crate) use args::{Geometry, PlateCommandArgs};
+pub(crate) use args::PlateCommandArgs;
 pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of};
 pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};

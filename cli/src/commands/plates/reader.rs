@@ -93,7 +93,7 @@ impl<'a> PlateReader<'a> {
         self.depth.file_pattern()
     }
 
-    /// Whether the option called `name` has values by frame.
+    /// Returns whether the option called `name` has values by frame.
     pub(crate) fn is_animated(&self, name: &str) -> bool {
         let table = self.animation.iter();
         table.flat_map(Animation::names).any(|own| own == name)
@@ -221,7 +221,7 @@ impl LoadedPlate {
         FileError::from_core(self.plate.path(), error).into()
     }
 
-    /// Whether the amount is zero, so that the plate is unchanged.
+    /// Returns whether the amount is zero, so that the plate is unchanged.
     pub(crate) fn is_neutral(&self) -> bool {
         self.lens.session.is_neutral()
     }

@@ -35,7 +35,7 @@ pub(crate) struct RunArgs {
 }
 
 impl RunArgs {
-    /// Whether `--frames` is used.
+    /// Returns whether `--frames` is used.
     pub(crate) fn has_frames(&self) -> bool {
         self.frames.is_some()
     }
@@ -104,7 +104,7 @@ impl RunArgs {
         Ok(frames)
     }
 
-    /// Whether an earlier run finished a frame of a sequence. Its outputs are complete if they exist, because files are
+    /// Returns whether an earlier run finished a frame of a sequence. Its outputs are complete if they exist, because files are
     /// written whole or not at all.
     fn is_done(&self, frame: &FrameFiles) -> bool {
         frame.number.is_some() && !self.overwrite && frame.outputs().all(Path::exists)
@@ -127,7 +127,7 @@ impl Run {
         &self.frames
     }
 
-    /// Whether all frames have a number.
+    /// Returns whether all frames have a number.
     pub(crate) fn is_sequence(&self) -> bool {
         self.frames.iter().all(|frame| frame.number.is_some())
     }

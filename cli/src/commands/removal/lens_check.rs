@@ -54,7 +54,7 @@ impl LensCheck {
         }
     }
 
-    /// Whether the next frame is to be checked.
+    /// Returns whether the next frame is to be checked.
     pub(super) fn is_due(&self, action: OnMismatch) -> bool {
         action != OnMismatch::Off && self.first.get().is_none()
     }
