@@ -1,62 +1,50 @@
-//! Names of properties of clips and pictures.
+//! Properties of clips and images: section "Images and Clips", `ofxImageEffect.h`.
 
 use std::ffi::CStr;
 
-/// Whether something is connected.
+/// Whether the clip is connected.
 pub const CONNECTED: &CStr = c"OfxImageClipPropConnected";
-/// Whether it may stay unconnected.
+/// Whether the clip may be unconnected.
 pub const OPTIONAL: &CStr = c"OfxImageClipPropOptional";
-/// Whether it is a mask.
+/// Whether the clip is a mask.
 pub const IS_MASK: &CStr = c"OfxImageClipPropIsMask";
-/// Which field samples belong to.
+/// The rows that images of the clip contain: section "Field Rendering".
 pub const FIELD_EXTRACTION: &CStr = c"OfxImageClipPropFieldExtraction";
-/// A field alone, as a picture of half the height.
-pub const FIELD_SINGLE: &CStr = c"OfxFieldSingle";
-/// A field, each of its rows twice.
-pub const FIELD_DOUBLED: &CStr = c"OfxFieldDoubled";
-/// No fields.
-pub const FIELD_NONE: &CStr = c"OfxFieldNone";
-/// Both fields.
+/// Field: both, interleaved.
 pub const FIELD_BOTH: &CStr = c"OfxFieldBoth";
-/// Even rows, counted from the bottom.
+/// Field: even rows, counted from the bottom.
 pub const FIELD_LOWER: &CStr = c"OfxFieldLower";
-/// Odd rows.
+/// Field: odd rows, counted from the bottom.
 pub const FIELD_UPPER: &CStr = c"OfxFieldUpper";
-/// Colour spaces that are wished for, best first.
-pub const PREFERRED_COLOURSPACES: &CStr = c"OfxImageClipPropPreferredColourspaces";
 
-/// First sample of the pixel at the bottom left.
+/// Address of the bottom left pixel of the bounds.
 pub const IMAGE_DATA: &CStr = c"OfxImagePropData";
-/// Rectangle of its pixels.
+/// Rectangle of the pixels in memory, in pixel coordinates.
 pub const IMAGE_BOUNDS: &CStr = c"OfxImagePropBounds";
-/// Bytes between rows, upwards.
+/// Bytes from a row to the row above it; negative where rows lie from the top down.
 pub const IMAGE_ROW_BYTES: &CStr = c"OfxImagePropRowBytes";
 /// Width of a pixel over its height.
 pub const PIXEL_ASPECT: &CStr = c"OfxImagePropPixelAspectRatio";
 
-/// Which channels a picture has.
+/// Components of a clip or image.
 pub const COMPONENTS: &CStr = c"OfxImageEffectPropComponents";
-/// Which it may have.
+/// Components that a clip accepts.
 pub const SUPPORTED_COMPONENTS: &CStr = c"OfxImageEffectPropSupportedComponents";
-/// One channel.
+/// Components: one channel.
 pub const ALPHA: &CStr = c"OfxImageComponentAlpha";
-/// Three.
+/// Components: red, green, blue.
 pub const RGB: &CStr = c"OfxImageComponentRGB";
-/// Four.
+/// Components: red, green, blue, alpha.
 pub const RGBA: &CStr = c"OfxImageComponentRGBA";
 
-/// What samples are.
+/// Sample type of a clip or image.
 pub const PIXEL_DEPTH: &CStr = c"OfxImageEffectPropPixelDepth";
-/// Single precision.
+/// Sample type: 32-bit float.
 pub const DEPTH_FLOAT: &CStr = c"OfxBitDepthFloat";
-/// Half precision.
+/// Sample type: 16-bit float.
 pub const DEPTH_HALF: &CStr = c"OfxBitDepthHalf";
 
-/// Whether colour is multiplied by alpha.
+/// Premultiplication of a clip or image: section "Premultiplication And Alpha".
 pub const PREMULTIPLICATION: &CStr = c"OfxImageEffectPropPreMultiplication";
-/// There is no alpha that counts.
-pub const OPAQUE: &CStr = c"OfxImageOpaque";
-/// It is.
-pub const PREMULTIPLIED: &CStr = c"OfxImageAlphaPremultiplied";
-/// It is not.
+/// Premultiplication: colour is not multiplied by alpha.
 pub const UNPREMULTIPLIED: &CStr = c"OfxImageAlphaUnPremultiplied";

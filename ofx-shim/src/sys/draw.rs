@@ -1,4 +1,4 @@
-//! The draw suite of 1.5: overlays without OpenGL.
+//! The draw suite: section "OfxDrawSuiteV1: Drawing Overlays", `ofxDrawSuite.h`. Since 1.5.
 
 use std::ffi::{CStr, c_char, c_int};
 
@@ -14,36 +14,36 @@ pub struct OfxRGBAColourF {
     pub g: f32,
     /// Blue.
     pub b: f32,
-    /// Coverage.
+    /// Alpha.
     pub a: f32,
 }
 
-/// Draws on the context that a draw action is given.
+/// The draw suite. Handles are draw contexts, valid during a draw action.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct OfxDrawSuiteV1 {
-    /// A colour of the host's.
+    /// Gets one of the host's standard colours.
     pub get_colour: Option<unsafe extern "C" fn(Handle, c_int, *mut OfxRGBAColourF) -> OfxStatus>,
-    /// What to draw with from now on.
+    /// Sets the colour of later calls.
     pub set_colour: Option<unsafe extern "C" fn(Handle, *const OfxRGBAColourF) -> OfxStatus>,
-    /// Width of lines; 0 is one pixel.
+    /// Sets the line width; 0 is one pixel.
     pub set_line_width: Option<unsafe extern "C" fn(Handle, f32) -> OfxStatus>,
-    /// Dashes of lines.
+    /// Sets the stipple pattern of lines.
     pub set_line_stipple: Option<unsafe extern "C" fn(Handle, c_int) -> OfxStatus>,
-    /// Draws a primitive.
+    /// Draws a primitive through a number of points.
     pub draw: Option<unsafe extern "C" fn(Handle, c_int, *const OfxPointD, c_int) -> OfxStatus>,
-    /// Draws a text.
+    /// Draws text at a point.
     pub draw_text:
         Option<unsafe extern "C" fn(Handle, *const c_char, *const OfxPointD, c_int) -> OfxStatus>,
 }
 
-/// Name of the suite.
+/// The suite's name.
 pub const SUITE: &CStr = c"OfxDrawSuite";
-/// Colour of what can be taken hold of.
+/// `kOfxStandardColourOverlayActive`: the colour of handles.
 pub const COLOUR_ACTIVE: c_int = 1;
-/// Colour of what cannot.
+/// `kOfxStandardColourOverlayDeselected`: the colour of what cannot be dragged.
 pub const COLOUR_DESELECTED: c_int = 3;
-/// Primitive: pairs of points.
+/// `kOfxDrawPrimitiveLines`: one line per pair of points.
 pub const LINES: c_int = 0;
-/// Primitive: a closed line.
+/// `kOfxDrawPrimitiveLineLoop`: a closed line.
 pub const LINE_LOOP: c_int = 2;

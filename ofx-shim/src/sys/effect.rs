@@ -1,120 +1,115 @@
-//! The image effect suite, and names of properties of effects and of the arguments of actions.
+//! The image effect suite, and properties of effects and of the arguments of actions: section "OfxImageEffectSuiteV1",
+//! `ofxImageEffect.h`.
 
 use std::ffi::{CStr, c_char, c_int, c_void};
 
 use super::{Handle, OfxRectD, OfxStatus};
 
-/// Effects, their clips and pictures. The memory functions are not used.
+/// The image effect suite: effects, their clips, and images.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct OfxImageEffectSuiteV1 {
-    /// Properties of an effect.
+    /// Gets the property set of an effect.
     pub property_set: Option<unsafe extern "C" fn(Handle, *mut Handle) -> OfxStatus>,
-    /// Its parameters.
+    /// Gets the parameter set of an effect.
     pub param_set: Option<unsafe extern "C" fn(Handle, *mut Handle) -> OfxStatus>,
-    /// Declares a clip; gives its properties.
+    /// Defines a clip by name and gets its property set.
     pub clip_define: Option<unsafe extern "C" fn(Handle, *const c_char, *mut Handle) -> OfxStatus>,
-    /// A clip of an instance, and its properties.
+    /// Gets a clip of an instance and its property set.
     pub clip_handle:
         Option<unsafe extern "C" fn(Handle, *const c_char, *mut Handle, *mut Handle) -> OfxStatus>,
-    /// Properties of a clip.
+    /// Gets the property set of a clip.
     pub clip_property_set: Option<unsafe extern "C" fn(Handle, *mut Handle) -> OfxStatus>,
-    /// A picture of a clip at a time.
+    /// Gets the image of a clip at a time; the region may be NULL.
     pub clip_image:
         Option<unsafe extern "C" fn(Handle, f64, *const OfxRectD, *mut Handle) -> OfxStatus>,
-    /// Gives it back.
+    /// Releases an image.
     pub release_image: Option<unsafe extern "C" fn(Handle) -> OfxStatus>,
-    /// How large the pictures of a clip are.
+    /// Gets the region of definition of a clip at a time, in canonical coordinates.
     pub clip_region_of_definition:
         Option<unsafe extern "C" fn(Handle, f64, *mut OfxRectD) -> OfxStatus>,
-    /// Whether to stop.
+    /// Returns 1 if the host wants the effect to stop.
     pub abort: Option<unsafe extern "C" fn(Handle) -> c_int>,
-    /// Not used: to get, free, lock and unlock memory.
+    /// `imageMemoryAlloc`, `imageMemoryFree`, `imageMemoryLock`, `imageMemoryUnlock`: not used.
     pub memory: [*const c_void; 4],
 }
 
-/// Name of the suite.
+/// The suite's name.
 pub const SUITE: &CStr = c"OfxImageEffectSuite";
-/// Which API it is of.
+/// The name of the image effect API.
 pub const API: &CStr = c"OfxImageEffectPluginAPI";
 
-/// The clip that is worked on.
+/// The clip to filter.
 pub const CLIP_SOURCE: &CStr = c"Source";
-/// The clip that is made.
+/// The clip to render.
 pub const CLIP_OUTPUT: &CStr = c"Output";
 
-/// In which way a plugin is used.
-pub const CONTEXT: &CStr = c"OfxImageEffectPropContext";
-/// One input.
+/// Context: one input, besides masks.
 pub const CONTEXT_FILTER: &CStr = c"OfxImageEffectContextFilter";
-/// Any number of inputs.
+/// Context: any number of inputs.
 pub const CONTEXT_GENERAL: &CStr = c"OfxImageEffectContextGeneral";
 
-/// In which ways it can be.
+/// Contexts that the plugin supports.
 pub const SUPPORTED_CONTEXTS: &CStr = c"OfxImageEffectPropSupportedContexts";
-/// Which samples it can work on.
+/// Sample types that the plugin supports.
 pub const SUPPORTED_PIXEL_DEPTHS: &CStr = c"OfxImageEffectPropSupportedPixelDepths";
-/// Where it stands in menus.
+/// Menu that lists the plugin.
 pub const GROUPING: &CStr = c"OfxImageEffectPluginPropGrouping";
-/// Whether clips may have different samples.
+/// Whether clips may differ in sample type.
 pub const MULTIPLE_CLIP_DEPTHS: &CStr = c"OfxImageEffectPropMultipleClipDepths";
-/// Whether clips may have different pixel aspects.
+/// Whether clips may differ in pixel aspect ratio.
 pub const MULTIPLE_CLIP_PARS: &CStr = c"OfxImageEffectPropSupportsMultipleClipPARs";
-/// Whether clips may have different sizes.
+/// Whether clips may differ in size.
 pub const MULTI_RESOLUTION: &CStr = c"OfxImageEffectPropSupportsMultiResolution";
-/// Whether parts of pictures can be asked for.
+/// Whether images may be tiles of a frame.
 pub const TILES: &CStr = c"OfxImageEffectPropSupportsTiles";
-/// Whether pictures of other times are used.
+/// Whether images of other times are fetched.
 pub const TEMPORAL_CLIP_ACCESS: &CStr = c"OfxImageEffectPropTemporalClipAccess";
-/// What renders may go on at once.
+/// Renders that may run at the same time.
 pub const THREAD_SAFETY: &CStr = c"OfxImageEffectPluginRenderThreadSafety";
-/// Any.
+/// Thread safety: any renders, also of one instance.
 pub const FULLY_SAFE: &CStr = c"OfxImageEffectRenderFullySafe";
-/// Whether the host may split a picture among threads.
+/// Whether the host may split a frame between threads.
 pub const HOST_FRAME_THREADING: &CStr = c"OfxImageEffectPluginPropHostFrameThreading";
-/// Whether there may be only one instance.
+/// Whether there can be only one instance.
 pub const SINGLE_INSTANCE: &CStr = c"OfxImageEffectPluginPropSingleInstance";
-/// Whether each field is rendered by itself even where nothing changes.
+/// Whether both fields are rendered separately even if nothing changes between them.
 pub const FIELD_RENDER_TWICE: &CStr = c"OfxImageEffectPluginPropFieldRenderTwiceAlways";
-/// Whether a pixel depends on its own place alone.
+/// Whether an output pixel depends on the input pixel at its own position only.
 pub const NO_SPATIAL_AWARENESS: &CStr = c"OfxImageEffectPropNoSpatialAwareness";
-/// Whether it works without a GPU.
+/// Whether the plugin renders on the CPU.
 pub const CPU_RENDER: &CStr = c"OfxImageEffectPropCPURenderSupported";
-/// Whether it works on one by OpenGL.
+/// Whether the plugin renders by OpenGL.
 pub const OPENGL_RENDER: &CStr = c"OfxImageEffectPropOpenGLRenderSupported";
-/// Parameters on which clip preferences depend.
-pub const CLIP_PREFERENCES_PARAM: &CStr = c"OfxImageEffectPropClipPreferencesSlaveParam";
-/// Which kind of colour management is understood.
+/// Colour management style that the plugin supports. Since 1.5, `ofxColour.h`.
 pub const COLOUR_STYLE: &CStr = c"OfxImageEffectPropColourManagementStyle";
-/// The simplest kind.
+/// Colour management style: names of basic colour spaces.
 pub const COLOUR_BASIC: &CStr = c"OfxImageEffectColourManagementBasic";
-/// Which configurations are known.
+/// OpenColorIO configs that the plugin knows.
 pub const COLOUR_CONFIGS: &CStr = c"OfxImageEffectPropColourManagementAvailableConfigs";
-/// Entry of the overlay, drawn by the draw suite.
+/// Main entry point of the overlay interact that uses the draw suite.
 pub const OVERLAY_V2: &CStr = c"OfxImageEffectPluginPropOverlayInteractV2";
-/// Whether the host has overlays.
-pub const SUPPORTS_OVERLAYS: &CStr = c"OfxImageEffectPropSupportsOverlays";
 
-/// Size of the project, canonical.
+/// Size of the project, in canonical coordinates.
 pub const PROJECT_SIZE: &CStr = c"OfxImageEffectPropProjectSize";
-/// Where it begins.
+/// Bottom left corner of the project, in canonical coordinates.
 pub const PROJECT_OFFSET: &CStr = c"OfxImageEffectPropProjectOffset";
 
-/// Scale of a render.
+/// Argument: pixels per canonical unit, in x and y.
 pub const RENDER_SCALE: &CStr = c"OfxImageEffectPropRenderScale";
-/// Which pixels to render.
+/// Argument: the pixels to render.
 pub const RENDER_WINDOW: &CStr = c"OfxImageEffectPropRenderWindow";
-/// Which field to render.
+/// Argument: the field to render.
 pub const FIELD_TO_RENDER: &CStr = c"OfxImageEffectPropFieldToRender";
-/// Whether a draft will do.
+/// Argument: whether draft quality is enough.
 pub const QUALITY_DRAFT: &CStr = c"OfxImageEffectPropRenderQualityDraft";
-/// Whether it is for a thumbnail.
+/// Argument: whether the render is for a thumbnail.
 pub const THUMBNAIL: &CStr = c"OfxImageEffectPropThumbnailRender";
-/// What is wanted of the result, canonical.
+/// Argument: the region of the output that is wanted, in canonical coordinates.
 pub const REGION_OF_INTEREST: &CStr = c"OfxImageEffectPropRegionOfInterest";
-/// How large the result is, canonical.
+/// Result: the region of definition of the output, in canonical coordinates.
 pub const REGION_OF_DEFINITION: &CStr = c"OfxImageEffectPropRegionOfDefinition";
-/// Whether frames change where nothing else does.
+/// Result: whether frames differ although parameters and inputs do not.
 pub const FRAME_VARYING: &CStr = c"OfxImageEffectFrameVarying";
-/// Colour space of a clip.
+/// Colour space of a clip. Since 1.5, `ofxColour.h`.
 pub const COLOURSPACE: &CStr = c"OfxImageClipPropColourspace";

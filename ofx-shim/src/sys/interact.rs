@@ -1,38 +1,37 @@
-//! The interact suite, and names of actions and properties of overlays.
+//! The interact suite, and actions and properties of overlays: sections "Interacts" and "Actions Passed to an Interact",
+//! `ofxInteract.h` and `ofxDrawSuite.h`.
 
 use std::ffi::CStr;
 
 use super::{Handle, OfxStatus};
 
-/// What an overlay can ask of its host.
+/// The interact suite.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct OfxInteractSuiteV1 {
-    /// Not used.
+    /// Swaps the OpenGL buffers: not used.
     pub swap_buffers: Option<unsafe extern "C" fn(Handle) -> OfxStatus>,
-    /// Draw again.
+    /// Requests a redraw.
     pub redraw: Option<unsafe extern "C" fn(Handle) -> OfxStatus>,
-    /// Properties of an overlay.
+    /// Gets the property set of an interact.
     pub property_set: Option<unsafe extern "C" fn(Handle, *mut Handle) -> OfxStatus>,
 }
 
-/// Name of the suite.
+/// The suite's name.
 pub const SUITE: &CStr = c"OfxInteractSuite";
 
-/// Draw it.
+/// Draws the overlay.
 pub const ACTION_DRAW: &CStr = c"OfxInteractActionDraw";
-/// The pen moved.
+/// The pen moved, up or down.
 pub const ACTION_PEN_MOTION: &CStr = c"OfxInteractActionPenMotion";
-/// The pen was set down.
+/// The pen, or a mouse button, was pressed.
 pub const ACTION_PEN_DOWN: &CStr = c"OfxInteractActionPenDown";
-/// The pen was lifted.
+/// The pen, or a mouse button, was released.
 pub const ACTION_PEN_UP: &CStr = c"OfxInteractActionPenUp";
 
-/// What the draw suite draws on.
+/// Argument: the context of the draw suite.
 pub const DRAW_CONTEXT: &CStr = c"OfxInteractPropDrawContext";
-/// Size of a screen pixel, canonical.
+/// Argument: width and height of a screen pixel, in canonical coordinates.
 pub const PIXEL_SCALE: &CStr = c"OfxInteractPropPixelScale";
-/// Where the pen is, canonical.
+/// Argument: position of the pen, in canonical coordinates.
 pub const PEN_POSITION: &CStr = c"OfxInteractPropPenPosition";
-/// Parameters at whose change it is drawn again.
-pub const SLAVE_TO_PARAM: &CStr = c"OfxInteractPropSlaveToParam";

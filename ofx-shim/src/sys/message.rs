@@ -1,41 +1,41 @@
-//! The message suite. Texts are formats as of `printf`: always give `%s` and the text.
+//! The message suite: sections "OfxMessageSuiteV1" and "OfxMessageSuiteV2", `ofxMessage.h`.
+//!
+//! Messages are formats of `printf`: pass `%s` and the text.
 
 use std::ffi::{CStr, c_char};
 
 use super::{Handle, OfxStatus};
 
-/// Says something: handle, kind, identifier, format and what goes in it.
+/// Shows a message: effect, type, identifier, format, and the values of the format.
 pub type Message = Option<
     unsafe extern "C" fn(Handle, *const c_char, *const c_char, *const c_char, ...) -> OfxStatus,
 >;
 
-/// Version 1.
+/// Version 1 of the message suite.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct OfxMessageSuiteV1 {
-    /// Says it at once.
+    /// Shows a message once.
     pub message: Message,
 }
 
-/// Version 2.
+/// Version 2 of the message suite.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct OfxMessageSuiteV2 {
-    /// Says it at once.
+    /// Shows a message once.
     pub message: Message,
-    /// Says it until it is taken back.
+    /// Shows a message until it is cleared.
     pub set_persistent: Message,
-    /// Takes it back.
+    /// Clears the persistent message of an effect.
     pub clear_persistent: Option<unsafe extern "C" fn(Handle) -> OfxStatus>,
 }
 
-/// Name of the suite.
+/// The suite's name.
 pub const SUITE: &CStr = c"OfxMessageSuite";
-/// Something to know.
+/// Message type: information.
 pub const MESSAGE: &CStr = c"OfxMessageMessage";
-/// For the log alone.
+/// Message type: for the host's log only.
 pub const LOG: &CStr = c"OfxMessageLog";
-/// Something went wrong.
+/// Message type: error.
 pub const ERROR: &CStr = c"OfxMessageError";
-/// Something may go wrong.
-pub const WARNING: &CStr = c"OfxMessageWarning";

@@ -1,7 +1,8 @@
-//! The OpenFX 1.4 image effect ABI as far as this plugin speaks it: structs of function pointers, status codes and the
-//! names of suites, actions and properties, as the standard has them (openeffects.org). One suite a file.
+//! Declarations of the OpenFX image effect API, version 1.4, and of the draw suite and the colour management of 1.5, as
+//! far as this plugin uses them: structs of function pointers, status codes, and names of suites, actions and
+//! properties. One suite per file. Sections are those of the OpenFX reference (<https://openfx.readthedocs.io>).
 //!
-//! Every function of a suite may be missing: hosts leave out what they do not know.
+//! Every function of a suite is an `Option`, because hosts leave out functions that they do not implement.
 
 pub mod actions;
 pub mod clip;
@@ -18,5 +19,5 @@ pub use plugin::{
     OfxEntry, OfxHost, OfxPlugin, OfxPointD, OfxRectD, OfxRectI, OfxSetHostFn, OfxStatus,
 };
 
-/// A handle of the host's, of which nothing is known but where it is.
+/// An opaque handle of the host: an effect, a clip, an image, a property set, a parameter, an interact…
 pub type Handle = *mut std::ffi::c_void;

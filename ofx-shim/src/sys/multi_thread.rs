@@ -1,20 +1,20 @@
-//! The multi-thread suite, as far as how many processors a host allows; its threads and mutexes are not used.
+//! The multi-thread suite: section "OfxMultiThreadSuiteV1", `ofxMultiThread.h`. Only its number of CPUs is used.
 
 use std::ffi::{CStr, c_uint, c_void};
 
 use super::OfxStatus;
 
-/// Version 1. What is not used is left without its type.
+/// The multi-thread suite. Functions that are not used have no type.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct OfxMultiThreadSuiteV1 {
-    /// Not used.
+    /// Runs a function on several threads: not used.
     pub multi_thread: *const c_void,
-    /// How many processors there are to work on.
+    /// Gets the number of CPUs that the plugin may use.
     pub num_cpus: Option<unsafe extern "C" fn(*mut c_uint) -> OfxStatus>,
-    /// Not used: the index of a thread, whether it is one, and five functions of mutexes.
+    /// Thread index, whether a thread is spawned, and five functions of mutexes: not used.
     pub others: [*const c_void; 7],
 }
 
-/// Name of the suite.
+/// The suite's name.
 pub const SUITE: &CStr = c"OfxMultiThreadSuite";

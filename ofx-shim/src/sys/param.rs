@@ -1,124 +1,122 @@
-//! The parameter suite, and names of types and properties of parameters.
+//! The parameter suite, and types and properties of parameters: sections "Effect Parameters" and "OfxParameterSuiteV1",
+//! `ofxParam.h`.
 
 use std::ffi::{CStr, c_char, c_double, c_int, c_uint, c_void};
 
 use super::{Handle, OfxStatus};
 
-/// Parameters of effects. Functions of keys are not used.
+/// The parameter suite. Functions that are not used have no type.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct OfxParameterSuiteV1 {
-    /// Declares one by type and name; gives its properties.
+    /// Defines a parameter by type and name and gets its property set.
     pub define: Option<
         unsafe extern "C" fn(Handle, *const c_char, *const c_char, *mut Handle) -> OfxStatus,
     >,
-    /// One of an instance, and its properties.
+    /// Gets a parameter by name, and its property set.
     pub handle:
         Option<unsafe extern "C" fn(Handle, *const c_char, *mut Handle, *mut Handle) -> OfxStatus>,
-    /// Properties of all together.
+    /// Gets the property set of the parameter set.
     pub set_property_set: Option<unsafe extern "C" fn(Handle, *mut Handle) -> OfxStatus>,
-    /// Properties of one.
+    /// Gets the property set of a parameter.
     pub property_set: Option<unsafe extern "C" fn(Handle, *mut Handle) -> OfxStatus>,
-    /// Its value now; not for renders.
+    /// Gets the current value; not in renders.
     pub value: Option<unsafe extern "C" fn(Handle, ...) -> OfxStatus>,
-    /// Its value at a time.
+    /// Gets the value at a time.
     pub value_at_time: Option<unsafe extern "C" fn(Handle, c_double, ...) -> OfxStatus>,
-    /// Not used.
+    /// Gets the derivative at a time: not used.
     pub derivative: *const c_void,
-    /// Not used.
+    /// Gets the integral over a time range: not used.
     pub integral: *const c_void,
-    /// Sets its value; not in renders.
+    /// Sets the current value; not in renders.
     pub set_value: Option<unsafe extern "C" fn(Handle, ...) -> OfxStatus>,
-    /// Sets its value at a time; not in renders.
+    /// Sets the value at a time; not in renders.
     pub set_value_at_time: Option<unsafe extern "C" fn(Handle, c_double, ...) -> OfxStatus>,
-    /// How many keys it has.
+    /// Gets the number of keyframes.
     pub key_count: Option<unsafe extern "C" fn(Handle, *mut c_uint) -> OfxStatus>,
-    /// Not used: four functions of keys, and to copy.
+    /// Four functions of keyframes, and `paramCopy`: not used.
     pub keys: [*const c_void; 5],
-    /// What follows until its end is one step to undo.
+    /// Begins a group of edits that is undone in one step.
     pub edit_begin: Option<unsafe extern "C" fn(Handle, *const c_char) -> OfxStatus>,
-    /// The end.
+    /// Ends the group of edits.
     pub edit_end: Option<unsafe extern "C" fn(Handle) -> OfxStatus>,
 }
 
-/// A whole number, as parameters have it.
-pub type Int = c_int;
-
-/// Name of the suite.
+/// The suite's name.
 pub const SUITE: &CStr = c"OfxParameterSuite";
 
-/// Type: whole number.
+/// Type: integer.
 pub const TYPE_INTEGER: &CStr = c"OfxParamTypeInteger";
-/// Type: number.
+/// Type: floating-point number.
 pub const TYPE_DOUBLE: &CStr = c"OfxParamTypeDouble";
-/// Type: two numbers.
+/// Type: two floating-point numbers.
 pub const TYPE_DOUBLE_2D: &CStr = c"OfxParamTypeDouble2D";
-/// Type: switch.
+/// Type: boolean.
 pub const TYPE_BOOLEAN: &CStr = c"OfxParamTypeBoolean";
-/// Type: one of several.
+/// Type: menu; the value is the index of the option.
 pub const TYPE_CHOICE: &CStr = c"OfxParamTypeChoice";
-/// Type: text.
+/// Type: string.
 pub const TYPE_STRING: &CStr = c"OfxParamTypeString";
-/// Type: several together.
+/// Type: group of parameters.
 pub const TYPE_GROUP: &CStr = c"OfxParamTypeGroup";
-/// Type: a page of several.
+/// Type: page of parameters.
 pub const TYPE_PAGE: &CStr = c"OfxParamTypePage";
-/// Type: something to press.
+/// Type: push button.
 pub const TYPE_PUSH_BUTTON: &CStr = c"OfxParamTypePushButton";
 
-/// Whether it has keys.
+/// Whether the parameter can be animated.
 pub const ANIMATES: &CStr = c"OfxParamPropAnimates";
-/// Whether projects keep it.
-pub const PERSISTENT: &CStr = c"OfxParamPropPersistant";
-/// Whether pictures depend on it.
+/// Whether a change makes rendered images out of date.
 pub const EVALUATE_ON_CHANGE: &CStr = c"OfxParamPropEvaluateOnChange";
-/// Whether it is not shown.
+/// Whether the parameter is hidden.
 pub const SECRET: &CStr = c"OfxParamPropSecret";
-/// Whether it can be changed.
+/// Whether the user can change the parameter.
 pub const ENABLED: &CStr = c"OfxParamPropEnabled";
-/// What it does.
+/// Tooltip.
 pub const HINT: &CStr = c"OfxParamPropHint";
-/// Its name in scripts.
+/// Name in scripts.
 pub const SCRIPT_NAME: &CStr = c"OfxParamPropScriptName";
-/// The group it is in.
+/// Name of the parameter's group.
 pub const PARENT: &CStr = c"OfxParamPropParent";
-/// Whether a group is open.
+/// Whether a group is shown open.
 pub const GROUP_OPEN: &CStr = c"OfxParamPropGroupOpen";
-/// What is on a page.
+/// Names of the parameters on a page.
 pub const PAGE_CHILD: &CStr = c"OfxParamPropPageChild";
 /// Default value.
 pub const DEFAULT: &CStr = c"OfxParamPropDefault";
-/// Least value.
+/// Smallest value.
 pub const MIN: &CStr = c"OfxParamPropMin";
 /// Largest value.
 pub const MAX: &CStr = c"OfxParamPropMax";
-/// Least value of a slider.
+/// Smallest value of the slider.
 pub const DISPLAY_MIN: &CStr = c"OfxParamPropDisplayMin";
-/// Largest value of a slider.
+/// Largest value of the slider.
 pub const DISPLAY_MAX: &CStr = c"OfxParamPropDisplayMax";
-/// Step of a slider.
+/// Step of the slider.
 pub const INCREMENT: &CStr = c"OfxParamPropIncrement";
-/// Decimals shown.
+/// Digits after the decimal point.
 pub const DIGITS: &CStr = c"OfxParamPropDigits";
-/// What numbers mean.
+/// Meaning of a floating-point number.
 pub const DOUBLE_TYPE: &CStr = c"OfxParamPropDoubleType";
-/// A position.
+/// Meaning: an absolute position.
 pub const DOUBLE_TYPE_XY_ABSOLUTE: &CStr = c"OfxParamDoubleTypeXYAbsolute";
-/// No more than numbers.
+/// Meaning: a plain number.
 pub const DOUBLE_TYPE_PLAIN: &CStr = c"OfxParamDoubleTypePlain";
-/// In what defaults are given.
+/// Coordinate system of the default value.
 pub const DEFAULT_COORDINATES: &CStr = c"OfxParamPropDefaultCoordinateSystem";
-/// In canonical coordinates.
+/// Coordinate system: canonical.
 pub const COORDINATES_CANONICAL: &CStr = c"OfxParamCoordinatesCanonical";
-/// Whether the host draws a handle for it.
+/// Whether the host should draw a handle for a position. The `k` is part of the property's name.
 pub const HOST_OVERLAY_HANDLE: &CStr = c"kOfxParamPropUseHostOverlayHandle";
-/// Names of what can be chosen.
+/// Whether the host draws a handle for a position.
+pub const HAS_HOST_OVERLAY_HANDLE: &CStr = c"OfxParamPropHasHostOverlayHandle";
+/// Labels of the options of a menu.
 pub const CHOICE_OPTION: &CStr = c"OfxParamPropChoiceOption";
-/// What a text is.
+/// Kind of string.
 pub const STRING_MODE: &CStr = c"OfxParamPropStringMode";
-/// A line of words.
+/// Kind of string: a single line.
 pub const STRING_SINGLE_LINE: &CStr = c"OfxParamStringIsSingleLine";
-/// The path of a file.
+/// Kind of string: the path of a file.
 pub const STRING_FILE_PATH: &CStr = c"OfxParamStringIsFilePath";
-/// Whether the file is there already.
+/// Whether the file must exist.
 pub const FILE_PATH_EXISTS: &CStr = c"OfxParamPropStringFilePathExists";

@@ -1,102 +1,99 @@
-//! What a binary exports, and what its host is.
+//! The structs of plugin and host, status codes and geometry: sections "The Generic Core API", "The OfxPlugin Struct",
+//! "The OfxHost Struct" and "Status Codes", `ofxCore.h`.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
 use super::Handle;
 
-/// What a call answers: 0 is success.
+/// A status code.
 pub type OfxStatus = c_int;
 
-/// Done.
+/// Success.
 pub const STATUS_OK: OfxStatus = 0;
-/// Not done.
+/// Failure.
 pub const STATUS_FAILED: OfxStatus = 1;
-/// Not done, and nothing will be.
-pub const STATUS_ERR_FATAL: OfxStatus = 2;
-/// A property or suite that is not known.
-pub const STATUS_ERR_UNKNOWN: OfxStatus = 3;
-/// The host lacks what the plugin cannot do without.
+/// The host lacks a suite that the plugin needs.
 pub const STATUS_ERR_MISSING_HOST_FEATURE: OfxStatus = 4;
-/// A handle that is none.
-pub const STATUS_ERR_BAD_HANDLE: OfxStatus = 9;
-/// Memory ran out.
+/// Out of memory.
 pub const STATUS_ERR_MEMORY: OfxStatus = 8;
-/// The plugin leaves it to the host.
+/// An invalid handle.
+pub const STATUS_ERR_BAD_HANDLE: OfxStatus = 9;
+/// The plugin does not handle the action; the host does what is its default.
 pub const STATUS_REPLY_DEFAULT: OfxStatus = 14;
-/// A picture is other than what was agreed.
+/// An image whose components or sample type the plugin does not support.
 pub const STATUS_ERR_IMAGE_FORMAT: OfxStatus = 1000;
 
-/// The main entry of a plugin, and the entry of an interact: action, handle, arguments in and out.
+/// The main entry point of a plugin or an interact: action, handle, arguments, results.
 pub type OfxEntry = unsafe extern "C" fn(*const c_char, *const c_void, Handle, Handle) -> OfxStatus;
 
-/// Called by the host with itself before anything else.
+/// Receives the host, before any action.
 pub type OfxSetHostFn = unsafe extern "C" fn(*mut OfxHost);
 
 /// A plugin of a binary.
 #[repr(C)]
 pub struct OfxPlugin {
-    /// Which API it speaks.
+    /// Name of the API.
     pub plugin_api: *const c_char,
-    /// Its version.
+    /// Version of the API.
     pub api_version: c_int,
-    /// Reverse-DNS name, never changed.
+    /// Unique identifier in reverse-DNS notation; projects store it.
     pub plugin_identifier: *const c_char,
-    /// Grows when pictures change.
+    /// Major version: grows when the same parameters give another image.
     pub plugin_version_major: c_uint,
-    /// Grows with repairs.
+    /// Minor version: grows with compatible changes.
     pub plugin_version_minor: c_uint,
-    /// Gets the host.
+    /// Receives the host.
     pub set_host: Option<OfxSetHostFn>,
-    /// Gets the actions.
+    /// Receives the actions.
     pub main_entry: Option<OfxEntry>,
 }
 
-// SAFETY: its texts are static and nothing in it changes.
+// SAFETY: the strings are static, and the struct is never written.
 unsafe impl Sync for OfxPlugin {}
 
 /// A host.
 #[repr(C)]
 pub struct OfxHost {
-    /// Properties of the host.
+    /// Property set of the host.
     pub host: Handle,
-    /// Gives a suite by name and version, NULL where there is none.
+    /// Returns a suite by name and version, or NULL if the host does not have it.
     pub fetch_suite: Option<unsafe extern "C" fn(Handle, *const c_char, c_int) -> *const c_void>,
 }
 
-/// A point.
+/// A point; y points up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct OfxPointD {
-    /// To the right.
+    /// Position to the right.
     pub x: f64,
-    /// Up.
+    /// Position upwards.
     pub y: f64,
 }
 
-/// A rectangle; y runs up.
+/// A rectangle; y points up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct OfxRectD {
-    /// Left.
+    /// Left edge.
     pub x1: f64,
-    /// Bottom.
+    /// Bottom edge.
     pub y1: f64,
-    /// Right.
+    /// Right edge.
     pub x2: f64,
-    /// Top.
+    /// Top edge.
     pub y2: f64,
 }
 
-/// A rectangle of pixels; y runs up, the second corner is beyond the last pixel.
+/// A rectangle of pixels; y points up, and the right and top edges are excluded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(C)]
 pub struct OfxRectI {
-    /// Left.
+    /// Left edge.
     pub x1: c_int,
-    /// Bottom.
+    /// Bottom edge.
     pub y1: c_int,
-    /// Right.
+    /// Right edge, excluded.
     pub x2: c_int,
-    /// Top.
+    /// Top edge, excluded.
     pub y2: c_int,
 }
