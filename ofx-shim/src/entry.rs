@@ -48,12 +48,12 @@ pub extern "C" fn OfxGetPlugin(nth: c_int) -> *mut OfxPlugin {
 #[unsafe(no_mangle)]
 #[allow(non_snake_case)]
 pub extern "C" fn OfxSetHost(given: *const OfxHost) -> OfxStatus {
-    host::set(given.cast_mut());
+    host::set_host(given.cast_mut());
     STATUS_OK
 }
 
 unsafe extern "C" fn set_host(given: *mut OfxHost) {
-    host::set(given);
+    host::set_host(given);
 }
 
 unsafe extern "C" fn main_entry(
@@ -62,7 +62,7 @@ unsafe extern "C" fn main_entry(
     inputs: Handle,
     outputs: Handle,
 ) -> OfxStatus {
-    let done = host::caught(|| {
+    let done = host::catch_panic(|| {
         if action.is_null() {
             return STATUS_FAILED;
         }

@@ -3,7 +3,7 @@
 //! `sys` is the ABI of OpenFX as it is, `host` the same behind safe names. `actions` holds what hosts ask for, one action
 //! a file; `knobs` and `clips` what they are shown; `rendering` turns a frame of theirs into a plate of the library's,
 //! `colour` its codes into light.
-//! Every function that a host calls goes through `host::caught`: no panic leaves the plugin.
+//! Every function that a host calls goes through `host::catch_panic`: no panic leaves the plugin.
 
 mod actions;
 mod clips;

@@ -28,7 +28,7 @@ pub(crate) struct Circumstances {
 }
 
 fn metres(value: f64) -> f64 {
-    if value >= depth::ENDLESS {
+    if value >= depth::INFINITE_DISTANCE {
         f64::INFINITY
     } else {
         value

@@ -9,7 +9,7 @@ use super::Call;
 use super::render::chosen_lens;
 use crate::colour::Codes;
 use crate::ffi;
-use crate::host::{Failure, Result, Value, inform};
+use crate::host::{Failure, ParameterValue, Result, show_information};
 use crate::knobs::{Knobs, lens};
 use crate::pixels::Pixels;
 use crate::rendering::{Copied, Frame, Inputs, is_unpremultiplied, progress};
@@ -24,12 +24,12 @@ pub(super) fn check(call: &Call, time: f64) {
         Ok(None) => return,
         Err(failure) => failure.text,
     };
-    inform(call.host, call.effect.handle, &text);
+    show_information(call.host, call.effect.handle, &text);
 }
 
 /// What was found; nothing where the host wanted it no more.
 fn checked(call: &Call, time: f64) -> Result<Option<String>> {
-    let knobs = Knobs::of(&call.effect, time);
+    let knobs = Knobs::at(&call.effect, time);
     let clip = call.effect.clip(CLIP_SOURCE);
     let source = clip.as_ref().map_or(Ok(None), |clip| clip.image(time))?;
     let (Some(clip), Some(source)) = (&clip, &source) else {
@@ -94,7 +94,10 @@ fn checked(call: &Call, time: f64) -> Result<Option<String>> {
     let percent = 100.0 * share;
     Ok(Some(if share < 1.0 {
         let amount = amount * share;
-        (call.effect.params()).set(c"Check Lens", &[(lens::AMOUNT.name, Value::Number(amount))]);
+        (call.effect.parameters()).set(
+            c"Check Lens",
+            &[(lens::AMOUNT.name, ParameterValue::Double(amount))],
+        );
         format!(
             "The plate shows about {percent:.0} % of the lens's blur, so Amount is {amount:.3} now: to remove more would \
              ring. Undo this if the lens is right."

@@ -15,6 +15,6 @@ pub(super) fn create(call: &Call) -> Result<Answer> {
 /// instance is being torn down, and a message function would end the process.
 pub(super) fn destroy(call: &Call) -> Result<Answer> {
     told::forget(call.effect.handle);
-    crate::overlay::grid::forget(call.effect.handle.addr());
+    crate::overlay::forget(call.effect.handle.addr());
     Ok(Answer::Done)
 }

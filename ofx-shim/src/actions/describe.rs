@@ -13,7 +13,7 @@ depth by depth; takes it off a plate; or turns the blur of one lens into that of
 
 /// Sets the descriptor's properties; older hosts do not know all of them.
 pub(super) fn describe(call: &Call) -> Result<Answer> {
-    let props = call.effect.props();
+    let props = call.effect.properties();
     for label in [LABEL, SHORT_LABEL, LONG_LABEL] {
         props.set_string(label, 0, c"Seidel");
     }
@@ -46,6 +46,6 @@ pub(super) fn describe(call: &Call) -> Result<Answer> {
     props.set_string(e::OPENGL_RENDER, 0, c"false");
     props.set_string(e::COLOUR_STYLE, 0, e::COLOUR_BASIC);
     props.set_string(e::COLOUR_CONFIGS, 0, c"ofx-native-v1.5_aces-v1.3_ocio-v2.3");
-    crate::overlay::offer(call.host, &props);
+    crate::overlay::declare(call.host, &props);
     Ok(Answer::Done)
 }

@@ -7,13 +7,13 @@ use crate::sys::param::ENABLED;
 
 /// Enables the knobs that count and no others. Only for the main thread.
 pub(super) fn show(effect: &Effect, time: f64) {
-    let knobs = Knobs::of(effect, time);
+    let knobs = Knobs::at(effect, time);
     let mode = knobs.choice(&lens::MODE);
     let relens = mode == lens::RELENS;
     let removes = mode != lens::APPLY;
     let from_file = |knob| knobs.choice(knob) == built_in::FILE;
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
-    let by_ocio = knobs.choice(&colour::SOURCE_CODES) == colour::BY_OCIO;
+    let by_ocio = knobs.choice(&colour::SOURCE_ENCODING) == colour::BY_OCIO;
     let focused = knobs.choice(&focus::FOCUS);
     let states: [(&Knob, bool); 20] = [
         (&lens::PROFILE, from_file(&lens::LENS)),
@@ -37,9 +37,9 @@ pub(super) fn show(effect: &Effect, time: f64) {
         (&remove::CHECK_LENS, removes),
         (&output::MASK_INVERT, knobs.is_on(&output::USE_MASK)),
     ];
-    let params = effect.params();
+    let params = effect.parameters();
     for (knob, is_enabled) in states {
-        if let Some(props) = params.props_of(knob.name) {
+        if let Some(props) = params.properties_of(knob.name) {
             props.set_int(ENABLED, 0, i32::from(is_enabled));
         }
     }

@@ -4,13 +4,13 @@ use super::Call;
 use crate::clips::DEPTH;
 use crate::depth::Samples;
 use crate::geometry::Scale;
-use crate::host::{Result, Value};
+use crate::host::{ParameterValue, Result};
 use crate::knobs::{Knobs, focus};
 use crate::sys::effect::RENDER_SCALE;
 
 /// Sets the focus plane to the depth under the focal point, where there is one. Only for the main thread.
 pub(crate) fn focus(call: &Call, time: f64) -> Result<()> {
-    let knobs = Knobs::of(&call.effect, time);
+    let knobs = Knobs::at(&call.effect, time);
     let Some(clip) = call.effect.clip(DEPTH).filter(|clip| clip.is_connected()) else {
         return Ok(());
     };
@@ -28,11 +28,11 @@ pub(crate) fn focus(call: &Call, time: f64) -> Result<()> {
     if !value.is_finite() {
         return Ok(());
     }
-    call.effect.params().set(
+    call.effect.parameters().set(
         c"Focus here",
         &[
-            (focus::PLANE.name, Value::Number(f64::from(value))),
-            (focus::FOCUS.name, Value::Whole(focus::AT_DEPTH)),
+            (focus::PLANE.name, ParameterValue::Double(f64::from(value))),
+            (focus::FOCUS.name, ParameterValue::Int(focus::AT_DEPTH)),
         ],
     );
     Ok(())

@@ -12,7 +12,7 @@ pub(super) fn action(call: &Call) -> Result<Answer> {
     // Nuke does not render before a message is taken back, and asks this before.
     untell(call.host, call.effect.handle);
     let time = call.arguments.double(TIME, 0).unwrap_or(0.0);
-    if !is_identity(&Knobs::of(&call.effect, time)) {
+    if !is_identity(&Knobs::at(&call.effect, time)) {
         return Ok(Answer::Default);
     }
     call.answers.set_string(NAME, 0, CLIP_SOURCE);

@@ -9,7 +9,7 @@ use crate::sys::plugin::{STATUS_ERR_MISSING_HOST_FEATURE, STATUS_OK};
 /// Fetches the host's suites.
 pub(super) fn load() -> OfxStatus {
     // MLT takes anything but OK for a refusal.
-    match host::loaded() {
+    match host::load() {
         Ok(_) => STATUS_OK,
         Err(_) => STATUS_ERR_MISSING_HOST_FEATURE,
     }
@@ -17,7 +17,7 @@ pub(super) fn load() -> OfxStatus {
 
 /// With the last, lenses, configs and threads end: no code may run in a library that is gone.
 pub(super) fn unload() -> OfxStatus {
-    if host::unloaded() {
+    if host::unload() {
         crate::lens::forget();
         crate::colour::forget();
         seidel_shutdown();

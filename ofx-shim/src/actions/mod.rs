@@ -17,7 +17,7 @@ mod told;
 
 use std::ffi::CStr;
 
-use crate::host::{self, Effect, Host, Props, Result};
+use crate::host::{self, Effect, Host, PropertySet, Result};
 use crate::sys::actions as names;
 use crate::sys::plugin::{STATUS_ERR_BAD_HANDLE, STATUS_FAILED, STATUS_OK, STATUS_REPLY_DEFAULT};
 use crate::sys::{Handle, OfxStatus};
@@ -30,8 +30,8 @@ pub(crate) use told::{tell, untell};
 pub(crate) struct Call<'h> {
     pub(crate) host: &'h Host,
     pub(crate) effect: Effect<'h>,
-    pub(crate) arguments: Props<'h>,
-    pub(crate) answers: Props<'h>,
+    pub(crate) arguments: PropertySet<'h>,
+    pub(crate) answers: PropertySet<'h>,
 }
 
 /// What an action answers.
@@ -75,7 +75,7 @@ pub(crate) fn perform(name: &CStr, handle: Handle, inputs: Handle, outputs: Hand
     if handle.is_null() {
         return STATUS_ERR_BAD_HANDLE;
     }
-    let props = |handle| Props::of(&host.suites.property, handle);
+    let props = |handle| host.property_set(handle);
     let call = Call {
         host: &host,
         effect: Effect {
@@ -85,15 +85,14 @@ pub(crate) fn perform(name: &CStr, handle: Handle, inputs: Handle, outputs: Hand
         arguments: props(inputs),
         answers: props(outputs),
     };
-    match host::caught(|| work(&call)) {
-        Some(Ok(Answer::Done)) => STATUS_OK,
-        Some(Ok(Answer::Default)) => STATUS_REPLY_DEFAULT,
-        Some(Err(failure)) => {
+    match host::catch_panic(|| work(&call)) {
+        Ok(Ok(Answer::Done)) => STATUS_OK,
+        Ok(Ok(Answer::Default)) => STATUS_REPLY_DEFAULT,
+        Ok(Err(failure)) => {
             tell(&host, handle, &failure.text);
             failure.status
         }
-        None => {
-            let said = host::last_panic();
+        Err(said) => {
             host::log(
                 &host,
                 handle,

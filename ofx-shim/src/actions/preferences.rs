@@ -34,7 +34,7 @@ pub(super) fn preferences(call: &Call) -> Result<Answer> {
         let Some(clip) = call.effect.clip(name).filter(Clip::is_connected) else {
             continue;
         };
-        let has = clip.props.string(UNMAPPED_COMPONENTS, 0);
+        let has = clip.properties.string(UNMAPPED_COMPONENTS, 0);
         let own = known
             .iter()
             .find(|name| has.as_deref().map(str::as_bytes) == Some(name.to_bytes()));
@@ -46,7 +46,7 @@ pub(super) fn preferences(call: &Call) -> Result<Answer> {
         }
     }
     if let Some(source) = call.effect.clip(CLIP_SOURCE)
-        && let Some(alpha) = source.props.string(PREMULTIPLICATION, 0)
+        && let Some(alpha) = source.properties.string(PREMULTIPLICATION, 0)
     {
         call.answers.set_text(PREMULTIPLICATION, &alpha);
     }

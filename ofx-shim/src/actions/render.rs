@@ -23,7 +23,7 @@ use crate::sys::property::TIME;
 /// Renders.
 pub(super) fn render(call: &Call) -> Result<Answer> {
     let time = call.arguments.double(TIME, 0).unwrap_or(0.0);
-    let knobs = Knobs::of(&call.effect, time);
+    let knobs = Knobs::at(&call.effect, time);
     let output = call.effect.clip(CLIP_OUTPUT);
     let Some(target) = output.map_or(Ok(None), |clip| clip.image(time))? else {
         if call.effect.is_aborted() {
@@ -196,7 +196,7 @@ impl Render<'_, '_> {
 
     fn is_draft(&self) -> bool {
         let arguments = &self.call.arguments;
-        arguments.int(QUALITY_DRAFT, 0).unwrap_or(0) != 0 || arguments.is(THUMBNAIL, c"true")
+        arguments.int(QUALITY_DRAFT, 0).unwrap_or(0) != 0 || arguments.equals(THUMBNAIL, c"true")
     }
 
     fn lenses(&self) -> Result<Lenses> {

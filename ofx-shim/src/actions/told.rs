@@ -20,7 +20,7 @@ pub(crate) fn tell(host: &Host, handle: Handle, text: &str) {
         return;
     }
     lock().insert(handle.addr());
-    host::tell(host, handle, text);
+    host::show_error(host, handle, text);
 }
 
 /// Knows nothing more of an instance; the host is not called.
@@ -31,6 +31,6 @@ pub(super) fn forget(handle: Handle) -> bool {
 /// Takes back what was told, where something was.
 pub(crate) fn untell(host: &Host, handle: Handle) {
     if forget(handle) {
-        host::clear(host, handle);
+        host::clear_error(host, handle);
     }
 }

@@ -18,7 +18,7 @@ pub(super) fn of(chosen: i32) -> Result<&'static TransferFunction> {
     let name = name.copied().unwrap_or_default();
     let curve = table.curves.get(name);
     let curve = curve
-        .ok_or_else(|| Failure::failed(format!("Source Codes: there is no curve `{name}`.")))?;
+        .ok_or_else(|| Failure::failed(format!("Source Encoding: there is no curve `{name}`.")))?;
     Ok(&curve.transfer)
 }
 

@@ -36,7 +36,7 @@ impl Codes {
     /// # Errors
     /// A config that cannot be read, and spaces that it does not have.
     pub(crate) fn of(knobs: &Knobs, premultiplied: bool, threads: u32) -> Result<Option<Self>> {
-        let way = match knobs.choice(&colour::SOURCE_CODES) {
+        let way = match knobs.choice(&colour::SOURCE_ENCODING) {
             colour::LINEAR => return Ok(None),
             colour::BY_OCIO => Way::Spaces(Spaces::of(knobs)?),
             curve => Way::Curve(curve::of(curve)?),

@@ -1,81 +1,68 @@
-//! What users and logs are told. Texts are never formats: a `%` in the name of a file is no more than that.
+//! Messages to the user and to the host's log.
 
 use std::ffi::{CStr, CString};
 
 use super::Host;
 use crate::sys::Handle;
-use crate::sys::message::{ERROR, LOG, MESSAGE};
+use crate::sys::message::{ERROR, LOG, MESSAGE, Message};
 
-/// What all formats are.
-const TEXT: &CStr = c"%s";
+/// The format of all messages, so that a `%` in a file name is never taken for a format.
+const FORMAT: &CStr = c"%s";
 /// Identifier of messages.
 const ID: &CStr = c"seidel";
 
-/// Most bytes of a text.
-const MOST: usize = 4000;
+/// Largest number of bytes of a message.
+const MAX_BYTES: usize = 4000;
 
-fn printable(text: &str) -> CString {
-    let whole: String = text.chars().filter(|c| *c != '\0').collect();
-    let mut end = whole.len().min(MOST);
-    while !whole.is_char_boundary(end) {
-        end -= 1;
-    }
-    CString::new(&whole[..end]).unwrap_or_default()
-}
-
-/// Tells the user of the instance behind `handle` what is wrong, until [`clear`] where the host can.
-pub(crate) fn tell(host: &Host, handle: Handle, text: &str) {
+/// Shows the user of an instance an error, until [`clear_error`] if the host supports that.
+pub(crate) fn show_error(host: &Host, handle: Handle, text: &str) {
     let messages = &host.suites.messages;
-    let Some(message) = messages.set_persistent.or(messages.message) else {
-        return;
-    };
-    let text = printable(text);
-    // SAFETY: the host vouches for its function; the format takes one text.
-    unsafe {
-        message(
-            handle,
-            ERROR.as_ptr(),
-            ID.as_ptr(),
-            TEXT.as_ptr(),
-            text.as_ptr(),
-        )
-    };
+    send(
+        messages.set_persistent.or(messages.message),
+        handle,
+        ERROR,
+        text,
+    );
 }
 
-/// Takes back what was told.
-pub(crate) fn clear(host: &Host, handle: Handle) {
-    // Resolve 14 has the function without its being one (openfx-misc, README-hosts).
+/// Removes the error that [`show_error`] showed.
+pub(crate) fn clear_error(host: &Host, handle: Handle) {
+    // Resolve 14 returns an address that is no function (README-hosts of openfx-misc).
     if host.is_resolve() {
         return;
     }
     if let Some(clear) = host.suites.messages.clear_persistent {
-        // SAFETY: the host vouches for its function.
+        // SAFETY: a function and a handle of the host.
         unsafe { clear(handle) };
     }
 }
 
-/// Tells the user something that is not wrong.
-pub(crate) fn inform(host: &Host, handle: Handle, text: &str) {
-    say(host, handle, MESSAGE, text);
+/// Shows the user of an instance a message that is no error.
+pub(crate) fn show_information(host: &Host, handle: Handle, text: &str) {
+    send(host.suites.messages.message, handle, MESSAGE, text);
 }
 
 /// Writes to the host's log.
 pub(crate) fn log(host: &Host, handle: Handle, text: &str) {
-    say(host, handle, LOG, text);
+    send(host.suites.messages.message, handle, LOG, text);
 }
 
-fn say(host: &Host, handle: Handle, kind: &CStr, text: &str) {
-    if let Some(message) = host.suites.messages.message {
-        let text = printable(text);
-        // SAFETY: as above.
-        unsafe {
-            message(
-                handle,
-                kind.as_ptr(),
-                ID.as_ptr(),
-                TEXT.as_ptr(),
-                text.as_ptr(),
-            )
-        };
+fn send(message: Message, handle: Handle, kind: &CStr, text: &str) {
+    let Some(message) = message else {
+        return;
+    };
+    let text = c_text(text);
+    let (kind, id) = (kind.as_ptr(), ID.as_ptr());
+    // SAFETY: a function and a handle of the host; the format takes one string.
+    unsafe { message(handle, kind, id, FORMAT.as_ptr(), text.as_ptr()) };
+}
+
+/// Converts a text to a C string, without NUL characters and at most [`MAX_BYTES`] long.
+fn c_text(text: &str) -> CString {
+    let whole: String = text.chars().filter(|c| *c != '\0').collect();
+    let mut end = whole.len().min(MAX_BYTES);
+    while !whole.is_char_boundary(end) {
+        end -= 1;
     }
+    CString::new(&whole[..end]).unwrap_or_default()
 }

@@ -1,30 +1,30 @@
-//! The host behind safe names: its suites as far as it has them, and what they give.
+//! A safe interface to the host: its suites and the objects that they return.
 //!
-//! Whatever a host lacks is nothing, never an error: hosts of every age leave out properties and functions.
+//! Hosts of every age leave out properties and functions. A getter whose property or function is missing returns `None`,
+//! and a setter does nothing.
 
-mod caught;
 mod effect;
 mod image;
+mod loaded_host;
 mod message;
-mod params;
-mod props;
+mod panic_guard;
+mod parameter_set;
+mod property_set;
 mod suites;
-mod this;
-mod threads;
 
-pub(crate) use caught::{caught, last_panic};
 pub(crate) use effect::{Clip, Effect};
 pub(crate) use image::Image;
-pub(crate) use message::{clear, inform, log, tell};
-pub(crate) use params::{Params, Value};
-pub(crate) use props::Props;
+pub(crate) use loaded_host::{Host, current, load, set_host, unload};
+pub(crate) use message::{clear_error, log, show_error, show_information};
+pub(crate) use panic_guard::catch_panic;
+pub(crate) use parameter_set::{ParameterSet, ParameterValue};
+pub(crate) use property_set::PropertySet;
 pub(crate) use suites::Suites;
-pub(crate) use this::{Host, current, loaded, set, unloaded};
 
 use crate::sys::OfxStatus;
 use crate::sys::plugin::{STATUS_ERR_MEMORY, STATUS_FAILED};
 
-/// Why an action is not done: what the host is answered, and what the user is told.
+/// A failed action: the status for the host and the message for the user.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Failure {
     pub(crate) status: OfxStatus,

@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, c_int};
 
-use super::Props;
+use super::PropertySet;
 use crate::sys::draw::{self, OfxDrawSuiteV1};
 use crate::sys::effect::{self, OfxImageEffectSuiteV1};
 use crate::sys::interact::{self, OfxInteractSuiteV1};
@@ -12,14 +12,14 @@ use crate::sys::param::{self, OfxParameterSuiteV1};
 use crate::sys::property::{self, OfxPropertySuiteV1};
 use crate::sys::{Handle, OfxHost, OfxStatus};
 
-/// Where this is set only version 1 of the suites that nothing goes without, and of messages, is asked for: some hosts
-/// end the process when they are asked for what they lack.
-const MINIMAL: &str = "SEIDEL_OFX_MINIMAL";
+/// The environment variable that limits the plugin to version 1 of the required suites and of the message suite. Some
+/// hosts end the process when a plugin requests a suite that they lack.
+const MINIMAL_VARIABLE: &str = "SEIDEL_OFX_MINIMAL";
 
-/// A host that does so: openfx-runner.
+/// Name of openfx-runner, which is such a host.
 const RUNNER: &str = "openfx-driver";
 
-/// How to say things.
+/// The functions of the message suite, of either version.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Messages {
     pub(crate) message: Message,
@@ -39,58 +39,62 @@ pub(crate) struct Suites {
     pub(crate) draw: Option<OfxDrawSuiteV1>,
 }
 
-/// A suite of `host`, nothing where it has none.
+/// Fetches a suite, or returns `None` if `host` does not have it.
 ///
 /// # Safety
-/// `T` must be the struct of that suite and version, and `host` a host.
-unsafe fn fetched<T: Copy>(host: &OfxHost, name: &CStr, version: c_int) -> Option<T> {
+/// `T` must be the struct of that suite and version.
+unsafe fn fetch<T: Copy>(host: &OfxHost, name: &CStr, version: c_int) -> Option<T> {
     let fetch = host.fetch_suite?;
-    // SAFETY: the host vouches for its function.
+    // SAFETY: a function and a handle of the host.
     let suite = unsafe { fetch(host.host, name.as_ptr(), version) };
-    // SAFETY: a suite that is not NULL is the struct of its name and version.
+    // SAFETY: a suite that is not NULL points to the struct of its name and version.
     (!suite.is_null()).then(|| unsafe { suite.cast::<T>().read() })
 }
 
 impl Suites {
-    /// Those of `host`; the name of one that nothing can be done without where it is missing.
+    /// Fetches all suites of `host`.
+    ///
+    /// # Errors
+    /// The name of a required suite that the host does not have.
     ///
     /// # Safety
-    /// `host` must be what a host handed in as itself.
-    pub(crate) unsafe fn of(host: &OfxHost) -> Result<Self, &'static CStr> {
-        // SAFETY: each is asked for by its name and version, here and below.
+    /// `host` must be what a host passed to `OfxSetHost` or `setHost`.
+    pub(crate) unsafe fn fetch_all(host: &OfxHost) -> Result<Self, &'static CStr> {
+        // SAFETY: each struct is fetched by its name and version, here and below.
         unsafe {
-            let property = fetched(host, property::SUITE, 1).ok_or(property::SUITE)?;
-            let name = Props::of(&property, host.host).string(property::NAME, 0);
-            let minimal = std::env::var_os(MINIMAL).is_some() || name.as_deref() == Some(RUNNER);
-            let v2: Option<OfxMessageSuiteV2> = match minimal {
-                true => None,
-                false => fetched(host, message::SUITE, 2),
+            let property = fetch(host, property::SUITE, 1).ok_or(property::SUITE)?;
+            let name = PropertySet::new(&property, host.host).string(property::NAME, 0);
+            let is_minimal =
+                std::env::var_os(MINIMAL_VARIABLE).is_some() || name.as_deref() == Some(RUNNER);
+            let mut suites = Self {
+                property,
+                effect: fetch(host, effect::SUITE, 1).ok_or(effect::SUITE)?,
+                param: fetch(host, param::SUITE, 1).ok_or(param::SUITE)?,
+                messages: Messages::default(),
+                multi_thread: None,
+                interact: None,
+                draw: None,
             };
-            let messages = match v2 {
-                Some(v2) => Messages {
-                    message: v2.message,
-                    set_persistent: v2.set_persistent,
-                    clear_persistent: v2.clear_persistent,
+            let mut messages: Option<OfxMessageSuiteV2> = None;
+            if !is_minimal {
+                messages = fetch(host, message::SUITE, 2);
+                suites.multi_thread = fetch(host, multi_thread::SUITE, 1);
+                suites.interact = fetch(host, interact::SUITE, 1);
+                suites.draw = fetch(host, draw::SUITE, 1);
+            }
+            suites.messages = match messages {
+                Some(suite) => Messages {
+                    message: suite.message,
+                    set_persistent: suite.set_persistent,
+                    clear_persistent: suite.clear_persistent,
                 },
                 None => Messages {
-                    message: fetched::<OfxMessageSuiteV1>(host, message::SUITE, 1)
-                        .and_then(|v1| v1.message),
+                    message: fetch::<OfxMessageSuiteV1>(host, message::SUITE, 1)
+                        .and_then(|suite| suite.message),
                     ..Messages::default()
                 },
             };
-            Ok(Self {
-                property,
-                effect: fetched(host, effect::SUITE, 1).ok_or(effect::SUITE)?,
-                param: fetched(host, param::SUITE, 1).ok_or(param::SUITE)?,
-                messages,
-                multi_thread: maybe(!minimal, || fetched(host, multi_thread::SUITE, 1)),
-                interact: maybe(!minimal, || fetched(host, interact::SUITE, 1)),
-                draw: maybe(!minimal, || fetched(host, draw::SUITE, 1)),
-            })
+            Ok(suites)
         }
     }
-}
-
-fn maybe<T>(wanted: bool, fetch: impl FnOnce() -> Option<T>) -> Option<T> {
-    if wanted { fetch() } else { None }
 }

@@ -1,13 +1,13 @@
-//! What the source's numbers are.
+//! The colour group: encoding and colour space of the source.
 
 use super::{Group, Kind, Knob};
 
-/// Source codes: none, the source is light.
+/// Source encoding: scene-linear.
 pub(crate) const LINEAR: i32 = 0;
-/// Source codes: a space of an OpenColorIO config.
+/// Source encoding: a colour space of an OpenColorIO config.
 pub(crate) const BY_OCIO: i32 = 13;
 
-/// The curves of `SOURCE_CODES`, by their names in the table of colour; none for light.
+/// Names of the transfer functions in `luts/curves.toml`, for the options of [`SOURCE_ENCODING`] before [`BY_OCIO`].
 pub(crate) const CURVES: [&str; 13] = [
     "",
     "srgb",
@@ -24,10 +24,10 @@ pub(crate) const CURVES: [&str; 13] = [
     "davinci-intermediate",
 ];
 
-pub(crate) static SOURCE_CODES: Knob = Knob {
+pub(crate) static SOURCE_ENCODING: Knob = Knob {
     name: c"sourceCodes",
-    label: c"Source Codes",
-    hint: c"What the source's numbers are. Linear: light, as most hosts give. Else they are turned to light, blurred, and turned back: by a curve, in the gamut they have, or as an OpenColorIO config has it.",
+    label: c"Source Encoding",
+    hint: c"Encoding of the source. Linear: scene-linear light, as most hosts pass it. Otherwise the source is converted to linear, blurred and converted back: by a transfer function, within its gamut, or by an OpenColorIO config.",
     kind: Kind::Choice {
         default: LINEAR,
         options: &[
@@ -52,21 +52,21 @@ pub(crate) static SOURCE_CODES: Knob = Knob {
 pub(crate) static CONFIG: Knob = Knob {
     name: c"ocioConfig",
     label: c"OCIO Config",
-    hint: c"OpenColorIO config: a file, ocio://NAME for one that comes with OpenColorIO, or seidel for Seidel's own. Empty: the one that the environment variable OCIO names, else Seidel's own.",
+    hint: c"OpenColorIO config: a file, ocio://NAME for a config built into OpenColorIO, or seidel for Seidel's own. Empty: the config that the environment variable OCIO names, otherwise Seidel's own.",
     kind: Kind::File,
 };
 
 pub(crate) static SOURCE_SPACE: Knob = Knob {
     name: c"sourceSpace",
     label: c"Source Space",
-    hint: c"Colour space that the source is in, and the result is given in: a name, alias or role of the config. `seidel lut --list` shows them.",
+    hint: c"Colour space of source and result: a name, alias or role of the config. `seidel lut --list` lists them.",
     kind: Kind::Text,
 };
 
 pub(crate) static WORKING_SPACE: Knob = Knob {
     name: c"workingSpace",
     label: c"Working Space",
-    hint: c"Colour space to blur in, which must be proportional to light. Empty: the config's role scene_linear.",
+    hint: c"Colour space to blur in; it must be proportional to light. Empty: the config's role scene_linear.",
     kind: Kind::Text,
 };
 
@@ -74,7 +74,7 @@ pub(crate) static GROUP: Group = Group {
     name: c"colourGroup",
     label: c"Colour",
     open: false,
-    knobs: &[&SOURCE_CODES, &CONFIG, &SOURCE_SPACE, &WORKING_SPACE],
+    knobs: &[&SOURCE_ENCODING, &CONFIG, &SOURCE_SPACE, &WORKING_SPACE],
 };
 
 #[cfg(test)]
@@ -82,10 +82,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_choice_between_light_and_configs_is_a_curve() {
-        let table = seidel_colour::curves::CurveTable::embedded().expect("in order");
-        let Kind::Choice { options, .. } = SOURCE_CODES.kind else {
-            panic!("a choice");
+    fn every_option_between_linear_and_ocio_is_a_curve() {
+        let table = seidel_colour::curves::CurveTable::embedded().expect("valid");
+        let Kind::Choice { options, .. } = SOURCE_ENCODING.kind else {
+            panic!("not a choice");
         };
         assert_eq!(options.len(), CURVES.len() + 1);
         assert_eq!(BY_OCIO as usize, CURVES.len());

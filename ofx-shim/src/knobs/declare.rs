@@ -1,66 +1,72 @@
-//! Declaring knobs to the host.
+//! Declaration of the knobs to the host.
 
 use std::ffi::CStr;
 
 use super::{ALL, Group, Kind, Knob};
-use crate::host::{Effect, Params, Props};
+use crate::host::{Effect, ParameterSet, PropertySet};
 use crate::sys::param as p;
 use crate::sys::property::{LABEL, LONG_LABEL, SHORT_LABEL};
 
-/// Knobs that are off where the host says of every clip that it is connected.
+/// Knobs that are off by default in Resolve, which reports every clip as connected.
 const OFF_IN_RESOLVE: [&Knob; 3] = [
     &super::depth::USE_DEPTH,
     &super::render::USE_HOLDOUT,
     &super::output::USE_MASK,
 ];
 
-/// The page on which all knobs are, for hosts that have pages.
+/// The page of all knobs, for hosts with pages.
 const PAGE: &CStr = c"Controls";
+
+/// Largest coordinate of positions, in pixels. Infinity is no valid range in Nuke.
+const MAX_POSITION: f64 = 1e6;
+/// Largest coordinate of positions on sliders, in pixels.
+const MAX_SLIDER_POSITION: f64 = 10_000.0;
 
 /// Declares all knobs to a descriptor.
 pub(crate) fn declare(effect: &Effect) {
-    let params = effect.params();
+    let parameters = effect.parameters();
     for group in ALL {
-        let parent = declare_group(&params, group);
+        let has_group = declare_group(&parameters, group);
         for knob in group.knobs {
-            let Some(props) = params.define(kind_of(knob), knob.name) else {
-                // The host has no such type: the default holds.
+            let Some(properties) = parameters.define(type_of(knob), knob.name) else {
+                // The host does not know the type: the knob stays at its default.
                 continue;
             };
-            named(&props, knob.label);
-            props.set_string(p::HINT, 0, knob.hint);
-            props.set_string(p::SCRIPT_NAME, 0, knob.name);
-            if parent {
-                props.set_string(p::PARENT, 0, group.name);
+            set_labels(&properties, knob.label);
+            properties.set_string(p::HINT, 0, knob.hint);
+            properties.set_string(p::SCRIPT_NAME, 0, knob.name);
+            if has_group {
+                properties.set_string(p::PARENT, 0, group.name);
             }
-            fill(&props, knob, effect.host.is_resolve());
+            set_properties(&properties, knob, effect.host.is_resolve());
         }
     }
-    if let Some(page) = params.define(p::TYPE_PAGE, PAGE) {
-        named(&page, PAGE);
-        let shown = ALL.iter().flat_map(|group| group.knobs);
-        for (index, knob) in shown.enumerate() {
+    if let Some(page) = parameters.define(p::TYPE_PAGE, PAGE) {
+        set_labels(&page, PAGE);
+        let knobs = ALL.iter().flat_map(|group| group.knobs);
+        for (index, knob) in knobs.enumerate() {
             page.set_string(p::PAGE_CHILD, index as i32, knob.name);
         }
     }
 }
 
-fn declare_group(params: &Params, group: &Group) -> bool {
-    let Some(props) = params.define(p::TYPE_GROUP, group.name) else {
+/// Declares a group; returns whether the host supports groups.
+fn declare_group(parameters: &ParameterSet, group: &Group) -> bool {
+    let Some(properties) = parameters.define(p::TYPE_GROUP, group.name) else {
         return false;
     };
-    named(&props, group.label);
-    props.set_int(p::GROUP_OPEN, 0, i32::from(group.open));
+    set_labels(&properties, group.label);
+    properties.set_int(p::GROUP_OPEN, 0, i32::from(group.open));
     true
 }
 
-fn named(props: &Props, label: &CStr) {
+fn set_labels(properties: &PropertySet, label: &CStr) {
     for name in [LABEL, SHORT_LABEL, LONG_LABEL] {
-        props.set_string(name, 0, label);
+        properties.set_string(name, 0, label);
     }
 }
 
-fn kind_of(knob: &Knob) -> &'static CStr {
+fn type_of(knob: &Knob) -> &'static CStr {
     match knob.kind {
         Kind::Number { .. } => p::TYPE_DOUBLE,
         Kind::Pair { .. } => p::TYPE_DOUBLE_2D,
@@ -72,10 +78,8 @@ fn kind_of(knob: &Knob) -> &'static CStr {
     }
 }
 
-/// Largest distance of positions, pixels. Infinities are no ranges (Nuke).
-const FARTHEST: f64 = 1e6;
-
-fn fill(props: &Props, knob: &Knob, resolve: bool) {
+/// Sets the properties that depend on the type of the knob.
+fn set_properties(properties: &PropertySet, knob: &Knob, in_resolve: bool) {
     match knob.kind {
         Kind::Number {
             default,
@@ -83,79 +87,79 @@ fn fill(props: &Props, knob: &Knob, resolve: bool) {
             slider,
             digits,
         } => {
-            props.set_string(p::DOUBLE_TYPE, 0, p::DOUBLE_TYPE_PLAIN);
-            props.set_double(p::DEFAULT, 0, default);
-            // All four: Resolve clamps to -1..1 otherwise.
-            props.set_double(p::MIN, 0, range.0);
-            props.set_double(p::MAX, 0, range.1);
-            props.set_double(p::DISPLAY_MIN, 0, slider.0);
-            props.set_double(p::DISPLAY_MAX, 0, slider.1);
-            props.set_int(p::DIGITS, 0, digits);
-            props.set_double(p::INCREMENT, 0, 0.1_f64.powi(digits.min(3)));
+            properties.set_string(p::DOUBLE_TYPE, 0, p::DOUBLE_TYPE_PLAIN);
+            properties.set_double(p::DEFAULT, 0, default);
+            // Resolve clamps values to -1..1 unless all four are set.
+            properties.set_double(p::MIN, 0, range.0);
+            properties.set_double(p::MAX, 0, range.1);
+            properties.set_double(p::DISPLAY_MIN, 0, slider.0);
+            properties.set_double(p::DISPLAY_MAX, 0, slider.1);
+            properties.set_int(p::DIGITS, 0, digits);
+            properties.set_double(p::INCREMENT, 0, 0.1_f64.powi(digits.min(3)));
         }
         Kind::Pair { default, position } => {
             if position {
-                props.set_string(p::DOUBLE_TYPE, 0, p::DOUBLE_TYPE_XY_ABSOLUTE);
-                // Nuke's default is normalised.
-                props.set_string(p::DEFAULT_COORDINATES, 0, p::COORDINATES_CANONICAL);
-                props.set_int(p::HOST_OVERLAY_HANDLE, 0, 1);
-                props.set_int(p::EVALUATE_ON_CHANGE, 0, 0);
-                props.set_int(p::ANIMATES, 0, 0);
+                properties.set_string(p::DOUBLE_TYPE, 0, p::DOUBLE_TYPE_XY_ABSOLUTE);
+                // Nuke takes defaults as normalised coordinates otherwise.
+                properties.set_string(p::DEFAULT_COORDINATES, 0, p::COORDINATES_CANONICAL);
+                properties.set_int(p::HOST_OVERLAY_HANDLE, 0, 1);
+                properties.set_int(p::EVALUATE_ON_CHANGE, 0, 0);
+                properties.set_int(p::ANIMATES, 0, 0);
             } else {
-                props.set_string(p::DOUBLE_TYPE, 0, p::DOUBLE_TYPE_PLAIN);
+                properties.set_string(p::DOUBLE_TYPE, 0, p::DOUBLE_TYPE_PLAIN);
             }
-            props.set_doubles(p::DEFAULT, &[default.0, default.1]);
+            properties.set_doubles(p::DEFAULT, &[default.0, default.1]);
             for (name, value) in [
-                (p::MIN, -FARTHEST),
-                (p::MAX, FARTHEST),
-                (p::DISPLAY_MIN, -10_000.0),
-                (p::DISPLAY_MAX, 10_000.0),
+                (p::MIN, -MAX_POSITION),
+                (p::MAX, MAX_POSITION),
+                (p::DISPLAY_MIN, -MAX_SLIDER_POSITION),
+                (p::DISPLAY_MAX, MAX_SLIDER_POSITION),
             ] {
-                props.set_doubles(name, &[value, value]);
+                properties.set_doubles(name, &[value, value]);
             }
-            props.set_int(p::DIGITS, 0, 2);
+            properties.set_int(p::DIGITS, 0, 2);
         }
         Kind::Switch(on) => {
-            let off = resolve && OFF_IN_RESOLVE.iter().any(|other| other.name == knob.name);
-            props.set_int(p::DEFAULT, 0, i32::from(on && !off));
+            let is_off = in_resolve && OFF_IN_RESOLVE.iter().any(|other| other.name == knob.name);
+            properties.set_int(p::DEFAULT, 0, i32::from(on && !is_off));
             if knob.name == super::output::SHOW_LENS.name {
-                // The picture stays as it is.
-                props.set_int(p::EVALUATE_ON_CHANGE, 0, 0);
+                // The overlay is no part of the rendered image.
+                properties.set_int(p::EVALUATE_ON_CHANGE, 0, 0);
             }
-            props.set_int(p::ANIMATES, 0, 0);
+            properties.set_int(p::ANIMATES, 0, 0);
         }
         Kind::Choice { default, options } => {
             for (index, option) in options.iter().enumerate() {
-                props.set_string(p::CHOICE_OPTION, index as i32, option);
+                properties.set_string(p::CHOICE_OPTION, index as i32, option);
             }
-            props.set_int(p::DEFAULT, 0, default);
-            props.set_int(p::ANIMATES, 0, 0);
+            properties.set_int(p::DEFAULT, 0, default);
+            properties.set_int(p::ANIMATES, 0, 0);
         }
         Kind::File => {
-            props.set_string(p::STRING_MODE, 0, p::STRING_FILE_PATH);
-            props.set_int(p::FILE_PATH_EXISTS, 0, 1);
-            props.set_string(p::DEFAULT, 0, c"");
-            props.set_int(p::ANIMATES, 0, 0);
+            properties.set_string(p::STRING_MODE, 0, p::STRING_FILE_PATH);
+            properties.set_int(p::FILE_PATH_EXISTS, 0, 1);
+            properties.set_string(p::DEFAULT, 0, c"");
+            properties.set_int(p::ANIMATES, 0, 0);
         }
         Kind::Text => {
-            props.set_string(p::STRING_MODE, 0, p::STRING_SINGLE_LINE);
-            props.set_string(p::DEFAULT, 0, c"");
-            props.set_int(p::ANIMATES, 0, 0);
+            properties.set_string(p::STRING_MODE, 0, p::STRING_SINGLE_LINE);
+            properties.set_string(p::DEFAULT, 0, c"");
+            properties.set_int(p::ANIMATES, 0, 0);
         }
         Kind::Button => {}
         Kind::Hidden => {
-            props.set_int(p::DEFAULT, 0, 0);
+            properties.set_int(p::DEFAULT, 0, 0);
             for (name, value) in [
                 (p::MIN, 0),
                 (p::MAX, i32::MAX),
                 (p::DISPLAY_MIN, 0),
                 (p::DISPLAY_MAX, i32::MAX),
             ] {
-                props.set_int(name, 0, value);
+                properties.set_int(name, 0, value);
             }
-            // It is never shown: also where descriptors are final.
-            props.set_int(p::SECRET, 0, 1);
-            props.set_int(p::ANIMATES, 0, 0);
+            // Set on the descriptor, because some hosts do not let instances change it.
+            properties.set_int(p::SECRET, 0, 1);
+            properties.set_int(p::ANIMATES, 0, 0);
         }
     }
 }

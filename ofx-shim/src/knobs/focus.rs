@@ -1,18 +1,18 @@
-//! What is in focus, and how fast blur grows about it.
+//! The focus group: the focus plane, and the growth of blur before and behind it.
 
 use super::{Group, Kind, Knob};
 
-/// Focus: as the lens was when it was measured.
+/// Focus: as measured.
 pub(crate) const AS_MEASURED: i32 = 0;
 /// Focus: at a distance in metres.
 pub(crate) const AT_DISTANCE: i32 = 1;
-/// Focus: at a value of the depth.
+/// Focus: at a value of the depth pass.
 pub(crate) const AT_DEPTH: i32 = 2;
 
 pub(crate) static FOCUS: Knob = Knob {
     name: c"focus",
     label: c"Focus",
-    hint: c"As Measured: the lens is focused as it was when it was measured. Otherwise at Focus Distance, or where the depth is Focus Plane (C).",
+    hint: c"As Measured: the distance at which the lens was measured. Focus Distance: a distance in metres. Focus Plane (C): a value of the depth pass.",
     kind: Kind::Choice {
         default: AS_MEASURED,
         options: &[c"As Measured", c"Focus Distance", c"Focus Plane (C)"],
@@ -23,7 +23,7 @@ pub(crate) static DISTANCE: Knob = Knob {
     name: c"focusDistance",
     label: c"Focus Distance",
     hint:
-        c"Distance that is in focus, metres, where Focus says so. A million and more is infinity.",
+        c"Distance in focus, in metres, if Focus is Focus Distance. A million or more is infinity.",
     kind: Kind::Number {
         default: 2.0,
         range: (0.001, 1e6),
@@ -35,7 +35,7 @@ pub(crate) static DISTANCE: Knob = Knob {
 pub(crate) static PLANE: Knob = Knob {
     name: c"focusPlane",
     label: c"Focus Plane (C)",
-    hint: c"Depth that is in focus, as the depth has it, where Focus says so.",
+    hint: c"Value of the depth pass in focus, if Focus is Focus Plane (C). Also the value in focus of Depth Math direct.",
     kind: Kind::Number {
         default: 0.0,
         range: (-1e9, 1e9),
@@ -47,7 +47,7 @@ pub(crate) static PLANE: Knob = Knob {
 pub(crate) static POINT: Knob = Knob {
     name: c"focalPoint",
     label: c"Focal Point",
-    hint: c"Move it to focus on what is there: sets Focus Plane (C) to the depth under it.",
+    hint: c"Drag it over the picture: Focus Plane (C) becomes the depth under it.",
     kind: Kind::Pair {
         default: (200.0, 200.0),
         position: true,
@@ -57,7 +57,7 @@ pub(crate) static POINT: Knob = Knob {
 pub(crate) static DEPTH_OF_FIELD: Knob = Knob {
     name: c"dof",
     label: c"Depth of Field",
-    hint: c"Metres about the focus plane in which all is as sharp as on it.",
+    hint: c"Range around the focus plane, in metres, in which everything is as sharp as in it.",
     kind: Kind::Number {
         default: 0.0,
         range: (0.0, 1e6),
@@ -69,7 +69,7 @@ pub(crate) static DEPTH_OF_FIELD: Knob = Knob {
 pub(crate) static FRONT: Knob = Knob {
     name: c"front",
     label: c"Front Multiplier",
-    hint: c"How many times as fast blur grows before the focus plane.",
+    hint: c"Factor on the growth of blur in front of the focus plane.",
     kind: Kind::Number {
         default: 1.0,
         range: (0.0, 100.0),
@@ -81,7 +81,7 @@ pub(crate) static FRONT: Knob = Knob {
 pub(crate) static BACK: Knob = Knob {
     name: c"back",
     label: c"Back Multiplier",
-    hint: c"How many times as fast blur grows behind the focus plane.",
+    hint: c"Factor on the growth of blur behind the focus plane.",
     kind: Kind::Number {
         default: 1.0,
         range: (0.0, 100.0),
@@ -93,7 +93,7 @@ pub(crate) static BACK: Knob = Knob {
 pub(crate) static MAX_SIZE: Knob = Knob {
     name: c"maxSize",
     label: c"Maximum",
-    hint: c"Largest blur: the radius of an even disc, pixels at full resolution. 0: none.",
+    hint: c"Largest blur: the radius of a uniform disc, in pixels at full resolution. 0: no limit.",
     kind: Kind::Number {
         default: 0.0,
         range: (0.0, 10000.0),

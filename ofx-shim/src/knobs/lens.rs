@@ -1,21 +1,21 @@
-//! Which lens, and how strong.
+//! The lens group: the lens, the strength of its blur, and its frame on the plate.
 
 use std::ffi::CStr;
 
 use super::{Group, Kind, Knob};
 use crate::lens::built_in;
 
-/// Mode: put blur on.
+/// Mode: apply blur.
 pub(crate) const APPLY: i32 = 0;
-/// Mode: take it off.
+/// Mode: remove blur.
 pub(crate) const REMOVE: i32 = 1;
-/// Mode: take one lens's off and put another's on.
+/// Mode: replace the blur of one lens by another's.
 pub(crate) const RELENS: i32 = 2;
 
 pub(crate) static MODE: Knob = Knob {
     name: c"mode",
     label: c"Mode",
-    hint: c"Apply puts the blur of the lens on the plate. Remove takes the blur of the lens that the plate was taken with off it. Relens takes it off and puts that of another lens on.",
+    hint: c"Apply: adds the blur of the lens to the plate. Remove: removes the blur of the lens that took the plate. Relens: replaces that blur by another lens's.",
     kind: Kind::Choice {
         default: APPLY,
         options: &[c"Apply", c"Remove", c"Relens"],
@@ -25,7 +25,7 @@ pub(crate) static MODE: Knob = Knob {
 pub(crate) static LENS: Knob = Knob {
     name: c"lens",
     label: c"Lens",
-    hint: c"A lens that comes with Seidel, or one of a file. Those that come with it are designed, not measured.",
+    hint: c"A lens that comes with Seidel, or a lens profile. The lenses that come with Seidel are designed, not measured.",
     kind: Kind::Choice {
         default: 1,
         options: built_in::NAMES,
@@ -35,29 +35,29 @@ pub(crate) static LENS: Knob = Knob {
 pub(crate) static PROFILE: Knob = Knob {
     name: c"profile",
     label: c"Lens File",
-    hint: c"Lens profile, as `seidel fit` writes it. Counts where Lens says Lens File.",
+    hint: c"Lens profile from `seidel fit`. Used if Lens is Lens File.",
     kind: Kind::File,
 };
 
 pub(crate) static RELOAD: Knob = Knob {
     name: c"reload",
     label: c"Reload",
-    hint: c"Reads lens files and colour configs again.",
+    hint: c"Reads lens profiles and OpenColorIO configs again.",
     kind: Kind::Button,
 };
 
-/// Counts what was reloaded, so that the host's own caches know.
+/// Counts reloads, so that the host's cache of rendered images becomes out of date.
 pub(crate) static RELOADS: Knob = Knob {
     name: c"reloads",
     label: c"Reloads",
-    hint: c"How many times files were read again.",
+    hint: c"Number of reloads.",
     kind: Kind::Hidden,
 };
 
 pub(crate) static TO_LENS: Knob = Knob {
     name: c"toLens",
     label: c"To Lens",
-    hint: c"Relens: the lens whose blur is put on.",
+    hint: c"Relens: the lens whose blur is added.",
     kind: Kind::Choice {
         default: 2,
         options: built_in::NAMES,
@@ -67,14 +67,14 @@ pub(crate) static TO_LENS: Knob = Knob {
 pub(crate) static TO_PROFILE: Knob = Knob {
     name: c"toProfile",
     label: c"To Lens File",
-    hint: c"Relens: lens profile of the lens whose blur is put on. Counts where To Lens says Lens File.",
+    hint: c"Relens: lens profile from `seidel fit`. Used if To Lens is Lens File.",
     kind: Kind::File,
 };
 
 pub(crate) static AMOUNT: Knob = Knob {
     name: c"amount",
     label: c"Amount",
-    hint: c"How strong blur and displacement are: 0 leaves the plate as it is, 1 is as measured.",
+    hint: c"Strength of blur and displacement: 0 leaves the plate unchanged, 1 is as measured.",
     kind: Kind::Number {
         default: 1.0,
         range: (0.0, 16.0),
@@ -83,7 +83,7 @@ pub(crate) static AMOUNT: Knob = Knob {
     },
 };
 
-/// How strong the blur of one colour is besides.
+/// A factor on the strength of the blur of one channel.
 const fn scale(name: &'static CStr, label: &'static CStr, hint: &'static CStr) -> Knob {
     Knob {
         name,
@@ -101,25 +101,25 @@ const fn scale(name: &'static CStr, label: &'static CStr, hint: &'static CStr) -
 pub(crate) static RED_SCALE: Knob = scale(
     c"redScale",
     c"Red Scale",
-    c"How strong the blur of red is besides. For lenses that have this channel.",
+    c"Strength of the blur of red, times Amount. For lenses with a red channel.",
 );
 
 pub(crate) static GREEN_SCALE: Knob = scale(
     c"greenScale",
     c"Green Scale",
-    c"How strong the blur of green is besides. For lenses that have this channel.",
+    c"Strength of the blur of green, times Amount. For lenses with a green channel.",
 );
 
 pub(crate) static BLUE_SCALE: Knob = scale(
     c"blueScale",
     c"Blue Scale",
-    c"How strong the blur of blue is besides. For lenses that have this channel.",
+    c"Strength of the blur of blue, times Amount. For lenses with a blue channel.",
 );
 
 pub(crate) static F_STOP: Knob = Knob {
     name: c"fStop",
     label: c"F Stop",
-    hint: c"Stops the lens down to this f-number. 0: as measured. For lenses known ray by ray.",
+    hint: c"f-number to stop the lens down to. 0: as measured. For lenses fitted ray by ray.",
     kind: Kind::Number {
         default: 0.0,
         range: (0.0, 256.0),
@@ -131,7 +131,7 @@ pub(crate) static F_STOP: Knob = Knob {
 pub(crate) static SENSOR_SHIFT: Knob = Knob {
     name: c"sensorShift",
     label: c"Sensor Shift",
-    hint: c"Moves the sensor away from the lens, micrometres. For lenses known ray by ray.",
+    hint: c"Distance by which the sensor moves away from the lens, in micrometres. For lenses fitted ray by ray.",
     kind: Kind::Number {
         default: 0.0,
         range: (-1e5, 1e5),
@@ -143,20 +143,20 @@ pub(crate) static SENSOR_SHIFT: Knob = Knob {
 pub(crate) static GEOMETRY: Knob = Knob {
     name: c"geometry",
     label: c"Geometry",
-    hint: c"None: blur alone. Lateral: channels are displaced against each other, the plate stays undistorted. Full: distortion and lateral colour.",
+    hint: c"None: blur only. Lateral: blur and lateral colour. Full: blur, lateral colour and distortion.",
     kind: Kind::Choice {
         default: 1,
         options: &[c"None", c"Lateral", c"Full"],
     },
 };
 
-/// The lens's frame is as wide as the project.
+/// Lens frame: on the project's format.
 pub(crate) const FRAME_PROJECT: i32 = 0;
 
 pub(crate) static FRAME: Knob = Knob {
     name: c"frame",
     label: c"Lens Frame",
-    hint: c"What the lens's frame is laid on, centre on centre: the project's format, or all of the source where that is of another size.",
+    hint: c"Rectangle on which the lens's frame is centred: the project's format, or the extent of the source if its size is another.",
     kind: Kind::Choice {
         default: FRAME_PROJECT,
         options: &[c"Project Format", c"Source Extent"],
@@ -166,7 +166,7 @@ pub(crate) static FRAME: Knob = Knob {
 pub(crate) static LENS_SCALE: Knob = Knob {
     name: c"lensScale",
     label: c"Lens Scale",
-    hint: c"Plate pixels per pixel of the lens's frame at full resolution. 0: the format is as wide as the frame.",
+    hint: c"Plate pixels per pixel of the lens's frame, at full resolution. 0: the format is as wide as the frame.",
     kind: Kind::Number {
         default: 0.0,
         range: (0.0, 1000.0),
@@ -178,7 +178,7 @@ pub(crate) static LENS_SCALE: Knob = Knob {
 pub(crate) static AXIS_OFFSET: Knob = Knob {
     name: c"axisOffset",
     label: c"Axis Offset",
-    hint: c"Moves the optical axis from where it would be, pixels at full resolution: for plates cropped off the middle.",
+    hint: c"Offset of the optical axis from the centre, in pixels at full resolution: for plates cropped off-centre.",
     kind: Kind::Pair {
         default: (0.0, 0.0),
         position: false,

@@ -1,5 +1,7 @@
-//! The knobs: what can be set, group by group. Names, and the order of what can be chosen, are kept by projects: they
-//! never change, and choices grow at their end only.
+//! The knobs, which OpenFX calls parameters: one table per group, their declaration and their values.
+//!
+//! Projects store names and the indices of options. Names and the order of options therefore never change, and new
+//! options go to the end.
 
 pub(crate) mod colour;
 mod declare;
@@ -7,41 +9,41 @@ pub(crate) mod depth;
 pub(crate) mod focus;
 pub(crate) mod lens;
 pub(crate) mod output;
-mod read;
 pub(crate) mod remove;
 pub(crate) mod render;
+mod values;
 
 pub(crate) use declare::declare;
-pub(crate) use read::Knobs;
+pub(crate) use values::Knobs;
 
 use std::ffi::CStr;
 
-/// What a knob holds.
+/// The type of a knob, with its default.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind {
-    /// A number: its default, hard range, range of the slider, and decimals shown.
+    /// A number with its valid range, the range of the slider, and the digits shown after the decimal point.
     Number {
         default: f64,
         range: (f64, f64),
         slider: (f64, f64),
         digits: i32,
     },
-    /// Two numbers; `position`: where something is, canonical, with a handle of the host's.
+    /// Two numbers, or a `position` in canonical coordinates, for which the host may draw a handle.
     Pair { default: (f64, f64), position: bool },
-    /// On or off.
+    /// A checkbox.
     Switch(bool),
-    /// One of several.
+    /// A menu.
     Choice {
         default: i32,
         options: &'static [&'static CStr],
     },
-    /// A file that is there.
+    /// The path of an existing file.
     File,
-    /// A line of words.
+    /// A line of text.
     Text,
-    /// Something to press.
+    /// A push button.
     Button,
-    /// A number that is not shown.
+    /// An integer that is not shown.
     Hidden,
 }
 
@@ -54,7 +56,7 @@ pub(crate) struct Knob {
     pub(crate) kind: Kind,
 }
 
-/// Knobs that stand together.
+/// A group of knobs.
 pub(crate) struct Group {
     pub(crate) name: &'static CStr,
     pub(crate) label: &'static CStr,
@@ -62,7 +64,7 @@ pub(crate) struct Group {
     pub(crate) knobs: &'static [&'static Knob],
 }
 
-/// All, in the order in which they are shown.
+/// All groups, in the order in which hosts show them.
 pub(crate) static ALL: [&Group; 7] = [
     &lens::GROUP,
     &depth::GROUP,
@@ -79,7 +81,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn names_are_single_and_defaults_lie_in_their_ranges() {
+    fn names_are_unique_and_defaults_lie_in_their_ranges() {
         let mut names = BTreeSet::new();
         for group in ALL {
             assert!(names.insert(group.name), "{:?}", group.name);

@@ -1,22 +1,22 @@
-//! What comes out.
+//! The output group: what is rendered, mask and mix.
 
 use super::{Group, Kind, Knob};
 
-/// Output: the picture.
+/// Output: the blurred, sharpened or relensed plate.
 pub(crate) const RESULT: i32 = 0;
-/// Output: where focus lies.
+/// Output: the focal plane setup.
 pub(crate) const FOCAL_PLANE: i32 = 1;
-/// Output: how much of each pixel was seen and not guessed.
+/// Output: the confidence of a removal.
 pub(crate) const CONFIDENCE: i32 = 2;
-/// Output: how much stronger noise is.
+/// Output: the noise gain of a removal.
 pub(crate) const NOISE_GAIN: i32 = 3;
-/// Output: how the lens draws points.
+/// Output: PSFs over the frame.
 pub(crate) const PSF_GRID: i32 = 4;
 
 pub(crate) static OUTPUT: Knob = Knob {
     name: c"output",
     label: c"Output",
-    hint: c"Result. Focal Plane Setup: red is nearer than focus, green in focus, blue farther. Confidence: Remove, how much of each pixel was seen and not guessed. Noise Gain: Remove, how many times its size in the plate noise has. PSF Grid: how the lens draws points of light over the frame, at the depth there is, each as bright as can be shown.",
+    hint: c"Focal Plane Setup: red is nearer than the focus, green in focus, blue farther. Confidence (Remove): share of spatial frequencies that the plate determines, 0 to 1. Noise Gain (Remove): noise of the result over noise of the plate. PSF Grid: points of light over the frame at the depth there, each scaled to its own peak.",
     kind: Kind::Choice {
         default: RESULT,
         options: &[
@@ -32,21 +32,21 @@ pub(crate) static OUTPUT: Knob = Knob {
 pub(crate) static USE_MASK: Knob = Knob {
     name: c"useMask",
     label: c"Use Mask",
-    hint: c"Keeps the source where the alpha of the input Mask is 0, where it is connected. Some hosts, such as Resolve, cannot tell whether it is: switch it on there when it is.",
+    hint: c"Keeps the source where the alpha of the input Mask is 0, if it is connected. Some hosts, such as Resolve, report it as connected always: switch this on there if it is.",
     kind: Kind::Switch(true),
 };
 
 pub(crate) static MASK_INVERT: Knob = Knob {
     name: c"maskInvert",
     label: c"Invert Mask",
-    hint: c"Keeps the source where the mask is 1.",
+    hint: c"Keeps the source where the mask is 1 instead.",
     kind: Kind::Switch(false),
 };
 
 pub(crate) static MIX: Knob = Knob {
     name: c"mix",
     label: c"Mix",
-    hint: c"How much of the result goes over the source.",
+    hint: c"Weight of the result against the source, 0 to 1.",
     kind: Kind::Number {
         default: 1.0,
         range: (0.0, 1.0),
@@ -58,7 +58,7 @@ pub(crate) static MIX: Knob = Knob {
 pub(crate) static SHOW_LENS: Knob = Knob {
     name: c"showLens",
     label: c"Show Lens",
-    hint: c"Draws over the viewer how the lens draws points at Distance, and where its axis is. In hosts with overlays that need no OpenGL.",
+    hint: c"Shows PSF outlines at Distance and the optical axis in the viewer. Only in hosts that support the OpenFX draw suite.",
     kind: Kind::Switch(true),
 };
 

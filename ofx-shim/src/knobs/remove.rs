@@ -1,11 +1,11 @@
-//! How blur is taken off.
+//! The remove group: noise, clipping and strength of a removal.
 
 use super::{Group, Kind, Knob};
 
 pub(crate) static STRENGTH: Knob = Knob {
     name: c"strength",
     label: c"Strength",
-    hint: c"Remove: how much of the way from the plate to the sharp picture to go.",
+    hint: c"Remove: weight of the sharp image against the plate, 0 to 1.",
     kind: Kind::Number {
         default: 1.0,
         range: (0.0, 1.0),
@@ -17,7 +17,7 @@ pub(crate) static STRENGTH: Knob = Knob {
 pub(crate) static GRAIN: Knob = Knob {
     name: c"grain",
     label: c"Grain",
-    hint: c"Remove. Keep: the sharp picture gets the plate's own grain. Solved: it stays as it was solved for, nearly without grain.",
+    hint: c"Remove. Keep: the sharp image gets the plate's own grain. Solved: the solution as it is, nearly without grain.",
     kind: Kind::Choice {
         default: 0,
         options: &[c"Keep", c"Solved"],
@@ -28,7 +28,7 @@ pub(crate) static NOISE: Knob = Knob {
     name: c"noise",
     label: c"Noise",
     hint:
-        c"Remove and Relens: standard deviation of the plate's noise. 0: estimated from the plate.",
+        c"Remove and Relens: standard deviation of the plate's noise, in linear units. 0: estimated from the plate.",
     kind: Kind::Number {
         default: 0.0,
         range: (0.0, 1000.0),
@@ -40,17 +40,17 @@ pub(crate) static NOISE: Knob = Knob {
 pub(crate) static CLIP: Knob = Knob {
     name: c"clip",
     label: c"Clipping",
-    hint: c"Remove and Relens: where the plate is clipped is told from it; or it is not; or it is from Clip Level on.",
+    hint: c"Remove and Relens: clipped samples keep their blur. Auto: the level is estimated from the plate. None: no sample is clipped. Level: samples at or above Clip Level.",
     kind: Kind::Choice {
         default: 0,
-        options: &[c"Told", c"None", c"Level"],
+        options: &[c"Auto", c"None", c"Level"],
     },
 };
 
 pub(crate) static CLIP_LEVEL: Knob = Knob {
     name: c"clipLevel",
     label: c"Clip Level",
-    hint: c"Where samples are clipped, where Clipping says Level.",
+    hint: c"Level from which on samples are clipped, if Clipping is Level.",
     kind: Kind::Number {
         default: 1.0,
         range: (1e-6, 1e6),
@@ -62,7 +62,7 @@ pub(crate) static CLIP_LEVEL: Knob = Knob {
 pub(crate) static CHECK_LENS: Knob = Knob {
     name: c"checkLens",
     label: c"Check Lens",
-    hint: c"Remove and Relens: looks whether this frame shows as much blur as the lens has. Where it shows less, Amount becomes as much, so that nothing rings. The time of a removal or more.",
+    hint: c"Remove and Relens: compares the blur of this frame with the lens's. If the frame shows less, Amount is reduced to match, which avoids ringing. Takes at least as long as a removal.",
     kind: Kind::Button,
 };
 

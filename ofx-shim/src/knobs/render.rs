@@ -1,11 +1,11 @@
-//! How plates are drawn.
+//! The render group: quality, edges, occlusion, holdout and alpha.
 
 use super::{Group, Kind, Knob};
 
 pub(crate) static QUALITY: Knob = Knob {
     name: c"quality",
     label: c"Quality",
-    hint: c"Draft: for looking, 45 dB from exact. Final: for delivery, 60 dB from exact, 50 dB for lenses known ray by ray. Exact: every pixel with its own kernel, slow.",
+    hint: c"Accuracy against the exact renderer, as PSNR. Draft: 45 dB, for previews. Final: 60 dB, 50 dB for lenses fitted ray by ray, for delivery. Exact: every pixel has its own kernel; slow.",
     kind: Kind::Choice {
         default: 1,
         options: &[c"Draft", c"Final", c"Exact"],
@@ -15,14 +15,14 @@ pub(crate) static QUALITY: Knob = Knob {
 pub(crate) static AUTO_DRAFT: Knob = Knob {
     name: c"autoDraft",
     label: c"Draft While Editing",
-    hint: c"Renders in draft quality where the host says that a draft or a thumbnail is wanted.",
+    hint: c"Renders in draft quality if the host requests a draft or a thumbnail.",
     kind: Kind::Switch(true),
 };
 
 pub(crate) static EDGES: Knob = Knob {
     name: c"edge",
     label: c"Edges",
-    hint: c"What lies beyond the plate: its mirror image, nothing, or its nearest pixel.",
+    hint: c"Light beyond the edges of the plate: its mirror image, black, or the nearest pixel.",
     kind: Kind::Choice {
         default: 0,
         options: &[c"Mirror", c"Black", c"Nearest"],
@@ -32,35 +32,35 @@ pub(crate) static EDGES: Knob = Knob {
 pub(crate) static OCCLUSION: Knob = Knob {
     name: c"occlusion",
     label: c"Occlusion",
-    hint: c"Near things hide far ones where depth varies.",
+    hint: c"Near objects hide far ones where depth varies.",
     kind: Kind::Switch(true),
 };
 
 pub(crate) static FILL_FOREGROUND: Knob = Knob {
     name: c"fillForeground",
     label: c"Fill Foreground",
-    hint: c"What a blurred foreground uncovers is filled with what is seen beside it.",
+    hint: c"Fills the background that a blurred foreground uncovers from the background beside it.",
     kind: Kind::Switch(true),
 };
 
 pub(crate) static BLUR_INSIDE: Knob = Knob {
     name: c"blurInside",
     label: c"Blur Inside",
-    hint: c"A blurred foreground becomes transparent within its own outline.",
+    hint: c"Lets a blurred foreground become transparent inside its own outline.",
     kind: Kind::Switch(true),
 };
 
 pub(crate) static USE_HOLDOUT: Knob = Knob {
     name: c"useHoldout",
     label: c"Use Holdout",
-    hint: c"Keeps blur off what the input Holdout says will be in front, where it is connected. Some hosts, such as Resolve, cannot tell whether it is: switch it on there when it is. Needs Occlusion.",
+    hint: c"Keeps blur behind the element of the input Holdout off it, if that is connected. Some hosts, such as Resolve, report it as connected always: switch this on there if it is. Needs Occlusion.",
     kind: Kind::Switch(true),
 };
 
 pub(crate) static HOLDOUT_CHANNEL: Knob = Knob {
     name: c"holdoutChannel",
     label: c"Holdout Matte",
-    hint: c"Which channel of the input Holdout is the matte.",
+    hint: c"Channel of the input Holdout that holds the matte.",
     kind: Kind::Choice {
         default: 3,
         options: &[c"R", c"G", c"B", c"A"],
@@ -70,7 +70,7 @@ pub(crate) static HOLDOUT_CHANNEL: Knob = Knob {
 pub(crate) static HOLDOUT_DEPTH: Knob = Knob {
     name: c"holdoutDepth",
     label: c"Holdout Depth",
-    hint: c"Which channel of the input Holdout is its depth, read as that of the plate: only what is behind is kept back. None: all is.",
+    hint: c"Channel of the input Holdout that holds its depth, in the convention of the plate's: only light from behind it is held out. None: all light is.",
     kind: Kind::Choice {
         default: 0,
         options: &[c"None", c"R", c"G", c"B", c"A"],
@@ -81,17 +81,17 @@ pub(crate) static SOURCE_ALPHA: Knob = Knob {
     name: c"sourceAlpha",
     label: c"Source Alpha",
     hint:
-        c"Whether colour is multiplied by alpha: as the host says, or otherwise where it is wrong.",
+        c"Premultiplication of the source: as the host reports it, or set here if the report is wrong.",
     kind: Kind::Choice {
         default: 0,
-        options: &[c"As Host Says", c"Premultiplied", c"Unpremultiplied"],
+        options: &[c"From Host", c"Premultiplied", c"Unpremultiplied"],
     },
 };
 
 pub(crate) static SCRUB: Knob = Knob {
     name: c"scrub",
     label: c"Scrub",
-    hint: c"Samples that are not finite count as zero, instead of being refused.",
+    hint: c"Treats samples that are not finite as zero. Otherwise they are an error.",
     kind: Kind::Switch(false),
 };
 

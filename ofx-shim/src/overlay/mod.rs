@@ -1,65 +1,67 @@
-//! What is drawn over the viewer: how the lens draws points over the frame, where its axis is, and a handle to focus by.
+//! The overlay in the viewer: PSF outlines over the frame, the optical axis, and a handle to set the focus.
 //!
-//! Only where the host has the draw suite: it draws without OpenGL, so the plugin links nothing of it.
+//! It is offered only in hosts with the draw suite, which works without OpenGL.
 
-mod axis;
-mod draw;
-pub(crate) mod grid;
-mod pen;
-mod place;
+mod drawing;
+mod focus_handle;
+mod lens_placement;
+mod psf_ellipses;
 
 use std::ffi::{CStr, c_char, c_void};
 
 use crate::actions::Call;
-use crate::host::{self, Effect, Host, Props, Result};
+use crate::host::{self, Effect, Host, PropertySet, Result};
 use crate::sys::effect::OVERLAY_V2;
 use crate::sys::plugin::{STATUS_FAILED, STATUS_OK, STATUS_REPLY_DEFAULT};
 use crate::sys::property::EFFECT_INSTANCE;
 use crate::sys::{Handle, OfxEntry, OfxStatus, actions, interact};
 
-/// Says in the descriptor `props` that there is an overlay, where `host` can draw one.
-pub(crate) fn offer(host: &Host, props: &Props) {
+pub(crate) use psf_ellipses::forget;
+
+/// Declares the overlay in the properties of a descriptor, if `host` can draw it.
+pub(crate) fn declare(host: &Host, properties: &PropertySet) {
     if host.suites.draw.is_some() && host.suites.interact.is_some() {
         let entry: OfxEntry = overlay_entry;
-        props.set_pointer(OVERLAY_V2, entry as *mut c_void);
+        properties.set_pointer(OVERLAY_V2, entry as *mut c_void);
     }
 }
 
 unsafe extern "C" fn overlay_entry(
     action: *const c_char,
-    handle: *const c_void,
-    inputs: Handle,
-    outputs: Handle,
+    overlay: *const c_void,
+    arguments: Handle,
+    results: Handle,
 ) -> OfxStatus {
-    let done = host::caught(|| {
+    let status = host::catch_panic(|| {
         if action.is_null() {
             return STATUS_FAILED;
         }
-        // SAFETY: hosts give the name of an action, a text with a zero at its end.
+        // SAFETY: the host passes the name of an action as a C string.
         let action = unsafe { CStr::from_ptr(action) };
-        perform(action, handle.cast_mut(), inputs, outputs)
+        perform(action, overlay.cast_mut(), arguments, results)
     });
-    done.unwrap_or(STATUS_FAILED)
+    status.unwrap_or(STATUS_FAILED)
 }
 
-fn perform(action: &CStr, handle: Handle, inputs: Handle, outputs: Handle) -> OfxStatus {
+fn perform(action: &CStr, overlay: Handle, arguments: Handle, results: Handle) -> OfxStatus {
     let Some(host) = host::current() else {
         return STATUS_FAILED;
     };
-    let work: fn(&Call, Handle) -> Result<bool> = match action {
-        name if name == interact::ACTION_DRAW => draw::draw,
-        name if name == interact::ACTION_PEN_DOWN => pen::down,
-        name if name == interact::ACTION_PEN_MOTION => pen::motion,
-        name if name == interact::ACTION_PEN_UP => pen::up,
+    // Returns whether the action was handled.
+    let handler: fn(&Call, Handle) -> Result<bool> = match action {
+        name if name == interact::ACTION_DRAW => drawing::draw,
+        name if name == interact::ACTION_PEN_DOWN => focus_handle::pen_down,
+        name if name == interact::ACTION_PEN_MOTION => focus_handle::pen_motion,
+        name if name == interact::ACTION_PEN_UP => focus_handle::pen_up,
         name if name == actions::DESCRIBE || name == actions::CREATE_INSTANCE => return STATUS_OK,
         name if name == actions::DESTROY_INSTANCE => {
-            pen::forget(handle);
+            focus_handle::forget(overlay);
             return STATUS_OK;
         }
         _ => return STATUS_REPLY_DEFAULT,
     };
-    let props = |handle| Props::of(&host.suites.property, handle);
-    let Some(effect) = effect_of(&host, handle, &props(inputs)) else {
+    let arguments = host.property_set(arguments);
+    let Some(effect) = effect_of(&host, overlay, &arguments) else {
         return STATUS_REPLY_DEFAULT;
     };
     let call = Call {
@@ -68,34 +70,35 @@ fn perform(action: &CStr, handle: Handle, inputs: Handle, outputs: Handle) -> Of
             host: &host,
             handle: effect,
         },
-        arguments: props(inputs),
-        answers: props(outputs),
+        arguments,
+        answers: host.property_set(results),
     };
-    // What an overlay cannot draw is told where it is rendered.
-    match work(&call, handle) {
-        Ok(true) => STATUS_OK,
-        Ok(false) | Err(_) => STATUS_REPLY_DEFAULT,
+    // Errors are not shown here: the render of the same settings fails with the same message.
+    if handler(&call, overlay).unwrap_or(false) {
+        STATUS_OK
+    } else {
+        STATUS_REPLY_DEFAULT
     }
 }
 
-/// The instance that an overlay is of.
-fn effect_of(host: &Host, overlay: Handle, inputs: &Props) -> Option<Handle> {
-    let own = host.suites.interact.and_then(|suite| {
-        let mut props = std::ptr::null_mut();
+/// Returns the effect instance of an overlay.
+fn effect_of(host: &Host, overlay: Handle, arguments: &PropertySet) -> Option<Handle> {
+    let effect = host.suites.interact.and_then(|suite| {
+        let mut set = std::ptr::null_mut();
         let get = suite.property_set?;
-        // SAFETY: the host vouches for its function and its handle.
-        let status = unsafe { get(overlay, &raw mut props) };
-        let props = Props::of(&host.suites.property, props);
-        (status == STATUS_OK).then(|| props.pointer(EFFECT_INSTANCE))?
+        // SAFETY: a function and a handle of the host, and memory for a handle.
+        let status = unsafe { get(overlay, &raw mut set) };
+        let properties = host.property_set(set);
+        (status == STATUS_OK).then(|| properties.pointer(EFFECT_INSTANCE))?
     });
-    own.or_else(|| inputs.pointer(EFFECT_INSTANCE))
+    effect.or_else(|| arguments.pointer(EFFECT_INSTANCE))
 }
 
-/// Asks for the overlay to be drawn again.
+/// Requests a redraw of the overlay.
 fn redraw(host: &Host, overlay: Handle) {
     let redraw = host.suites.interact.and_then(|suite| suite.redraw);
     if let Some(redraw) = redraw {
-        // SAFETY: as above.
+        // SAFETY: a function and a handle of the host.
         unsafe { redraw(overlay) };
     }
 }

@@ -40,8 +40,8 @@ pub(crate) fn window_of(call: &Call) -> Result<OfxRectI> {
 /// Which field it is asked for.
 pub(crate) fn field_of(call: &Call) -> Field {
     match () {
-        () if call.arguments.is(FIELD_TO_RENDER, FIELD_LOWER) => Field::Lower,
-        () if call.arguments.is(FIELD_TO_RENDER, FIELD_UPPER) => Field::Upper,
+        () if call.arguments.equals(FIELD_TO_RENDER, FIELD_LOWER) => Field::Lower,
+        () if call.arguments.equals(FIELD_TO_RENDER, FIELD_UPPER) => Field::Upper,
         () => Field::Whole,
     }
 }
@@ -117,7 +117,7 @@ fn joined(a: OfxRectI, b: OfxRectI) -> OfxRectI {
 
 /// The project's picture proper, canonical.
 pub(crate) fn project_of(call: &Call) -> Option<OfxRectD> {
-    let props = call.effect.props();
+    let props = call.effect.properties();
     let [width, height] = props.doubles::<2>(PROJECT_SIZE)?;
     let [x1, y1] = props.doubles::<2>(PROJECT_OFFSET).unwrap_or([0.0; 2]);
     let sound = [width, height, x1, y1].iter().all(|v| v.is_finite());

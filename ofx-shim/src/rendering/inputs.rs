@@ -100,7 +100,8 @@ pub(crate) fn is_unpremultiplied(knobs: &Knobs, clip: &Clip, source: &Image) -> 
         2 => true,
         _ => {
             source.channels == 4
-                && (source.unpremultiplied || clip.props.is(PREMULTIPLICATION, UNPREMULTIPLIED))
+                && (source.unpremultiplied
+                    || clip.properties.equals(PREMULTIPLICATION, UNPREMULTIPLIED))
         }
     }
 }

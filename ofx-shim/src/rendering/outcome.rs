@@ -47,7 +47,7 @@ pub(crate) enum Outcome {
 pub(crate) unsafe extern "C" fn progress(user: *mut c_void, _share: f64) -> i32 {
     // SAFETY: it is the effect that `perform` gave, which lives until the call ends.
     let effect = unsafe { &*user.cast::<Effect>() };
-    let stop = crate::host::caught(|| effect.is_aborted());
+    let stop = crate::host::catch_panic(|| effect.is_aborted());
     i32::from(stop.unwrap_or(false))
 }
 

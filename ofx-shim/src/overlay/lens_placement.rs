@@ -1,4 +1,4 @@
-//! Where the lens's frame lies in the viewer: canonical coordinates.
+//! The lens placed over the frame of an instance, and canonical coordinates of points of the plate.
 
 use std::sync::Arc;
 
@@ -15,31 +15,29 @@ use crate::sys::effect::CLIP_SOURCE;
 use crate::sys::{OfxPointD, OfxRectI};
 
 /// A lens over the frame of an instance, at full resolution.
-pub(super) struct Place {
+pub(super) struct LensPlacement {
     pub(super) lens: Arc<Lens>,
     pub(super) setup: Setup,
-    /// Of the plate, as the library has it.
+    /// The plate's format, in plate pixels.
     pub(super) format: SeidelRect,
     scale: Scale,
+    /// The format in the host's pixels, y up.
     pixels: OfxRectI,
 }
 
-impl Place {
-    /// That at a time; nothing where it is not known how large the frame is.
+impl LensPlacement {
+    /// Places the lens at a time; `None` if the size of the frame is unknown.
     ///
     /// # Errors
-    /// A lens that cannot be read, and knobs that cannot be so.
+    /// A lens that cannot be read; settings that contradict each other.
     pub(super) fn new(call: &Call, knobs: &Knobs, time: f64) -> Result<Option<Self>> {
         let clip = call.effect.clip(CLIP_SOURCE);
         let aspect = clip.and_then(|clip| clip.pixel_aspect()).unwrap_or(1.0);
         let scale = Scale::new([1.0; 2], aspect);
         let source = clip.and_then(|clip| clip.region_of_definition(time));
         let by_project = knobs.choice(&knob::FRAME) == knob::FRAME_PROJECT;
-        let rect = match project_of(call).filter(|_| by_project) {
-            Some(project) => Some(project),
-            None => source,
-        };
-        let pixels = rect.map(|rect| scale.pixels_of(rect));
+        let project = project_of(call).filter(|_| by_project);
+        let pixels = project.or(source).map(|rect| scale.pixels_of(rect));
         let Some(pixels) = pixels.filter(|pixels| !crate::geometry::is_empty(*pixels)) else {
             return Ok(None);
         };
@@ -60,11 +58,31 @@ impl Place {
         }))
     }
 
-    /// Canonical coordinates of a place of the plate.
-    pub(super) fn canonical(&self, (x, y): (f64, f64)) -> OfxPointD {
+    /// Returns where the optical axis meets the plate, in plate pixels. The lens's frame is centred on the format.
+    pub(super) fn optical_axis(&self) -> (f64, f64) {
+        let (info, settings) = (&self.lens.info, self.setup.settings());
+        let aspect = settings.pixel_aspect;
+        let (width, height) = (f64::from(self.format.width), f64::from(self.format.height));
+        let scale = if settings.lens_scale.is_nan() {
+            width * aspect / info.frame.0
+        } else {
+            settings.lens_scale
+        };
+        let (x, y) = (
+            (info.axis.0 - info.frame.0 / 2.0) * scale / aspect,
+            (info.axis.1 - info.frame.1 / 2.0) * scale,
+        );
+        (
+            width / 2.0 + x + settings.axis_offset_x,
+            height / 2.0 + y + settings.axis_offset_y,
+        )
+    }
+
+    /// Converts plate pixels to canonical coordinates.
+    pub(super) fn canonical(&self, point: (f64, f64)) -> OfxPointD {
         OfxPointD {
-            x: (f64::from(self.pixels.x1) + x) / self.scale.x,
-            y: (f64::from(self.pixels.y2) - y) / self.scale.y,
+            x: (f64::from(self.pixels.x1) + point.0) / self.scale.x,
+            y: (f64::from(self.pixels.y2) - point.1) / self.scale.y,
         }
     }
 }
