@@ -1,4 +1,4 @@
-//! The plugin in the adversarial host: every check of `tests/host`.
+//! Every check of the test host on the plugin.
 
 fn main() -> std::process::ExitCode {
     seidel_ofx_host::runner::test_main("seidel_ofx", "seidel")

@@ -1,4 +1,4 @@
-//! The C ABI, called with pictures as the host of these tests has them.
+//! Calls of the C ABI with the pictures of the host.
 
 use std::ptr::{null, null_mut};
 
@@ -8,9 +8,10 @@ use crate::lenses::{LENS, OTHER_LENS};
 use crate::picture::Picture;
 use crate::{HEIGHT, WIDTH};
 
+/// Two lenses, settings and inputs of the C ABI.
 pub(crate) struct Abi {
     lens: *mut SeidelLens,
-    other: *mut SeidelLens,
+    other_lens: *mut SeidelLens,
     pub(crate) settings: SeidelSettings,
     pub(crate) depth: Option<Picture>,
     pub(crate) matte: Option<Picture>,
@@ -20,26 +21,26 @@ pub(crate) struct Abi {
 impl Drop for Abi {
     fn drop(&mut self) {
         seidel_lens_release(self.lens);
-        seidel_lens_release(self.other);
+        seidel_lens_release(self.other_lens);
     }
 }
 
-fn opened(path: &std::path::Path) -> *mut SeidelLens {
-    let json = std::fs::read_to_string(path).expect("a lens");
+fn open_lens(path: &std::path::Path) -> *mut SeidelLens {
+    let json = std::fs::read_to_string(path).expect("readable");
     let mut lens = null_mut();
-    // SAFETY: as many bytes as are said.
+    // SAFETY: the length is that of the text.
     let status = unsafe { seidel_lens_read(json.as_ptr().cast(), json.len(), &raw mut lens) };
     assert_eq!(status, SeidelStatus::Ok);
     lens
 }
 
-/// A picture of the host's with y down.
+/// Describes a picture for the C ABI, whose rows run down.
 fn image(picture: &Picture) -> SeidelImage {
-    at(picture, picture.samples.as_ptr().cast_mut())
+    image_at(picture, picture.samples.as_ptr().cast_mut())
 }
 
-/// The same with its samples at `data`.
-fn at(picture: &Picture, data: *mut f32) -> SeidelImage {
+/// Describes a picture whose samples are at `data`.
+fn image_at(picture: &Picture, data: *mut f32) -> SeidelImage {
     let [x1, y1, x2, y2] = picture.bounds;
     let row = i64::from(x2 - x1) * i64::from(picture.channels) * 4;
     let top = i64::from(y2 - y1 - 1) * row;
@@ -63,14 +64,14 @@ fn at(picture: &Picture, data: *mut f32) -> SeidelImage {
 
 impl Abi {
     pub(crate) fn new() -> Self {
-        // SAFETY: numbers and raw pointers, for which zero is a value.
+        // SAFETY: zero is valid for numbers and raw pointers.
         let mut settings: SeidelSettings = unsafe { std::mem::zeroed() };
         settings.size = size_of::<SeidelSettings>() as u64;
-        // SAFETY: it has the size that it says.
+        // SAFETY: `size` is the size of the struct.
         unsafe { seidel_settings_init(&raw mut settings) };
         Self {
-            lens: opened(&LENS),
-            other: opened(&OTHER_LENS),
+            lens: open_lens(&LENS),
+            other_lens: open_lens(&OTHER_LENS),
             settings,
             depth: None,
             matte: None,
@@ -78,15 +79,15 @@ impl Abi {
         }
     }
 
-    fn with(
+    fn call(
         &self,
         source: &Picture,
         window: [i32; 4],
         call: impl FnOnce(&SeidelPlate, &SeidelImage) -> SeidelStatus,
     ) -> Picture {
-        let mut out = Picture::made(window, source.channels, |_, _, _| f32::NAN);
+        let mut out = Picture::new(window, source.channels, |_, _, _| f32::NAN);
         let data = out.samples.as_mut_ptr();
-        let target = at(&out, data);
+        let target = image_at(&out, data);
         let all = SeidelRect {
             left: 0,
             top: 0,
@@ -112,25 +113,25 @@ impl Abi {
     }
 
     pub(crate) fn apply(&self, source: &Picture, window: [i32; 4]) -> Picture {
-        // SAFETY: everything is held until the call ends, here and below.
-        self.with(source, window, |plate, out| unsafe {
+        // SAFETY: all pointers are valid until the call returns, here and below.
+        self.call(source, window, |plate, out| unsafe {
             seidel_apply(self.lens, &self.settings, plate, out, null(), null())
         })
     }
 
     pub(crate) fn remove(&self, source: &Picture, window: [i32; 4]) -> Picture {
         // SAFETY: as above.
-        self.with(source, window, |plate, out| unsafe {
-            let (settings, none) = (&self.settings, null());
-            seidel_remove(self.lens, settings, plate, out, none, null_mut(), null())
+        self.call(source, window, |plate, out| unsafe {
+            let settings = &self.settings;
+            seidel_remove(self.lens, settings, plate, out, null(), null_mut(), null())
         })
     }
 
     pub(crate) fn relens(&self, source: &Picture, window: [i32; 4]) -> Picture {
         // SAFETY: as above.
-        self.with(source, window, |plate, out| unsafe {
-            let (settings, none) = (&self.settings, null());
-            seidel_relens(self.lens, self.other, settings, plate, out, none, null())
+        self.call(source, window, |plate, out| unsafe {
+            let (from, to) = (self.lens, self.other_lens);
+            seidel_relens(from, to, &self.settings, plate, out, null(), null())
         })
     }
 }

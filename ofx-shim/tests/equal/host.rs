@@ -1,5 +1,5 @@
-//! A host of no more than these tests need. Handles are addresses of objects; an object knows its properties and what
-//! it holds.
+//! A host with only what these tests need. Handles are addresses of objects, and an object is also its own property
+//! set and parameter set.
 
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -27,27 +27,28 @@ enum Value {
 
 type Table<T> = Mutex<BTreeMap<String, T>>;
 
-/// Whatever a handle stands for.
+/// An object behind a handle: effect, clip, parameter, image or arguments.
 #[derive(Default)]
 struct Object {
     properties: Table<Vec<Value>>,
     clips: Table<Box<Object>>,
     params: Table<Box<Object>>,
-    /// What a parameter is set to.
+    /// Value of a parameter; its default if `None`.
     value: Mutex<Option<Vec<Value>>>,
     picture: Mutex<Option<Picture>>,
-    /// Pictures that are out.
+    /// Images that the plugin fetched.
     images: Mutex<Vec<Arc<Object>>>,
-    said: Mutex<Vec<String>>,
+    /// Texts of messages.
+    messages: Mutex<Vec<String>>,
 }
 
 fn name_of(name: *const c_char) -> String {
-    // SAFETY: plugins give texts with a zero at their end.
+    // SAFETY: plugins pass C strings.
     let name = unsafe { CStr::from_ptr(name) };
     name.to_string_lossy().into_owned()
 }
 
-/// The object of a handle.
+/// Returns the object of a handle.
 fn object<'a>(handle: Handle) -> &'a Object {
     assert!(!handle.is_null());
     // SAFETY: handles are addresses of objects that live as long as the host of a test.
@@ -71,7 +72,7 @@ impl Object {
         properties.get(name)?.get(index).cloned()
     }
 
-    fn all(&self, name: &str, values: impl IntoIterator<Item = Value>) {
+    fn set_all(&self, name: &str, values: impl IntoIterator<Item = Value>) {
         for (index, value) in values.into_iter().enumerate() {
             self.set(name, index, value);
         }
@@ -103,9 +104,11 @@ unsafe extern "C" fn set_string(
     0
 }
 
-/// Puts what `pick` makes of a property to `out`.
-unsafe fn give<T>(
-    (h, name, index): (Handle, *const c_char, c_int),
+/// Writes the value of a property that `pick` accepts to `out`.
+unsafe fn write_property<T>(
+    h: Handle,
+    name: *const c_char,
+    index: c_int,
     out: *mut T,
     pick: impl Fn(&Value) -> Option<T>,
 ) -> c_int {
@@ -114,7 +117,7 @@ unsafe fn give<T>(
     let value = values.and_then(|values| values.get(index as usize));
     match value.and_then(pick) {
         Some(value) => {
-            // SAFETY: plugins give good places.
+            // SAFETY: plugins pass memory for a value.
             unsafe { out.write(value) };
             0
         }
@@ -127,8 +130,8 @@ unsafe extern "C" fn get_int(h: Handle, n: *const c_char, i: c_int, out: *mut c_
         Value::Int(value) => Some(*value),
         _ => None,
     };
-    // SAFETY: as the caller vouches, here and below.
-    unsafe { give((h, n, i), out, pick) }
+    // SAFETY: the plugin passes memory for a value, here and below.
+    unsafe { write_property(h, n, i, out, pick) }
 }
 
 unsafe extern "C" fn get_double(h: Handle, n: *const c_char, i: c_int, out: *mut f64) -> c_int {
@@ -137,7 +140,7 @@ unsafe extern "C" fn get_double(h: Handle, n: *const c_char, i: c_int, out: *mut
         _ => None,
     };
     // SAFETY: as above.
-    unsafe { give((h, n, i), out, pick) }
+    unsafe { write_property(h, n, i, out, pick) }
 }
 
 unsafe extern "C" fn get_string(
@@ -151,7 +154,7 @@ unsafe extern "C" fn get_string(
         _ => None,
     };
     // SAFETY: as above.
-    unsafe { give((h, n, i), out, pick) }
+    unsafe { write_property(h, n, i, out, pick) }
 }
 
 unsafe extern "C" fn get_pointer(
@@ -165,21 +168,21 @@ unsafe extern "C" fn get_pointer(
         _ => None,
     };
     // SAFETY: as above.
-    unsafe { give((h, n, i), out, pick) }
+    unsafe { write_property(h, n, i, out, pick) }
 }
 
-/// Puts a handle where a plugin wants it, if it does.
-unsafe fn put(out: *mut Handle, value: Handle) {
+/// Writes a handle to `out`, unless that is NULL.
+unsafe fn write_handle(out: *mut Handle, value: Handle) {
     if !out.is_null() {
-        // SAFETY: a good place.
+        // SAFETY: plugins pass memory for a handle.
         unsafe { out.write(value) };
     }
 }
 
-/// Properties, parameters and clips of an object are asked of the object.
-unsafe extern "C" fn itself(h: Handle, out: *mut Handle) -> c_int {
+/// Returns the property set or parameter set of an object: the object itself.
+unsafe extern "C" fn own_set(h: Handle, out: *mut Handle) -> c_int {
     // SAFETY: as above.
-    unsafe { put(out, h) };
+    unsafe { write_handle(out, h) };
     0
 }
 
@@ -187,7 +190,7 @@ unsafe extern "C" fn clip_define(h: Handle, name: *const c_char, out: *mut Handl
     let mut clips = object(h).clips.lock().expect("no panic");
     let clip = clips.entry(name_of(name)).or_default();
     // SAFETY: as above.
-    unsafe { put(out, handle(clip)) };
+    unsafe { write_handle(out, handle(clip)) };
     0
 }
 
@@ -203,8 +206,8 @@ unsafe extern "C" fn clip_handle(
     };
     // SAFETY: as above.
     unsafe {
-        put(out, handle(clip));
-        put(properties, handle(clip));
+        write_handle(out, handle(clip));
+        write_handle(properties, handle(clip));
     }
     0
 }
@@ -221,19 +224,20 @@ unsafe extern "C" fn clip_image(
         return 1;
     };
     let image = Arc::new(Object::default());
-    let row = picture.row();
+    let row = picture.row_samples();
     let last = picture.samples.len() - row;
     let data = picture.samples.as_mut_ptr();
-    let (bottom, step) = match picture.turned {
-        true => (data.wrapping_add(last), -1),
-        false => (data, 1),
+    let (bottom, step) = if picture.is_top_down {
+        (data.wrapping_add(last), -1)
+    } else {
+        (data, 1)
     };
     image.set(
         "OfxImagePropData",
         0,
         Value::Pointer(bottom.expose_provenance()),
     );
-    image.all("OfxImagePropBounds", picture.bounds.map(Value::Int));
+    image.set_all("OfxImagePropBounds", picture.bounds.map(Value::Int));
     image.set(
         "OfxImagePropRowBytes",
         0,
@@ -251,13 +255,13 @@ unsafe extern "C" fn clip_image(
         Object::text(c"OfxBitDepthFloat"),
     );
     // SAFETY: as above.
-    unsafe { put(out, handle(&image)) };
+    unsafe { write_handle(out, handle(&image)) };
     clip.images.lock().expect("no panic").push(image);
     0
 }
 
 unsafe extern "C" fn release_image(_: Handle) -> c_int {
-    // They go with their clip.
+    // Images are dropped with their clip.
     0
 }
 
@@ -271,12 +275,12 @@ unsafe extern "C" fn region(h: Handle, _time: f64, out: *mut OfxRectD) -> c_int 
         _ => 1.0,
     };
     let [x1, y1, x2, y2] = picture.bounds.map(|v| f64::from(v) / scale);
-    // SAFETY: a good place.
+    // SAFETY: plugins pass memory for a rectangle.
     unsafe { out.write(OfxRectD { x1, y1, x2, y2 }) };
     0
 }
 
-unsafe extern "C" fn never(_: Handle) -> c_int {
+unsafe extern "C" fn is_aborted(_: Handle) -> c_int {
     0
 }
 
@@ -291,7 +295,7 @@ unsafe extern "C" fn define(
     let kind = CString::new(name_of(kind)).expect("no zero");
     param.set("OfxParamPropType", 0, Value::Text(kind));
     // SAFETY: as above.
-    unsafe { put(out, handle(param)) };
+    unsafe { write_handle(out, handle(param)) };
     0
 }
 
@@ -307,13 +311,13 @@ unsafe extern "C" fn param_handle(
     };
     // SAFETY: as above.
     unsafe {
-        put(out, handle(param));
-        put(properties, handle(param));
+        write_handle(out, handle(param));
+        write_handle(properties, handle(param));
     }
     0
 }
 
-/// As many places as a parameter has values.
+/// Writes one or two values, as many as the parameter has.
 unsafe extern "C" fn value_at_time(h: Handle, _: f64, a: *mut c_void, b: *mut c_void) -> c_int {
     let param = object(h);
     let value = param.value.lock().expect("no panic");
@@ -322,18 +326,18 @@ unsafe extern "C" fn value_at_time(h: Handle, _: f64, a: *mut c_void, b: *mut c_
         defaults.collect()
     };
     let values = value.clone().unwrap_or_else(default);
-    for (place, own) in [a, b].into_iter().zip(&values) {
-        // SAFETY: plugins give places for what parameters hold.
+    for (out, own) in [a, b].into_iter().zip(&values) {
+        // SAFETY: plugins pass memory for the values of the parameter's type.
         unsafe {
             match own {
-                Value::Int(value) => place.cast::<c_int>().write(*value),
-                Value::Double(value) => place.cast::<f64>().write(*value),
+                Value::Int(value) => out.cast::<c_int>().write(*value),
+                Value::Double(value) => out.cast::<f64>().write(*value),
                 Value::Text(_) | Value::Pointer(_) => {
                     let Some(Value::Text(text)) = value.as_ref().map(|v| &v[0]) else {
-                        place.cast::<*const c_char>().write(c"".as_ptr());
+                        out.cast::<*const c_char>().write(c"".as_ptr());
                         continue;
                     };
-                    place.cast::<*const c_char>().write(text.as_ptr());
+                    out.cast::<*const c_char>().write(text.as_ptr());
                 }
             }
         }
@@ -349,11 +353,15 @@ unsafe extern "C" fn message(
     text: *const c_char,
 ) -> c_int {
     assert_eq!(name_of(format), "%s");
-    object(h).said.lock().expect("no panic").push(name_of(text));
+    object(h)
+        .messages
+        .lock()
+        .expect("no panic")
+        .push(name_of(text));
     0
 }
 
-/// What the host is asked for; all tests share it. It has no properties.
+/// The suites and the host, which all tests share. The host has no properties.
 struct Suites {
     property: OfxPropertySuiteV1,
     effect: OfxImageEffectSuiteV1,
@@ -362,14 +370,14 @@ struct Suites {
     host: OfxHost,
 }
 
-// SAFETY: functions, and pointers that are NULL.
+// SAFETY: the struct holds functions and NULL pointers.
 unsafe impl Sync for Suites {}
 // SAFETY: as above.
 unsafe impl Send for Suites {}
 
 static SUITES: LazyLock<Suites> = LazyLock::new(|| {
-    // SAFETY: functions and pointers that may be NULL. Getters of a fixed number of places, and messages of one text, take
-    // what variadic calls of pointers hand over on the platforms that these tests are for.
+    // SAFETY: zeroed functions and pointers are `None` and NULL. On the platforms of these tests, functions with a fixed
+    // number of pointers get the same arguments from variadic calls.
     unsafe {
         Suites {
             property: OfxPropertySuiteV1 {
@@ -383,15 +391,15 @@ static SUITES: LazyLock<Suites> = LazyLock::new(|| {
                 ..zeroed()
             },
             effect: OfxImageEffectSuiteV1 {
-                property_set: Some(itself),
-                param_set: Some(itself),
+                property_set: Some(own_set),
+                param_set: Some(own_set),
                 clip_define: Some(clip_define),
                 clip_handle: Some(clip_handle),
-                clip_property_set: Some(itself),
+                clip_property_set: Some(own_set),
                 clip_image: Some(clip_image),
                 release_image: Some(release_image),
                 clip_region_of_definition: Some(region),
-                abort: Some(never),
+                abort: Some(is_aborted),
                 ..zeroed()
             },
             param: OfxParameterSuiteV1 {
@@ -440,7 +448,7 @@ unsafe extern "C" fn fetch(_: Handle, name: *const c_char, version: c_int) -> *c
     }
 }
 
-/// The plugin with an instance of it.
+/// The loaded plugin with an instance.
 pub(crate) struct Host {
     entry: OfxEntry,
     effect: Box<Object>,
@@ -448,8 +456,8 @@ pub(crate) struct Host {
 
 impl Drop for Host {
     fn drop(&mut self) {
-        self.act(c"OfxActionDestroyInstance", &Object::default());
-        self.act(c"OfxActionUnload", &Object::default());
+        self.perform(c"OfxActionDestroyInstance", &Object::default());
+        self.perform(c"OfxActionUnload", &Object::default());
     }
 }
 
@@ -458,12 +466,12 @@ impl Host {
         let plugin = seidel_ofx::OfxGetPlugin(0);
         // SAFETY: the plugin is static.
         let plugin = unsafe { &*plugin };
-        let given = &raw const SUITES.host;
-        let set_host = plugin.set_host.expect("it has one");
+        let host = &raw const SUITES.host;
+        let set_host = plugin.set_host.expect("set");
         // SAFETY: the host lives as long as the process.
-        unsafe { set_host(given.cast_mut()) };
+        unsafe { set_host(host.cast_mut()) };
         let host = Self {
-            entry: plugin.main_entry.expect("it has one"),
+            entry: plugin.main_entry.expect("set"),
             effect: Box::default(),
         };
         for action in [
@@ -472,9 +480,9 @@ impl Host {
             c"OfxImageEffectActionDescribeInContext",
             c"OfxActionCreateInstance",
         ] {
-            assert_eq!(host.act(action, &Object::default()), 0, "{action:?}");
+            assert_eq!(host.perform(action, &Object::default()), 0, "{action:?}");
         }
-        host.project(1.0);
+        host.set_project(1.0);
         host.choose("lens", 0);
         host.set_text("profile", &LENS.to_string_lossy());
         host.choose("toLens", 0);
@@ -482,46 +490,46 @@ impl Host {
         host
     }
 
-    fn act(&self, action: &CStr, arguments: &Object) -> OfxStatus {
+    fn perform(&self, action: &CStr, arguments: &Object) -> OfxStatus {
         let effect = handle(&self.effect);
-        // SAFETY: objects live until the action is done.
+        // SAFETY: the objects live until the action returns.
         unsafe { (self.entry)(action.as_ptr(), effect, handle(arguments), null_mut()) }
     }
 
-    fn project(&self, scale: f64) {
+    fn set_project(&self, scale: f64) {
         let size = [f64::from(WIDTH) / scale, f64::from(HEIGHT) / scale];
         let effect = &self.effect;
-        effect.all("OfxImageEffectPropProjectSize", size.map(Value::Double));
+        effect.set_all("OfxImageEffectPropProjectSize", size.map(Value::Double));
         effect.all(
             "OfxImageEffectPropProjectOffset",
             [0.0; 2].map(Value::Double),
         );
     }
 
-    fn value(&self, name: &str, value: Vec<Value>) {
+    fn set_values(&self, name: &str, values: Vec<Value>) {
         let params = self.effect.params.lock().expect("no panic");
         let param = params.get(name).unwrap_or_else(|| panic!("{name}"));
-        *param.value.lock().expect("no panic") = Some(value);
+        *param.value.lock().expect("no panic") = Some(values);
     }
 
     pub(crate) fn set(&self, name: &str, value: f64) {
-        self.value(name, vec![Value::Double(value)]);
+        self.set_values(name, vec![Value::Double(value)]);
     }
 
-    pub(crate) fn set_pair(&self, name: &str, (x, y): (f64, f64)) {
-        self.value(name, vec![Value::Double(x), Value::Double(y)]);
+    pub(crate) fn set_pair(&self, name: &str, x: f64, y: f64) {
+        self.set_values(name, vec![Value::Double(x), Value::Double(y)]);
     }
 
     pub(crate) fn choose(&self, name: &str, value: c_int) {
-        self.value(name, vec![Value::Int(value)]);
+        self.set_values(name, vec![Value::Int(value)]);
     }
 
     pub(crate) fn set_text(&self, name: &str, value: &str) {
         let value = CString::new(value).expect("no zero");
-        self.value(name, vec![Value::Text(value)]);
+        self.set_values(name, vec![Value::Text(value)]);
     }
 
-    /// Connects a picture, or none.
+    /// Connects a clip to a picture, or disconnects it.
     pub(crate) fn connect(&self, clip: &str, picture: Option<Picture>) {
         let clips = self.effect.clips.lock().expect("no panic");
         let connected = c_int::from(picture.is_some());
@@ -529,49 +537,49 @@ impl Host {
         *clips[clip].picture.lock().expect("no panic") = picture;
     }
 
-    pub(crate) fn said(&self) -> Vec<String> {
-        self.effect.said.lock().expect("no panic").clone()
+    pub(crate) fn messages(&self) -> Vec<String> {
+        self.effect.messages.lock().expect("no panic").clone()
     }
 
     pub(crate) fn render(&self, source: &Picture, window: [i32; 4]) -> Picture {
         self.render_at(source, window, 1.0)
     }
 
-    /// The same of a picture that is `scale` times as large as it would be at full resolution.
+    /// Renders a picture that has `scale` times the full resolution.
     pub(crate) fn render_at(&self, source: &Picture, window: [i32; 4], scale: f64) -> Picture {
-        let rendered = self.rendered(source, window, scale);
-        rendered.unwrap_or_else(|status| panic!("{status}: {:?}", self.said()))
+        let result = self.try_render_at(source, window, scale);
+        result.unwrap_or_else(|status| panic!("{status}: {:?}", self.messages()))
     }
 
     pub(crate) fn try_render(&self, source: &Picture, window: [i32; 4]) -> Result<(), OfxStatus> {
-        self.rendered(source, window, 1.0).map(|_| ())
+        self.try_render_at(source, window, 1.0).map(|_| ())
     }
 
-    fn rendered(
+    fn try_render_at(
         &self,
         source: &Picture,
         window: [i32; 4],
         scale: f64,
     ) -> Result<Picture, OfxStatus> {
-        self.project(scale);
+        self.set_project(scale);
         self.connect("Source", Some(source.clone()));
-        let empty = Picture::made(window, source.channels, |_, _, _| f32::NAN);
+        let empty = Picture::new(window, source.channels, |_, _, _| f32::NAN);
         self.connect("Output", Some(empty));
         for clip in self.effect.clips.lock().expect("no panic").values() {
             clip.set("scale", 0, Value::Double(scale));
         }
         let arguments = Object::default();
         arguments.set("OfxPropTime", 0, Value::Double(1.0));
-        arguments.all("OfxImageEffectPropRenderWindow", window.map(Value::Int));
+        arguments.set_all("OfxImageEffectPropRenderWindow", window.map(Value::Int));
         arguments.all(
             "OfxImageEffectPropRenderScale",
             [scale; 2].map(Value::Double),
         );
-        let status = self.act(c"OfxImageEffectActionRender", &arguments);
+        let status = self.perform(c"OfxImageEffectActionRender", &arguments);
         let clips = self.effect.clips.lock().expect("no panic");
         let out = clips["Output"].picture.lock().expect("no panic").take();
         match status {
-            0 => Ok(out.expect("it was connected")),
+            0 => Ok(out.expect("connected")),
             status => Err(status),
         }
     }

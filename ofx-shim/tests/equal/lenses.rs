@@ -1,10 +1,10 @@
-//! Two lenses in files, so that the plugin reads what the library reads.
+//! Two lens profiles in files, for the plugin and the library.
 
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-/// A lens profile in a temporary file.
-fn profile(name: &str, coma: f64) -> PathBuf {
+/// Writes a lens profile and returns its path.
+fn write_profile(name: &str, coma: f64) -> PathBuf {
     let series = |values: &[f64]| {
         let sigma = vec![0.0; values.len()];
         format!(r#"{{"coefficients": {values:?}, "sigma": {sigma:?}}}"#)
@@ -31,11 +31,11 @@ fn profile(name: &str, coma: f64) -> PathBuf {
  "camera": {{"focal_length_mm": 50.0, "f_number": 1.4, "focus_distance_m": 2.0}}, "channels": [{channels}],
  "provenance": {{"program": "tests", "sources": [], "settings": ""}}}}"#
     );
-    // One file of each name, however often tests run: what statics hold nobody takes away.
+    // In cargo's folder, because statics are never dropped and would leave temporary files behind.
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.json"));
-    std::fs::write(&path, json).expect("written");
+    std::fs::write(&path, json).expect("writable");
     path
 }
 
-pub(crate) static LENS: LazyLock<PathBuf> = LazyLock::new(|| profile("lens", -3.0));
-pub(crate) static OTHER_LENS: LazyLock<PathBuf> = LazyLock::new(|| profile("other", 2.0));
+pub(crate) static LENS: LazyLock<PathBuf> = LazyLock::new(|| write_profile("lens", -3.0));
+pub(crate) static OTHER_LENS: LazyLock<PathBuf> = LazyLock::new(|| write_profile("other", 2.0));

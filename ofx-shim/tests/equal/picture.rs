@@ -1,16 +1,17 @@
-//! Pictures as hosts keep them.
+//! Pictures in a host's memory.
 
-/// A picture: rows from the bottom up unless it is `turned`.
+/// A picture of float samples, its rows from the bottom up in memory unless `is_top_down`.
 #[derive(Clone, Debug)]
 pub(crate) struct Picture {
     pub(crate) bounds: [i32; 4],
     pub(crate) channels: i32,
     pub(crate) samples: Vec<f32>,
-    pub(crate) turned: bool,
+    pub(crate) is_top_down: bool,
 }
 
 impl Picture {
-    pub(crate) fn made(
+    /// Makes a picture from the sample at (x, y, channel).
+    pub(crate) fn new(
         bounds: [i32; 4],
         channels: i32,
         sample: impl Fn(i32, i32, i32) -> f32,
@@ -22,7 +23,7 @@ impl Picture {
             bounds,
             channels,
             samples: samples.map(|(x, y, c)| sample(x, y, c)).collect(),
-            turned: false,
+            is_top_down: false,
         }
     }
 
@@ -31,20 +32,20 @@ impl Picture {
         self.samples[(((y - y1) * (x2 - x1) + x - x1) * self.channels + c) as usize]
     }
 
-    /// Samples of a row.
-    pub(crate) fn row(&self) -> usize {
+    /// Returns the number of samples per row.
+    pub(crate) fn row_samples(&self) -> usize {
         ((self.bounds[2] - self.bounds[0]) * self.channels) as usize
     }
 
-    /// The same with its rows in memory from the top down.
-    pub(crate) fn upside_down(mut self) -> Self {
+    /// Reverses the order of rows in memory; the picture stays the same.
+    pub(crate) fn with_reversed_rows(mut self) -> Self {
         self.samples = self
             .samples
-            .rchunks(self.row())
+            .rchunks(self.row_samples())
             .flatten()
             .copied()
             .collect();
-        self.turned = !self.turned;
+        self.is_top_down = !self.is_top_down;
         self
     }
 }
