@@ -1,19 +1,19 @@
-//! Hides the C ABI in the plugin: hosts are to find the entry points of OpenFX and nothing else. Fusion refuses binaries
-//! that export more.
+//! Hides the symbols of the C ABI in the plugin, which must export only the entry points of OpenFX: Fusion rejects
+//! binaries that export more.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     let system = std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
-    // Linkers of these have no such switch; what it would do there is in docs/guide/hosts.md.
+    // Their linkers have no such option: docs/guide/hosts.md, "Platforms".
     if ["macos", "windows"].contains(&system.as_str()) {
         return;
     }
-    // The library's exports come out of an archive, those of the plugin do not.
+    // The library's symbols come from an archive, those of the plugin do not.
     println!("cargo::rustc-cdylib-link-arg=-Wl,--exclude-libs,ALL");
-    // What threads and thread-local values leave behind must not run in a library that is gone.
+    // Destructors of thread-local values must not run in a library that was unloaded.
     println!("cargo::rustc-cdylib-link-arg=-Wl,-z,nodelete");
     if std::env::var("PROFILE").is_ok_and(|profile| profile == "release") {
-        // Line tables are most of the binary.
+        // Line tables are most of the binary's size.
         println!("cargo::rustc-cdylib-link-arg=-Wl,--strip-debug");
     }
 }
