@@ -5,7 +5,7 @@ use super::{Group, Kind, Knob};
 pub(crate) static USE_DEPTH: Knob = Knob {
     name: c"useDepth",
     label: c"Use Depth",
-    hint: c"Uses the input Depth if it is connected. Some hosts, such as Resolve, report it as connected always: switch this on there if it is.",
+    hint: c"Uses the input Depth if it is connected. Some hosts, such as Resolve, always report it as connected: there, switch this on only if it is.",
     kind: Kind::Switch(true),
 };
 

@@ -32,7 +32,7 @@ pub(crate) static OUTPUT: Knob = Knob {
 pub(crate) static USE_MASK: Knob = Knob {
     name: c"useMask",
     label: c"Use Mask",
-    hint: c"Keeps the source where the alpha of the input Mask is 0, if it is connected. Some hosts, such as Resolve, report it as connected always: switch this on there if it is.",
+    hint: c"Keeps the source where the alpha of the input Mask is 0, if it is connected. Some hosts, such as Resolve, always report it as connected: there, switch this on only if it is.",
     kind: Kind::Switch(true),
 };
 

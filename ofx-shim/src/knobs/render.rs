@@ -53,7 +53,7 @@ pub(crate) static BLUR_INSIDE: Knob = Knob {
 pub(crate) static USE_HOLDOUT: Knob = Knob {
     name: c"useHoldout",
     label: c"Use Holdout",
-    hint: c"Holds out the element of the input Holdout, if it is connected: its matte removes the light behind it, without blur, because the element is composited in front later. Some hosts, such as Resolve, report it as connected always: switch this on there if it is. Needs Occlusion.",
+    hint: c"Holds out the element of the input Holdout, if it is connected: its matte removes the light behind it, without blur, because the element is composited in front later. Some hosts, such as Resolve, always report it as connected: there, switch this on only if it is. Needs Occlusion.",
     kind: Kind::Switch(true),
 };
 

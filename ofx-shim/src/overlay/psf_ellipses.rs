@@ -20,10 +20,13 @@ pub(super) struct Ellipse {
 /// Everything that ellipses depend on: the address of the lens, and the settings as text.
 type Key = (usize, String);
 
-/// The last ellipses of each instance, so that a redraw does not compute them again.
-static CACHE: Mutex<BTreeMap<usize, (Key, Arc<Vec<Ellipse>>)>> = Mutex::new(BTreeMap::new());
+/// The last ellipses of each instance, by the address of its handle.
+type Cache = BTreeMap<usize, (Key, Arc<Vec<Ellipse>>)>;
 
-fn cache() -> MutexGuard<'static, BTreeMap<usize, (Key, Arc<Vec<Ellipse>>)>> {
+/// Makes redraws with unchanged settings cheap.
+static CACHE: Mutex<Cache> = Mutex::new(BTreeMap::new());
+
+fn cache() -> MutexGuard<'static, Cache> {
     // The map is consistent even if a thread panicked while it held the lock.
     CACHE.lock().unwrap_or_else(PoisonError::into_inner)
 }
