@@ -1,7 +1,7 @@
 //! The parameter suite, and types and properties of parameters: sections "Effect Parameters" and "OfxParameterSuiteV1",
 //! `ofxParam.h`.
 
-use std::ffi::{CStr, c_char, c_double, c_int, c_uint, c_void};
+use std::ffi::{CStr, c_char, c_double, c_uint, c_void};
 
 use super::{Handle, OfxStatus};
 

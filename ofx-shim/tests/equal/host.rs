@@ -500,7 +500,7 @@ impl Host {
         let size = [f64::from(WIDTH) / scale, f64::from(HEIGHT) / scale];
         let effect = &self.effect;
         effect.set_all("OfxImageEffectPropProjectSize", size.map(Value::Double));
-        effect.all(
+        effect.set_all(
             "OfxImageEffectPropProjectOffset",
             [0.0; 2].map(Value::Double),
         );
@@ -571,7 +571,7 @@ impl Host {
         let arguments = Object::default();
         arguments.set("OfxPropTime", 0, Value::Double(1.0));
         arguments.set_all("OfxImageEffectPropRenderWindow", window.map(Value::Int));
-        arguments.all(
+        arguments.set_all(
             "OfxImageEffectPropRenderScale",
             [scale; 2].map(Value::Double),
         );
