@@ -21,7 +21,7 @@ use occlusion::OcclusionArgs;
 #[derive(Debug, Args)]
 pub struct ApplyArgs {
     /// Lens profile
-    #[arg(long, display_order = 1)]
+    #[arg(long)]
     lens: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,

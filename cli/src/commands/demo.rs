@@ -152,8 +152,8 @@ fn compare<'a>(
     )?)
 }
 
-/// Returns the largest difference of PSF size (root of the trace of the second moments), px, between the
-/// `truth` and the `fitted` lens, over field, channels and the distances measured.
+/// Returns the largest difference of PSF size between the `truth` and the `fitted` lens, px, over field, channels and the
+/// measured distances. Size is the root of the trace of the second moments.
 fn worst_size_error_px(
     truth: &Predictor,
     fitted: &Predictor,

@@ -20,7 +20,7 @@ use seidel_image_io::format::{Format, check_output_name};
 #[derive(Debug, Args)]
 pub struct RemoveArgs {
     /// Profile of the lens that the plate was taken with
-    #[arg(long, display_order = 1)]
+    #[arg(long)]
     lens: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,
@@ -34,8 +34,8 @@ pub struct RemoveArgs {
     grain: GrainChoice,
     /// Write the plate's own pixels only
     ///
-    /// Otherwise the data window of an EXR written from EXR grows by the light found beyond the plate's edges, so that
-    /// `seidel apply` restores the plate up to its edges.
+    /// Otherwise the data window of an EXR written from EXR grows by the light found beyond the plate's edges. `seidel
+    /// apply` then restores the plate up to its edges.
     #[arg(long)]
     no_overscan: bool,
     /// Residual to write: the plate minus the re-blurred OUT, and a copy of OUT (OpenEXR; a frame pattern if OUT is one)

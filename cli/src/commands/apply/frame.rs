@@ -9,7 +9,7 @@ use super::occlusion::HoldoutSource;
 use super::{ApplyArgs, QualityChoice, residual, verbose};
 use crate::commands::CommandError;
 use crate::commands::plates::{
-    FinishedFrame, FrameFiles, FrameResult, LoadedPlate, PlateReader, Run, SettingsRecord, Stages,
+    FinishedFrame, FrameFiles, FrameWork, LoadedPlate, PlateReader, Run, SettingsRecord,
 };
 use seidel_image_io::residual::Residual;
 
@@ -82,7 +82,7 @@ impl Job<'_> {
     }
 }
 
-impl Stages for Job<'_> {
+impl FrameWork for Job<'_> {
     type Loaded = LoadedFrame;
     type Processed = FinishedFrame;
 
@@ -148,9 +148,5 @@ impl Stages for Job<'_> {
             plate,
             warnings,
         })
-    }
-
-    fn write(&self, index: usize, frame: FinishedFrame) -> FrameResult {
-        self.run.write(index, frame)
     }
 }

@@ -9,7 +9,7 @@ use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::commands::plates::{
-    AUTO, ChangeFilter, Files, FinishedFrame, FrameResult, Run, Stages, setting, space_of,
+    AUTO, ChangeFilter, Files, FinishedFrame, FrameWork, Run, setting, space_of,
 };
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
@@ -66,7 +66,7 @@ fn scrub(samples: &mut [f32]) -> bool {
     any
 }
 
-impl Stages for Job<'_> {
+impl FrameWork for Job<'_> {
     type Loaded = LoadedPicture;
     type Processed = FinishedFrame;
 
@@ -167,9 +167,5 @@ impl Stages for Job<'_> {
             side_files: Vec::new(),
             warnings,
         })
-    }
-
-    fn write(&self, index: usize, frame: FinishedFrame) -> FrameResult {
-        self.run.write(index, frame)
     }
 }

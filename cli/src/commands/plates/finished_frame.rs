@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{FrameResult, SettingsRecord};
+use super::SettingsRecord;
+use super::queue::FrameResult;
 use seidel_image_io::error::Result;
 use seidel_image_io::exr::{NewChannel, write_channels};
 use seidel_image_io::plate::Plate;

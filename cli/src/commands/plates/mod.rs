@@ -20,7 +20,7 @@ pub(crate) use args::PlateCommandArgs;
 pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of};
 pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};
-pub(crate) use queue::{FrameResult, Stages};
+pub(crate) use queue::FrameWork;
 pub(crate) use reader::{LoadedPlate, PlateReader};
 pub(crate) use run::{Run, RunArgs};
 

@@ -17,8 +17,8 @@ const WAITING: usize = 1;
 /// Frames written at once: one is compressed while another goes to disk.
 const WRITERS: usize = 2;
 
-/// The stages that each frame passes through. Frames are known by their index in the run.
-pub(crate) trait Stages: Sync {
+/// The work on each frame before it is written. Frames are known by their index in the run.
+pub(crate) trait FrameWork: Sync {
     /// A frame that was read.
     type Loaded: Send;
     /// A frame to be written.
@@ -32,31 +32,31 @@ pub(crate) trait Stages: Sync {
 
     /// Processes a frame.
     fn process(&self, index: usize, frame: Self::Loaded) -> Result<Self::Processed, CommandError>;
-
-    /// Writes a frame. Returns warnings.
-    fn write(&self, index: usize, frame: Self::Processed) -> FrameResult;
 }
 
 /// The result of a frame: warnings, or the error that stopped it.
-pub(crate) type FrameResult = Result<Vec<String>, CommandError>;
+pub(super) type FrameResult = Result<Vec<String>, CommandError>;
 
-/// The threads of the stages: separate, so that decoding goes on while another frame is processed.
-pub(super) struct Pools {
+/// The threads and the memory of a run.
+pub(super) struct Resources {
+    /// Threads that decode files, while others process another frame.
     pub(super) reading: ThreadPool,
     pub(super) processing: ThreadPool,
+    /// Memory for the frames in flight, bytes. One frame is in flight even if it needs more.
+    pub(super) memory: u64,
 }
 
-/// Takes `count` frames through `stages`, as many at once as fit into `limit` bytes, at least one.
+/// Takes `count` frames through `work` and `write`, as many at once as the memory allows.
 ///
 /// Calls `report` for each frame in their order, as soon as all earlier frames are finished.
-pub(super) fn run_pipeline<S: Stages>(
-    stages: &S,
-    pools: &Pools,
+pub(super) fn run_pipeline<W: FrameWork>(
+    work: &W,
+    write: impl Fn(usize, W::Processed) -> FrameResult + Sync,
     count: usize,
-    limit: u64,
+    resources: &Resources,
     mut report: impl FnMut(usize, FrameResult),
 ) {
-    let budget = Budget::new(limit);
+    let budget = Budget::new(resources.memory);
     let (loaded, to_process) = sync_channel(WAITING);
     let (processed, to_write) = sync_channel(WAITING);
     let to_write = Mutex::new(to_write);
@@ -68,9 +68,9 @@ pub(super) fn run_pipeline<S: Stages>(
             let (loaded, failed) = (loaded, failed);
             for index in 0..count {
                 let mut claim = budget.claim();
-                let sent = match pools.reading.install(|| stages.read(index)) {
+                let sent = match resources.reading.install(|| work.read(index)) {
                     Ok(frame) => {
-                        claim.resize(stages.memory_bytes(&frame));
+                        claim.resize(work.memory_bytes(&frame));
                         loaded.send((index, frame, claim)).is_ok()
                     }
                     Err(error) => failed.send((index, Err(error))).is_ok(),
@@ -84,7 +84,7 @@ pub(super) fn run_pipeline<S: Stages>(
         scope.spawn(|| {
             let (to_process, processed, failed) = (to_process, processed, failed);
             for (index, frame, claim) in to_process {
-                let sent = match pools.processing.install(|| stages.process(index, frame)) {
+                let sent = match (resources.processing).install(|| work.process(index, frame)) {
                     Ok(frame) => processed.send((index, frame, claim)).is_ok(),
                     Err(error) => failed.send((index, Err(error))).is_ok(),
                 };
@@ -95,7 +95,7 @@ pub(super) fn run_pipeline<S: Stages>(
         });
         for _ in 0..WRITERS {
             let finished = finished.clone();
-            scope.spawn(|| write_frames(stages, &to_write, finished));
+            scope.spawn(|| write_frames(&write, &to_write, finished));
         }
         drop(finished);
         let mut early = BTreeMap::new();
@@ -111,9 +111,9 @@ pub(super) fn run_pipeline<S: Stages>(
 }
 
 /// Writes frames until no more come.
-fn write_frames<S: Stages>(
-    stages: &S,
-    to_write: &Mutex<Receiver<(usize, S::Processed, Claim)>>,
+fn write_frames<F>(
+    write: &impl Fn(usize, F) -> FrameResult,
+    to_write: &Mutex<Receiver<(usize, F, Claim)>>,
     finished: Sender<(usize, FrameResult)>,
 ) {
     loop {
@@ -124,7 +124,7 @@ fn write_frames<S: Stages>(
         let Ok((index, frame, claim)) = next else {
             return;
         };
-        let result = stages.write(index, frame);
+        let result = write(index, frame);
         drop(claim);
         if finished.send((index, result)).is_err() {
             return;
@@ -165,7 +165,7 @@ mod tests {
         }
     }
 
-    impl<'a> Stages for &'a MemoryCount {
+    impl<'a> FrameWork for &'a MemoryCount {
         type Loaded = CountedFrame<'a>;
         type Processed = CountedFrame<'a>;
 
@@ -187,25 +187,25 @@ mod tests {
         ) -> Result<CountedFrame<'a>, CommandError> {
             fail_at(1, index).map(|()| frame)
         }
+    }
 
-        fn write(&self, index: usize, frame: CountedFrame<'a>) -> FrameResult {
-            let _frame = frame;
-            std::thread::sleep(Duration::from_millis(20 - index.min(20) as u64));
-            fail_at(2, index).map(|()| vec![format!("{index} done")])
-        }
+    fn write(index: usize, _frame: CountedFrame) -> FrameResult {
+        std::thread::sleep(Duration::from_millis(20 - index.min(20) as u64));
+        fail_at(2, index).map(|()| vec![format!("{index} done")])
     }
 
     #[test]
     fn frames_are_reported_in_order_within_the_memory_limit() {
         let pool = || ThreadPoolBuilder::new().num_threads(1).build();
-        let pools = Pools {
-            reading: pool().expect("a thread"),
-            processing: pool().expect("a thread"),
-        };
-        for (limit, most) in [(1, 10), (10, 10), (25, 20), (1000, 1000)] {
+        for (memory, most) in [(1, 10), (10, 10), (25, 20), (1000, 1000)] {
+            let resources = Resources {
+                reading: pool().expect("a thread"),
+                processing: pool().expect("a thread"),
+                memory,
+            };
             let count = MemoryCount::default();
             let mut reports = Vec::new();
-            run_pipeline(&&count, &pools, 20, limit, |index, result| {
+            run_pipeline(&&count, write, 20, &resources, |index, result| {
                 let message = match result {
                     Ok(warnings) => warnings.concat(),
                     Err(error) => error.to_string(),
@@ -218,7 +218,7 @@ mod tests {
                 (index, format!("{index} {end}"))
             });
             assert!(reports.into_iter().eq(want));
-            assert!(count.largest.load(SeqCst) <= most, "{limit}");
+            assert!(count.largest.load(SeqCst) <= most, "{memory}");
             assert_eq!(count.now.load(SeqCst), 0);
         }
     }

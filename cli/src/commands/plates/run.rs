@@ -8,7 +8,7 @@ use clap::Args;
 use super::finished_frame::FinishedFrame;
 use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
-use super::queue::{FrameResult, Pools, Stages, run_pipeline};
+use super::queue::{FrameResult, FrameWork, Resources, run_pipeline};
 use crate::commands::{CommandError, thread_pool};
 use crate::{Console, ProgressBar};
 use seidel_image_io::provenance::Provenance;
@@ -69,12 +69,12 @@ impl RunArgs {
                 .transpose()?;
         }
         Ok(Run {
-            pools: Pools {
+            resources: Resources {
                 reading: thread_pool(self.threads)?,
                 processing: thread_pool(self.threads)?,
+                memory: self.memory,
             },
             bar: console.progress_bar(label),
-            memory: self.memory,
             provenance,
             frames,
         })
@@ -114,10 +114,8 @@ impl RunArgs {
 /// A run: its frames, and the threads, memory and progress bar that they share.
 pub(crate) struct Run {
     frames: Vec<FrameFiles>,
-    pools: Pools,
+    resources: Resources,
     bar: ProgressBar,
-    /// Memory for the frames in flight, bytes.
-    memory: u64,
     provenance: Option<Provenance>,
 }
 
@@ -139,7 +137,7 @@ impl Run {
     }
 
     /// Writes all files of the frame at `index`, with provenance unless it is off. Returns warnings.
-    pub(crate) fn write(&self, index: usize, mut frame: FinishedFrame) -> FrameResult {
+    fn write(&self, index: usize, mut frame: FinishedFrame) -> FrameResult {
         let files = &self.frames[index];
         if let Some(provenance) = &self.provenance {
             (frame.plate).set_provenance(provenance, files.number, &frame.record);
@@ -147,21 +145,22 @@ impl Run {
         frame.write(&files.output)
     }
 
-    /// Takes all frames through `stages`, and prints their warnings and the files written.
+    /// Takes all frames through `work`, writes them, and prints their warnings and the files written.
     ///
     /// # Errors
     /// The error of a single plate, or those of all frames that failed.
-    pub(crate) fn process<S: Stages>(
+    pub(crate) fn process(
         &self,
-        stages: &S,
+        work: &impl FrameWork<Processed = FinishedFrame>,
         console: &mut Console,
     ) -> Result<(), CommandError> {
         let count = self.frames.len();
         let mut failed = Vec::new();
-        run_pipeline(stages, &self.pools, count, self.memory, |index, result| {
+        let write = |index, frame| self.write(index, frame);
+        run_pipeline(work, write, count, &self.resources, |index, result| {
             let frame = &self.frames[index];
-            self.bar
-                .suspend(|| failed.extend(report_frame(frame, result, console)));
+            let report = || failed.extend(report_frame(frame, result, console));
+            self.bar.suspend(report);
         });
         self.bar.clear();
         match failed.len() {

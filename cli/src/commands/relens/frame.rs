@@ -3,7 +3,7 @@
 use seidel_core::{NoiseGain, RemovedPlate};
 
 use crate::commands::CommandError;
-use crate::commands::plates::{FinishedFrame, FrameResult, LoadedPlate, PlateReader, Stages};
+use crate::commands::plates::{FinishedFrame, FrameWork, LoadedPlate, PlateReader};
 use crate::commands::removal::Removal;
 
 /// The work on the frames of a run.
@@ -30,7 +30,7 @@ impl Job<'_> {
     }
 }
 
-impl Stages for Job<'_> {
+impl FrameWork for Job<'_> {
     type Loaded = LoadedPlate;
     type Processed = FinishedFrame;
 
@@ -62,9 +62,5 @@ impl Stages for Job<'_> {
             plate,
             warnings: loaded.warnings,
         })
-    }
-
-    fn write(&self, index: usize, frame: FinishedFrame) -> FrameResult {
-        self.removal.run.write(index, frame)
     }
 }

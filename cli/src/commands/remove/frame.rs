@@ -7,9 +7,7 @@ use seidel_core::{NoiseGain, RemovedPlate};
 use super::RemoveArgs;
 use crate::commands::CommandError;
 use crate::commands::apply::default_rendering_record;
-use crate::commands::plates::{
-    FinishedFrame, FrameResult, LoadedPlate, Map, SideFile, Stages, setting,
-};
+use crate::commands::plates::{FinishedFrame, FrameWork, LoadedPlate, Map, SideFile, setting};
 use crate::commands::removal::Removal;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::{Format, output_format};
@@ -110,7 +108,7 @@ fn map(option: &str, loaded: &LoadedPlate, removed: Option<&RemovedPlate>, path:
     }
 }
 
-impl Stages for Job<'_> {
+impl FrameWork for Job<'_> {
     type Loaded = LoadedPlate;
     type Processed = FinishedFrame;
 
@@ -174,9 +172,5 @@ impl Stages for Job<'_> {
             side_files,
             warnings: loaded.warnings,
         })
-    }
-
-    fn write(&self, index: usize, frame: FinishedFrame) -> FrameResult {
-        self.removal.run.write(index, frame)
     }
 }

@@ -177,8 +177,8 @@ fn closed_share(blind: &BlindDiagnosis, holdout: &ObservationSet) -> Result<f64>
     }
 }
 
-/// Returns the mean over tiles of |o - p|² / |o|², with o the observed and p the predicted tile of
-/// unit sum, less the contribution of the stated noise.
+/// Returns the mean gap over tiles: |o - p|² / |o|², less the contribution of the stated noise. o is the observed tile, p
+/// the predicted one, both of unit sum.
 fn mean_gap(lens: &LensProfile, set: &ObservationSet) -> Result<f64> {
     let predictor = Predictor::new(lens)?;
     let predicted = predict_set(&predictor, set, predictor.default_model())?;
