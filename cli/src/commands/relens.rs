@@ -11,7 +11,7 @@ use seidel_core::Settings;
 
 use super::CommandError;
 use super::plates::{Files, PlateCommandArgs, PlateReader};
-use super::removal::{LensCheck, Removal, RemovalArgs, Task};
+use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use frame::Job;
 
@@ -48,11 +48,6 @@ pub(super) fn run(
     };
     let run = (args.shared.run).begin("changing lenses", &files, command_line, console)?;
     from.check_animation(&run)?;
-    let removal = Removal {
-        args: &args.removal,
-        reader: &from,
-        check: LensCheck::new(run.frames().len(), Task::Relens),
-        run: &run,
-    };
+    let removal = Removal::new(&args.removal, &from, &run, Task::Relens);
     run.process(&Job { removal, to: &to }, console)
 }

@@ -8,11 +8,11 @@ use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, remove_b
 
 use super::CommandError;
 use super::plates::{FrameFiles, LoadedPlate, PlateReader, Run};
-use lens_check::OnMismatch;
+use lens_check::{LensCheck, OnMismatch};
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::Plate;
 
-pub(super) use lens_check::{LensCheck, Task};
+pub(super) use lens_check::Task;
 
 /// Misfit above which a warning says that the lens does not explain the plate, in standard deviations of the noise.
 const LARGEST_MISFIT: f64 = 1.5;
@@ -59,13 +59,13 @@ fn parse_clip(text: &str) -> Result<Saturation, String> {
     }
 }
 
-/// The removal from the frames of a run.
+/// The removal of blur from the frames of a run.
 pub(super) struct Removal<'a> {
-    pub(super) args: &'a RemovalArgs,
+    args: &'a RemovalArgs,
     /// Reader of the plates, with the lens that they were taken with.
     pub(super) reader: &'a PlateReader<'a>,
-    pub(super) check: LensCheck,
-    pub(super) run: &'a Run,
+    run: &'a Run,
+    check: LensCheck,
 }
 
 impl RemovalArgs {
@@ -129,7 +129,22 @@ impl RemovalArgs {
     }
 }
 
-impl Removal<'_> {
+impl<'a> Removal<'a> {
+    /// Creates the removal for the frames of `run`, as a part of `task`.
+    pub(super) fn new(
+        args: &'a RemovalArgs,
+        reader: &'a PlateReader<'a>,
+        run: &'a Run,
+        task: Task,
+    ) -> Self {
+        Self {
+            args,
+            reader,
+            run,
+            check: LensCheck::new(args.lens_check, run.frames().len(), task),
+        }
+    }
+
     /// Returns the files of the frame at `index`.
     pub(super) fn frame(&self, index: usize) -> &FrameFiles {
         &self.run.frames()[index]
@@ -159,19 +174,13 @@ impl Removal<'_> {
         noise_gain: NoiseGain,
     ) -> Result<RemovedPlate, CommandError> {
         let progress = |share| self.run.show_progress(index, REMOVAL_SHARE * share);
-        let done = if self.check.is_due(self.args.lens_check) {
+        let done = if self.check.is_due() {
             CHECK_SHARE
         } else {
             0.0
         };
         let number = self.frame(index).number;
-        self.check.set_lens(
-            self.args.lens_check,
-            self.reader,
-            number,
-            loaded,
-            &|share| progress(done * share),
-        )?;
+        (self.check).set_lens(self.reader, number, loaded, &|share| progress(done * share))?;
         let removed = (loaded.prepared)
             .remove(noise_gain, &|share| progress(done + (1.0 - done) * share))
             .map_err(|e| loaded.in_file(e))?;

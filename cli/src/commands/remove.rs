@@ -11,7 +11,7 @@ use seidel_core::{Grain, RemovalSettings, Settings};
 
 use super::CommandError;
 use super::plates::{Files, PlateCommandArgs, PlateReader};
-use super::removal::{LensCheck, Removal, RemovalArgs, Task};
+use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
 use frame::Job;
 use seidel_image_io::format::{Format, check_output_name};
@@ -115,11 +115,6 @@ pub(super) fn run(
         check_output_name(path, Format::Exr)?;
     }
     reader.check_animation(&run)?;
-    let removal = Removal {
-        args: &args.removal,
-        reader: &reader,
-        check: LensCheck::new(run.frames().len(), Task::Remove),
-        run: &run,
-    };
+    let removal = Removal::new(&args.removal, &reader, &run, Task::Remove);
     run.process(&Job { args, removal }, console)
 }

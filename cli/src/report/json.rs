@@ -68,7 +68,7 @@ pub fn json(diagnosis: &Diagnosis, subject: &Subject) -> Result<String> {
         return Err(Error::new(
             format!("report.json: {}", place.trim_start_matches('.')),
             "is not a finite number",
-            "report this as a fault, with the lens and the observations",
+            "report this as a bug, with the lens and the observations",
         ));
     }
     let text = serde_json::to_string_pretty(&report).expect("a report is plain JSON");

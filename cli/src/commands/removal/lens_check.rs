@@ -29,7 +29,8 @@ pub(in crate::commands) enum Task {
 }
 
 /// The check of the lens of a run.
-pub(in crate::commands) struct LensCheck {
+pub(super) struct LensCheck {
+    action: OnMismatch,
     first: OnceLock<FirstFrame>,
     is_sequence: bool,
     task: Task,
@@ -46,8 +47,9 @@ struct FirstFrame {
 
 impl LensCheck {
     /// Creates the check of a run over `frame_count` frames.
-    pub(in crate::commands) fn new(frame_count: usize, task: Task) -> Self {
+    pub(super) fn new(action: OnMismatch, frame_count: usize, task: Task) -> Self {
         Self {
+            action,
             first: OnceLock::new(),
             is_sequence: frame_count > 1,
             task,
@@ -55,8 +57,8 @@ impl LensCheck {
     }
 
     /// Returns whether the next frame is to be checked.
-    pub(super) fn is_due(&self, action: OnMismatch) -> bool {
-        action != OnMismatch::Off && self.first.get().is_none()
+    pub(super) fn is_due(&self) -> bool {
+        self.action != OnMismatch::Off && self.first.get().is_none()
     }
 
     /// Scales the lens of `loaded`, frame `number`, by the share of blur that the first frame shows. Checks this frame if
@@ -66,13 +68,12 @@ impl LensCheck {
     /// Those of the check, cancellation by `progress` among them.
     pub(super) fn set_lens(
         &self,
-        action: OnMismatch,
         reader: &PlateReader,
         number: Option<i64>,
         loaded: &mut LoadedPlate,
         progress: &Progress,
     ) -> Result<(), CommandError> {
-        if action == OnMismatch::Off {
+        if self.action == OnMismatch::Off {
             return Ok(());
         }
         // Frames are processed in sequence, so that no other thread checks at the same time.
@@ -86,7 +87,7 @@ impl LensCheck {
             }
         };
         let share = first.share;
-        let is_scaled = action == OnMismatch::Adjust && share < 1.0;
+        let is_scaled = self.action == OnMismatch::Adjust && share < 1.0;
         if earlier.is_none() && share != 1.0 {
             let warning = self.warning(share, is_scaled, reader, loaded);
             loaded.warnings.push(warning);

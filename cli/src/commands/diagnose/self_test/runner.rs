@@ -51,7 +51,7 @@ pub fn run(plan: &Plan, progress: &Progress) -> SelfTest {
     }
 }
 
-/// Diagnoses a case from what a user would have, then opens its answer.
+/// Diagnoses a case from the sets that a user would have, then opens its answer.
 fn run_case(case: Case, plan: &Plan, progress: &Progress) -> CaseResult {
     let start = Instant::now();
     let passes = if plan.withhold { 2.0 } else { 1.0 };
