@@ -67,7 +67,7 @@ fn verdict(d: &Diagnosis) -> String {
     }
 }
 
-/// Returns what the added effects are, and where the gap is largest.
+/// Returns a description of the added effects and of the place where the gap is largest.
 fn lead(d: &Diagnosis) -> String {
     let added = d.added.iter().filter(|id| !effect_summary(id).is_empty());
     let mut parts: Vec<String> = added

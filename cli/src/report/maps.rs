@@ -11,12 +11,13 @@ use super::words::{distance, gap, round_gap};
 
 /// Width of a map in SVG units.
 const WIDTH: f64 = 300.0;
-/// Most distances and channels that are drawn; of more, evenly chosen ones.
+/// Largest number of distances drawn; of more, evenly chosen ones are drawn.
 const MOST_DISTANCES: usize = 6;
+/// Largest number of channels drawn; of more, evenly chosen ones are drawn.
 const MOST_CHANNELS: usize = 4;
 /// Ratio of the largest gap to the smallest that the colour scale resolves.
 const SPAN: f64 = 300.0;
-/// Most dots with a tooltip each; more would make the page too large.
+/// Largest number of dots with a tooltip each; more would make the page too large.
 const MOST_TITLES: usize = 4000;
 
 /// Returns the section with the maps and their colour scale.

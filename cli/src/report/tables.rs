@@ -9,8 +9,9 @@ use super::words::{
     value,
 };
 
-/// Rows shown of long tables; `report.json` has all.
+/// Number of zones shown; `report.json` has all.
 const MOST_PLACES: usize = 12;
+/// Number of pairs shown; `report.json` has all.
 const MOST_PAIRS: usize = 8;
 
 /// Returns the section with every cause tried, most probable first.
@@ -173,7 +174,7 @@ fn shape(d: &Diagnosis) -> String {
     )
 }
 
-/// Returns the table of pairs of effects; empty where none was tried.
+/// Returns the table of pairs of effects; empty if none was tried.
 pub(super) fn pairs(d: &Diagnosis) -> String {
     if d.pairs.is_empty() {
         return String::new();
