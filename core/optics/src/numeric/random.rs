@@ -4,15 +4,23 @@
 #[derive(Debug, Clone)]
 pub struct SplitMix64(u64);
 
+/// Increment of the counter: 2^64 over the golden ratio.
+const INCREMENT: u64 = 0x9E37_79B9_7F4A_7C15;
+
 impl SplitMix64 {
     /// Creates a generator with `seed`.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
+    /// Creates the generator with seed 0 as it is after `position` words.
+    pub fn at_position(position: u64) -> Self {
+        Self(position.wrapping_mul(INCREMENT))
+    }
+
     /// Returns the next word, uniform over all 64-bit values.
     pub fn next_u64(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        self.0 = self.0.wrapping_add(INCREMENT);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -48,6 +56,15 @@ mod tests {
         let mut random = SplitMix64::new(1_234_567);
         assert_eq!(random.next_u64(), 6_457_827_717_110_365_317);
         assert_eq!(random.next_u64(), 3_203_168_211_198_807_973);
+    }
+
+    #[test]
+    fn positions_continue_the_sequence_of_seed_0() {
+        let mut random = SplitMix64::new(0);
+        for position in 0..5 {
+            let word = random.next_u64();
+            assert_eq!(SplitMix64::at_position(position).next_u64(), word);
+        }
     }
 
     #[test]
