@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
-use seidel_render::remove::{Canvas, Lights, Removal, Removed, Saturation};
+use seidel_render::remove::{
+    Canvas, Deconvolver, Highlights, Saturation, SharpPlane, estimate_blur_share,
+};
 use seidel_render::{Gather, Occlusion, VergencePass};
 
 use crate::image::Image;
@@ -16,7 +18,7 @@ use seidel_optics::Progress;
 #[derive(Debug, Clone)]
 pub struct RemovedPlate {
     /// Colours first.
-    planes: Vec<Removed>,
+    planes: Vec<SharpPlane>,
     colour_count: usize,
     noise_gain: Vec<Vec<f32>>,
 }
@@ -35,7 +37,7 @@ impl PreparedPlate {
     /// Removes the blur of the lens.
     ///
     /// # Errors
-    /// Those of [`Removal::remove`], cancellation by `progress` among them.
+    /// Those of [`Deconvolver::remove`], cancellation by `progress` among them.
     pub fn remove(&self, noise_gain: NoiseGain, progress: &Progress) -> Result<RemovedPlate> {
         let light = self.undeveloped();
         let settings = &self.session().settings().removal;
@@ -44,7 +46,7 @@ impl PreparedPlate {
             let colour_count = light.colour_count();
             let measures = noise_gain == NoiseGain::Measure;
             let steps = planes.len() + if measures { colour_count } else { 0 };
-            let lights = Lights::of(&planes[..colour_count], optics.scene.width);
+            let highlights = Highlights::detect(&planes[..colour_count], optics.scene.width);
             let mut found = RemovedPlate {
                 planes: Vec::with_capacity(planes.len()),
                 colour_count,
@@ -53,18 +55,19 @@ impl PreparedPlate {
             let mut done = 0;
             for (index, plane) in planes.iter().enumerate() {
                 let (scene, planes) = (&optics.scene, &[*plane]);
-                let removal = removal_of_plane(settings, index, colour_count);
+                let deconvolver = deconvolver_of_plane(settings, index, colour_count);
                 let share = |done: usize, part: f64| progress((done as f64 + part) / steps as f64);
                 let in_part = |part| share(done, part);
                 let removed = if index < colour_count {
-                    removal.remove_about(&lights, scene, planes, &in_part)
+                    deconvolver.remove_except(&highlights, scene, planes, &in_part)
                 } else {
-                    removal.remove(scene, planes, &in_part)
+                    deconvolver.remove(scene, planes, &in_part)
                 }?;
                 done += 1;
                 if measures && index < colour_count {
                     let in_part = |part| share(done, part);
-                    let gain = removal.noise_gain(&lights, scene, planes, &removed, &in_part)?;
+                    let gain =
+                        deconvolver.noise_gain(&highlights, scene, planes, &removed, &in_part)?;
                     found.noise_gain.extend(gain);
                     done += 1;
                 }
@@ -77,7 +80,7 @@ impl PreparedPlate {
     /// Returns the blur that the plate shows as a share of the lens's blur: 1 where nothing speaks against the lens.
     ///
     /// # Errors
-    /// Those of [`LensCheck::of`](seidel_render::remove::LensCheck::of).
+    /// Those of [`estimate_blur_share`].
     pub fn blur_share(&self, progress: &Progress) -> Result<f64> {
         let light = self.undeveloped();
         let settings = &self.session().settings().removal;
@@ -85,25 +88,28 @@ impl PreparedPlate {
             let colour_count = light.colour_count();
             let planes = light.weighted(self.weights()).into_iter().enumerate();
             let planes: Vec<_> = (planes.take(colour_count))
-                .map(|(index, plane)| (removal_of_plane(settings, index, colour_count), plane))
+                .map(|(index, plane)| (deconvolver_of_plane(settings, index, colour_count), plane))
                 .collect();
-            let check = seidel_render::remove::LensCheck::of(&optics.scene, &planes, progress)?;
-            Ok(check.blur_share)
+            estimate_blur_share(&optics.scene, &planes, progress)
         })
     }
 }
 
 /// The settings of one plane: alpha is never clipped, and its noise is estimated from itself.
-fn removal_of_plane(settings: &RemovalSettings, index: usize, colour_count: usize) -> Removal {
-    let default = Removal::default();
+fn deconvolver_of_plane(
+    settings: &RemovalSettings,
+    index: usize,
+    colour_count: usize,
+) -> Deconvolver {
+    let default = Deconvolver::default();
     if index >= colour_count {
-        return Removal {
+        return Deconvolver {
             saturation: Saturation::Never,
             ..default
         };
     }
     let noise = &settings.noise;
-    Removal {
+    Deconvolver {
         noise: noise.get(index).or(noise.first()).copied(),
         saturation: settings.saturation,
         ..default
@@ -112,7 +118,7 @@ fn removal_of_plane(settings: &RemovalSettings, index: usize, colour_count: usiz
 
 impl RemovedPlate {
     /// The solution of each colour plane.
-    pub fn colours(&self) -> &[Removed] {
+    pub fn colours(&self) -> &[SharpPlane] {
         &self.planes[..self.colour_count]
     }
 
@@ -156,7 +162,7 @@ impl RemovedPlate {
         let strength = settings.strength as f32;
         if strength < 1.0 {
             for (plane, before) in planes.iter_mut().zip(plate.planes()) {
-                for (sample, before) in plane.iter_mut().zip(canvas.extended(before)) {
+                for (sample, before) in plane.iter_mut().zip(canvas.extend_by_replication(before)) {
                     *sample = before + strength * (*sample - before);
                 }
             }
@@ -171,7 +177,7 @@ impl RemovedPlate {
     pub fn sharp_image(&self, plate: &PreparedPlate) -> Result<Image> {
         let canvas = self.canvas()?;
         let planes = self.sharp_planes(plate)?;
-        let cropped = planes.iter().map(|plane| canvas.cropped(plane)).collect();
+        let cropped = planes.iter().map(|plane| canvas.crop(plane)).collect();
         Ok(plate.to_image(cropped))
     }
 
@@ -185,7 +191,7 @@ impl RemovedPlate {
         let light: PremultipliedPlanes = other.premultiplied().with_planes(self.solution());
         let blurred = other.with_optics(|optics| {
             let pass = match optics.scene.vergence {
-                VergencePass::PerPixel(pass) => Some(canvas.extended(pass)),
+                VergencePass::PerPixel(pass) => Some(canvas.extend_by_replication(pass)),
                 VergencePass::Constant(_) => None,
             };
             let rendering = Rendering {
@@ -197,9 +203,9 @@ impl RemovedPlate {
             };
             Ok(rendering.render(None, progress)?.planes)
         })?;
-        let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.cropped(plane)).collect();
+        let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.crop(plane)).collect();
         self.clamp_alpha(&mut planes);
-        self.add_grain(&mut planes, |removed| canvas.cropped(&removed.grain()));
+        self.add_grain(&mut planes, |removed| canvas.crop(&removed.grain()));
         other.develop(&mut planes);
         Ok(planes)
     }
@@ -220,7 +226,7 @@ impl RemovedPlate {
         }
     }
 
-    fn add_grain(&self, planes: &mut [Vec<f32>], grain: impl Fn(&Removed) -> Vec<f32>) {
+    fn add_grain(&self, planes: &mut [Vec<f32>], grain: impl Fn(&SharpPlane) -> Vec<f32>) {
         for (plane, removed) in planes.iter_mut().zip(self.colours()) {
             let grain = grain(removed);
             plane

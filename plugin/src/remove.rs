@@ -206,8 +206,7 @@ fn fill_findings(findings: &mut SeidelFindings, removed: &RemovedPlate) {
     for (k, colour) in removed.colours().iter().enumerate().take(3) {
         findings.noise[k] = colour.noise;
         findings.misfit[k] = colour.misfit;
-        let (level, count) = colour.clipped.unwrap_or((f64::NAN, 0));
-        findings.clip_level[k] = level;
-        findings.clipped[k] = count as u64;
+        findings.clip_level[k] = colour.clipping.map_or(f64::NAN, |clipping| clipping.level);
+        findings.clipped[k] = colour.clipping.map_or(0, |clipping| clipping.count as u64);
     }
 }

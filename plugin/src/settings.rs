@@ -393,8 +393,8 @@ impl Settings {
             },
             saturation: match raw.clip {
                 SEIDEL_CLIP_NONE => Saturation::Never,
-                SEIDEL_CLIP_LEVEL => Saturation::From(raw.clip_level),
-                _ => Saturation::Told,
+                SEIDEL_CLIP_LEVEL => Saturation::Level(raw.clip_level),
+                _ => Saturation::Auto,
             },
             strength: raw.strength,
             grain: if raw.grain == SEIDEL_GRAIN_KEEP {

@@ -3,7 +3,7 @@
 mod lens_check;
 
 use clap::Args;
-use seidel_core::render::remove::Removed;
+use seidel_core::render::remove::SharpPlane;
 use seidel_core::{NoiseGain, RemovalSettings, RemovedPlate, Saturation, remove_bytes};
 
 use super::CommandError;
@@ -50,11 +50,11 @@ fn parse_noise(text: &str) -> Result<f64, String> {
 
 fn parse_clip(text: &str) -> Result<Saturation, String> {
     match text {
-        "auto" => Ok(Saturation::Told),
+        "auto" => Ok(Saturation::Auto),
         "none" => Ok(Saturation::Never),
         level => (level.parse::<f64>().ok())
             .filter(|v| v.is_finite())
-            .map(Saturation::From)
+            .map(Saturation::Level)
             .ok_or_else(|| "give the level at which samples are clipped, auto, or none".to_owned()),
     }
 }
@@ -95,7 +95,7 @@ impl RemovalArgs {
 
     /// Returns warnings about noise, clipping and misfit of the colours called `names`.
     fn warnings(&self, names: &[String], removed: &RemovedPlate) -> Vec<String> {
-        let by_colour = |describe: &dyn Fn(&Removed) -> Option<String>| {
+        let by_colour = |describe: &dyn Fn(&SharpPlane) -> Option<String>| {
             let colours = names.iter().zip(removed.colours());
             let described = colours
                 .filter_map(|(name, removed)| Some(format!("{name} {}", describe(removed)?)));
@@ -109,7 +109,8 @@ impl RemovalArgs {
         let noise = by_colour(&|removed| Some(format!("{:.3e}", removed.noise)));
         let mut warnings = vec![format!("noise, {source}: {noise}")];
         let clipped = by_colour(&|removed| {
-            let (level, count) = removed.clipped.filter(|(_, count)| *count > 0)?;
+            let clipping = removed.clipping.filter(|clipping| clipping.count > 0)?;
+            let (level, count) = (clipping.level, clipping.count);
             Some(format!("{count} samples from {level:.4} up"))
         });
         if !clipped.is_empty() {

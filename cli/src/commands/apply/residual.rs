@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seidel_core::render::remove::changed;
+use seidel_core::render::remove::change_map;
 use seidel_core::{PreparedPlate, no_progress};
 
 use crate::commands::CommandError;
@@ -59,7 +59,7 @@ pub(super) fn add(
 ) -> seidel_core::Result<()> {
     let now: Vec<&[f32]> = plate.planes().iter().map(Vec::as_slice).collect();
     let before: Vec<&[f32]> = residual.sharp.iter().map(Vec::as_slice).collect();
-    let change = changed(&now, &before, &residual.noise)?;
+    let change = change_map(&now, &before, &residual.noise)?;
     let blurred_change = if change.iter().any(|c| *c > 0.0) {
         plate.render_mask(&change, &no_progress)?
     } else {

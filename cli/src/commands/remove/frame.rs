@@ -84,7 +84,7 @@ impl Job<'_> {
             let own = plate.data_window();
             plate.set_data_window(own.expanded(canvas.margin_x, canvas.margin_y));
         } else {
-            planes = planes.iter().map(|plane| canvas.cropped(plane)).collect();
+            planes = planes.iter().map(|plane| canvas.crop(plane)).collect();
         }
         loaded.put_planes(plate, planes)
     }

@@ -5,7 +5,7 @@ use crate::lenses::SkewNormalLens;
 use seidel_optics::error::Result;
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::psf::SkewNormal;
-use seidel_render::remove::Removal;
+use seidel_render::remove::Deconvolver;
 use seidel_render::{
     Displacement, Edges, Gather, Plane, PlateMap, Renderer, Scatter, Scene, VergencePass,
 };
@@ -83,14 +83,14 @@ pub(crate) fn measure(
     let plate = with_noise(blurred, noise);
     let fast = Gather::default();
     let blur = |samples: &[f32]| fast.render(scene, &plane(samples), &|_| true);
-    let removal = Removal::default();
-    let remove = || removal.remove(scene, &plane(&plate), &|_| true);
+    let deconvolver = Deconvolver::default();
+    let remove = || deconvolver.remove(scene, &plane(&plate), &|_| true);
     let removed = remove()?.swap_remove(0);
-    let sharp = removed.canvas.cropped(&removed.sharp);
+    let sharp = removed.canvas.crop(&removed.sharp);
     // With the margin around the plate, as EXR files keep it.
     let whole = removed.canvas.scene(scene, None);
     let back = fast.render(&whole, &plane(&removed.sharp), &|_| true)?;
-    let back = removed.canvas.cropped(&back.planes[0]);
+    let back = removed.canvas.crop(&back.planes[0]);
     let (mut blurs, mut removals) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
         blurs.push(timed(|| blur(truth))?);

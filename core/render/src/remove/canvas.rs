@@ -1,12 +1,14 @@
-//! The plate and what is about it: light from beyond its edges is sought as well, for it lands on the plate.
+//! The canvas: a plate with a margin around it, on which the sharp image is estimated.
+//!
+//! Light from beyond the plate's edges is blurred into the plate, so the sharp image has unknowns there as well.
 
 use crate::{RenderWindow, Scene, VergencePass};
 use rayon::prelude::*;
 
-/// Share of how far kernels reach that is added about a plate: what comes from farther is next to nothing.
+/// Margin as a share of the reach of kernels: light from farther away contributes next to nothing.
 const REACH_SHARE: f64 = 0.6;
 
-/// A plate within a larger one, px.
+/// A plate within a larger image, px.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Canvas {
     /// Columns added on the left, and as many on the right.
@@ -18,8 +20,8 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// As much about the plate as its lens brings light from, but no more than half the plate.
-    pub(super) fn of(scene: &Scene) -> Self {
+    /// Returns the canvas of the plate of `scene`: as wide a margin as its lens brings light from, at most half the plate.
+    pub(super) fn new(scene: &Scene) -> Self {
         let (x, y) = scene.reach_px();
         let most = scene.width.max(scene.height) / 2;
         Self {
@@ -29,7 +31,7 @@ impl Canvas {
         }
     }
 
-    /// Columns and rows of the whole canvas.
+    /// Returns the columns and rows of the whole canvas.
     pub fn size(&self) -> (usize, usize) {
         (
             self.plate.0 + 2 * self.margin_x,
@@ -37,7 +39,13 @@ impl Canvas {
         )
     }
 
-    /// `scene` of the whole canvas, at the vergences of `pass`, one a pixel of it, if that is given.
+    /// Returns the number of pixels of the plate.
+    pub(super) fn plate_pixel_count(&self) -> usize {
+        self.plate.0 * self.plate.1
+    }
+
+    /// Returns `scene` with the canvas in place of its plate. A `pass` replaces the vergence: one value a pixel of the
+    /// canvas.
     pub fn scene<'a>(&self, scene: &Scene<'a>, pass: Option<&'a [f32]>) -> Scene<'a> {
         let (width, height) = self.size();
         Scene {
@@ -49,20 +57,21 @@ impl Canvas {
         }
     }
 
-    /// The plate with itself mirrored about it.
-    pub(super) fn mirrored(&self, plate: &[f32]) -> Vec<f32> {
-        self.about(plate, |at, size| {
+    /// Extends a plane of the plate to the canvas by mirroring it at its edges.
+    pub(super) fn extend_by_mirroring(&self, plate: &[f32]) -> Vec<f32> {
+        self.extend(plate, |at, size| {
             let at = at.rem_euclid(2 * size as i32) as usize;
             at.min(2 * size - 1 - at)
         })
     }
 
-    /// The plate with its nearest pixels about it.
-    pub fn extended(&self, plate: &[f32]) -> Vec<f32> {
-        self.about(plate, |at, size| at.clamp(0, size as i32 - 1) as usize)
+    /// Extends a plane of the plate to the canvas by replicating its edge pixels.
+    pub fn extend_by_replication(&self, plate: &[f32]) -> Vec<f32> {
+        self.extend(plate, |at, size| at.clamp(0, size as i32 - 1) as usize)
     }
 
-    fn about(&self, plate: &[f32], inside: impl Fn(i32, usize) -> usize + Sync) -> Vec<f32> {
+    /// `inside` maps a column or row, relative to the plate, to one on a plate of that size.
+    fn extend(&self, plate: &[f32], inside: impl Fn(i32, usize) -> usize + Sync) -> Vec<f32> {
         let (width, height) = self.size();
         let columns: Vec<usize> = (0..width)
             .map(|x| inside(x as i32 - self.margin_x as i32, self.plate.0))
@@ -78,41 +87,61 @@ impl Canvas {
         out
     }
 
-    /// The plate's part of a canvas.
-    pub fn cropped(&self, canvas: &[f32]) -> Vec<f32> {
-        self.rows(canvas).flatten().copied().collect()
+    /// Crops a plane of the canvas to the plate.
+    pub fn crop(&self, canvas: &[f32]) -> Vec<f32> {
+        let window = RenderWindow {
+            column: self.margin_x,
+            row: self.margin_y,
+            width: self.plate.0,
+            height: self.plate.1,
+        };
+        window.cut(self.size().0, canvas)
     }
 
-    fn rows<'c>(&self, canvas: &'c [f32]) -> impl Iterator<Item = &'c [f32]> {
-        let (left, width) = (self.margin_x, self.plate.0);
-        canvas
-            .chunks_exact(self.size().0)
-            .skip(self.margin_y)
-            .take(self.plate.1)
-            .map(move |row| &row[left..left + width])
-    }
-
-    /// A canvas of `beyond`, and on the plate what `on_plate` makes of each index.
-    pub(super) fn with_plate<T: Copy>(&self, beyond: T, on_plate: impl Fn(usize) -> T) -> Vec<T> {
+    /// Returns a plane of the canvas with `value(index)` at each pixel of the plate, and `margin` around it.
+    pub(super) fn embed<T: Copy>(&self, margin: T, value: impl Fn(usize) -> T) -> Vec<T> {
         let (width, height) = self.size();
-        let mut out = vec![beyond; width * height];
+        let mut out = vec![margin; width * height];
         let rows = out.chunks_exact_mut(width).skip(self.margin_y);
         for (row, out) in rows.take(self.plate.1).enumerate() {
             let out = &mut out[self.margin_x..][..self.plate.0];
             for (column, out) in out.iter_mut().enumerate() {
-                *out = on_plate(row * self.plate.0 + column);
+                *out = value(row * self.plate.0 + column);
             }
         }
         out
     }
 }
 
-/// `scene` of a window of its plate; its vergence is still that of the whole.
-pub(super) fn part_of<'a>(scene: &Scene<'a>, window: RenderWindow) -> Scene<'a> {
+/// Returns `scene` with a window of its plate in place of the plate; its vergence is left as it is.
+pub(super) fn window_scene<'a>(scene: &Scene<'a>, window: RenderWindow) -> Scene<'a> {
     Scene {
         width: window.width,
         height: window.height,
         map: scene.map.moved(window.column as f64, window.row as f64),
         ..*scene
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_scenes::{HEIGHT, WIDTH, lens, scene};
+    use super::*;
+
+    #[test]
+    fn margins_mirror_or_replicate_the_plate() {
+        let lens = lens(1.0);
+        let canvas = Canvas::new(&scene(&lens));
+        assert!(
+            canvas.margin_x > 3 && canvas.margin_x < WIDTH / 2,
+            "{canvas:?}"
+        );
+        let plane: Vec<f32> = (0..WIDTH * HEIGHT).map(|k| k as f32).collect();
+        let mirrored = canvas.extend_by_mirroring(&plane);
+        assert!(canvas.crop(&mirrored) == plane);
+        let row = canvas.margin_y * canvas.size().0;
+        assert_eq!(mirrored[row + canvas.margin_x - 2], 1.0);
+        let replicated = canvas.extend_by_replication(&plane);
+        assert_eq!(replicated[row + canvas.margin_x - 2], 0.0);
     }
 }

@@ -1,96 +1,115 @@
-//! How much of a plate's noise is in the picture without its blur, and where.
+//! The noise gain of removal: the standard deviation of noise in the sharp image over that in the plate, measured by
+//! removing blur once more with other noise.
 
-use super::sums::Typical;
-use super::{Lights, Removal, Removed};
+use super::winsorised::WinsorisedStatistics;
+use super::{Deconvolver, Highlights, SharpPlane};
 use crate::{Plane, Scene};
 use rayon::prelude::*;
+use seidel_optics::Progress;
 use seidel_optics::error::Result;
+use seidel_optics::numeric::SplitMix64;
 use std::f64::consts::TAU;
 
-/// Noise that is added to a plane without any, as a share of what most samples are at most.
-const LEAST_NOISE: f64 = 1e-3;
-/// Share of the plane's own noise that is kept: what is changed for other noise is as strong as the noise.
-const KEPT: f64 = 0.5;
-/// How often sums of running squares are taken along each axis, and their half width, px.
-const PASSES: usize = 3;
-const HALF_WIDTH: usize = 8;
+/// Least noise with which the gain is measured, as a share of the 99th percentile of the light.
+const MIN_NOISE_SHARE: f64 = 1e-3;
+/// Share of the plane's own noise that is left when other noise is added.
+const KEPT_SHARE: f64 = 0.5;
+/// Number of box blurs along each axis with which squares are averaged.
+const BOX_PASSES: usize = 3;
+/// Half width of a box, px.
+const BOX_HALF_WIDTH: usize = 8;
 
-impl Removal {
-    /// How many times as strong a plane's noise is in the picture found, at each pixel of the plate: half of the
-    /// plate's own is changed for other noise, blur is removed again, and what has changed in `removed`, which came of
-    /// these planes and `lights`, is compared with that. A root mean square over about 30 pixels across. Zero where nothing came of it.
+impl Deconvolver {
+    /// Measures the noise gain at each pixel of the plate, one map for each of `planes`, as a root mean square over about 30
+    /// px. It is 0 for black planes.
+    ///
+    /// `sharp` must be the result for these planes and `highlights`. Half of each plane's residual is replaced by other
+    /// noise, so that the sum has the variance of the noise, and blur is removed again. The gain is the change of the sharp
+    /// image over the standard deviation of the noise.
     ///
     /// # Errors
-    /// Those of [`Removal::remove`].
+    /// Those of [`Deconvolver::remove`].
     pub fn noise_gain(
         &self,
-        lights: &Lights,
+        highlights: &Highlights,
         scene: &Scene,
         planes: &[Plane],
-        removed: &[Removed],
-        progress: &(dyn Fn(f64) -> bool + Sync),
+        sharp: &[SharpPlane],
+        progress: &Progress,
     ) -> Result<Vec<Vec<f32>>> {
         scene.check(planes)?;
-        let one = |(index, (plane, removed)): (usize, (&Plane, &Removed))| {
-            let most = Typical::of(plane.samples.iter().map(|v| v.abs()).collect()).most;
-            let least = LEAST_NOISE * most;
-            let added = removed.noise.max(least);
-            if added == 0.0 {
-                return Ok(vec![0.0; plane.samples.len()]);
-            }
-            // All in all there must not be more noise than before: how it is dealt with depends on that.
-            let (kept, other) = if removed.noise < least {
-                (1.0, 1.0)
-            } else {
-                (KEPT, (1.0 - KEPT * KEPT).sqrt())
-            };
-            let noisy: Vec<f32> = (plane.samples.par_iter().zip(&removed.rest).enumerate())
-                .map(|(k, (sample, rest))| {
-                    let deviate = other * added * deviate(k as u64);
-                    sample - (1.0 - kept) as f32 * rest + deviate as f32
-                })
-                .collect();
-            let again = Self {
-                // The regularisation follows from it: it must not change.
-                noise: Some(removed.noise),
-                ..*self
-            };
-            let noisy = Plane {
-                samples: &noisy,
-                ..*plane
-            };
-            let share = |part: f64| progress((index as f64 + part) / planes.len() as f64);
-            let other = (again.remove_about(lights, scene, &[noisy], &share)?).swap_remove(0);
-            let (a, b) = (&removed.sharp, &other.sharp);
-            let squares: Vec<f32> = a.par_iter().zip(b).map(|(a, b)| (a - b).powi(2)).collect();
-            let mut squares = removed.canvas.cropped(&squares);
-            smooth(&mut squares, scene.width);
-            let gain = |square: &f32| (f64::from(square.max(0.0)).sqrt() / added) as f32;
-            Ok(squares.par_iter().map(gain).collect())
+        let indexed = planes.iter().zip(sharp).enumerate();
+        indexed
+            .map(|(done, (plane, sharp))| {
+                let progress = |share: f64| progress((done as f64 + share) / planes.len() as f64);
+                self.noise_gain_of_plane(highlights, scene, plane, sharp, &progress)
+            })
+            .collect()
+    }
+
+    fn noise_gain_of_plane(
+        &self,
+        highlights: &Highlights,
+        scene: &Scene,
+        plane: &Plane,
+        sharp: &SharpPlane,
+        progress: &Progress,
+    ) -> Result<Vec<f32>> {
+        let light = WinsorisedStatistics::of_absolute(plane.samples);
+        let least = MIN_NOISE_SHARE * light.percentile_99;
+        let deviation = sharp.noise.max(least);
+        if deviation == 0.0 {
+            return Ok(vec![0.0; plane.samples.len()]);
+        }
+        // The total noise stays the same, because the gain depends on it.
+        let (kept, added) = if sharp.noise < least {
+            (1.0, 1.0)
+        } else {
+            (KEPT_SHARE, (1.0 - KEPT_SHARE * KEPT_SHARE).sqrt())
         };
-        planes.iter().zip(removed).enumerate().map(one).collect()
+        let samples = plane.samples.par_iter().zip(&sharp.residual).enumerate();
+        let noisy: Vec<f32> = samples
+            .map(|(k, (sample, residual))| {
+                let noise = added * deviation * normal_deviate(k as u64);
+                sample - (1.0 - kept) as f32 * residual + noise as f32
+            })
+            .collect();
+        let noisy = Plane {
+            samples: &noisy,
+            ..*plane
+        };
+        let deconvolver = Self {
+            // The regularisation follows from it.
+            noise: Some(sharp.noise),
+            ..*self
+        };
+        let other = deconvolver
+            .remove_except(highlights, scene, &[noisy], progress)?
+            .swap_remove(0);
+        let pairs = sharp.sharp.par_iter().zip(&other.sharp);
+        let squares: Vec<f32> = pairs.map(|(a, b)| (a - b).powi(2)).collect();
+        let mut squares = sharp.canvas.crop(&squares);
+        smooth(&mut squares, scene.width);
+        let gain = |square: &f32| (f64::from(square.max(0.0)).sqrt() / deviation) as f32;
+        Ok(squares.par_iter().map(gain).collect())
     }
 }
 
-/// Normal deviates by index (Box and Muller 1958, of numbers mixed as SplitMix64 does: Steele, Lea and Flood 2014).
-fn deviate(index: u64) -> f64 {
-    let mixed = |seed: u64| {
-        let mut z = seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 + 0.5
-    };
+/// Returns a standard normal deviate for an index (Box and Muller 1958).
+fn normal_deviate(index: u64) -> f64 {
+    let mut random = SplitMix64::at_position(2 * index);
     let scale = (1_u64 << 53) as f64;
-    let (a, b) = (mixed(2 * index) / scale, mixed(2 * index + 1) / scale);
+    let mut open_unit = || ((random.next_u64() >> 11) as f64 + 0.5) / scale;
+    let (a, b) = (open_unit(), open_unit());
     (-2.0 * a.ln()).sqrt() * (TAU * b).cos()
 }
 
-/// Running means along rows and columns, of what is there near the edges.
+/// Applies three box blurs along rows and columns, normalised at the edges: nearly a Gaussian blur.
 fn smooth(plane: &mut [f32], width: usize) {
-    for _ in 0..PASSES {
+    for _ in 0..BOX_PASSES {
         plane.par_chunks_mut(width).for_each(|row| {
             let mut line = row.to_vec();
-            running_mean(&mut line);
+            box_blur(&mut line);
             row.copy_from_slice(&line);
         });
         let height = plane.len() / width;
@@ -98,7 +117,7 @@ fn smooth(plane: &mut [f32], width: usize) {
             .into_par_iter()
             .map(|x| {
                 let mut line: Vec<f32> = (0..height).map(|y| plane[y * width + x]).collect();
-                running_mean(&mut line);
+                box_blur(&mut line);
                 line
             })
             .collect();
@@ -113,7 +132,7 @@ fn smooth(plane: &mut [f32], width: usize) {
     }
 }
 
-fn running_mean(line: &mut [f32]) {
+fn box_blur(line: &mut [f32]) {
     let mut sums = vec![0.0_f64];
     sums.extend(line.iter().scan(0.0, |sum, v| {
         *sum += f64::from(*v);
@@ -122,8 +141,8 @@ fn running_mean(line: &mut [f32]) {
     let count = line.len();
     for (k, out) in line.iter_mut().enumerate() {
         let (from, to) = (
-            k.saturating_sub(HALF_WIDTH),
-            (k + HALF_WIDTH + 1).min(count),
+            k.saturating_sub(BOX_HALF_WIDTH),
+            (k + BOX_HALF_WIDTH + 1).min(count),
         );
         *out = ((sums[to] - sums[from]) / (to - from) as f64) as f32;
     }
@@ -134,8 +153,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn deviates_are_normal_and_apart() {
-        let all: Vec<f64> = (0..20_000).map(deviate).collect();
+    fn deviates_are_normal_and_independent() {
+        let all: Vec<f64> = (0..20_000).map(normal_deviate).collect();
         let mean = |of: &dyn Fn(usize) -> f64| (0..19_999).map(of).sum::<f64>() / 19_999.0;
         assert!(mean(&|k| all[k]).abs() < 0.03);
         assert!((mean(&|k| all[k].powi(2)) - 1.0).abs() < 0.04);
@@ -144,10 +163,10 @@ mod tests {
     }
 
     #[test]
-    fn running_means_keep_what_is_even_and_the_sum_inside() {
-        let mut even = vec![3.0; 70 * 50];
-        smooth(&mut even, 70);
-        assert!(even.iter().all(|v| (v - 3.0).abs() < 1e-5));
+    fn box_blurs_keep_what_is_even_and_the_sum_inside() {
+        let mut uniform = vec![3.0; 70 * 50];
+        smooth(&mut uniform, 70);
+        assert!(uniform.iter().all(|v| (v - 3.0).abs() < 1e-5));
         let mut one = vec![0.0; 120 * 120];
         one[60 * 120 + 60] = 1.0;
         smooth(&mut one, 120);

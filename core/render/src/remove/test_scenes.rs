@@ -1,6 +1,6 @@
-//! Lenses, pictures and plates for tests of removal.
+//! Lenses, sharp images and plates for tests of removal.
 
-use super::{Removal, Removed};
+use super::{Deconvolver, SharpPlane};
 use crate::{
     BlurField, DisplacedBlur, Displacement, Edges, Plane, PlateMap, Renderer, Scatter, Scene,
     VergencePass,
@@ -13,14 +13,14 @@ pub(super) const WIDTH: usize = 170;
 pub(super) const HEIGHT: usize = 150;
 pub(super) const WEIGHTS: [f64; 1] = [1.0];
 
-/// Blur that grows from the centre out, longer along the meridian, skewed; `strength` times as large, and as much larger
-/// again a unit of vergence.
-pub(super) struct Growing {
+/// A lens whose blur grows from the centre outwards, radially more than tangentially, with skewness. Its size is `strength`
+/// times (1 + vergence in 1/m).
+pub(super) struct GrowingBlur {
     pub(super) frame: Frame,
     pub(super) strength: f64,
 }
 
-impl BlurField for Growing {
+impl BlurField for GrowingBlur {
     fn frame(&self) -> Frame {
         self.frame
     }
@@ -33,10 +33,10 @@ impl BlurField for Growing {
         let rho = at.radius() / self.frame.corner_radius();
         let strength = self.strength * (1.0 + vergence_per_m);
         let radial = strength * (0.8 + 1.4 * rho * rho);
-        let across = strength * (0.8 + 0.6 * rho * rho);
+        let tangential = strength * (0.8 + 0.6 * rho * rho);
         let moments = MeridionalMoments {
             mu20: radial * radial,
-            mu02: across * across,
+            mu02: tangential * tangential,
             mu30: 0.3 * rho * radial.powi(3),
             mu12: 0.0,
         };
@@ -48,14 +48,14 @@ impl BlurField for Growing {
     }
 }
 
-pub(super) fn lens(strength: f64) -> Growing {
-    Growing {
-        frame: Frame::new(WIDTH as u32, HEIGHT as u32, None).expect("a frame"),
+pub(super) fn lens(strength: f64) -> GrowingBlur {
+    GrowingBlur {
+        frame: Frame::new(WIDTH as u32, HEIGHT as u32, None).expect("a valid frame"),
         strength,
     }
 }
 
-pub(super) fn scene(lens: &Growing) -> Scene<'_> {
+pub(super) fn scene(lens: &GrowingBlur) -> Scene<'_> {
     Scene {
         lens,
         model: &SkewNormal,
@@ -71,11 +71,12 @@ pub(super) fn scene(lens: &Growing) -> Scene<'_> {
     }
 }
 
-/// Normal deviates, the same on any machine.
-pub(super) struct Deviates(pub(super) u64);
+/// Normal deviates from a linear congruential generator, the same on any machine.
+pub(super) struct NormalDeviates(pub(super) u64);
 
-impl Deviates {
-    pub(super) fn share(&mut self) -> f64 {
+impl NormalDeviates {
+    /// Returns a number uniform in (0, 1).
+    pub(super) fn unit(&mut self) -> f64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -84,106 +85,113 @@ impl Deviates {
     }
 
     pub(super) fn next(&mut self) -> f64 {
-        let length = (-2.0 * self.share().ln()).sqrt();
-        length * (std::f64::consts::TAU * self.share()).cos()
+        let radius = (-2.0 * self.unit().ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.unit()).cos()
+    }
+
+    /// Returns a plane of `count` deviates.
+    pub(super) fn plane(&mut self, count: usize) -> Vec<f32> {
+        (0..count).map(|_| self.next() as f32).collect()
     }
 }
 
-/// Discs over one another on a soft ground, from 0 to 1, as pictures have edges and even places.
+/// Draws overlapping discs on a smooth background, from 0 to 1: edges between uniform areas.
 pub(super) fn discs(width: usize, height: usize) -> Vec<f32> {
-    let mut chance = Deviates(5);
+    let mut deviates = NormalDeviates(5);
     let discs: Vec<[f64; 4]> = (0..60)
         .map(|_| {
-            let radius = 2.0 + 16.0 * chance.share().powi(3);
-            let (x, y) = (chance.share(), chance.share());
+            let radius = 2.0 + 16.0 * deviates.unit().powi(3);
+            let (x, y) = (deviates.unit(), deviates.unit());
             [
                 width as f64 * x,
                 height as f64 * y,
                 radius,
-                0.1 + 0.8 * chance.share(),
+                0.1 + 0.8 * deviates.unit(),
             ]
         })
         .collect();
     (0..width * height)
         .map(|k| {
             let (x, y) = ((k % width) as f64, (k / width) as f64);
-            let ground = 0.4 + 0.2 * (0.05 * x).sin() * (0.04 * y).cos();
+            let background = 0.4 + 0.2 * (0.05 * x).sin() * (0.04 * y).cos();
             let inside = |disc: &&[f64; 4]| (x - disc[0]).hypot(y - disc[1]) < disc[2];
             discs
                 .iter()
                 .rev()
                 .find(inside)
-                .map_or(ground, |disc| disc[3]) as f32
+                .map_or(background, |disc| disc[3]) as f32
         })
         .collect()
 }
 
-/// Waves of all directions and lengths from 4 px up, long ones strongest, from 0 to 1: no edges.
+/// Sums waves of all directions with wavelengths from 4 to 32 px, long ones strongest, from 0 to 1: texture without edges.
 pub(super) fn texture(width: usize, height: usize) -> Vec<f32> {
-    let mut chance = Deviates(7);
+    let mut deviates = NormalDeviates(7);
     let waves: Vec<[f64; 4]> = (0..120)
         .map(|_| {
-            let length = 4.0 * 8.0_f64.powf(chance.share());
-            let turn = std::f64::consts::PI * chance.share();
-            let (x, y) = (turn.cos() / length, turn.sin() / length);
-            [x, y, chance.share(), 0.002 * length]
+            let length = 4.0 * 8.0_f64.powf(deviates.unit());
+            let angle = std::f64::consts::PI * deviates.unit();
+            let (x, y) = (angle.cos() / length, angle.sin() / length);
+            [x, y, deviates.unit(), 0.002 * length]
         })
         .collect();
     let at = |k: usize| {
         let (x, y) = ((k % width) as f64, (k / width) as f64);
-        let wave = |[by_x, by_y, phase, height]: &[f64; 4]| {
-            height * (std::f64::consts::TAU * (by_x * x + by_y * y + phase)).sin()
+        let wave = |[frequency_x, frequency_y, phase, amplitude]: &[f64; 4]| {
+            amplitude * (std::f64::consts::TAU * (frequency_x * x + frequency_y * y + phase)).sin()
         };
         (0.5 + waves.iter().map(wave).sum::<f64>()).clamp(0.0, 1.0) as f32
     };
     (0..width * height).map(at).collect()
 }
 
-/// What `renderer` and noise make of a picture.
-pub(super) fn seen(
+/// Renders `image` with `renderer` and adds noise.
+pub(super) fn blurred(
     scene: &Scene,
     renderer: &dyn Renderer,
-    picture: &[f32],
+    image: &[f32],
     noise: f64,
 ) -> Vec<f32> {
     let planes = [Plane {
-        samples: picture,
+        samples: image,
         weights: &WEIGHTS,
     }];
     let rendered = renderer.render(scene, &planes, &|_| true);
-    let mut plane = rendered.expect("a sound scene").planes.swap_remove(0);
-    let mut deviates = Deviates(9);
+    let mut plane = rendered.expect("a valid scene").planes.swap_remove(0);
+    let mut deviates = NormalDeviates(9);
     for sample in &mut plane {
         *sample += (noise * deviates.next()) as f32;
     }
     plane
 }
 
-/// The discs as the exact renderer and noise have them, mirrored beyond the edges.
+/// Returns the plate of the discs, blurred by the exact renderer with mirrored edges, with noise.
 pub(super) fn plate(noise: f64) -> Vec<f32> {
     let lens = lens(1.0);
-    seen(&scene(&lens), &Scatter, &discs(WIDTH, HEIGHT), noise)
+    blurred(&scene(&lens), &Scatter, &discs(WIDTH, HEIGHT), noise)
 }
 
-pub(super) fn removed(scene: &Scene, samples: &[f32], removal: Removal) -> Removed {
+/// Removes the blur of `samples`.
+pub(super) fn remove(scene: &Scene, samples: &[f32], deconvolver: Deconvolver) -> SharpPlane {
     let planes = [Plane {
         samples,
         weights: &WEIGHTS,
     }];
-    let removed = removal.remove(scene, &planes, &|_| true);
-    removed.expect("a sound scene").swap_remove(0)
+    let removed = deconvolver.remove(scene, &planes, &|_| true);
+    removed.expect("a valid scene").swap_remove(0)
 }
 
-/// The plate's part of what comes back.
-pub(super) fn sharpened(scene: &Scene, samples: &[f32], removal: Removal) -> Vec<f32> {
-    let removed = removed(scene, samples, removal);
-    removed.canvas.cropped(&removed.sharp)
+/// Removes the blur of `samples` and crops the result to the plate.
+pub(super) fn sharpen(scene: &Scene, samples: &[f32], deconvolver: Deconvolver) -> Vec<f32> {
+    let plane = remove(scene, samples, deconvolver);
+    plane.canvas.crop(&plane.sharp)
 }
 
-pub(super) fn psnr_db(found: &[f32], right: &[f32]) -> f64 {
+/// Returns the peak signal-to-noise ratio of `found` against the `truth`, for a peak of 1.
+pub(super) fn psnr_db(found: &[f32], truth: &[f32]) -> f64 {
     let squares = found
         .iter()
-        .zip(right)
+        .zip(truth)
         .map(|(a, b)| f64::from(a - b).powi(2));
     -10.0 * (squares.sum::<f64>() / found.len() as f64).log10()
 }

@@ -1,32 +1,32 @@
-//! Removal against pictures that are known.
+//! Removal of blur from plates whose sharp image is known.
 
-use super::canvas::{Canvas, part_of};
+use super::canvas::window_scene;
+use super::lens_operator::LensOperator;
 use super::test_scenes::{
-    Deviates, HEIGHT, WEIGHTS, WIDTH, discs, lens, plate, psnr_db, removed, scene, seen, sharpened,
-    texture,
+    HEIGHT, NormalDeviates, WEIGHTS, WIDTH, blurred, discs, lens, plate, psnr_db, remove, scene,
+    sharpen, texture,
 };
-use super::view::View;
-use super::{Lights, Removal, Saturation};
+use super::{Canvas, Deconvolver, Highlights, Saturation, estimate_blur_share};
 use crate::{Edges, Plane, RenderWindow, Scatter, Scene, VergencePass, cancelled};
 use rustfft::num_complex::Complex;
 
-/// Above the best that Wiener filters by local spectra reach, their one number chosen by the truth, where edges are all there
-/// is; not behind where there are none, for which they are made.
+/// The Wiener filters work on local spectra, and their damping is the best in hindsight. They are optimal for texture
+/// without edges.
 #[test]
-fn more_comes_back_than_by_wiener_filters() {
+fn edges_are_restored_better_than_by_wiener_filters_and_texture_as_well() {
     let lens = lens(1.0);
     let scene = scene(&lens);
-    let canvas = Canvas::of(&scene);
-    let view = View::new(&scene, &canvas, &WEIGHTS).expect("a lens");
-    let (edges, soft) = (discs(WIDTH, HEIGHT), texture(WIDTH, HEIGHT));
+    let canvas = Canvas::new(&scene);
+    let operator = LensOperator::new(&scene, &canvas, &WEIGHTS).expect("a valid lens");
+    let (edges, texture) = (discs(WIDTH, HEIGHT), texture(WIDTH, HEIGHT));
     for (sharp, noise, least_gain, least_lead) in [
         (&edges, 0.001, 5.0, 0.5),
         (&edges, 0.01, 3.5, 0.5),
-        (&soft, 0.001, 12.0, 0.2),
-        (&soft, 0.01, 6.0, -0.3),
+        (&texture, 0.001, 12.0, 0.2),
+        (&texture, 0.01, 6.0, -0.3),
     ] {
-        let plate = seen(&scene, &Scatter, sharp, noise);
-        // The plate is mirrored beyond its edges, lens and all, which neither can know.
+        let plate = blurred(&scene, &Scatter, sharp, noise);
+        // The renderer mirrors the lens at the edges as well, which neither method models.
         let inside = RenderWindow {
             column: 12,
             row: 12,
@@ -35,21 +35,20 @@ fn more_comes_back_than_by_wiener_filters() {
         };
         let psnr_db = |found: &[f32]| psnr_db(&inside.cut(WIDTH, found), &inside.cut(WIDTH, sharp));
         let before = psnr_db(&plate);
-        let mirrored = canvas.mirrored(&plate);
-        let wiener = |by_slope: bool| {
+        let mirrored = canvas.extend_by_mirroring(&plate);
+        let wiener = |prior: &(dyn Fn(f32) -> f32 + Sync)| {
             let tried = (-60..0).step_by(2).map(|k| {
-                let prior = 10.0_f32.powf(k as f32 / 10.0);
-                let filter = |h: Complex<f32>, slope: f32| {
-                    let damping = if by_slope { prior * slope } else { prior };
-                    h.conj() / (h.norm_sqr() + damping + 1e-9)
+                let damping = 10.0_f32.powf(k as f32 / 10.0);
+                let gain = |h: Complex<f32>, gradient_power: f32| {
+                    h.conj() / (h.norm_sqr() + damping * prior(gradient_power) + 1e-9)
                 };
-                let found = view.filtered(&mirrored, filter).expect("a plane");
-                psnr_db(&canvas.cropped(&found))
+                let found = operator.filter(&mirrored, gain);
+                psnr_db(&canvas.crop(&found.expect("a plane of the canvas")))
             });
             tried.fold(f64::NEG_INFINITY, f64::max)
         };
-        let best = wiener(false).max(wiener(true));
-        let found = psnr_db(&sharpened(&scene, &plate, Removal::default()));
+        let best = wiener(&|_| 1.0).max(wiener(&|gradient_power| gradient_power));
+        let found = psnr_db(&sharpen(&scene, &plate, Deconvolver::default()));
         assert!(
             found > before + least_gain && found > best + least_lead,
             "noise {noise}: {before} before, {best} by Wiener, {found} found"
@@ -57,10 +56,9 @@ fn more_comes_back_than_by_wiener_filters() {
     }
 }
 
-/// Light from beyond the edges that no mirror would have there: near them, too, the picture is nearer to the truth than the
-/// plate is.
+/// The plate is cut from a larger one, so its surroundings are not its mirror image.
 #[test]
-fn edges_do_not_ring() {
+fn edges_of_the_plate_do_not_ring() {
     let lens = lens(1.0);
     let whole = scene(&lens);
     let sharp = discs(WIDTH, HEIGHT);
@@ -72,16 +70,20 @@ fn edges_do_not_ring() {
     };
     let plate = window.cut(WIDTH, &plate(0.002));
     let sharp = window.cut(WIDTH, &sharp);
-    let found = sharpened(&part_of(&whole, window), &plate, Removal::default());
+    let found = sharpen(
+        &window_scene(&whole, window),
+        &plate,
+        Deconvolver::default(),
+    );
     let error = |found: &[f32], near: bool| {
         let (mut sum, mut count) = (0.0, 0);
         for k in 0..sharp.len() {
             let (x, y) = (k % window.width, k / window.width);
-            let inside = x
+            let distance = x
                 .min(window.width - 1 - x)
                 .min(y)
                 .min(window.height - 1 - y);
-            if (inside < 6) == near {
+            if (distance < 6) == near {
                 sum += f64::from(found[k] - sharp[k]).powi(2);
                 count += 1;
             }
@@ -97,7 +99,7 @@ fn edges_do_not_ring() {
     );
 }
 
-/// About a clipped light the picture is as it would be about one that is not.
+/// Around a clipped light the error is hardly larger than without the light, and half of that without clipping detection.
 #[test]
 fn clipped_lights_do_not_ring() {
     let lens = lens(1.0);
@@ -109,52 +111,48 @@ fn clipped_lights_do_not_ring() {
             *sample = 6.0;
         }
     }
-    let plate = seen(&scene, &Scatter, &sharp, 0.002);
+    let plate = blurred(&scene, &Scatter, &sharp, 0.002);
     let plate: Vec<f32> = plate.iter().map(|v| v.min(1.0)).collect();
-    let about = |found: &[f32], sharp: &[f32], from: f64, to: f64| {
-        let ring = (0..sharp.len()).filter(|k| (from..to).contains(&far(*k)));
+    let error_around = |found: &[f32], sharp: &[f32]| {
+        let ring = (0..sharp.len()).filter(|k| (10.0..18.0).contains(&far(*k)));
         let (sum, count) = ring.fold((0.0, 0), |(sum, count), k| {
             (sum + f64::from(found[k] - sharp[k]).powi(2), count + 1)
         });
         (sum / f64::from(count)).sqrt()
     };
-    let told = removed(&scene, &plate, Removal::default());
-    let (level, count) = told.clipped.expect("a light is clipped");
+    let removed = remove(&scene, &plate, Deconvolver::default());
+    let clipping = removed.clipping.expect("a clipped light");
     assert!(
-        (0.99..=1.0).contains(&level) && (100..400).contains(&count),
-        "{level} {count}"
+        (0.99..=1.0).contains(&clipping.level) && (100..400).contains(&clipping.count),
+        "{clipping:?}"
     );
-    let never = Removal {
+    let never = Deconvolver {
         saturation: Saturation::Never,
-        ..Removal::default()
+        ..Deconvolver::default()
     };
-    let (found, rung) = (
-        told.canvas.cropped(&told.sharp),
-        sharpened(&scene, &plate, never),
-    );
-    let dark = discs(WIDTH, HEIGHT);
-    let unlit = sharpened(
+    let found = removed.canvas.crop(&removed.sharp);
+    let ringing = sharpen(&scene, &plate, never);
+    let without_light = sharpen(
         &scene,
         &super::test_scenes::plate(0.002),
-        Removal::default(),
+        Deconvolver::default(),
     );
-    let (ours, theirs) = (
-        about(&found, &sharp, 10.0, 18.0),
-        about(&rung, &sharp, 10.0, 18.0),
-    );
-    assert!(ours < 2.0 * about(&unlit, &dark, 10.0, 18.0), "{ours}");
-    assert!(ours < 0.5 * theirs, "{ours} {theirs}");
-    assert!((0..plate.len()).all(|k| plate[k] < 1.0 || told.confidence[k] == 0.0));
+    let error = error_around(&found, &sharp);
+    let error_without_light = error_around(&without_light, &discs(WIDTH, HEIGHT));
+    let error_of_ringing = error_around(&ringing, &sharp);
+    assert!(error < 2.0 * error_without_light, "{error}");
+    assert!(error < 0.5 * error_of_ringing, "{error} {error_of_ringing}");
+    assert!((0..plate.len()).all(|k| plate[k] < 1.0 || removed.confidence[k] == 0.0));
 }
 
-/// What blur was taken off can be put back: by the exact renderer, over all of the plate, without noise.
+/// The exact renderer blurs the sharp image of a plate without noise.
 #[test]
-fn the_plate_comes_back() {
+fn blurring_the_sharp_image_reproduces_the_plate() {
     let lens = lens(1.0);
     let scene = scene(&lens);
     let plate = plate(0.0);
-    let removed = removed(&scene, &plate, Removal::default());
-    let again = seen(
+    let removed = remove(&scene, &plate, Deconvolver::default());
+    let again = blurred(
         &Scene {
             edges: Edges::Black,
             ..removed.canvas.scene(&scene, None)
@@ -163,13 +161,13 @@ fn the_plate_comes_back() {
         &removed.sharp,
         0.0,
     );
-    let psnr = psnr_db(&removed.canvas.cropped(&again), &plate);
+    let psnr = psnr_db(&removed.canvas.crop(&again), &plate);
     assert!(psnr > 55.0, "{psnr}");
 }
 
-/// Near and far, each with its own blur: away from the edge between them nearly as good as alone.
+/// Away from the edge between near and far, the result is nearly as good as on a plate of one depth.
 #[test]
-fn depths_have_their_own_blur() {
+fn each_depth_gets_its_own_blur_removed() {
     let lens = lens(0.8);
     let edge = 85;
     let pass: Vec<f32> = (0..WIDTH * HEIGHT)
@@ -181,24 +179,32 @@ fn depths_have_their_own_blur() {
     };
     let sharp = discs(WIDTH, HEIGHT);
     let deep = at(VergencePass::PerPixel(&pass));
-    let plate = seen(&deep, &Scatter, &sharp, 0.002);
-    let found = sharpened(&deep, &plate, Removal::default());
+    let plate = blurred(&deep, &Scatter, &sharp, 0.002);
+    let found = sharpen(&deep, &plate, Deconvolver::default());
     let (near, far) = (
-        sharpened(&at(VergencePass::Constant(0.8)), &plate, Removal::default()),
-        sharpened(&at(VergencePass::Constant(0.0)), &plate, Removal::default()),
+        sharpen(
+            &at(VergencePass::Constant(0.8)),
+            &plate,
+            Deconvolver::default(),
+        ),
+        sharpen(
+            &at(VergencePass::Constant(0.0)),
+            &plate,
+            Deconvolver::default(),
+        ),
     );
     let error = |found: &[f32], columns: std::ops::Range<usize>| {
-        let of_row = |row: usize| columns.clone().map(move |x| row * WIDTH + x);
+        let pixels = |row: usize| columns.clone().map(move |x| row * WIDTH + x);
         let squares = (0..HEIGHT)
-            .flat_map(of_row)
+            .flat_map(pixels)
             .map(|k| f64::from(found[k] - sharp[k]).powi(2));
         (squares.sum::<f64>() / (columns.len() * HEIGHT) as f64).sqrt()
     };
-    // The kernels of neither side reach farther.
+    // No kernel reaches farther than 14 px.
     let (left, right) = (0..edge - 14, edge + 14..WIDTH);
     assert!(error(&found, left.clone()) < 1.35 * error(&near, left.clone()));
     assert!(error(&found, right.clone()) < 1.35 * error(&far, right.clone()));
-    // Each side with the other's blur is worse; errors at the edge stay within bounds.
+    // Removal of the other side's blur is worse, and errors at the edge are bounded.
     assert!(error(&found, left.clone()) < 0.9 * error(&far, left));
     assert!(error(&found, right.clone()) < 0.9 * error(&near, right));
     let (at_edge, before) = (
@@ -208,79 +214,73 @@ fn depths_have_their_own_blur() {
     assert!(at_edge < 2.0 * before, "{at_edge} {before}");
 }
 
-/// Too much and too little blur are seen in what is left, the right one is left alone.
 #[test]
-fn a_wrong_lens_is_told() {
+fn blur_share_of_a_wrong_lens_is_found_and_the_right_lens_is_accepted() {
     let plate = plate(0.003);
     for (strength, least, most) in [(1.0, 1.0, 1.0), (1.35, 0.6, 0.9), (0.75, 1.1, 1.6)] {
         let lens = lens(strength);
-        let planes = [Plane {
+        let plane = Plane {
             samples: &plate,
             weights: &WEIGHTS,
-        }];
-        let check = Removal::default().check_lens(&scene(&lens), &planes, &|_| true);
-        let share = check.expect("a sound scene").blur_share;
+        };
+        let planes = [(Deconvolver::default(), plane)];
+        let share = estimate_blur_share(&scene(&lens), &planes, &|_| true);
+        let share = share.expect("a valid scene");
         assert!((least..=most).contains(&share), "{strength}: {share}");
     }
 }
 
-/// The gain told is that of noise which it has not seen.
+/// The truth is the spread of the results for plates with other noise.
 #[test]
-fn noise_is_amplified_as_told() {
+fn noise_gain_is_within_40_percent_of_the_truth() {
     let lens = lens(1.0);
     let scene = scene(&lens);
     let (clean, noise) = (plate(0.0), 0.01);
     let with = |seed: u64| {
-        let mut chance = Deviates(seed);
-        let noisy = clean.iter().map(|v| v + (noise * chance.next()) as f32);
+        let mut deviates = NormalDeviates(seed);
+        let noisy = clean.iter().map(|v| v + (noise * deviates.next()) as f32);
         noisy.collect::<Vec<f32>>()
     };
-    let removal = Removal {
+    let deconvolver = Deconvolver {
         noise: Some(noise),
-        ..Removal::default()
+        ..Deconvolver::default()
     };
     let (plate, others) = (with(1), [with(2), with(3), with(4), with(5)]);
-    let first = removed(&scene, &plate, removal);
+    let first = remove(&scene, &plate, deconvolver);
     let planes = [Plane {
         samples: &plate,
         weights: &WEIGHTS,
     }];
-    let told = removal.noise_gain(
-        &Lights::of(&planes, WIDTH),
-        &scene,
-        &planes,
-        &[first],
-        &|_| true,
-    );
-    let told = told.expect("a sound scene").swap_remove(0);
-    let found = others.map(|plate| sharpened(&scene, &plate, removal));
+    let highlights = Highlights::detect(&planes, WIDTH);
+    let gain = deconvolver.noise_gain(&highlights, &scene, &planes, &[first], &|_| true);
+    let gain = gain.expect("a valid scene").swap_remove(0);
+    let found = others.map(|plate| sharpen(&scene, &plate, deconvolver));
     for (x, y) in [(30, 30), (85, 75), (140, 40), (40, 120), (120, 110)] {
         let (mut sum, mut count) = (0.0, 0.0);
         for row in y - 14..y + 15 {
             for column in x - 14..x + 15 {
-                let at = found
+                let samples = found
                     .each_ref()
                     .map(|found| f64::from(found[row * WIDTH + column]));
-                let mean = at.iter().sum::<f64>() / 4.0;
-                sum += at.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+                let mean = samples.iter().sum::<f64>() / 4.0;
+                sum += samples.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
                 count += 3.0;
             }
         }
-        let right = (sum / count).sqrt() / noise;
-        let told = f64::from(told[y * WIDTH + x]);
+        let truth = (sum / count).sqrt() / noise;
+        let gain = f64::from(gain[y * WIDTH + x]);
         assert!(
-            (told / right - 1.0).abs() < 0.4,
-            "({x}, {y}): {told} told, {right}"
+            (gain / truth - 1.0).abs() < 0.4,
+            "({x}, {y}): {gain}, should be {truth}"
         );
     }
 }
 
-/// Less is told by noisier plates, and where more blur is.
 #[test]
 fn confidence_falls_with_noise_and_blur() {
     let lens = lens(1.0);
     let scene = scene(&lens);
-    let confidence = |noise| removed(&scene, &plate(noise), Removal::default()).confidence;
+    let confidence = |noise| remove(&scene, &plate(noise), Deconvolver::default()).confidence;
     let (clear, noisy) = (confidence(0.001), confidence(0.03));
     let (middle, corner) = (75 * WIDTH + 85, 10 * WIDTH + 10);
     for k in [middle, corner] {
@@ -289,37 +289,34 @@ fn confidence_falls_with_noise_and_blur() {
     assert!(clear[corner] < 0.8 * clear[middle]);
 }
 
-/// Where there is no detail but noise, nothing is invented: the picture is smoother than the plate.
 #[test]
 fn strong_noise_is_not_amplified() {
     let lens = lens(1.0);
     let scene = scene(&lens);
     let sharp = discs(WIDTH, HEIGHT);
     let plate = plate(0.1);
-    let found = sharpened(&scene, &plate, Removal::default());
+    let found = sharpen(&scene, &plate, Deconvolver::default());
     assert!(psnr_db(&found, &sharp) > psnr_db(&plate, &sharp) + 1.0);
 }
 
-/// Light of one level is given back as it is.
 #[test]
-fn even_planes_stay_as_they_are() {
+fn uniform_planes_do_not_change() {
     let lens = lens(1.0);
     for level in [0.0_f32, 0.7, 1.0, 40.0] {
-        let even = vec![level; WIDTH * HEIGHT];
-        let found = removed(&scene(&lens), &even, Removal::default());
+        let uniform = vec![level; WIDTH * HEIGHT];
+        let found = remove(&scene(&lens), &uniform, Deconvolver::default());
         assert!(found.sharp.iter().all(|v| *v == level));
     }
 }
 
-/// A few very bright lights do not spoil the rest.
 #[test]
-fn bright_lights_leave_the_rest_alone() {
+fn bright_lights_cost_less_than_1_db_elsewhere() {
     let lens = lens(1.0);
     let scene = scene(&lens);
     let mut sharp = discs(WIDTH, HEIGHT);
     let gain = |sharp: &[f32]| {
-        let plate = seen(&scene, &Scatter, sharp, 0.002);
-        let found = sharpened(&scene, &plate, Removal::default());
+        let plate = blurred(&scene, &Scatter, sharp, 0.002);
+        let found = sharpen(&scene, &plate, Deconvolver::default());
         let left = |plane: &[f32]| -> Vec<f32> {
             plane
                 .chunks_exact(WIDTH)
@@ -336,53 +333,52 @@ fn bright_lights_leave_the_rest_alone() {
     assert!(with > without - 1.0, "{with} {without}");
 }
 
-/// The same whatever unit light is in.
 #[test]
-fn light_has_no_unit() {
+fn result_scales_with_the_exposure_of_the_plate() {
     let lens = lens(1.0);
     let plate = plate(0.004);
     let bright: Vec<f32> = plate.iter().map(|v| 64.0 * v).collect();
-    let of = |plate: &[f32]| sharpened(&scene(&lens), plate, Removal::default());
-    let (one, other) = (of(&plate), of(&bright));
-    let apart = one.iter().zip(&other).map(|(a, b)| (a - b / 64.0).abs());
-    assert!(apart.fold(0.0, f32::max) < 1e-3);
+    let sharp = |plate: &[f32]| sharpen(&scene(&lens), plate, Deconvolver::default());
+    let (one, other) = (sharp(&plate), sharp(&bright));
+    let differences = one.iter().zip(&other).map(|(a, b)| (a - b / 64.0).abs());
+    assert!(differences.fold(0.0, f32::max) < 1e-3);
 }
 
 #[test]
-fn threads_change_nothing() {
+fn result_is_the_same_on_any_number_of_threads() {
     let lens = lens(1.0);
     let plate = plate(0.01);
-    let removal = Removal {
-        rounds: 2,
-        ..Removal::default()
+    let deconvolver = Deconvolver {
+        iterations: 2,
+        ..Deconvolver::default()
     };
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let pool = pool.build().expect("a pool");
-        pool.install(|| sharpened(&scene(&lens), &plate, removal))
+        let pool = pool.build().expect("a thread pool");
+        pool.install(|| sharpen(&scene(&lens), &plate, deconvolver))
     };
     assert!(with(1) == with(3));
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_settings_are_refused_and_progress_can_cancel() {
     let lens = lens(1.0);
     let plate = discs(WIDTH, HEIGHT);
     let planes = [Plane {
         samples: &plate,
         weights: &WEIGHTS,
     }];
-    let default = Removal::default();
-    let refused = |removal: Removal, go_on: bool| {
-        let error = removal.remove(&scene(&lens), &planes, &|_| go_on);
+    let default = Deconvolver::default();
+    let refused = |deconvolver: Deconvolver, go_on: bool| {
+        let error = deconvolver.remove(&scene(&lens), &planes, &|_| go_on);
         error.expect_err("refused").to_string()
     };
     let noise = Some(f64::NAN);
-    assert!(refused(Removal { noise, ..default }, true).contains("noise"));
-    let saturation = Saturation::From(f64::INFINITY);
+    assert!(refused(Deconvolver { noise, ..default }, true).contains("noise"));
+    let saturation = Saturation::Level(f64::INFINITY);
     assert!(
         refused(
-            Removal {
+            Deconvolver {
                 saturation,
                 ..default
             },

@@ -1,0 +1,313 @@
+//! The deconvolution of planes: what each plane keeps of its blur, the problem that is solved, and its result.
+
+use super::admm::{Problem, TextureStep, solve};
+use super::hole_filling::fill_holes;
+use super::lens_operator::{Accuracy, LensOperator};
+use super::noise_estimate::estimate_noise;
+use super::noise_model::NoiseModel;
+use super::{Canvas, Highlights, Saturation};
+use crate::{Plane, Scene};
+use rayon::prelude::*;
+use seidel_optics::Progress;
+use seidel_optics::error::{Error, Result};
+
+/// Relative error of lens and operator: it counts as noise.
+const MODEL_ERROR: f64 = 2e-3;
+/// Light from clipped samples and highlights, in units of the highlight threshold, at which a pixel begins to keep its
+/// blur and keeps all of it.
+const KEPT_HIGHLIGHT_LIGHT: [f32; 2] = [0.003, 0.02];
+/// Normalisation errors at depth edges at which a pixel begins to keep its blur and keeps all of it.
+const KEPT_NORMALISATION_ERROR: [f32; 2] = [0.05, 0.15];
+
+/// Removes blur from planes by total-variation deconvolution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deconvolver {
+    /// Standard deviation of the planes' noise, in their own units; `None` estimates it from each plane.
+    pub noise: Option<f64>,
+    /// The rule by which clipped samples are found.
+    pub saturation: Saturation,
+    /// Number of ADMM iterations.
+    pub iterations: usize,
+}
+
+impl Default for Deconvolver {
+    /// Seven iterations, which take about ten times the time of one blur (docs/background/remove.md).
+    fn default() -> Self {
+        Self {
+            noise: None,
+            saturation: Saturation::Auto,
+            iterations: 7,
+        }
+    }
+}
+
+/// A plane without its blur.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SharpPlane {
+    /// The place of the plate on the canvas.
+    pub canvas: Canvas,
+    /// The sharp image on the whole canvas, row-major. Clipped samples, highlights, and pixels that get their light keep their
+    /// blur. The margin is the light that is blurred into the plate from beyond its edges.
+    pub sharp: Vec<f32>,
+    /// The residual on the plate: the plane minus the blurred `sharp`, row-major. It holds noise and what the lens does not
+    /// explain, and is 0 where pixels keep their blur.
+    pub residual: Vec<f32>,
+    /// Standard deviation of the plane's noise, as given or as estimated.
+    pub noise: f64,
+    /// The clipped samples of the plane; `None` if it is not clipped.
+    pub clipping: Option<Clipping>,
+    /// Root mean square residual in standard deviations of noise and model error. Well above 1, the lens does not explain
+    /// the plate. Bright lights have small weights.
+    pub misfit: f64,
+    /// Share of the detail at each pixel of the plate, over all frequencies up to Nyquist, that the plate determines and not
+    /// the regularisation: 0 to 1, and 0 where pixels keep their blur.
+    pub confidence: Vec<f32>,
+}
+
+/// The clipped samples of a plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clipping {
+    /// Samples at this level and above are clipped.
+    pub level: f64,
+    /// Number of clipped samples.
+    pub count: usize,
+}
+
+impl SharpPlane {
+    /// Returns the grain of the plate on the canvas: the residual, limited to three standard deviations of the noise and
+    /// mirrored into the margin. Added to `sharp` it gives the sharp image the plate's own grain.
+    pub fn grain(&self) -> Vec<f32> {
+        let most = (3.0 * self.noise) as f32;
+        let residual = self.residual.par_iter();
+        let grain: Vec<f32> = residual.map(|v| v.clamp(-most, most)).collect();
+        self.canvas.extend_by_mirroring(&grain)
+    }
+}
+
+/// The settings in which removal and the check of a lens differ.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Variant {
+    /// Relative error of lens and operator.
+    pub(super) model_error: f64,
+    pub(super) texture: TextureStep,
+}
+
+impl Deconvolver {
+    /// Removes the blur of `scene` from `planes`. The [`Highlights`] of any plane keep their blur in all. The result is the
+    /// same to the bit for any number of threads.
+    ///
+    /// A vergence that varies is that of the sharp image. The boundary condition of `scene` is ignored, because the light
+    /// around the plate is estimated as well. `progress` gets the share done.
+    ///
+    /// # Errors
+    /// An invalid scene, planes, noise or clipping level; a lens that cannot be drawn; cancellation by `progress`.
+    pub fn remove(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        progress: &Progress,
+    ) -> Result<Vec<SharpPlane>> {
+        let highlights = Highlights::detect(planes, scene.width);
+        self.remove_except(&highlights, scene, planes, progress)
+    }
+
+    /// Removes blur like [`Deconvolver::remove`], but lets these `highlights` keep their blur: for planes of one plate that
+    /// are given one by one.
+    ///
+    /// # Errors
+    /// Those of [`Deconvolver::remove`].
+    pub fn remove_except(
+        &self,
+        highlights: &Highlights,
+        scene: &Scene,
+        planes: &[Plane],
+        progress: &Progress,
+    ) -> Result<Vec<SharpPlane>> {
+        let variant = Variant {
+            model_error: MODEL_ERROR,
+            texture: TextureStep::Run,
+        };
+        self.remove_variant(variant, highlights, scene, planes, progress)
+    }
+
+    /// Removes blur like [`Deconvolver::remove_except`], in a variant of the method.
+    pub(super) fn remove_variant(
+        &self,
+        variant: Variant,
+        highlights: &Highlights,
+        scene: &Scene,
+        planes: &[Plane],
+        progress: &Progress,
+    ) -> Result<Vec<SharpPlane>> {
+        scene.check(planes)?;
+        self.check()?;
+        let plate = PlateInputs {
+            scene,
+            canvas: Canvas::new(scene),
+            highlights,
+            variant,
+        };
+        let indexed = planes.iter().enumerate();
+        indexed
+            .map(|(done, plane)| {
+                let progress = |share: f64| progress((done as f64 + share) / planes.len() as f64);
+                self.remove_from_plane(&plate, plane, &progress)
+            })
+            .collect()
+    }
+
+    fn check(&self) -> Result<()> {
+        if let Some(noise) = self.noise
+            && !(noise.is_finite() && noise >= 0.0)
+        {
+            return Err(Error::new(
+                "noise",
+                format!("is {noise}"),
+                "give a standard deviation of zero or more",
+            ));
+        }
+        if let Saturation::Level(level) = self.saturation
+            && !level.is_finite()
+        {
+            return Err(Error::new(
+                "saturation",
+                format!("is {level}"),
+                "give the level at which samples are clipped",
+            ));
+        }
+        Ok(())
+    }
+
+    fn remove_from_plane(
+        &self,
+        plate: &PlateInputs,
+        plane: &Plane,
+        progress: &Progress,
+    ) -> Result<SharpPlane> {
+        if is_uniform(plane.samples) {
+            return Ok(self.uniform_plane(plate, plane));
+        }
+        let canvas = plate.canvas;
+        let operator = LensOperator::new(plate.scene, &canvas, plane.weights)?;
+        let noise = self
+            .noise
+            .unwrap_or_else(|| estimate_noise(plane.samples, &canvas, &operator));
+        let clip_level = self.saturation.level(plane.samples, noise);
+        let kept = plate.kept_shares(plane.samples, clip_level, &operator)?;
+        let known: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
+        let filled = fill_holes(plane.samples, plate.scene.width, &known);
+        let extended = canvas.extend_by_mirroring(&filled);
+        let noise_model = NoiseModel::new(&extended, noise, plate.variant.model_error);
+        let weights = noise_model.weights(&extended, &canvas.embed(false, |k| known[k]));
+        let problem = Problem {
+            plate: &extended,
+            canvas,
+            operator: &operator,
+            weights: &weights,
+            noise,
+            deviation: noise_model.deviation(),
+            iterations: self.iterations,
+            texture: plate.variant.texture,
+        };
+        let solution = solve(&problem, progress)?;
+        let residual = problem.residual(&solution.estimate);
+        let misfit = problem.misfit(&solution.estimate);
+        let mut sharp = solution.estimate.image;
+        let kept_pixels = canvas.embed(None, |k| (kept[k] > 0.0).then_some(k));
+        for (sample, kept_pixel) in sharp.iter_mut().zip(kept_pixels) {
+            if let Some(k) = kept_pixel {
+                *sample += kept[k] * (plane.samples[k] - *sample);
+            }
+        }
+        let data_share = operator.mean_over_frequencies(|h, gradient_power| {
+            solution.quadratic.data_share(h, gradient_power)
+        })?;
+        let data_share = canvas.crop(&data_share);
+        let confidence = data_share.iter().zip(&kept);
+        Ok(SharpPlane {
+            canvas,
+            sharp,
+            residual,
+            noise,
+            clipping: clip_level.map(|level| Clipping {
+                level: f64::from(level),
+                count: plane.samples.iter().filter(|v| **v >= level).count(),
+            }),
+            misfit,
+            confidence: confidence
+                .map(|(share, kept)| share.clamp(0.0, 1.0) * (1.0 - kept))
+                .collect(),
+        })
+    }
+
+    /// Returns a plane of one level as it is, so that opaque alpha stays opaque.
+    fn uniform_plane(&self, plate: &PlateInputs, plane: &Plane) -> SharpPlane {
+        let count = plane.samples.len();
+        SharpPlane {
+            canvas: plate.canvas,
+            sharp: plate.canvas.extend_by_replication(plane.samples),
+            residual: vec![0.0; count],
+            noise: self.noise.unwrap_or(0.0),
+            clipping: None,
+            misfit: 0.0,
+            confidence: vec![1.0; count],
+        }
+    }
+}
+
+/// The inputs that all planes of a plate have in common.
+struct PlateInputs<'a> {
+    scene: &'a Scene<'a>,
+    canvas: Canvas,
+    highlights: &'a Highlights,
+    variant: Variant,
+}
+
+impl PlateInputs<'_> {
+    /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1.
+    ///
+    /// Clipped samples are lower bounds of the light, so to sharpen the pixels that get their light makes these ring; highlights
+    /// are treated like them. At depth edges part of the light is hidden.
+    fn kept_shares(
+        &self,
+        samples: &[f32],
+        clip_level: Option<f32>,
+        operator: &LensOperator,
+    ) -> Result<Vec<f32>> {
+        let count = self.canvas.plate_pixel_count();
+        let ramp =
+            |value: f32, [from, to]: [f32; 2]| ((value - from) / (to - from)).clamp(0.0, 1.0);
+        let mut kept = vec![0.0; count];
+        if let Some(error) = operator.normalisation_error() {
+            let error = self.canvas.crop(&error);
+            kept = error
+                .iter()
+                .map(|error| ramp(*error, KEPT_NORMALISATION_ERROR))
+                .collect();
+        }
+        // In units of the highlight threshold; clipped samples count as one at least.
+        let excess = |k: usize| {
+            let clipped = clip_level.is_some_and(|level| samples[k] >= level);
+            self.highlights
+                .excess(k)
+                .max(if clipped { 1.0 } else { 0.0 })
+        };
+        if (0..count).any(|k| excess(k) > 0.0) {
+            let blurred = operator.apply(&self.canvas.embed(0.0, &excess), Accuracy::Draft)?;
+            for (k, light) in self.canvas.crop(&blurred).iter().enumerate() {
+                let kept_by_light = if excess(k) > 0.0 {
+                    1.0
+                } else {
+                    ramp(*light, KEPT_HIGHLIGHT_LIGHT)
+                };
+                kept[k] = kept_by_light.max(kept[k]);
+            }
+        }
+        Ok(kept)
+    }
+}
+
+/// Returns whether all samples are equal.
+pub(super) fn is_uniform(samples: &[f32]) -> bool {
+    samples.windows(2).all(|pair| pair[0] == pair[1])
+}

@@ -1,0 +1,183 @@
+//! Local transfer functions of a lens, and filters built from them.
+//!
+//! A plane is cut into overlapping tiles. In each, the lens is approximated by a convolution with its kernel at the
+//! tile's centre, whose transfer function is h(f). A filter multiplies the spectrum of a tile by a function of h and of
+//! |D(f)|², the power response of the gradient.
+
+use super::gradient::power_response;
+use super::overlapping_tiles::OverlappingTiles;
+use super::tile_fft::{FftBuffers, TileFft};
+use crate::{LocalKernels, RenderWindow, Scene, kernel_reach};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex;
+use seidel_optics::error::Result;
+use std::f64::consts::PI;
+
+/// Least side of a tile, px; it is doubled until tiles are as wide as kernels.
+const MIN_SIDE: usize = 48;
+/// Largest side of a tile, px, which bounds time and memory.
+const MAX_SIDE: usize = 768;
+/// Least side of a tile, in widths of the widest kernel.
+const SIDE_IN_KERNELS: f64 = 1.0;
+/// Means over frequencies look at every fifth. No side is a multiple of five, so these are evenly spread.
+const FREQUENCY_STEP: usize = 5;
+
+/// The transfer functions of a lens at one vergence over a plane.
+pub(super) struct TransferFunctions {
+    pub(super) tiles: OverlappingTiles,
+    /// The transfer function of each tile, column by column.
+    spectra: Vec<Vec<Complex<f32>>>,
+    /// |D|² at each frequency, column by column.
+    gradient_power: Vec<f32>,
+    fft: TileFft,
+}
+
+impl TransferFunctions {
+    /// Computes the transfer functions of `scene`, at one vergence, for a plane with these channel `weights`.
+    ///
+    /// # Errors
+    /// A lens that cannot be drawn, and a vergence that varies.
+    pub(super) fn new(scene: &Scene, weights: &[f64]) -> Result<Self> {
+        let kernels = LocalKernels::new(scene, weights)?;
+        let reach = kernel_reach(scene, RenderWindow::whole(scene), kernels.vergence_per_m());
+        let widest = (reach.left_px + reach.right_px).max(reach.up_px + reach.down_px);
+        let mut side = MIN_SIDE;
+        while side < MAX_SIDE && (side as f64) < SIDE_IN_KERNELS * widest {
+            side *= 2;
+        }
+        let fft = TileFft::new(side);
+        let tiles = OverlappingTiles::new((scene.width, scene.height), side);
+        let spectra = (tiles.tiles)
+            .par_iter()
+            .map(|tile| Ok(fft.transfer_function(&kernels.at(tiles.centre(*tile))?)))
+            .collect::<Result<_>>()?;
+        let frequency = |k: usize| k as f64 / side as f64;
+        let gradient_power = (0..fft.column_count())
+            .flat_map(|x| (0..side).map(move |y| power_response(frequency(x), frequency(y)) as f32))
+            .collect();
+        Ok(Self {
+            tiles,
+            spectra,
+            gradient_power,
+            fft,
+        })
+    }
+
+    /// Returns the transfer function at the point (`x`, `y`) of the plane, interpolated between tiles, for tiles `divisor`
+    /// times smaller: at every `divisor`-th frequency.
+    pub(super) fn at(&self, x: f64, y: f64, divisor: usize) -> Vec<Complex<f32>> {
+        let side = self.tiles.side;
+        let around = self.tiles.around(x, y);
+        let small_side = side / divisor;
+        let columns = (0..small_side / 2 + 1).map(|x| x * divisor);
+        let rows = |x: usize| (0..small_side).map(move |y| x * side + y * divisor);
+        columns
+            .flat_map(rows)
+            .map(|frequency| {
+                let terms = around.iter();
+                terms
+                    .map(|tile| self.spectra[tile.index][frequency] * tile.weight)
+                    .sum()
+            })
+            .collect()
+    }
+
+    /// Filters `plane`, black beyond its edges: the spectrum of each tile is multiplied by `gain(h, |D|²)`. Tiles without
+    /// `coverage` give zero. The filter is a symmetric operator if `gain` is real.
+    pub(super) fn filter(
+        &self,
+        plane: &[f32],
+        coverage: Option<&[f32]>,
+        gain: impl Fn(Complex<f32>, f32) -> Complex<f32> + Sync,
+    ) -> Vec<f32> {
+        let tiles = self.tiles.tiles.par_iter();
+        let filtered: Vec<Option<Vec<f32>>> = tiles
+            .zip(&self.spectra)
+            .map_init(FftBuffers::default, |buffers, (tile, transfer)| {
+                if coverage.is_some_and(|coverage| self.tiles.is_uncovered(coverage, *tile)) {
+                    return None;
+                }
+                let mut samples = self.tiles.cut(plane, *tile);
+                self.fft.forward(&mut samples, buffers);
+                let frequencies = transfer.iter().zip(&self.gradient_power);
+                for (value, (h, gradient_power)) in buffers.spectrum.iter_mut().zip(frequencies) {
+                    *value *= gain(*h, *gradient_power);
+                }
+                self.fft.inverse(buffers, &mut samples);
+                Some(samples)
+            })
+            .collect();
+        self.tiles.overlap_add(&filtered)
+    }
+
+    /// Returns the mean of `value(h, |D|²)` over all frequencies of each tile, interpolated by the tiles' windows.
+    pub(super) fn mean_over_frequencies(
+        &self,
+        value: impl Fn(Complex<f32>, f32) -> f32 + Sync,
+    ) -> Vec<f32> {
+        let means: Vec<Option<Vec<f32>>> = self
+            .spectra
+            .par_iter()
+            .map(|transfer| {
+                let frequencies = transfer.iter().zip(&self.gradient_power);
+                let values = frequencies.step_by(FREQUENCY_STEP);
+                let sum: f64 = values
+                    .map(|(h, gradient_power)| f64::from(value(*h, *gradient_power)))
+                    .sum();
+                let count = transfer.len().div_ceil(FREQUENCY_STEP) as f64;
+                Some(self.tiles.constant((sum / count) as f32))
+            })
+            .collect();
+        self.tiles.overlap_add(&means)
+    }
+
+    /// Returns the median power of `plane` over the stopband of each tile: the frequencies with |h|² below
+    /// `stopband_power`. White noise of unit variance has a mean power of one.
+    ///
+    /// Tiles count that lie wholly on the plane, with `coverage` everywhere, and have at least `min_frequencies` in the
+    /// stopband.
+    pub(super) fn stopband_powers(
+        &self,
+        plane: &[f32],
+        coverage: Option<&[f32]>,
+        stopband_power: f32,
+        min_frequencies: usize,
+    ) -> Vec<f64> {
+        let side = self.fft.side;
+        // A Hann window: its side lobes are low, so that strong low frequencies do not leak into the stopband.
+        let hann: Vec<f32> = (0..side)
+            .map(|k| (PI * (k as f64 + 0.5) / side as f64).sin().powi(2) as f32)
+            .collect();
+        let energy = hann.iter().map(|w| w * w).sum::<f32>().powi(2);
+        let is_usable = |tile| {
+            self.tiles.is_inside(tile)
+                && coverage.is_none_or(|coverage| self.tiles.is_covered(coverage, tile))
+        };
+        let tiles = self.tiles.tiles.par_iter();
+        tiles
+            .zip(&self.spectra)
+            .map_init(FftBuffers::default, |buffers, (tile, transfer)| {
+                if !is_usable(*tile) {
+                    return None;
+                }
+                let mut samples = Vec::with_capacity(side * side);
+                for (row, wy) in self.tiles.row_spans(*tile).zip(&hann) {
+                    let row = plane[row.in_plane..][..side].iter().zip(&hann);
+                    samples.extend(row.map(|(sample, wx)| wy * wx * sample));
+                }
+                self.fft.forward(&mut samples, buffers);
+                let frequencies = buffers.spectrum.iter().zip(transfer);
+                let mut powers: Vec<f32> = frequencies
+                    .filter(|(_, h)| h.norm_sqr() < stopband_power)
+                    .map(|(value, _)| value.norm_sqr() / energy)
+                    .collect();
+                let middle = powers.len() / 2;
+                (powers.len() >= min_frequencies).then(|| {
+                    let (_, median, _) = powers.select_nth_unstable_by(middle, f32::total_cmp);
+                    f64::from(*median)
+                })
+            })
+            .flatten()
+            .collect()
+    }
+}
