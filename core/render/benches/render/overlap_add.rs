@@ -84,7 +84,7 @@ impl OverlapAdd {
             kernels += start.elapsed();
             let planned: Vec<(&Part, Arc<Transform>)> = parts
                 .iter()
-                .map(|part| (part, planner.of(self.transform_size(scene, part))))
+                .map(|part| (part, planner.transform(self.transform_size(scene, part))))
                 .collect();
             let made: Vec<(Patch, Duration)> = planned
                 .par_iter()
@@ -122,7 +122,7 @@ impl OverlapAdd {
         &self,
         scene: &Scene,
         plane: &Plane,
-        (x, y): (usize, usize),
+        node: (usize, usize),
         rows: &mut KernelRows,
     ) -> Kernel {
         let VergencePass::Constant(vergence) = scene.vergence else {
@@ -131,7 +131,7 @@ impl OverlapAdd {
         let scale = scene.map.scale;
         let along = |node: usize, origin: f64| origin + (node * self.spacing) as f64 / scale;
         let origin = scene.map.origin;
-        let point = ImagePoint::new(along(x, origin.x_px), along(y, origin.y_px));
+        let point = ImagePoint::new(along(node.0, origin.x_px), along(node.1, origin.y_px));
         let at = scene.lens.frame().field_point(point);
         let mut mixed: Option<Kernel> = None;
         for (channel, weight) in plane.weights.iter().enumerate() {

@@ -43,7 +43,9 @@ pub(crate) struct Planner {
 }
 
 impl Planner {
-    pub(crate) fn of(&mut self, (width, height): (usize, usize)) -> Arc<Transform> {
+    /// Returns the transform of `size`, columns and rows.
+    pub(crate) fn transform(&mut self, size: (usize, usize)) -> Arc<Transform> {
+        let (width, height) = size;
         let plan = || {
             let mut real = RealFftPlanner::new();
             let mut complex = FftPlanner::new();
@@ -56,10 +58,7 @@ impl Planner {
                 back_down: complex.plan_fft_inverse(height),
             })
         };
-        self.known
-            .entry((width, height))
-            .or_insert_with(plan)
-            .clone()
+        self.known.entry(size).or_insert_with(plan).clone()
     }
 }
 

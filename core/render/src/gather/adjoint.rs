@@ -10,6 +10,7 @@ use super::gather_pass::{GatherPass, gathered_size, set_fir};
 use super::image::{Image, Rect, View};
 use super::plan::Level;
 use super::pyramid::{UpsampleBuffers, downsample, upsample_tile};
+use super::tile_grid::GridIndex;
 use crate::{Edges, RenderWindow};
 use rayon::prelude::*;
 
@@ -73,7 +74,7 @@ impl GatherPass {
     /// Adds the transpose of gathering at level `index` to its `sources`.
     fn gather_adjoint(&self, index: usize, mix: usize, light: &Image, sources: &mut Image) {
         let (level, stencils) = (&self.levels[index], &self.stencils[index]);
-        let tiles: Vec<(i32, i32)> = level.gathered.iter().copied().collect();
+        let tiles: Vec<GridIndex> = level.gathered.iter().copied().collect();
         let spread = tiles.par_iter().map_init(
             || (BilinearFir::default(), Vec::new()),
             |(fir, window), tile| {
@@ -85,11 +86,11 @@ impl GatherPass {
     }
 }
 
-/// Returns the transpose of gathering the tile (row, column) of `side` pixels from `light`; `None` where it is dark.
+/// Returns the transpose of gathering `tile`, of `side` pixels, from `light`; `None` where it is dark.
 fn tile_adjoint(
     fir: &BilinearFir,
     side: usize,
-    (row, column): (i32, i32),
+    tile: GridIndex,
     light: &Image,
     window: &mut Vec<f32>,
 ) -> Option<Image> {
@@ -103,7 +104,7 @@ fn tile_adjoint(
     let stride = width + columns + LANES;
     window.clear();
     window.resize(stride * (height + rows), 0.0);
-    let (left, top) = (column * side as i32, row * side as i32);
+    let (left, top) = (tile.column * side as i32, tile.row * side as i32);
     let tile = light.cropped(Rect {
         left,
         top,
@@ -138,7 +139,7 @@ fn tile_adjoint(
 fn upsampled_part(level: &Level, light: &Image) -> Image {
     let mut part = Image::zeros(light.rect());
     let side = level.grid.tile;
-    for &(row, column) in &level.upsampled {
+    for &GridIndex { row, column } in &level.upsampled {
         part.add(&light.cropped(Rect {
             left: column * side as i32,
             top: row * side as i32,
@@ -171,7 +172,8 @@ fn add_downsampling_adjoint(finer: &mut Image, coarser: &View) {
                 width: SQUARE,
                 height: SQUARE,
             });
-            upsample_tile(coarser, *corner, SQUARE, buffers, &mut square.samples);
+            let (left, top) = *corner;
+            upsample_tile(coarser, left, top, SQUARE, buffers, &mut square.samples);
             square.samples.iter_mut().for_each(|v| *v *= 0.25);
             square
         });

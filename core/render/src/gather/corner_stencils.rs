@@ -3,7 +3,7 @@
 use super::lens_probe::LensProbe;
 use super::passband;
 use super::stencil::Stencil;
-use super::tile_grid::TileGrid;
+use super::tile_grid::{GridIndex, TileGrid};
 use crate::scatter::Source;
 use rayon::prelude::*;
 use seidel_optics::error::Result;
@@ -19,13 +19,13 @@ pub(super) struct SparseGrid<T> {
 }
 
 impl<T> SparseGrid<T> {
-    /// An empty grid that covers `wanted` nodes (row, column).
-    fn covering(wanted: &BTreeSet<(i32, i32)>) -> Self {
-        let range = |of: &dyn Fn(&(i32, i32)) -> i32| {
+    /// Creates an empty grid that covers `wanted` nodes.
+    fn covering(wanted: &BTreeSet<GridIndex>) -> Self {
+        let range = |of: &dyn Fn(&GridIndex) -> i32| {
             let low = wanted.iter().map(of).min().unwrap_or(0);
             low..wanted.iter().map(of).max().map_or(low, |high| high + 1)
         };
-        let (rows, columns) = (range(&|p| p.0), range(&|p| p.1));
+        let (rows, columns) = (range(&|node| node.row), range(&|node| node.column));
         let mut values = Vec::new();
         values.resize_with(columns.len() * rows.len(), || None);
         Self {
@@ -35,19 +35,21 @@ impl<T> SparseGrid<T> {
         }
     }
 
-    fn slot(&self, (y, x): (i32, i32)) -> Option<usize> {
-        let inside = self.columns.contains(&x) && self.rows.contains(&y);
+    fn slot(&self, node: GridIndex) -> Option<usize> {
+        let GridIndex { row, column } = node;
+        let inside = self.columns.contains(&column) && self.rows.contains(&row);
         inside.then(|| {
-            (y - self.rows.start) as usize * self.columns.len() + (x - self.columns.start) as usize
+            (row - self.rows.start) as usize * self.columns.len()
+                + (column - self.columns.start) as usize
         })
     }
 
-    /// Returns the value at (row, column).
-    pub(super) fn at(&self, node: (i32, i32)) -> Option<&T> {
+    /// Returns the value at `node`.
+    pub(super) fn at(&self, node: GridIndex) -> Option<&T> {
         self.values[self.slot(node)?].as_ref()
     }
 
-    fn put(&mut self, node: (i32, i32), value: T) {
+    fn put(&mut self, node: GridIndex, value: T) {
         if let Some(slot) = self.slot(node) {
             self.values[slot] = Some(value);
         }
@@ -70,14 +72,14 @@ struct NodeKernels {
     far: i32,
 }
 
-/// Computes the stencils at `wanted` corners (row, column) of `grid`; no light travels farther than `reach`, plate px.
+/// Computes the stencils at `wanted` corners of `grid`; no light travels farther than `reach`, plate px.
 ///
 /// # Errors
 /// A lens that cannot be drawn at some node.
 pub(super) fn compute(
     lens: &LensProbe,
     grid: &TileGrid,
-    wanted: &BTreeSet<(i32, i32)>,
+    wanted: &BTreeSet<GridIndex>,
     reach: i32,
 ) -> Result<SparseGrid<MixStencils>> {
     let nodes = node_kernels(lens, grid, wanted, reach)?;
@@ -110,7 +112,7 @@ pub(super) fn compute(
 fn node_kernels(
     lens: &LensProbe,
     grid: &TileGrid,
-    wanted: &BTreeSet<(i32, i32)>,
+    wanted: &BTreeSet<GridIndex>,
     reach: i32,
 ) -> Result<NodeKernels> {
     // The bound must not depend on which corners are wanted.
@@ -129,7 +131,7 @@ fn node_kernels(
 }
 
 /// Returns the grid's nodes at most `far` steps from any of `wanted`.
-fn nodes_around(grid: &TileGrid, wanted: &BTreeSet<(i32, i32)>, far: i32) -> BTreeSet<(i32, i32)> {
+fn nodes_around(grid: &TileGrid, wanted: &BTreeSet<GridIndex>, far: i32) -> BTreeSet<GridIndex> {
     let near = |at: i32, axis: usize| {
         (at - far).clamp(0, grid.last[axis])..=(at + far).clamp(0, grid.last[axis])
     };
@@ -140,10 +142,10 @@ fn nodes_around(grid: &TileGrid, wanted: &BTreeSet<(i32, i32)>, far: i32) -> BTr
         (*range.start()).min((last - 3).max(0))..=end
     };
     let mut nodes = BTreeSet::new();
-    for &(y, x) in wanted {
-        for row in least(near(y, 1), 1) {
-            for column in least(near(x, 0), 0) {
-                nodes.insert((row, column));
+    for corner in wanted {
+        for row in least(near(corner.row, 1), 1) {
+            for column in least(near(corner.column, 0), 0) {
+                nodes.insert(GridIndex::new(row, column));
             }
         }
     }
@@ -154,20 +156,20 @@ fn nodes_around(grid: &TileGrid, wanted: &BTreeSet<(i32, i32)>, far: i32) -> BTr
 fn reaches(
     lens: &LensProbe,
     grid: &TileGrid,
-    nodes: &BTreeSet<(i32, i32)>,
-) -> Result<BTreeMap<(i32, i32), i32>> {
+    nodes: &BTreeSet<GridIndex>,
+) -> Result<BTreeMap<GridIndex, i32>> {
     let list: Vec<_> = nodes.iter().copied().collect();
-    let reach = |node: &(i32, i32)| {
-        let px = lens.reach_at(grid.node_at(node.1, node.0), &mut Vec::new())?;
+    let reach = |node: &GridIndex| {
+        let px = lens.reach_at(grid.plate_point(*node), &mut Vec::new())?;
         let steps = (px / grid.step() + ROOM_PX) / grid.tile as f64;
         Ok((*node, 2 + steps.ceil() as i32))
     };
     list.par_iter().map(reach).collect()
 }
 
-/// A summed-area table of a set of nodes (row, column).
+/// A summed-area table of a set of nodes.
 struct AreaCounts {
-    first: (i32, i32),
+    first: GridIndex,
     columns: usize,
     rows: usize,
     /// Number of nodes above and to the left of each position.
@@ -175,14 +177,14 @@ struct AreaCounts {
 }
 
 impl AreaCounts {
-    fn new(nodes: &BTreeSet<(i32, i32)>) -> Self {
+    fn new(nodes: &BTreeSet<GridIndex>) -> Self {
         let bounds = SparseGrid::<()>::covering(nodes);
         let (columns, rows) = (bounds.columns.len(), bounds.rows.len());
-        let first = (bounds.rows.start, bounds.columns.start);
+        let first = GridIndex::new(bounds.rows.start, bounds.columns.start);
         let mut sums = vec![0; (columns + 1) * (rows + 1)];
         for row in 0..rows {
             for column in 0..columns {
-                let node = (first.0 + row as i32, first.1 + column as i32);
+                let node = GridIndex::new(first.row + row as i32, first.column + column as i32);
                 let at = |row: usize, column: usize| row * (columns + 1) + column;
                 sums[at(row + 1, column + 1)] = u32::from(nodes.contains(&node))
                     + sums[at(row, column + 1)]
@@ -198,14 +200,14 @@ impl AreaCounts {
         }
     }
 
-    /// Whether any node of the set lies at most `steps` from `node` along both axes.
-    fn any_within(&self, node: (i32, i32), steps: i32) -> bool {
+    /// Returns whether any node of the set lies at most `steps` from `node` along both axes.
+    fn any_within(&self, node: GridIndex, steps: i32) -> bool {
         let span = |at: i32, first: i32, count: usize| {
             let end = |at: i32| (at - first).clamp(0, count as i32) as usize;
             end(at - steps)..end(at + steps + 1)
         };
-        let rows = span(node.0, self.first.0, self.rows);
-        let columns = span(node.1, self.first.1, self.columns);
+        let rows = span(node.row, self.first.row, self.rows);
+        let columns = span(node.column, self.first.column, self.columns);
         let sum = |row: usize, column: usize| self.sums[row * (self.columns + 1) + column];
         sum(rows.end, columns.end) + sum(rows.start, columns.start)
             > sum(rows.start, columns.end) + sum(rows.end, columns.start)
@@ -215,7 +217,7 @@ impl AreaCounts {
 fn draw_all(
     lens: &LensProbe,
     grid: &TileGrid,
-    nodes: &BTreeSet<(i32, i32)>,
+    nodes: &BTreeSet<GridIndex>,
 ) -> Result<Vec<ChannelStencils>> {
     let list: Vec<_> = nodes.iter().copied().collect();
     let narrowest = lens.tolerance.min_sigma_for(lens.model);
@@ -228,17 +230,17 @@ fn draw_all(
         .collect()
 }
 
-/// Draws the mirrored kernels of a source at `node` (row, column), with the pyramid's attenuation compensated.
+/// Draws the mirrored kernels of a source at `node`, with the pyramid's attenuation compensated.
 fn draw(
     lens: &LensProbe,
     grid: &TileGrid,
     compensation: &[f64],
-    (row, column): (i32, i32),
+    node: GridIndex,
     rows: &mut KernelRows,
     found: &mut Vec<Option<Source>>,
 ) -> Result<ChannelStencils> {
     lens.check_cancelled()?;
-    lens.sources_at(grid.node_at(column, row), found)?;
+    lens.sources_at(grid.plate_point(node), found)?;
     let scale = 1.0 / grid.step();
     let channels: ChannelStencils = found
         .iter()
@@ -277,26 +279,27 @@ fn mixed(channels: &[Option<Stencil>], mix: &[f64]) -> Stencil {
     }
 }
 
-/// Computes the stencil of an output pixel at the corner (row, column).
+/// Computes the stencil of an output pixel at `corner`.
 ///
 /// The weight at each offset is that of the source there, whose kernel is interpolated from the nodes around it.
 fn corner_stencil(
     grid: &TileGrid,
     nodes: &NodeKernels,
     channel: usize,
-    (row, column): (i32, i32),
+    corner: GridIndex,
     truncated_share: f64,
 ) -> Stencil {
-    let (columns, rows) = source_offsets(grid, nodes, channel, (row, column));
+    let (columns, rows) = source_offsets(grid, nodes, channel, corner);
     let mut out = Stencil::zeros(columns.clone(), rows.clone());
     if columns.is_empty() || rows.is_empty() {
         return out;
     }
-    let across = grid.interpolation_weights(0, column, columns);
-    let down = grid.interpolation_weights(1, row, rows);
+    let across = grid.interpolation_weights(0, corner.column, columns);
+    let down = grid.interpolation_weights(1, corner.row, rows);
     for node_row in down.nodes() {
         for node_column in across.nodes() {
-            let Some(kernel) = nodes.kernel((node_row, node_column), channel) else {
+            let node = GridIndex::new(node_row, node_column);
+            let Some(kernel) = nodes.kernel(node, channel) else {
                 continue;
             };
             out.add_weighted(kernel, across.of(node_column), down.of(node_row));
@@ -308,7 +311,7 @@ fn corner_stencil(
 
 impl NodeKernels {
     /// Returns the kernel of `channel` at a node, where it was drawn.
-    fn kernel(&self, node: (i32, i32), channel: usize) -> Option<&Stencil> {
+    fn kernel(&self, node: GridIndex, channel: usize) -> Option<&Stencil> {
         self.kernels.at(node)?.get(channel)?.as_ref()
     }
 }
@@ -318,8 +321,9 @@ fn source_offsets(
     grid: &TileGrid,
     nodes: &NodeKernels,
     channel: usize,
-    (row, column): (i32, i32),
+    corner: GridIndex,
 ) -> (Range<i32>, Range<i32>) {
+    let GridIndex { row, column } = corner;
     let far = nodes.far;
     let (mut columns, mut rows) = (0..0, 0..0);
     let join = |a: &mut Range<i32>, b: Range<i32>| {
@@ -332,13 +336,13 @@ fn source_offsets(
     // A node contributes to sources up to two tiles away.
     let slack = 2 * grid.tile as i32;
     let around = row - far..=row + far;
-    let all = around.flat_map(|y| (column - far..=column + far).map(move |x| (y, x)));
-    for (node_row, node_column) in all {
-        let Some(kernel) = nodes.kernel((node_row, node_column), channel) else {
+    let all = around.flat_map(|y| (column - far..=column + far).map(move |x| GridIndex::new(y, x)));
+    for node in all {
+        let Some(kernel) = nodes.kernel(node, channel) else {
             continue;
         };
-        let x = (node_column - column) * grid.tile as i32;
-        let y = (node_row - row) * grid.tile as i32;
+        let x = (node.column - column) * grid.tile as i32;
+        let y = (node.row - row) * grid.tile as i32;
         let near = |at: i32, offsets: Range<i32>| {
             let (low, high) = (
                 (at - slack).max(offsets.start),

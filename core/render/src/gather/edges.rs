@@ -28,7 +28,7 @@ pub(super) fn fold_early(size: Size, edges: Edges, levels: &mut [Level]) -> usiz
             |at: i32, size: usize| usize::try_from(at).is_ok_and(|at| at * side < size >> index);
         level
             .upsampled
-            .retain(|(row, column)| within(*row, height) && within(*column, width));
+            .retain(|tile| within(tile.row, height) && within(tile.column, width));
     }
     fold_level
 }
@@ -155,7 +155,8 @@ mod tests {
         let buffers = &mut UpsampleBuffers::default();
         upsample_tile(
             &coarse.view(),
-            (start, start),
+            start,
+            start,
             side,
             buffers,
             &mut image.samples,

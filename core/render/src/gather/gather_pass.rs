@@ -7,6 +7,7 @@ use super::fir::{BilinearFir, LANES, ROWS};
 use super::image::{Image, Rect, Size, View};
 use super::plan::Level;
 use super::pyramid::{UpsampleBuffers, downsample, upsample_tile};
+use super::tile_grid::GridIndex;
 use crate::{Edges, RenderWindow, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
@@ -179,21 +180,16 @@ struct Scratch {
     upsampling: UpsampleBuffers,
 }
 
-/// Sets `fir` to the stencils of channel mix `mix` at the corners of the tile (row, column).
+/// Sets `fir` to the stencils of channel mix `mix` at the corners of `tile`.
 pub(super) fn set_fir(
     level: &Level,
     stencils: &SparseGrid<MixStencils>,
     mix: usize,
-    (row, column): (i32, i32),
+    tile: GridIndex,
     fir: &mut BilinearFir,
 ) {
-    let corners = [
-        (row, column),
-        (row, column + 1),
-        (row + 1, column),
-        (row + 1, column + 1),
-    ];
-    let Some(stencils) = corners
+    let Some(stencils) = tile
+        .corners()
         .map(|corner| stencils.at(corner).map(|mixes| &mixes[mix]))
         .into_iter()
         .collect::<Option<Vec<_>>>()
@@ -216,18 +212,18 @@ impl BandJob<'_> {
         let side = self.level.grid.tile;
         let stride = columns.len() * side;
         for (slot, column) in columns.enumerate() {
-            let tile = (row, column);
+            let tile = GridIndex::new(row, column);
             // Gathered tiles are rounded up to whole vectors.
             let mut width = side;
             if self.level.gathered.contains(&tile) {
                 self.gather(tile, scratch);
                 width = gathered_size(side).width;
             } else if self.level.upsampled.contains(&tile) {
-                let corner = (column * side as i32, row * side as i32);
                 scratch.tile.resize(side * side, 0.0);
                 upsample_tile(
                     self.coarser,
-                    corner,
+                    column * side as i32,
+                    row * side as i32,
                     side,
                     &mut scratch.upsampling,
                     &mut scratch.tile,
@@ -241,15 +237,15 @@ impl BandJob<'_> {
         }
     }
 
-    /// Gathers the tile (row, column) into `scratch.tile`.
-    fn gather(&self, (row, column): (i32, i32), scratch: &mut Scratch) {
+    /// Gathers `tile` into `scratch.tile`.
+    fn gather(&self, tile: GridIndex, scratch: &mut Scratch) {
         let side = self.level.grid.tile;
         let fir = &mut scratch.fir;
-        set_fir(self.level, self.stencils, self.mix, (row, column), fir);
+        set_fir(self.level, self.stencils, self.mix, tile, fir);
         let Size { width, height } = gathered_size(side);
         let window = Rect {
-            left: column * side as i32 + fir.columns.start,
-            top: row * side as i32 + fir.rows.start,
+            left: tile.column * side as i32 + fir.columns.start,
+            top: tile.row * side as i32 + fir.rows.start,
             width: width + fir.columns.len().max(1) - 1,
             height: height + fir.rows.len().max(1) - 1,
         };

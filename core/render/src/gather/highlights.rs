@@ -361,20 +361,19 @@ impl HighlightBlock {
     ) {
         let (row, column) = self.pixels[index];
         let excess = &self.excess[index * planes.len()..];
-        let source = (column as i32, row as i32);
+        let (column, row) = (column as i32, row as i32);
         for ((image, plane), excess) in images.iter_mut().zip(planes).zip(excess) {
             let gain = f64::from(*excess) * plane.weights[channel] / kernel.sum();
             if gain != 0.0 {
-                make_room(image, kernel, source);
-                add(image, kernel, source, gain as f32);
+                make_room(image, kernel, column, row);
+                add(image, kernel, column, row, gain as f32);
             }
         }
     }
 }
 
-/// Extends `image` to hold `kernel` around a source at (column, row), with some spare room for the next highlight near
-/// by.
-fn make_room(image: &mut Image, kernel: &KernelRows, (column, row): (i32, i32)) {
+/// Extends `image` to hold `kernel` around a source pixel, with some spare room for the next highlight near by.
+fn make_room(image: &mut Image, kernel: &KernelRows, column: i32, row: i32) {
     const SPARE: i32 = 4;
     let over = |start: i32, size: usize, at: i32, reach: Range<i32>| {
         let (first, end) = (at + reach.start, at + reach.end);
@@ -408,8 +407,8 @@ fn make_room(image: &mut Image, kernel: &KernelRows, (column, row): (i32, i32)) 
     *image = roomy;
 }
 
-/// Adds `gain` times the kernel's weights around a source at (column, row); `image` has room for them.
-fn add(image: &mut Image, kernel: &KernelRows, (column, row): (i32, i32), gain: f32) {
+/// Adds `gain` times the kernel's weights around a source pixel; `image` has room for them.
+fn add(image: &mut Image, kernel: &KernelRows, column: i32, row: i32, gain: f32) {
     for span in kernel.spans() {
         let start = (row + span.row - image.top) as usize * image.width;
         let start = start + (column + span.column - image.left) as usize;
@@ -438,15 +437,11 @@ mod tests {
         (0..WIDTH * HEIGHT).map(value).collect()
     }
 
-    /// A plate with a rectangle of light at (`column`, `row`).
-    fn with_light(
-        (column, row): (usize, usize),
-        (width, height): (usize, usize),
-        light: f32,
-    ) -> Vec<f32> {
+    /// Returns a plate with a square of light.
+    fn with_light(column: usize, row: usize, side: usize, light: f32) -> Vec<f32> {
         let mut samples = plate();
-        for y in row..row + height {
-            samples[y * WIDTH + column..][..width].fill(light);
+        for y in row..row + side {
+            samples[y * WIDTH + column..][..side].fill(light);
         }
         samples
     }
@@ -464,8 +459,8 @@ mod tests {
 
     #[test]
     fn highlights_are_subtracted_and_no_light_is_lost() {
-        for place in [(0, 0), (31, 31), (97, 64), (WIDTH - 2, HEIGHT - 2)] {
-            let samples = with_light(place, (2, 2), 1e4);
+        for (column, row) in [(0, 0), (31, 31), (97, 64), (WIDTH - 2, HEIGHT - 2)] {
+            let samples = with_light(column, row, 2, 1e4);
             let split = split(&samples);
             assert_eq!(split.pixel_count(), 4);
             let mut sum = split.rest[0].to_vec();
@@ -482,23 +477,23 @@ mod tests {
         }
     }
 
-    /// Not even the corners of large lights, of which a block may hold a few pixels only.
+    /// A block may hold only a few pixels of a large light, at its corner.
     #[test]
     fn large_lights_are_not_highlights() {
-        for place in [(32, 32), (40, 50), (10, 7), (62, 62)] {
-            let samples = with_light(place, (40, 40), 1e3);
-            assert_eq!(split(&samples).pixel_count(), 0, "{place:?}");
+        for (column, row) in [(32, 32), (40, 50), (10, 7), (62, 62)] {
+            let samples = with_light(column, row, 40, 1e3);
+            assert_eq!(split(&samples).pixel_count(), 0, "({column}, {row})");
         }
         // Four by four pixels are a highlight, five by five are not.
         for (side, expected) in [(4, 16), (5, 0)] {
-            let samples = with_light((70, 38), (side, side), 1e3);
+            let samples = with_light(70, 38, side, 1e3);
             assert_eq!(split(&samples).pixel_count(), expected);
         }
     }
 
     #[test]
     fn planes_have_highlights_of_their_own() {
-        let (dark, lit) = (plate(), with_light((70, 38), (1, 1), 1e3));
+        let (dark, lit) = (plate(), with_light(70, 38, 1, 1e3));
         let planes = [&dark, &lit].map(|samples| Plane {
             samples,
             weights: &[1.0],

@@ -73,7 +73,7 @@ impl LensProbe<'_> {
         }
     }
 
-    /// Whether any plane uses a channel.
+    /// Returns whether any plane uses a channel.
     pub(super) fn is_used(&self, channel: usize) -> bool {
         self.mixes.iter().any(|mix| mix[channel] != 0.0)
     }

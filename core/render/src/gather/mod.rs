@@ -41,6 +41,7 @@ use lens_probe::{LensProbe, TileSides};
 use plan::{Level, LitBlocks, PlanInputs, plan};
 use seidel_optics::error::Result;
 use std::collections::BTreeSet;
+use tile_grid::GridIndex;
 use window::prune_to_window;
 
 /// The fast renderer: gathers light tile by tile.
@@ -239,8 +240,7 @@ impl Job<'_> {
     }
 }
 
-/// Returns the corners (row, column) of tiles.
-fn corners_of(tiles: &BTreeSet<(i32, i32)>) -> BTreeSet<(i32, i32)> {
-    let around = |&(y, x): &(i32, i32)| [(y, x), (y, x + 1), (y + 1, x), (y + 1, x + 1)];
-    tiles.iter().flat_map(around).collect()
+/// Returns the corners of tiles.
+fn corners_of(tiles: &BTreeSet<GridIndex>) -> BTreeSet<GridIndex> {
+    tiles.iter().flat_map(|tile| tile.corners()).collect()
 }

@@ -103,7 +103,8 @@ mod tests {
             let mut out = vec![0.0; 16 * 16];
             upsample_tile(
                 &coarse.view(),
-                (40, 32),
+                40,
+                32,
                 16,
                 &mut UpsampleBuffers::default(),
                 &mut out,

@@ -7,17 +7,17 @@ use super::fir::ROWS;
 use super::image::{Size, View};
 use super::lens_probe::TileSides;
 use super::pyramid::MARGIN;
-use super::tile_grid::TileGrid;
+use super::tile_grid::{GridIndex, TileGrid};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// The work at one pyramid level.
 pub(super) struct Level {
     pub(super) grid: TileGrid,
-    /// Tiles (row, column) to gather at this level.
-    pub(super) gathered: BTreeSet<(i32, i32)>,
-    /// Tiles (row, column) to upsample from the next coarser level.
-    pub(super) upsampled: BTreeSet<(i32, i32)>,
+    /// Tiles to gather at this level.
+    pub(super) gathered: BTreeSet<GridIndex>,
+    /// Tiles to upsample from the next coarser level.
+    pub(super) upsampled: BTreeSet<GridIndex>,
 }
 
 /// A rectangle of tiles.
@@ -31,19 +31,19 @@ impl Level {
     /// Returns the smallest rectangle of tiles that holds all work of this level.
     pub(super) fn extent(&self) -> TileExtent {
         let mut all = self.gathered.iter().chain(&self.upsampled);
-        let Some(&(y, x)) = all.next() else {
+        let Some(first) = all.next() else {
             return TileExtent {
                 rows: 0..0,
                 columns: 0..0,
             };
         };
         let first = TileExtent {
-            rows: y..y + 1,
-            columns: x..x + 1,
+            rows: first.row..first.row + 1,
+            columns: first.column..first.column + 1,
         };
-        all.fold(first, |extent, &(y, x)| TileExtent {
-            rows: extent.rows.start.min(y)..extent.rows.end.max(y + 1),
-            columns: extent.columns.start.min(x)..extent.columns.end.max(x + 1),
+        all.fold(first, |extent, tile| TileExtent {
+            rows: extent.rows.start.min(tile.row)..extent.rows.end.max(tile.row + 1),
+            columns: extent.columns.start.min(tile.column)..extent.columns.end.max(tile.column + 1),
         })
     }
 }
@@ -119,21 +119,21 @@ pub(super) fn tiles_covering(
     grid: &TileGrid,
     columns: &Range<i32>,
     rows: &Range<i32>,
-) -> BTreeSet<(i32, i32)> {
+) -> BTreeSet<GridIndex> {
     let side = (grid.tile << grid.level) as i32;
     let over =
         |range: &Range<i32>| range.start.div_euclid(side)..(range.end - 1).div_euclid(side) + 1;
     let rows = over(rows);
-    rows.flat_map(|y| over(columns).map(move |x| (y, x)))
+    rows.flat_map(|y| over(columns).map(move |x| GridIndex::new(y, x)))
         .collect()
 }
 
 /// Returns the tiles of the next coarser grid `above` that a tile of `grid` is upsampled from.
 pub(super) fn tiles_upsampled_from(
     grid: &TileGrid,
-    tile: (i32, i32),
+    tile: GridIndex,
     above: &TileGrid,
-) -> BTreeSet<(i32, i32)> {
+) -> BTreeSet<GridIndex> {
     let margin = MARGIN << above.level;
     let wider = |range: Range<i32>| range.start - margin..range.end + margin;
     let (columns, rows) = (grid.plate_columns(tile), grid.plate_rows(tile));
@@ -144,14 +144,14 @@ pub(super) fn tiles_upsampled_from(
 /// from.
 fn min_sigma_around(
     grid: &TileGrid,
-    (row, column): (i32, i32),
+    tile: GridIndex,
     inputs: &PlanInputs,
     sigmas: &mut BTreeMap<(i64, i64), f64>,
 ) -> f64 {
     let mut least = f64::INFINITY;
-    for y in row - 1..=row + 2 {
-        for x in column - 1..=column + 2 {
-            let at = grid.node_at(x, y);
+    for row in tile.row - 1..=tile.row + 2 {
+        for column in tile.column - 1..=tile.column + 2 {
+            let at = grid.plate_point(GridIndex::new(row, column));
             let at = (
                 at.0.clamp(0.0, inputs.size.width as f64),
                 at.1.clamp(0.0, inputs.size.height as f64),
@@ -205,7 +205,7 @@ impl LitBlocks {
         Self { columns, lit }
     }
 
-    /// Whether any block within `reach` px of a rectangle of columns and rows holds light.
+    /// Returns whether any block within `reach` px of a rectangle of columns and rows holds light.
     fn any_near(&self, columns: &Range<i32>, rows: &Range<i32>, reach: i32) -> bool {
         let count = self.lit.len().checked_div(self.columns).unwrap_or(0);
         let over = |range: &Range<i32>, count: usize| {

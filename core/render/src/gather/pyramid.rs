@@ -156,7 +156,8 @@ pub(super) struct UpsampleBuffers {
 /// Side, left and top are even.
 pub(super) fn upsample_tile(
     coarse: &View,
-    (left, top): (i32, i32),
+    left: i32,
+    top: i32,
     side: usize,
     buffers: &mut UpsampleBuffers,
     out: &mut [f32],
@@ -286,7 +287,8 @@ mod tests {
             let mut out = vec![0.0; 64 * 64];
             upsample_tile(
                 &coarse.view(),
-                (-20, -20),
+                -20,
+                -20,
                 64,
                 &mut UpsampleBuffers::default(),
                 &mut out,

@@ -16,6 +16,30 @@ pub(super) struct TileGrid {
     pub(super) last: [i32; 2],
 }
 
+/// The index of a tile of a grid, or of the node at its top-left corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct GridIndex {
+    pub(super) row: i32,
+    pub(super) column: i32,
+}
+
+impl GridIndex {
+    pub(super) fn new(row: i32, column: i32) -> Self {
+        Self { row, column }
+    }
+
+    /// Returns the nodes at the corners of this tile, row by row.
+    pub(super) fn corners(self) -> [Self; 4] {
+        let Self { row, column } = self;
+        [
+            self,
+            Self::new(row, column + 1),
+            Self::new(row + 1, column),
+            Self::new(row + 1, column + 1),
+        ]
+    }
+}
+
 /// Interpolation weights of the nodes around each source, for sources at consecutive offsets along one axis.
 #[derive(Debug)]
 pub(super) struct NodeWeights {
@@ -39,22 +63,22 @@ impl TileGrid {
         f64::from(1_u32 << self.level)
     }
 
-    /// Returns the plate point of node (`x`, `y`), px from the plate's outer corner.
-    pub(super) fn node_at(&self, x: i32, y: i32) -> (f64, f64) {
+    /// Returns the plate point (x, y) of `node`, px from the plate's outer corner.
+    pub(super) fn plate_point(&self, node: GridIndex) -> (f64, f64) {
         let side = (self.tile << self.level) as f64;
-        (f64::from(x) * side, f64::from(y) * side)
+        (f64::from(node.column) * side, f64::from(node.row) * side)
     }
 
-    /// Returns the plate columns that a tile (row, column) covers.
-    pub(super) fn plate_columns(&self, (_, column): (i32, i32)) -> Range<i32> {
+    /// Returns the plate columns that `tile` covers.
+    pub(super) fn plate_columns(&self, tile: GridIndex) -> Range<i32> {
         let side = (self.tile << self.level) as i32;
-        column * side..(column + 1) * side
+        tile.column * side..(tile.column + 1) * side
     }
 
-    /// Returns the plate rows that a tile (row, column) covers.
-    pub(super) fn plate_rows(&self, (row, _): (i32, i32)) -> Range<i32> {
+    /// Returns the plate rows that `tile` covers.
+    pub(super) fn plate_rows(&self, tile: GridIndex) -> Range<i32> {
         let side = (self.tile << self.level) as i32;
-        row * side..(row + 1) * side
+        tile.row * side..(tile.row + 1) * side
     }
 
     /// Returns the weights of the nodes along `axis` for sources at `offsets`, pixels of the level from node `corner`.

@@ -4,13 +4,13 @@
 
 use super::image::Size;
 use super::plan::{Level, tiles_covering, tiles_upsampled_from};
-use super::tile_grid::TileGrid;
+use super::tile_grid::{GridIndex, TileGrid};
 use crate::scatter::fold;
 use crate::{Edges, RenderWindow};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
-type Tiles = BTreeSet<(i32, i32)>;
+type Tiles = BTreeSet<GridIndex>;
 
 /// Keeps those tiles of `levels`, finest first, that contribute light to `window`.
 ///
@@ -31,8 +31,8 @@ pub(super) fn prune_to_window(
     for index in 0..levels.len() {
         let above = levels.get(index + 1).map(|level| level.grid);
         let level = &mut levels[index];
-        let targets = |tile: (i32, i32)| folded_tiles(&level.grid, tile, size, edges);
-        let keep = |tile: &(i32, i32)| {
+        let targets = |tile: GridIndex| folded_tiles(&level.grid, tile, size, edges);
+        let keep = |tile: &GridIndex| {
             if index == fold_level {
                 targets(*tile).iter().any(|target| needed.contains(target))
             } else {
@@ -61,7 +61,7 @@ pub(super) fn prune_to_window(
 
 /// Returns the tiles of the plate that receive a tile's light once it is folded back; the tile itself where nothing
 /// folds.
-fn folded_tiles(grid: &TileGrid, (row, column): (i32, i32), size: Size, edges: Edges) -> Tiles {
+fn folded_tiles(grid: &TileGrid, tile: GridIndex, size: Size, edges: Edges) -> Tiles {
     let span = |at: i32, size: usize| -> RangeInclusive<i32> {
         let side = grid.tile as i32;
         let on_level = (size >> grid.level).max(1);
@@ -73,8 +73,8 @@ fn folded_tiles(grid: &TileGrid, (row, column): (i32, i32), size: Size, edges: E
             low as i32 / side..=high as i32 / side
         })
     };
-    let columns = span(column, size.width);
-    span(row, size.height)
-        .flat_map(|y| columns.clone().map(move |x| (y, x)))
+    let columns = span(tile.column, size.width);
+    span(tile.row, size.height)
+        .flat_map(|y| columns.clone().map(move |x| GridIndex::new(y, x)))
         .collect()
 }

@@ -68,7 +68,7 @@ fn the_adjoint_satisfies_its_definition() {
                     );
                 }
                 // Light of one sign, where nothing cancels.
-                let x = vec![plate_of(3, (width, height)), plate_of(4, (width, height))];
+                let x = vec![plate_of(3, width, height), plate_of(4, width, height)];
                 let (forward, back) = (operator.apply(&x), operator.adjoint(&x));
                 let (forward, back) = (forward.expect("planes"), back.expect("planes"));
                 let (left, right) = (dot(&forward, &x), dot(&x, &back));
@@ -87,7 +87,7 @@ fn the_adjoint_satisfies_its_definition() {
 fn the_operator_equals_the_renderer() {
     let lens = lens(6.0);
     let scene = scene(&lens, &SkewNormal);
-    let samples = plate_of(8, (scene.width, scene.height));
+    let samples = plate_of(8, scene.width, scene.height);
     let rendered = render(&Gather::default(), &scene, &samples);
     let weights: Vec<Vec<f64>> = super::WEIGHTS.iter().map(|w| w.to_vec()).collect();
     let operator = Operator::new(&scene, &weights, Quality::Final).expect("a sound scene");

@@ -99,11 +99,11 @@ pub(super) fn scene<'a>(lens: &'a TestLens, model: &'a dyn PsfModel) -> Scene<'a
 }
 
 pub(super) fn plate(seed: u32) -> Vec<f32> {
-    plate_of(seed, (WIDTH, HEIGHT))
+    plate_of(seed, WIDTH, HEIGHT)
 }
 
-/// Edges, waves and noise, from 0 to 1.
-pub(super) fn plate_of(seed: u32, (width, height): (usize, usize)) -> Vec<f32> {
+/// Returns edges, waves and noise, from 0 to 1.
+pub(super) fn plate_of(seed: u32, width: usize, height: usize) -> Vec<f32> {
     let mut state = seed.wrapping_mul(747_796_405).wrapping_add(1);
     (0..width * height)
         .map(|index| {

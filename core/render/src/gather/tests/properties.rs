@@ -42,24 +42,38 @@ fn peak(planes: &[Vec<f32>]) -> f32 {
     planes.iter().flatten().copied().fold(0.0, f32::max)
 }
 
-/// The largest difference between `a` and `b`, `b` being read `by` (columns, rows) further on, over
-/// `columns` and `rows` of `a`; planes are this many pixels wide.
-fn worst(
-    (a, a_width): (&[Vec<f32>], usize),
-    (b, b_width): (&[Vec<f32>], usize),
-    by: (usize, usize),
-    (columns, rows): (Range<usize>, Range<usize>),
-) -> f32 {
-    let mut worst = 0.0_f32;
-    for (a, b) in a.iter().zip(b) {
-        for y in rows.clone() {
-            for x in columns.clone() {
-                let apart = a[y * a_width + x] - b[(y + by.1) * b_width + x + by.0];
-                worst = worst.max(apart.abs());
+/// Planes of one width.
+struct Planes<'a> {
+    samples: &'a [Vec<f32>],
+    width: usize,
+}
+
+/// A comparison of part of some planes with other planes.
+struct Comparison<'a> {
+    planes: Planes<'a>,
+    other: Planes<'a>,
+    /// Columns and rows by which the same part lies further on in `other`.
+    offset: (usize, usize),
+    /// Columns of the part.
+    columns: Range<usize>,
+    /// Rows of the part.
+    rows: Range<usize>,
+}
+
+impl Comparison<'_> {
+    fn largest_difference(&self) -> f32 {
+        let mut largest = 0.0_f32;
+        for (plane, other) in self.planes.samples.iter().zip(self.other.samples) {
+            for y in self.rows.clone() {
+                for x in self.columns.clone() {
+                    let there = (y + self.offset.1) * self.other.width + x + self.offset.0;
+                    let difference = plane[y * self.planes.width + x] - other[there];
+                    largest = largest.max(difference.abs());
+                }
             }
         }
+        largest
     }
-    worst
 }
 
 /// Also with highlights.
@@ -128,11 +142,20 @@ fn pictures_move_with_the_plate() {
         let of = |samples: &[f32]| render(&Gather::default(), &scene, samples);
         let (still, moved) = (of(&samples), of(&moved));
         let margin = (7.0 * sigma) as usize;
-        let inside = (
-            margin..WIDTH - by.0 - margin,
-            margin..HEIGHT - by.1 - margin,
-        );
-        let found = worst((&still, WIDTH), (&moved, WIDTH), by, inside) / peak(&still);
+        let comparison = Comparison {
+            planes: Planes {
+                samples: &still,
+                width: WIDTH,
+            },
+            other: Planes {
+                samples: &moved,
+                width: WIDTH,
+            },
+            offset: by,
+            columns: margin..WIDTH - by.0 - margin,
+            rows: margin..HEIGHT - by.1 - margin,
+        };
+        let found = comparison.largest_difference() / peak(&still);
         assert!(found < bound, "{sigma} by {by:?}: {found}");
     }
 }
@@ -166,8 +189,20 @@ fn a_crop_with_a_margin_equals_the_whole() {
         let part = Gather::default().render(&crop, &planes, &|_| true);
         let part = part.expect("a sound scene").planes;
         let all = render(&Gather::default(), &whole, &samples);
-        let inside = (margin..width - margin, margin..height - margin);
-        let found = worst((&part, width), (&all, WIDTH), (left, top), inside);
+        let comparison = Comparison {
+            planes: Planes {
+                samples: &part,
+                width,
+            },
+            other: Planes {
+                samples: &all,
+                width: WIDTH,
+            },
+            offset: (left, top),
+            columns: margin..width - margin,
+            rows: margin..height - margin,
+        };
+        let found = comparison.largest_difference();
         // Relative to the plate's white, not to the light, which is thousands of times as bright.
         assert!(found < 1e-3, "{sigma}: {found}");
     }

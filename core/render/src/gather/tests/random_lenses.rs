@@ -84,7 +84,7 @@ fn random_lenses_meet_the_stated_psnr() {
             },
             displacement: Displacement::Lateral,
         };
-        let samples = plate_of(seed as u32, size);
+        let samples = plate_of(seed as u32, scene.width, scene.height);
         let exact = render(&Scatter, &scene, &samples);
         // The third channel's blur is the widest.
         let widest_px = 1.15 * lens.corner_sigma_px * lens.centre.max(1.0);

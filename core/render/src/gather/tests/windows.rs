@@ -6,7 +6,7 @@ use seidel_optics::psf::{Gaussian, PsfModel, Pupil, SkewNormal};
 
 const WEIGHTS: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [0.5, 0.5, 0.0]];
 
-/// Whether all of several windows equal the same part of the whole to the bit.
+/// Returns whether several windows equal the same part of the whole to the bit.
 fn windows_are_parts(renderer: &dyn Renderer, scene: &Scene, plates: [&[f32]; 2]) -> bool {
     let planes: Vec<Plane> = plates
         .iter()
