@@ -20,7 +20,7 @@ pub struct AdjustedLens<'a> {
 impl<'a> AdjustedLens<'a> {
     /// Wraps `lens`.
     ///
-    /// `amount` scales blur and displacement: 0 is none, 1 the lens as it is. `channel_scales` additionally scale the
+    /// `amount` scales blur and displacement: 0 removes both, 1 leaves the lens unchanged. `channel_scales` additionally scale the
     /// blur of each channel. `axis_offset_px` (x, y) moves the axis, pixels of the lens's frame. The sensor's tone
     /// stays.
     ///

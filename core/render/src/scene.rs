@@ -24,7 +24,7 @@ pub enum Edges {
     Black,
 }
 
-/// Which part of the lens's geometric displacement a render keeps.
+/// The part of the lens's geometric displacement that a render keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Displacement {
     /// None: every PSF has its centroid on its source pixel.
@@ -53,7 +53,7 @@ pub struct Scene<'a> {
     pub vergence: VergencePass<'a>,
     /// Boundary condition at the plate's edges.
     pub edges: Edges,
-    /// Which displacement of PSFs is kept.
+    /// Displacement of PSFs that is kept.
     pub displacement: Displacement,
 }
 

@@ -45,7 +45,7 @@ impl Default for FocusControls {
 }
 
 impl FocusControls {
-    /// Whether the controls change nothing.
+    /// Returns whether the controls change nothing.
     pub fn is_neutral(&self) -> bool {
         let Self { focus_per_m, .. } = *self;
         *self

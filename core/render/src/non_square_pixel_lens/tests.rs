@@ -84,7 +84,8 @@ fn plate(aspect: usize) -> Vec<f32> {
 /// Renders `samples` on pixels `aspect` times as wide as high.
 fn rendered(
     renderer: &dyn Renderer,
-    (lens, model): (&TestLens, &dyn PsfModel),
+    lens: &TestLens,
+    model: &dyn PsfModel,
     aspect: usize,
     samples: &[f32],
 ) -> Vec<Vec<f32>> {
@@ -136,9 +137,9 @@ fn wide_pixels_show_the_mean_of_the_square_ones() {
         (true, &Pupil, 50.0),
     ] {
         let lens = lens(rays);
-        let square = rendered(&Scatter, (&lens, model), 1, &plate(1));
-        let wide = rendered(&Scatter, (&lens, model), 2, &plate(2));
-        let fast = rendered(&Gather::default(), (&lens, model), 2, &plate(2));
+        let square = rendered(&Scatter, &lens, model, 1, &plate(1));
+        let wide = rendered(&Scatter, &lens, model, 2, &plate(2));
+        let fast = rendered(&Gather::default(), &lens, model, 2, &plate(2));
         for ((square, wide), fast) in square.iter().zip(&wide).zip(&fast) {
             let want = halved(square);
             let id = model.id();
@@ -163,7 +164,7 @@ fn moments_of_kernels_scale_with_the_pixel_aspect() {
             let (columns, column) = (WIDTH / aspect, 64 / aspect);
             let mut samples = vec![0.0; columns * HEIGHT];
             samples[32 * columns + column] = 1.0;
-            let light = rendered(&Scatter, (&lens, model), aspect, &samples).remove(0);
+            let light = rendered(&Scatter, &lens, model, aspect, &samples).remove(0);
             let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
                 let terms = light.iter().enumerate();
                 terms

@@ -149,7 +149,7 @@ impl Kernels {
         sizes.fold(0.0, f64::max)
     }
 
-    /// Whether kernels change by more than one step from `low` through these to `high`.
+    /// Returns whether kernels change by more than one step from `low` through these to `high`.
     fn differ_too_much(&self, low: &Self, high: &Self) -> bool {
         let triples = self.0.iter().zip(&low.0).zip(&high.0);
         triples.into_iter().any(|((middle, low), high)| {

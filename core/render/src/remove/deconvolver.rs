@@ -5,7 +5,7 @@ use super::hole_filling::fill_holes;
 use super::lens_operator::{Accuracy, LensOperator};
 use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
-use super::{Canvas, Highlights, Saturation};
+use super::{Canvas, Highlights, Saturation, ramp};
 use crate::{Plane, Scene};
 use rayon::prelude::*;
 use seidel_optics::Progress;
@@ -275,14 +275,11 @@ impl PlateInputs<'_> {
         operator: &LensOperator,
     ) -> Result<Vec<f32>> {
         let count = self.canvas.plate_pixel_count();
-        let ramp =
-            |value: f32, [from, to]: [f32; 2]| ((value - from) / (to - from)).clamp(0.0, 1.0);
         let mut kept = vec![0.0; count];
-        if let Some(error) = operator.normalisation_error() {
-            let error = self.canvas.crop(&error);
-            kept = error
-                .iter()
-                .map(|error| ramp(*error, KEPT_NORMALISATION_ERROR))
+        if let Some(errors) = operator.normalisation_error() {
+            let errors = self.canvas.crop(&errors).into_iter();
+            kept = errors
+                .map(|error| ramp(error, KEPT_NORMALISATION_ERROR))
                 .collect();
         }
         // In units of the highlight threshold; clipped samples count as one at least.

@@ -51,3 +51,9 @@ pub use deconvolver::{Clipping, Deconvolver, SharpPlane};
 pub use highlights::Highlights;
 pub use lens_check::estimate_blur_share;
 pub use saturation::Saturation;
+
+/// Rises linearly from 0 at the first of `bounds` to 1 at the second; these may be in descending order.
+fn ramp(value: f32, bounds: [f32; 2]) -> f32 {
+    let [from, to] = bounds;
+    ((value - from) / (to - from)).clamp(0.0, 1.0)
+}

@@ -13,8 +13,8 @@
 //! there are only a few edges, hardly more than noise, or a residual that the noise does not explain.
 
 use super::overlapping_tiles::OverlappingTiles;
-use super::tile_fft::FftBuffers;
-use super::tile_fft::TileFft;
+use super::ramp;
+use super::tile_fft::{FftBuffers, TileFft};
 use super::transfer_functions::TransferFunctions;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -148,9 +148,4 @@ impl TileFilter {
         let wiener = (h.conj() * residual * power - image * (self.shrinkage * noise_power)) / total;
         wiener * self.strength
     }
-}
-
-/// Rises linearly from 0 to 1 between the two bounds, which may be in descending order.
-fn ramp(value: f32, [from, to]: [f32; 2]) -> f32 {
-    ((value - from) / (to - from)).clamp(0.0, 1.0)
 }

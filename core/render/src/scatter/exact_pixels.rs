@@ -226,7 +226,7 @@ impl Job<'_> {
         f64::from(sample) * self.plane.weights[channel]
     }
 
-    /// Returns the bounds of the kernel of `source`, relative to it; they hold all of what is drawn.
+    /// Returns the bounds of the kernel of `source`, relative to it; all that is drawn lies within them.
     fn bounds(&self, source: &Source) -> Bounds {
         let reach = self.scene.model.kernel_bounds(&source.blur);
         let (x, y) = source.shift_px;

@@ -52,12 +52,18 @@ pub(crate) fn kernel_reach(scene: &Scene, sources: RenderWindow, vergence: f64) 
             .frame()
             .field_point(scene.map.frame_point(column, row));
         for channel in 0..scene.lens.channel_count() {
-            let placed = scene.lens.blur_at(channel, at, vergence);
-            let reach = scene.model.kernel_bounds(&placed.blur.rescaled(scale));
+            let displaced = scene.lens.blur_at(channel, at, vergence);
+            let reach = scene.model.kernel_bounds(&displaced.blur.rescaled(scale));
             // Lateral displacement is relative to the mean of channels: twice the whole displacement bounds it.
             let shift = match scene.displacement {
                 Displacement::None => 0.0,
-                _ => 2.0 * scale * placed.displacement_px.0.hypot(placed.displacement_px.1),
+                _ => {
+                    2.0 * scale
+                        * displaced
+                            .displacement_px
+                            .0
+                            .hypot(displaced.displacement_px.1)
+                }
             };
             let sides = [reach.left_px, reach.right_px, reach.up_px, reach.down_px];
             for (largest, side) in largest.iter_mut().zip(sides) {

@@ -62,12 +62,12 @@ impl<'a> Sources<'a> {
                 out.push(None);
                 continue;
             }
-            let placed = self.placed(channel, at, vergence)?;
-            mean.0 += placed.displacement_px.0 / self.channel_count as f64;
-            mean.1 += placed.displacement_px.1 / self.channel_count as f64;
+            let blur = self.blur_at(channel, at, vergence)?;
+            mean.0 += blur.displacement_px.0 / self.channel_count as f64;
+            mean.1 += blur.displacement_px.1 / self.channel_count as f64;
             out.push(Some(Source {
-                blur: placed.blur,
-                shift_px: placed.displacement_px,
+                blur: blur.blur,
+                shift_px: blur.displacement_px,
             }));
         }
         for (channel, slot) in out.iter_mut().enumerate() {
@@ -127,7 +127,7 @@ impl<'a> Sources<'a> {
     }
 
     /// Returns the blur and displacement of one channel at a plate point, plate px.
-    fn placed(&self, channel: usize, at: (f64, f64), vergence: f64) -> Result<DisplacedBlur> {
+    fn blur_at(&self, channel: usize, at: (f64, f64), vergence: f64) -> Result<DisplacedBlur> {
         let (x, y) = at;
         let map = self.scene.map;
         let scale = map.scale;
@@ -139,19 +139,19 @@ impl<'a> Sources<'a> {
             blur,
             displacement_px,
         } = self.scene.lens.blur_at(channel, at, vergence);
-        let placed = DisplacedBlur {
+        let displaced = DisplacedBlur {
             blur: blur.rescaled(scale),
             displacement_px: (displacement_px.0 * scale, displacement_px.1 * scale),
         };
-        let moments = placed.blur.moments;
+        let moments = displaced.blur.moments;
         let small = |moment: f64| moment.abs() <= LARGEST_SIGMA_PX * LARGEST_SIGMA_PX;
         let drawable = [moments.mu20, moments.mu11, moments.mu02]
             .into_iter()
             .all(small)
             && moments.to_array().iter().all(|moment| moment.is_finite());
         let near = |shift: f64| shift.abs() <= LARGEST_DISPLACEMENT_PX;
-        if drawable && near(placed.displacement_px.0) && near(placed.displacement_px.1) {
-            return Ok(placed);
+        if drawable && near(displaced.displacement_px.0) && near(displaced.displacement_px.1) {
+            return Ok(displaced);
         }
         Err(Error::new(
             format!(
@@ -162,8 +162,8 @@ impl<'a> Sources<'a> {
             format!(
                 "blurs with central moments {:?} (px², px³) and displaces by ({}, {}) px",
                 moments.to_array(),
-                placed.displacement_px.0,
-                placed.displacement_px.1
+                displaced.displacement_px.0,
+                displaced.displacement_px.1
             ),
             format!(
                 "check lens and depth (vergence {vergence} m^-1); the largest blur drawn has a \

@@ -73,7 +73,7 @@ fn is_bent(bend: f64, noise: f64) -> bool {
     bend > MIN_BEND && bend > ABOVE_NOISE * noise
 }
 
-/// Whether the camera's perspective is given.
+/// Knowledge of the camera's perspective.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Perspective {
     Known,

@@ -210,7 +210,7 @@ const WANTED: [(&str, &str, [u32; 2]); 12] = [
     ("constant", "constant", [100, 0]),
 ];
 
-/// Whether the check is given the focal length.
+/// Knowledge of the focal length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Camera {
     Known,

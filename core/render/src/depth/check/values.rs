@@ -235,7 +235,7 @@ fn median_step(levels: &[f32]) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Whether nearly all gaps are whole multiples of the smallest.
+/// Returns whether nearly all gaps are whole multiples of the smallest.
 fn evenly_spaced(levels: &[f64]) -> bool {
     let gaps = levels.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let gaps: Vec<f64> = gaps.filter(|gap| gap.is_finite()).collect();
