@@ -6,7 +6,7 @@ use super::words::Words;
 use super::{Finding, Rule};
 
 /// The attributes and the name of an item, if it has a name of its own.
-pub(super) fn of_item(item: &Item) -> Option<(&[Attribute], &Ident)> {
+pub(super) fn attributes_and_name(item: &Item) -> Option<(&[Attribute], &Ident)> {
     match item {
         Item::Const(item) => Some((&item.attrs, &item.ident)),
         Item::Enum(item) => Some((&item.attrs, &item.ident)),

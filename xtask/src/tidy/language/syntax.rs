@@ -15,7 +15,7 @@ pub(super) fn check(source: &str, words: &Words, found: &mut Vec<Finding>) {
     };
     check_strings(tokens, words, found);
     let mut walk = Walk { words, found };
-    walk.check_docs(&syntax.attrs, Whether::Refused);
+    walk.check_docs(&syntax.attrs, Described::Other);
     walk.visit_file(&syntax);
 }
 
@@ -39,11 +39,37 @@ fn check_strings(tokens: TokenStream, words: &Words, found: &mut Vec<Finding>) {
     }
 }
 
-/// Whether a doc comment may open with "Whether".
+/// The kind of value that a doc comment describes.
 #[derive(Clone, Copy, PartialEq)]
-enum Whether {
-    Allowed,
-    Refused,
+pub(super) enum Described {
+    /// A `bool`, or a function that returns one: its comment may open with "Whether".
+    Bool,
+    Other,
+}
+
+impl Described {
+    fn value(of: &syn::Type) -> Self {
+        match of {
+            syn::Type::Path(path) if path.path.is_ident("bool") => Self::Bool,
+            _ => Self::Other,
+        }
+    }
+
+    fn result(of: &syn::Signature) -> Self {
+        match &of.output {
+            syn::ReturnType::Type(_, returned) => Self::value(returned),
+            syn::ReturnType::Default => Self::Other,
+        }
+    }
+
+    fn item(item: &syn::Item) -> Self {
+        match item {
+            syn::Item::Const(item) => Self::value(&item.ty),
+            syn::Item::Fn(item) => Self::result(&item.sig),
+            syn::Item::Static(item) => Self::value(&item.ty),
+            _ => Self::Other,
+        }
+    }
 }
 
 struct Walk<'a> {
@@ -52,7 +78,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn check_docs(&mut self, attributes: &[syn::Attribute], whether: Whether) {
+    fn check_docs(&mut self, attributes: &[syn::Attribute], described: Described) {
         let docs = attributes
             .iter()
             .filter(|attribute| attribute.path().is_ident("doc"));
@@ -69,7 +95,7 @@ impl Walk<'_> {
                 doc.push_str(&string.value());
             }
         }
-        if let Some(opening) = text::bad_opening(&doc, whether == Whether::Allowed) {
+        if let Some(opening) = text::bad_opening(&doc, described) {
             self.found.push(Finding {
                 rule: Rule::Opening,
                 line,
@@ -83,10 +109,6 @@ impl Walk<'_> {
             names::check_parts(name, self.words, self.found);
         }
     }
-
-    fn check_function(&mut self, call: signatures::Call<'_>) {
-        signatures::check(call, self.found);
-    }
 }
 
 fn is_public(visibility: &syn::Visibility) -> bool {
@@ -95,49 +117,46 @@ fn is_public(visibility: &syn::Visibility) -> bool {
 
 impl<'ast> Visit<'ast> for Walk<'_> {
     fn visit_item(&mut self, item: &'ast syn::Item) {
-        if let Some((attributes, name)) = names::of_item(item) {
-            self.check_docs(attributes, Whether::Refused);
+        if let Some((attributes, name)) = names::attributes_and_name(item) {
+            self.check_docs(attributes, Described::item(item));
             self.check_name(name);
         }
         visit::visit_item(self, item);
     }
 
     fn visit_item_fn(&mut self, function: &'ast syn::ItemFn) {
-        self.check_function(signatures::Call {
+        let call = signatures::Call {
             signature: &function.sig,
             is_public: is_public(&function.vis),
-        });
+        };
+        signatures::check(call, self.found);
         visit::visit_item_fn(self, function);
     }
 
     fn visit_impl_item_fn(&mut self, function: &'ast syn::ImplItemFn) {
-        self.check_docs(&function.attrs, Whether::Refused);
+        self.check_docs(&function.attrs, Described::result(&function.sig));
         self.check_name(&function.sig.ident);
-        self.check_function(signatures::Call {
+        let call = signatures::Call {
             signature: &function.sig,
             is_public: is_public(&function.vis),
-        });
+        };
+        signatures::check(call, self.found);
         visit::visit_impl_item_fn(self, function);
     }
 
     fn visit_trait_item_fn(&mut self, function: &'ast syn::TraitItemFn) {
-        self.check_docs(&function.attrs, Whether::Refused);
+        self.check_docs(&function.attrs, Described::result(&function.sig));
         self.check_name(&function.sig.ident);
-        self.check_function(signatures::Call {
+        let call = signatures::Call {
             signature: &function.sig,
             is_public: true,
-        });
+        };
+        signatures::check(call, self.found);
         visit::visit_trait_item_fn(self, function);
     }
 
     fn visit_field(&mut self, field: &'ast syn::Field) {
-        let is_bool = matches!(&field.ty, syn::Type::Path(path) if path.path.is_ident("bool"));
-        let whether = if is_bool {
-            Whether::Allowed
-        } else {
-            Whether::Refused
-        };
-        self.check_docs(&field.attrs, whether);
+        self.check_docs(&field.attrs, Described::value(&field.ty));
         if let Some(name) = &field.ident {
             self.check_name(name);
         }
@@ -145,7 +164,7 @@ impl<'ast> Visit<'ast> for Walk<'_> {
     }
 
     fn visit_variant(&mut self, variant: &'ast syn::Variant) {
-        self.check_docs(&variant.attrs, Whether::Refused);
+        self.check_docs(&variant.attrs, Described::Other);
         self.check_name(&variant.ident);
         visit::visit_variant(self, variant);
     }

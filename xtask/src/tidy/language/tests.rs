@@ -19,6 +19,7 @@ fn doc_comments_that_open_like_a_question_are_found() {
         "//! What it holds.",
         "/// How far it goes.\nfn f() {}",
         "struct S {\n    /// Whether there are any.\n    count: usize,\n}",
+        "/// Whether there are any.\nfn count() -> usize {}",
         "enum E {\n    /// By how much it\n    /// differs.\n    A,\n}",
     ] {
         assert_eq!(broken_in_rust(text), [Rule::Opening], "{text}");
@@ -29,6 +30,7 @@ fn doc_comments_that_open_like_a_question_are_found() {
         "/// Whatever comes.\nfn f() {}",
         "// What is that for.\nfn f() {}",
         "struct S {\n    /// Whether there are any.\n    exists: bool,\n}",
+        "trait T {\n    /// Whether there are any.\n    fn exists(&self) -> bool;\n}",
     ] {
         assert_eq!(broken_in_rust(text), [], "{text}");
     }
@@ -60,7 +62,7 @@ fn names_are_found_where_they_are_defined() {
 fn phrases_are_found_in_comments_strings_and_documents() {
     for text in [
         "// It is told by the noise.",
-        "/// Reads a file, or why not in words.\nfn f() {}",
+        "/// Reads a file that is none.\nfn f() {}",
         "fn f() {\n    g(); // had back\n}",
         "fn f() -> String {\n    format!(\"{} is said\", 1)\n}",
     ] {
@@ -72,7 +74,7 @@ fn phrases_are_found_in_comments_strings_and_documents() {
     let placeholder = "fn f() -> String {\n    format!(\"{told}\")\n}";
     assert_eq!(broken_in_rust(placeholder), []);
     assert_eq!(
-        broken_in_rust("// A tolde word.\nfn f() { g(\"retold\") }"),
+        broken_in_rust("// A tolde word.\nfn f() { g(\"retold, is_told\") }"),
         []
     );
 }

@@ -1,5 +1,6 @@
 //! Text: comments, string literals and documents.
 
+use super::syntax::Described;
 use super::words::Words;
 use super::{Finding, Rule};
 
@@ -62,11 +63,12 @@ pub(super) fn without_placeholders(text: &str) -> String {
     prose
 }
 
-/// Looks for phrases in one line of text. Words between backquotes are names, not text.
+/// Looks for phrases in one line of text. Words between backquotes are names, not text; a name such as `is_none` is one
+/// word.
 pub(super) fn check_phrases(line: &str, number: usize, words: &Words, found: &mut Vec<Finding>) {
     let prose: Vec<&str> = line.split('`').step_by(2).collect();
     let lower = prose.join(" ` ").to_lowercase();
-    let is_mark = |c: char| !c.is_alphanumeric() && c != '`' && c != '\'';
+    let is_mark = |c: char| !c.is_alphanumeric() && !['`', '\'', '_'].contains(&c);
     let tokens: Vec<&str> = lower
         .split(is_mark)
         .filter(|word| !word.is_empty())
@@ -93,8 +95,8 @@ pub(super) fn check_phrases(line: &str, number: usize, words: &Words, found: &mu
 
 /// The word or words that a doc comment should not open with.
 ///
-/// A question is allowed. `Whether` is too where `allow_whether` is: it is the usual opening for a field of type `bool`.
-pub(super) fn bad_opening(doc: &str, allow_whether: bool) -> Option<&'static str> {
+/// A question is allowed, and "Whether" for a `bool`.
+pub(super) fn bad_opening(doc: &str, described: Described) -> Option<&'static str> {
     let doc = doc.trim_start();
     let opening = OPENINGS.into_iter().find(|opening| {
         let rest = doc.strip_prefix(opening);
@@ -102,6 +104,6 @@ pub(super) fn bad_opening(doc: &str, allow_whether: bool) -> Option<&'static str
     })?;
     let sentence = doc.split(['.', '?']).next().unwrap_or("");
     let is_question = doc[sentence.len()..].starts_with('?');
-    let is_allowed = is_question || (opening == "Whether" && allow_whether);
+    let is_allowed = is_question || (opening == "Whether" && described == Described::Bool);
     (!is_allowed).then_some(opening)
 }
