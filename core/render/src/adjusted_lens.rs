@@ -37,7 +37,9 @@ impl<'a> AdjustedLens<'a> {
             return Err(Error::new(
                 "amount",
                 format!("is {amount}"),
-                format!("give a number from 0 (no blur) to {MAX_AMOUNT}; 1 is as the lens says"),
+                format!(
+                    "give a number from 0 (no blur) to {MAX_AMOUNT}; 1 is the blur of the lens"
+                ),
             ));
         }
         if channel_scales.len() != lens.channel_count() {
@@ -54,7 +56,7 @@ impl<'a> AdjustedLens<'a> {
             return Err(Error::new(
                 "channel scale",
                 format!("is {bad}"),
-                format!("give a number above 0 and up to {MAX_AMOUNT}; 1 is as the lens says"),
+                format!("give a number above 0 and up to {MAX_AMOUNT}; 1 is the blur of the lens"),
             ));
         }
         if !(axis_offset_px.0.is_finite() && axis_offset_px.1.is_finite()) {

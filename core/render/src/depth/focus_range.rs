@@ -83,7 +83,7 @@ impl FocusControls {
                     name,
                     format!("is {factor}"),
                     format!(
-                        "give a number from 0 (as in focus) to {MAX_MULTIPLIER}; 1 is as the lens says"
+                        "give a number from 0 (as in focus) to {MAX_MULTIPLIER}; 1 is the blur of the lens"
                     ),
                 ));
             }
@@ -186,7 +186,7 @@ impl FocusRemap {
     }
 }
 
-/// Returns the nearer and the farther end of `range_m` metres around `focus`, all but the range as vergences.
+/// Returns the nearer and the farther end of a range of `range_m` metres around `focus`, in 1/m as `focus` is.
 fn ends(focus: f64, range_m: f64) -> Result<(f64, f64)> {
     if range_m == 0.0 {
         return Ok((focus, focus));
