@@ -138,25 +138,18 @@ pub(crate) fn generated_set(channels: &[&str], distances: &[ObjectDistance]) -> 
             let tiles = (0..channels.len())
                 .map(|channel| generated_tile(&frame, at, centre, vergence, channel))
                 .collect();
+            let file = format!("psf/{:04}.exr", observations.len());
             observations.push(Observation {
-                file: format!("psf/{:04}.exr", observations.len()),
-                centre,
-                distance,
                 ideal: Some(ideal),
-                tiles,
-                noise_sigma: vec![None; channels.len()],
-                background: vec![0.0; channels.len()],
-                saturated: false,
+                ..Observation::new(file, centre, distance, tiles)
             });
         }
     }
+    let channels = channels.iter().map(|&c| c.to_owned()).collect();
     ObservationSet {
-        frame,
         axis_stated: true,
         pixel_pitch_um: Some(6.0),
-        channels: channels.iter().map(|&c| c.to_owned()).collect(),
-        camera: Camera::default(),
-        observations,
+        ..ObservationSet::new(frame, channels, observations)
     }
 }
 

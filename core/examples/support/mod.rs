@@ -1,4 +1,4 @@
-//! What the examples that draw their own measurements share.
+//! Simulated measurements for the examples.
 
 use seidel_core::observations::{Observation, ObservationSet};
 use seidel_core::predict::predict_set;
@@ -15,12 +15,10 @@ pub(crate) fn measure(lens: &Lens, columns: usize, rows: usize) -> Result<Observ
     let channels: Vec<String> = lens.predictor().channel_names().to_vec();
     let (width, height) = (profile.frame.width_px(), profile.frame.height_px());
     let mut places = ObservationSet {
-        frame: profile.frame,
         axis_stated: true,
         pixel_pitch_um: profile.pixel_pitch_um,
-        channels: channels.clone(),
         camera: profile.camera.clone(),
-        observations: Vec::new(),
+        ..ObservationSet::new(profile.frame, channels.clone(), Vec::new())
     };
     // Any light will do for the tiles of the places: `predict_set` draws them anew.
     let mut point = vec![0.0; SIDE * SIDE];
@@ -30,15 +28,12 @@ pub(crate) fn measure(lens: &Lens, columns: usize, rows: usize) -> Result<Observ
         for (column, row) in (0..columns * rows).map(|k| (k % columns, k / columns)) {
             let x = f64::from(width) * (column as f64 + 0.5) / columns as f64;
             let y = f64::from(height) * (row as f64 + 0.5) / rows as f64;
+            let label = format!("{metres} m, column {column}, row {row}");
+            let (centre, distance) = (ImagePoint::new(x, y), ObjectDistance::metres(metres)?);
+            let tiles = vec![tile.clone(); channels.len()];
             places.observations.push(Observation {
-                file: format!("{metres} m, column {column}, row {row}"),
-                centre: ImagePoint::new(x, y),
-                distance: ObjectDistance::metres(metres)?,
-                ideal: Some(ImagePoint::new(x, y)),
-                tiles: vec![tile.clone(); channels.len()],
-                noise_sigma: vec![None; channels.len()],
-                background: vec![0.0; channels.len()],
-                saturated: false,
+                ideal: Some(centre),
+                ..Observation::new(label, centre, distance, tiles)
             });
         }
     }

@@ -28,6 +28,27 @@ pub struct Observation {
 }
 
 impl Observation {
+    /// Creates an observation of `tiles`, one a channel, about frame position `centre`, of an object at `distance`.
+    ///
+    /// `file` is a label. The ideal position and the noise are unknown, the background is zero and no pixel is saturated.
+    pub fn new(
+        file: impl Into<String>,
+        centre: ImagePoint,
+        distance: ObjectDistance,
+        tiles: Vec<Tile>,
+    ) -> Self {
+        Self {
+            file: file.into(),
+            centre,
+            distance,
+            ideal: None,
+            noise_sigma: vec![None; tiles.len()],
+            background: vec![0.0; tiles.len()],
+            tiles,
+            saturated: false,
+        }
+    }
+
     /// Returns the tile of `channel` with its background subtracted.
     pub fn light(&self, channel: usize) -> Tile {
         let tile = &self.tiles[channel];
@@ -74,6 +95,18 @@ pub struct ObservationSet {
 }
 
 impl ObservationSet {
+    /// Creates a set of `observations` whose tiles are those of `channels`, of an unknown camera.
+    pub fn new(frame: Frame, channels: Vec<String>, observations: Vec<Observation>) -> Self {
+        Self {
+            frame,
+            axis_stated: false,
+            pixel_pitch_um: None,
+            channels,
+            camera: Camera::default(),
+            observations,
+        }
+    }
+
     /// Returns every fault of the set that would fail or mislead a fit; empty if the set is valid.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();

@@ -176,14 +176,14 @@ impl Outcome {
         }
     }
 
-    /// Returns whether the cause `said` names `truth`, itself or by a small class that contains both.
-    fn names(&self, said: &str, truth: &str) -> bool {
+    /// Returns whether the `cause` names `truth`, itself or by a small class that contains both.
+    fn names(&self, cause: &str, truth: &str) -> bool {
         let has = |class: &[String], id: &str| class.iter().any(|c| c == id);
-        said == truth
+        cause == truth
             || self
                 .equivalents
                 .iter()
-                .any(|c| c.len() <= LARGEST_CLASS && has(c, said) && has(c, truth))
+                .any(|c| c.len() <= LARGEST_CLASS && has(c, cause) && has(c, truth))
     }
 
     /// Returns whether the one effect of a single case is among the first `count` causes.
@@ -192,7 +192,7 @@ impl Outcome {
             return false;
         };
         let mut first = self.ranked.iter().take(count);
-        !self.no_gap() && first.any(|(said, _)| self.names(said, truth))
+        !self.no_gap() && first.any(|(cause, _)| self.names(cause, truth))
     }
 
     /// Returns whether the likeliest cause is a true one.
@@ -242,8 +242,8 @@ impl Outcome {
         let truths = &self.answer.effects;
         let (exact, loose): (Vec<_>, Vec<_>) = truths.iter().partition(|t| left.remove(t.as_str()));
         let by_class = loose.into_iter().filter(|truth| {
-            let said = left.iter().copied().find(|said| self.names(said, truth));
-            said.is_some_and(|said| left.remove(said))
+            let cause = left.iter().copied().find(|cause| self.names(cause, truth));
+            cause.is_some_and(|cause| left.remove(cause))
         });
         exact.len() + by_class.count()
     }

@@ -35,7 +35,7 @@ pub struct Diagnosis {
     pub no_gap_probability: f64,
     /// Pairs of effects tried, best first.
     pub pairs: Vec<Pair>,
-    /// Which part of the PSFs the gap lies in.
+    /// The part of the PSFs in which the gap lies.
     pub shape: Shape,
     /// Share of the gap that a free-form model of the residual closes on held-out zones of the field: a lower
     /// bound of the share that any model could explain.

@@ -63,7 +63,7 @@ fn shifts(best: &Candidate, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
         )
         .collect();
     let mut sums: Vec<(usize, ShiftEquations)> = Vec::new();
-    for (tile, own) in tiles.iter().zip(&equations).filter(|(t, _)| t.placed) {
+    for (tile, own) in tiles.iter().zip(&equations).filter(|(t, _)| t.has_ideal) {
         match sums.last_mut() {
             Some((observation, sum)) if *observation == tile.observation => sum.add(own),
             _ => sums.push((tile.observation, *own)),

@@ -97,7 +97,7 @@ impl<'a> Problem<'a> {
                     let values = &by_channel[tile.of_lens];
                     predictor.predict(self.hypothesis, values, tile, self.detail, picture);
                     let mut residual = residual(tile, picture);
-                    if !tile.placed {
+                    if !tile.has_ideal {
                         ShiftBasis::of(tile, picture).remove(&mut residual);
                     }
                     residual.iter().map(|r| r * r).sum::<f64>() / tile.norm
@@ -163,7 +163,7 @@ impl<'a> Problem<'a> {
                             pixels.map(|(there, here)| (there - here) / h).collect()
                         })
                         .collect();
-                    if !tile.placed {
+                    if !tile.has_ideal {
                         let shifts = ShiftBasis::of(tile, picture);
                         shifts.remove(&mut residual);
                         columns.iter_mut().for_each(|c| shifts.remove(c));

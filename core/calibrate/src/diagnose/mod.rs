@@ -58,9 +58,9 @@ pub fn diagnose(
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
     let library = library(settings)?;
-    let mut seen = TileSet::new(lens, channels, set)?;
+    let mut tiles = TileSet::new(lens, channels, set)?;
     let reference = reference(lens, channels);
-    let first = seen.tiles.clone();
+    let first = tiles.tiles.clone();
     let search = HypothesisSearch::new(&first, channels.len(), reference);
     let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| search.can_try(*e));
     let steps = tried.len() as f64 + 4.0;
@@ -71,14 +71,14 @@ pub fn diagnose(
     }
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     if let Some(best) = singles.first() {
-        let jitter_px = jitter::remove(best, &mut seen.tiles);
+        let jitter_px = jitter::remove(best, &mut tiles.tiles);
         if jitter_px > MIN_REPORTED_JITTER_PX {
-            seen.remarks.push(format!(
+            tiles.remarks.push(format!(
                 "ideal positions scatter by {jitter_px:.2} px at random: taken off"
             ));
         }
     }
-    let search = HypothesisSearch::new(&seen.tiles, channels.len(), reference);
+    let search = HypothesisSearch::new(&tiles.tiles, channels.len(), reference);
     let rest = singles.split_off(REFINED_SINGLES.min(singles.len()));
     let refined = singles.into_iter().map(|single| search.refined(single));
     let rest = rest.into_iter().map(|single| search.rescored(single));
@@ -98,7 +98,7 @@ pub fn diagnose(
         lens,
         channels,
         set,
-        seen: &seen,
+        tiles: &tiles,
         search: &search,
         statistics: &statistics,
         singles: &singles,

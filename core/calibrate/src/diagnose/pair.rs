@@ -13,7 +13,6 @@ use rayon::prelude::*;
 use estimate::{Estimate, Patch, estimate};
 use helix::Helix;
 use seidel_optics::Progress;
-use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::field::{Frame, ImagePoint};
@@ -153,12 +152,8 @@ pub fn estimate_pair(
         }
     }
     let mut set = ObservationSet {
-        frame: *frame,
         axis_stated: true,
-        pixel_pitch_um: None,
-        channels: channels.to_vec(),
-        camera: Camera::default(),
-        observations,
+        ..ObservationSet::new(*frame, channels.to_vec(), observations)
     };
     leave_out_unsound(&mut set);
     let tried = places.len();
@@ -259,14 +254,15 @@ fn places(width: usize, height: usize, side: usize, most: usize) -> Result<Vec<(
         .collect())
 }
 
-/// Returns the data of one channel in the window at (`left`, `top`), in the layout of the helix.
+/// Returns the data of one channel in the window whose left and top are `place`, in the layout of the helix.
 fn patch(
     sharp: &PairImage<'_>,
     plate: &PairImage<'_>,
     channel: usize,
-    (left, top): (usize, usize),
+    place: (usize, usize),
     settings: &PairSettings,
 ) -> Patch {
+    let (left, top) = place;
     let side = settings.side;
     let (window, margin) = (WINDOW_TILES * side, side / 2);
     let square = window + 2 * margin;
@@ -279,7 +275,7 @@ fn patch(
             })
             .collect()
     };
-    let (sharp, seen) = (cut(sharp), cut(plate));
+    let (sharp, blurred) = (cut(sharp), cut(plate));
     let clipped = |v: f64| settings.clip.is_some_and(|clip| v >= f64::from(clip));
     // The value of a clipped pixel is unknown, and so is every plate pixel within its reach.
     let dark: Vec<bool> = spread(sharp.iter().map(|&v| clipped(v)).collect(), square, margin);
@@ -293,8 +289,8 @@ fn patch(
             // Index of the plate's pixel in the square, and its index after the convolution.
             let from = (y + margin) * square + x + margin;
             let to = (y + 2 * margin) * square + x + 2 * margin;
-            patch.plate[to] = seen[from];
-            if !clipped(seen[from]) && !dark[from] {
+            patch.plate[to] = blurred[from];
+            if !clipped(blurred[from]) && !dark[from] {
                 patch.weight[to] = taper(x, window) * taper(y, window);
             }
         }
@@ -340,15 +336,12 @@ fn observation(
         };
         Tile::new(side, side, light.iter().map(|&v| v as f32).collect())
     };
+    let file = format!("psf/{index:04}.exr");
+    let tiles = estimates.iter().map(tile).collect::<Result<_>>()?;
     Ok(Observation {
-        file: format!("psf/{index:04}.exr"),
-        centre: at,
-        distance: settings.distance,
         ideal: Some(at),
-        tiles: estimates.iter().map(tile).collect::<Result<_>>()?,
         noise_sigma: estimates.iter().map(|e| Some(e.sigma)).collect(),
-        background: vec![0.0; estimates.len()],
-        saturated: false,
+        ..Observation::new(file, at, settings.distance, tiles)
     })
 }
 

@@ -1,4 +1,4 @@
-//! Where in field, channel and depth the gap lies.
+//! Parts of field, channel and depth in which the gap lies.
 
 use super::diagnosis::{Place, Zone as FieldZone};
 use super::tiles::TileData;

@@ -22,7 +22,7 @@ impl TilePredictor {
         out: &mut Vec<f64>,
     ) {
         let (pupil, moved) = hypothesis.act(values, tile);
-        let corner = if tile.placed {
+        let corner = if tile.has_ideal {
             (tile.corner.0 - moved[0], tile.corner.1 - moved[1])
         } else {
             let centroid = pupil.centroid();

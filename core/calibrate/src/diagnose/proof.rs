@@ -23,7 +23,7 @@ pub(super) struct Findings<'a> {
     pub(super) lens: &'a LensProfile,
     pub(super) channels: &'a [PupilChannel],
     pub(super) set: &'a ObservationSet,
-    pub(super) seen: &'a TileSet,
+    pub(super) tiles: &'a TileSet,
     pub(super) search: &'a HypothesisSearch<'a>,
     pub(super) statistics: &'a GapStatistics,
     pub(super) singles: &'a [Candidate],
@@ -43,7 +43,7 @@ struct Final {
 }
 
 pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
-    let tiles: Vec<&TileData> = found.seen.tiles.iter().collect();
+    let tiles: Vec<&TileData> = found.tiles.tiles.iter().collect();
     let nothing = found.search.nothing();
     let before = Problem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);
     let last = finish(&found, &tiles, &before);
@@ -329,7 +329,7 @@ fn strongest_first(found: &Findings, added: &Candidate) -> Vec<&'static str> {
 }
 
 fn remarks(found: &Findings) -> Vec<String> {
-    let mut remarks = found.seen.remarks.clone();
+    let mut remarks = found.tiles.remarks.clone();
     if !found.left.is_empty() {
         let ids: Vec<&str> = found.left.iter().map(|e| e.id()).collect();
         remarks.push(format!(
@@ -338,7 +338,7 @@ fn remarks(found: &Findings) -> Vec<String> {
         ));
     }
     let mut distances: Vec<f64> = found
-        .seen
+        .tiles
         .tiles
         .iter()
         .map(|t| t.point.vergence_per_m)
@@ -379,27 +379,27 @@ fn examples(
         }
     }
     let mut predictor = TilePredictor::default();
-    let mut draw = |(hypothesis, theta): (&Hypothesis, &[f64]), seen: &TileData| {
-        let values = hypothesis.values(theta, seen.of_lens);
+    let mut draw = |(hypothesis, theta): (&Hypothesis, &[f64]), data: &TileData| {
+        let values = hypothesis.values(theta, data.of_lens);
         let mut picture = Vec::new();
-        predictor.predict(hypothesis, &values, seen, Detail::FIT, &mut picture);
-        tile(seen, &picture)
+        predictor.predict(hypothesis, &values, data, Detail::FIT, &mut picture);
+        tile(data, &picture)
     };
     chosen
         .into_iter()
         .filter_map(|k| {
-            let seen = tiles[k];
+            let data = tiles[k];
             Some(Example {
                 tile: k,
-                observed: tile(seen, &seen.light)?,
-                predicted: draw(base, seen)?,
-                corrected: draw(corrected, seen)?,
+                observed: tile(data, &data.light)?,
+                predicted: draw(base, data)?,
+                corrected: draw(corrected, data)?,
             })
         })
         .collect()
 }
 
-fn tile(seen: &TileData, samples: &[f64]) -> Option<Tile> {
+fn tile(data: &TileData, samples: &[f64]) -> Option<Tile> {
     let samples = samples.iter().map(|v| *v as f32).collect();
-    Tile::new(seen.size.0, seen.size.1, samples).ok()
+    Tile::new(data.size.0, data.size.1, samples).ok()
 }

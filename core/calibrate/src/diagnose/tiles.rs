@@ -33,7 +33,8 @@ pub(super) struct TileData {
     /// Top-left outer corner of the tile relative to the given lens's chief ray, px. Without an ideal
     /// position it is relative to the observed centroid, and predictions are aligned by centroid.
     pub(super) corner: (f64, f64),
-    pub(super) placed: bool,
+    /// Whether the ideal position is known.
+    pub(super) has_ideal: bool,
     /// Samples with unit sum over the valid pixels.
     pub(super) light: Vec<f64>,
     /// Valid pixels; all if empty.
@@ -124,7 +125,7 @@ struct Tally {
     dark: usize,
     clipped: usize,
     estimated: usize,
-    unplaced: usize,
+    without_ideal: usize,
 }
 
 impl Tally {
@@ -145,7 +146,7 @@ impl Tally {
             "tiles have no noise_sigma: their noise was estimated at their rims",
         );
         say(
-            self.unplaced,
+            self.without_ideal,
             "tiles have no ideal position: effects that only move PSFs cannot be seen in them",
         );
         remarks
@@ -188,7 +189,7 @@ fn prepare_tile(
     samples.iter_mut().for_each(|v| *v /= exposure);
     let norm: f64 = samples.iter().map(|v| v * v).sum();
     let used = samples.len() - counts.iter().filter(|c| !**c).count();
-    let (at, corner, placed) = if let Some(ideal) = observation.ideal {
+    let (at, corner, has_ideal) = if let Some(ideal) = observation.ideal {
         let at = frame.field_point(ideal);
         let (dx, dy) = lens.displacement_at(at, vergence, frame.half_width_px());
         let of_rays = lens.pupil_at(at, vergence).centroid();
@@ -197,7 +198,7 @@ fn prepare_tile(
         let (x, y) = observation.tile_point(ImagePoint::new(chief.0, chief.1));
         (at, (-x, -y), true)
     } else {
-        tally.unplaced += 1;
+        tally.without_ideal += 1;
         let noise = Some(sigma * exposure).filter(|s| *s > 0.0);
         let (m, _) = support::moments(&light, noise, Support::Auto)?;
         let centroid = observation.frame_point(m.centroid_x, m.centroid_y);
@@ -216,7 +217,7 @@ fn prepare_tile(
         pupil: lens.pupil_at(at, vergence),
         size,
         corner,
-        placed,
+        has_ideal,
         norm,
         noise: used as f64 * sigma * sigma / norm,
         sigma,

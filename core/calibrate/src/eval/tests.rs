@@ -54,25 +54,14 @@ pub(super) fn drawn(lens: &LensProfile) -> ObservationSet {
             let mut samples = vec![0.0; window.len()];
             MirroredPair.sample(&blur, &window, &mut samples);
             let samples = samples.iter().map(|v| *v as f32).collect();
-            Observation {
-                file: format!("{k}.exr"),
-                centre: at,
-                distance: ObjectDistance::Metres(2.0),
-                ideal: None,
-                tiles: vec![Tile::new(41, 41, samples).expect("valid")],
-                noise_sigma: vec![None],
-                background: vec![0.0],
-                saturated: false,
-            }
+            let tile = Tile::new(41, 41, samples).expect("valid");
+            let distance = ObjectDistance::Metres(2.0);
+            Observation::new(format!("{k}.exr"), at, distance, vec![tile])
         })
         .collect();
     ObservationSet {
-        frame: lens.frame,
         axis_stated: true,
-        pixel_pitch_um: None,
-        channels: vec!["Y".into()],
-        camera: Camera::default(),
-        observations,
+        ..ObservationSet::new(lens.frame, vec!["Y".into()], observations)
     }
 }
 

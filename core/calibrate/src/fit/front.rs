@@ -79,7 +79,7 @@ impl Fit {
         }
     }
 
-    /// Returns the limits of the result, a sentence each.
+    /// Returns the limits of the result, one sentence for each.
     pub fn warnings(&self) -> &[String] {
         match self {
             Self::Moments(fit) => &fit.warnings,
@@ -96,7 +96,7 @@ impl Fit {
     }
 }
 
-/// Fits a lens to one or more observation sets of one camera.
+/// Fits a lens to one or more observation sets of one camera. The page of the crate `seidel_core` has an example.
 ///
 /// # Errors
 /// As [`fit_moments`] for [`Model::Moments`], and as [`fit_pupil`] for the other models.

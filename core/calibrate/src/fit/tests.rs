@@ -1,7 +1,6 @@
 //! Recovery of synthetic lenses; reports of outliers and of incompatible sets.
 
 use super::*;
-use seidel_optics::camera::Camera;
 use seidel_optics::lens::{MomentCoefficients, ReducedNumbers};
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_optics::observations::Observation;
@@ -47,28 +46,19 @@ fn planted(axis: ImagePoint, distance: ObjectDistance) -> ObservationSet {
             );
             let mut samples = vec![0.0; window.len()];
             MirroredPair.sample(&blur, &window, &mut samples);
+            let samples = samples.iter().map(|&v| v as f32).collect();
+            let tile = Tile::new(size, size, samples).expect("valid");
+            let file = format!("psf/{row}{column}.exr");
             observations.push(Observation {
-                file: format!("psf/{row}{column}.exr"),
-                centre,
-                distance,
                 ideal: Some(ideal),
-                tiles: vec![
-                    Tile::new(size, size, samples.iter().map(|&v| v as f32).collect())
-                        .expect("valid"),
-                ],
-                noise_sigma: vec![None],
-                background: vec![0.0],
-                saturated: false,
+                ..Observation::new(file, centre, distance, vec![tile])
             });
         }
     }
     ObservationSet {
-        frame,
         axis_stated: true,
         pixel_pitch_um: Some(5.0),
-        channels: vec!["Y".into()],
-        camera: Camera::default(),
-        observations,
+        ..ObservationSet::new(frame, vec!["Y".into()], observations)
     }
 }
 

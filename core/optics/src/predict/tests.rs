@@ -3,8 +3,11 @@
 use super::*;
 use crate::camera::Camera;
 use crate::effects;
+use crate::field::ImagePoint;
 use crate::lens::{ReducedNumbers, VergenceSeries};
+use crate::observations::{Observation, ObservationSet};
 use crate::profile::{MomentsPlane, ProfileEffect, Provenance};
+use crate::tile::Tile;
 
 const DISTANCES: [ObjectDistance; 3] = [
     ObjectDistance::Infinity,
@@ -56,6 +59,16 @@ fn pupil_channel() -> PupilChannel {
 
 fn of_pupil(channel: PupilChannel) -> Predictor {
     Predictor::new(&profile(LensDescription::Pupil(vec![channel]))).expect("a lens")
+}
+
+/// A set of one observation near the right edge of the frame.
+fn set_of_one(lens: &Predictor, ideal: ImagePoint, tile: Tile) -> ObservationSet {
+    let (centre, distance) = (ImagePoint::new(310.5, 90.5), ObjectDistance::Infinity);
+    let observation = Observation {
+        ideal: Some(ideal),
+        ..Observation::new("0.exr", centre, distance, vec![tile])
+    };
+    ObservationSet::new(lens.frame(), vec!["Y".into()], vec![observation])
 }
 
 fn of_moments() -> Predictor {
@@ -157,31 +170,13 @@ fn models_that_need_rays_are_rejected_for_moments() {
 
 #[test]
 fn drawn_tiles_have_the_predicted_moments() {
-    use crate::field::ImagePoint;
     use crate::moments::pixels::{PIXEL_VARIANCE_PX2, TileMoments};
-    use crate::observations::{Observation, ObservationSet};
-    use crate::tile::Tile;
     let mut channel = pupil_channel();
     channel.blur_variance_px2 = VergenceSeries::constant(0.3);
     let lens = of_pupil(channel);
     let ideal = ImagePoint::new(310.2, 90.7);
-    let like = ObservationSet {
-        frame: lens.frame(),
-        axis_stated: true,
-        pixel_pitch_um: None,
-        channels: vec!["Y".into()],
-        camera: Camera::default(),
-        observations: vec![Observation {
-            file: "0.exr".into(),
-            centre: ImagePoint::new(310.5, 90.5),
-            distance: ObjectDistance::Infinity,
-            ideal: Some(ideal),
-            tiles: vec![Tile::new(41, 41, vec![0.0; 41 * 41]).expect("valid")],
-            noise_sigma: vec![None],
-            background: vec![0.0],
-            saturated: false,
-        }],
-    };
+    let dark = Tile::new(41, 41, vec![0.0; 41 * 41]).expect("valid");
+    let like = set_of_one(&lens, ideal, dark);
     let drawn = predict_set(&lens, &like, &Pupil).expect("drawable");
     let seen = &drawn.observations[0];
     let got = TileMoments::plain(&seen.tiles[0], None).expect("lit");
@@ -238,9 +233,6 @@ impl effects::Effect for Toned {
 
 #[test]
 fn tone_acts_at_the_exposure_of_the_observed_tile() {
-    use crate::field::ImagePoint;
-    use crate::observations::{Observation, ObservationSet};
-    use crate::tile::Tile;
     let mut toned = pupil_channel();
     toned.effects.push(ProfileEffect {
         effect: &Toned,
@@ -248,23 +240,7 @@ fn tone_acts_at_the_exposure_of_the_observed_tile() {
     });
     let (plain, toned) = (of_pupil(pupil_channel()), of_pupil(toned));
     assert!(plain.tone(0).is_linear() && toned.tone(0) == TONE);
-    let like = |tile: Tile| ObservationSet {
-        frame: plain.frame(),
-        axis_stated: true,
-        pixel_pitch_um: None,
-        channels: vec!["Y".into()],
-        camera: Camera::default(),
-        observations: vec![Observation {
-            file: "0.exr".into(),
-            centre: ImagePoint::new(310.5, 90.5),
-            distance: ObjectDistance::Infinity,
-            ideal: Some(ImagePoint::new(310.2, 90.7)),
-            tiles: vec![tile],
-            noise_sigma: vec![None],
-            background: vec![0.0],
-            saturated: false,
-        }],
-    };
+    let like = |tile: Tile| set_of_one(&plain, ImagePoint::new(310.2, 90.7), tile);
     let dark = like(Tile::new(33, 33, vec![0.0; 33 * 33]).expect("valid"));
     let of = |lens: &Predictor, like: &ObservationSet| {
         let drawn = predict_set(lens, like, &Pupil).expect("drawable");

@@ -63,8 +63,9 @@ pub(super) fn estimate(helix: &Helix, patch: &Patch, side: usize) -> Option<Esti
         if round == ROUNDS {
             let variance = problem.posterior_variance(noise, lambda);
             let energy: f64 = tile.iter().map(|v| v * v).sum();
-            let told = unknowns * variance < MOST_NOISE * energy && tile.iter().sum::<f64>() > 0.0;
-            return (told && variance.is_finite()).then(|| Estimate {
+            let is_determined =
+                unknowns * variance < MOST_NOISE * energy && tile.iter().sum::<f64>() > 0.0;
+            return (is_determined && variance.is_finite()).then(|| Estimate {
                 sigma: variance.sqrt(),
                 tile,
             });

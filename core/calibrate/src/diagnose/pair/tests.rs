@@ -139,7 +139,7 @@ fn planted_gaussians_return() {
 }
 
 #[test]
-fn noise_is_told_and_no_more() {
+fn noise_of_tiles_is_estimated() {
     let sharp = texture();
     let plain = run(sharp.clone(), blurred(&sharp, 0.0), &settings()).expect("detail");
     let noisy = run(sharp.clone(), blurred(&sharp, 0.003), &settings()).expect("detail");
@@ -148,7 +148,7 @@ fn noise_is_told_and_no_more() {
         let pairs = a.tiles[0].samples().iter().zip(b.tiles[0].samples());
         let square: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
         let rms = (square / (SIDE * SIDE) as f64).sqrt();
-        shares.push(rms / b.noise_sigma[0].expect("told"));
+        shares.push(rms / b.noise_sigma[0].expect("an estimate"));
     }
     let mean = shares.iter().sum::<f64>() / shares.len() as f64;
     assert!((0.5..1.2).contains(&mean), "{mean}");
