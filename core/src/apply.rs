@@ -13,6 +13,9 @@ use seidel_optics::Progress;
 
 /// Applies the blur of `lens` to `plate`; returns an image of the plate's size.
 ///
+/// Each colour is blurred by the lens channel of its name. A lens with one channel blurs all colours alike, and a plate
+/// with the one colour Y gets the mean of all lens channels.
+///
 /// ```
 /// # fn main() -> seidel_core::Result<()> {
 /// # let text = include_str!("../tests/data/lens.json");
@@ -30,7 +33,8 @@ use seidel_optics::Progress;
 /// ```
 ///
 /// # Errors
-/// Settings that the lens cannot follow, a plate that is not valid, and cancellation by `progress`.
+/// Settings that the lens cannot follow, a colour for which it has no channel, a plate that is not valid, and cancellation by
+/// `progress`.
 pub fn apply(
     lens: &Lens,
     plate: &Plate,

@@ -15,7 +15,7 @@ pub struct Image {
     pub alpha: Option<Vec<f32>>,
     /// Coverage seen by each colour alone, one plane a colour or none; only beside an `alpha`.
     pub channel_alphas: Vec<Vec<f32>>,
-    /// Whether colours are multiplied by their alpha.
+    /// Relation of colour and alpha.
     pub alpha_kind: AlphaKind,
 }
 
@@ -51,7 +51,8 @@ impl Image {
         Ok(image)
     }
 
-    /// Creates an image from interleaved samples: Y, YA, RGB or RGBA by the number of `channels`.
+    /// Creates an image from interleaved samples: Y, YA, RGB or RGBA by the number of `channels`. Colour is premultiplied by
+    /// alpha, unless [`Image::alpha_kind`] is changed.
     ///
     /// ```
     /// use seidel_core::Image;

@@ -80,7 +80,7 @@ impl Lens {
         Ok(self.predictor.blur_at(channel, field, vergence).blur)
     }
 
-    /// Returns the lens focused, stopped down and shifted as `controls` say.
+    /// Returns the lens with the focus, f-number and sensor shift of `controls`.
     ///
     /// # Errors
     /// Those of [`LensProfile::with_controls`].

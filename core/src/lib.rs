@@ -28,6 +28,56 @@
 //! # }
 //! ```
 //!
+//! The crate is used from a checkout of Seidel, in the `Cargo.toml` of another program:
+//!
+//! ```toml
+//! [dependencies]
+//! seidel-core = { path = "../seidel/core" }
+//! ```
+//!
+//! # From PSFs to a lens
+//! An [`ObservationSet`] holds the PSFs of one camera: a [`Tile`](tile::Tile) a channel for each
+//! [`Observation`](observations::Observation), at known positions of the [`Frame`](field::Frame). They are photographed
+//! points of light, or kernels of an optical design. [`Model::Moments`] is fitted in moments. The other models take seconds
+//! to minutes, follow the light ray by ray, and are needed by [`diagnose()`] and by new focus distances and apertures.
+//!
+//! ```
+//! # fn main() -> seidel_core::Result<()> {
+//! use seidel_core::field::Frame;
+//! use seidel_core::observations::Observation;
+//! use seidel_core::tile::Tile;
+//! use seidel_core::{FitSettings, ImagePoint, Lens, Model, ObjectDistance, ObservationSet, fit};
+//!
+//! // Gaussian PSFs at 9 x 5 positions, wider towards the corners.
+//! let frame = Frame::new(640, 360, None)?;
+//! let mut observations = Vec::new();
+//! for k in 0..45 {
+//!     let centre = ImagePoint::new(32.0 + 72.0 * f64::from(k % 9), 36.0 + 72.0 * f64::from(k / 9));
+//!     let variance = 2.0 + frame.field_point(centre).radius().powi(2);
+//!     let light = (0..21 * 21).map(|i| {
+//!         let (x, y) = (f64::from(i % 21 - 10), f64::from(i / 21 - 10));
+//!         (-(x * x + y * y) / (2.0 * variance)).exp() as f32
+//!     });
+//!     let tile = Tile::new(21, 21, light.collect())?;
+//!     let distance = ObjectDistance::metres(3.0)?;
+//!     observations.push(Observation::new(format!("PSF {k}"), centre, distance, vec![tile]));
+//! }
+//! let set = ObservationSet::new(frame, vec!["Y".to_string()], observations);
+//! assert!(set.faults().is_empty());
+//!
+//! let settings = FitSettings { model: Model::Moments, ..FitSettings::default() };
+//! let lens = Lens::new(fit(&[set], &settings)?.into_lens())?;
+//! let centre = lens.blur_at("Y", ImagePoint::new(320.0, 180.0), ObjectDistance::metres(3.0)?)?;
+//! assert!((centre.moments.mu20 - 2.0).abs() < 0.2); // px², less the area of a pixel
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Files
+//! The crate opens no file. [`Lens::from_json`] and [`Lens::to_json`] take and return the text of the files that `seidel fit`
+//! writes. The crate `seidel-image-io`, in `cli/image-io`, reads observation sets, and plates of every format of the command.
+//! `core/examples` has complete programs: `blur_image`, `fit_lens`, `diagnose_gap`.
+//!
 //! # Frames and units
 //! Samples are scene-linear, in separate row-major planes. Frame pixels have x right, y down and (0, 0) at the outer corner
 //! of the top-left pixel. Distances are metres along the optical axis from the entrance pupil, vergence is 1 / distance.

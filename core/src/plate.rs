@@ -16,7 +16,7 @@ pub struct Plate {
     pub image: Image,
     /// Place of the image in the frame of the lens.
     pub geometry: PlateGeometry,
-    /// Distance of what the image shows.
+    /// Distance of the objects in the image.
     pub depth: Depth,
     /// Matte of something that will be composited in front, used by [`apply`](crate::apply).
     pub holdout: Option<HoldoutMatte>,
@@ -24,6 +24,9 @@ pub struct Plate {
 
 impl Plate {
     /// Creates a plate of `image` that fills the frame of the lens, at an unknown distance.
+    ///
+    /// The image may have any size: it is placed so that its width is that of the frame. A lens that was measured at more
+    /// than one distance also needs [`Plate::with_depth`].
     pub fn new(image: Image) -> Self {
         let geometry = PlateGeometry::of_size(image.width(), image.height());
         Self {
@@ -113,7 +116,7 @@ impl PlateGeometry {
     }
 }
 
-/// Distance of what a plate shows.
+/// Distance of the objects in a plate.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Depth {
     /// One distance for the whole plate.

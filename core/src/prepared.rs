@@ -116,7 +116,7 @@ impl PreparedPlate {
         &self.depth
     }
 
-    /// Replaces the lens setting by another of the same lens, such as one of a smaller amount.
+    /// Replaces the session by another one of the same lens, such as one with a smaller amount.
     pub fn set_session(&mut self, session: Arc<LensSession>) {
         self.session = session;
     }
@@ -254,7 +254,7 @@ impl PreparedPlate {
     ///
     /// # Errors
     /// Those of [`LensSession::prepare`].
-    pub fn seen_through(&self, session: &Arc<LensSession>) -> Result<Self> {
+    pub fn for_session(&self, session: &Arc<LensSession>) -> Result<Self> {
         Ok(Self {
             weights: channel_weights(self.planes.layout(), session.predictor())?,
             depth: PreparedDepth::new(session, &self.geometry, self.depth.source().clone())?,

@@ -74,7 +74,7 @@ impl PreparedDepth {
     }
 }
 
-/// A holdout matte, and the vergence of what it stands for.
+/// A holdout matte, and the vergence of the object that it cuts out.
 #[derive(Debug, Clone)]
 pub struct PreparedHoldout {
     matte: Vec<f32>,

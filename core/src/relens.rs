@@ -19,6 +19,25 @@ const REMOVAL_SHARE: f64 = 0.9;
 /// Removes the blur of lens `from`, with which `plate` was taken, and applies that of lens `to`; the plate keeps its grain.
 /// The settings hold for both lenses.
 ///
+/// ```
+/// # fn main() -> seidel_core::Result<()> {
+/// # let text = include_str!("../tests/data/lens.json");
+/// use seidel_core::{Controls, Depth, Image, Lens, ObjectDistance, Plate, Settings};
+/// use seidel_core::{no_progress, relens};
+///
+/// let wide_open = Lens::from_json(text)?;
+/// let stopped_down = wide_open.with_controls(&Controls {
+///     f_number: Some(2.0),
+///     ..Controls::default()
+/// })?;
+/// let image = Image::from_interleaved(60, 40, 1, &[0.5; 60 * 40])?;
+/// let plate = Plate::new(image).with_depth(Depth::Distance(ObjectDistance::metres(2.5)?));
+/// let image = relens(&wide_open, &stopped_down, &plate, &Settings::default(), &no_progress)?;
+/// assert!((image.colours[0][60 * 20 + 30] - 0.5).abs() < 0.01);
+/// # Ok(())
+/// # }
+/// ```
+///
 /// # Errors
 /// Settings that a lens cannot follow, a plate that is not valid, and cancellation by `progress`.
 pub fn relens(
@@ -37,7 +56,7 @@ pub fn relens(
     }
     let plate = from.prepare(plate.clone())?;
     let removed = plate.remove(NoiseGain::Skip, &|share| progress(REMOVAL_SHARE * share))?;
-    let planes = apply_solution(&removed, &plate.seen_through(&to)?, progress)?;
+    let planes = apply_solution(&removed, &plate.for_session(&to)?, progress)?;
     Ok(plate.to_image(planes))
 }
 

@@ -17,6 +17,20 @@ use seidel_optics::Progress;
 /// The depth of the plate is that of the sharp image. Clipped highlights keep their blur. See
 /// [`PreparedPlate::remove`](crate::PreparedPlate::remove) for confidence, amplification of noise and overscan.
 ///
+/// ```
+/// # fn main() -> seidel_core::Result<()> {
+/// # let text = include_str!("../tests/data/lens.json");
+/// use seidel_core::{Depth, Image, Lens, ObjectDistance, Plate, Settings, no_progress, remove};
+///
+/// let lens = Lens::from_json(text)?;
+/// let image = Image::from_interleaved(60, 40, 1, &[0.5; 60 * 40])?;
+/// let plate = Plate::new(image).with_depth(Depth::Distance(ObjectDistance::metres(2.5)?));
+/// let sharp = remove(&lens, &plate, &Settings::default(), &no_progress)?;
+/// assert!((sharp.colours[0][60 * 20 + 30] - 0.5).abs() < 0.01);
+/// # Ok(())
+/// # }
+/// ```
+///
 /// # Errors
 /// Settings that the lens cannot follow, a plate that is not valid, and cancellation by `progress`.
 pub fn remove(

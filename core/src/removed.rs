@@ -23,13 +23,13 @@ pub struct RemovedPlate {
     noise_gain: Vec<Vec<f32>>,
 }
 
-/// Whether the amplification of noise is measured, which takes as long again as the removal.
+/// The amplification of noise by a removal: a measurement takes as long again as the removal itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NoiseGain {
-    /// It is not.
+    /// Not measured.
     #[default]
     Skip,
-    /// It is, for each pixel of each colour.
+    /// Measured for each pixel of each colour.
     Measure,
 }
 

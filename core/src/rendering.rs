@@ -16,7 +16,7 @@ pub struct Rendering<'a> {
     pub scene: &'a Scene<'a>,
     /// Premultiplied planes with their channel weights.
     pub planes: &'a [Plane<'a>],
-    /// How near surfaces occlude far ones; `None` adds the light of all depths.
+    /// Occlusion of far surfaces by near ones; `None` adds the light of all depths.
     pub occlusion: Option<Occlusion<'a>>,
     /// Light beyond the edges of the plate.
     pub edges: Edges,

@@ -1,4 +1,4 @@
-//! A lens set for a run: controls, PSF model and adjustments, checked before any plate is read.
+//! A lens with the settings of a run, checked before any plate is read.
 
 use seidel_optics::BlurField;
 use seidel_optics::distance::ObjectDistance;
@@ -16,7 +16,7 @@ use crate::placement::PlatePlacement;
 use crate::plate::PlateGeometry;
 use crate::settings::Settings;
 
-/// A lens set as [`Settings`] say: shared by all frames that use it alike.
+/// A lens with [`Settings`] applied: its controls, PSF model and adjustments. All frames with the same settings share it.
 #[derive(Clone)]
 pub struct LensSession {
     lens: Lens,
@@ -34,7 +34,7 @@ pub(crate) struct PlateOptics<'a> {
 }
 
 impl LensSession {
-    /// Sets `lens` as `settings` say.
+    /// Applies `settings` to `lens`, and checks them.
     ///
     /// # Errors
     /// Controls that the lens does not have, an unknown PSF model or one that cannot draw the lens, channels that the
@@ -125,7 +125,7 @@ impl LensSession {
         let placement = self.place(geometry)?;
         let vergence = VergencePass::Constant(self.predictor().vergence(distance)?);
         self.with_optics(&placement, vergence, |optics| {
-            // The point alone is asked for, not the plate about it.
+            // The kernel needs the point alone, not the plate around it.
             let scene = Scene {
                 width: 1,
                 height: 1,

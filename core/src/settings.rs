@@ -4,7 +4,7 @@ use seidel_optics::profile::Controls;
 use seidel_render::remove::Saturation;
 use seidel_render::{Displacement, FocusControls, Gather, Renderer, Scatter};
 
-/// How a lens is used and a plate is rendered. The defaults use the lens as measured.
+/// Settings of the lens and of a render. The defaults use the lens as measured.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Settings {
@@ -27,10 +27,9 @@ pub struct Settings {
     pub quality: Quality,
     /// Light beyond the edges of the plate.
     pub edges: Edges,
-    /// How near surfaces occlude far ones where depth varies. `None`: light of all depths is added, and its sum is
-    /// kept.
+    /// Occlusion of far surfaces by near ones where depth varies. `None` adds the light of all depths, and keeps its sum.
     pub occlusion: Option<OcclusionSettings>,
-    /// What is known of the plate when blur is removed.
+    /// Noise and clipping of the plate, strength and grain, for [`remove`](crate::remove) and [`relens`](crate::relens).
     pub removal: RemovalSettings,
 }
 
@@ -107,7 +106,7 @@ impl Edges {
     }
 }
 
-/// How near surfaces occlude far ones.
+/// Occlusion of far surfaces by near ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OcclusionSettings {
     /// Whether background that a blurred foreground uncovers is filled from the background beside it, rather than from
@@ -126,7 +125,7 @@ impl Default for OcclusionSettings {
     }
 }
 
-/// What is known of a plate when blur is removed, and what the sharp image is to be.
+/// Settings of a removal: noise and clipping of the plate, strength and grain of the sharp image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RemovalSettings {
     /// Standard deviation of the noise in scene-linear values: one for all colours or one for each; estimated from the

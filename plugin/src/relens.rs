@@ -57,7 +57,7 @@ pub unsafe extern "C" fn seidel_relens(
         } else {
             let session = settings.session(&from)?;
             let prepared = plate.prepare(&session, &settings, HoldoutUse::Ignore)?;
-            let other = prepared.seen_through(&settings.session(&to)?)?;
+            let other = prepared.for_session(&settings.session(&to)?)?;
             let work = move |watch: &Watch| change_lens(&prepared, &other, watch);
             run(settings.raw.threads, &callbacks, work)?
         };

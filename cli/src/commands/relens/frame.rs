@@ -23,7 +23,7 @@ impl Job<'_> {
     ) -> Result<Vec<Vec<f32>>, CommandError> {
         let number = self.removal.frame(index).number;
         let lens = self.to.frame_lens(number, &mut Vec::new())?;
-        let other = loaded.prepared.seen_through(&lens.session);
+        let other = loaded.prepared.for_session(&lens.session);
         let progress = |share| self.removal.show_render_progress(index, share);
         let planes = other.and_then(|other| removed.apply_other(&other, &progress));
         planes.map_err(|e| loaded.in_file(e))
