@@ -152,7 +152,7 @@ fn parse_manifest(path: &str, text: &str) -> Result<toml::Table, String> {
     text.parse().map_err(|error| format!("{path}: {error}"))
 }
 
-/// Sections may be nested: `[target.'cfg(unix)'.dependencies]`.
+/// Collects the names in all tables of dependencies, nested ones such as `[target.'cfg(unix)'.dependencies]` too.
 fn collect_dependencies(table: &toml::Table, names: &mut Vec<String>) {
     for (key, value) in table {
         let Some(inner) = value.as_table() else {

@@ -14,7 +14,7 @@ struct Destination {
     advice: String,
 }
 
-/// What the destination is chosen from.
+/// The folders that the destination is chosen from.
 #[derive(Default)]
 struct Candidates<'a> {
     /// `--to`.

@@ -112,7 +112,7 @@ impl<'a> Cargo<'a> {
         command
     }
 
-    /// What a command prints.
+    /// Returns the output of a command.
     fn output(&self, arguments: &[&str]) -> Result<String, String> {
         let output = self.command(arguments).output();
         let output = output.map_err(|e| format!("cargo: {e}"))?;

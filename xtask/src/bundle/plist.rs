@@ -2,7 +2,7 @@
 
 use super::{IDENTIFIER, NAME};
 
-/// The text of the file.
+/// Returns the text of the file.
 pub(super) fn text(version: &str) -> String {
     let executable = format!("{NAME}.ofx");
     let entries: String = [

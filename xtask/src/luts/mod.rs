@@ -24,9 +24,7 @@ pub(crate) fn run(
         None => false,
         Some("--check") => true,
         Some(other) => {
-            return Err(format!(
-                "unknown argument {other}; the one there is: --check"
-            ));
+            return Err(format!("unknown argument {other}; the only one is --check"));
         }
     };
     let files = generate(root)?;
@@ -54,7 +52,7 @@ pub(crate) fn run(
     }
 }
 
-/// Path in the folder and text of every generated file.
+/// Returns the path within the folder, and the text, of every generated file.
 fn generate(root: &Path) -> Result<Vec<(String, String)>, String> {
     let source = root.join(LUTS).join("curves.toml");
     let text = fs::read_to_string(&source).map_err(|e| format!("{}: {e}", source.display()))?;

@@ -6,7 +6,7 @@ use super::samples::{Crop, part_of_file};
 
 /// Size of a tile of the test's picture, px.
 const TILE: (u32, u32) = (192, 128);
-/// What the test draws, column by column.
+/// The panels that the test draws, column by column.
 const COLUMNS: [&str; 5] = [
     "plate",
     "many pinholes",

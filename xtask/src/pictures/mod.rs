@@ -61,13 +61,13 @@ pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Resul
     Ok(format!("drawn: {}", drawn.join(", ")))
 }
 
-/// A picture that the demo itself writes.
+/// Installs a picture that the demo itself writes.
 fn demo_file(programs: &Programs, file: &str) -> Result<(), String> {
     let demo = programs.demo()?;
     programs.install(&demo.join(file), file)
 }
 
-/// A log plate blurred with its space named, and with its codes read as light.
+/// Draws a blurred log plate, read in its own colour space and read as linear.
 fn colour(programs: &Programs) -> Result<(), String> {
     let drawn = programs.work().join("colour.png");
     programs.ignored_test("colour_picture", "SEIDEL_COLOUR_PICTURE", &drawn)?;

@@ -14,7 +14,7 @@ pub(super) struct Crop {
     pub(super) height: u32,
 }
 
-/// The `crop` of an image file.
+/// Reads the `crop` of an image file.
 pub(super) fn part_of_file(path: &Path, crop: Crop) -> std::result::Result<RgbImage, String> {
     let image = image::open(path).map_err(|why| format!("{}: {why}", path.display()))?;
     let part = image.view(crop.left, crop.top, crop.width, crop.height);
@@ -22,7 +22,7 @@ pub(super) fn part_of_file(path: &Path, crop: Crop) -> std::result::Result<RgbIm
     Ok(part.to_rgb8())
 }
 
-/// The `crop` of channel `name` of an OpenEXR file, row by row.
+/// Reads the `crop` of channel `name` of an OpenEXR file, row by row.
 pub(super) fn part_of_channel(
     path: &Path,
     name: &str,
@@ -45,7 +45,7 @@ pub(super) fn part_of_channel(
         .collect())
 }
 
-/// Copies an OpenEXR file, each sample of R, G and B changed by `change`.
+/// Copies an OpenEXR file and applies `change` to each sample of R, G and B.
 pub(super) fn with_colour_changed(
     from: &Path,
     to: &Path,

@@ -1,4 +1,4 @@
-//! Which package may depend on which other of this project, and what every manifest states.
+//! Dependencies between the packages of this project, and lines that every manifest contains.
 
 use crate::workspace::{Package, Tree};
 
@@ -49,7 +49,7 @@ const ALLOWED: [(&str, &[&str]); 14] = [
     ("xtask", &["seidel-colour"]),
 ];
 
-/// What every manifest contains.
+/// Lines that every manifest contains.
 const REQUIRED: [&str; 3] = [
     "license.workspace = true",
     "rust-version.workspace = true",

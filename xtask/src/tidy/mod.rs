@@ -31,7 +31,7 @@ pub(crate) fn run(
         }
         Some("--language") => Ok(language::report(&Tree::read(root), arguments.next())),
         Some(other) => Err(format!(
-            "unknown argument {other}; the one there is: --language"
+            "unknown argument {other}; the only one is --language"
         )),
     }
 }
