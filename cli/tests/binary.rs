@@ -22,7 +22,7 @@ fn exit_statuses() {
 }
 
 #[test]
-fn a_closed_pipe_is_no_disaster() {
+fn a_closed_pipe_causes_no_panic() {
     let mut child = Command::new(SEIDEL)
         .args(["lens", "schema"])
         .stdout(Stdio::piped())
@@ -31,14 +31,14 @@ fn a_closed_pipe_is_no_disaster() {
         .expect("it starts");
     drop(child.stdout.take());
     let output = child.wait_with_output().expect("it ends");
-    let words = String::from_utf8_lossy(&output.stderr);
-    assert!(!words.contains("panicked"), "{words}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!message.contains("panicked"), "{message}");
 }
 
 /// Renders to a file system of 64 kB that is nearly full: needs the right to mount one.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_leaves_nothing_and_says_so() {
+fn a_full_disk_is_an_error_that_leaves_no_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     std::fs::create_dir(at("small")).expect("writable");
@@ -62,17 +62,17 @@ fn a_full_disk_leaves_nothing_and_says_so() {
         .stderr(Stdio::null())
         .status();
     if !status.is_ok_and(|s| s.success()) {
-        // Past the capture of passing tests' words, so that it is seen.
+        // The test harness hides what passing tests print by `eprintln!`.
         let _ = std::io::Write::write_all(
             &mut std::io::stderr(),
             b"SKIPPED: no right to mount a small file system here\n",
         );
         return;
     }
-    let words = std::fs::read_to_string(at("log")).expect("the script wrote it");
-    assert!(words.contains("out.exr"), "{words}");
-    assert!(words.contains("free"), "no remedy: {words}");
-    assert!(words.ends_with("status 1\nfiller\n"), "{words}");
+    let log = std::fs::read_to_string(at("log")).expect("the script wrote it");
+    assert!(log.contains("out.exr"), "{log}");
+    assert!(log.contains("free"), "no remedy: {log}");
+    assert!(log.ends_with("status 1\nfiller\n"), "{log}");
 }
 
 #[cfg(target_os = "linux")]
