@@ -166,7 +166,7 @@ fn check(folder: &Path, case: &Path) {
     let read = |path: &Path| fs::read_to_string(path).expect("written");
     let report: Value = serde_json::from_str(&read(&folder.join(&*name).join("report.json")))
         .expect("a JSON report");
-    // What its makers could not compute they wrote as NaN, which JSON has not.
+    // Values that could not be computed are NaN in the file, which is not valid JSON.
     let answer = read(&case.join("truth.json")).replace("NaN", "null");
     let truth: Value = serde_json::from_str(&answer).expect("an answer");
     if truth["class"] == "none" {
@@ -175,7 +175,7 @@ fn check(folder: &Path, case: &Path) {
     }
     assert_eq!(report["verdict"], "explained", "{name}");
     assert_eq!(report["added"], truth["effects"], "{name}");
-    // What was claimed, on points that the diagnosis never saw.
+    // The claimed gap, on points held out from the diagnosis.
     let lens = |path: &Path| LensProfile::from_json(&read(path)).expect("a profile");
     let holdout = seidel_image_io::observation_set::read(&case.join("holdout"), Default::default())
         .expect("a sound set")
