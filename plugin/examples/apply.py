@@ -1,4 +1,4 @@
-"""Blurs a small picture with a lens: a gradient with a point of light.
+"""Blurs a small image with a lens: a gradient with a point light.
 
     python3 plugin/examples/apply.py target/release/libseidel_c.so lens.json
 """
@@ -64,9 +64,9 @@ def main(library, profile):
 
     def check(status):
         if status != 0:
-            why = c.create_string_buffer(512)
-            seidel.seidel_last_error(why, c.c_size_t(len(why)))
-            sys.exit(f"status {status}: {why.value.decode()}")
+            error = c.create_string_buffer(512)
+            seidel.seidel_last_error(error, c.c_size_t(len(error)))
+            sys.exit(f"status {status}: {error.value.decode()}")
 
     def sized(kind, **values):
         return kind(size=c.sizeof(kind), **values)
@@ -75,21 +75,21 @@ def main(library, profile):
     check(seidel.seidel_lens_open(profile.encode(), c.byref(lens)))
     settings = sized(Settings)
     check(seidel.seidel_settings_init(c.byref(settings)))
-    settings.distance = 2.0
+    settings.distance = 2.0  # metres; not used with a depth image
 
     samples = (c.c_float * (WIDTH * HEIGHT))()
     for k in range(WIDTH * HEIGHT):
         samples[k] = 0.2 + 0.5 * (k % WIDTH) / WIDTH
     samples[20 * WIDTH + 30] = 50.0
     blurred = (c.c_float * (WIDTH * HEIGHT))()
-    every = Rect(0, 0, WIDTH, HEIGHT)
+    area = Rect(0, 0, WIDTH, HEIGHT)
 
-    def image(of):
-        return sized(Image, data=c.addressof(of), row_bytes=4 * WIDTH, channels=1,
-                     sample=FLOAT, rect=every)
+    def image(samples):
+        return sized(Image, data=c.addressof(samples), row_bytes=4 * WIDTH, channels=1,
+                     sample=FLOAT, rect=area)
 
     source, output = image(samples), image(blurred)
-    plate = sized(Plate, format=every, extent=every, source=c.pointer(source))
+    plate = sized(Plate, format=area, extent=area, source=c.pointer(source))
     shares = []
     progress = PROGRESS(lambda _, share: shares.append(share) or 0)
     callbacks = sized(Callbacks, progress=progress)
@@ -99,7 +99,7 @@ def main(library, profile):
     before, after = math.fsum(samples), math.fsum(blurred)
     print(f"seidel {seidel.seidel_version().decode()}: light {before:.3f} -> {after:.3f}, "
           f"point 50 -> {blurred[20 * WIDTH + 30]:.3f}, {len(shares)} progress reports")
-    # Mirrored edges keep the light.
+    # Mirrored edges preserve the sum of the light.
     sys.exit(0 if abs(after / before - 1) < 1e-3 and blurred[20 * WIDTH + 30] < 50 else 1)
 
 

@@ -1,27 +1,31 @@
-//! Putting a lens's blur on a plate, or on a part of it.
+//! Applying the blur of a lens to a plate, or to a part of it.
 
 use seidel_core::render::RenderWindow;
-use seidel_core::{Image, PreparedPlate, apply_bytes};
+use seidel_core::{Image, PreparedPlate};
 
 use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
 use crate::handles;
-use crate::image::{SeidelImage, SeidelRect, View};
+use crate::image::SeidelImage;
 use crate::lens::SeidelLens;
-use crate::plate::{HoldoutUse, Plate, SeidelPlate, plane_count};
-use crate::results::{check_memory, write_back};
+use crate::memory::check_apply_memory;
+use crate::plate::{HoldoutUse, SeidelPlate};
 use crate::settings::SeidelSettings;
 use crate::status::{Failure, Result, SeidelStatus};
-use crate::threads::{Watch, run};
+use crate::threads::SharedProgress;
 
-/// Puts the blur of a lens on the pixels that `output.rect` names of a plate; it must lie in the plate's extent. `output`
-/// may be the memory of the source. Where the source covers what seidel_region_of_interest names, the result is that part
-/// of the whole plate's, to the bit. `settings` may be NULL for the defaults, `callbacks` NULL for none. `alphas` gets the
-/// alpha of each colour where settings say `alpha_per_channel`; NULL otherwise.
+/// Applies the blur of a lens to a plate and writes the pixels of `output.rect`, which must lie in the extent of the
+/// plate. `output` has as many channels as the source and may be the memory of the source. If the source covers
+/// seidel_region_of_interest, the result is bit-identical to that part of a render of the whole plate. `alphas` gets the
+/// alpha of each colour over `output.rect` if `alpha_per_channel` is set, and is NULL otherwise. `settings` may be NULL for
+/// the defaults, `callbacks` NULL for none.
+///
+/// Errors: SEIDEL_STATUS_ARGUMENT for invalid arguments and settings, and for a sample that is not finite;
+/// SEIDEL_STATUS_UNSUPPORTED for settings that the lens does not support; SEIDEL_STATUS_MEMORY; SEIDEL_STATUS_ABORTED.
 ///
 /// # Safety
-/// All pointers must be NULL or good until the call ends; outputs must not be used by other threads meanwhile.
+/// Each pointer: NULL, or valid until the call returns. No other thread may use the outputs meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_apply(
     lens: *const SeidelLens,
@@ -33,57 +37,42 @@ pub unsafe extern "C" fn seidel_apply(
 ) -> SeidelStatus {
     guard(|| {
         let lens = handles::lens(lens)?;
-        // SAFETY: as the caller vouches.
+        // SAFETY: as the caller guarantees.
         let args = unsafe { CallArgs::new(settings, plate, output, alphas, callbacks)? };
-        let CallArgs {
-            settings,
-            plate,
-            output,
-            alphas,
-            callbacks,
-        } = args;
-        let window = window_of(&plate, output.rect, alphas.as_ref())?;
-        let planes = plane_count(plate.source.channels, &settings) as u64;
-        check_memory(apply_bytes(plate.extent.pixels() as u64, planes), &settings)?;
-        let rect = output.rect;
+        let window = render_window(&args)?;
+        let (plate, settings) = (&args.plate, &args.settings);
+        check_apply_memory(plate, settings)?;
         if settings.raw.amount == 0.0 {
-            let image = plate.image(&settings)?;
-            write_back(&image, plate.extent, &output, alphas.as_ref());
+            args.write(&plate.image(settings)?, plate.extent());
             return Ok(());
         }
         let session = settings.session(&lens)?;
-        let prepared = plate.prepare(&session, &settings, HoldoutUse::Read)?;
-        let work = move |watch: &Watch| blur(&prepared, window, watch);
-        let image = run(settings.raw.threads, &callbacks, work)?;
-        write_back(&image, rect, &output, alphas.as_ref());
+        let prepared = plate.prepare(&session, settings, HoldoutUse::Read)?;
+        let image = args.run(move |progress| blur(&prepared, window, progress))?;
+        args.write(&image, args.output.rect);
         Ok(())
     })
 }
 
-fn blur(plate: &PreparedPlate, window: RenderWindow, watch: &Watch) -> Result<Image> {
-    let planes = plate.apply_window(window, &|share| watch.tell(share))?;
+fn blur(plate: &PreparedPlate, window: RenderWindow, progress: &SharedProgress) -> Result<Image> {
+    let planes = plate.apply_window(window, &|share| progress.report(share))?;
     Ok(plate.to_image_of_size(window.width, window.height, planes))
 }
 
-/// The window of the extent that is asked for.
-fn window_of(plate: &Plate, rect: SeidelRect, alphas: Option<&View>) -> Result<RenderWindow> {
-    if !plate.extent.contains(rect) {
-        return Err(Failure::argument(
-            "output.rect",
-            "is not all in plate.extent",
-            "ask for pixels of the plate",
-        ));
-    }
-    if alphas.is_some_and(|view| view.rect != rect) {
+/// Returns the window of the data window that the outputs cover.
+fn render_window(args: &CallArgs) -> Result<RenderWindow> {
+    args.plate.check_inside(&args.output)?;
+    let (extent, rect) = (args.plate.extent(), args.output.rect);
+    if args.alphas.is_some_and(|view| view.rect != rect) {
         return Err(Failure::argument(
             "alphas.rect",
-            "is not that of output",
-            "give pictures of the same pixels",
+            "is not output.rect",
+            "give images of the same pixels",
         ));
     }
     Ok(RenderWindow {
-        column: (rect.left - plate.extent.left) as usize,
-        row: (rect.top - plate.extent.top) as usize,
+        column: (rect.left - extent.left) as usize,
+        row: (rect.top - extent.top) as usize,
         width: rect.columns(),
         height: rect.height as usize,
     })

@@ -1,25 +1,29 @@
-//! The arguments of a call that renders, but for its lenses, read from the caller's memory.
+//! The arguments that seidel_apply, seidel_remove and seidel_relens share.
+
+use seidel_core::Image;
 
 use crate::callbacks::SeidelCallbacks;
-use crate::image::{SeidelImage, View};
+use crate::image::{ImageView, SeidelImage, SeidelRect};
 use crate::plate::{Plate, SeidelPlate};
-use crate::pointers::{Sized64, maybe_sized};
+use crate::pointers::{Versioned, read_optional};
 use crate::settings::{SeidelSettings, Settings};
 use crate::status::Result;
+use crate::threads::{SharedProgress, run};
 
+/// The arguments of a call that writes an image, lenses excepted.
 pub(crate) struct CallArgs {
     pub(crate) settings: Settings,
     pub(crate) plate: Plate,
-    pub(crate) output: View,
-    pub(crate) alphas: Option<View>,
-    pub(crate) callbacks: SeidelCallbacks,
+    pub(crate) output: ImageView,
+    pub(crate) alphas: Option<ImageView>,
+    callbacks: SeidelCallbacks,
 }
 
 impl CallArgs {
     /// Reads the arguments, and checks that the outputs fit the plate and the settings.
     ///
     /// # Safety
-    /// All must be NULL or good until the call ends.
+    /// Each pointer must be NULL or valid until the call ends.
     pub(crate) unsafe fn new(
         settings: *const SeidelSettings,
         plate: *const SeidelPlate,
@@ -27,22 +31,41 @@ impl CallArgs {
         alphas: *const SeidelImage,
         callbacks: *const SeidelCallbacks,
     ) -> Result<Self> {
-        // SAFETY: as the caller vouches.
-        let settings = unsafe { Settings::new(settings)? };
-        // SAFETY: as the caller vouches.
-        let plate = unsafe { Plate::new(plate)? };
-        // SAFETY: as the caller vouches.
-        let (output, alphas) =
-            unsafe { (View::new(output, "output")?, View::maybe(alphas, "alphas")?) };
-        // SAFETY: as the caller vouches.
-        let callbacks = unsafe { maybe_sized(callbacks, "callbacks")? };
-        plate.check_outputs(&settings, &output, alphas.as_ref())?;
-        Ok(Self {
-            settings,
-            plate,
-            output,
-            alphas,
-            callbacks: callbacks.unwrap_or_else(SeidelCallbacks::neutral),
-        })
+        // SAFETY: as the caller guarantees.
+        let args = unsafe {
+            Self {
+                settings: Settings::new(settings)?,
+                plate: Plate::new(plate)?,
+                output: ImageView::new(output, "output")?,
+                alphas: ImageView::optional(alphas, "alphas")?,
+                callbacks: read_optional(callbacks, "callbacks")?
+                    .unwrap_or(SeidelCallbacks::DEFAULT),
+            }
+        };
+        (args.plate).check_outputs(&args.settings, &args.output, args.alphas.as_ref())?;
+        Ok(args)
+    }
+
+    /// Does `work` on the library's threads, with the caller's thread limit and callbacks.
+    pub(crate) fn run<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&SharedProgress) -> Result<T> + Send + 'static,
+    ) -> Result<T> {
+        run(self.settings.raw.threads, &self.callbacks, work)
+    }
+
+    /// Writes `image`, which covers `rect`, to the caller's outputs.
+    pub(crate) fn write(&self, image: &Image, rect: SeidelRect) {
+        let planes = image.colours.iter().chain(&image.alpha);
+        for (channel, plane) in planes.enumerate().take(self.output.channels) {
+            self.output.write(channel, rect, plane);
+        }
+        let Some(alphas) = &self.alphas else {
+            return;
+        };
+        let planes = image.channel_alphas.iter().enumerate();
+        for (channel, plane) in planes.take(alphas.channels) {
+            alphas.write(channel, rect, plane);
+        }
     }
 }

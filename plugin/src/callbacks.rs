@@ -1,44 +1,44 @@
-//! How a caller is told of progress, and asked whether to go on.
+//! Progress and cancellation.
 
 use std::ffi::c_void;
 
-use crate::pointers::Sized64;
+use crate::pointers::Versioned;
 
-/// Called with `user` and the share done, 0 to 1, about fifty times a second, always on the thread that called the
-/// library. Whatever is not 0 stops the work. It must return, not throw or jump.
+/// Progress callback. It gets `user` of SeidelCallbacks and the share of the work done, from 0 to 1 and never decreasing.
+/// The library calls it about every 20 ms, always on the thread that made the call. Return 0 to go on. Any other value
+/// stops the work: the call then returns SEIDEL_STATUS_ABORTED within 100 ms. The callback may call the library. It must
+/// return normally: no exception and no longjmp.
 pub type SeidelProgress = Option<unsafe extern "C" fn(user: *mut c_void, share: f64) -> i32>;
 
-/// What is called back while a call works.
+/// Callbacks of a call.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SeidelCallbacks {
     /// sizeof(SeidelCallbacks).
     pub size: u64,
-    /// Handed back as it is.
+    /// Passed to `progress` unchanged.
     pub user: *mut c_void,
     /// May be NULL.
     pub progress: SeidelProgress,
 }
 
-// SAFETY: `repr(C)`, begins with its size; a pointer and a nullable function that only the caller vouches for.
-unsafe impl Sized64 for SeidelCallbacks {
-    const LEAST: usize = size_of::<Self>();
+// SAFETY: `repr(C)`, begins with its size, and holds a pointer and a nullable function that only the caller guarantees.
+unsafe impl Versioned for SeidelCallbacks {
+    const MIN_SIZE: usize = size_of::<Self>();
 
-    fn neutral() -> Self {
-        Self {
-            size: size_of::<Self>() as u64,
-            user: std::ptr::null_mut(),
-            progress: None,
-        }
-    }
+    const DEFAULT: Self = Self {
+        size: size_of::<Self>() as u64,
+        user: std::ptr::null_mut(),
+        progress: None,
+    };
 }
 
 impl SeidelCallbacks {
-    /// Tells the share done; whether to go on.
-    pub(crate) fn tell(&self, share: f64) -> bool {
+    /// Reports the share done; returns whether to go on.
+    pub(crate) fn report(&self, share: f64) -> bool {
         match self.progress {
             None => true,
-            // SAFETY: the caller vouches for the function, and that it may be called with `user` until the call ends.
+            // SAFETY: the caller guarantees that the function may be called with `user` until the call ends.
             Some(progress) => unsafe { progress(self.user, share) == 0 },
         }
     }

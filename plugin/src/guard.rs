@@ -1,36 +1,36 @@
-//! The one door of every export: no panic goes through it, and every failure leaves its words.
+//! The panic guard of every export: a panic or an error becomes a status and the thread's last error.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::last_error;
 use crate::status::{Failure, Result, SeidelStatus};
 
-/// Does `work`; its failure, or a panic, becomes a status and the last error of this thread.
+/// Runs `work`. An error or a panic becomes a status, and the last error of this thread; success clears the last error.
 pub(crate) fn guard(work: impl FnOnce() -> Result<()>) -> SeidelStatus {
-    let done = caught(work).unwrap_or_else(|| Err(Failure::panicked()));
-    match done {
+    let result = catch_panic(work).unwrap_or_else(|| Err(Failure::panicked()));
+    match result {
         Ok(()) => {
-            last_error::keep("");
+            last_error::set("");
             SeidelStatus::Ok
         }
         Err(failure) => {
-            last_error::keep(&failure.text);
+            last_error::set(&failure.text);
             failure.status
         }
     }
 }
 
-/// Does `work` that has no status to return; `otherwise` where it panics. The last error stays.
-pub(crate) fn guard_or<T>(otherwise: T, work: impl FnOnce() -> T) -> T {
-    caught(work).unwrap_or(otherwise)
+/// Runs `work` of an export without a status; returns `fallback` if it panics. The last error is unchanged.
+pub(crate) fn guard_or<T>(fallback: T, work: impl FnOnce() -> T) -> T {
+    catch_panic(work).unwrap_or(fallback)
 }
 
-/// What `work` gives, nothing if it panics.
-pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
+/// Returns the result of `work`, or `None` if it panics.
+pub(crate) fn catch_panic<T>(work: impl FnOnce() -> T) -> Option<T> {
     match catch_unwind(AssertUnwindSafe(work)) {
-        Ok(done) => Some(done),
+        Ok(result) => Some(result),
         Err(payload) => {
-            // To drop what somebody else panicked with could panic again.
+            // Dropping an unknown payload could panic again.
             std::mem::forget(payload);
             None
         }
@@ -46,7 +46,7 @@ mod tests {
     fn last_error() -> String {
         let mut bytes = [0_u8; 300];
         let buffer = bytes.as_mut_ptr().cast::<c_char>();
-        // SAFETY: the buffer is as long as is said.
+        // SAFETY: the buffer has the length passed.
         let length = unsafe { seidel_last_error(buffer, bytes.len()) };
         String::from_utf8_lossy(&bytes[..length - 1]).into_owned()
     }
@@ -60,10 +60,10 @@ mod tests {
     }
 
     #[test]
-    fn panics_end_at_the_door() {
+    fn panics_do_not_leave_the_guard() {
         let status = guard(|| panic!("planted"));
         assert_eq!(status, SeidelStatus::Panicked);
-        assert!(last_error().contains("fault of this library"));
+        assert!(last_error().contains("internal error"));
         let status = guard(|| std::panic::panic_any(PanicsWhenDropped));
         assert_eq!(status, SeidelStatus::Panicked);
         assert_eq!(guard_or(7, || panic!("planted")), 7);
@@ -72,19 +72,19 @@ mod tests {
     }
 
     #[test]
-    fn texts_are_kept_for_each_thread_and_cut_between_characters() {
+    fn last_errors_are_per_thread_and_cut_between_characters() {
         let long = "é".repeat(3000);
         let status = guard(|| Err(Failure::new(SeidelStatus::Lens, long.clone())));
         assert_eq!(status, SeidelStatus::Lens);
-        // SAFETY: nothing is written.
+        // SAFETY: NULL with a capacity of 0 is allowed.
         let needed = unsafe { seidel_last_error(std::ptr::null_mut(), 0) };
         assert_eq!(needed, 2049);
-        let elsewhere = std::thread::spawn(last_error).join().expect("no panic");
-        assert_eq!(elsewhere, "");
-        let mut three = [1_u8; 4];
-        // SAFETY: three bytes may be written.
-        unsafe { seidel_last_error(three.as_mut_ptr().cast(), 4) };
-        // One character of two bytes, a zero, and what is left.
-        assert_eq!(&three[..3], &[0xc3, 0xa9, 0]);
+        let of_other_thread = std::thread::spawn(last_error).join().expect("no panic");
+        assert_eq!(of_other_thread, "");
+        let mut bytes = [1_u8; 4];
+        // SAFETY: the buffer has four bytes.
+        unsafe { seidel_last_error(bytes.as_mut_ptr().cast(), 4) };
+        // One character of two bytes, then the terminator.
+        assert_eq!(&bytes[..3], &[0xc3, 0xa9, 0]);
     }
 }

@@ -1,80 +1,91 @@
-//! Lenses that callers hold. A handle is a number in the guise of a pointer, never given twice: one that was released is
-//! told from one that is held, and nobody's memory is read by it.
+//! The table of lens handles.
+//!
+//! A handle is a number in the form of a pointer and is never dereferenced. Numbers are not reused, so a released handle is
+//! always recognised.
 
 use std::collections::BTreeMap;
 use std::ptr::without_provenance_mut;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::lens::{Lens, SeidelLens};
+use seidel_core::Lens;
+
+use crate::lens::SeidelLens;
 use crate::status::{Failure, Result};
 
-struct Held {
+/// Difference between two handles: they look like pointers to aligned memory.
+const STEP: usize = 16;
+
+struct Entry {
     lens: Arc<Lens>,
-    /// How many times it must be released.
-    holds: u64,
+    references: u64,
 }
 
 struct Table {
-    last: usize,
-    held: BTreeMap<usize, Held>,
+    last_handle: usize,
+    entries: BTreeMap<usize, Entry>,
 }
 
 static TABLE: Mutex<Table> = Mutex::new(Table {
-    last: 0,
-    held: BTreeMap::new(),
+    last_handle: 0,
+    entries: BTreeMap::new(),
 });
 
 fn table() -> MutexGuard<'static, Table> {
-    // The table is whole wherever a thread may have died.
+    // The table is consistent at every point where a thread can panic.
     TABLE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn unknown() -> Failure {
+fn unknown_handle() -> Failure {
     Failure::argument(
         "lens",
-        "is not a handle that is held",
-        "give one of seidel_lens_open or seidel_lens_read that was not released",
+        "is not a handle, or was released",
+        "give a handle from seidel_lens_open or seidel_lens_read",
     )
 }
 
-/// A new handle, held once.
-pub(crate) fn hold(lens: Lens) -> *mut SeidelLens {
-    let mut table = table();
-    table.last += 16;
-    let number = table.last;
+/// Adds a lens; returns its handle, with one reference.
+pub(crate) fn insert(lens: Lens) -> *mut SeidelLens {
     let lens = Arc::new(lens);
-    table.held.insert(number, Held { lens, holds: 1 });
-    without_provenance_mut(number)
+    let mut table = table();
+    table.last_handle += STEP;
+    let handle = table.last_handle;
+    let entry = Entry {
+        lens,
+        references: 1,
+    };
+    table.entries.insert(handle, entry);
+    without_provenance_mut(handle)
 }
 
-/// The lens of a handle; it lives on while this is kept, also where the handle is released.
+/// Returns the lens of a handle. It outlives a release of the handle.
 pub(crate) fn lens(handle: *const SeidelLens) -> Result<Arc<Lens>> {
     let table = table();
-    let held = table.held.get(&handle.addr()).ok_or_else(unknown)?;
-    Ok(Arc::clone(&held.lens))
+    let entry = table.entries.get(&handle.addr());
+    Ok(Arc::clone(&entry.ok_or_else(unknown_handle)?.lens))
 }
 
-/// Holds a handle once more.
+/// Adds a reference to a handle.
 pub(crate) fn retain(handle: *const SeidelLens) -> Result<()> {
     let mut table = table();
-    let held = table.held.get_mut(&handle.addr()).ok_or_else(unknown)?;
-    held.holds += 1;
+    let entry = table.entries.get_mut(&handle.addr());
+    entry.ok_or_else(unknown_handle)?.references += 1;
     Ok(())
 }
 
-/// Lets go of a handle once.
+/// Removes a reference from a handle; the last one removes the lens.
 pub(crate) fn release(handle: *const SeidelLens) -> Result<()> {
     let mut table = table();
-    let held = table.held.get_mut(&handle.addr()).ok_or_else(unknown)?;
-    held.holds -= 1;
-    let gone = (held.holds == 0).then(|| table.held.remove(&handle.addr()));
-    // A lens is dropped outside the lock.
+    let entry = table.entries.get_mut(&handle.addr());
+    let entry = entry.ok_or_else(unknown_handle)?;
+    entry.references -= 1;
+    let removed = (entry.references == 0).then(|| table.entries.remove(&handle.addr()));
+    // The lens is dropped after the lock.
     drop(table);
-    drop(gone);
+    drop(removed);
     Ok(())
 }
 
-/// Whether any handle is held.
+/// Returns whether there is any handle.
 pub(crate) fn any() -> bool {
-    !table().held.is_empty()
+    !table().entries.is_empty()
 }

@@ -1,29 +1,29 @@
-//! The words of the last failure, one text a thread.
+//! The last error of each thread.
 
 use std::cell::RefCell;
 use std::ffi::c_char;
 
-use crate::pointers::copy_text;
+use crate::guard::guard_or;
+use crate::pointers::copy_string;
 
-/// Longest text that is kept, bytes; longer ones are cut.
-const MOST_BYTES: usize = 2048;
+/// Longest text that is stored, bytes; longer texts are cut.
+const MAX_BYTES: usize = 2048;
 
-/// Text without anything to free: nothing of this library need run when a thread ends.
+/// Text of a fixed size, without a destructor: no code of this library needs to run when a thread ends.
 struct Text {
-    bytes: [u8; MOST_BYTES],
+    bytes: [u8; MAX_BYTES],
     length: usize,
 }
 
 thread_local! {
-    static LAST: RefCell<Text> = const { RefCell::new(Text { bytes: [0; MOST_BYTES], length: 0 }) };
+    static LAST: RefCell<Text> = const { RefCell::new(Text { bytes: [0; MAX_BYTES], length: 0 }) };
 }
 
-/// Keeps `text` as the last failure of this thread; none if it is empty.
-pub(crate) fn keep(text: &str) {
-    let mut ends = (0..=text.len().min(MOST_BYTES)).rev();
-    // Not within a character.
+/// Stores `text` as the last error of this thread; an empty text stands for none.
+pub(crate) fn set(text: &str) {
+    let mut ends = (0..=text.len().min(MAX_BYTES)).rev();
     let length = ends.find(|at| text.is_char_boundary(*at)).unwrap_or(0);
-    // A thread that is ending has nobody left to read it.
+    // Access fails only while the thread ends, when nobody can read the error any more.
     let _ = LAST.try_with(|last| {
         let mut last = last.borrow_mut();
         last.bytes[..length].copy_from_slice(&text.as_bytes()[..length]);
@@ -31,19 +31,20 @@ pub(crate) fn keep(text: &str) {
     });
 }
 
-/// Copies why the last call on this thread failed, in UTF-8 with a zero at its end, cut to `capacity` bytes. Returns the
-/// bytes that the whole text takes with its zero; 1, an empty text, after a call that went well. `buffer` may be NULL if
-/// `capacity` is 0.
+/// Copies a description of the last failure on the calling thread to `buffer`, in UTF-8 with a terminating zero, cut
+/// between characters to `capacity` bytes. It names the argument, file or pixel, the problem and the remedy. Returns the
+/// size of the whole text in bytes with its zero, at most 2049; 1, an empty text, if the last call succeeded. `buffer` may
+/// be NULL to get the size.
 ///
 /// # Safety
-/// `buffer` must point to `capacity` bytes that can be written.
+/// `buffer`: NULL, or `capacity` writable bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_last_error(buffer: *mut c_char, capacity: usize) -> usize {
-    crate::guard::guard_or(1, || {
+    guard_or(1, || {
         let copy = |last: &RefCell<Text>| {
             let last = last.borrow();
-            // SAFETY: the caller vouches for `capacity` bytes at `buffer`.
-            unsafe { copy_text(&last.bytes[..last.length], buffer, capacity) }
+            // SAFETY: the caller guarantees `capacity` bytes at `buffer`.
+            unsafe { copy_string(&last.bytes[..last.length], buffer, capacity) }
         };
         LAST.try_with(copy).unwrap_or(1)
     })

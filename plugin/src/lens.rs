@@ -1,196 +1,200 @@
-//! Lens profiles as handles: opened, asked, released.
+//! Lens handles: profiles are opened, described and released.
 
 use std::ffi::c_char;
 use std::fs::File;
 use std::io::Read;
 
-use seidel_core::psf;
+use seidel_core::{Lens, psf};
 
 use crate::guard::guard;
 use crate::handles;
-use crate::pointers::{Place, Sized64, copy_text, put_sized, text, values};
+use crate::pointers::{
+    OutputPointer, Versioned, copy_string, read_array, read_string, write_versioned,
+};
 use crate::status::{Failure, Result, SeidelStatus};
 use crate::threads::end_if_unused;
 
-/// The lens is described by moments of its PSFs.
+/// The profile describes moments of PSFs. Focus, f-number and sensor shift cannot be set.
 pub const SEIDEL_LENS_MOMENTS: u32 = 0;
-/// The lens is known ray by ray: its controls can be set.
+/// The profile describes the lens ray by ray. Focus, f-number and sensor shift can be set.
 pub const SEIDEL_LENS_RAYS: u32 = 1;
 
-/// Largest lens profile that is read, bytes: thousands of planes fit in a tenth of it.
-const MOST_BYTES: u64 = 64 << 20;
+/// Largest lens profile that is read, bytes. A profile of thousands of planes is a tenth as long.
+const MAX_BYTES: u64 = 64 << 20;
 
-/// A lens. Any number of threads may use it at once.
+/// Handle of a lens. Any number of threads may use it at the same time.
 #[derive(Debug)]
 pub struct SeidelLens {
     _opaque: [u8; 0],
 }
 
-/// The lens behind a handle, as measured.
-#[derive(Debug)]
-pub(crate) struct Lens(seidel_core::Lens);
-
-/// What is known of a lens. Numbers that are not known are NaN.
+/// Description of a lens as measured. Unknown numbers are NaN.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SeidelLensInfo {
-    /// sizeof(SeidelLensInfo); set it before asking.
+    /// sizeof(SeidelLensInfo); set it before the call.
     pub size: u64,
-    /// SEIDEL_LENS_...
+    /// SEIDEL_LENS_MOMENTS or SEIDEL_LENS_RAYS.
     pub kind: u32,
-    /// Colour channels: see seidel_lens_channel.
+    /// Number of colour channels; seidel_lens_channel returns their names.
     pub channels: u32,
-    /// PSF models that can draw it: see seidel_lens_model.
+    /// Number of PSF models that can draw the lens; seidel_lens_model returns their names.
     pub models: u32,
-    /// Whether its blur depends on distance.
+    /// 1 if the blur depends on distance, else 0.
     pub knows_depth: u32,
-    /// Columns of its frame.
+    /// Width of the frame, pixels.
     pub frame_width: u32,
-    /// Rows of its frame.
+    /// Height of the frame, pixels.
     pub frame_height: u32,
-    /// Where its optical axis meets the frame, pixels right of the frame's left edge.
+    /// Optical axis, pixels to the right of the frame's left edge.
     pub axis_x: f64,
-    /// The same, below its top edge.
+    /// Optical axis, pixels below the frame's top edge.
     pub axis_y: f64,
     /// Pixel pitch, micrometres.
     pub pixel_pitch_um: f64,
     /// Focal length, millimetres.
     pub focal_length_mm: f64,
-    /// F-number at which it was measured.
+    /// F-number at which the lens was measured.
     pub f_number: f64,
-    /// Distance at which it was focused, metres; may be INFINITY.
+    /// Focus distance at which the lens was measured, metres; may be INFINITY.
     pub focus_distance: f64,
-    /// Nearest distance at which it was measured, metres.
+    /// Smallest object distance that was measured, metres.
     pub nearest: f64,
-    /// Farthest distance at which it was measured, metres; may be INFINITY.
+    /// Largest object distance that was measured, metres; may be INFINITY.
     pub farthest: f64,
 }
 
-// SAFETY: `repr(C)`, begins with its size, and holds numbers alone.
-unsafe impl Sized64 for SeidelLensInfo {
-    const LEAST: usize = size_of::<Self>();
+// SAFETY: `repr(C)`, begins with its size, and holds numbers only.
+unsafe impl Versioned for SeidelLensInfo {
+    const MIN_SIZE: usize = size_of::<Self>();
 
-    fn neutral() -> Self {
-        Self {
-            size: size_of::<Self>() as u64,
-            kind: SEIDEL_LENS_MOMENTS,
-            channels: 0,
-            models: 0,
-            knows_depth: 0,
-            frame_width: 0,
-            frame_height: 0,
-            axis_x: f64::NAN,
-            axis_y: f64::NAN,
-            pixel_pitch_um: f64::NAN,
-            focal_length_mm: f64::NAN,
-            f_number: f64::NAN,
-            focus_distance: f64::NAN,
-            nearest: f64::NAN,
-            farthest: f64::NAN,
-        }
-    }
+    const DEFAULT: Self = Self {
+        size: size_of::<Self>() as u64,
+        kind: SEIDEL_LENS_MOMENTS,
+        channels: 0,
+        models: 0,
+        knows_depth: 0,
+        frame_width: 0,
+        frame_height: 0,
+        axis_x: f64::NAN,
+        axis_y: f64::NAN,
+        pixel_pitch_um: f64::NAN,
+        focal_length_mm: f64::NAN,
+        f_number: f64::NAN,
+        focus_distance: f64::NAN,
+        nearest: f64::NAN,
+        farthest: f64::NAN,
+    };
 }
 
-impl Lens {
-    /// A lens of its JSON text, told of as `name`.
-    fn parse(json: &[u8], name: &str) -> Result<Self> {
-        let refuse = |text: String| Failure::new(SeidelStatus::Lens, format!("{name}: {text}"));
-        let text = std::str::from_utf8(json).map_err(|error| {
-            refuse(format!(
+/// Reads a lens profile from JSON text. `source` names it in errors.
+fn parse_profile(json: &[u8], source: &str) -> Result<Lens> {
+    let text = std::str::from_utf8(json).map_err(|error| {
+        profile_error(
+            source,
+            format!(
                 "is not UTF-8 text (byte {}); give a lens profile that `seidel fit` wrote",
                 error.valid_up_to()
-            ))
-        })?;
-        let lens = seidel_core::Lens::from_json(text).map_err(|e| refuse(e.to_string()))?;
-        Ok(Self(lens))
-    }
+            ),
+        )
+    })?;
+    Lens::from_json(text).map_err(|error| profile_error(source, error))
+}
 
-    fn read(path: &str) -> Result<Self> {
-        let refuse = |text: String| Failure::new(SeidelStatus::Lens, format!("{path}: {text}"));
-        let unreadable = |error: std::io::Error| {
-            refuse(format!(
-                "could not be read ({error}); check the path and its permissions"
-            ))
-        };
-        let file = File::open(path).map_err(unreadable)?;
-        let mut bytes = Vec::new();
-        // One byte more than allowed tells a file that fits from one that does not.
-        (file.take(MOST_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
-        if bytes.len() as u64 > MOST_BYTES {
-            return Err(refuse(format!(
-                "is longer than {MOST_BYTES} bytes; check that it is a lens profile"
-            )));
-        }
-        Self::parse(&bytes, path)
+/// Reads a lens profile from a file.
+fn read_profile(path: &str) -> Result<Lens> {
+    let unreadable = |error: std::io::Error| {
+        profile_error(
+            path,
+            format!("could not be read ({error}); check the path and its permissions"),
+        )
+    };
+    let file = File::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    // One byte more than allowed shows that the file is too long.
+    (file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(profile_error(
+            path,
+            format!("is longer than {MAX_BYTES} bytes; check that it is a lens profile"),
+        ));
     }
+    parse_profile(&bytes, path)
+}
 
-    /// The lens as measured.
-    pub(crate) fn measured(&self) -> &seidel_core::Lens {
-        &self.0
-    }
+fn profile_error(source: &str, problem: impl std::fmt::Display) -> Failure {
+    Failure::new(SeidelStatus::Lens, format!("{source}: {problem}"))
+}
 
-    /// The models that can draw it, what suits it best first.
-    fn models(&self) -> Vec<&'static str> {
-        let best = self.0.predictor().default_model().id();
-        let able = psf::ALL
-            .iter()
-            .filter(|m| self.0.predictor().check_model(**m).is_ok());
-        let others = able.map(|model| model.id()).filter(|id| *id != best);
-        std::iter::once(best).chain(others).collect()
-    }
+/// Returns the PSF models that can draw a lens, the default one first.
+fn models(lens: &Lens) -> Vec<&'static str> {
+    let predictor = lens.predictor();
+    let default = predictor.default_model().id();
+    let others = (psf::ALL.iter())
+        .filter(|model| predictor.check_model(**model).is_ok())
+        .map(|model| model.id())
+        .filter(|id| *id != default);
+    std::iter::once(default).chain(others).collect()
+}
 
-    fn info(&self) -> SeidelLensInfo {
-        let (profile, lens) = (self.0.profile(), self.0.predictor());
-        let camera = &profile.camera;
-        let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let (nearest, farthest) = profile.measured_range_m().unzip();
-        let axis = profile.frame.axis();
-        SeidelLensInfo {
-            kind: match lens.has_rays() {
-                true => SEIDEL_LENS_RAYS,
-                false => SEIDEL_LENS_MOMENTS,
-            },
-            channels: lens.channel_names().len() as u32,
-            models: self.models().len() as u32,
-            knows_depth: u32::from(lens.depends_on_depth()),
-            frame_width: profile.frame.width_px(),
-            frame_height: profile.frame.height_px(),
-            axis_x: axis.x_px,
-            axis_y: axis.y_px,
-            pixel_pitch_um: known(profile.pixel_pitch_um),
-            focal_length_mm: known(camera.focal_length_mm),
-            f_number: known(camera.f_number),
-            focus_distance: known(camera.focus_distance.vergence_per_m().map(|v| 1.0 / v)),
-            nearest: known(nearest),
-            farthest: known(farthest),
-            ..SeidelLensInfo::neutral()
-        }
+fn describe(lens: &Lens) -> SeidelLensInfo {
+    let (profile, predictor) = (lens.profile(), lens.predictor());
+    let camera = &profile.camera;
+    let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let (nearest, farthest) = profile.measured_range_m().unzip();
+    let axis = profile.frame.axis();
+    SeidelLensInfo {
+        kind: if predictor.has_rays() {
+            SEIDEL_LENS_RAYS
+        } else {
+            SEIDEL_LENS_MOMENTS
+        },
+        channels: predictor.channel_names().len() as u32,
+        models: models(lens).len() as u32,
+        knows_depth: u32::from(predictor.depends_on_depth()),
+        frame_width: profile.frame.width_px(),
+        frame_height: profile.frame.height_px(),
+        axis_x: axis.x_px,
+        axis_y: axis.y_px,
+        pixel_pitch_um: or_nan(profile.pixel_pitch_um),
+        focal_length_mm: or_nan(camera.focal_length_mm),
+        f_number: or_nan(camera.f_number),
+        focus_distance: or_nan(camera.focus_distance.vergence_per_m().map(|v| 1.0 / v)),
+        nearest: or_nan(nearest),
+        farthest: or_nan(farthest),
+        ..SeidelLensInfo::DEFAULT
     }
 }
 
-/// Opens the lens profile in the file at `path`, in UTF-8. Release `*lens` when it is no longer needed.
+/// Opens the lens profile in the file `path`, a string in UTF-8, and writes its handle to `*lens`. The caller owns the
+/// handle and releases it with seidel_lens_release. After a failure `*lens` is unchanged.
+///
+/// Errors: SEIDEL_STATUS_LENS for a file that cannot be read or is not a lens profile.
 ///
 /// # Safety
-/// `path` must point to a text with a zero at its end, `lens` to a place for a handle.
+/// `path`: a string with a terminating zero. `lens`: a writable place for a handle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_lens_open(
     path: *const c_char,
     lens: *mut *mut SeidelLens,
 ) -> SeidelStatus {
     guard(|| {
-        // SAFETY: as the caller vouches.
-        let place = unsafe { Place::new(lens, "lens")? };
-        // SAFETY: as the caller vouches.
-        let path = unsafe { text(path, "path")? };
-        place.put(handles::hold(Lens::read(path)?));
+        // SAFETY: as the caller guarantees.
+        let handle = unsafe { OutputPointer::new(lens, "lens")? };
+        // SAFETY: as the caller guarantees.
+        let path = unsafe { read_string(path, "path")? };
+        handle.write(handles::insert(read_profile(path)?));
         Ok(())
     })
 }
 
-/// The same of the `length` bytes of a profile's JSON text in memory.
+/// Opens a lens profile like seidel_lens_open, from `length` bytes of JSON text in memory. The text need not end with a
+/// zero and is not used after the call.
+///
+/// Errors: SEIDEL_STATUS_LENS for text that is not a lens profile.
 ///
 /// # Safety
-/// `json` must point to `length` bytes, `lens` to a place for a handle.
+/// `json`: `length` readable bytes. `lens`: a writable place for a handle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_lens_read(
     json: *const c_char,
@@ -198,33 +202,35 @@ pub unsafe extern "C" fn seidel_lens_read(
     lens: *mut *mut SeidelLens,
 ) -> SeidelStatus {
     guard(|| {
-        // SAFETY: as the caller vouches.
-        let place = unsafe { Place::new(lens, "lens")? };
-        if json.is_null() || length as u64 > MOST_BYTES {
+        // SAFETY: as the caller guarantees.
+        let handle = unsafe { OutputPointer::new(lens, "lens")? };
+        if json.is_null() || length as u64 > MAX_BYTES {
             return Err(Failure::argument(
                 "json",
-                format!("is NULL, or longer than {MOST_BYTES} bytes"),
+                format!("is NULL or longer than {MAX_BYTES} bytes"),
                 "give the text of a lens profile",
             ));
         }
-        // SAFETY: the caller vouches for `length` bytes.
-        let bytes = unsafe { values(json.cast::<u8>(), length, "json")? };
-        place.put(handles::hold(Lens::parse(
-            &bytes,
-            "lens profile in memory",
-        )?));
+        // SAFETY: the caller guarantees `length` bytes.
+        let bytes = unsafe { read_array(json.cast::<u8>(), length, "json")? };
+        let lens = parse_profile(&bytes, "lens profile in memory")?;
+        handle.write(handles::insert(lens));
         Ok(())
     })
 }
 
-/// Holds a lens once more: it must be released once more.
+/// Adds a reference to a handle: it then needs one more seidel_lens_release.
+///
+/// Errors: SEIDEL_STATUS_ARGUMENT for a released handle. No memory is read through `lens`, so any value is safe.
 #[unsafe(no_mangle)]
 pub extern "C" fn seidel_lens_retain(lens: *const SeidelLens) -> SeidelStatus {
     guard(|| handles::retain(lens))
 }
 
-/// Lets go of a lens; NULL is let go of too. Calls that use it go on. With the last lens the threads of the library end,
-/// after the work that they do.
+/// Removes a reference from a handle; NULL is allowed. The last release frees the lens as soon as no call uses it. When no
+/// lens is left, the library's threads finish their work and end, and this call waits for them.
+///
+/// Errors: SEIDEL_STATUS_ARGUMENT for a released handle. No memory is read through `lens`, so any value is safe.
 #[unsafe(no_mangle)]
 pub extern "C" fn seidel_lens_release(lens: *const SeidelLens) -> SeidelStatus {
     guard(|| {
@@ -237,27 +243,30 @@ pub extern "C" fn seidel_lens_release(lens: *const SeidelLens) -> SeidelStatus {
     })
 }
 
-/// Tells what is known of a lens. `info->size` must have been set.
+/// Writes a description of a lens to `*info`, whose `size` the caller has set.
 ///
 /// # Safety
-/// `info` must point to as many bytes as its size says, which can be written.
+/// `info`: as many writable bytes as its `size` states.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_lens_info(
     lens: *const SeidelLens,
     info: *mut SeidelLensInfo,
 ) -> SeidelStatus {
     guard(|| {
-        let told = handles::lens(lens)?.info();
-        // SAFETY: as the caller vouches.
-        unsafe { put_sized(info, &told, "info") }
+        let description = describe(&*handles::lens(lens)?);
+        // SAFETY: as the caller guarantees.
+        unsafe { write_versioned(info, &description, "info") }
     })
 }
 
-/// Copies the name of a channel, such as "R", in UTF-8 with a zero at its end; `*needed`, unless NULL, is told how many
-/// bytes it takes. SEIDEL_STATUS_TOO_SMALL if that is more than `capacity`; then it is cut.
+/// Copies the name of colour channel `index`, counted from 0, to `buffer`: for example "R", in UTF-8 with a terminating
+/// zero. `*needed` gets the size of the whole name in bytes with its zero.
+///
+/// Errors: SEIDEL_STATUS_ARGUMENT for an index that the lens does not have; SEIDEL_STATUS_TOO_SMALL if `buffer` is NULL or
+/// `capacity` is less than `*needed`, in which case the copy is cut.
 ///
 /// # Safety
-/// `buffer` must point to `capacity` bytes, `needed` be NULL or a place for a number.
+/// `buffer`: NULL, or `capacity` writable bytes. `needed`: NULL, or a writable place for a number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_lens_channel(
     lens: *const SeidelLens,
@@ -268,18 +277,21 @@ pub unsafe extern "C" fn seidel_lens_channel(
 ) -> SeidelStatus {
     guard(|| {
         let lens = handles::lens(lens)?;
-        let names = lens.measured().predictor().channel_names();
+        let names = lens.predictor().channel_names();
         let name = names.get(index as usize);
-        let name = name.ok_or_else(|| beyond("channel", index, names.len()))?;
-        // SAFETY: as the caller vouches.
-        unsafe { hand_out(name, buffer, capacity, needed) }
+        let name = name.ok_or_else(|| index_error("channel", index, names.len()))?;
+        // SAFETY: as the caller guarantees.
+        unsafe { copy_name(name, buffer, capacity, needed) }
     })
 }
 
-/// The same of the name of a PSF model that can draw the lens; the first is what suits it best.
+/// Copies the name of PSF model `index`, counted from 0, as seidel_lens_channel does. These are the models that can draw
+/// the lens; the first is the default, the most faithful one.
+///
+/// Errors: those of seidel_lens_channel.
 ///
 /// # Safety
-/// That of seidel_lens_channel.
+/// As for seidel_lens_channel.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_lens_model(
     lens: *const SeidelLens,
@@ -289,41 +301,42 @@ pub unsafe extern "C" fn seidel_lens_model(
     needed: *mut usize,
 ) -> SeidelStatus {
     guard(|| {
-        let models = handles::lens(lens)?.models();
+        let models = models(&*handles::lens(lens)?);
         let name = models.get(index as usize);
-        let name = name.ok_or_else(|| beyond("model", index, models.len()))?;
-        // SAFETY: as the caller vouches.
-        unsafe { hand_out(name, buffer, capacity, needed) }
+        let name = name.ok_or_else(|| index_error("model", index, models.len()))?;
+        // SAFETY: as the caller guarantees.
+        unsafe { copy_name(name, buffer, capacity, needed) }
     })
 }
 
-pub(crate) fn beyond(what: &str, index: u32, count: usize) -> Failure {
+/// The error of an `index` that is not below `count`.
+pub(crate) fn index_error(item: &str, index: u32, count: usize) -> Failure {
     Failure::argument(
-        &format!("{what} {index}"),
-        format!("is not there, the lens has {count}"),
+        &format!("{item} {index}"),
+        format!("does not exist: the lens has {count}"),
         "count from 0",
     )
 }
 
 /// # Safety
-/// `buffer` must be NULL or `capacity` bytes, `needed` be NULL or a place for a number.
-unsafe fn hand_out(
+/// `buffer` must be NULL or `capacity` writable bytes, `needed` NULL or a writable place for a number.
+unsafe fn copy_name(
     name: &str,
     buffer: *mut c_char,
     capacity: usize,
     needed: *mut usize,
 ) -> Result<()> {
-    // SAFETY: as the caller vouches.
-    let length = unsafe { copy_text(name.as_bytes(), buffer, capacity) };
+    // SAFETY: as the caller guarantees.
+    let size = unsafe { copy_string(name.as_bytes(), buffer, capacity) };
     if !needed.is_null() {
-        // SAFETY: the caller vouches for the place.
-        unsafe { needed.write_unaligned(length) };
+        // SAFETY: the caller guarantees the place.
+        unsafe { needed.write_unaligned(size) };
     }
-    match buffer.is_null() || length > capacity {
-        true => Err(Failure::new(
+    if buffer.is_null() || size > capacity {
+        return Err(Failure::new(
             SeidelStatus::TooSmall,
-            format!("buffer: holds {capacity} bytes; give room for {length}"),
-        )),
-        false => Ok(()),
+            format!("buffer: holds {capacity} bytes; give room for {size}"),
+        ));
     }
+    Ok(())
 }

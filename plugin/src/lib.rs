@@ -1,32 +1,50 @@
-//! libseidel: Seidel's C ABI. Opaque handles, status codes and buffers that stay the caller's, around `seidel-core`,
-//! so that any host that can call C can load a lens, ask for its PSFs, put its blur on plates and take it off.
+//! libseidel: the C ABI of Seidel. Opaque handles, status codes and the caller's own buffers around `seidel-core`, so that
+//! any program that can call C can load a lens, get its PSFs, apply its blur to plates and remove it.
 //!
-//! `plugin/include/seidel.h` is made from what is public here (`cargo xtask header`), and says all that a caller has to
-//! know. Every export goes through `guard`, which turns errors and panics into a status and a text.
+//! `cargo xtask header` generates `plugin/include/seidel.h` from the public items here. Every export goes through `guard`,
+//! which turns errors and panics into a status and a text.
+
+// Modules with exports, in the order of the header. The blank lines keep rustfmt from sorting them.
+mod version;
+
+mod status;
+
+mod last_error;
+
+mod lens;
+
+mod settings;
+
+mod image;
+
+mod plate;
+
+mod callbacks;
 
 mod apply;
+
+mod remove;
+
+mod relens;
+
+mod check_lens;
+
+mod kernel;
+
+mod region;
+
+mod memory;
+
+mod threads;
+
 mod call_args;
-mod callbacks;
 mod guard;
 mod handles;
-mod image;
-mod kernel;
-mod last_error;
-mod lens;
-mod lens_check;
-mod plate;
 mod pointers;
-mod region;
-mod relens;
-mod remove;
-mod results;
-mod settings;
-mod status;
-mod threads;
-mod version;
 
 pub use apply::seidel_apply;
 pub use callbacks::{SeidelCallbacks, SeidelProgress};
+pub use check_lens::seidel_check_lens;
 pub use image::{SEIDEL_FLOAT, SEIDEL_HALF, SeidelImage, SeidelRect};
 pub use kernel::{SeidelKernel, seidel_kernel};
 pub use last_error::seidel_last_error;
@@ -35,9 +53,9 @@ pub use lens::{
     seidel_lens_info, seidel_lens_model, seidel_lens_open, seidel_lens_read, seidel_lens_release,
     seidel_lens_retain,
 };
-pub use lens_check::seidel_check_lens;
+pub use memory::seidel_memory_needed;
 pub use plate::SeidelPlate;
-pub use region::{seidel_memory_needed, seidel_region_of_interest};
+pub use region::seidel_region_of_interest;
 pub use relens::seidel_relens;
 pub use remove::{SeidelFindings, seidel_remove};
 pub use settings::*;

@@ -1,23 +1,26 @@
-//! What a part of a plate needs: of the source, and of memory.
+//! The region of interest: the pixels of the source that a window of the result depends on.
 
-use seidel_core::{LensSession, ObjectDistance, apply_bytes, remove_bytes};
+use seidel_core::{LensSession, ObjectDistance};
 
 use crate::guard::guard;
 use crate::handles;
 use crate::image::SeidelRect;
 use crate::lens::SeidelLens;
-use crate::plate::{Ground, SeidelPlate, plane_count};
-use crate::pointers::Place;
+use crate::plate::{PlateLayout, SeidelPlate};
+use crate::pointers::OutputPointer;
 use crate::settings::{SeidelSettings, Settings};
 use crate::status::{Failure, Result, SeidelStatus};
 
-/// Tells which pixels of the source seidel_apply must be given for its result in `window` to be that part of the whole
-/// plate's to the bit. Of the plate, `format`, `extent` and whether there is a depth count. With SEIDEL_QUALITY_EXACT, one
-/// distance and a model that needs no rays this is `window` and as much about it as kernels reach; otherwise the whole
-/// extent: the fast renderer chooses its ways by all of the plate. seidel_remove and seidel_relens always need it all.
+/// Writes to `*region` the pixels of the source that seidel_apply needs for a bit-identical result in `window`. With
+/// SEIDEL_QUALITY_EXACT, one distance and a PSF model that needs no rays, these are `window` and the reach of the kernels
+/// about it. Otherwise they are the whole extent: the fast renderer chooses its highlights, and occlusion its depth layers,
+/// from the whole plate. seidel_remove, seidel_relens and seidel_check_lens always need the whole extent. Of the plate,
+/// `format`, `extent` and the presence of `depth` matter. `settings` may be NULL for the defaults.
+///
+/// Errors: those of seidel_apply.
 ///
 /// # Safety
-/// All pointers must be NULL or good until the call ends.
+/// Each pointer: NULL, or valid until the call returns.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_region_of_interest(
     lens: *const SeidelLens,
@@ -28,81 +31,46 @@ pub unsafe extern "C" fn seidel_region_of_interest(
 ) -> SeidelStatus {
     guard(|| {
         let lens = handles::lens(lens)?;
-        // SAFETY: as the caller vouches.
-        let place = unsafe { Place::new(region, "region")? };
+        // SAFETY: as the caller guarantees.
+        let output = unsafe { OutputPointer::new(region, "region")? };
         if window.is_null() {
-            return Err(Failure::argument("window", "is NULL", "give a pointer"));
+            return Err(Failure::null("window"));
         }
-        // SAFETY: the caller vouches for a rectangle.
+        // SAFETY: the caller guarantees a rectangle.
         let window = unsafe { window.read_unaligned() };
         window.check("window")?;
-        // SAFETY: as the caller vouches.
+        // SAFETY: as the caller guarantees.
         let settings = unsafe { Settings::new(settings)? };
-        // SAFETY: as the caller vouches.
-        let ground = unsafe { Ground::new(plate)? };
+        // SAFETY: as the caller guarantees.
+        let layout = unsafe { PlateLayout::new(plate)? };
         let session = settings.session(&lens)?;
-        session.place(&ground.geometry(&settings))?;
-        place.put(region_of(&session, &settings, &ground, window)?);
+        session.place(&layout.geometry(&settings))?;
+        output.write(region_of_interest(&session, &settings, &layout, window)?);
         Ok(())
     })
 }
 
-fn region_of(
+fn region_of_interest(
     session: &LensSession,
     settings: &Settings,
-    ground: &Ground,
+    layout: &PlateLayout,
     window: SeidelRect,
 ) -> Result<SeidelRect> {
+    let extent = layout.extent;
     if settings.raw.amount == 0.0 {
-        return Ok(window.meet(ground.extent));
+        return Ok(window.intersection(extent));
     }
-    if !settings.is_exact() || session.psf_model().needs_rays() || ground.has_depth {
-        return Ok(ground.extent);
+    if !settings.is_exact() || session.psf_model().needs_rays() || layout.has_depth {
+        return Ok(extent);
     }
     let distance = if session.lens().predictor().depends_on_depth() {
         settings.distance()?
     } else {
         ObjectDistance::Unknown
     };
-    let (x, y) = session.reach_px(&ground.geometry(settings), distance)?;
-    let most = ground.extent.width.max(ground.extent.height);
-    let whole = |px: f64| (px.ceil() as i32).min(most);
-    Ok(window.grown(whole(x), whole(y)).meet(ground.extent))
-}
-
-/// Tells how much memory seidel_apply (`removal` 0), or seidel_remove and seidel_relens (1) take at most for a plate, beside
-/// the caller's own pictures, bytes. Of the plate, `extent` counts, and the channels of its source.
-///
-/// # Safety
-/// All pointers must be NULL or good until the call ends.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn seidel_memory_needed(
-    settings: *const SeidelSettings,
-    plate: *const SeidelPlate,
-    removal: u32,
-    bytes: *mut u64,
-) -> SeidelStatus {
-    guard(|| {
-        // SAFETY: as the caller vouches.
-        let place = unsafe { Place::new(bytes, "bytes")? };
-        // SAFETY: as the caller vouches.
-        let settings = unsafe { Settings::new(settings)? };
-        // SAFETY: as the caller vouches.
-        let ground = unsafe { Ground::new(plate)? };
-        let channels = ground.channels.unwrap_or(4) as usize;
-        let planes = plane_count(channels, &settings) as u64;
-        let pixels = ground.extent.pixels() as u64;
-        place.put(match removal {
-            0 => apply_bytes(pixels, planes),
-            1 => remove_bytes(pixels, planes),
-            other => {
-                return Err(Failure::argument(
-                    "removal",
-                    format!("is {other}"),
-                    "give 0 or 1",
-                ));
-            }
-        });
-        Ok(())
-    })
+    let (x, y) = session.reach_px(&layout.geometry(settings), distance)?;
+    // With a margin of its longer side any window in the extent covers it. The limit keeps sums within an `i32`.
+    let max_margin = extent.width.max(extent.height);
+    let margin = |px: f64| (px.ceil() as i32).min(max_margin);
+    Ok(window.grown(margin(x), margin(y)).intersection(extent))
 }

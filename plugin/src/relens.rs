@@ -1,4 +1,4 @@
-//! A plate taken with one lens as another would have drawn it.
+//! Replacing the blur of one lens by that of another.
 
 use seidel_core::{Image, NoiseGain, PreparedPlate};
 
@@ -8,21 +8,21 @@ use crate::guard::guard;
 use crate::handles;
 use crate::image::SeidelImage;
 use crate::lens::SeidelLens;
+use crate::memory::check_removal_memory;
 use crate::plate::{HoldoutUse, SeidelPlate};
-use crate::remove::check_bounds;
-use crate::results::write_back;
 use crate::settings::SeidelSettings;
-use crate::status::{Failure, Result, SeidelStatus};
-use crate::threads::{Watch, run};
+use crate::status::{Result, SeidelStatus};
+use crate::threads::SharedProgress;
 
-/// Share of the work that is the removal.
+/// Share of the time that removal takes.
 const REMOVAL_SHARE: f64 = 0.9;
 
-/// Takes the blur of the lens `from` off a plate and puts that of `to` on; the plate keeps its grain. Settings hold for
-/// both lenses. All else is as in seidel_remove, but that `output.rect` must lie in the extent.
+/// Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings hold
+/// for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors included,
+/// is as for seidel_remove.
 ///
 /// # Safety
-/// That of seidel_apply.
+/// As for seidel_apply.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_relens(
     from: *const SeidelLens,
@@ -35,41 +35,35 @@ pub unsafe extern "C" fn seidel_relens(
 ) -> SeidelStatus {
     guard(|| {
         let (from, to) = (handles::lens(from)?, handles::lens(to)?);
-        // SAFETY: as the caller vouches.
+        // SAFETY: as the caller guarantees.
         let args = unsafe { CallArgs::new(settings, plate, output, alphas, callbacks)? };
-        let CallArgs {
-            settings,
-            plate,
-            output,
-            alphas,
-            callbacks,
-        } = args;
-        if !plate.extent.contains(output.rect) {
-            return Err(Failure::argument(
-                "output.rect",
-                "is not all in plate.extent",
-                "ask for pixels of the plate",
-            ));
-        }
-        check_bounds(&plate, &settings)?;
+        let (plate, settings) = (&args.plate, &args.settings);
+        plate.check_inside(&args.output)?;
+        check_removal_memory(plate, settings)?;
         let image = if settings.raw.amount == 0.0 {
-            plate.image(&settings)?
+            plate.image(settings)?
         } else {
             let session = settings.session(&from)?;
-            let prepared = plate.prepare(&session, &settings, HoldoutUse::Ignore)?;
+            let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
             let other = prepared.for_session(&settings.session(&to)?)?;
-            let work = move |watch: &Watch| change_lens(&prepared, &other, watch);
-            run(settings.raw.threads, &callbacks, work)?
+            args.run(move |progress| change_lens(&prepared, &other, progress))?
         };
-        write_back(&image, plate.extent, &output, alphas.as_ref());
+        args.write(&image, plate.extent());
         Ok(())
     })
 }
 
-fn change_lens(plate: &PreparedPlate, other: &PreparedPlate, watch: &Watch) -> Result<Image> {
-    let removed = plate.remove(NoiseGain::Skip, &|share| watch.tell(REMOVAL_SHARE * share))?;
+/// Removes the blur of the lens of `plate`, and applies that of `other`, the same plate prepared for another lens.
+fn change_lens(
+    plate: &PreparedPlate,
+    other: &PreparedPlate,
+    progress: &SharedProgress,
+) -> Result<Image> {
+    let removed = plate.remove(NoiseGain::Skip, &|share| {
+        progress.report(REMOVAL_SHARE * share)
+    })?;
     let planes = removed.apply_other(other, &|share| {
-        watch.tell(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)
+        progress.report(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)
     })?;
     Ok(plate.to_image(planes))
 }

@@ -1,86 +1,94 @@
-//! Taking a lens's blur off a plate.
+//! Removing the blur of a lens from a plate.
 
 use seidel_core::render::remove::Canvas;
-use seidel_core::{Image, NoiseGain, PreparedPlate, RemovedPlate, remove_bytes};
+use seidel_core::{Image, NoiseGain, PreparedPlate, RemovedPlate};
 
 use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
 use crate::handles;
-use crate::image::{SeidelImage, SeidelRect, View};
+use crate::image::{ImageView, SeidelImage, SeidelRect};
 use crate::lens::SeidelLens;
-use crate::plate::{HoldoutUse, Plate, SeidelPlate, plane_count};
-use crate::pointers::{Sized64, maybe_sized, put_sized};
-use crate::results::{check_memory, write_back};
-use crate::settings::{SeidelSettings, Settings};
+use crate::memory::check_removal_memory;
+use crate::plate::{HoldoutUse, Plate, SeidelPlate};
+use crate::pointers::{Versioned, read_optional, write_versioned};
+use crate::settings::SeidelSettings;
 use crate::status::{Failure, Result, SeidelStatus};
-use crate::threads::{Watch, run};
+use crate::threads::SharedProgress;
 
-/// What seidel_remove tells beside the picture. Set `size` and the two pictures before the call; the rest is written.
+/// Results of seidel_remove beside the image. The caller sets `size` and the two images; the library writes the other
+/// members. Arrays have one entry for each colour, in the order of the source.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SeidelFindings {
     /// sizeof(SeidelFindings).
     pub size: u64,
-    /// Gets how much of each pixel was seen and not guessed, 0 to 1, a channel a colour. May be NULL.
+    /// Gets the share of each pixel's detail that the plate determines, 0 to 1, one channel a colour; 0 where blur is kept.
+    /// NULL: not wanted.
     pub confidence: *const SeidelImage,
-    /// Gets how many times its size in the plate noise has in the sharp picture, a channel a colour. May be NULL; takes as
-    /// long again.
+    /// Gets the noise of the sharp image over that of the plate, one channel a colour. NULL: not wanted. It doubles the
+    /// time of the call.
     pub noise_gain: *const SeidelImage,
-    /// All pixels that were found: the plate's extent and what is about it.
+    /// All pixels that were estimated: the plate's extent and a margin around it.
     pub found: SeidelRect,
-    /// Standard deviation of the noise of each colour, as given or as estimated from the plate.
+    /// Standard deviation of the noise, scene-linear, as set or as estimated from the plate.
     pub noise: [f64; 3],
-    /// What the lens leaves unexplained of each colour, in times of what noise lets expect: well above 1.5, it is not the
-    /// lens of the plate.
+    /// Root mean square of the residual over that expected from the noise. Well above 1.5, the lens does not explain the
+    /// plate.
     pub misfit: [f64; 3],
-    /// From where on samples of each colour are clipped; NaN where none are.
+    /// Level at which samples are clipped; NaN if none are.
     pub clip_level: [f64; 3],
-    /// How many are.
+    /// Number of clipped samples.
     pub clipped: [u64; 3],
 }
 
 // SAFETY: `repr(C)`, begins with its size, and holds numbers and raw pointers.
-unsafe impl Sized64 for SeidelFindings {
-    const LEAST: usize = size_of::<Self>();
+unsafe impl Versioned for SeidelFindings {
+    const MIN_SIZE: usize = size_of::<Self>();
 
-    fn neutral() -> Self {
-        Self {
-            size: size_of::<Self>() as u64,
-            confidence: std::ptr::null(),
-            noise_gain: std::ptr::null(),
-            found: SeidelRect::EMPTY,
-            noise: [0.0; 3],
-            misfit: [0.0; 3],
-            clip_level: [f64::NAN; 3],
-            clipped: [0; 3],
-        }
-    }
+    const DEFAULT: Self = Self {
+        size: size_of::<Self>() as u64,
+        confidence: std::ptr::null(),
+        noise_gain: std::ptr::null(),
+        found: SeidelRect::EMPTY,
+        noise: [0.0; 3],
+        misfit: [0.0; 3],
+        clip_level: [f64::NAN; 3],
+        clipped: [0; 3],
+    };
 }
 
-/// Pictures that maps go to.
+/// The caller's images for maps of the removal.
 struct Maps {
-    confidence: Option<View>,
-    noise_gain: Option<View>,
+    confidence: Option<ImageView>,
+    noise_gain: Option<ImageView>,
 }
 
 impl Maps {
+    /// Checks the images of `findings`.
+    ///
     /// # Safety
-    /// The pictures of `findings` must be NULL or good as outputs.
+    /// They must be NULL or valid outputs until the call ends.
     unsafe fn new(findings: &SeidelFindings, plate: &Plate) -> Result<Self> {
-        // SAFETY: as the caller vouches.
+        // SAFETY: as the caller guarantees.
         let (confidence, noise_gain) = unsafe {
             (
-                View::maybe(findings.confidence, "findings.confidence")?,
-                View::maybe(findings.noise_gain, "findings.noise_gain")?,
+                ImageView::optional(findings.confidence, "findings.confidence")?,
+                ImageView::optional(findings.noise_gain, "findings.noise_gain")?,
             )
         };
-        for view in [&confidence, &noise_gain].into_iter().flatten() {
-            if view.channels != plate.colour_count() {
+        let views = [
+            ("findings.confidence", &confidence),
+            ("findings.noise_gain", &noise_gain),
+        ];
+        for (name, view) in views {
+            if let Some(view) = view
+                && view.channels != plate.colour_count()
+            {
                 return Err(Failure::argument(
-                    "findings",
-                    format!("a map has {} channels", view.channels),
-                    "give one for each colour of the plate",
+                    &format!("{name}.channels"),
+                    format!("is {}", view.channels),
+                    &format!("give one for each colour, {}", plate.colour_count()),
                 ));
             }
         }
@@ -98,28 +106,30 @@ impl Maps {
         }
     }
 
+    /// Writes the maps, whose planes cover `rect`.
     fn write(&self, rect: SeidelRect, confidence: &[Vec<f32>], noise_gain: &[Vec<f32>]) {
         let maps = [
             (&self.confidence, confidence),
             (&self.noise_gain, noise_gain),
         ];
         for (view, planes) in maps {
+            let Some(view) = view else { continue };
             for (channel, plane) in planes.iter().enumerate() {
-                if let Some(view) = view {
-                    view.write(channel, rect, plane);
-                }
+                view.write(channel, rect, plane);
             }
         }
     }
 }
 
-/// Takes the blur of the lens that a plate was taken with off it. The source must cover the extent: what it lacks counts as
-/// black. `output.rect` may go beyond the extent, where light was found that lands on the plate; what lies beyond
-/// `findings.found` is black. Depth is that of the sharp picture. `findings`, `settings`, `alphas` and `callbacks` may be
-/// NULL as in seidel_apply.
+/// Removes the blur of the lens that a plate was taken with. The source must cover the extent: missing pixels count as
+/// black. The depth image and matte depth are those of the sharp image. `output.rect` may reach beyond the extent, where
+/// light that landed on the plate was estimated; pixels beyond `found` of the findings are black. `alphas` is as for
+/// seidel_apply. `findings`, `settings` and `callbacks` may be NULL. With `amount` or `strength` 0 the plate is copied.
+///
+/// Errors: those of seidel_apply.
 ///
 /// # Safety
-/// That of seidel_apply.
+/// As for seidel_apply; images of `*findings` are outputs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_remove(
     lens: *const SeidelLens,
@@ -132,65 +142,60 @@ pub unsafe extern "C" fn seidel_remove(
 ) -> SeidelStatus {
     guard(|| {
         let lens = handles::lens(lens)?;
-        // SAFETY: as the caller vouches.
+        // SAFETY: as the caller guarantees.
         let args = unsafe { CallArgs::new(settings, plate, output, alphas, callbacks)? };
-        let CallArgs {
-            settings,
-            plate,
-            output,
-            alphas,
-            callbacks,
-        } = args;
-        // SAFETY: as the caller vouches.
-        let asked = unsafe { maybe_sized(findings.cast_const(), "findings")? };
-        let mut findings_out = asked.unwrap_or_else(SeidelFindings::neutral);
-        // SAFETY: as the caller vouches.
-        let maps = unsafe { Maps::new(&findings_out, &plate)? };
-        check_bounds(&plate, &settings)?;
-        let (image, rect) = if settings.raw.amount == 0.0 || settings.raw.strength == 0.0 {
-            let image = plate.image(&settings)?;
-            findings_out.found = plate.extent;
-            let ones = vec![vec![1.0; plate.extent.pixels()]; plate.colour_count()];
-            maps.write(plate.extent, &ones, &ones);
-            (image, plate.extent)
+        // SAFETY: as the caller guarantees.
+        let request = unsafe { read_optional(findings.cast_const(), "findings")? };
+        let request = request.unwrap_or(SeidelFindings::DEFAULT);
+        let (plate, settings) = (&args.plate, &args.settings);
+        // SAFETY: as the caller guarantees.
+        let maps = unsafe { Maps::new(&request, plate)? };
+        check_removal_memory(plate, settings)?;
+        let mut results = SeidelFindings {
+            confidence: request.confidence,
+            noise_gain: request.noise_gain,
+            found: plate.extent(),
+            ..SeidelFindings::DEFAULT
+        };
+        if settings.raw.amount == 0.0 || settings.raw.strength == 0.0 {
+            let image = plate.image(settings)?;
+            let ones = vec![vec![1.0; plate.extent().pixels()]; plate.colour_count()];
+            maps.write(plate.extent(), &ones, &ones);
+            args.write(&image, plate.extent());
         } else {
             let session = settings.session(&lens)?;
-            let prepared = plate.prepare(&session, &settings, HoldoutUse::Ignore)?;
+            let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
             let noise_gain = maps.noise_gain_use();
-            let work = move |watch: &Watch| sharpen(&prepared, noise_gain, watch);
-            let found = run(settings.raw.threads, &callbacks, work)?;
-            let margin = (found.canvas.margin_x as i32, found.canvas.margin_y as i32);
-            findings_out.found = plate.extent.grown(margin.0, margin.1);
-            fill_findings(&mut findings_out, &found.removed);
-            let (confidence, gain) = (found.removed.confidence(), found.removed.noise_gain());
-            maps.write(plate.extent, &confidence, gain);
-            (found.image, findings_out.found)
-        };
-        write_back(&image, rect, &output, alphas.as_ref());
+            let sharp = args.run(move |progress| sharpen(&prepared, noise_gain, progress))?;
+            let (x, y) = (sharp.canvas.margin_x as i32, sharp.canvas.margin_y as i32);
+            results.found = plate.extent().grown(x, y);
+            fill_findings(&mut results, &sharp.removed);
+            let (confidence, gain) = (sharp.removed.confidence(), sharp.removed.noise_gain());
+            maps.write(plate.extent(), &confidence, gain);
+            args.write(&sharp.image, results.found);
+        }
         if findings.is_null() {
             return Ok(());
         }
-        // SAFETY: as the caller vouches.
-        unsafe { put_sized(findings, &findings_out, "findings") }
+        // SAFETY: as the caller guarantees.
+        unsafe { write_versioned(findings, &results, "findings") }
     })
-}
-
-/// Refuses what would take too much memory.
-pub(crate) fn check_bounds(plate: &Plate, settings: &Settings) -> Result<()> {
-    let planes = plane_count(plate.source.channels, settings) as u64;
-    check_memory(remove_bytes(plate.extent.pixels() as u64, planes), settings)
 }
 
 /// A plate without its blur.
 struct SharpPlate {
     removed: RemovedPlate,
     canvas: Canvas,
-    /// As large as the canvas.
+    /// The sharp image, of the size of the canvas.
     image: Image,
 }
 
-fn sharpen(plate: &PreparedPlate, noise_gain: NoiseGain, watch: &Watch) -> Result<SharpPlate> {
-    let removed = plate.remove(noise_gain, &|share| watch.tell(share))?;
+fn sharpen(
+    plate: &PreparedPlate,
+    noise_gain: NoiseGain,
+    progress: &SharedProgress,
+) -> Result<SharpPlate> {
+    let removed = plate.remove(noise_gain, &|share| progress.report(share))?;
     let canvas = removed.canvas()?;
     let planes = removed.sharp_planes(plate)?;
     let (width, height) = canvas.size();
@@ -201,7 +206,7 @@ fn sharpen(plate: &PreparedPlate, noise_gain: NoiseGain, watch: &Watch) -> Resul
     })
 }
 
-/// Writes noise, misfit and clipping of each colour to `findings`.
+/// Sets noise, misfit and clipping of each colour.
 fn fill_findings(findings: &mut SeidelFindings, removed: &RemovedPlate) {
     for (k, colour) in removed.colours().iter().enumerate().take(3) {
         findings.noise[k] = colour.noise;

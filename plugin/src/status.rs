@@ -1,35 +1,37 @@
-//! What every call answers.
+//! Status codes of the C ABI, and the failures behind them.
 
-/// What became of a call. `seidel_last_error` says why in words.
+use seidel_core::ErrorKind;
+
+/// The result of a call. After any status but SEIDEL_STATUS_OK, `seidel_last_error` describes the failure, and images are
+/// as they were before the call. Any function may return SEIDEL_STATUS_ARGUMENT for a NULL pointer that it does not allow
+/// and for values out of range, SEIDEL_STATUS_UNSUPPORTED for a struct of a later version, and SEIDEL_STATUS_PANICKED.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub enum SeidelStatus {
-    /// All went well.
+    /// The call succeeded.
     Ok = 0,
-    /// A null pointer, a size or value that cannot be, a handle that is none, or a sample that is not finite.
+    /// An argument is not valid: a NULL pointer, a value out of range, a released handle, a sample that is not finite.
     Argument = 1,
-    /// A lens profile that cannot be read, or is none.
+    /// The lens profile cannot be read or is not valid.
     Lens = 2,
-    /// What was asked for cannot be done with this lens, or by this version.
+    /// This lens or this version of the library cannot do what the call asks for.
     Unsupported = 3,
-    /// Memory ran out, or more would be needed than the settings allow.
+    /// Memory ran out, or the call needs more than `memory` of the settings allows.
     Memory = 4,
-    /// The progress callback said to stop. Outputs are untouched.
+    /// The progress callback stopped the call.
     Aborted = 5,
-    /// A fault of this library. The handle and the process can go on being used.
+    /// An internal error of the library. Handles remain valid, and the process can go on calling it.
     Panicked = 6,
-    /// The buffer is too small; how large it must be was stored.
+    /// A buffer is too small. The size needed was written.
     TooSmall = 7,
 }
 
-/// Why a call fails.
+/// A failed call: its status, and the text for `seidel_last_error`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Failure {
     pub(crate) status: SeidelStatus,
     pub(crate) text: String,
 }
-
-use seidel_core::ErrorKind;
 
 pub(crate) type Result<T> = std::result::Result<T, Failure>;
 
@@ -41,7 +43,7 @@ impl Failure {
         }
     }
 
-    /// A bad argument: which, what is wrong with it, and what to do.
+    /// Creates the failure of an invalid argument: its name, the problem and the remedy.
     pub(crate) fn argument(name: &str, problem: impl std::fmt::Display, remedy: &str) -> Self {
         Self::new(
             SeidelStatus::Argument,
@@ -49,17 +51,21 @@ impl Failure {
         )
     }
 
+    pub(crate) fn null(name: &str) -> Self {
+        Self::argument(name, "is NULL", "give a pointer")
+    }
+
     pub(crate) fn aborted() -> Self {
         Self::new(
             SeidelStatus::Aborted,
-            "the progress callback said to stop; call again",
+            "the progress callback stopped the call; call again to repeat it",
         )
     }
 
     pub(crate) fn panicked() -> Self {
         Self::new(
             SeidelStatus::Panicked,
-            "a fault of this library stopped the call; please report it, with what was asked for",
+            "an internal error of this library stopped the call; please report it with the call's arguments",
         )
     }
 }

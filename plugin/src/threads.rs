@@ -1,8 +1,8 @@
-//! Threads of the library's own, one pool for each limit, and work done on them while the caller waits.
+//! The library's own threads: one pool for each thread limit, and work done on them while the caller waits.
 //!
-//! Callers wait on their own thread, on which alone they are called back. Work owns all it needs, so that a caller who
-//! says stop is let go at once while what is under way comes to its end by itself. No thread outlives the last lens that
-//! is held, or `seidel_shutdown`: code must not run in a library that is unloaded.
+//! The caller waits on its own thread, and its callback is called there. Work owns all its data, so that a caller who stops
+//! it can return at once while the work ends in the background. No thread outlives the last lens handle or
+//! `seidel_shutdown`, because its code must not run after the library was unloaded.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -14,28 +14,34 @@ use std::time::{Duration, Instant};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::callbacks::SeidelCallbacks;
-use crate::guard::{caught, guard};
+use crate::guard::{catch_panic, guard};
 use crate::handles;
 use crate::status::{Failure, Result, SeidelStatus};
 
-/// How often callers are called back.
-const TURN: Duration = Duration::from_millis(20);
+/// Time between two calls of the progress callback.
+const CALLBACK_INTERVAL: Duration = Duration::from_millis(20);
 
-/// How long one who said stop waits for the work to end before it is left to itself.
-const GRACE: Duration = Duration::from_millis(40);
+/// Time for stopped work to end before the caller returns without it. With one callback interval it stays below the 100 ms
+/// that the header promises.
+const STOP_TIMEOUT: Duration = Duration::from_millis(40);
 
+/// Most threads of a pool; larger limits count as this one.
+const MAX_THREADS: usize = 1024;
+
+/// A thread pool whose threads can be joined.
 struct Pool {
     rayon: ThreadPool,
     threads: Vec<JoinHandle<()>>,
 }
 
+/// Pools by number of threads.
 static POOLS: Mutex<BTreeMap<usize, Pool>> = Mutex::new(BTreeMap::new());
 
-/// Calls that wait for work.
-static CALLS: AtomicUsize = AtomicUsize::new(0);
+/// Number of calls that wait for work.
+static ACTIVE_CALLS: AtomicUsize = AtomicUsize::new(0);
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // What is locked here is whole wherever a thread may have died.
+    // The data of these locks are consistent at every point where a thread can panic.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -45,74 +51,75 @@ impl Pool {
         let rayon = ThreadPoolBuilder::new()
             .num_threads(count)
             .spawn_handler(|thread| {
-                let named = thread::Builder::new().name(format!("seidel-{}", thread.index()));
-                threads.push(named.spawn(|| thread.run())?);
+                let builder = thread::Builder::new().name(format!("seidel-{}", thread.index()));
+                threads.push(builder.spawn(|| thread.run())?);
                 Ok(())
             })
             .build();
         match rayon {
             Ok(rayon) => Ok(Self { rayon, threads }),
             Err(error) => {
-                // The pool is gone: so will be those that came to be.
-                threads.into_iter().for_each(wait_for);
+                // Without a pool, the threads that were started end by themselves.
+                threads.into_iter().for_each(join);
                 Err(io::Error::other(error))
             }
         }
     }
 
-    /// Lets work that is under way end, then the threads.
+    /// Waits until work under way and then the threads have ended.
     fn end(self) {
         drop(self.rayon);
-        self.threads.into_iter().for_each(wait_for);
+        self.threads.into_iter().for_each(join);
     }
 }
 
-fn wait_for(thread: JoinHandle<()>) {
-    // How a thread of rayon ended tells nothing that its work has not told.
+fn join(thread: JoinHandle<()>) {
+    // Panics of work are caught and reported in `run`.
     let _ = thread.join();
 }
 
-/// Ends all threads of the library, when their work is done.
+/// Ends all threads of the library after their work.
 fn end_all() {
     let pools = std::mem::take(&mut *lock(&POOLS));
     pools.into_values().for_each(Pool::end);
 }
 
-/// Ends all threads if nobody is left who could give them work.
+/// Ends all threads if there is neither a call nor a lens handle.
 pub(crate) fn end_if_unused() {
-    if CALLS.load(Ordering::SeqCst) == 0 && !handles::any() {
+    if ACTIVE_CALLS.load(Ordering::SeqCst) == 0 && !handles::any() {
         end_all();
     }
 }
 
-/// A call that works, for as long as it is there.
-struct Call;
+/// Counts a call as active while it exists.
+struct ActiveCall;
 
-impl Call {
+impl ActiveCall {
     fn begin() -> Self {
-        CALLS.fetch_add(1, Ordering::SeqCst);
+        ACTIVE_CALLS.fetch_add(1, Ordering::SeqCst);
         Self
     }
 }
 
-impl Drop for Call {
+impl Drop for ActiveCall {
     fn drop(&mut self) {
-        CALLS.fetch_sub(1, Ordering::SeqCst);
+        ACTIVE_CALLS.fetch_sub(1, Ordering::SeqCst);
         end_if_unused();
     }
 }
 
-/// What work tells while it goes on.
-pub(crate) struct Watch {
-    /// Bits of the share done.
+/// Progress and stop flag of a call, shared by the work and the waiting caller.
+#[derive(Default)]
+pub(crate) struct SharedProgress {
+    /// The share done, as the bits of an `f64`.
     share: AtomicU64,
     stop: AtomicBool,
 }
 
-impl Watch {
-    /// Tells that `share` is done; whether to go on.
-    pub(crate) fn tell(&self, share: f64) -> bool {
-        // Shares are not negative: their bits are ordered as they are.
+impl SharedProgress {
+    /// Reports the share done; returns whether to go on.
+    pub(crate) fn report(&self, share: f64) -> bool {
+        // The bits of numbers that are not negative have the order of the numbers.
         self.share
             .fetch_max(share.max(0.0).to_bits(), Ordering::Relaxed);
         !self.stop.load(Ordering::Relaxed)
@@ -123,75 +130,69 @@ impl Watch {
     }
 }
 
-/// Work under way: how far it is, and what came of it.
-struct Underway<T> {
-    watch: Watch,
-    /// Nothing within: it panicked.
-    outcome: Mutex<Option<Option<Result<T>>>>,
+/// Work under way and its result.
+struct Job<T> {
+    progress: SharedProgress,
+    result: Mutex<Option<Result<T>>>,
     ended: Condvar,
 }
 
-/// Does `work` on at most `limit` threads, all that the machine has if it is 0, while the caller is called back.
+/// Does `work` on at most `limit` threads, or one for each core if it is 0, and calls the caller back meanwhile.
 pub(crate) fn run<T: Send + 'static>(
     limit: u32,
     callbacks: &SeidelCallbacks,
-    work: impl FnOnce(&Watch) -> Result<T> + Send + 'static,
+    work: impl FnOnce(&SharedProgress) -> Result<T> + Send + 'static,
 ) -> Result<T> {
-    let _call = Call::begin();
-    if !callbacks.tell(0.0) {
+    let _call = ActiveCall::begin();
+    if !callbacks.report(0.0) {
         return Err(Failure::aborted());
     }
-    let underway = Arc::new(Underway {
-        watch: Watch {
-            share: AtomicU64::new(0),
-            stop: AtomicBool::new(false),
-        },
-        outcome: Mutex::new(None),
+    let job = Arc::new(Job {
+        progress: SharedProgress::default(),
+        result: Mutex::new(None),
         ended: Condvar::new(),
     });
-    let own = Arc::clone(&underway);
+    let own = Arc::clone(&job);
     spawn(limit, move || {
-        let outcome = caught(|| work(&own.watch));
-        *lock(&own.outcome) = Some(outcome);
+        let result = catch_panic(|| work(&own.progress));
+        *lock(&own.result) = Some(result.unwrap_or_else(|| Err(Failure::panicked())));
         own.ended.notify_all();
     })?;
-    let outcome = wait(&underway, callbacks)?;
-    callbacks.tell(1.0);
-    outcome.unwrap_or_else(|| Err(Failure::panicked()))
+    let result = wait(&job, callbacks).ok_or_else(Failure::aborted)?;
+    callbacks.report(1.0);
+    result
 }
 
-/// Waits for the outcome; an error if the caller said stop.
-fn wait<T>(underway: &Underway<T>, callbacks: &SeidelCallbacks) -> Result<Option<Result<T>>> {
+/// Waits for the result of a job; returns `None` if the caller stopped it.
+fn wait<T>(job: &Job<T>, callbacks: &SeidelCallbacks) -> Option<Result<T>> {
     let mut stopped_at: Option<Instant> = None;
-    let mut outcome = lock(&underway.outcome);
+    let mut result = lock(&job.result);
     loop {
-        if let Some(outcome) = outcome.take() {
-            return match stopped_at {
-                Some(_) => Err(Failure::aborted()),
-                None => Ok(outcome),
-            };
+        if let Some(result) = result.take() {
+            return stopped_at.is_none().then_some(result);
         }
-        if stopped_at.is_some_and(|at| at.elapsed() >= GRACE) {
-            return Err(Failure::aborted());
+        if stopped_at.is_some_and(|at| at.elapsed() >= STOP_TIMEOUT) {
+            return None;
         }
-        let waited = underway.ended.wait_timeout(outcome, TURN);
-        outcome = waited.unwrap_or_else(PoisonError::into_inner).0;
-        if outcome.is_none() && stopped_at.is_none() {
-            drop(outcome);
-            if !callbacks.tell(underway.watch.share().min(1.0)) {
-                underway.watch.stop.store(true, Ordering::Relaxed);
+        let waited = job.ended.wait_timeout(result, CALLBACK_INTERVAL);
+        result = waited.unwrap_or_else(PoisonError::into_inner).0;
+        if result.is_none() && stopped_at.is_none() {
+            // Work must be able to end while the callback runs.
+            drop(result);
+            if !callbacks.report(job.progress.share().min(1.0)) {
+                job.progress.stop.store(true, Ordering::Relaxed);
                 stopped_at = Some(Instant::now());
             }
-            outcome = lock(&underway.outcome);
+            result = lock(&job.result);
         }
     }
 }
 
+/// Starts `work` on the pool of a thread limit, creating the pool if there is none.
 fn spawn(limit: u32, work: impl FnOnce() + Send + 'static) -> Result<()> {
-    let all = || thread::available_parallelism().map_or(1, |count| count.get());
     let count = match limit {
-        0 => all(),
-        limit => (limit as usize).min(MOST_THREADS),
+        0 => thread::available_parallelism().map_or(1, |count| count.get()),
+        limit => (limit as usize).min(MAX_THREADS),
     };
     let mut pools = lock(&POOLS);
     let pool = match pools.remove(&count) {
@@ -199,7 +200,7 @@ fn spawn(limit: u32, work: impl FnOnce() + Send + 'static) -> Result<()> {
         None => Pool::new(count).map_err(|e| {
             Failure::new(
                 SeidelStatus::Memory,
-                format!("threads: could not start {count} ({e}); set fewer"),
+                format!("settings.threads: could not start {count} ({e}); set a lower limit"),
             )
         })?,
     };
@@ -208,11 +209,8 @@ fn spawn(limit: u32, work: impl FnOnce() + Send + 'static) -> Result<()> {
     Ok(())
 }
 
-/// Most threads of a pool.
-const MOST_THREADS: usize = 1024;
-
-/// Ends all threads of the library, after the work that they do. Call it before the library is unloaded; it is done by
-/// itself when the last lens is released. The library can go on being used: threads are started again when there is work.
+/// Ends all threads of the library and waits for the work that they are doing. Call it before the library is unloaded. It
+/// also happens when the last lens is released. The library remains usable: the next call starts threads again.
 #[unsafe(no_mangle)]
 pub extern "C" fn seidel_shutdown() -> SeidelStatus {
     guard(|| {
@@ -224,11 +222,11 @@ pub extern "C" fn seidel_shutdown() -> SeidelStatus {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pointers::Sized64;
+    use crate::pointers::Versioned;
 
     #[test]
-    fn work_that_panics_is_told_and_the_pool_goes_on() {
-        let none = SeidelCallbacks::neutral();
+    fn panics_of_work_are_reported_and_the_pool_goes_on() {
+        let none = SeidelCallbacks::DEFAULT;
         let failed: Result<()> = run(2, &none, |_| panic!("planted"));
         assert_eq!(failed.map_err(|f| f.status), Err(SeidelStatus::Panicked));
         let sum = run(2, &none, |_| Ok((1..=10).sum::<u32>()));
@@ -240,27 +238,27 @@ mod tests {
     }
 
     #[test]
-    fn one_who_says_stop_is_let_go_though_work_does_not_listen() {
+    fn a_stopped_call_returns_although_its_work_goes_on() {
         let callbacks = SeidelCallbacks {
             progress: Some(stop),
-            ..SeidelCallbacks::neutral()
+            ..SeidelCallbacks::DEFAULT
         };
-        // Somebody else who uses the library: the last one would wait for all threads to end.
-        let _other = Call::begin();
-        let (free, blocked) = std::sync::mpsc::channel::<()>();
-        let ended = Arc::new(AtomicBool::new(false));
-        let told = Arc::clone(&ended);
-        let outcome = run(1, &callbacks, move |watch| {
-            watch.tell(0.5);
-            // Not before the caller was let go.
+        // The end of the last call would wait for all threads; this one keeps them alive.
+        let _other = ActiveCall::begin();
+        let (release, blocked) = std::sync::mpsc::channel::<()>();
+        let has_ended = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&has_ended);
+        let outcome = run(1, &callbacks, move |progress| {
+            progress.report(0.5);
+            // Blocks until the call has returned.
             let _ = blocked.recv();
-            told.store(true, Ordering::SeqCst);
+            flag.store(true, Ordering::SeqCst);
             Ok(())
         });
         assert_eq!(outcome.map_err(|f| f.status), Err(SeidelStatus::Aborted));
-        assert!(!ended.load(Ordering::SeqCst));
-        free.send(()).expect("still at work");
+        assert!(!has_ended.load(Ordering::SeqCst));
+        release.send(()).expect("work under way");
         assert_eq!(seidel_shutdown(), SeidelStatus::Ok);
-        assert!(ended.load(Ordering::SeqCst), "shutdown waits for it");
+        assert!(has_ended.load(Ordering::SeqCst), "shutdown waits for it");
     }
 }

@@ -1,13 +1,15 @@
-//! What cannot be is refused, in words, and nothing is written.
+//! Invalid arguments are refused with an error that names them, and outputs are left alone.
 
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};
 
 use seidel_c::*;
 
-use crate::support::{Held, Picture, doors, plate, rect, refused, settings, well, why};
+use crate::support::{
+    LensHandle, TestImage, assert_ok, assert_refused, exports, last_error, plate, rect, settings,
+};
 
-const SIDE: SeidelRect = SeidelRect {
+const AREA: SeidelRect = SeidelRect {
     left: 0,
     top: 0,
     width: 24,
@@ -15,77 +17,88 @@ const SIDE: SeidelRect = SeidelRect {
 };
 
 #[test]
-fn versions_are_told() {
-    let doors = doors();
-    // SAFETY: nothing is asked of a caller.
+fn versions_are_those_of_the_package_and_the_header() {
+    let exports = exports();
+    // SAFETY: these functions have no requirements.
     unsafe {
-        assert_eq!((doors.abi_version)(), SEIDEL_ABI_VERSION);
-        let version = CStr::from_ptr((doors.version)());
+        assert_eq!((exports.abi_version)(), SEIDEL_ABI_VERSION);
+        let version = CStr::from_ptr((exports.version)());
         assert_eq!(version.to_str(), Ok(env!("CARGO_PKG_VERSION")));
     }
 }
 
 #[test]
 fn null_pointers_are_refused_by_every_call() {
-    let doors = doors();
-    let lens = Held::new(2.0);
-    let source = Picture::busy(SIDE, 4);
-    let mut result = Picture::black(SIDE, 4);
-    let (image, output) = (source.image(), result.output());
-    let plate = plate(&image, SIDE);
+    let exports = exports();
+    let lens = LensHandle::new(2.0);
+    let source = TestImage::pattern(AREA, 4);
+    let mut result = TestImage::black(AREA, 4);
+    let (image, output) = (source.input(), result.output());
+    let plate = plate(&image, AREA);
     let settings = settings();
-    let mut region = SIDE;
+    let mut region = AREA;
     let mut bytes = 0;
-    // SAFETY: pointers are NULL or good.
+    // SAFETY: pointers are NULL or valid.
     unsafe {
-        let cases = [
-            ((doors.open)(null(), &mut null_mut()), "path"),
-            ((doors.open)(c"lens.json".as_ptr(), null_mut()), "lens"),
-            ((doors.read)(null(), 3, &mut null_mut()), "json"),
-            ((doors.read)(c"{}".as_ptr(), 2, null_mut()), "lens"),
-        ];
-        for (index, (status, _)) in cases.iter().enumerate() {
-            assert_eq!(*status, SeidelStatus::Argument, "{index}");
-        }
-        let argument = |status, says: &str| refused(status, SeidelStatus::Argument, says);
-        argument((doors.settings_init)(null_mut()), "settings");
-        argument((doors.retain)(null()), "lens");
-        argument((doors.info)(null(), null_mut()), "lens");
-        argument((doors.info)(lens.0, null_mut()), "info");
+        let argument = |status, text: &str| assert_refused(status, SeidelStatus::Argument, text);
+        argument((exports.open)(null(), &mut null_mut()), "path");
+        argument((exports.open)(c"lens.json".as_ptr(), null_mut()), "lens");
+        argument((exports.read)(null(), 3, &mut null_mut()), "json");
+        argument((exports.read)(c"{}".as_ptr(), 2, null_mut()), "lens");
+        argument((exports.settings_init)(null_mut()), "settings");
+        argument((exports.retain)(null()), "lens");
+        argument((exports.info)(null(), null_mut()), "lens");
+        argument((exports.info)(lens.0, null_mut()), "info");
         argument(
-            (doors.channel)(null(), 0, null_mut(), 0, null_mut()),
+            (exports.channel)(null(), 0, null_mut(), 0, null_mut()),
             "lens",
         );
-        argument((doors.model)(null(), 0, null_mut(), 0, null_mut()), "lens");
-        well((doors.release)(null()));
+        argument(
+            (exports.model)(null(), 0, null_mut(), 0, null_mut()),
+            "lens",
+        );
+        assert_ok((exports.release)(null()));
         let apply =
-            |lens, plate, output| (doors.apply)(lens, &settings, plate, output, null(), null());
+            |lens, plate, output| (exports.apply)(lens, &settings, plate, output, null(), null());
         argument(apply(null(), &plate, &output), "lens");
         argument(apply(lens.0, null(), &output), "plate");
         argument(apply(lens.0, &plate, null()), "output");
         let remove = |lens, plate, output| {
-            (doors.remove)(lens, &settings, plate, output, null(), null_mut(), null())
+            (exports.remove)(lens, &settings, plate, output, null(), null_mut(), null())
         };
         argument(remove(null(), &plate, &output), "lens");
         argument(remove(lens.0, null(), &output), "plate");
         argument(remove(lens.0, &plate, null()), "output");
         let relens = |from, to, plate, output| {
-            (doors.relens)(from, to, &settings, plate, output, null(), null())
+            (exports.relens)(from, to, &settings, plate, output, null(), null())
         };
         argument(relens(null(), lens.0, &plate, &output), "lens");
         argument(relens(lens.0, null(), &plate, &output), "lens");
         argument(relens(lens.0, lens.0, null(), &output), "plate");
         argument(relens(lens.0, lens.0, &plate, null()), "output");
-        let of =
-            |lens, plate, window, region| (doors.region)(lens, &settings, plate, window, region);
-        argument(of(null(), &plate, &SIDE, &mut region), "lens");
-        argument(of(lens.0, null(), &SIDE, &mut region), "plate");
-        argument(of(lens.0, &plate, null(), &mut region), "window");
-        argument(of(lens.0, &plate, &SIDE, null_mut()), "region");
-        argument((doors.memory)(&settings, null(), 0, &mut bytes), "plate");
-        argument((doors.memory)(&settings, &plate, 0, null_mut()), "bytes");
+        let region_of_interest = |lens, plate, window, region| {
+            (exports.region_of_interest)(lens, &settings, plate, window, region)
+        };
+        argument(
+            region_of_interest(null(), &plate, &AREA, &mut region),
+            "lens",
+        );
+        argument(
+            region_of_interest(lens.0, null(), &AREA, &mut region),
+            "plate",
+        );
+        argument(
+            region_of_interest(lens.0, &plate, null(), &mut region),
+            "window",
+        );
+        argument(
+            region_of_interest(lens.0, &plate, &AREA, null_mut()),
+            "region",
+        );
+        argument((exports.memory)(&settings, null(), 0, &mut bytes), "plate");
+        argument((exports.memory)(&settings, &plate, 0, null_mut()), "bytes");
         let kernel =
-            |lens, plate| (doors.kernel)(lens, &settings, plate, 0, 5.0, 5.0, 2.0, null_mut());
+            |lens, plate| (exports.kernel)(lens, &settings, plate, 0, 5.0, 5.0, 2.0, null_mut());
         argument(kernel(null(), &plate), "lens");
         argument(kernel(lens.0, null()), "plate");
         argument(kernel(lens.0, &plate), "kernel");
@@ -93,29 +106,29 @@ fn null_pointers_are_refused_by_every_call() {
     assert!(result.samples.iter().all(|v| *v == 0.0));
 }
 
-/// Applies with one thing about the call changed; it must be refused.
+/// Asserts that `seidel_apply` refuses arguments with one `change`, with an error that contains `text`.
 #[track_caller]
 fn refuses(
     status: SeidelStatus,
-    says: &str,
+    text: &str,
     change: impl FnOnce(&mut SeidelSettings, &mut SeidelImage, &mut SeidelImage, &mut SeidelPlate),
 ) {
-    let lens = Held::new(2.0);
-    let source = Picture::busy(SIDE, 4);
-    let mut result = Picture::black(SIDE, 4);
-    let (mut image, mut output) = (source.image(), result.output());
-    let mut plate = plate(&image, SIDE);
+    let lens = LensHandle::new(2.0);
+    let source = TestImage::pattern(AREA, 4);
+    let mut result = TestImage::black(AREA, 4);
+    let (mut image, mut output) = (source.input(), result.output());
+    let mut plate = plate(&image, AREA);
     let mut settings = settings();
     change(&mut settings, &mut image, &mut output, &mut plate);
     plate.source = &image;
-    // SAFETY: pointers are NULL or good; numbers are what is refused.
-    let got = unsafe { (doors().apply)(lens.0, &settings, &plate, &output, null(), null()) };
-    refused(got, status, says);
+    // SAFETY: pointers are NULL or valid, and invalid numbers are refused before memory is used.
+    let got = unsafe { (exports().apply)(lens.0, &settings, &plate, &output, null(), null()) };
+    assert_refused(got, status, text);
     assert!(result.samples.iter().all(|v| *v == 0.0));
 }
 
 #[test]
-fn numbers_that_cannot_be_are_refused_by_name() {
+fn invalid_members_are_refused_by_name() {
     use SeidelStatus::{Argument, Unsupported};
     refuses(Argument, "source.data", |_, image, _, _| {
         image.data = null_mut()
@@ -195,34 +208,34 @@ fn numbers_that_cannot_be_are_refused_by_name() {
 }
 
 #[test]
-fn samples_that_are_not_finite_are_named_or_scrubbed() {
-    let lens = Held::new(2.0);
+fn samples_that_are_not_finite_are_refused_by_pixel_or_scrubbed() {
+    let lens = LensHandle::new(2.0);
     let area = rect(-4, 7, 24, 16);
-    let mut source = Picture::busy(area, 4);
+    let mut source = TestImage::pattern(area, 4);
     source.samples[(3 * 24 + 5) * 4 + 1] = f32::NAN;
-    let image = source.image();
+    let image = source.input();
     let plate = plate(&image, area);
     let mut settings = settings();
-    let mut result = Picture::black(area, 4);
+    let mut result = TestImage::black(area, 4);
     let output = result.output();
     let apply = |settings: &SeidelSettings| {
-        // SAFETY: all pointers are good.
-        unsafe { (doors().apply)(lens.0, settings, &plate, &output, null(), null()) }
+        // SAFETY: all pointers are valid.
+        unsafe { (exports().apply)(lens.0, settings, &plate, &output, null(), null()) }
     };
-    refused(
+    assert_refused(
         apply(&settings),
         SeidelStatus::Argument,
         "channel G, pixel (1, 10)",
     );
     settings.amount = 0.0;
-    refused(
+    assert_refused(
         apply(&settings),
         SeidelStatus::Argument,
         "channel G, pixel (1, 10)",
     );
     settings.amount = 1.0;
     settings.scrub = 1;
-    well(apply(&settings));
-    assert_eq!(why(), "");
+    assert_ok(apply(&settings));
+    assert_eq!(last_error(), "");
     assert!(result.samples.iter().all(|v| v.is_finite()));
 }

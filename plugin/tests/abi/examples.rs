@@ -1,4 +1,4 @@
-//! The examples, run as a reader would run them.
+//! The examples in C and Python compile and run, and the header is valid C++.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -6,40 +6,40 @@ use std::process::{Command, Output};
 
 use crate::support::{library, profile};
 
-/// A word past the capture of passing tests' words, so that it is seen.
-fn skipped(why: &str) {
-    let _ = writeln!(std::io::stderr(), "skipped: {why}");
+/// Prints the reason for skipping a test to stderr, past the capture of output.
+fn skip(reason: &str) {
+    let _ = writeln!(std::io::stderr(), "skipped: {reason}");
 }
 
-fn is_there(program: &str) -> bool {
-    let asked = Command::new(program).arg("--version").output();
-    asked.is_ok_and(|answer| answer.status.success())
+fn is_installed(program: &str) -> bool {
+    let output = Command::new(program).arg("--version").output();
+    output.is_ok_and(|output| output.status.success())
 }
 
 #[track_caller]
-fn went_well(done: &Output) {
-    let words = String::from_utf8_lossy(&done.stdout);
-    let faults = String::from_utf8_lossy(&done.stderr);
-    assert!(done.status.success(), "{words}{faults}");
+fn assert_success(output: &Output) {
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stdout}{stderr}");
 }
 
-fn lens_in(folder: &Path) -> std::path::PathBuf {
+fn write_lens(folder: &Path) -> std::path::PathBuf {
     let lens = folder.join("lens.json");
     std::fs::write(&lens, profile(2.0).to_json()).expect("writable");
     lens
 }
 
 #[test]
-fn the_example_in_c_blurs_a_picture_and_says_why_it_cannot() {
-    if !cfg!(unix) || !is_there("cc") {
-        return skipped("no C compiler `cc`");
+fn the_c_example_blurs_an_image_and_prints_errors() {
+    if !cfg!(unix) || !is_installed("cc") {
+        return skip("no C compiler `cc`");
     }
     let folder = tempfile::tempdir().expect("a folder");
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program = folder.path().join("apply");
     let libraries = library();
     let libraries = libraries.parent().expect("a folder");
-    let built = Command::new("cc")
+    let compiled = Command::new("cc")
         .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"])
         .arg("-I")
         .arg(package.join("include"))
@@ -50,7 +50,7 @@ fn the_example_in_c_blurs_a_picture_and_says_why_it_cannot() {
         .arg(&program)
         .output()
         .expect("cc runs");
-    went_well(&built);
+    assert_success(&compiled);
     let run = |lens: &Path| {
         Command::new(&program)
             .arg(lens)
@@ -59,45 +59,46 @@ fn the_example_in_c_blurs_a_picture_and_says_why_it_cannot() {
             .output()
             .expect("it runs")
     };
-    let done = run(&lens_in(folder.path()));
-    went_well(&done);
-    let words = String::from_utf8_lossy(&done.stdout);
-    assert!(words.contains("done 100 %"), "{words}");
-    let done = run(&folder.path().join("none.json"));
-    let words = String::from_utf8_lossy(&done.stderr);
-    assert!(!done.status.success() && words.contains("none.json: could not be read"));
+    let output = run(&write_lens(folder.path()));
+    assert_success(&output);
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(stdout.contains("done 100 %"), "{stdout}");
+    let output = run(&folder.path().join("none.json"));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(stderr.contains("none.json: could not be read"), "{stderr}");
 }
 
 #[test]
-fn the_header_can_be_read_as_c_plus_plus() {
-    if !cfg!(unix) || !is_there("c++") {
-        return skipped("no C++ compiler `c++`");
+fn the_header_is_valid_cpp() {
+    if !cfg!(unix) || !is_installed("c++") {
+        return skip("no C++ compiler `c++`");
     }
     let header = Path::new(env!("CARGO_MANIFEST_DIR")).join("include/seidel.h");
-    let read = Command::new("c++")
+    let checked = Command::new("c++")
         .args(["-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"])
         .args(["-x", "c++"])
         .arg(header)
         .output()
         .expect("c++ runs");
-    went_well(&read);
+    assert_success(&checked);
 }
 
 #[test]
-fn the_example_in_python_blurs_a_picture() {
-    if !is_there("python3") {
-        return skipped("no `python3`");
+fn the_python_example_blurs_an_image() {
+    if !is_installed("python3") {
+        return skip("no `python3`");
     }
     let folder = tempfile::tempdir().expect("a folder");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/apply.py");
-    let done = Command::new("python3")
+    let output = Command::new("python3")
         .arg("-B")
         .arg(script)
         .arg(library())
-        .arg(lens_in(folder.path()))
+        .arg(write_lens(folder.path()))
         .output()
         .expect("python3 runs");
-    went_well(&done);
-    let words = String::from_utf8_lossy(&done.stdout);
-    assert!(words.contains("point 50 ->"), "{words}");
+    assert_success(&output);
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(stdout.contains("point 50 ->"), "{stdout}");
 }

@@ -1,10 +1,10 @@
-//! The C ABI by its own doors: the shared library is loaded as a host would load it.
+//! Tests of the C ABI. They load the shared library as a host does, and call its exports only.
 
-mod applying;
+mod apply;
 mod arguments;
 mod examples;
+mod images;
 mod lenses;
-mod pictures;
-mod removing;
+mod remove;
 mod support;
-mod working;
+mod threads;

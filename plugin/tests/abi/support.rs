@@ -1,4 +1,4 @@
-//! What the tests share: the library loaded, lenses made on the spot, pictures as hosts keep them.
+//! Helpers: the loaded library, generated lenses and images.
 
 use std::ffi::{CString, c_char};
 use std::path::{Path, PathBuf};
@@ -55,10 +55,11 @@ type Kernel = unsafe extern "C" fn(
     f64,
     *mut SeidelKernel,
 ) -> SeidelStatus;
-type Name = unsafe extern "C" fn(Lens, u32, *mut c_char, usize, *mut usize) -> SeidelStatus;
+pub(crate) type CopyName =
+    unsafe extern "C" fn(Lens, u32, *mut c_char, usize, *mut usize) -> SeidelStatus;
 
-/// The exports, as the loaded library has them.
-pub(crate) struct Doors {
+/// The exports of the loaded library.
+pub(crate) struct Exports {
     pub(crate) abi_version: unsafe extern "C" fn() -> u32,
     pub(crate) version: unsafe extern "C" fn() -> *const c_char,
     pub(crate) last_error: unsafe extern "C" fn(*mut c_char, usize) -> usize,
@@ -70,12 +71,12 @@ pub(crate) struct Doors {
     pub(crate) retain: unsafe extern "C" fn(Lens) -> SeidelStatus,
     pub(crate) release: unsafe extern "C" fn(Lens) -> SeidelStatus,
     pub(crate) info: unsafe extern "C" fn(Lens, *mut SeidelLensInfo) -> SeidelStatus,
-    pub(crate) channel: Name,
-    pub(crate) model: Name,
+    pub(crate) channel: CopyName,
+    pub(crate) model: CopyName,
     pub(crate) apply: Apply,
     pub(crate) remove: Remove,
     pub(crate) relens: Relens,
-    pub(crate) region: Region,
+    pub(crate) region_of_interest: Region,
     pub(crate) kernel: Kernel,
     pub(crate) memory: unsafe extern "C" fn(
         *const SeidelSettings,
@@ -85,75 +86,75 @@ pub(crate) struct Doors {
     ) -> SeidelStatus,
 }
 
-/// The shared library of this build: it lies beside the tests.
+/// Returns the path of the shared library of this build, which lies beside the tests.
 pub(crate) fn library() -> PathBuf {
-    let tests = std::env::current_exe().expect("a program");
+    let tests = std::env::current_exe().expect("the path of the test");
     let name = libloading::library_filename("seidel_c");
     tests.with_file_name(name)
 }
 
-/// The exports of the library, loaded once and kept.
-pub(crate) fn doors() -> &'static Doors {
-    static DOORS: OnceLock<Doors> = OnceLock::new();
-    DOORS.get_or_init(|| {
-        // SAFETY: the library of this project runs nothing when it is loaded.
-        let loaded = unsafe { Library::new(library()) }.expect("the library was built");
-        let kept: &'static Library = Box::leak(Box::new(loaded));
-        macro_rules! door {
+/// Returns the exports of the library, which is loaded once and never unloaded.
+pub(crate) fn exports() -> &'static Exports {
+    static EXPORTS: OnceLock<Exports> = OnceLock::new();
+    EXPORTS.get_or_init(|| {
+        // SAFETY: the library of this project runs no code when it is loaded.
+        let library = unsafe { Library::new(library()) }.expect("the built library");
+        let library: &'static Library = Box::leak(Box::new(library));
+        macro_rules! export {
             ($name:literal) => {
                 // SAFETY: the types are those of the exports.
-                *unsafe { kept.get(concat!($name, "\0").as_bytes()) }.expect($name)
+                *unsafe { library.get(concat!($name, "\0").as_bytes()) }.expect($name)
             };
         }
-        Doors {
-            abi_version: door!("seidel_abi_version"),
-            version: door!("seidel_version"),
-            last_error: door!("seidel_last_error"),
-            shutdown: door!("seidel_shutdown"),
-            settings_init: door!("seidel_settings_init"),
-            open: door!("seidel_lens_open"),
-            read: door!("seidel_lens_read"),
-            retain: door!("seidel_lens_retain"),
-            release: door!("seidel_lens_release"),
-            info: door!("seidel_lens_info"),
-            channel: door!("seidel_lens_channel"),
-            model: door!("seidel_lens_model"),
-            apply: door!("seidel_apply"),
-            remove: door!("seidel_remove"),
-            relens: door!("seidel_relens"),
-            region: door!("seidel_region_of_interest"),
-            kernel: door!("seidel_kernel"),
-            memory: door!("seidel_memory_needed"),
+        Exports {
+            abi_version: export!("seidel_abi_version"),
+            version: export!("seidel_version"),
+            last_error: export!("seidel_last_error"),
+            shutdown: export!("seidel_shutdown"),
+            settings_init: export!("seidel_settings_init"),
+            open: export!("seidel_lens_open"),
+            read: export!("seidel_lens_read"),
+            retain: export!("seidel_lens_retain"),
+            release: export!("seidel_lens_release"),
+            info: export!("seidel_lens_info"),
+            channel: export!("seidel_lens_channel"),
+            model: export!("seidel_lens_model"),
+            apply: export!("seidel_apply"),
+            remove: export!("seidel_remove"),
+            relens: export!("seidel_relens"),
+            region_of_interest: export!("seidel_region_of_interest"),
+            kernel: export!("seidel_kernel"),
+            memory: export!("seidel_memory_needed"),
         }
     })
 }
 
-/// The words of the last failure on this thread.
-pub(crate) fn why() -> String {
+/// Returns the last error of this thread.
+pub(crate) fn last_error() -> String {
     let mut bytes = vec![0_u8; 4096];
-    // SAFETY: the buffer is as long as is said.
-    let length = unsafe { (doors().last_error)(bytes.as_mut_ptr().cast(), bytes.len()) };
+    // SAFETY: the buffer has the length passed.
+    let length = unsafe { (exports().last_error)(bytes.as_mut_ptr().cast(), bytes.len()) };
     String::from_utf8(bytes[..length - 1].to_vec()).expect("UTF-8")
 }
 
-/// Fails with the library's words unless a call went well.
+/// Asserts that a call succeeded.
 #[track_caller]
-pub(crate) fn well(status: SeidelStatus) {
-    assert_eq!(status, SeidelStatus::Ok, "{}", why());
+pub(crate) fn assert_ok(status: SeidelStatus) {
+    assert_eq!(status, SeidelStatus::Ok, "{}", last_error());
 }
 
-/// A call must be refused with `status`, in words that hold `says`.
+/// Asserts that a call returned `status` with an error that contains `text`.
 #[track_caller]
-pub(crate) fn refused(got: SeidelStatus, status: SeidelStatus, says: &str) {
-    let words = why();
-    assert_eq!(got, status, "{words}");
-    assert!(words.contains(says), "`{says}` is missing in: {words}");
+pub(crate) fn assert_refused(got: SeidelStatus, status: SeidelStatus, text: &str) {
+    let error = last_error();
+    assert_eq!(got, status, "{error}");
+    assert!(error.contains(text), "`{text}` is missing in: {error}");
 }
 
-/// A lens of R, G and B known ray by ray on a frame of 300 x 200, focused at infinity at f/2: blur of 1 to `size` px.
+/// Returns a `pupil` profile of R, G and B with a frame of 300 x 200, focused at infinity at f/2: blur of 1 to `size` px.
 pub(crate) fn profile(size: f64) -> LensProfile {
     let constant = VergenceSeries::constant;
-    let channel = |(index, name): (usize, &str)| PupilChannel {
+    let channel = |index: usize, name: &str| PupilChannel {
         name: name.to_owned(),
         alpha: VergenceSeries::new(vec![size + 0.3 * index as f64, 1.4 * size]),
         beta: constant(0.4),
@@ -169,7 +170,8 @@ pub(crate) fn profile(size: f64) -> LensProfile {
         added: Vec::new(),
         wavelength_px: 0.0,
     };
-    let names = ["R", "G", "B"].into_iter().enumerate();
+    let channels = ["R", "G", "B"].into_iter().enumerate();
+    let channels = channels.map(|(index, name)| channel(index, name));
     LensProfile {
         frame: Frame::new(300, 200, None).expect("a valid frame"),
         pixel_pitch_um: Some(6.0),
@@ -178,55 +180,55 @@ pub(crate) fn profile(size: f64) -> LensProfile {
             f_number: Some(2.0),
             ..Camera::default()
         },
-        description: LensDescription::Pupil(names.map(channel).collect()),
+        description: LensDescription::Pupil(channels.collect()),
         held_out: None,
         provenance: Provenance::default(),
     }
 }
 
-/// A handle that is released at the end.
-pub(crate) struct Held(pub(crate) *mut SeidelLens);
+/// A lens handle, released when it is dropped.
+pub(crate) struct LensHandle(pub(crate) *mut SeidelLens);
 
-// SAFETY: a handle may be used by any thread.
-unsafe impl Send for Held {}
-// SAFETY: and by several at once.
-unsafe impl Sync for Held {}
+// SAFETY: any thread may use a handle.
+unsafe impl Send for LensHandle {}
+// SAFETY: several threads may use a handle at the same time.
+unsafe impl Sync for LensHandle {}
 
-impl Held {
-    /// The lens of [`profile`].
+impl LensHandle {
+    /// Opens the lens of [`profile`].
     pub(crate) fn new(size: f64) -> Self {
         let json = profile(size).to_json();
         let mut lens = std::ptr::null_mut();
-        // SAFETY: the text is as long as is said.
-        well(unsafe { (doors().read)(json.as_ptr().cast(), json.len(), &mut lens) });
+        // SAFETY: the text has the length passed.
+        assert_ok(unsafe { (exports().read)(json.as_ptr().cast(), json.len(), &mut lens) });
         Self(lens)
     }
 }
 
-impl Drop for Held {
+impl Drop for LensHandle {
     fn drop(&mut self) {
-        // SAFETY: a handle may be anything.
-        unsafe { (doors().release)(self.0) };
+        // SAFETY: any value is safe as a handle.
+        unsafe { (exports().release)(self.0) };
     }
 }
 
-/// `text` with a zero at its end.
+/// Returns `text` with a terminating zero.
 pub(crate) fn c_text(text: &str) -> CString {
-    CString::new(text).expect("no zero within")
+    CString::new(text).expect("text without zeros")
 }
 
 pub(crate) fn c_path(path: &Path) -> CString {
     c_text(path.to_str().expect("UTF-8"))
 }
 
-/// Default settings for objects 2 m away, drawn by Gaussians.
+/// Returns the default settings, for objects at 2 m and the Gaussian model.
 pub(crate) fn settings() -> SeidelSettings {
     static MODEL: OnceLock<CString> = OnceLock::new();
-    // SAFETY: any bytes are settings; zeros are NULL and 0.
+    // SAFETY: all bytes zero are valid settings: NULL and 0.
     let mut settings: SeidelSettings = unsafe { std::mem::zeroed() };
     settings.size = size_of::<SeidelSettings>() as u64;
-    // SAFETY: the settings are as large as they say.
-    well(unsafe { (doors().settings_init)(&mut settings) });
+    // SAFETY: the settings have the size that they state.
+    assert_ok(unsafe { (exports().settings_init)(&mut settings) });
     settings.distance = 2.0;
     settings.psf_model = MODEL.get_or_init(|| c_text("gaussian")).as_ptr();
     settings
@@ -241,15 +243,15 @@ pub(crate) fn rect(left: i32, top: i32, width: i32, height: i32) -> SeidelRect {
     }
 }
 
-/// A packed picture of floats.
+/// An image of packed floats.
 #[derive(Clone)]
-pub(crate) struct Picture {
+pub(crate) struct TestImage {
     pub(crate) rect: SeidelRect,
     pub(crate) channels: usize,
     pub(crate) samples: Vec<f32>,
 }
 
-impl Picture {
+impl TestImage {
     pub(crate) fn black(rect: SeidelRect, channels: usize) -> Self {
         let count = (rect.width * rect.height) as usize * channels;
         Self {
@@ -259,24 +261,24 @@ impl Picture {
         }
     }
 
-    /// Of a function of plate pixel and channel.
-    pub(crate) fn of(
+    /// Creates an image from a function of plate pixel and channel.
+    pub(crate) fn from_fn(
         rect: SeidelRect,
         channels: usize,
-        of: impl Fn(i32, i32, usize) -> f32,
+        sample_at: impl Fn(i32, i32, usize) -> f32,
     ) -> Self {
-        let mut picture = Self::black(rect, channels);
-        for (k, sample) in picture.samples.iter_mut().enumerate() {
+        let mut image = Self::black(rect, channels);
+        for (k, sample) in image.samples.iter_mut().enumerate() {
             let pixel = (k / channels) as i32;
             let (x, y) = (pixel % rect.width, pixel / rect.width);
-            *sample = of(rect.left + x, rect.top + y, k % channels);
+            *sample = sample_at(rect.left + x, rect.top + y, k % channels);
         }
-        picture
+        image
     }
 
-    /// Something of everything: a ramp, edges, small lights; alpha last of 2 or 4.
-    pub(crate) fn busy(rect: SeidelRect, channels: usize) -> Self {
-        Self::of(rect, channels, |x, y, channel| {
+    /// Creates an image with a ramp, an edge and point lights; the last of 2 or 4 channels is alpha.
+    pub(crate) fn pattern(rect: SeidelRect, channels: usize) -> Self {
+        Self::from_fn(rect, channels, |x, y, channel| {
             if channels.is_multiple_of(2) && channel + 1 == channels {
                 return if x < 20 { 0.5 } else { 1.0 };
             }
@@ -291,7 +293,7 @@ impl Picture {
         })
     }
 
-    pub(crate) fn image(&self) -> SeidelImage {
+    pub(crate) fn input(&self) -> SeidelImage {
         SeidelImage {
             size: size_of::<SeidelImage>() as u64,
             data: self.samples.as_ptr().cast_mut().cast(),
@@ -304,17 +306,17 @@ impl Picture {
         }
     }
 
-    /// As an output: samples may be written through it.
+    /// Returns the image as an output, through which its samples may be written.
     pub(crate) fn output(&mut self) -> SeidelImage {
         SeidelImage {
             data: self.samples.as_mut_ptr().cast(),
-            ..self.image()
+            ..self.input()
         }
     }
 
-    /// Its part in `rect`.
+    /// Returns the part of the image in `rect`.
     pub(crate) fn cut(&self, rect: SeidelRect) -> Self {
-        Self::of(rect, self.channels, |x, y, channel| {
+        Self::from_fn(rect, self.channels, |x, y, channel| {
             let (x, y) = (x - self.rect.left, y - self.rect.top);
             let pixel = (y * self.rect.width + x) as usize;
             self.samples[pixel * self.channels + channel]
@@ -331,7 +333,7 @@ impl Picture {
     }
 }
 
-/// The plate of a whole picture.
+/// Returns a plate whose format and extent are `extent`.
 pub(crate) fn plate(source: &SeidelImage, extent: SeidelRect) -> SeidelPlate {
     SeidelPlate {
         size: size_of::<SeidelPlate>() as u64,
@@ -345,26 +347,28 @@ pub(crate) fn plate(source: &SeidelImage, extent: SeidelRect) -> SeidelPlate {
     }
 }
 
-/// `seidel_apply` of a plate over `window`, into floats.
-pub(crate) fn applied(
-    lens: &Held,
+/// Calls `seidel_apply` for the `window` of a plate; returns the result.
+pub(crate) fn apply(
+    lens: &LensHandle,
     settings: &SeidelSettings,
     plate: &SeidelPlate,
     window: SeidelRect,
-) -> Picture {
-    // SAFETY: every plate here has a source.
+) -> TestImage {
+    // SAFETY: every plate of these tests has a source.
     let channels = unsafe { (*plate.source).channels };
-    let mut out = Picture::black(window, channels as usize);
+    let mut out = TestImage::black(window, channels as usize);
     let image = out.output();
     let none = std::ptr::null();
-    // SAFETY: all pointers are good.
-    well(unsafe { (doors().apply)(lens.0, settings, plate, &image, none, std::ptr::null()) });
+    // SAFETY: all pointers are valid.
+    assert_ok(unsafe {
+        (exports().apply)(lens.0, settings, plate, &image, none, std::ptr::null())
+    });
     out
 }
 
-/// Largest difference of two pictures.
-pub(crate) fn farthest(a: &[f32], b: &[f32]) -> f32 {
+/// Returns the largest difference of two planes.
+pub(crate) fn max_difference(a: &[f32], b: &[f32]) -> f32 {
     assert_eq!(a.len(), b.len());
-    let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-    apart.fold(0.0, f32::max)
+    let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, f32::max)
 }

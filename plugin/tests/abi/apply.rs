@@ -1,4 +1,4 @@
-//! Blur: the renderer's own, windows that are parts of the whole, every knob.
+//! `seidel_apply`, `seidel_region_of_interest` and `seidel_kernel`: agreement with the renderers, windows, settings.
 
 use std::ptr::null;
 
@@ -12,7 +12,8 @@ use seidel_core::render::{
 use seidel_core::{PlateGeometry, PlatePlacement, no_progress};
 
 use crate::support::{
-    Held, Picture, applied, doors, farthest, plate, profile, rect, refused, settings, well,
+    LensHandle, TestImage, apply, assert_ok, assert_refused, exports, max_difference, plate,
+    profile, rect, settings,
 };
 
 const AREA: SeidelRect = SeidelRect {
@@ -22,8 +23,9 @@ const AREA: SeidelRect = SeidelRect {
     height: 80,
 };
 
-fn depth(area: SeidelRect) -> Picture {
-    Picture::of(area, 1, |x, y, _| {
+/// Returns distances in metres: a near strip before a background that recedes downwards.
+fn depth(area: SeidelRect) -> TestImage {
+    TestImage::from_fn(area, 1, |x, y, _| {
         if x > 40 && x < 70 {
             1.3
         } else {
@@ -32,10 +34,10 @@ fn depth(area: SeidelRect) -> Picture {
     })
 }
 
-/// Renders a premultiplied RGBA picture by the renderers themselves, without the facade that the C ABI calls.
-fn render_by_renderers(picture: &Picture, vergence: VergencePass) -> Vec<Vec<f32>> {
-    let lens = Predictor::new(&profile(2.0)).expect("a lens");
-    let (width, height) = (picture.rect.width as usize, picture.rect.height as usize);
+/// Renders a premultiplied RGBA image by the renderers, without the facade that the C ABI calls.
+fn render_by_renderers(image: &TestImage, vergence: VergencePass) -> Vec<Vec<f32>> {
+    let lens = Predictor::new(&profile(2.0)).expect("a valid profile");
+    let (width, height) = (image.rect.width as usize, image.rect.height as usize);
     let placement = PlatePlacement::new(lens.frame(), &PlateGeometry::of_size(width, height));
     let scene = Scene {
         lens: &lens,
@@ -47,7 +49,7 @@ fn render_by_renderers(picture: &Picture, vergence: VergencePass) -> Vec<Vec<f32
         edges: Edges::Mirror,
         displacement: Displacement::Lateral,
     };
-    let samples: Vec<_> = (0..4).map(|k| picture.plane(k)).collect();
+    let samples: Vec<_> = (0..4).map(|k| image.plane(k)).collect();
     let third = 1.0 / 3.0;
     let weights = [
         [1.0, 0.0, 0.0],
@@ -63,52 +65,54 @@ fn render_by_renderers(picture: &Picture, vergence: VergencePass) -> Vec<Vec<f32
         settings: Occlusion::default(),
     };
     let rendered = layered.render(&scene, &planes, &no_progress);
-    rendered.expect("drawable").planes
+    rendered.expect("a lens that can be drawn").planes
 }
 
 #[test]
-fn results_are_those_of_the_renderer() {
-    let lens = Held::new(2.0);
-    let picture = Picture::busy(AREA, 4);
+fn results_equal_those_of_the_renderers() {
+    let lens = LensHandle::new(2.0);
+    let source = TestImage::pattern(AREA, 4);
     let pass = depth(AREA);
-    let (image, depth_image) = (picture.image(), pass.image());
+    let (input, depth_input) = (source.input(), pass.input());
     for with_depth in [false, true] {
-        let mut plate = plate(&image, AREA);
+        let mut plate = plate(&input, AREA);
         let vergence = |metres: &f32| (1.0 / f64::from(*metres)) as f32;
         let vergences: Vec<f32> = pass.samples.iter().map(vergence).collect();
         let mut vergence = VergencePass::Constant(0.5);
         if with_depth {
-            plate.depth = &depth_image;
+            plate.depth = &depth_input;
             vergence = VergencePass::PerPixel(&vergences);
         }
-        let got = applied(&lens, &settings(), &plate, AREA);
-        for (channel, want) in render_by_renderers(&picture, vergence).iter().enumerate() {
+        let got = apply(&lens, &settings(), &plate, AREA);
+        for (channel, want) in render_by_renderers(&source, vergence).iter().enumerate() {
             assert_eq!(&got.plane(channel), want, "{channel} {with_depth}");
         }
-        assert!(farthest(&got.samples, &picture.samples) > 1.0);
+        assert!(max_difference(&got.samples, &source.samples) > 1.0);
     }
 }
 
-/// The region that a window needs.
-fn region(
-    lens: &Held,
+/// Returns the region of interest of `window`.
+fn region_of_interest(
+    lens: &LensHandle,
     settings: &SeidelSettings,
     plate: &SeidelPlate,
     window: SeidelRect,
 ) -> SeidelRect {
     let mut region = rect(0, 0, 0, 0);
-    // SAFETY: all pointers are good.
-    well(unsafe { (doors().region)(lens.0, settings, plate, &window, &mut region) });
+    // SAFETY: all pointers are valid.
+    assert_ok(unsafe {
+        (exports().region_of_interest)(lens.0, settings, plate, &window, &mut region)
+    });
     region
 }
 
 #[test]
-fn windows_are_parts_of_the_whole_to_the_bit() {
-    let lens = Held::new(2.0);
+fn windows_are_bit_identical_parts_of_the_whole() {
+    let lens = LensHandle::new(2.0);
     let extent = rect(-9, 4, 120, 80);
-    let picture = Picture::busy(extent, 4);
+    let source = TestImage::pattern(extent, 4);
     let pass = depth(extent);
-    let mut narrowed = 0;
+    let mut smaller_regions = 0;
     for (quality, edges, with_depth) in [
         (SEIDEL_QUALITY_FINAL, SEIDEL_EDGES_MIRROR, false),
         (SEIDEL_QUALITY_FINAL, SEIDEL_EDGES_NEAREST, false),
@@ -120,65 +124,64 @@ fn windows_are_parts_of_the_whole_to_the_bit() {
     ] {
         let mut settings = settings();
         (settings.quality, settings.edges) = (quality, edges);
-        let (image, depth_image) = (picture.image(), pass.image());
-        let mut ground = plate(&image, extent);
-        ground.format = rect(0, 0, 100, 75);
+        let (input, depth_input) = (source.input(), pass.input());
+        let mut whole_plate = plate(&input, extent);
+        whole_plate.format = rect(0, 0, 100, 75);
         if with_depth {
-            ground.depth = &depth_image;
+            whole_plate.depth = &depth_input;
         }
-        let whole = applied(&lens, &settings, &ground, extent);
+        let whole = apply(&lens, &settings, &whole_plate, extent);
         for window in [
             rect(-9, 4, 30, 20),
             rect(31, 30, 40, 25),
             rect(110, 40, 1, 44),
         ] {
-            // No more is handed in than was asked for.
-            let needed = region(&lens, &settings, &ground, window);
-            narrowed += usize::from(needed != extent);
-            let part = picture.cut(needed);
-            let image = part.image();
+            let region = region_of_interest(&lens, &settings, &whole_plate, window);
+            smaller_regions += usize::from(region != extent);
+            let part = source.cut(region);
+            let input = part.input();
             let part_plate = SeidelPlate {
-                source: &image,
-                ..ground
+                source: &input,
+                ..whole_plate
             };
-            let got = applied(&lens, &settings, &part_plate, window);
+            let got = apply(&lens, &settings, &part_plate, window);
             let want = whole.cut(window);
             assert_eq!(got.bits(), want.bits(), "{quality} {edges} {window:?}");
         }
     }
-    assert!(narrowed >= 6, "{narrowed}");
+    assert!(smaller_regions >= 6, "{smaller_regions}");
 }
 
 #[test]
 fn results_are_the_same_for_any_number_of_threads() {
-    let lens = Held::new(3.0);
-    let picture = Picture::busy(AREA, 4);
+    let lens = LensHandle::new(3.0);
+    let source = TestImage::pattern(AREA, 4);
     let pass = depth(AREA);
-    let (image, depth_image) = (picture.image(), pass.image());
-    let mut plate = plate(&image, AREA);
-    plate.depth = &depth_image;
+    let (input, depth_input) = (source.input(), pass.input());
+    let mut plate = plate(&input, AREA);
+    plate.depth = &depth_input;
     let results = [1, 2, 3].map(|threads| {
         let mut settings = settings();
         settings.threads = threads;
-        applied(&lens, &settings, &plate, AREA).bits()
+        apply(&lens, &settings, &plate, AREA).bits()
     });
     assert_eq!(results[0], results[1]);
     assert_eq!(results[0], results[2]);
 }
 
 #[test]
-fn every_setting_changes_the_picture() {
-    let lens = Held::new(2.0);
-    let picture = Picture::busy(AREA, 4);
+fn every_setting_changes_the_result() {
+    let lens = LensHandle::new(2.0);
+    let source = TestImage::pattern(AREA, 4);
     let pass = depth(AREA);
-    let matte = Picture::of(AREA, 1, |x, _, _| f32::from(u8::from(x > 90)));
-    let (image, depth_image, matte_image) = (picture.image(), pass.image(), matte.image());
-    let mut ground = plate(&image, AREA);
-    ground.depth = &depth_image;
-    // Wide enough for what is behind an edge to show.
+    let matte = TestImage::from_fn(AREA, 1, |x, _, _| f32::from(u8::from(x > 90)));
+    let (input, depth_input, matte_input) = (source.input(), pass.input(), matte.input());
+    let mut base_plate = plate(&input, AREA);
+    base_plate.depth = &depth_input;
+    // The blur is wide enough to show background behind an edge.
     let mut base = settings();
     base.amount = 4.0;
-    let plain = applied(&lens, &base, &ground, AREA).bits();
+    let unchanged = apply(&lens, &base, &base_plate, AREA).bits();
     let scales = [1.0, 1.3, 0.8];
     type Change<'a> = (&'a str, &'a dyn Fn(&mut SeidelSettings, &mut SeidelPlate));
     let changes: &[Change] = &[
@@ -224,60 +227,60 @@ fn every_setting_changes_the_picture() {
             (s.depth_near, s.depth_far) = (1.0, 9.0);
         }),
         ("along_ray", &|s, _| s.along_ray = 60.0),
-        ("matte", &|_, p| p.matte = &matte_image),
+        ("matte", &|_, p| p.matte = &matte_input),
         ("matte_depth", &|_, p| {
-            p.matte = &matte_image;
-            p.matte_depth = &depth_image;
+            p.matte = &matte_input;
+            p.matte_depth = &depth_input;
         }),
         ("format", &|_, p| p.format.width = 90),
         ("depth", &|_, p| p.depth = null()),
     ];
-    let mut seen = vec![("plain", plain)];
+    let mut results = vec![("unchanged", unchanged)];
     for (name, change) in changes {
-        let (mut settings, mut plate) = (base, ground);
+        let (mut settings, mut plate) = (base, base_plate);
         change(&mut settings, &mut plate);
-        let got = applied(&lens, &settings, &plate, AREA).bits();
+        let got = apply(&lens, &settings, &plate, AREA).bits();
         assert!(
-            seen.iter().all(|(_, other)| *other != got),
-            "{name} changes nothing"
+            results.iter().all(|(_, other)| *other != got),
+            "{name} has no effect of its own"
         );
-        seen.push((name, got));
+        results.push((name, got));
     }
 }
 
 #[test]
-fn the_alpha_of_each_colour_is_blurred_as_its_colour() {
-    let lens = Held::new(3.0);
-    let picture = Picture::of(AREA, 4, |x, _, _| f32::from(u8::from(x > 60)));
+fn the_alpha_of_each_colour_is_blurred_like_its_colour() {
+    let lens = LensHandle::new(3.0);
+    let source = TestImage::from_fn(AREA, 4, |x, _, _| f32::from(u8::from(x > 60)));
     let mut settings = settings();
     settings.alpha_per_channel = 1;
-    let image = picture.image();
-    let plate = plate(&image, AREA);
-    let (mut out, mut alphas) = (Picture::black(AREA, 4), Picture::black(AREA, 3));
-    let (output, alphas_image) = (out.output(), alphas.output());
-    // SAFETY: all pointers are good.
+    let input = source.input();
+    let plate = plate(&input, AREA);
+    let (mut out, mut alphas) = (TestImage::black(AREA, 4), TestImage::black(AREA, 3));
+    let (output, alphas_output) = (out.output(), alphas.output());
+    // SAFETY: all pointers are valid.
     unsafe {
-        let call = |alphas| (doors().apply)(lens.0, &settings, &plate, &output, alphas, null());
-        refused(call(null()), SeidelStatus::Argument, "alphas");
-        well(call(&alphas_image));
+        let call = |alphas| (exports().apply)(lens.0, &settings, &plate, &output, alphas, null());
+        assert_refused(call(null()), SeidelStatus::Argument, "alphas");
+        assert_ok(call(&alphas_output));
     }
-    // Colour is one where alpha is: each is its own alpha.
+    // Colour equals alpha in the source, so each blurred colour equals its own alpha.
     for channel in 0..3 {
-        assert!(farthest(&out.plane(channel), &alphas.plane(channel)) < 1e-6);
+        assert!(max_difference(&out.plane(channel), &alphas.plane(channel)) < 1e-6);
     }
-    assert!(farthest(&alphas.plane(0), &alphas.plane(2)) > 1e-3);
-    assert!(farthest(&alphas.plane(0), &out.plane(3)) > 1e-3);
+    assert!(max_difference(&alphas.plane(0), &alphas.plane(2)) > 1e-3);
+    assert!(max_difference(&alphas.plane(0), &out.plane(3)) > 1e-3);
 }
 
 #[test]
-fn a_kernel_is_what_becomes_of_a_point_of_light() {
-    let lens = Held::new(2.0);
-    let picture = Picture::of(AREA, 3, |x, y, _| f32::from(u8::from((x, y) == (80, 30))));
-    let image = picture.image();
-    let plate = plate(&image, AREA);
+fn a_kernel_is_the_image_of_a_point_light() {
+    let lens = LensHandle::new(2.0);
+    let source = TestImage::from_fn(AREA, 3, |x, y, _| f32::from(u8::from((x, y) == (80, 30))));
+    let input = source.input();
+    let plate = plate(&input, AREA);
     let mut settings = settings();
     settings.quality = SEIDEL_QUALITY_EXACT;
-    let blurred = applied(&lens, &settings, &plate, AREA);
+    let blurred = apply(&lens, &settings, &plate, AREA);
     for channel in 0..3 {
         let mut kernel = SeidelKernel {
             size: size_of::<SeidelKernel>() as u64,
@@ -288,29 +291,28 @@ fn a_kernel_is_what_becomes_of_a_point_of_light() {
             width: 0,
             height: 0,
         };
-        // SAFETY: all pointers are good, weights as many as is said.
-        let ask = |kernel: &mut SeidelKernel| unsafe {
-            (doors().kernel)(lens.0, &settings, &plate, channel, 80.5, 30.5, 2.0, kernel)
+        // SAFETY: all pointers are valid, and `capacity` is the number of weights.
+        let draw = |kernel: &mut SeidelKernel| unsafe {
+            (exports().kernel)(lens.0, &settings, &plate, channel, 80.5, 30.5, 2.0, kernel)
         };
-        refused(ask(&mut kernel), SeidelStatus::TooSmall, "capacity");
+        assert_refused(draw(&mut kernel), SeidelStatus::TooSmall, "capacity");
         let mut weights = vec![0.0_f32; (kernel.width * kernel.height) as usize];
         kernel.weights = weights.as_mut_ptr();
         kernel.capacity = weights.len() as u64;
-        well(ask(&mut kernel));
+        assert_ok(draw(&mut kernel));
         assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
-        let place = rect(
+        let window = rect(
             80 + kernel.left,
             30 + kernel.top,
             kernel.width as i32,
             kernel.height as i32,
         );
-        let drawn = blurred.cut(place).plane(channel as usize);
-        assert!(farthest(&drawn, &weights) < 1e-6);
+        let drawn = blurred.cut(window).plane(channel as usize);
+        assert!(max_difference(&drawn, &weights) < 1e-6);
         assert!(weights.iter().any(|w| *w > 0.02));
-        let beyond = SeidelStatus::Argument;
-        // SAFETY: all pointers are good.
-        let got =
-            unsafe { (doors().kernel)(lens.0, &settings, &plate, 3, 5.0, 5.0, 2.0, &mut kernel) };
-        refused(got, beyond, "channel 3");
+        // SAFETY: all pointers are valid.
+        let status =
+            unsafe { (exports().kernel)(lens.0, &settings, &plate, 3, 5.0, 5.0, 2.0, &mut kernel) };
+        assert_refused(status, SeidelStatus::Argument, "channel 3");
     }
 }
