@@ -14,532 +14,214 @@
 #include <stdint.h>
 
 /**
- * Samples of 16 bits: IEEE 754 half.
- */
-#define SEIDEL_HALF 1
-
-/**
- * Samples of 32 bits: IEEE 754 single.
- */
-#define SEIDEL_FLOAT 2
-
-/**
- * The lens is described by moments of its PSFs.
- */
-#define SEIDEL_LENS_MOMENTS 0
-
-/**
- * The lens is known ray by ray: its controls can be set.
- */
-#define SEIDEL_LENS_RAYS 1
-
-/**
- * Blur alone.
- */
-#define SEIDEL_GEOMETRY_NONE 0
-
-/**
- * Channels displaced against each other, the plate undistorted. The default.
- */
-#define SEIDEL_GEOMETRY_LATERAL 1
-
-/**
- * Distortion and lateral colour.
- */
-#define SEIDEL_GEOMETRY_FULL 2
-
-/**
- * Beyond the plate lies the mirrored plate: no light is lost. The default.
- */
-#define SEIDEL_EDGES_MIRROR 0
-
-/**
- * Beyond the plate lies nothing.
- */
-#define SEIDEL_EDGES_BLACK 1
-
-/**
- * Beyond the plate lies its nearest pixel, with its depth and blur.
- */
-#define SEIDEL_EDGES_NEAREST 2
-
-/**
- * For looking: 45 dB from exact.
- */
-#define SEIDEL_QUALITY_DRAFT 0
-
-/**
- * For delivery: 60 dB from exact; 50 dB for lenses drawn ray by ray. The default.
- */
-#define SEIDEL_QUALITY_FINAL 1
-
-/**
- * Every source pixel with its own kernel: slow.
- */
-#define SEIDEL_QUALITY_EXACT 2
-
-/**
- * Colour is multiplied by alpha. The default.
- */
-#define SEIDEL_ALPHA_PREMULTIPLIED 0
-
-/**
- * Colour is not multiplied by alpha.
- */
-#define SEIDEL_ALPHA_UNPREMULTIPLIED 1
-
-/**
- * Depth is distance along the optical axis, in `depth_unit` metres. The default.
- */
-#define SEIDEL_DEPTH_DISTANCE 0
-
-/**
- * Depth is one over the distance in such units; 0 is infinity.
- */
-#define SEIDEL_DEPTH_INVERSE 1
-
-/**
- * Depth is 0 at `depth_near` and 1 at `depth_far`, distance linear between.
- */
-#define SEIDEL_DEPTH_FAR_ONE 2
-
-/**
- * Depth is 1 at `depth_near` and 0 at `depth_far`, distance linear between.
- */
-#define SEIDEL_DEPTH_FAR_ZERO 3
-
-/**
- * Where the plate is clipped is told from it. The default.
- */
-#define SEIDEL_CLIP_TOLD 0
-
-/**
- * No sample is clipped.
- */
-#define SEIDEL_CLIP_NONE 1
-
-/**
- * Samples of `clip_level` and more are clipped.
- */
-#define SEIDEL_CLIP_LEVEL 2
-
-/**
- * The sharp picture gets the plate's own grain. The default.
- */
-#define SEIDEL_GRAIN_KEEP 0
-
-/**
- * The sharp picture as it was solved for, nearly without grain.
- */
-#define SEIDEL_GRAIN_SOLVED 1
-
-/**
- * Version of the ABI that this header describes. It grows when calls or structs are added, which old callers need not
- * know of; libraries of another one may lack what this header has.
+ * Version of the ABI that this header describes. It grows when functions, structs or members are added; existing ones do
+ * not change, so that a program runs with any library of its own ABI version or a later one.
  */
 #define SEIDEL_ABI_VERSION 1
 
 /**
- * What became of a call. `seidel_last_error` says why in words.
+ * The profile describes moments of PSFs. Focus, f-number and sensor shift cannot be set.
+ */
+#define SEIDEL_LENS_MOMENTS 0
+
+/**
+ * The profile describes the lens ray by ray. Focus, f-number and sensor shift can be set.
+ */
+#define SEIDEL_LENS_RAYS 1
+
+/**
+ * Blur only: each kernel has its centroid on its source pixel.
+ */
+#define SEIDEL_GEOMETRY_NONE 0
+
+/**
+ * Blur and lateral colour: channels are displaced against each other, without distortion. The default.
+ */
+#define SEIDEL_GEOMETRY_LATERAL 1
+
+/**
+ * Blur, lateral colour and distortion.
+ */
+#define SEIDEL_GEOMETRY_FULL 2
+
+/**
+ * The mirrored plate lies beyond the plate, so that no light is lost. The default.
+ */
+#define SEIDEL_EDGES_MIRROR 0
+
+/**
+ * Black lies beyond the plate: light that leaves it is lost.
+ */
+#define SEIDEL_EDGES_BLACK 1
+
+/**
+ * The nearest pixel of the plate lies beyond it, with its depth and blur.
+ */
+#define SEIDEL_EDGES_NEAREST 2
+
+/**
+ * For previews: 45 dB peak signal-to-noise ratio against SEIDEL_QUALITY_EXACT.
+ */
+#define SEIDEL_QUALITY_DRAFT 0
+
+/**
+ * For delivery: 60 dB, or 50 dB for a lens drawn ray by ray. The default.
+ */
+#define SEIDEL_QUALITY_FINAL 1
+
+/**
+ * Exact: every source pixel is scattered with its own kernel. Slow.
+ */
+#define SEIDEL_QUALITY_EXACT 2
+
+/**
+ * Colour is multiplied by alpha (associated alpha). The default.
+ */
+#define SEIDEL_ALPHA_PREMULTIPLIED 0
+
+/**
+ * Colour is not multiplied by alpha (straight alpha).
+ */
+#define SEIDEL_ALPHA_UNPREMULTIPLIED 1
+
+/**
+ * Depth is the distance along the optical axis, in units of `depth_unit` metres. The default.
+ */
+#define SEIDEL_DEPTH_DISTANCE 0
+
+/**
+ * Depth is 1 / distance, with the distance in units of `depth_unit` metres; 0 is infinity.
+ */
+#define SEIDEL_DEPTH_INVERSE 1
+
+/**
+ * Depth is 0 at `depth_near` and 1 at `depth_far`, linear in distance.
+ */
+#define SEIDEL_DEPTH_FAR_ONE 2
+
+/**
+ * Depth is 1 at `depth_near` and 0 at `depth_far`, linear in distance.
+ */
+#define SEIDEL_DEPTH_FAR_ZERO 3
+
+/**
+ * The clip level of each colour is estimated from the plate. The default.
+ */
+#define SEIDEL_CLIP_TOLD 0
+
+/**
+ * No sample counts as clipped.
+ */
+#define SEIDEL_CLIP_NONE 1
+
+/**
+ * Samples at or above `clip_level` count as clipped.
+ */
+#define SEIDEL_CLIP_LEVEL 2
+
+/**
+ * The sharp image gets the plate's own grain. The default.
+ */
+#define SEIDEL_GRAIN_KEEP 0
+
+/**
+ * The sharp image is the solution as it is, nearly without grain.
+ */
+#define SEIDEL_GRAIN_SOLVED 1
+
+/**
+ * 16-bit samples: IEEE 754 half precision.
+ */
+#define SEIDEL_HALF 1
+
+/**
+ * 32-bit samples: IEEE 754 single precision.
+ */
+#define SEIDEL_FLOAT 2
+
+/**
+ * The result of a call. After any status but SEIDEL_STATUS_OK, `seidel_last_error` describes the failure, and images are
+ * as they were before the call. Any function may return SEIDEL_STATUS_ARGUMENT for a NULL pointer that it does not allow
+ * and for values out of range, SEIDEL_STATUS_UNSUPPORTED for a struct of a later version, and SEIDEL_STATUS_PANICKED.
  */
 typedef enum SeidelStatus {
   /**
-   * All went well.
+   * The call succeeded.
    */
   SEIDEL_STATUS_OK = 0,
   /**
-   * A null pointer, a size or value that cannot be, a handle that is none, or a sample that is not finite.
+   * An argument is not valid: a NULL pointer, a value out of range, a released handle, a sample that is not finite.
    */
   SEIDEL_STATUS_ARGUMENT = 1,
   /**
-   * A lens profile that cannot be read, or is none.
+   * The lens profile cannot be read or is not valid.
    */
   SEIDEL_STATUS_LENS = 2,
   /**
-   * What was asked for cannot be done with this lens, or by this version.
+   * This lens or this version of the library cannot do what the call asks for.
    */
   SEIDEL_STATUS_UNSUPPORTED = 3,
   /**
-   * Memory ran out, or more would be needed than the settings allow.
+   * Memory ran out, or the call needs more than `memory` of the settings allows.
    */
   SEIDEL_STATUS_MEMORY = 4,
   /**
-   * The progress callback said to stop. Outputs are untouched.
+   * The progress callback stopped the call.
    */
   SEIDEL_STATUS_ABORTED = 5,
   /**
-   * A fault of this library. The handle and the process can go on being used.
+   * An internal error of the library. Handles remain valid, and the process can go on calling it.
    */
   SEIDEL_STATUS_PANICKED = 6,
   /**
-   * The buffer is too small; how large it must be was stored.
+   * A buffer is too small. The size needed was written.
    */
   SEIDEL_STATUS_TOO_SMALL = 7,
 } SeidelStatus;
 
 /**
- * A lens. Any number of threads may use it at once.
+ * Handle of a lens. Any number of threads may use it at the same time.
  */
 typedef struct SeidelLens SeidelLens;
 
 /**
- * How a lens is used and a plate is read. Begin with `seidel_settings_init`. Numbers that say "NaN: ..." may be left
- * NaN. Switches are 0 or 1. The same names are options of the `seidel` command.
- */
-typedef struct SeidelSettings {
-  /**
-   * sizeof(SeidelSettings).
-   */
-  uint64_t size;
-  /**
-   * How strong blur and displacement are: 0 leaves the plate as it is, 1 is as measured, 16 is the most.
-   */
-  double amount;
-  /**
-   * How strong the blur of each channel of the lens is besides, in their order; NULL: all 1.
-   */
-  const double *channel_scales;
-  /**
-   * How many there are: as many as channels, or 0.
-   */
-  uint32_t channel_scale_count;
-  /**
-   * SEIDEL_GEOMETRY_...
-   */
-  uint32_t geometry;
-  /**
-   * Where the optical axis lies, in plate pixels right of where it would.
-   */
-  double axis_offset_x;
-  /**
-   * The same, below.
-   */
-  double axis_offset_y;
-  /**
-   * PSF model by its name; NULL or "": what suits the lens best.
-   */
-  const char *psf_model;
-  /**
-   * Focus the lens at this distance, metres, or INFINITY. NaN: as measured.
-   */
-  double focus_distance;
-  /**
-   * Stop the lens down to this f-number. NaN: as measured.
-   */
-  double f_number;
-  /**
-   * Move the sensor away from the lens, micrometres. NaN: as measured.
-   */
-  double sensor_shift_um;
-  /**
-   * Metres about the focus plane in which all is as sharp as on it.
-   */
-  double depth_of_field;
-  /**
-   * How many times as far from focus, in vergence, things before the focus plane are.
-   */
-  double front_multiplier;
-  /**
-   * The same behind it.
-   */
-  double back_multiplier;
-  /**
-   * Largest kernel: the radius of an even disc, plate pixels. NaN: none.
-   */
-  double maximum_size;
-  /**
-   * SEIDEL_QUALITY_...
-   */
-  uint32_t quality;
-  /**
-   * SEIDEL_EDGES_...
-   */
-  uint32_t edges;
-  /**
-   * Switch: near things hide far ones where depth varies.
-   */
-  uint32_t occlusion;
-  /**
-   * Switch: what a blurred foreground uncovers is filled with what is seen beside it.
-   */
-  uint32_t fill_foreground;
-  /**
-   * Switch: a blurred foreground becomes transparent within its own outline.
-   */
-  uint32_t blur_inside;
-  /**
-   * SEIDEL_ALPHA_...
-   */
-  uint32_t alpha;
-  /**
-   * Switch: the alpha of each colour is blurred as its colour, and written to `alphas`.
-   */
-  uint32_t alpha_per_channel;
-  /**
-   * Switch: samples that are not finite count as zero, instead of being refused.
-   */
-  uint32_t scrub;
-  /**
-   * Plate pixels per pixel of the lens's frame, counted along y. NaN: the format is as wide as the frame.
-   */
-  double lens_scale;
-  /**
-   * Width of a plate pixel over its height.
-   */
-  double pixel_aspect;
-  /**
-   * The one distance of plates without a depth image, metres, or INFINITY. NaN: not known.
-   */
-  double distance;
-  /**
-   * Metres that make up one unit of depth; negative if it counts backwards.
-   */
-  double depth_unit;
-  /**
-   * Nearest distance of a normalised depth, metres.
-   */
-  double depth_near;
-  /**
-   * Farthest distance of a normalised depth, metres.
-   */
-  double depth_far;
-  /**
-   * Focal length in widths of a plate pixel, where distances are along the ray from the camera. NaN: along the axis.
-   */
-  double along_ray;
-  /**
-   * SEIDEL_DEPTH_...
-   */
-  uint32_t depth_kind;
-  /**
-   * SEIDEL_CLIP_... (taking blur off)
-   */
-  uint32_t clip;
-  /**
-   * Where samples are clipped. (taking blur off)
-   */
-  double clip_level;
-  /**
-   * Standard deviation of the noise of each colour; NaN in the first: estimated from the plate, in others: as the first.
-   * (taking blur off)
-   */
-  double noise[4];
-  /**
-   * How much of the way from the plate to the sharp picture to go, 0 to 1. (seidel_remove)
-   */
-  double strength;
-  /**
-   * SEIDEL_GRAIN_... (seidel_remove)
-   */
-  uint32_t grain;
-  /**
-   * Most threads to work with; 0: as many as the machine has. No result depends on it.
-   */
-  uint32_t threads;
-  /**
-   * Most memory that a call may need, bytes, by `seidel_memory_needed`; 0: any.
-   */
-  uint64_t memory;
-} SeidelSettings;
-
-/**
- * A rectangle of a plate's pixels: x to the right, y down.
- */
-typedef struct SeidelRect {
-  /**
-   * Its first column.
-   */
-  int32_t left;
-  /**
-   * Its first row.
-   */
-  int32_t top;
-  /**
-   * Columns.
-   */
-  int32_t width;
-  /**
-   * Rows.
-   */
-  int32_t height;
-} SeidelRect;
-
-/**
- * A picture in the caller's memory, read or written in place. It may lie at any address, with any room between pixels and
- * rows; nothing but its samples is touched.
- */
-typedef struct SeidelImage {
-  /**
-   * sizeof(SeidelImage).
-   */
-  uint64_t size;
-  /**
-   * The first sample of the pixel at (rect.left, rect.top).
-   */
-  void *data;
-  /**
-   * Bytes from a pixel to the one below it; negative where rows are stored from the bottom up.
-   */
-  int64_t row_bytes;
-  /**
-   * Bytes from a pixel to the one on its right; 0 where nothing lies between them. With it and `data` one channel of
-   * many can be given alone.
-   */
-  uint32_t pixel_bytes;
-  /**
-   * Samples of a pixel that count, 1 to 4. Of plates: 1 is Y, 2 are Y and A, 3 are R, G and B, 4 are R, G, B and A.
-   */
-  uint32_t channels;
-  /**
-   * SEIDEL_HALF or SEIDEL_FLOAT.
-   */
-  uint32_t sample;
-  /**
-   * Leave it 0.
-   */
-  uint32_t reserved;
-  /**
-   * Which pixels of the plate it holds.
-   */
-  struct SeidelRect rect;
-} SeidelImage;
-
-/**
- * A plate. Pictures may hold a part of it, or more than it: what of the plate they lack counts as black, of depth and
- * mattes as the nearest pixel that there is.
- */
-typedef struct SeidelPlate {
-  /**
-   * sizeof(SeidelPlate).
-   */
-  uint64_t size;
-  /**
-   * The picture proper: what the lens's frame is laid on, centre on centre.
-   */
-  struct SeidelRect format;
-  /**
-   * All pixels that there are, with overscan: beyond them lies what `edges` says. No result for a part of it depends on
-   * how much of it is handed in, as long as that covers the region of interest.
-   */
-  struct SeidelRect extent;
-  /**
-   * Its samples: linear light.
-   */
-  const struct SeidelImage *source;
-  /**
-   * Depth: the first channel counts. NULL: all is at the settings' `distance`.
-   */
-  const struct SeidelImage *depth;
-  /**
-   * Matte, 0 to 1, of something that will be in front: the first channel counts. May be NULL. (seidel_apply)
-   */
-  const struct SeidelImage *matte;
-  /**
-   * Depth of the matte, read as `depth` is: only what is behind is kept back. May be NULL. (seidel_apply)
-   */
-  const struct SeidelImage *matte_depth;
-  /**
-   * Alpha of each colour, where settings say `alpha_per_channel`: one channel a colour. NULL: they are as A.
-   */
-  const struct SeidelImage *alphas;
-} SeidelPlate;
-
-/**
- * Called with `user` and the share done, 0 to 1, about fifty times a second, always on the thread that called the
- * library. Whatever is not 0 stops the work. It must return, not throw or jump.
- */
-typedef int32_t (*SeidelProgress)(void *user, double share);
-
-/**
- * What is called back while a call works.
- */
-typedef struct SeidelCallbacks {
-  /**
-   * sizeof(SeidelCallbacks).
-   */
-  uint64_t size;
-  /**
-   * Handed back as it is.
-   */
-  void *user;
-  /**
-   * May be NULL.
-   */
-  SeidelProgress progress;
-} SeidelCallbacks;
-
-/**
- * A kernel: where the light of one source pixel lands. Set `size`, `weights` and `capacity`; the rest is written.
- */
-typedef struct SeidelKernel {
-  /**
-   * sizeof(SeidelKernel).
-   */
-  uint64_t size;
-  /**
-   * Gets the weights, row by row; they sum to one. May be NULL to learn how many there are.
-   */
-  float *weights;
-  /**
-   * How many weights there is room for.
-   */
-  uint64_t capacity;
-  /**
-   * Column of the first weight, from the source pixel.
-   */
-  int32_t left;
-  /**
-   * Row of the first weight, from the source pixel.
-   */
-  int32_t top;
-  /**
-   * Columns.
-   */
-  uint32_t width;
-  /**
-   * Rows.
-   */
-  uint32_t height;
-} SeidelKernel;
-
-/**
- * What is known of a lens. Numbers that are not known are NaN.
+ * Description of a lens as measured. Unknown numbers are NaN.
  */
 typedef struct SeidelLensInfo {
   /**
-   * sizeof(SeidelLensInfo); set it before asking.
+   * sizeof(SeidelLensInfo); set it before the call.
    */
   uint64_t size;
   /**
-   * SEIDEL_LENS_...
+   * SEIDEL_LENS_MOMENTS or SEIDEL_LENS_RAYS.
    */
   uint32_t kind;
   /**
-   * Colour channels: see seidel_lens_channel.
+   * Number of colour channels; seidel_lens_channel returns their names.
    */
   uint32_t channels;
   /**
-   * PSF models that can draw it: see seidel_lens_model.
+   * Number of PSF models that can draw the lens; seidel_lens_model returns their names.
    */
   uint32_t models;
   /**
-   * Whether its blur depends on distance.
+   * 1 if the blur depends on distance, else 0.
    */
   uint32_t knows_depth;
   /**
-   * Columns of its frame.
+   * Width of the frame, pixels.
    */
   uint32_t frame_width;
   /**
-   * Rows of its frame.
+   * Height of the frame, pixels.
    */
   uint32_t frame_height;
   /**
-   * Where its optical axis meets the frame, pixels right of the frame's left edge.
+   * Optical axis, pixels to the right of the frame's left edge.
    */
   double axis_x;
   /**
-   * The same, below its top edge.
+   * Optical axis, pixels below the frame's top edge.
    */
   double axis_y;
   /**
@@ -551,25 +233,316 @@ typedef struct SeidelLensInfo {
    */
   double focal_length_mm;
   /**
-   * F-number at which it was measured.
+   * F-number at which the lens was measured.
    */
   double f_number;
   /**
-   * Distance at which it was focused, metres; may be INFINITY.
+   * Focus distance at which the lens was measured, metres; may be INFINITY.
    */
   double focus_distance;
   /**
-   * Nearest distance at which it was measured, metres.
+   * Smallest object distance that was measured, metres.
    */
   double nearest;
   /**
-   * Farthest distance at which it was measured, metres; may be INFINITY.
+   * Largest object distance that was measured, metres; may be INFINITY.
    */
   double farthest;
 } SeidelLensInfo;
 
 /**
- * What seidel_remove tells beside the picture. Set `size` and the two pictures before the call; the rest is written.
+ * Lens and plate settings. Fill it by seidel_settings_init, then change members. Members whose comment states a meaning
+ * of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names.
+ */
+typedef struct SeidelSettings {
+  /**
+   * sizeof(SeidelSettings).
+   */
+  uint64_t size;
+  /**
+   * Strength of blur and displacement, 0 (none) to 16; 1 is as measured, and the default.
+   */
+  double amount;
+  /**
+   * Strength of the blur of each lens channel, in the order of the lens, on top of `amount`: above 0, up to 16. NULL: 1
+   * for all.
+   */
+  const double *channel_scales;
+  /**
+   * Length of `channel_scales`: the number of lens channels, or 0.
+   */
+  uint32_t channel_scale_count;
+  /**
+   * SEIDEL_GEOMETRY_...
+   */
+  uint32_t geometry;
+  /**
+   * Offset of the optical axis to the right, plate pixels.
+   */
+  double axis_offset_x;
+  /**
+   * Offset of the optical axis downwards, plate pixels.
+   */
+  double axis_offset_y;
+  /**
+   * Name of the PSF model, UTF-8. NULL or "": the default of the lens. See seidel_lens_model.
+   */
+  const char *psf_model;
+  /**
+   * Focus distance, metres; may be INFINITY. NaN: as measured.
+   */
+  double focus_distance;
+  /**
+   * F-number. NaN: as measured. Below the measured one the blur is extrapolated.
+   */
+  double f_number;
+  /**
+   * Shift of the sensor away from the lens, micrometres. NaN: as measured.
+   */
+  double sensor_shift_um;
+  /**
+   * Range around the focus plane that is as sharp as the plane, half of it on each side, metres. Default 0.
+   */
+  double depth_of_field;
+  /**
+   * Factor of the vergence difference to the focus plane for objects in front of it, 0 to 16. Default 1.
+   */
+  double front_multiplier;
+  /**
+   * Factor of the vergence difference to the focus plane for objects behind it, 0 to 16. Default 1.
+   */
+  double back_multiplier;
+  /**
+   * Largest kernel, as the radius of a uniform disc, plate pixels. NaN: no limit.
+   */
+  double maximum_size;
+  /**
+   * SEIDEL_QUALITY_... (seidel_apply)
+   */
+  uint32_t quality;
+  /**
+   * SEIDEL_EDGES_... (seidel_apply)
+   */
+  uint32_t edges;
+  /**
+   * Switch: near surfaces occlude far ones where depth varies. Default 1. (seidel_apply)
+   */
+  uint32_t occlusion;
+  /**
+   * Switch: background that a blurred foreground uncovers is filled from the background beside it. Default 1.
+   * (seidel_apply)
+   */
+  uint32_t fill_foreground;
+  /**
+   * Switch: a blurred foreground becomes transparent inside its own outline. Default 1. (seidel_apply)
+   */
+  uint32_t blur_inside;
+  /**
+   * SEIDEL_ALPHA_...
+   */
+  uint32_t alpha;
+  /**
+   * Switch: each colour has an alpha of its own, blurred like the colour and written to `alphas`. Default 0.
+   */
+  uint32_t alpha_per_channel;
+  /**
+   * Switch: samples that are not finite count as zero; otherwise the call fails. Default 0.
+   */
+  uint32_t scrub;
+  /**
+   * Plate pixels per pixel of the lens's frame, counted along y. NaN: the format is as wide as the frame.
+   */
+  double lens_scale;
+  /**
+   * Width of a plate pixel over its height, 1/16 to 16. Default 1.
+   */
+  double pixel_aspect;
+  /**
+   * Object distance of a plate without a depth image, metres; may be INFINITY. NaN: unknown.
+   */
+  double distance;
+  /**
+   * Metres per unit of depth; negative if depth is negative. Default 1.
+   */
+  double depth_unit;
+  /**
+   * Nearest distance of a normalised depth, metres.
+   */
+  double depth_near;
+  /**
+   * Farthest distance of a normalised depth, metres.
+   */
+  double depth_far;
+  /**
+   * Focal length in widths of a plate pixel, if depth is measured along the ray from the camera. NaN: along the axis.
+   */
+  double along_ray;
+  /**
+   * SEIDEL_DEPTH_...
+   */
+  uint32_t depth_kind;
+  /**
+   * SEIDEL_CLIP_... (blur removal)
+   */
+  uint32_t clip;
+  /**
+   * Level at which samples are clipped, for SEIDEL_CLIP_LEVEL. Default 1. (blur removal)
+   */
+  double clip_level;
+  /**
+   * Standard deviation of the noise of each colour, scene-linear. NaN in the first entry: estimated from the plate; in
+   * another entry: that of the first. The fourth entry is not used. (blur removal)
+   */
+  double noise[4];
+  /**
+   * Weight of the sharp image against the plate, 0 to 1. Default 1. (seidel_remove)
+   */
+  double strength;
+  /**
+   * SEIDEL_GRAIN_... (seidel_remove)
+   */
+  uint32_t grain;
+  /**
+   * Most threads of a call, up to 1024; 0: one for each core. Results do not depend on it.
+   */
+  uint32_t threads;
+  /**
+   * Most memory that a call may need by seidel_memory_needed, bytes; 0: no limit.
+   */
+  uint64_t memory;
+} SeidelSettings;
+
+/**
+ * A rectangle of plate pixels: x grows to the right, y downwards. In arguments, width and height must be at least 1 and
+ * no member above 16777216 in magnitude.
+ */
+typedef struct SeidelRect {
+  /**
+   * First column.
+   */
+  int32_t left;
+  /**
+   * First row.
+   */
+  int32_t top;
+  /**
+   * Number of columns.
+   */
+  int32_t width;
+  /**
+   * Number of rows.
+   */
+  int32_t height;
+} SeidelRect;
+
+/**
+ * An image in the caller's memory, which the library reads or writes in place. It may have any alignment and any padding
+ * between pixels and rows; the library touches its samples only.
+ */
+typedef struct SeidelImage {
+  /**
+   * sizeof(SeidelImage).
+   */
+  uint64_t size;
+  /**
+   * First sample of the pixel at (rect.left, rect.top), the top-left one.
+   */
+  void *data;
+  /**
+   * Bytes from a pixel to the pixel below it; negative if rows are stored from the bottom up.
+   */
+  int64_t row_bytes;
+  /**
+   * Bytes from a pixel to the pixel on its right; 0 if pixels are packed. With `data` it selects some channels of many.
+   */
+  uint32_t pixel_bytes;
+  /**
+   * Samples per pixel, 1 to 4. Of a plate: 1 is Y; 2 are Y, A; 3 are R, G, B; 4 are R, G, B, A.
+   */
+  uint32_t channels;
+  /**
+   * SEIDEL_HALF or SEIDEL_FLOAT.
+   */
+  uint32_t sample;
+  /**
+   * Unused; set it to 0.
+   */
+  uint32_t reserved;
+  /**
+   * The pixels of the plate that the image holds.
+   */
+  struct SeidelRect rect;
+} SeidelImage;
+
+/**
+ * A plate. Its images may hold more or less than the extent. Pixels of the extent that `source` or `alphas` lacks are
+ * black and transparent; where a depth image or matte has no pixel, its nearest one counts.
+ */
+typedef struct SeidelPlate {
+  /**
+   * sizeof(SeidelPlate).
+   */
+  uint64_t size;
+  /**
+   * Display window: the picture without overscan. It lies centre on centre with the frame of the lens.
+   */
+  struct SeidelRect format;
+  /**
+   * Data window: all pixels that exist, overscan or crop included. Beyond it lies what `edges` of the settings states.
+   */
+  struct SeidelRect extent;
+  /**
+   * Scene-linear samples.
+   */
+  const struct SeidelImage *source;
+  /**
+   * Depth image, of which the first channel is read. NULL: everything is at `distance` of the settings.
+   */
+  const struct SeidelImage *depth;
+  /**
+   * Holdout matte, 0 to 1, of something that will be composited in front; its first channel is read. NULL: none. Only
+   * seidel_apply reads it.
+   */
+  const struct SeidelImage *matte;
+  /**
+   * Depth of the matte, with the conventions of `depth`: only light from behind it is held out. NULL: all light is.
+   */
+  const struct SeidelImage *matte_depth;
+  /**
+   * Alpha of each colour, one channel a colour, if `alpha_per_channel` is set. NULL: each is the alpha of `source`.
+   */
+  const struct SeidelImage *alphas;
+} SeidelPlate;
+
+/**
+ * Progress callback. It gets `user` of SeidelCallbacks and the share of the work done, from 0 to 1 and never decreasing.
+ * The library calls it at the start, about every 20 ms and at the end, always on the thread that made the call. Return 0
+ * to go on. Any other value before the end stops the work: the call then returns SEIDEL_STATUS_ABORTED within 100 ms. The
+ * callback may call the library. It must return normally: no exception and no longjmp.
+ */
+typedef int32_t (*SeidelProgress)(void *user, double share);
+
+/**
+ * Callbacks of a call.
+ */
+typedef struct SeidelCallbacks {
+  /**
+   * sizeof(SeidelCallbacks).
+   */
+  uint64_t size;
+  /**
+   * Passed to `progress` unchanged.
+   */
+  void *user;
+  /**
+   * May be NULL.
+   */
+  SeidelProgress progress;
+} SeidelCallbacks;
+
+/**
+ * Results of seidel_remove beside the image. The caller sets `size` and the two images; the library writes the other
+ * members. Arrays have one entry for each colour, in the order of the source.
  */
 typedef struct SeidelFindings {
   /**
@@ -577,49 +550,199 @@ typedef struct SeidelFindings {
    */
   uint64_t size;
   /**
-   * Gets how much of each pixel was seen and not guessed, 0 to 1, a channel a colour. May be NULL.
+   * Gets the share of each pixel's detail that the plate determines, 0 to 1, one channel a colour; 0 where blur is kept.
+   * NULL: not wanted.
    */
   const struct SeidelImage *confidence;
   /**
-   * Gets how many times its size in the plate noise has in the sharp picture, a channel a colour. May be NULL; takes as
-   * long again.
+   * Gets the noise of the sharp image over that of the plate, one channel a colour. NULL: not wanted. It doubles the
+   * time of the call.
    */
   const struct SeidelImage *noise_gain;
   /**
-   * All pixels that were found: the plate's extent and what is about it.
+   * All pixels that were estimated: the plate's extent and a margin around it.
    */
   struct SeidelRect found;
   /**
-   * Standard deviation of the noise of each colour, as given or as estimated from the plate.
+   * Standard deviation of the noise, scene-linear, as set or as estimated from the plate.
    */
   double noise[3];
   /**
-   * What the lens leaves unexplained of each colour, in times of what noise lets expect: well above 1.5, it is not the
-   * lens of the plate.
+   * Root mean square of the residual over that expected from the noise. Well above 1.5, the lens does not explain the
+   * plate.
    */
   double misfit[3];
   /**
-   * From where on samples of each colour are clipped; NaN where none are.
+   * Level at which samples are clipped; NaN if none are.
    */
   double clip_level[3];
   /**
-   * How many are.
+   * Number of clipped samples.
    */
   uint64_t clipped[3];
 } SeidelFindings;
+
+/**
+ * A kernel: the distribution of the light of one source pixel over plate pixels. The caller sets `size`, `weights` and
+ * `capacity`; the library writes the other members.
+ */
+typedef struct SeidelKernel {
+  /**
+   * sizeof(SeidelKernel).
+   */
+  uint64_t size;
+  /**
+   * Gets `width` * `height` weights, row by row from the top; their sum is one. NULL: only the size is wanted.
+   */
+  float *weights;
+  /**
+   * Number of weights that `weights` has room for.
+   */
+  uint64_t capacity;
+  /**
+   * First column, relative to the source pixel.
+   */
+  int32_t left;
+  /**
+   * First row, relative to the source pixel.
+   */
+  int32_t top;
+  /**
+   * Number of columns.
+   */
+  uint32_t width;
+  /**
+   * Number of rows.
+   */
+  uint32_t height;
+} SeidelKernel;
 
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
 /**
- * Puts the blur of a lens on the pixels that `output.rect` names of a plate; it must lie in the plate's extent. `output`
- * may be the memory of the source. Where the source covers what seidel_region_of_interest names, the result is that part
- * of the whole plate's, to the bit. `settings` may be NULL for the defaults, `callbacks` NULL for none. `alphas` gets the
- * alpha of each colour where settings say `alpha_per_channel`; NULL otherwise.
+ * Returns the ABI version of the loaded library. If it is less than SEIDEL_ABI_VERSION, functions of this header may be
+ * missing.
+ */
+uint32_t seidel_abi_version(void);
+
+/**
+ * Returns the version of the library, such as "0.1.0". The string belongs to the library and is valid while it is loaded.
+ */
+const char *seidel_version(void);
+
+/**
+ * Copies a description of the last failure on the calling thread to `buffer`, in UTF-8 with a terminating zero, cut
+ * between characters to `capacity` bytes. It names the argument, file or pixel, the problem and the remedy. Returns the
+ * size of the whole text in bytes with its zero, at most 2049; 1, an empty text, if the last call succeeded. `buffer` may
+ * be NULL to get the size.
  *
  * Pointers:
- * All pointers must be NULL or good until the call ends; outputs must not be used by other threads meanwhile.
+ * `buffer`: NULL, or `capacity` writable bytes.
+ */
+size_t seidel_last_error(char *buffer,
+                         size_t capacity);
+
+/**
+ * Opens the lens profile in the file `path`, a string in UTF-8, and writes its handle to `*lens`. The caller owns the
+ * handle and releases it with seidel_lens_release. After a failure `*lens` is unchanged.
+ *
+ * Errors: SEIDEL_STATUS_LENS for a file that cannot be read or is not a lens profile.
+ *
+ * Pointers:
+ * `path`: a string with a terminating zero. `lens`: a writable place for a handle.
+ */
+enum SeidelStatus seidel_lens_open(const char *path,
+                                   struct SeidelLens **lens);
+
+/**
+ * Opens a lens profile like seidel_lens_open, from `length` bytes of JSON text in memory. The text need not end with a
+ * zero and is not used after the call.
+ *
+ * Errors: SEIDEL_STATUS_LENS for text that is not a lens profile.
+ *
+ * Pointers:
+ * `json`: `length` readable bytes. `lens`: a writable place for a handle.
+ */
+enum SeidelStatus seidel_lens_read(const char *json,
+                                   size_t length,
+                                   struct SeidelLens **lens);
+
+/**
+ * Adds a reference to a handle: it then needs one more seidel_lens_release.
+ *
+ * Errors: SEIDEL_STATUS_ARGUMENT for a released handle. No memory is read through `lens`, so any value is safe.
+ */
+enum SeidelStatus seidel_lens_retain(const struct SeidelLens *lens);
+
+/**
+ * Removes a reference from a handle; NULL is allowed. The last release frees the lens as soon as no call uses it. When no
+ * lens is left, the library's threads finish their work and end, and this call waits for them.
+ *
+ * Errors: SEIDEL_STATUS_ARGUMENT for a released handle. No memory is read through `lens`, so any value is safe.
+ */
+enum SeidelStatus seidel_lens_release(const struct SeidelLens *lens);
+
+/**
+ * Writes a description of a lens to `*info`, whose `size` the caller has set.
+ *
+ * Pointers:
+ * `info`: as many writable bytes as its `size` states.
+ */
+enum SeidelStatus seidel_lens_info(const struct SeidelLens *lens, struct SeidelLensInfo *info);
+
+/**
+ * Copies the name of colour channel `index`, counted from 0, to `buffer`: for example "R", in UTF-8 with a terminating
+ * zero. `*needed` gets the size of the whole name in bytes with its zero.
+ *
+ * Errors: SEIDEL_STATUS_ARGUMENT for an index that the lens does not have; SEIDEL_STATUS_TOO_SMALL if `buffer` is NULL or
+ * `capacity` is less than `*needed`, in which case the copy is cut.
+ *
+ * Pointers:
+ * `buffer`: NULL, or `capacity` writable bytes. `needed`: NULL, or a writable place for a number.
+ */
+enum SeidelStatus seidel_lens_channel(const struct SeidelLens *lens,
+                                      uint32_t index,
+                                      char *buffer,
+                                      size_t capacity,
+                                      size_t *needed);
+
+/**
+ * Copies the name of PSF model `index`, counted from 0, as seidel_lens_channel does. These are the models that can draw
+ * the lens; the first is the default, the most faithful one.
+ *
+ * Errors: those of seidel_lens_channel.
+ *
+ * Pointers:
+ * As for seidel_lens_channel.
+ */
+enum SeidelStatus seidel_lens_model(const struct SeidelLens *lens,
+                                    uint32_t index,
+                                    char *buffer,
+                                    size_t capacity,
+                                    size_t *needed);
+
+/**
+ * Fills `*settings` with the defaults. The caller has set its `size` to sizeof(SeidelSettings).
+ *
+ * Pointers:
+ * `settings`: as many writable bytes as its `size` states.
+ */
+enum SeidelStatus seidel_settings_init(struct SeidelSettings *settings);
+
+/**
+ * Applies the blur of a lens to a plate and writes the pixels of `output.rect`, which must lie in the extent of the
+ * plate. `output` has as many channels as the source and may be the memory of the source. If the source covers
+ * seidel_region_of_interest, the result is bit-identical to that part of a render of the whole plate. `alphas` gets the
+ * alpha of each colour over `output.rect` if `alpha_per_channel` is set, and is NULL otherwise. `settings` may be NULL for
+ * the defaults, `callbacks` NULL for none.
+ *
+ * Errors: SEIDEL_STATUS_ARGUMENT for invalid arguments and settings, and for a sample that is not finite;
+ * SEIDEL_STATUS_UNSUPPORTED for settings that the lens does not support; SEIDEL_STATUS_MEMORY; SEIDEL_STATUS_ABORTED.
+ *
+ * Pointers:
+ * Each pointer: NULL, or valid until the call returns. No other thread may use the outputs meanwhile.
  */
 enum SeidelStatus seidel_apply(const struct SeidelLens *lens,
                                const struct SeidelSettings *settings,
@@ -629,12 +752,68 @@ enum SeidelStatus seidel_apply(const struct SeidelLens *lens,
                                const struct SeidelCallbacks *callbacks);
 
 /**
- * Draws the kernel of a channel of a lens at (`x`, `y`), plate pixels right of and below the corner of the pixel (0, 0),
- * for an object `distance` metres away, or INFINITY; NaN for a lens that does not ask. Of the plate, `format` and
- * `extent` count. SEIDEL_STATUS_TOO_SMALL where there is no room for all weights: `width` and `height` tell how many.
+ * Removes the blur of the lens that a plate was taken with. The source must cover the extent: missing pixels count as
+ * black. The depth image is that of the sharp image. `output.rect` may reach beyond the extent, where light that landed on
+ * the plate was estimated; pixels beyond `found` of the findings are black. `alphas` is as for seidel_apply. `findings`,
+ * `settings` and `callbacks` may be NULL. With `amount` or `strength` 0 the plate is copied and the maps are 1.
+ *
+ * Errors: those of seidel_apply.
  *
  * Pointers:
- * All pointers must be NULL or good until the call ends, `kernel->weights` for `kernel->capacity` numbers.
+ * As for seidel_apply; images of `*findings` are outputs.
+ */
+enum SeidelStatus seidel_remove(const struct SeidelLens *lens,
+                                const struct SeidelSettings *settings,
+                                const struct SeidelPlate *plate,
+                                const struct SeidelImage *output,
+                                const struct SeidelImage *alphas,
+                                struct SeidelFindings *findings,
+                                const struct SeidelCallbacks *callbacks);
+
+/**
+ * Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings hold
+ * for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors included,
+ * is as for seidel_remove.
+ *
+ * Pointers:
+ * As for seidel_apply.
+ */
+enum SeidelStatus seidel_relens(const struct SeidelLens *from,
+                                const struct SeidelLens *to,
+                                const struct SeidelSettings *settings,
+                                const struct SeidelPlate *plate,
+                                const struct SeidelImage *output,
+                                const struct SeidelImage *alphas,
+                                const struct SeidelCallbacks *callbacks);
+
+/**
+ * Writes to `*blur_share` the blur that a plate shows as a share of the blur of a lens: 1 if nothing speaks against the
+ * lens. To do as `seidel remove` does, multiply `amount` by a share below 1 before the removal, since removing too much
+ * blur causes ringing, and only warn about a share above 1. A plate of less than 96 pixels either way, or without detail
+ * above its noise, gives 1. `settings` and `callbacks` may be NULL as for seidel_apply; `amount` must not be 0.
+ *
+ * Errors: those of seidel_remove.
+ *
+ * Pointers:
+ * Each pointer: NULL, or valid until the call returns.
+ */
+enum SeidelStatus seidel_check_lens(const struct SeidelLens *lens,
+                                    const struct SeidelSettings *settings,
+                                    const struct SeidelPlate *plate,
+                                    double *blur_share,
+                                    const struct SeidelCallbacks *callbacks);
+
+/**
+ * Draws the kernel of lens channel `channel`, counted from 0, at the point (`x`, `y`) of a plate, for an object at
+ * `distance`. `x` and `y` are in plate pixels; the centre of pixel (0, 0) is (0.5, 0.5). `distance` is in metres and may
+ * be INFINITY, or NaN if the blur of the lens does not depend on it. Of the plate, only `format` and `extent` are used.
+ * `settings` may be NULL for the defaults.
+ *
+ * Errors: SEIDEL_STATUS_TOO_SMALL if `weights` is NULL or has too little room; the other members of `*kernel` are then
+ * written. Otherwise as for seidel_apply.
+ *
+ * Pointers:
+ * Each pointer: NULL, or valid until the call returns. `kernel->weights`: NULL, or room for `kernel->capacity` numbers.
  */
 enum SeidelStatus seidel_kernel(const struct SeidelLens *lens,
                                 const struct SeidelSettings *settings,
@@ -646,99 +825,16 @@ enum SeidelStatus seidel_kernel(const struct SeidelLens *lens,
                                 struct SeidelKernel *kernel);
 
 /**
- * Copies why the last call on this thread failed, in UTF-8 with a zero at its end, cut to `capacity` bytes. Returns the
- * bytes that the whole text takes with its zero; 1, an empty text, after a call that went well. `buffer` may be NULL if
- * `capacity` is 0.
+ * Writes to `*region` the pixels of the source that seidel_apply needs for a bit-identical result in `window`. With
+ * SEIDEL_QUALITY_EXACT, one distance and a PSF model that needs no rays, these are `window` and the reach of the kernels
+ * about it. Otherwise they are the whole extent: the fast renderer chooses its highlights, and occlusion its depth layers,
+ * from the whole plate. seidel_remove, seidel_relens and seidel_check_lens always need the whole extent. Of the plate,
+ * `format`, `extent` and the presence of `depth` matter. `settings` may be NULL for the defaults.
+ *
+ * Errors: those of seidel_apply.
  *
  * Pointers:
- * `buffer` must point to `capacity` bytes that can be written.
- */
-size_t seidel_last_error(char *buffer,
-                         size_t capacity);
-
-/**
- * Opens the lens profile in the file at `path`, in UTF-8. Release `*lens` when it is no longer needed.
- *
- * Pointers:
- * `path` must point to a text with a zero at its end, `lens` to a place for a handle.
- */
-enum SeidelStatus seidel_lens_open(const char *path, struct SeidelLens **lens);
-
-/**
- * The same of the `length` bytes of a profile's JSON text in memory.
- *
- * Pointers:
- * `json` must point to `length` bytes, `lens` to a place for a handle.
- */
-enum SeidelStatus seidel_lens_read(const char *json, size_t length, struct SeidelLens **lens);
-
-/**
- * Holds a lens once more: it must be released once more.
- */
-enum SeidelStatus seidel_lens_retain(const struct SeidelLens *lens);
-
-/**
- * Lets go of a lens; NULL is let go of too. Calls that use it go on. With the last lens the threads of the library end,
- * after the work that they do.
- */
-enum SeidelStatus seidel_lens_release(const struct SeidelLens *lens);
-
-/**
- * Tells what is known of a lens. `info->size` must have been set.
- *
- * Pointers:
- * `info` must point to as many bytes as its size says, which can be written.
- */
-enum SeidelStatus seidel_lens_info(const struct SeidelLens *lens, struct SeidelLensInfo *info);
-
-/**
- * Copies the name of a channel, such as "R", in UTF-8 with a zero at its end; `*needed`, unless NULL, is told how many
- * bytes it takes. SEIDEL_STATUS_TOO_SMALL if that is more than `capacity`; then it is cut.
- *
- * Pointers:
- * `buffer` must point to `capacity` bytes, `needed` be NULL or a place for a number.
- */
-enum SeidelStatus seidel_lens_channel(const struct SeidelLens *lens,
-                                      uint32_t index,
-                                      char *buffer,
-                                      size_t capacity,
-                                      size_t *needed);
-
-/**
- * The same of the name of a PSF model that can draw the lens; the first is what suits it best.
- *
- * Pointers:
- * That of seidel_lens_channel.
- */
-enum SeidelStatus seidel_lens_model(const struct SeidelLens *lens,
-                                    uint32_t index,
-                                    char *buffer,
-                                    size_t capacity,
-                                    size_t *needed);
-
-/**
- * Compares the blur that a plate shows with that of the lens it is said to be taken with: `blur_share` gets the plate's as
- * a share of the lens's, 1 where nothing speaks against the lens. What `seidel remove` does with it: below 1, settings.amount
- * is multiplied by it, since to remove more would ring; above 1, it is said. settings.amount must not be 0. `settings` and
- * `callbacks` may be NULL as in seidel_apply.
- *
- * Pointers:
- * That of seidel_apply; `blur_share` must be good for a number.
- */
-enum SeidelStatus seidel_check_lens(const struct SeidelLens *lens,
-                                    const struct SeidelSettings *settings,
-                                    const struct SeidelPlate *plate,
-                                    double *blur_share,
-                                    const struct SeidelCallbacks *callbacks);
-
-/**
- * Tells which pixels of the source seidel_apply must be given for its result in `window` to be that part of the whole
- * plate's to the bit. Of the plate, `format`, `extent` and whether there is a depth count. With SEIDEL_QUALITY_EXACT, one
- * distance and a model that needs no rays this is `window` and as much about it as kernels reach; otherwise the whole
- * extent: the fast renderer chooses its ways by all of the plate. seidel_remove and seidel_relens always need it all.
- *
- * Pointers:
- * All pointers must be NULL or good until the call ends.
+ * Each pointer: NULL, or valid until the call returns.
  */
 enum SeidelStatus seidel_region_of_interest(const struct SeidelLens *lens,
                                             const struct SeidelSettings *settings,
@@ -747,11 +843,13 @@ enum SeidelStatus seidel_region_of_interest(const struct SeidelLens *lens,
                                             struct SeidelRect *region);
 
 /**
- * Tells how much memory seidel_apply (`removal` 0), or seidel_remove and seidel_relens (1) take at most for a plate, beside
- * the caller's own pictures, bytes. Of the plate, `extent` counts, and the channels of its source.
+ * Writes to `*bytes` the most memory that a call takes for a plate, in bytes, beside the caller's own images: with
+ * `removal` 0 for seidel_apply, with 1 for seidel_remove, seidel_relens and seidel_check_lens. Of the plate, `extent` and
+ * the channels of `source` matter; `source` may be NULL, which counts as 4 channels. `settings` may be NULL for the
+ * defaults.
  *
  * Pointers:
- * All pointers must be NULL or good until the call ends.
+ * Each pointer: NULL, or valid until the call returns.
  */
 enum SeidelStatus seidel_memory_needed(const struct SeidelSettings *settings,
                                        const struct SeidelPlate *plate,
@@ -759,60 +857,10 @@ enum SeidelStatus seidel_memory_needed(const struct SeidelSettings *settings,
                                        uint64_t *bytes);
 
 /**
- * Takes the blur of the lens `from` off a plate and puts that of `to` on; the plate keeps its grain. Settings hold for
- * both lenses. All else is as in seidel_remove, but that `output.rect` must lie in the extent.
- *
- * Pointers:
- * That of seidel_apply.
- */
-enum SeidelStatus seidel_relens(const struct SeidelLens *from,
-                                const struct SeidelLens *to,
-                                const struct SeidelSettings *settings,
-                                const struct SeidelPlate *plate,
-                                const struct SeidelImage *output,
-                                const struct SeidelImage *alphas,
-                                const struct SeidelCallbacks *callbacks);
-
-/**
- * Takes the blur of the lens that a plate was taken with off it. The source must cover the extent: what it lacks counts as
- * black. `output.rect` may go beyond the extent, where light was found that lands on the plate; what lies beyond
- * `findings.found` is black. Depth is that of the sharp picture. `findings`, `settings`, `alphas` and `callbacks` may be
- * NULL as in seidel_apply.
- *
- * Pointers:
- * That of seidel_apply.
- */
-enum SeidelStatus seidel_remove(const struct SeidelLens *lens,
-                                const struct SeidelSettings *settings,
-                                const struct SeidelPlate *plate,
-                                const struct SeidelImage *output,
-                                const struct SeidelImage *alphas,
-                                struct SeidelFindings *findings,
-                                const struct SeidelCallbacks *callbacks);
-
-/**
- * Puts the defaults into `settings`, whose `size` must have been set to sizeof(SeidelSettings).
- *
- * Pointers:
- * `settings` must point to as many bytes as its `size` says, which can be written.
- */
-enum SeidelStatus seidel_settings_init(struct SeidelSettings *settings);
-
-/**
- * Ends all threads of the library, after the work that they do. Call it before the library is unloaded; it is done by
- * itself when the last lens is released. The library can go on being used: threads are started again when there is work.
+ * Ends all threads of the library and waits for the work that they are doing. Call it before the library is unloaded. It
+ * also happens when the last lens is released. The library remains usable: the next call starts threads again.
  */
 enum SeidelStatus seidel_shutdown(void);
-
-/**
- * Version of the ABI that the library speaks: at least SEIDEL_ABI_VERSION for all of this header to be there.
- */
-uint32_t seidel_abi_version(void);
-
-/**
- * The library's own version, such as "0.1.0"; the text stays as long as the library is loaded.
- */
-const char *seidel_version(void);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -13,8 +13,8 @@ use crate::threads::{SharedProgress, run};
 
 /// Writes to `*blur_share` the blur that a plate shows as a share of the blur of a lens: 1 if nothing speaks against the
 /// lens. To do as `seidel remove` does, multiply `amount` by a share below 1 before the removal, since removing too much
-/// blur causes ringing, and only warn about a share above 1. The plate needs at least 96 pixels each way and detail above
-/// its noise. `settings` and `callbacks` may be NULL as for seidel_apply; `amount` must not be 0.
+/// blur causes ringing, and only warn about a share above 1. A plate of less than 96 pixels either way, or without detail
+/// above its noise, gives 1. `settings` and `callbacks` may be NULL as for seidel_apply; `amount` must not be 0.
 ///
 /// Errors: those of seidel_remove.
 ///

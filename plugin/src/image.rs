@@ -15,8 +15,8 @@ pub const SEIDEL_FLOAT: u32 = 2;
 /// Most columns or rows of a rectangle, and largest magnitude of its position: sums of them fit in an `i32`.
 const MAX_SIDE: i32 = 1 << 24;
 
-/// A rectangle of plate pixels: x grows to the right, y downwards. Width and height are at least 1, and no member is above
-/// 16777216 in magnitude.
+/// A rectangle of plate pixels: x grows to the right, y downwards. In arguments, width and height must be at least 1 and
+/// no member above 16777216 in magnitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct SeidelRect {

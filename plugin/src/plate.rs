@@ -55,7 +55,7 @@ unsafe impl Versioned for SeidelPlate {
 /// Names of the colours of a plate, by its number of channels less one.
 const COLOURS: [&[&str]; 4] = [&["Y"], &["Y"], &["R", "G", "B"], &["R", "G", "B"]];
 
-/// Whether a plate of `channels` channels, 1 to 4, has an alpha.
+/// Returns whether a plate of `channels` channels, 1 to 4, has an alpha.
 fn has_alpha(channels: usize) -> bool {
     channels.is_multiple_of(2)
 }
@@ -125,7 +125,7 @@ impl PlateLayout {
     }
 }
 
-/// Whether the matte of a plate is read.
+/// The use of a plate's holdout matte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HoldoutUse {
     Read,
@@ -264,7 +264,7 @@ impl Plate {
         )
     }
 
-    /// Prepares the depth image, or the distance of the settings if there is none.
+    /// Prepares the depth image, or without one the distance of the settings.
     fn depth(
         &self,
         session: &LensSession,

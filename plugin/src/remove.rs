@@ -122,9 +122,9 @@ impl Maps {
 }
 
 /// Removes the blur of the lens that a plate was taken with. The source must cover the extent: missing pixels count as
-/// black. The depth image and matte depth are those of the sharp image. `output.rect` may reach beyond the extent, where
-/// light that landed on the plate was estimated; pixels beyond `found` of the findings are black. `alphas` is as for
-/// seidel_apply. `findings`, `settings` and `callbacks` may be NULL. With `amount` or `strength` 0 the plate is copied.
+/// black. The depth image is that of the sharp image. `output.rect` may reach beyond the extent, where light that landed on
+/// the plate was estimated; pixels beyond `found` of the findings are black. `alphas` is as for seidel_apply. `findings`,
+/// `settings` and `callbacks` may be NULL. With `amount` or `strength` 0 the plate is copied and the maps are 1.
 ///
 /// Errors: those of seidel_apply.
 ///

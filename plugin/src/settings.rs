@@ -205,7 +205,7 @@ pub unsafe extern "C" fn seidel_settings_init(settings: *mut SeidelSettings) -> 
 /// Most values of `channel_scales`: more than any lens has channels, so that a wild count is refused before it is read.
 const MAX_CHANNEL_SCALES: usize = 4096;
 
-/// Settings of a call, checked as far as possible without a lens, and owned copies of what they point to.
+/// Settings of a call, checked as far as possible without a lens. They own copies of the data that they point to.
 pub(crate) struct Settings {
     /// The caller's settings, both pointers set to NULL.
     pub(crate) raw: SeidelSettings,
@@ -413,7 +413,7 @@ impl Settings {
         }
     }
 
-    /// Whether every source pixel is scattered with its own kernel.
+    /// Returns whether every source pixel is scattered with its own kernel.
     pub(crate) fn is_exact(&self) -> bool {
         self.raw.quality == SEIDEL_QUALITY_EXACT
     }

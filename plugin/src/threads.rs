@@ -188,7 +188,7 @@ fn wait<T>(job: &Job<T>, callbacks: &SeidelCallbacks) -> Option<Result<T>> {
     }
 }
 
-/// Starts `work` on the pool of a thread limit, creating the pool if there is none.
+/// Starts `work` on the pool of a thread limit, which is created on first use.
 fn spawn(limit: u32, work: impl FnOnce() + Send + 'static) -> Result<()> {
     let count = match limit {
         0 => thread::available_parallelism().map_or(1, |count| count.get()),
