@@ -95,7 +95,7 @@ impl Config {
     /// Returns the space with this name, alias or role.
     ///
     /// # Errors
-    /// If there is none; the message suggests similar names.
+    /// A name that the config does not have; the message suggests similar ones.
     pub fn space(&self, name: &str) -> Result<Space> {
         self.find(name).ok_or_else(|| self.unknown_space(name))
     }

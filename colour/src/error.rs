@@ -11,9 +11,9 @@ pub struct ColourError {
     pub config: String,
     /// Space, role or line at fault; empty for the config as a whole.
     pub field: String,
-    /// What is wrong with it.
+    /// The problem there.
     pub problem: String,
-    /// What the user can do.
+    /// The remedy: what the user can do.
     pub remedy: String,
 }
 

@@ -12,7 +12,7 @@ const EMBEDDED: &str = "seidel";
 /// Prefix of the names of configs that come with OpenColorIO.
 const BUILT_IN: &str = "ocio://";
 
-/// Where a config comes from.
+/// The source of a config.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
     /// Seidel's own config: [`EMBEDDED_CONFIG`].

@@ -31,7 +31,7 @@ pub struct Part {
     pub size: (usize, usize),
     /// Channels, each with its sample type.
     pub channels: Vec<(String, String)>,
-    /// How the pixels are stored.
+    /// Storage of the pixels: compression, sample format and the like.
     pub storage: Vec<(String, String)>,
     /// Further metadata.
     pub attributes: Vec<(String, String)>,

@@ -88,7 +88,7 @@ pub(crate) struct FormatInfo {
     pub(crate) capabilities: Capabilities,
 }
 
-/// What a format can store. A conversion adapts the image to it and warns about everything else.
+/// The capabilities of a format. A conversion adapts the image to it and warns about everything else.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Capabilities {
     /// Whether plates are written in the format.
@@ -111,7 +111,7 @@ pub(crate) struct Capabilities {
     pub(crate) common_metadata: bool,
 }
 
-/// How a format stores alpha.
+/// The alpha that a format stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum AlphaSupport {
     /// Not at all; colour is stored premultiplied.
@@ -124,7 +124,7 @@ pub(crate) enum AlphaSupport {
     Either,
 }
 
-/// Whether a format stores images of one colour channel; others store it as equal R, G and B.
+/// The images of one colour channel that a format stores; others store it as equal R, G and B.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GreySupport {
     Always,
@@ -141,7 +141,7 @@ pub(crate) enum ImageFile {
     Raster(RasterImage),
 }
 
-/// How many first bytes of a file tell its format.
+/// Number of bytes at the start of a file that identify its format.
 const MAGIC_BYTES: u64 = 8;
 
 impl Format {
@@ -168,7 +168,7 @@ impl Format {
         self.info().extensions
     }
 
-    /// Whether plates are written in the format.
+    /// Returns whether plates are written in the format.
     pub fn is_writable(self) -> bool {
         self.info().capabilities.writable
     }

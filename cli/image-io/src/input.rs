@@ -17,7 +17,7 @@ pub(crate) struct Limits {
     pub(crate) free_bytes: u64,
 }
 
-/// How many times its own length a file may unpack to. Deflate reaches 1032, so only a damaged or hostile header is
+/// Largest ratio of the unpacked size to the length of a file. Deflate reaches 1032, so only a damaged or hostile header is
 /// refused.
 const MAX_RATIO: u64 = 4096;
 

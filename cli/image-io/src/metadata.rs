@@ -36,7 +36,7 @@ pub(crate) trait Metadata: CloneMetadata + fmt::Debug + Send + Sync {
         1.0
     }
 
-    /// Whether colour is premultiplied by alpha.
+    /// Returns whether colour is premultiplied by alpha.
     fn is_premultiplied(&self) -> bool {
         true
     }

@@ -8,7 +8,7 @@ use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::*;
 
 use crate::error::{FileError, Result};
-use crate::exr::{ExrImage, bounds, new_text, write_exr};
+use crate::exr::{Compressing, ExrImage, bounds, new_text, write_exr};
 use crate::metadata::TextAttributes;
 use crate::windows::{ImageWindows, PixelWindow};
 
@@ -82,7 +82,7 @@ impl Residual {
         );
         let mut image = Image::from_layer(layer);
         image.attributes.display_window = bounds(display);
-        write_exr(path, &image, true)
+        write_exr(path, &image, Compressing::Parallel)
     }
 
     /// Reads the residual of a plate with planes called `names`.

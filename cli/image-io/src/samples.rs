@@ -22,7 +22,7 @@ pub enum SampleFormat {
 }
 
 impl SampleFormat {
-    /// Whether samples are integers, which represent 0 to 1 only.
+    /// Returns whether samples are integers, which represent 0 to 1 only.
     pub fn is_integer(self) -> bool {
         self.full_scale().is_some()
     }

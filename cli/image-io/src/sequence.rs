@@ -54,7 +54,7 @@ impl FramePattern {
         }
     }
 
-    /// Whether the path contains the frame number.
+    /// Returns whether the path contains the frame number.
     pub fn has_frame(&self) -> bool {
         self.pieces.iter().any(|p| matches!(p, Piece::Frame(_)))
     }

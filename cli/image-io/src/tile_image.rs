@@ -8,7 +8,7 @@ use exr::prelude::LayerAttributes;
 use seidel_optics::tile::Tile;
 
 use crate::error::{FileError, Result};
-use crate::exr::write_exr;
+use crate::exr::{Compressing, write_exr};
 use crate::format::{Format, ImageFile};
 use crate::input::Limits;
 use crate::tiff;
@@ -111,5 +111,5 @@ pub(crate) fn write(path: &Path, channels: &[String], tiles: &[Tile]) -> Result<
         Encoding::SMALL_LOSSLESS,
         AnyChannels::sort(list.into()),
     );
-    write_exr(path, &Image::from_layer(layer), false)
+    write_exr(path, &Image::from_layer(layer), Compressing::Serial)
 }

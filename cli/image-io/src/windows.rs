@@ -65,7 +65,7 @@ impl PixelWindow {
         }
     }
 
-    /// Whether all pixels of `inner` are in this window.
+    /// Returns whether all pixels of `inner` are in this window.
     pub fn contains(self, inner: Self) -> bool {
         let within = |inner: i32, inner_size: usize, outer: i32, outer_size: usize| {
             let first = i64::from(inner) - i64::from(outer);
@@ -75,7 +75,7 @@ impl PixelWindow {
             && within(inner.y, inner.height, self.y, self.height)
     }
 
-    /// Whether any pixel is in both windows.
+    /// Returns whether any pixel is in both windows.
     fn intersects(self, other: Self) -> bool {
         let overlap = |a: i32, a_size: usize, b: i32, b_size: usize| {
             i64::from(a) < i64::from(b) + b_size as i64

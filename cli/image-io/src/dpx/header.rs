@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::byte_order::ByteOrder;
 use super::samples::{Layout, Packing, WordEnd};
 use crate::error::{FileError, Result};
 use crate::samples::Encoding;
@@ -68,46 +69,26 @@ pub(super) struct Header {
 /// Access to integers in the byte order of a file.
 pub(super) struct Fields<'a> {
     pub(super) bytes: &'a [u8],
-    pub(super) big_endian: bool,
+    pub(super) order: ByteOrder,
 }
 
 impl Fields<'_> {
     fn u16(&self, at: usize) -> u16 {
-        let pair = [self.bytes[at], self.bytes[at + 1]];
-        if self.big_endian {
-            u16::from_be_bytes(pair)
-        } else {
-            u16::from_le_bytes(pair)
-        }
+        self.order.u16(std::array::from_fn(|k| self.bytes[at + k]))
     }
 
     pub(super) fn u32(&self, at: usize) -> u32 {
-        let (first, second) = (u32::from(self.u16(at)), u32::from(self.u16(at + 2)));
-        if self.big_endian {
-            first << 16 | second
-        } else {
-            second << 16 | first
-        }
+        self.order.u32(std::array::from_fn(|k| self.bytes[at + k]))
     }
 }
 
 /// Writes an integer into a header in its byte order.
-pub(super) fn put_u32(header: &mut [u8], big_endian: bool, at: usize, value: u32) {
-    let bytes = if big_endian {
-        value.to_be_bytes()
-    } else {
-        value.to_le_bytes()
-    };
-    header[at..at + 4].copy_from_slice(&bytes);
+pub(super) fn put_u32(header: &mut [u8], order: ByteOrder, at: usize, value: u32) {
+    header[at..at + 4].copy_from_slice(&order.bytes32(value));
 }
 
-fn put_u16(header: &mut [u8], big_endian: bool, at: usize, value: u16) {
-    let bytes = if big_endian {
-        value.to_be_bytes()
-    } else {
-        value.to_le_bytes()
-    };
-    header[at..at + 2].copy_from_slice(&bytes);
+fn put_u16(header: &mut [u8], order: ByteOrder, at: usize, value: u16) {
+    header[at..at + 2].copy_from_slice(&order.bytes16(value));
 }
 
 /// Returns the packing of samples of `bits` bits by the packing method that the header states.
@@ -147,7 +128,11 @@ impl Header {
         }
         let fields = Fields {
             bytes: file,
-            big_endian: file.starts_with(b"SDPX"),
+            order: if file.starts_with(b"SDPX") {
+                ByteOrder::Big
+            } else {
+                ByteOrder::Little
+            },
         };
         let supported =
             "save it as one uncompressed 10- or 16-bit RGB image, left to right and top to bottom";
@@ -223,7 +208,7 @@ impl Header {
                 components,
                 reversed,
                 packing,
-                big_endian: fields.big_endian,
+                order: fields.order,
             },
             line_padding,
             transfer: file[TRANSFER],
@@ -266,7 +251,7 @@ impl Header {
     /// Returns the bytes of a new header, without file size and user data.
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         let layout = &self.layout;
-        let big_endian = layout.big_endian;
+        let order = layout.order;
         // Undefined numbers are all ones, undefined texts are empty.
         let mut header = vec![0xff; HEADER_BYTES];
         for (at, length) in [
@@ -282,11 +267,14 @@ impl Header {
         ] {
             header[at..at + length].fill(0);
         }
-        header[..4].copy_from_slice(if big_endian { b"SDPX" } else { b"XPDS" });
+        header[..4].copy_from_slice(match order {
+            ByteOrder::Big => b"SDPX",
+            ByteOrder::Little => b"XPDS",
+        });
         header[8..16].copy_from_slice(b"V2.0\0\0\0\0");
         let creator = concat!("Seidel ", env!("CARGO_PKG_VERSION"));
         header[160..160 + creator.len()].copy_from_slice(creator.as_bytes());
-        let mut put = |at, value| put_u32(&mut header, big_endian, at, value);
+        let mut put = |at, value| put_u32(&mut header, order, at, value);
         put(IMAGE_OFFSET, HEADER_BYTES as u32);
         // New frame, header lengths, no user data.
         put(20, 1);
@@ -311,15 +299,15 @@ impl Header {
         let (x, y) = ratio(self.pixel_aspect);
         put(PIXEL_ASPECT, x);
         put(PIXEL_ASPECT + 4, y);
-        put_u16(&mut header, big_endian, ORIENTATION, 0);
-        put_u16(&mut header, big_endian, ELEMENTS, 1);
+        put_u16(&mut header, order, ORIENTATION, 0);
+        put_u16(&mut header, order, ELEMENTS, 1);
         let method = match layout.packing {
             Packing::Bits10(WordEnd::High) | Packing::Bits12(WordEnd::High) => 1,
             Packing::Bits10(WordEnd::Low) | Packing::Bits12(WordEnd::Low) => 2,
             Packing::Bits8 | Packing::Bits16 | Packing::Contiguous(_) => 0,
         };
-        put_u16(&mut header, big_endian, PACKING, method);
-        put_u16(&mut header, big_endian, ENCODING, 0);
+        put_u16(&mut header, order, PACKING, method);
+        put_u16(&mut header, order, ENCODING, 0);
         header[DESCRIPTOR] = match (layout.components, layout.reversed) {
             (1, _) => LUMA,
             (3, _) => RGB,
@@ -357,10 +345,10 @@ pub(super) fn remove_colour_space(header: &mut [u8]) -> Vec<String> {
 }
 
 /// Returns the length of the user data after the header, bytes; zero if undefined.
-pub(super) fn user_data_length(header: &[u8], big_endian: bool) -> usize {
+pub(super) fn user_data_length(header: &[u8], order: ByteOrder) -> usize {
     let fields = Fields {
         bytes: header,
-        big_endian,
+        order,
     };
     match fields.u32(USER_DATA) {
         UNDEFINED => 0,
@@ -369,23 +357,23 @@ pub(super) fn user_data_length(header: &[u8], big_endian: bool) -> usize {
 }
 
 /// Stores the length of the user data in a header.
-pub(super) fn set_user_data_length(header: &mut [u8], big_endian: bool, bytes: usize) {
+pub(super) fn set_user_data_length(header: &mut [u8], order: ByteOrder, bytes: usize) {
     let bytes = u32::try_from(bytes).unwrap_or(UNDEFINED);
-    put_u32(header, big_endian, USER_DATA, bytes);
+    put_u32(header, order, USER_DATA, bytes);
 }
 
 /// Stores the offset of the pixels in a header.
-pub(super) fn set_offset(header: &mut [u8], big_endian: bool, bytes: usize) {
+pub(super) fn set_offset(header: &mut [u8], order: ByteOrder, bytes: usize) {
     let bytes = u32::try_from(bytes).unwrap_or(UNDEFINED);
-    put_u32(header, big_endian, IMAGE_OFFSET, bytes);
-    put_u32(header, big_endian, ELEMENT_OFFSET, bytes);
+    put_u32(header, order, IMAGE_OFFSET, bytes);
+    put_u32(header, order, ELEMENT_OFFSET, bytes);
 }
 
 /// Stores the size of the file in a header.
-pub(super) fn set_file_size(header: &mut [u8], big_endian: bool, bytes: usize) {
+pub(super) fn set_file_size(header: &mut [u8], order: ByteOrder, bytes: usize) {
     put_u32(
         header,
-        big_endian,
+        order,
         FILE_SIZE,
         u32::try_from(bytes).unwrap_or(UNDEFINED),
     );

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use exr::meta::attribute::{KeyCode, TimeCode};
 
+use super::byte_order::ByteOrder;
 use super::header::{self, Fields, Header, UNDEFINED, put_u32};
 use super::samples::{Layout, Packing, WordEnd};
 use super::user_data;
@@ -45,7 +46,7 @@ impl DpxMetadata {
                 SampleFormat::U16 => Packing::Bits16,
                 _ => Packing::Bits10(WordEnd::High),
             },
-            big_endian: true,
+            order: ByteOrder::Big,
         };
         let stride = layout.line_bytes().next_multiple_of(4);
         let mut header = Header {
@@ -71,15 +72,15 @@ impl DpxMetadata {
 
     /// Stores common metadata in the header. Returns the names, as EXR calls them, of those that do not fit.
     pub(super) fn set_common(&mut self, common: &CommonMetadata) -> Vec<&'static str> {
-        let big_endian = self.header.layout.big_endian;
+        let order = self.header.layout.order;
         let header = &mut self.before_pixels;
         let mut lost = Vec::new();
         if let Some(code) = &common.time_code {
             match code.pack_time_as_tv60_u32() {
                 Ok(word) => {
-                    put_u32(header, big_endian, TIME_CODE, word);
+                    put_u32(header, order, TIME_CODE, word);
                     let bits = code.pack_user_data_as_u32();
-                    put_u32(header, big_endian, USER_BITS, bits);
+                    put_u32(header, order, USER_BITS, bits);
                 }
                 Err(_) => lost.push("timeCode"),
             }
@@ -87,14 +88,14 @@ impl DpxMetadata {
         if let Some(fraction) = common.frame_rate {
             match rate_of_fraction(fraction) {
                 Some(rate) => {
-                    put_u32(header, big_endian, FILM_FRAME_RATE, rate.to_bits());
-                    put_u32(header, big_endian, TELEVISION_FRAME_RATE, rate.to_bits());
+                    put_u32(header, order, FILM_FRAME_RATE, rate.to_bits());
+                    put_u32(header, order, TELEVISION_FRAME_RATE, rate.to_bits());
                 }
                 None => lost.push("framesPerSecond"),
             }
         }
         if let Some(angle) = common.shutter_angle {
-            put_u32(header, big_endian, SHUTTER_ANGLE, angle.to_bits());
+            put_u32(header, order, SHUTTER_ANGLE, angle.to_bits());
         }
         let date = common.capture_date.as_ref();
         let date = date.map(|text| match exr_date(text) {
@@ -126,8 +127,8 @@ impl DpxMetadata {
         lost
     }
 
-    fn big_endian(&self) -> bool {
-        self.header.layout.big_endian
+    fn byte_order(&self) -> ByteOrder {
+        self.header.layout.order
     }
 
     /// Returns all texts that people write into a header.
@@ -171,7 +172,7 @@ impl Metadata for DpxMetadata {
         let header = &self.before_pixels[..];
         let fields = Fields {
             bytes: header,
-            big_endian: self.big_endian(),
+            order: self.byte_order(),
         };
         let rate =
             positive(&fields, FILM_FRAME_RATE).or_else(|| positive(&fields, TELEVISION_FRAME_RATE));
@@ -241,7 +242,7 @@ impl Metadata for DpxMetadata {
 
     fn rewrite_losses(&self, image: &RasterImage) -> Vec<String> {
         let has_provenance = image.texts.iter().any(|(name, _)| is_provenance(name));
-        if has_provenance && user_data::is_foreign(&self.before_pixels, self.big_endian()) {
+        if has_provenance && user_data::is_foreign(&self.before_pixels, self.byte_order()) {
             return vec![
                 "the DPX holds user data of another program, so provenance is not written into it"
                     .to_owned(),

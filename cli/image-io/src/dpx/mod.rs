@@ -1,5 +1,6 @@
 //! DPX files (SMPTE 268M-2003): 8, 10, 12 and 16 bits, both byte orders, one image element.
 
+pub(crate) mod byte_order;
 mod header;
 mod metadata;
 mod samples;
@@ -113,7 +114,7 @@ fn read(input: &InputFile) -> Result<RasterImage> {
     };
     Ok(RasterImage {
         path: input.path.to_path_buf(),
-        texts: user_data::texts(&metadata.before_pixels, layout.big_endian),
+        texts: user_data::texts(&metadata.before_pixels, layout.order),
         metadata: Box::new(metadata),
         sample_format: match layout.packing {
             Packing::Bits8 => SampleFormat::U8,
@@ -185,9 +186,9 @@ fn stride(path: &Path, header: &Header, length: usize) -> Result<usize> {
 fn write(path: &Path, image: &RasterImage, metadata: &DpxMetadata) -> Result<()> {
     let header = &metadata.header;
     let layout = &header.layout;
-    let mut start = user_data::with_texts(&metadata.before_pixels, layout.big_endian, &image.texts);
+    let mut start = user_data::with_texts(&metadata.before_pixels, layout.order, &image.texts);
     let size = start.len() + metadata.stride * header.height + metadata.after_pixels.len();
-    set_file_size(&mut start, layout.big_endian, size);
+    set_file_size(&mut start, layout.order, size);
     let full_scale = layout.packing.full_scale();
     write_atomically(path, |out| {
         out.write_all(&start)?;

@@ -1,5 +1,7 @@
 //! The layout of samples in a line of a DPX file.
 
+use super::byte_order::ByteOrder;
+
 /// The end of a word at which samples are stored; the rest is padding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum WordEnd {
@@ -52,7 +54,7 @@ pub(super) struct Layout {
     /// Whether the samples of a pixel are stored in reverse order.
     pub(super) reversed: bool,
     pub(super) packing: Packing,
-    pub(super) big_endian: bool,
+    pub(super) order: ByteOrder,
 }
 
 impl Layout {
@@ -101,29 +103,11 @@ impl Layout {
     }
 
     fn word32(&self, bytes: &[u8]) -> u32 {
-        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        if self.big_endian {
-            u32::from_be_bytes(bytes)
-        } else {
-            u32::from_le_bytes(bytes)
-        }
-    }
-
-    fn bytes32(&self, word: u32) -> [u8; 4] {
-        if self.big_endian {
-            word.to_be_bytes()
-        } else {
-            word.to_le_bytes()
-        }
+        self.order.u32([bytes[0], bytes[1], bytes[2], bytes[3]])
     }
 
     fn word16(&self, pair: &[u8]) -> u16 {
-        let pair = [pair[0], pair[1]];
-        if self.big_endian {
-            u16::from_be_bytes(pair)
-        } else {
-            u16::from_le_bytes(pair)
-        }
+        self.order.u16([pair[0], pair[1]])
     }
 
     /// Unpacks a line of [`Layout::line_bytes`] into codes in the order of the file.
@@ -176,13 +160,7 @@ impl Layout {
 
     /// Appends the codes of a line, none above full scale, to `out`; the inverse of [`Layout::unpack`].
     pub(super) fn pack(&self, codes: &[u16], out: &mut Vec<u8>) {
-        let bytes16 = |word: u16| {
-            if self.big_endian {
-                word.to_be_bytes()
-            } else {
-                word.to_le_bytes()
-            }
-        };
+        let bytes16 = |word: u16| self.order.bytes16(word);
         match self.packing {
             Packing::Bits8 => out.extend(codes.iter().map(|&code| code as u8)),
             Packing::Bits16 => out.extend(codes.iter().flat_map(|&code| bytes16(code))),
@@ -199,7 +177,7 @@ impl Layout {
                     let pairs = codes.iter().zip(shifts);
                     let word =
                         pairs.fold(0, |word, (&code, shift)| word | u32::from(code) << shift);
-                    out.extend(self.bytes32(word));
+                    out.extend(self.order.bytes32(word));
                 }
             }
             Packing::Contiguous(bits) => {
@@ -208,13 +186,13 @@ impl Layout {
                     buffer |= u64::from(code) << count;
                     count += u32::from(bits);
                     if count >= 32 {
-                        out.extend(self.bytes32(buffer as u32));
+                        out.extend(self.order.bytes32(buffer as u32));
                         buffer >>= 32;
                         count -= 32;
                     }
                 }
                 if count > 0 {
-                    out.extend(self.bytes32(buffer as u32));
+                    out.extend(self.order.bytes32(buffer as u32));
                 }
             }
         }
@@ -223,47 +201,48 @@ impl Layout {
 
 #[cfg(test)]
 mod tests {
+    use super::ByteOrder::{Big, Little};
     use super::*;
 
-    fn layout(components: usize, packing: Packing, big_endian: bool) -> Layout {
+    fn layout(components: usize, packing: Packing, order: ByteOrder) -> Layout {
         Layout {
             width: 2,
             components,
             reversed: false,
             packing,
-            big_endian,
+            order,
         }
     }
 
     #[test]
     fn words_match_the_figures_of_the_standard() {
         let rgb = [0x3ff, 0, 1, 2, 3, 4];
-        let packed = |components, packing, big_endian, codes: &[u16]| {
+        let packed = |components, packing, order, codes: &[u16]| {
             let mut out = Vec::new();
-            layout(components, packing, big_endian).pack(codes, &mut out);
+            layout(components, packing, order).pack(codes, &mut out);
             out
         };
         let (high, low) = (WordEnd::High, WordEnd::Low);
-        let words = packed(3, Packing::Bits10(high), true, &rgb);
+        let words = packed(3, Packing::Bits10(high), Big, &rgb);
         assert_eq!(words, [0xff, 0xc0, 0x00, 0x04, 0x00, 0x80, 0x30, 0x10]);
-        let words = packed(3, Packing::Bits10(high), false, &rgb);
+        let words = packed(3, Packing::Bits10(high), Little, &rgb);
         assert_eq!(words, [0x04, 0x00, 0xc0, 0xff, 0x10, 0x30, 0x80, 0x00]);
-        let words = packed(3, Packing::Bits10(low), true, &rgb);
+        let words = packed(3, Packing::Bits10(low), Big, &rgb);
         assert_eq!(words, [0x3f, 0xf0, 0x00, 0x01, 0x00, 0x20, 0x0c, 0x04]);
-        let words = packed(1, Packing::Bits10(high), true, &[0x3ff, 1]);
+        let words = packed(1, Packing::Bits10(high), Big, &[0x3ff, 1]);
         assert_eq!(words, [0x00, 0x00, 0x1f, 0xfc]);
         assert_eq!(
-            packed(1, Packing::Bits12(high), true, &[0xabc]),
+            packed(1, Packing::Bits12(high), Big, &[0xabc]),
             [0xab, 0xc0]
         );
         assert_eq!(
-            packed(1, Packing::Bits12(low), false, &[0xabc]),
+            packed(1, Packing::Bits12(low), Little, &[0xabc]),
             [0xbc, 0x0a]
         );
         // 1, 2, 3 from the low bits up; the third spans two words.
-        let words = packed(1, Packing::Contiguous(12), true, &[1, 2, 3]);
+        let words = packed(1, Packing::Contiguous(12), Big, &[1, 2, 3]);
         assert_eq!(words, [0x03, 0x00, 0x20, 0x01, 0, 0, 0, 0]);
-        let words = packed(1, Packing::Contiguous(10), false, &[1, 2, 3, 0x3ff]);
+        let words = packed(1, Packing::Contiguous(10), Little, &[1, 2, 3, 0x3ff]);
         assert_eq!(words, [0x01, 0x08, 0x30, 0xc0, 0xff, 0, 0, 0]);
     }
 
@@ -279,10 +258,10 @@ mod tests {
             Packing::Contiguous(10),
             Packing::Contiguous(12),
         ] {
-            for (components, big_endian) in [(1, true), (3, false), (4, true), (4, false)] {
+            for (components, order) in [(1, Big), (3, Little), (4, Big), (4, Little)] {
                 let layout = Layout {
                     width: 7,
-                    ..layout(components, packing, big_endian)
+                    ..layout(components, packing, order)
                 };
                 let codes: Vec<u16> = (0..layout.samples() as u32)
                     .map(|i| ((i * 40_503) >> 3) as u16 & packing.full_scale())

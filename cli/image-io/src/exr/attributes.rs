@@ -100,7 +100,7 @@ impl ExrImage {
         }
     }
 
-    /// Whether the file has attributes beside windows, pixel aspect, part names, provenance, and those called `kept`.
+    /// Returns whether the file has attributes beside windows, pixel aspect, part names, provenance, and those called `kept`.
     pub(crate) fn has_attributes_beside(&self, kept: &[&str]) -> bool {
         let is_kept = |name: &str| {
             kept.contains(&name) || name == OIIO_FRAME_RATE && kept.contains(&"framesPerSecond")

@@ -21,7 +21,7 @@ use crate::error::{FileError, Result};
 use crate::guard::catch_panic;
 use crate::input::InputFile;
 
-/// How many chunks are decompressed in parallel. More would hold more compressed chunks in memory.
+/// Number of chunks that are decompressed in parallel. More would hold more compressed chunks in memory.
 const BATCH: usize = 64;
 
 /// Reads all parts, channels, resolution levels and attributes of a flat EXR file.
@@ -172,20 +172,32 @@ fn refusal(input: &InputFile, error: &exr::error::Error) -> FileError {
     }
 }
 
-/// Writes an EXR image, whole or not at all. `parallel` compresses on all cores, which is slower for small files.
+/// Threads that compress an EXR file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Compressing {
+    /// One for each core.
+    Parallel,
+    /// The calling thread, which is faster for small files.
+    Serial,
+}
+
+/// Writes an EXR image, whole or not at all.
 ///
 /// # Errors
 /// A target that cannot be written, and attributes that the format does not allow.
-pub(crate) fn write_exr<'img, L>(path: &Path, image: &'img Image<L>, parallel: bool) -> Result<()>
+pub(crate) fn write_exr<'img, L>(
+    path: &Path,
+    image: &'img Image<L>,
+    compressing: Compressing,
+) -> Result<()>
 where
     L: exr::image::write::layers::WritableLayers<'img> + Sync,
 {
     write_atomically(path, |out| {
         let options = image.write();
-        let options = if parallel {
-            options
-        } else {
-            options.non_parallel()
+        let options = match compressing {
+            Compressing::Parallel => options,
+            Compressing::Serial => options.non_parallel(),
         };
         catch_panic(|| options.to_buffered(&mut *out))?.map_err(|error| error.to_string())?;
         let corrected = out.flush().and_then(|()| correct_headers(out.get_mut()));

@@ -50,7 +50,7 @@ impl ExrCompression {
     }
 }
 
-/// Whether a compression is lossy for `channels`.
+/// Returns whether a compression is lossy for `channels`.
 pub(super) fn is_lossy(
     compression: Compression,
     channels: &[AnyChannel<Levels<FlatSamples>>],

@@ -8,7 +8,7 @@ use exr::meta::attribute::{AttributeValue, LineOrder, SampleType, Text};
 use exr::prelude::{Compression, ImageAttributes, LayerAttributes, Vec2};
 use half::f16;
 
-use super::codec::{read_exr, write_exr};
+use super::codec::{Compressing, read_exr, write_exr};
 use super::compression::is_lossy;
 use super::key_code;
 use crate::error::{FileError, Result};
@@ -129,7 +129,7 @@ impl ExrImage {
         self.warnings.push(warning);
     }
 
-    /// Whether a part would lose quality by a compression.
+    /// Returns whether a part would lose quality by a compression.
     pub(super) fn would_lose(&self, part: usize, compression: Compression) -> bool {
         let layer = self.image.layer_data.get(part);
         layer.is_some_and(|layer| is_lossy(compression, &layer.channel_data.list))
@@ -375,7 +375,7 @@ impl ExrImage {
     /// # Errors
     /// A target that cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
-        write_exr(path, &self.image, true)
+        write_exr(path, &self.image, Compressing::Parallel)
     }
 }
 

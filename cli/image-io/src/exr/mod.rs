@@ -18,7 +18,7 @@ pub use self::image::{ChannelId, ChannelInfo, ExrImage};
 pub use self::write_new::{NewChannel, write_channels};
 
 pub(crate) use self::attributes::new_text;
-pub(crate) use self::codec::write_exr;
+pub(crate) use self::codec::{Compressing, write_exr};
 pub(crate) use self::write_new::bounds;
 
 use crate::description::Part;

@@ -7,7 +7,7 @@ use exr::prelude::*;
 use half::f16;
 
 use super::attributes::{new_text, set_common};
-use super::codec::write_exr;
+use super::codec::{Compressing, write_exr};
 use super::compression::ExrCompression;
 use crate::error::Result;
 use crate::metadata::{CommonMetadata, TextAttributes};
@@ -116,7 +116,7 @@ fn write(
     image.attributes.display_window = bounds(display);
     image.attributes.pixel_aspect = attributes.pixel_aspect as f32;
     image.attributes.time_code = attributes.common.time_code;
-    write_exr(path, &image, true)
+    write_exr(path, &image, Compressing::Parallel)
 }
 
 /// Converts a window to the type of the `exr` library.

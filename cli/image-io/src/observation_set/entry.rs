@@ -341,7 +341,7 @@ fn by_channel(fields: &mut Fields<'_, '_>, key: &str, channels: &[String]) -> Ve
     }
 }
 
-/// Whether the name of a tile stays inside the folder of the set on every system.
+/// Returns whether the name of a tile stays inside the folder of the set on every system.
 pub(super) fn is_inside(name: &str) -> bool {
     let drive = name.as_bytes().get(1) == Some(&b':');
     let rooted = name.starts_with(['/', '\\']);

@@ -84,7 +84,7 @@ fn tile_names(set: &ObservationSet) -> Vec<String> {
         .collect()
 }
 
-/// Whether TIFF can store the channels, which have no names there.
+/// Returns whether TIFF can store the channels, which have no names there.
 fn fits_tiff(channels: &[String]) -> bool {
     channels.len() == 1 || channels == ["R", "G", "B"]
 }

@@ -13,7 +13,7 @@ use crate::raster::RasterImage;
 use crate::samples::{Encoding, MAX_HALF, SampleFormat};
 use crate::windows::{ImageWindows, crop_or_pad};
 
-/// How many lost channels a warning names.
+/// Largest number of lost channels that a warning names.
 const MAX_NAMED_CHANNELS: usize = 12;
 
 /// An image that was converted to what a format can store.
@@ -252,7 +252,7 @@ impl NewImage {
         }
     }
 
-    /// Whether all samples are within the range of half floats.
+    /// Returns whether all samples are within the range of half floats.
     fn fits_half(&self) -> bool {
         let samples = self.colour.iter().chain(&self.alpha).flatten();
         samples.into_iter().all(|v| v.abs() <= MAX_HALF)

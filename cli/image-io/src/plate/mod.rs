@@ -28,7 +28,7 @@ pub struct PlateOptions {
     /// The encoding of integer samples, in the file and in a conversion to integers. If `None` it is sRGB, and in DPX
     /// that of the header, else linear. Floats are linear if `None`.
     pub encoding: Option<Encoding>,
-    /// Whether colour is premultiplied by alpha; by the file if `None`.
+    /// Relation of colour and alpha: true if colour is premultiplied, `None` as the file states.
     pub premultiplied: Option<bool>,
     /// Whether colour is converted between colour spaces: code values are then written as they are set, in any format.
     pub colour_managed: bool,
@@ -192,12 +192,12 @@ impl Plate {
         }
     }
 
-    /// Whether the file stores integers, which are clipped to 0..1.
+    /// Returns whether the file stores integers, which are clipped to 0..1.
     pub fn has_integer_samples(&self) -> bool {
         self.sample_format().is_integer()
     }
 
-    /// Whether samples are stored as integers in a file of format `target`.
+    /// Returns whether samples are stored as integers in a file of format `target`.
     pub fn is_integer_in(&self, target: Format) -> bool {
         let channels = self.names.len() + usize::from(self.has_alpha());
         let format = target.implementation();
@@ -260,7 +260,7 @@ impl Plate {
         &self.names
     }
 
-    /// Whether there is an alpha channel.
+    /// Returns whether there is an alpha channel.
     pub fn has_alpha(&self) -> bool {
         match &self.source {
             Source::Exr { channels, .. } => channels.alpha.is_some(),
@@ -268,7 +268,7 @@ impl Plate {
         }
     }
 
-    /// Whether colour is premultiplied by alpha: by the user's choice, else always in EXR and DPX, never in PNG, and
+    /// Returns whether colour is premultiplied by alpha: by the user's choice, else always in EXR and DPX, never in PNG, and
     /// as stated in TIFF. True without alpha.
     pub fn is_premultiplied(&self) -> bool {
         if !self.has_alpha() {
@@ -305,7 +305,7 @@ impl Plate {
         }
     }
 
-    /// Whether each colour has an alpha channel of its own.
+    /// Returns whether each colour has an alpha channel of its own.
     pub fn has_channel_alphas(&self) -> bool {
         match &self.source {
             Source::Exr { channels, .. } => !channels.channel_alphas.is_empty(),

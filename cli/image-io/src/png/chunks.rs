@@ -2,6 +2,22 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
+/// The ancillary chunks of a file.
+pub(super) struct AncillaryChunks {
+    pub(super) chunks: Vec<Chunk>,
+    /// Whether the file is animated.
+    pub(super) is_animated: bool,
+}
+
+/// Differences of an image to the file that its chunks come from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Changes {
+    /// Whether samples have other values.
+    pub(super) samples: bool,
+    /// Whether samples were expanded from a palette or from fewer than eight bits.
+    pub(super) expanded: bool,
+}
+
 /// An ancillary chunk.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chunk {
@@ -27,8 +43,8 @@ const ANIMATION: [&[u8; 4]; 3] = [b"acTL", b"fcTL", b"fdAT"];
 /// Length of the signature before the first chunk, bytes.
 const SIGNATURE_BYTES: u64 = 8;
 
-/// Returns the ancillary chunks of a file of `length` bytes up to the first damage, and whether it is animated.
-pub(super) fn read(file: &mut (impl Read + Seek), length: u64) -> (Vec<Chunk>, bool) {
+/// Returns the ancillary chunks of a file of `length` bytes up to the first damage.
+pub(super) fn read(file: &mut (impl Read + Seek), length: u64) -> AncillaryChunks {
     let mut chunks = Vec::new();
     let (mut is_animated, mut follows_pixels) = (false, false);
     let mut at = SIGNATURE_BYTES;
@@ -58,7 +74,10 @@ pub(super) fn read(file: &mut (impl Read + Seek), length: u64) -> (Vec<Chunk>, b
         }
         at = end;
     }
-    (chunks, is_animated)
+    AncillaryChunks {
+        chunks,
+        is_animated,
+    }
 }
 
 /// Returns the name and size of the chunk at an offset in a file.
@@ -87,25 +106,24 @@ impl Chunk {
         &self.data
     }
 
-    /// Whether the chunk follows the pixels in the file.
+    /// Returns whether the chunk follows the pixels in the file.
     pub(super) fn follows_pixels(&self) -> bool {
         self.follows_pixels
     }
 
-    /// Whether the chunk states the colour space of the samples.
+    /// Returns whether the chunk states the colour space of the samples.
     pub(super) fn is_colour_space(&self) -> bool {
         COLOUR_SPACE.contains(&&self.name)
     }
 
-    /// Whether the chunk is still valid when the image is written again, with samples that have `changed` or not and
-    /// were expanded from a palette or few bits (`is_expanded`) or not.
+    /// Returns whether the chunk is still valid when the image is written again after these changes.
     ///
     /// Chunks whose last letter is a small one may be copied to a changed image; others only to an unchanged one.
-    pub(super) fn is_valid(&self, changed: bool, is_expanded: bool) -> bool {
+    pub(super) fn is_valid(&self, changes: Changes) -> bool {
         match &self.name {
-            b"bKGD" => !is_expanded,
-            b"sBIT" => !is_expanded && !changed,
-            _ => self.is_colour_space() || self.name[3].is_ascii_lowercase() || !changed,
+            b"bKGD" => !changes.expanded,
+            b"sBIT" => !changes.expanded && !changes.samples,
+            _ => self.is_colour_space() || self.name[3].is_ascii_lowercase() || !changes.samples,
         }
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use png::text_metadata::{ITXtChunk, TEXtChunk, ZTXtChunk};
 use png::{EncodingError, Info, Writer};
 
-use super::chunks::{Chunk, ICC_PROFILE};
+use super::chunks::{AncillaryChunks, Changes, Chunk, ICC_PROFILE};
 use crate::error::Result;
 use crate::format::Format;
 use crate::metadata::{AssumedEncoding, Metadata, TextAttributes};
@@ -52,19 +52,22 @@ impl PngMetadata {
         }
     }
 
-    /// Collects the metadata of a file whose chunks are `chunks`.
-    pub(super) fn read(
-        info: &Info,
-        chunks: Vec<Chunk>,
-        is_expanded: bool,
-        is_animated: bool,
-    ) -> Self {
+    /// Collects the metadata of a file.
+    pub(super) fn read(info: &Info, ancillary: AncillaryChunks) -> Self {
         Self {
             icc_profile: info.icc_profile.as_ref().map(|icc| icc.to_vec()),
-            chunks,
+            chunks: ancillary.chunks,
             texts: texts(info),
+            is_expanded: false,
+            is_animated: ancillary.is_animated,
+        }
+    }
+
+    /// Returns the same metadata; `is_expanded` if the file stored a palette or fewer than eight bits.
+    pub(super) fn with_expansion(self, is_expanded: bool) -> Self {
+        Self {
             is_expanded,
-            is_animated,
+            ..self
         }
     }
 
@@ -82,10 +85,19 @@ impl PngMetadata {
         self.icc_profile.as_deref().filter(|_| !has_chunk)
     }
 
-    /// Returns the chunks that are still valid in a new file of the image, whose samples have `changed` or not.
-    pub(super) fn valid_chunks(&self, changed: bool) -> impl Iterator<Item = &Chunk> {
+    /// Returns the chunks that are still valid in a new file of `image`.
+    pub(super) fn valid_chunks(&self, image: &RasterImage) -> impl Iterator<Item = &Chunk> {
+        let changes = self.changes(image);
         let chunks = self.chunks.iter();
-        chunks.filter(move |chunk| chunk.is_valid(changed, self.is_expanded))
+        chunks.filter(move |chunk| chunk.is_valid(changes))
+    }
+
+    /// Returns the differences of `image` to the file that was read.
+    fn changes(&self, image: &RasterImage) -> Changes {
+        Changes {
+            samples: image.changed,
+            expanded: self.is_expanded,
+        }
     }
 
     /// Writes a text in the chunk that it was read from, else as UTF-8.
@@ -174,7 +186,7 @@ impl Metadata for PngMetadata {
     }
 
     fn rewrite_losses(&self, image: &RasterImage) -> Vec<String> {
-        let is_lost = |chunk: &&Chunk| !chunk.is_valid(image.changed, self.is_expanded);
+        let is_lost = |chunk: &&Chunk| !chunk.is_valid(self.changes(image));
         let lost: Vec<String> = (self.chunks.iter().filter(is_lost))
             .map(Chunk::name_text)
             .collect();

@@ -71,7 +71,7 @@ fn read(input: &InputFile) -> Result<RasterImage> {
         }
         error => input.damaged(&error.to_string()),
     };
-    let (chunks, is_animated) = chunks::read(&mut BufReader::new(&input.file), input.length);
+    let chunks = chunks::read(&mut BufReader::new(&input.file), input.length);
     (&input.file)
         .rewind()
         .map_err(|e| FileError::io(input.path, "be read", &e))?;
@@ -115,7 +115,7 @@ fn read(input: &InputFile) -> Result<RasterImage> {
         return Err(input.damaged("pixels are missing"));
     }
     let is_expanded = (info.color_type, info.bit_depth) != (colour, bits);
-    let metadata = PngMetadata::read(info, chunks, is_expanded, is_animated);
+    let metadata = PngMetadata::read(info, chunks).with_expansion(is_expanded);
     Ok(RasterImage {
         path: input.path.to_path_buf(),
         texts: metadata.texts(),
@@ -150,7 +150,7 @@ fn write(path: &Path, image: &RasterImage, metadata: &PngMetadata) -> Result<()>
             .concat()
     };
     let (after, before): (Vec<_>, Vec<_>) =
-        (metadata.valid_chunks(image.changed)).partition(|chunk| chunk.follows_pixels());
+        (metadata.valid_chunks(image)).partition(|chunk| chunk.follows_pixels());
     write_atomically(path, |out| {
         let encode = || -> std::result::Result<(), EncodingError> {
             let mut writer = Encoder::with_info(out, info)?.write_header()?;

@@ -30,7 +30,7 @@ pub(crate) fn lines(texts: &TextAttributes) -> Vec<String> {
     all
 }
 
-/// Whether a line holds provenance.
+/// Returns whether a line holds provenance.
 pub(crate) fn is_provenance_line(line: &[u8]) -> bool {
     split(line).is_some()
 }

@@ -126,7 +126,7 @@ impl Provenance {
     }
 }
 
-/// Whether a text of that name belongs to the provenance of a file.
+/// Returns whether a text of that name belongs to the provenance of a file.
 #[must_use]
 pub fn is_provenance(name: &str) -> bool {
     name.starts_with(PREFIX)

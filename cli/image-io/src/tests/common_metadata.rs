@@ -10,6 +10,7 @@ use exr::prelude::Compression;
 use super::dpx_files::DpxBuilder;
 use super::{image, part, save};
 use crate::description::Description;
+use crate::dpx::byte_order::ByteOrder;
 use crate::exr::ExrImage;
 use crate::plate::{Plate, PlateOptions};
 
@@ -150,8 +151,8 @@ fn metadata_that_do_not_fit_cause_a_warning() {
 fn invalid_time_codes_and_rates_are_ignored() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, exr) = (folder.path().join("a.dpx"), folder.path().join("a.exr"));
-    let common = |big_endian: bool, code: u32, film: f32, television: f32| {
-        let mut made = DpxBuilder::new(big_endian, (1, 1), 0).element(50, 16, 0);
+    let common = |order: ByteOrder, code: u32, film: f32, television: f32| {
+        let mut made = DpxBuilder::new(order, 1, 1, 0).element(50, 16, 0);
         made.put32(1920, code);
         made.put32(1724, film.to_bits());
         made.put32(1940, television.to_bits());
@@ -160,8 +161,8 @@ fn invalid_time_codes_and_rates_are_ignored() {
         let plate = ExrImage::open(&exr).expect("opens");
         plate.common(plate.channels()[0].id)
     };
-    for big_endian in [true, false] {
-        let valid = common(big_endian, 0x2359_5924, f32::NAN, 25.0);
+    for order in [ByteOrder::Big, ByteOrder::Little] {
+        let valid = common(order, 0x2359_5924, f32::NAN, 25.0);
         let code = valid.time_code.expect("a code");
         assert_eq!(
             (code.hours, code.minutes, code.seconds, code.frame),
@@ -171,12 +172,12 @@ fn invalid_time_codes_and_rates_are_ignored() {
         assert_eq!(valid.frame_rate, Some((25, 1)));
         assert_eq!(valid.names(), ["timeCode", "framesPerSecond"]);
         assert_eq!(
-            common(big_endian, 0, 24.0, 25.0).frame_rate,
+            common(order, 0, 24.0, 25.0).frame_rate,
             Some((24, 1)),
             "the film rate takes precedence"
         );
         for bad in [u32::MAX, 0x2459_5900, 0x0a00_0000, 0x0060_0000, 0x0000_0030] {
-            let common = common(big_endian, bad, f32::INFINITY, -24.0);
+            let common = common(order, bad, f32::INFINITY, -24.0);
             assert!(common.names().is_empty(), "{bad:x}: {common:?}");
         }
     }

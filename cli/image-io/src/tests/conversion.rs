@@ -10,6 +10,7 @@ use image::{ExtendedColorType, ImageBuffer, ImageEncoder, Luma, Rgb, Rgba};
 
 use super::dpx_files::DpxBuilder;
 use super::{image, part, patch, save};
+use crate::dpx::byte_order::ByteOrder;
 use crate::exr::ExrImage;
 use crate::hdr;
 use crate::plate::{Plate, PlateOptions};
@@ -507,7 +508,7 @@ fn provenance_is_kept_in_every_format() {
     }
     // User data of another program are kept, with a warning.
     let dpx = path("own.dpx");
-    let made = DpxBuilder::new(false, (1, 1), 300).element(50, 16, 0);
+    let made = DpxBuilder::new(ByteOrder::Little, 1, 1, 300).element(50, 16, 0);
     let before = made.words16(&[1, 2, 3]).save(&dpx);
     let mut flat = RasterImage::open(&dpx).expect("opens");
     assert!(flat.texts.is_empty() && flat.write(&path("x.dpx")).expect("writes").is_empty());

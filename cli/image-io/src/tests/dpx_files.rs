@@ -1,8 +1,9 @@
-//! DPX files, laid out here byte by byte: round trips, and what is refused.
+//! DPX files, which the tests lay out byte by byte: round trips, and files that are refused.
 
 use std::fs;
 use std::path::Path;
 
+use crate::dpx::byte_order::ByteOrder;
 use crate::plate::{Plate, PlateOptions};
 use crate::raster::RasterImage;
 use crate::samples::{Encoding, SampleFormat};
@@ -10,18 +11,21 @@ use crate::samples::{Encoding, SampleFormat};
 /// A builder of DPX files.
 pub(crate) struct DpxBuilder {
     pub(crate) bytes: Vec<u8>,
-    big_endian: bool,
+    order: ByteOrder,
 }
 
 impl DpxBuilder {
     /// Creates a header with `extra` bytes of user data for `width` x `height` pixels. All other fields are undefined.
-    pub(crate) fn new(big_endian: bool, (width, height): (u32, u32), extra: usize) -> Self {
+    pub(crate) fn new(order: ByteOrder, width: u32, height: u32, extra: usize) -> Self {
         let mut made = Self {
             bytes: vec![0xff; 2048],
-            big_endian,
+            order,
         };
         made.bytes.extend((0..extra).map(|i| i as u8));
-        let magic = if big_endian { b"SDPX" } else { b"XPDS" };
+        let magic = match order {
+            ByteOrder::Big => b"SDPX",
+            ByteOrder::Little => b"XPDS",
+        };
         made.bytes[..4].copy_from_slice(magic);
         let offset = 2048 + extra as u32;
         for (at, value) in [
@@ -50,19 +54,17 @@ impl DpxBuilder {
     }
 
     pub(crate) fn put16(&mut self, at: usize, value: u16) {
-        let bytes = if self.big_endian {
-            value.to_be_bytes()
-        } else {
-            value.to_le_bytes()
+        let bytes = match self.order {
+            ByteOrder::Big => value.to_be_bytes(),
+            ByteOrder::Little => value.to_le_bytes(),
         };
         self.bytes[at..at + 2].copy_from_slice(&bytes);
     }
 
     pub(crate) fn put32(&mut self, at: usize, value: u32) {
-        let bytes = if self.big_endian {
-            value.to_be_bytes()
-        } else {
-            value.to_le_bytes()
+        let bytes = match self.order {
+            ByteOrder::Big => value.to_be_bytes(),
+            ByteOrder::Little => value.to_le_bytes(),
         };
         self.bytes[at..at + 4].copy_from_slice(&bytes);
     }
@@ -107,9 +109,9 @@ fn every_layout_round_trips_to_the_byte() {
     let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
     // Two pixels a line, two lines; R, G, B of the pixels are 1, 2, 3; 4, 5, 6 and so on.
     let ten = |a: u32, b: u32, c: u32, up: u32| (a << 20 | b << 10 | c) << up;
-    for big_endian in [true, false] {
+    for order in [ByteOrder::Big, ByteOrder::Little] {
         let made = |descriptor, bits, packing| {
-            DpxBuilder::new(big_endian, (2, 2), 40).element(descriptor, bits, packing)
+            DpxBuilder::new(order, 2, 2, 40).element(descriptor, bits, packing)
         };
         let rgb10 = |up| {
             [
@@ -154,7 +156,7 @@ fn every_layout_round_trips_to_the_byte() {
             assert!(plate.write(&out).expect("writes").is_empty());
             assert!(fs::read(&out).expect("reads") == bytes, "{depth}");
         }
-        // Four components in words of three, padded at the end of the line: R, G, B, A = 1, 2, 3, 4; 5, 6, 7, 8.
+        // Four components, three to a word, padded at the end of the line: R, G, B, A = 1, 2, 3, 4; 5, 6, 7, 8.
         let line = [ten(1, 2, 3, 2), ten(4, 5, 6, 2), ten(7, 8, 0, 2)];
         for (descriptor, names) in [(51, ["R", "G", "B", "A"]), (52, ["A", "B", "G", "R"])] {
             let file = made(descriptor, 10, 1).words32(&[line, line].concat());
@@ -185,7 +187,7 @@ fn lines_are_found_with_any_padding() {
     // One component of 8 bits, five a line: aligned to words, not aligned, aligned with stated padding, and with bytes
     // after the pixels where these can be distinguished.
     for (stated, padding, tail) in [(0, 3, 0), (0, 0, 0), (3, 3, 9), (7, 7, 2), (0, 3, 6)] {
-        let mut made = DpxBuilder::new(true, (5, 3), 0).element(6, 8, 0);
+        let mut made = DpxBuilder::new(ByteOrder::Big, 5, 3, 0).element(6, 8, 0);
         made.put32(812, stated);
         for y in 0..3 {
             made.bytes.extend(line(y));
@@ -216,7 +218,7 @@ fn unsupported_features_are_refused_by_field() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("a.dpx");
     let valid = || {
-        DpxBuilder::new(true, (2, 1), 0)
+        DpxBuilder::new(ByteOrder::Big, 2, 1, 0)
             .element(50, 10, 1)
             .words32(&[0, 0])
     };
@@ -267,7 +269,7 @@ fn unsupported_features_are_refused_by_field() {
 fn colour_statements_are_removed_when_the_colour_space_changes() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
-    let mut made = DpxBuilder::new(true, (1, 1), 0).element(50, 16, 0);
+    let mut made = DpxBuilder::new(ByteOrder::Big, 1, 1, 0).element(50, 16, 0);
     (made.bytes[801], made.bytes[802]) = (1, 6);
     made.bytes[820..840].copy_from_slice(b"sRGB (IEC 61966-2-1)");
     made.words16(&[1, 2, 3]).save(&path);
@@ -287,7 +289,7 @@ fn colour_statements_are_removed_when_the_colour_space_changes() {
 fn contiguous_samples_are_distinguished_from_filled_words() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (path, out) = (folder.path().join("a.dpx"), folder.path().join("b.dpx"));
-    for big_endian in [true, false] {
+    for order in [ByteOrder::Big, ByteOrder::Little] {
         // A line of eight samples of 12 bits: 1 to 8 from the low bits up.
         let mut bits = 0_u128;
         for (at, code) in (1..=8_u128).enumerate() {
@@ -295,7 +297,7 @@ fn contiguous_samples_are_distinguished_from_filled_words() {
         }
         let line = [bits as u32, (bits >> 32) as u32, (bits >> 64) as u32];
         assert_eq!(line[0], 0x0300_2001);
-        let made = DpxBuilder::new(big_endian, (8, 2), 0).element(6, 12, 0);
+        let made = DpxBuilder::new(order, 8, 2, 0).element(6, 12, 0);
         let bytes = made.words32(&[line, line].concat()).save(&path);
         let plate = RasterImage::open(&path).expect("opens");
         assert_eq!(plate.sample_format(), SampleFormat::U12);
@@ -306,7 +308,7 @@ fn contiguous_samples_are_distinguished_from_filled_words() {
     }
     // Sixteen pixels take fifteen words, but sixteen filled ones.
     for (words, says) in [(30, None), (32, Some("the length of filled words"))] {
-        let made = DpxBuilder::new(true, (16, 2), 0).element(50, 10, 0);
+        let made = DpxBuilder::new(ByteOrder::Big, 16, 2, 0).element(50, 10, 0);
         made.words32(&vec![0; words]).save(&path);
         match (RasterImage::open(&path), says) {
             (Err(error), Some(says)) => {
@@ -326,7 +328,7 @@ fn the_assumed_encoding_is_reported() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("a.dpx");
     let open = |transfer: u8, encoding: Option<Encoding>| {
-        let mut made = DpxBuilder::new(true, (1, 1), 0).element(50, 16, 0);
+        let mut made = DpxBuilder::new(ByteOrder::Big, 1, 1, 0).element(50, 16, 0);
         made.bytes[801] = transfer;
         made.put32(1628, 2);
         made.put32(1632, 1);

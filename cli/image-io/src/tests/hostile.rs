@@ -11,6 +11,7 @@ use super::dpx_files::DpxBuilder;
 use super::metadata::{usual_chunks, write_png, write_tiff};
 use super::{floats, halves, image, part, patch, save};
 use crate::description::Description;
+use crate::dpx::byte_order::ByteOrder;
 use crate::image_channel::ImageChannel;
 use crate::observation_set::{ReadOptions, read};
 use crate::plate::{Plate, PlateOptions};
@@ -56,7 +57,12 @@ static VALID: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     crate::tiff::write_float(&path("c.tif"), 8, 5, planes).expect("saves");
     names.push("c.tif".to_owned());
     for (descriptor, bits, packing) in [(50, 10, 1), (51, 16, 0), (6, 8, 0)] {
-        let mut made = DpxBuilder::new(bits == 10, (8, 5), 16).element(descriptor, bits, packing);
+        let order = if bits == 10 {
+            ByteOrder::Big
+        } else {
+            ByteOrder::Little
+        };
+        let mut made = DpxBuilder::new(order, 8, 5, 16).element(descriptor, bits, packing);
         made.bytes.extend([0x5a; 8 * 5 * 8]);
         let name = format!("{bits}.dpx");
         made.save(&path(&name));
@@ -71,7 +77,7 @@ static VALID: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     // With many metadata, and contiguous samples.
     write_png(&path("f.png"), png::BitDepth::Sixteen, &usual_chunks(), &[]);
     write_tiff(&path("g.tif"));
-    let mut made = DpxBuilder::new(false, (8, 5), 0).element(50, 12, 0);
+    let mut made = DpxBuilder::new(ByteOrder::Little, 8, 5, 0).element(50, 12, 0);
     made.bytes.extend([0x5a; 5 * 36]);
     made.save(&path("12.dpx"));
     names.extend(["d.hdr", "e.jpg", "f.png", "g.tif", "12.dpx"].map(str::to_owned));
