@@ -2,11 +2,11 @@
 
 use std::ffi::CStr;
 
-/// Whether the clip is connected.
+/// Flag: the clip is connected.
 pub const CONNECTED: &CStr = c"OfxImageClipPropConnected";
-/// Whether the clip may be unconnected.
+/// Flag: the clip may be unconnected.
 pub const OPTIONAL: &CStr = c"OfxImageClipPropOptional";
-/// Whether the clip is a mask.
+/// Flag: the clip is a mask.
 pub const IS_MASK: &CStr = c"OfxImageClipPropIsMask";
 /// The rows that images of the clip contain: section "Field Rendering".
 pub const FIELD_EXTRACTION: &CStr = c"OfxImageClipPropFieldExtraction";

@@ -41,7 +41,7 @@ pub struct OfxDrawSuiteV1 {
 pub const SUITE: &CStr = c"OfxDrawSuite";
 /// `kOfxStandardColourOverlayActive`: the colour of handles.
 pub const COLOUR_ACTIVE: c_int = 1;
-/// `kOfxStandardColourOverlayDeselected`: the colour of what cannot be dragged.
+/// `kOfxStandardColourOverlayDeselected`: the colour of lines that cannot be dragged.
 pub const COLOUR_DESELECTED: c_int = 3;
 /// `kOfxDrawPrimitiveLines`: one line per pair of points.
 pub const LINES: c_int = 0;

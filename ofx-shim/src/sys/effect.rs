@@ -55,31 +55,31 @@ pub const SUPPORTED_CONTEXTS: &CStr = c"OfxImageEffectPropSupportedContexts";
 pub const SUPPORTED_PIXEL_DEPTHS: &CStr = c"OfxImageEffectPropSupportedPixelDepths";
 /// Menu that lists the plugin.
 pub const GROUPING: &CStr = c"OfxImageEffectPluginPropGrouping";
-/// Whether clips may differ in sample type.
+/// Flag: clips may differ in sample type.
 pub const MULTIPLE_CLIP_DEPTHS: &CStr = c"OfxImageEffectPropMultipleClipDepths";
-/// Whether clips may differ in pixel aspect ratio.
+/// Flag: clips may differ in pixel aspect ratio.
 pub const MULTIPLE_CLIP_PARS: &CStr = c"OfxImageEffectPropSupportsMultipleClipPARs";
-/// Whether clips may differ in size.
+/// Flag: clips may differ in size.
 pub const MULTI_RESOLUTION: &CStr = c"OfxImageEffectPropSupportsMultiResolution";
-/// Whether images may be tiles of a frame.
+/// Flag: images may be tiles of a frame.
 pub const TILES: &CStr = c"OfxImageEffectPropSupportsTiles";
-/// Whether images of other times are fetched.
+/// Flag: images of other times are fetched.
 pub const TEMPORAL_CLIP_ACCESS: &CStr = c"OfxImageEffectPropTemporalClipAccess";
 /// Renders that may run at the same time.
 pub const THREAD_SAFETY: &CStr = c"OfxImageEffectPluginRenderThreadSafety";
 /// Thread safety: any renders, also of one instance.
 pub const FULLY_SAFE: &CStr = c"OfxImageEffectRenderFullySafe";
-/// Whether the host may split a frame between threads.
+/// Flag: the host may split a frame between threads.
 pub const HOST_FRAME_THREADING: &CStr = c"OfxImageEffectPluginPropHostFrameThreading";
-/// Whether there can be only one instance.
+/// Flag: there can be only one instance.
 pub const SINGLE_INSTANCE: &CStr = c"OfxImageEffectPluginPropSingleInstance";
-/// Whether both fields are rendered separately even if nothing changes between them.
+/// Flag: both fields are rendered separately even if nothing changes between them.
 pub const FIELD_RENDER_TWICE: &CStr = c"OfxImageEffectPluginPropFieldRenderTwiceAlways";
-/// Whether an output pixel depends on the input pixel at its own position only.
+/// Flag: an output pixel depends on the input pixel at its own position only.
 pub const NO_SPATIAL_AWARENESS: &CStr = c"OfxImageEffectPropNoSpatialAwareness";
-/// Whether the plugin renders on the CPU.
+/// Flag: the plugin renders on the CPU.
 pub const CPU_RENDER: &CStr = c"OfxImageEffectPropCPURenderSupported";
-/// Whether the plugin renders by OpenGL.
+/// Flag: the plugin renders by OpenGL.
 pub const OPENGL_RENDER: &CStr = c"OfxImageEffectPropOpenGLRenderSupported";
 /// Colour management style that the plugin supports. Since 1.5, `ofxColour.h`.
 pub const COLOUR_STYLE: &CStr = c"OfxImageEffectPropColourManagementStyle";

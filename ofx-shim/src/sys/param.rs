@@ -64,13 +64,13 @@ pub const TYPE_PAGE: &CStr = c"OfxParamTypePage";
 /// Type: push button.
 pub const TYPE_PUSH_BUTTON: &CStr = c"OfxParamTypePushButton";
 
-/// Whether the parameter can be animated.
+/// Flag: the parameter can be animated.
 pub const ANIMATES: &CStr = c"OfxParamPropAnimates";
-/// Whether a change makes rendered images out of date.
+/// Flag: a change makes rendered images out of date.
 pub const EVALUATE_ON_CHANGE: &CStr = c"OfxParamPropEvaluateOnChange";
-/// Whether the parameter is hidden.
+/// Flag: the parameter is hidden.
 pub const SECRET: &CStr = c"OfxParamPropSecret";
-/// Whether the user can change the parameter.
+/// Flag: the user can change the parameter.
 pub const ENABLED: &CStr = c"OfxParamPropEnabled";
 /// Tooltip.
 pub const HINT: &CStr = c"OfxParamPropHint";
@@ -78,7 +78,7 @@ pub const HINT: &CStr = c"OfxParamPropHint";
 pub const SCRIPT_NAME: &CStr = c"OfxParamPropScriptName";
 /// Name of the parameter's group.
 pub const PARENT: &CStr = c"OfxParamPropParent";
-/// Whether a group is shown open.
+/// Flag: a group is shown open.
 pub const GROUP_OPEN: &CStr = c"OfxParamPropGroupOpen";
 /// Names of the parameters on a page.
 pub const PAGE_CHILD: &CStr = c"OfxParamPropPageChild";
@@ -106,9 +106,9 @@ pub const DOUBLE_TYPE_PLAIN: &CStr = c"OfxParamDoubleTypePlain";
 pub const DEFAULT_COORDINATES: &CStr = c"OfxParamPropDefaultCoordinateSystem";
 /// Coordinate system: canonical.
 pub const COORDINATES_CANONICAL: &CStr = c"OfxParamCoordinatesCanonical";
-/// Whether the host should draw a handle for a position. The `k` is part of the property's name.
+/// Flag: the host should draw a handle for a position. The `k` is part of the property's name.
 pub const HOST_OVERLAY_HANDLE: &CStr = c"kOfxParamPropUseHostOverlayHandle";
-/// Whether the host draws a handle for a position.
+/// Flag: the host draws a handle for a position.
 pub const HAS_HOST_OVERLAY_HANDLE: &CStr = c"OfxParamPropHasHostOverlayHandle";
 /// Labels of the options of a menu.
 pub const CHOICE_OPTION: &CStr = c"OfxParamPropChoiceOption";
@@ -118,5 +118,5 @@ pub const STRING_MODE: &CStr = c"OfxParamPropStringMode";
 pub const STRING_SINGLE_LINE: &CStr = c"OfxParamStringIsSingleLine";
 /// Kind of string: the path of a file.
 pub const STRING_FILE_PATH: &CStr = c"OfxParamStringIsFilePath";
-/// Whether the file must exist.
+/// Flag: the file must exist.
 pub const FILE_PATH_EXISTS: &CStr = c"OfxParamPropStringFilePathExists";

@@ -130,7 +130,7 @@ pub(crate) struct Clip<'a> {
     pub(crate) properties: PropertySet<'a>,
 }
 
-/// How a message is passed to the host.
+/// The form in which a message is passed to the host.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum MessageFormat {
     /// With the format `%s`, as it should be.

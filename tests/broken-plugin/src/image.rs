@@ -14,7 +14,7 @@ pub(crate) struct Image<'a> {
     /// x1, y1, x2, y2.
     pub(crate) bounds: [i32; 4],
     pub(crate) channels: usize,
-    /// How often it is released; 1 without faults.
+    /// Number of releases; 1 without faults.
     releases: usize,
 }
 

@@ -17,7 +17,7 @@ pub struct ImageFile {
     pub par: f64,
 }
 
-/// Channels to read if none is named: the first of these sets that the file has completely.
+/// Channels to read by default: the first of these sets that the file has completely.
 const COLOUR_SETS: [&[&str]; 4] = [&["R", "G", "B", "A"], &["R", "G", "B"], &["Y"], &["A"]];
 
 /// Reads the colour of an OpenEXR file, or one channel.

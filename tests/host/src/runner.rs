@@ -39,7 +39,7 @@ pub(crate) use print_line;
 pub struct Outcome {
     /// The name of the check.
     pub check: &'static str,
-    /// What it found.
+    /// Its findings.
     pub report: Report,
 }
 

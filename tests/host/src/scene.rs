@@ -8,7 +8,7 @@ use openfx::sys::image_effect_v1::image_effect::*;
 
 use crate::picture::{Picture, Rect, Region};
 
-/// What a clip returns for an image.
+/// The source of a clip's images.
 #[derive(Clone, Debug, Default)]
 pub enum Feed {
     /// Nothing: it is not connected.
@@ -27,7 +27,7 @@ pub enum Feed {
 /// The connection of one clip.
 #[derive(Clone, Debug, Default)]
 pub struct Input {
-    /// What it returns.
+    /// The source of its images.
     pub feed: Feed,
     /// Premultiplication that it reports; by default opaque for RGB and premultiplied otherwise.
     pub premultiplication: Option<&'static CStr>,

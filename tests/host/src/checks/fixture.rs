@@ -1,4 +1,4 @@
-//! What the checks share: a plugin loaded in a host, scenes, instances that blur.
+//! The fixture of all checks: a plugin loaded in a host, scenes, instances that blur.
 
 use std::ffi::CString;
 

@@ -51,7 +51,7 @@ use crate::subject::Subject;
 pub struct Report {
     /// Faults of the plugin.
     pub faults: Vec<String>,
-    /// What was not tested, and why.
+    /// Parts that were not tested, with the reason.
     pub skipped: Vec<String>,
 }
 

@@ -13,7 +13,7 @@ pub(super) static CHECK: Check = Check {
     run,
 };
 
-/// How the multi-thread suite behaves.
+/// Behaviour of the multi-thread suite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ThreadSuite {
     Parallel,

@@ -14,7 +14,7 @@ use crate::host::profile::RowLayout;
 use crate::host::properties::Value;
 use crate::picture::{Picture, Rect};
 
-/// What to render, and how images are laid out.
+/// A render request, and the memory layout of its images.
 #[derive(Clone, Debug)]
 pub struct RenderRequest {
     /// The time.

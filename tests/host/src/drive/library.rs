@@ -127,7 +127,7 @@ impl Library {
     /// Returns the plugin with an identifier, or the first without one.
     ///
     /// # Errors
-    /// If there is none.
+    /// If the library has no such plugin.
     pub fn find(&self, id: Option<&str>) -> Result<Plugin, String> {
         let all = self.plugins();
         (all.iter())

@@ -12,7 +12,7 @@ use super::properties::{
 use super::{Host, Object, OwnHandle, locked};
 use crate::scene::Scene;
 
-/// Whether an effect is a descriptor or an instance.
+/// The role of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EffectRole {
     /// A descriptor, which the plugin fills in.
@@ -29,9 +29,9 @@ pub struct Effect {
     /// Its parameters.
     pub parameters: Arc<ParameterSet>,
     clips: Mutex<Vec<Arc<Clip>>>,
-    /// Whether it is a descriptor or an instance.
+    /// Its role.
     pub role: EffectRole,
-    /// What its clips are connected to.
+    /// The scene that its clips are connected to.
     pub(crate) scene: Mutex<Scene>,
     /// Renders in progress.
     pub(crate) renders: Mutex<Vec<Arc<ActiveRender>>>,

@@ -13,7 +13,7 @@ const GUARD_BYTE: u8 = 0xa5;
 /// The number of guard bytes before and after an image.
 const GUARD_BYTES: usize = 4096;
 
-/// Where the pixels of an image lie in its memory.
+/// The layout of an image's pixels in its memory.
 #[derive(Clone, Copy)]
 struct Layout {
     /// Offset of the lower left pixel, in bytes.
@@ -206,7 +206,7 @@ impl GuardedBuffer {
     }
 }
 
-/// How the bytes of an output image differ from what should have been written.
+/// Differences between the bytes of an output image and those that should have been written.
 #[derive(Default)]
 pub(crate) struct WrittenBytes {
     /// Expected pixels with samples that were not written.

@@ -1,4 +1,4 @@
-//! Handles: unique numbers that crash when dereferenced, so that stale handles can be told from invalid ones.
+//! Handles: unique numbers that crash when dereferenced, so that stale and invalid handles can be distinguished.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};

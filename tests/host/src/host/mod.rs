@@ -31,7 +31,7 @@ pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// The most faults that are recorded between two calls of [`Host::take_misuse`].
 const MAX_MISUSE: usize = 50;
 
-/// Whether a property is read or set.
+/// The kind of access to a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AccessMode {
     /// Read, or its dimension asked for.
@@ -52,7 +52,7 @@ impl fmt::Display for AccessMode {
 /// An access of a property by the plugin.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Access {
-    /// Whether it was read or set.
+    /// The kind of access.
     pub mode: AccessMode,
     /// The kind of property set.
     pub kind: String,
@@ -60,7 +60,7 @@ pub struct Access {
     pub property: String,
 }
 
-/// How long strings that the host lends stay valid. OpenFX guarantees no more than the next suite call.
+/// The lifetime of strings that the host lends. OpenFX guarantees it only until the next suite call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StringLifetime {
     /// Until the next suite call on the same object, which overwrites them.

@@ -45,7 +45,7 @@ pub struct FileParameter {
     pub not_in_use: Settings,
 }
 
-/// What the checks know of a kind of plugin.
+/// A kind of plugin, as far as the checks need it.
 #[derive(Debug)]
 pub struct PluginKind {
     /// Its name on the command line.
@@ -80,7 +80,7 @@ pub struct Subject {
     pub file: PathBuf,
     /// Its identifier, if it is not the first plugin of the binary.
     pub id: Option<String>,
-    /// What is known of it.
+    /// Its kind.
     pub kind: &'static PluginKind,
 }
 

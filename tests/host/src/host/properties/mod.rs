@@ -61,7 +61,7 @@ pub(crate) fn property_name(name: &CStr) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Whether plugins may add properties to a set.
+/// The rule for properties that a set does not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Schema {
     /// Only properties that the set has from the start can be set.
@@ -76,7 +76,7 @@ pub struct PropertySet {
     handle: OwnHandle,
     /// The kind of object it describes, such as `image`.
     pub kind: String,
-    /// Which object it describes, for messages.
+    /// The object that it describes, for messages.
     pub name: String,
     values: Mutex<Values>,
     initial: Values,

@@ -26,7 +26,7 @@ pub struct Drawing {
 /// A call of `draw`.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    /// How the points are joined.
+    /// The primitive that joins the points.
     pub primitive: OfxDrawPrimitive,
     /// The points, in canonical coordinates.
     pub points: Vec<(f64, f64)>,

@@ -34,7 +34,7 @@ const KINDS: [&CStr; 6] = [
     kOfxMessageQuestion,
 ];
 
-/// How long a message is shown.
+/// The time for which a message is shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Duration {
     /// Once: `message`.
