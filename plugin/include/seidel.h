@@ -2,10 +2,16 @@
  *
  * Generated from plugin/src by `cargo xtask header`; do not edit.
  *
- * Every call returns a SeidelStatus; seidel_last_error describes the last failure on the calling thread. All functions
- * may be called from any number of threads at once. Structs begin with their size, which the caller sets, so that later
- * versions can add members. Buffers belong to the caller, and the library keeps no pointer to them after a call. No
- * panic leaves the library, and it prints nothing but Rust's own panic message on stderr. */
+ * Open a lens with seidel_lens_open, fill a SeidelSettings with seidel_settings_init, describe the images of a plate in
+ * a SeidelPlate, and call seidel_apply, seidel_remove or seidel_relens. plugin/examples/apply.c is a complete program.
+ *
+ * Errors: functions that can fail return a SeidelStatus; seidel_last_error describes the last failure on the calling
+ * thread. No panic leaves the library, and it prints nothing but Rust's own panic message on stderr.
+ * Threads: all functions may be called from any number of threads at once.
+ * Memory: buffers belong to the caller, and the library keeps no pointer to them after a call.
+ * Versions: structs begin with their size, which the caller sets, so that later versions can add members.
+ * Units: positions are plate pixels, x to the right, y down. Samples are scene-linear. Distances are metres along the
+ * optical axis from the entrance pupil; vergence is 1 / distance. */
 
 #ifndef SEIDEL_H
 #define SEIDEL_H
@@ -14,8 +20,8 @@
 #include <stdint.h>
 
 /**
- * Version of the ABI that this header describes. It grows when functions, structs or members are added; existing ones do
- * not change, so that a program runs with any library of its own ABI version or a later one.
+ * Version of the ABI that this header describes. It grows when functions, structs or members are added; existing
+ * ones do not change, so that a program runs with any library of its own ABI version or a later one.
  */
 #define SEIDEL_ABI_VERSION 1
 
@@ -140,9 +146,10 @@
 #define SEIDEL_FLOAT 2
 
 /**
- * The result of a call. After any status but SEIDEL_STATUS_OK, `seidel_last_error` describes the failure, and images are
- * as they were before the call. Any function may return SEIDEL_STATUS_ARGUMENT for a NULL pointer that it does not allow
- * and for values out of range, SEIDEL_STATUS_UNSUPPORTED for a struct of a later version, and SEIDEL_STATUS_PANICKED.
+ * The result of a call. After any status but SEIDEL_STATUS_OK, `seidel_last_error` describes the failure, and images
+ * are as they were before the call. Any function may return SEIDEL_STATUS_ARGUMENT for a NULL pointer that it does
+ * not allow and for values out of range, SEIDEL_STATUS_UNSUPPORTED for a struct of a later version, and
+ * SEIDEL_STATUS_PANICKED.
  */
 typedef enum SeidelStatus {
   /**
@@ -150,7 +157,8 @@ typedef enum SeidelStatus {
    */
   SEIDEL_STATUS_OK = 0,
   /**
-   * An argument is not valid: a NULL pointer, a value out of range, a released handle, a sample that is not finite.
+   * An argument is not valid: a NULL pointer, a value out of range, a released handle, a sample that is not
+   * finite.
    */
   SEIDEL_STATUS_ARGUMENT = 1,
   /**
@@ -251,8 +259,8 @@ typedef struct SeidelLensInfo {
 } SeidelLensInfo;
 
 /**
- * Lens and plate settings. Fill it by seidel_settings_init, then change members. Members whose comment states a meaning
- * of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names.
+ * Lens and plate settings. Fill it by seidel_settings_init, then change members. Members whose comment states a
+ * meaning of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names.
  */
 typedef struct SeidelSettings {
   /**
@@ -264,8 +272,8 @@ typedef struct SeidelSettings {
    */
   double amount;
   /**
-   * Strength of the blur of each lens channel, in the order of the lens, on top of `amount`: above 0, up to 16. NULL: 1
-   * for all.
+   * Strength of the blur of each lens channel, in the order of the lens, on top of `amount`: above 0, up to 16.
+   * NULL: 1 for all.
    */
   const double *channel_scales;
   /**
@@ -374,7 +382,8 @@ typedef struct SeidelSettings {
    */
   double depth_far;
   /**
-   * Focal length in widths of a plate pixel, if depth is measured along the ray from the camera. NaN: along the axis.
+   * Focal length in widths of a plate pixel, if depth is measured along the ray from the camera. NaN: along the
+   * axis.
    */
   double along_ray;
   /**
@@ -390,8 +399,8 @@ typedef struct SeidelSettings {
    */
   double clip_level;
   /**
-   * Standard deviation of the noise of each colour, scene-linear. NaN in the first entry: estimated from the plate; in
-   * another entry: that of the first. The fourth entry is not used. (blur removal)
+   * Standard deviation of the noise of each colour, scene-linear. NaN in the first entry: estimated from the
+   * plate; in another entry: that of the first. The fourth entry is not used. (blur removal)
    */
   double noise[4];
   /**
@@ -413,8 +422,8 @@ typedef struct SeidelSettings {
 } SeidelSettings;
 
 /**
- * A rectangle of plate pixels: x grows to the right, y downwards. In arguments, width and height must be at least 1 and
- * no member above 16777216 in magnitude.
+ * A rectangle of plate pixels: x grows to the right, y downwards. In arguments, width and height must be at least 1
+ * and no member above 16777216 in magnitude.
  */
 typedef struct SeidelRect {
   /**
@@ -436,8 +445,8 @@ typedef struct SeidelRect {
 } SeidelRect;
 
 /**
- * An image in the caller's memory, which the library reads or writes in place. It may have any alignment and any padding
- * between pixels and rows; the library touches its samples only.
+ * An image in the caller's memory, which the library reads or writes in place. It may have any alignment and any
+ * padding between pixels and rows; the library touches its samples only.
  */
 typedef struct SeidelImage {
   /**
@@ -453,7 +462,8 @@ typedef struct SeidelImage {
    */
   int64_t row_bytes;
   /**
-   * Bytes from a pixel to the pixel on its right; 0 if pixels are packed. With `data` it selects some channels of many.
+   * Bytes from a pixel to the pixel on its right; 0 if pixels are packed. With `data` it selects some channels of
+   * many.
    */
   uint32_t pixel_bytes;
   /**
@@ -475,8 +485,8 @@ typedef struct SeidelImage {
 } SeidelImage;
 
 /**
- * A plate. Its images may hold more or less than the extent. Pixels of the extent that `source` or `alphas` lacks are
- * black and transparent; where a depth image or matte has no pixel, its nearest one counts.
+ * A plate. Its images may hold more or less than the extent. Pixels of the extent that `source` or `alphas` lacks
+ * are black and transparent; where a depth image or matte has no pixel, its nearest one counts.
  */
 typedef struct SeidelPlate {
   /**
@@ -488,7 +498,8 @@ typedef struct SeidelPlate {
    */
   struct SeidelRect format;
   /**
-   * Data window: all pixels that exist, overscan or crop included. Beyond it lies what `edges` of the settings states.
+   * Data window: all pixels that exist, overscan or crop included. Beyond it lies what `edges` of the settings
+   * states.
    */
   struct SeidelRect extent;
   /**
@@ -500,25 +511,28 @@ typedef struct SeidelPlate {
    */
   const struct SeidelImage *depth;
   /**
-   * Holdout matte, 0 to 1, of something that will be composited in front; its first channel is read. NULL: none. Only
-   * seidel_apply reads it.
+   * Holdout matte, 0 to 1, of something that will be composited in front; its first channel is read. NULL: none.
+   * Only seidel_apply reads it.
    */
   const struct SeidelImage *matte;
   /**
-   * Depth of the matte, with the conventions of `depth`: only light from behind it is held out. NULL: all light is.
+   * Depth of the matte, with the conventions of `depth`: only light from behind it is held out. NULL: all light
+   * is.
    */
   const struct SeidelImage *matte_depth;
   /**
-   * Alpha of each colour, one channel a colour, if `alpha_per_channel` is set. NULL: each is the alpha of `source`.
+   * Alpha of each colour, one channel a colour, if `alpha_per_channel` is set. NULL: each is the alpha of
+   * `source`.
    */
   const struct SeidelImage *alphas;
 } SeidelPlate;
 
 /**
- * Progress callback. It gets `user` of SeidelCallbacks and the share of the work done, from 0 to 1 and never decreasing.
- * The library calls it at the start, about every 20 ms and at the end, always on the thread that made the call. Return 0
- * to go on. Any other value before the end stops the work: the call then returns SEIDEL_STATUS_ABORTED within 100 ms. The
- * callback may call the library. It must return normally: no exception and no longjmp.
+ * Progress callback. It gets `user` of SeidelCallbacks and the share of the work done, from 0 to 1 and never
+ * decreasing. The library calls it at the start, about every 20 ms and at the end, always on the thread that made
+ * the call. Return 0 to go on. Any other value before the end stops the work: the call then returns
+ * SEIDEL_STATUS_ABORTED within 100 ms. The callback may call the library. It must return normally: no exception and
+ * no longjmp.
  */
 typedef int32_t (*SeidelProgress)(void *user, double share);
 
@@ -550,13 +564,13 @@ typedef struct SeidelFindings {
    */
   uint64_t size;
   /**
-   * Gets the share of each pixel's detail that the plate determines, 0 to 1, one channel a colour; 0 where blur is kept.
-   * NULL: not wanted.
+   * Gets the share of each pixel's detail that the plate determines, 0 to 1, one channel a colour; 0 where blur is
+   * kept. NULL: not wanted.
    */
   const struct SeidelImage *confidence;
   /**
-   * Gets the noise of the sharp image over that of the plate, one channel a colour. NULL: not wanted. It doubles the
-   * time of the call.
+   * Gets the noise of the sharp image over that of the plate, one channel a colour. NULL: not wanted. It doubles
+   * the time of the call.
    */
   const struct SeidelImage *noise_gain;
   /**
@@ -568,8 +582,8 @@ typedef struct SeidelFindings {
    */
   double noise[3];
   /**
-   * Root mean square of the residual over that expected from the noise. Well above 1.5, the lens does not explain the
-   * plate.
+   * Root mean square of the residual over that expected from the noise. Well above 1.5, the lens does not explain
+   * the plate.
    */
   double misfit[3];
   /**
@@ -583,8 +597,8 @@ typedef struct SeidelFindings {
 } SeidelFindings;
 
 /**
- * A kernel: the distribution of the light of one source pixel over plate pixels. The caller sets `size`, `weights` and
- * `capacity`; the library writes the other members.
+ * A kernel: the distribution of the light of one source pixel over plate pixels. The caller sets `size`, `weights`
+ * and `capacity`; the library writes the other members.
  */
 typedef struct SeidelKernel {
   /**
@@ -622,21 +636,22 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Returns the ABI version of the loaded library. If it is less than SEIDEL_ABI_VERSION, functions of this header may be
- * missing.
+ * Returns the ABI version of the loaded library. If it is less than SEIDEL_ABI_VERSION, functions of this header may
+ * be missing.
  */
 uint32_t seidel_abi_version(void);
 
 /**
- * Returns the version of the library, such as "0.1.0". The string belongs to the library and is valid while it is loaded.
+ * Returns the version of the library, such as "0.1.0". The string belongs to the library and is valid while it is
+ * loaded.
  */
 const char *seidel_version(void);
 
 /**
  * Copies a description of the last failure on the calling thread to `buffer`, in UTF-8 with a terminating zero, cut
- * between characters to `capacity` bytes. It names the argument, file or pixel, the problem and the remedy. Returns the
- * size of the whole text in bytes with its zero, at most 2049; 1, an empty text, if the last call succeeded. `buffer` may
- * be NULL to get the size.
+ * between characters to `capacity` bytes. It names the argument, file or pixel, the problem and the remedy. Returns
+ * the size of the whole text in bytes with its zero, at most 2049; 1, an empty text, if the last call succeeded.
+ * `buffer` may be NULL to get the size.
  *
  * Pointers:
  * `buffer`: NULL, or `capacity` writable bytes.
@@ -645,8 +660,8 @@ size_t seidel_last_error(char *buffer,
                          size_t capacity);
 
 /**
- * Opens the lens profile in the file `path`, a string in UTF-8, and writes its handle to `*lens`. The caller owns the
- * handle and releases it with seidel_lens_release. After a failure `*lens` is unchanged.
+ * Opens the lens profile in the file `path`, a string in UTF-8, and writes its handle to `*lens`. The caller owns
+ * the handle and releases it with seidel_lens_release. After a failure `*lens` is unchanged.
  *
  * Errors: SEIDEL_STATUS_LENS for a file that cannot be read or is not a lens profile.
  *
@@ -657,8 +672,8 @@ enum SeidelStatus seidel_lens_open(const char *path,
                                    struct SeidelLens **lens);
 
 /**
- * Opens a lens profile like seidel_lens_open, from `length` bytes of JSON text in memory. The text need not end with a
- * zero and is not used after the call.
+ * Opens a lens profile like seidel_lens_open, from `length` bytes of JSON text in memory. The text need not end with
+ * a zero and is not used after the call.
  *
  * Errors: SEIDEL_STATUS_LENS for text that is not a lens profile.
  *
@@ -677,8 +692,8 @@ enum SeidelStatus seidel_lens_read(const char *json,
 enum SeidelStatus seidel_lens_retain(const struct SeidelLens *lens);
 
 /**
- * Removes a reference from a handle; NULL is allowed. The last release frees the lens as soon as no call uses it. When no
- * lens is left, the library's threads finish their work and end, and this call waits for them.
+ * Removes a reference from a handle; NULL is allowed. The last release frees the lens as soon as no call uses it.
+ * When no lens is left, the library's threads finish their work and end, and this call waits for them.
  *
  * Errors: SEIDEL_STATUS_ARGUMENT for a released handle. No memory is read through `lens`, so any value is safe.
  */
@@ -693,11 +708,11 @@ enum SeidelStatus seidel_lens_release(const struct SeidelLens *lens);
 enum SeidelStatus seidel_lens_info(const struct SeidelLens *lens, struct SeidelLensInfo *info);
 
 /**
- * Copies the name of colour channel `index`, counted from 0, to `buffer`: for example "R", in UTF-8 with a terminating
- * zero. `*needed` gets the size of the whole name in bytes with its zero.
+ * Copies the name of colour channel `index`, counted from 0, to `buffer`: for example "R", in UTF-8 with a
+ * terminating zero. `*needed` gets the size of the whole name in bytes with its zero.
  *
- * Errors: SEIDEL_STATUS_ARGUMENT for an index that the lens does not have; SEIDEL_STATUS_TOO_SMALL if `buffer` is NULL or
- * `capacity` is less than `*needed`, in which case the copy is cut.
+ * Errors: SEIDEL_STATUS_ARGUMENT for an index that the lens does not have; SEIDEL_STATUS_TOO_SMALL if `buffer` is
+ * NULL or `capacity` is less than `*needed`, in which case the copy is cut.
  *
  * Pointers:
  * `buffer`: NULL, or `capacity` writable bytes. `needed`: NULL, or a writable place for a number.
@@ -709,8 +724,8 @@ enum SeidelStatus seidel_lens_channel(const struct SeidelLens *lens,
                                       size_t *needed);
 
 /**
- * Copies the name of PSF model `index`, counted from 0, as seidel_lens_channel does. These are the models that can draw
- * the lens; the first is the default, the most faithful one.
+ * Copies the name of PSF model `index`, counted from 0, as seidel_lens_channel does. These are the models that can
+ * draw the lens; the first is the default, the most faithful one.
  *
  * Errors: those of seidel_lens_channel.
  *
@@ -734,12 +749,13 @@ enum SeidelStatus seidel_settings_init(struct SeidelSettings *settings);
 /**
  * Applies the blur of a lens to a plate and writes the pixels of `output.rect`, which must lie in the extent of the
  * plate. `output` has as many channels as the source and may be the memory of the source. If the source covers
- * seidel_region_of_interest, the result is bit-identical to that part of a render of the whole plate. `alphas` gets the
- * alpha of each colour over `output.rect` if `alpha_per_channel` is set, and is NULL otherwise. `settings` may be NULL for
- * the defaults, `callbacks` NULL for none.
+ * seidel_region_of_interest, the result is bit-identical to that part of a render of the whole plate. `alphas` gets
+ * the alpha of each colour over `output.rect` if `alpha_per_channel` is set, and is NULL otherwise. `settings` may
+ * be NULL for the defaults, `callbacks` NULL for none.
  *
  * Errors: SEIDEL_STATUS_ARGUMENT for invalid arguments and settings, and for a sample that is not finite;
- * SEIDEL_STATUS_UNSUPPORTED for settings that the lens does not support; SEIDEL_STATUS_MEMORY; SEIDEL_STATUS_ABORTED.
+ * SEIDEL_STATUS_UNSUPPORTED for settings that the lens does not support; SEIDEL_STATUS_MEMORY;
+ * SEIDEL_STATUS_ABORTED.
  *
  * Pointers:
  * Each pointer: NULL, or valid until the call returns. No other thread may use the outputs meanwhile.
@@ -752,10 +768,11 @@ enum SeidelStatus seidel_apply(const struct SeidelLens *lens,
                                const struct SeidelCallbacks *callbacks);
 
 /**
- * Removes the blur of the lens that a plate was taken with. The source must cover the extent: missing pixels count as
- * black. The depth image is that of the sharp image. `output.rect` may reach beyond the extent, where light that landed on
- * the plate was estimated; pixels beyond `found` of the findings are black. `alphas` is as for seidel_apply. `findings`,
- * `settings` and `callbacks` may be NULL. With `amount` or `strength` 0 the plate is copied and the maps are 1.
+ * Removes the blur of the lens that a plate was taken with. The source must cover the extent: missing pixels count
+ * as black. The depth image is that of the sharp image. `output.rect` may reach beyond the extent, where light that
+ * landed on the plate was estimated; pixels beyond `found` of the findings are black. `alphas` is as for
+ * seidel_apply. `findings`, `settings` and `callbacks` may be NULL. With `amount` or `strength` 0 the plate is
+ * copied and the maps are 1.
  *
  * Errors: those of seidel_apply.
  *
@@ -771,9 +788,9 @@ enum SeidelStatus seidel_remove(const struct SeidelLens *lens,
                                 const struct SeidelCallbacks *callbacks);
 
 /**
- * Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings hold
- * for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors included,
- * is as for seidel_remove.
+ * Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings
+ * hold for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors
+ * included, is as for seidel_remove.
  *
  * Pointers:
  * As for seidel_apply.
@@ -787,10 +804,11 @@ enum SeidelStatus seidel_relens(const struct SeidelLens *from,
                                 const struct SeidelCallbacks *callbacks);
 
 /**
- * Writes to `*blur_share` the blur that a plate shows as a share of the blur of a lens: 1 if nothing speaks against the
- * lens. To do as `seidel remove` does, multiply `amount` by a share below 1 before the removal, since removing too much
- * blur causes ringing, and only warn about a share above 1. A plate of less than 96 pixels either way, or without detail
- * above its noise, gives 1. `settings` and `callbacks` may be NULL as for seidel_apply; `amount` must not be 0.
+ * Writes to `*blur_share` the blur that a plate shows as a share of the blur of a lens: 1 if nothing speaks against
+ * the lens. To do as `seidel remove` does, multiply `amount` by a share below 1 before the removal, since removing
+ * too much blur causes ringing, and only warn about a share above 1. A plate of less than 96 pixels either way, or
+ * without detail above its noise, gives 1. `settings` and `callbacks` may be NULL as for seidel_apply; `amount` must
+ * not be 0.
  *
  * Errors: those of seidel_remove.
  *
@@ -805,15 +823,16 @@ enum SeidelStatus seidel_check_lens(const struct SeidelLens *lens,
 
 /**
  * Draws the kernel of lens channel `channel`, counted from 0, at the point (`x`, `y`) of a plate, for an object at
- * `distance`. `x` and `y` are in plate pixels; the centre of pixel (0, 0) is (0.5, 0.5). `distance` is in metres and may
- * be INFINITY, or NaN if the blur of the lens does not depend on it. Of the plate, only `format` and `extent` are used.
- * `settings` may be NULL for the defaults.
+ * `distance`. `x` and `y` are in plate pixels; the centre of pixel (0, 0) is (0.5, 0.5). `distance` is in metres and
+ * may be INFINITY, or NaN if the blur of the lens does not depend on it. Of the plate, only `format` and `extent`
+ * are used. `settings` may be NULL for the defaults.
  *
- * Errors: SEIDEL_STATUS_TOO_SMALL if `weights` is NULL or has too little room; the other members of `*kernel` are then
- * written. Otherwise as for seidel_apply.
+ * Errors: SEIDEL_STATUS_TOO_SMALL if `weights` is NULL or has too little room; the other members of `*kernel` are
+ * then written. Otherwise as for seidel_apply.
  *
  * Pointers:
- * Each pointer: NULL, or valid until the call returns. `kernel->weights`: NULL, or room for `kernel->capacity` numbers.
+ * Each pointer: NULL, or valid until the call returns. `kernel->weights`: NULL, or room for `kernel->capacity`
+ * numbers.
  */
 enum SeidelStatus seidel_kernel(const struct SeidelLens *lens,
                                 const struct SeidelSettings *settings,
@@ -826,10 +845,11 @@ enum SeidelStatus seidel_kernel(const struct SeidelLens *lens,
 
 /**
  * Writes to `*region` the pixels of the source that seidel_apply needs for a bit-identical result in `window`. With
- * SEIDEL_QUALITY_EXACT, one distance and a PSF model that needs no rays, these are `window` and the reach of the kernels
- * about it. Otherwise they are the whole extent: the fast renderer chooses its highlights, and occlusion its depth layers,
- * from the whole plate. seidel_remove, seidel_relens and seidel_check_lens always need the whole extent. Of the plate,
- * `format`, `extent` and the presence of `depth` matter. `settings` may be NULL for the defaults.
+ * SEIDEL_QUALITY_EXACT, one distance and a PSF model that needs no rays, these are `window` and the reach of the
+ * kernels about it. Otherwise they are the whole extent: the fast renderer chooses its highlights, and occlusion its
+ * depth layers, from the whole plate. seidel_remove, seidel_relens and seidel_check_lens always need the whole
+ * extent. Of the plate, `format`, `extent` and the presence of `depth` matter. `settings` may be NULL for the
+ * defaults.
  *
  * Errors: those of seidel_apply.
  *
@@ -844,9 +864,9 @@ enum SeidelStatus seidel_region_of_interest(const struct SeidelLens *lens,
 
 /**
  * Writes to `*bytes` the most memory that a call takes for a plate, in bytes, beside the caller's own images: with
- * `removal` 0 for seidel_apply, with 1 for seidel_remove, seidel_relens and seidel_check_lens. Of the plate, `extent` and
- * the channels of `source` matter; `source` may be NULL, which counts as 4 channels. `settings` may be NULL for the
- * defaults.
+ * `removal` 0 for seidel_apply, with 1 for seidel_remove, seidel_relens and seidel_check_lens. Of the plate,
+ * `extent` and the channels of `source` matter; `source` may be NULL, which counts as 4 channels. `settings` may be
+ * NULL for the defaults.
  *
  * Pointers:
  * Each pointer: NULL, or valid until the call returns.
@@ -857,8 +877,9 @@ enum SeidelStatus seidel_memory_needed(const struct SeidelSettings *settings,
                                        uint64_t *bytes);
 
 /**
- * Ends all threads of the library and waits for the work that they are doing. Call it before the library is unloaded. It
- * also happens when the last lens is released. The library remains usable: the next call starts threads again.
+ * Ends all threads of the library and waits for the work that they are doing. Call it before the library is
+ * unloaded. It also happens when the last lens is released. The library remains usable: the next call starts threads
+ * again.
  */
 enum SeidelStatus seidel_shutdown(void);
 

@@ -17,12 +17,13 @@ use crate::threads::SharedProgress;
 
 /// Applies the blur of a lens to a plate and writes the pixels of `output.rect`, which must lie in the extent of the
 /// plate. `output` has as many channels as the source and may be the memory of the source. If the source covers
-/// seidel_region_of_interest, the result is bit-identical to that part of a render of the whole plate. `alphas` gets the
-/// alpha of each colour over `output.rect` if `alpha_per_channel` is set, and is NULL otherwise. `settings` may be NULL for
-/// the defaults, `callbacks` NULL for none.
+/// seidel_region_of_interest, the result is bit-identical to that part of a render of the whole plate. `alphas` gets
+/// the alpha of each colour over `output.rect` if `alpha_per_channel` is set, and is NULL otherwise. `settings` may
+/// be NULL for the defaults, `callbacks` NULL for none.
 ///
 /// Errors: SEIDEL_STATUS_ARGUMENT for invalid arguments and settings, and for a sample that is not finite;
-/// SEIDEL_STATUS_UNSUPPORTED for settings that the lens does not support; SEIDEL_STATUS_MEMORY; SEIDEL_STATUS_ABORTED.
+/// SEIDEL_STATUS_UNSUPPORTED for settings that the lens does not support; SEIDEL_STATUS_MEMORY;
+/// SEIDEL_STATUS_ABORTED.
 ///
 /// # Safety
 /// Each pointer: NULL, or valid until the call returns. No other thread may use the outputs meanwhile.

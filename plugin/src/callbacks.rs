@@ -4,10 +4,11 @@ use std::ffi::c_void;
 
 use crate::pointers::Versioned;
 
-/// Progress callback. It gets `user` of SeidelCallbacks and the share of the work done, from 0 to 1 and never decreasing.
-/// The library calls it at the start, about every 20 ms and at the end, always on the thread that made the call. Return 0
-/// to go on. Any other value before the end stops the work: the call then returns SEIDEL_STATUS_ABORTED within 100 ms. The
-/// callback may call the library. It must return normally: no exception and no longjmp.
+/// Progress callback. It gets `user` of SeidelCallbacks and the share of the work done, from 0 to 1 and never
+/// decreasing. The library calls it at the start, about every 20 ms and at the end, always on the thread that made
+/// the call. Return 0 to go on. Any other value before the end stops the work: the call then returns
+/// SEIDEL_STATUS_ABORTED within 100 ms. The callback may call the library. It must return normally: no exception and
+/// no longjmp.
 pub type SeidelProgress = Option<unsafe extern "C" fn(user: *mut c_void, share: f64) -> i32>;
 
 /// Callbacks of a call.
@@ -22,7 +23,8 @@ pub struct SeidelCallbacks {
     pub progress: SeidelProgress,
 }
 
-// SAFETY: `repr(C)`, begins with its size, and holds a pointer and a nullable function that only the caller guarantees.
+// SAFETY: `repr(C)`, begins with its size, and holds a pointer and a nullable function that only the caller
+// guarantees.
 unsafe impl Versioned for SeidelCallbacks {
     const MIN_SIZE: usize = size_of::<Self>();
 

@@ -11,10 +11,11 @@ use crate::settings::{SeidelSettings, Settings};
 use crate::status::{Failure, SeidelStatus};
 use crate::threads::{SharedProgress, run};
 
-/// Writes to `*blur_share` the blur that a plate shows as a share of the blur of a lens: 1 if nothing speaks against the
-/// lens. To do as `seidel remove` does, multiply `amount` by a share below 1 before the removal, since removing too much
-/// blur causes ringing, and only warn about a share above 1. A plate of less than 96 pixels either way, or without detail
-/// above its noise, gives 1. `settings` and `callbacks` may be NULL as for seidel_apply; `amount` must not be 0.
+/// Writes to `*blur_share` the blur that a plate shows as a share of the blur of a lens: 1 if nothing speaks against
+/// the lens. To do as `seidel remove` does, multiply `amount` by a share below 1 before the removal, since removing
+/// too much blur causes ringing, and only warn about a share above 1. A plate of less than 96 pixels either way, or
+/// without detail above its noise, gives 1. `settings` and `callbacks` may be NULL as for seidel_apply; `amount` must
+/// not be 0.
 ///
 /// Errors: those of seidel_remove.
 ///

@@ -5,7 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::last_error;
 use crate::status::{Failure, Result, SeidelStatus};
 
-/// Runs `work`. An error or a panic becomes a status, and the last error of this thread; success clears the last error.
+/// Runs `work`. An error or a panic becomes a status, and the last error of this thread; success clears the last
+/// error.
 pub(crate) fn guard(work: impl FnOnce() -> Result<()>) -> SeidelStatus {
     let result = catch_panic(work).unwrap_or_else(|| Err(Failure::panicked()));
     match result {

@@ -1,7 +1,7 @@
 //! The table of lens handles.
 //!
-//! A handle is a number in the form of a pointer and is never dereferenced. Numbers are not reused, so a released handle is
-//! always recognised.
+//! A handle is a number in the form of a pointer and is never dereferenced. Numbers are not reused, so a released
+//! handle is always recognised.
 
 use std::collections::BTreeMap;
 use std::ptr::without_provenance_mut;

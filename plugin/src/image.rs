@@ -15,8 +15,8 @@ pub const SEIDEL_FLOAT: u32 = 2;
 /// Most columns or rows of a rectangle, and largest magnitude of its position: sums of them fit in an `i32`.
 const MAX_SIDE: i32 = 1 << 24;
 
-/// A rectangle of plate pixels: x grows to the right, y downwards. In arguments, width and height must be at least 1 and
-/// no member above 16777216 in magnitude.
+/// A rectangle of plate pixels: x grows to the right, y downwards. In arguments, width and height must be at least 1
+/// and no member above 16777216 in magnitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct SeidelRect {
@@ -98,8 +98,8 @@ impl SeidelRect {
     }
 }
 
-/// An image in the caller's memory, which the library reads or writes in place. It may have any alignment and any padding
-/// between pixels and rows; the library touches its samples only.
+/// An image in the caller's memory, which the library reads or writes in place. It may have any alignment and any
+/// padding between pixels and rows; the library touches its samples only.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SeidelImage {
@@ -109,7 +109,8 @@ pub struct SeidelImage {
     pub data: *mut c_void,
     /// Bytes from a pixel to the pixel below it; negative if rows are stored from the bottom up.
     pub row_bytes: i64,
-    /// Bytes from a pixel to the pixel on its right; 0 if pixels are packed. With `data` it selects some channels of many.
+    /// Bytes from a pixel to the pixel on its right; 0 if pixels are packed. With `data` it selects some channels of
+    /// many.
     pub pixel_bytes: u32,
     /// Samples per pixel, 1 to 4. Of a plate: 1 is Y; 2 are Y, A; 3 are R, G, B; 4 are R, G, B, A.
     pub channels: u32,
@@ -167,7 +168,8 @@ impl ImageView {
     /// Checks the image at `image`, the argument `name`.
     ///
     /// # Safety
-    /// `image` must be NULL or an image whose samples can be read, or written if it is an output, until the call ends.
+    /// `image` must be NULL or an image whose samples can be read, or written if it is an output, until the call
+    /// ends.
     pub(crate) unsafe fn new(image: *const SeidelImage, name: &str) -> Result<Self> {
         // SAFETY: as the caller guarantees.
         let image = unsafe { read_versioned(image, name)? };

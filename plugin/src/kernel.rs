@@ -12,8 +12,8 @@ use crate::settings::{SeidelSettings, Settings};
 use crate::status::{Failure, SeidelStatus};
 use crate::threads::run;
 
-/// A kernel: the distribution of the light of one source pixel over plate pixels. The caller sets `size`, `weights` and
-/// `capacity`; the library writes the other members.
+/// A kernel: the distribution of the light of one source pixel over plate pixels. The caller sets `size`, `weights`
+/// and `capacity`; the library writes the other members.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SeidelKernel {
@@ -49,15 +49,16 @@ unsafe impl Versioned for SeidelKernel {
 }
 
 /// Draws the kernel of lens channel `channel`, counted from 0, at the point (`x`, `y`) of a plate, for an object at
-/// `distance`. `x` and `y` are in plate pixels; the centre of pixel (0, 0) is (0.5, 0.5). `distance` is in metres and may
-/// be INFINITY, or NaN if the blur of the lens does not depend on it. Of the plate, only `format` and `extent` are used.
-/// `settings` may be NULL for the defaults.
+/// `distance`. `x` and `y` are in plate pixels; the centre of pixel (0, 0) is (0.5, 0.5). `distance` is in metres and
+/// may be INFINITY, or NaN if the blur of the lens does not depend on it. Of the plate, only `format` and `extent`
+/// are used. `settings` may be NULL for the defaults.
 ///
-/// Errors: SEIDEL_STATUS_TOO_SMALL if `weights` is NULL or has too little room; the other members of `*kernel` are then
-/// written. Otherwise as for seidel_apply.
+/// Errors: SEIDEL_STATUS_TOO_SMALL if `weights` is NULL or has too little room; the other members of `*kernel` are
+/// then written. Otherwise as for seidel_apply.
 ///
 /// # Safety
-/// Each pointer: NULL, or valid until the call returns. `kernel->weights`: NULL, or room for `kernel->capacity` numbers.
+/// Each pointer: NULL, or valid until the call returns. `kernel->weights`: NULL, or room for `kernel->capacity`
+/// numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seidel_kernel(
     lens: *const SeidelLens,

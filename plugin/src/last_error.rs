@@ -32,9 +32,9 @@ pub(crate) fn set(text: &str) {
 }
 
 /// Copies a description of the last failure on the calling thread to `buffer`, in UTF-8 with a terminating zero, cut
-/// between characters to `capacity` bytes. It names the argument, file or pixel, the problem and the remedy. Returns the
-/// size of the whole text in bytes with its zero, at most 2049; 1, an empty text, if the last call succeeded. `buffer` may
-/// be NULL to get the size.
+/// between characters to `capacity` bytes. It names the argument, file or pixel, the problem and the remedy. Returns
+/// the size of the whole text in bytes with its zero, at most 2049; 1, an empty text, if the last call succeeded.
+/// `buffer` may be NULL to get the size.
 ///
 /// # Safety
 /// `buffer`: NULL, or `capacity` writable bytes.

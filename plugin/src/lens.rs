@@ -166,8 +166,8 @@ fn describe(lens: &Lens) -> SeidelLensInfo {
     }
 }
 
-/// Opens the lens profile in the file `path`, a string in UTF-8, and writes its handle to `*lens`. The caller owns the
-/// handle and releases it with seidel_lens_release. After a failure `*lens` is unchanged.
+/// Opens the lens profile in the file `path`, a string in UTF-8, and writes its handle to `*lens`. The caller owns
+/// the handle and releases it with seidel_lens_release. After a failure `*lens` is unchanged.
 ///
 /// Errors: SEIDEL_STATUS_LENS for a file that cannot be read or is not a lens profile.
 ///
@@ -188,8 +188,8 @@ pub unsafe extern "C" fn seidel_lens_open(
     })
 }
 
-/// Opens a lens profile like seidel_lens_open, from `length` bytes of JSON text in memory. The text need not end with a
-/// zero and is not used after the call.
+/// Opens a lens profile like seidel_lens_open, from `length` bytes of JSON text in memory. The text need not end with
+/// a zero and is not used after the call.
 ///
 /// Errors: SEIDEL_STATUS_LENS for text that is not a lens profile.
 ///
@@ -227,8 +227,8 @@ pub extern "C" fn seidel_lens_retain(lens: *const SeidelLens) -> SeidelStatus {
     guard(|| handles::retain(lens))
 }
 
-/// Removes a reference from a handle; NULL is allowed. The last release frees the lens as soon as no call uses it. When no
-/// lens is left, the library's threads finish their work and end, and this call waits for them.
+/// Removes a reference from a handle; NULL is allowed. The last release frees the lens as soon as no call uses it.
+/// When no lens is left, the library's threads finish their work and end, and this call waits for them.
 ///
 /// Errors: SEIDEL_STATUS_ARGUMENT for a released handle. No memory is read through `lens`, so any value is safe.
 #[unsafe(no_mangle)]
@@ -253,17 +253,17 @@ pub unsafe extern "C" fn seidel_lens_info(
     info: *mut SeidelLensInfo,
 ) -> SeidelStatus {
     guard(|| {
-        let description = describe(&*handles::lens(lens)?);
+        let description = describe(&handles::lens(lens)?);
         // SAFETY: as the caller guarantees.
         unsafe { write_versioned(info, &description, "info") }
     })
 }
 
-/// Copies the name of colour channel `index`, counted from 0, to `buffer`: for example "R", in UTF-8 with a terminating
-/// zero. `*needed` gets the size of the whole name in bytes with its zero.
+/// Copies the name of colour channel `index`, counted from 0, to `buffer`: for example "R", in UTF-8 with a
+/// terminating zero. `*needed` gets the size of the whole name in bytes with its zero.
 ///
-/// Errors: SEIDEL_STATUS_ARGUMENT for an index that the lens does not have; SEIDEL_STATUS_TOO_SMALL if `buffer` is NULL or
-/// `capacity` is less than `*needed`, in which case the copy is cut.
+/// Errors: SEIDEL_STATUS_ARGUMENT for an index that the lens does not have; SEIDEL_STATUS_TOO_SMALL if `buffer` is
+/// NULL or `capacity` is less than `*needed`, in which case the copy is cut.
 ///
 /// # Safety
 /// `buffer`: NULL, or `capacity` writable bytes. `needed`: NULL, or a writable place for a number.
@@ -285,8 +285,8 @@ pub unsafe extern "C" fn seidel_lens_channel(
     })
 }
 
-/// Copies the name of PSF model `index`, counted from 0, as seidel_lens_channel does. These are the models that can draw
-/// the lens; the first is the default, the most faithful one.
+/// Copies the name of PSF model `index`, counted from 0, as seidel_lens_channel does. These are the models that can
+/// draw the lens; the first is the default, the most faithful one.
 ///
 /// Errors: those of seidel_lens_channel.
 ///
@@ -301,7 +301,7 @@ pub unsafe extern "C" fn seidel_lens_model(
     needed: *mut usize,
 ) -> SeidelStatus {
     guard(|| {
-        let models = models(&*handles::lens(lens)?);
+        let models = models(&handles::lens(lens)?);
         let name = models.get(index as usize);
         let name = name.ok_or_else(|| index_error("model", index, models.len()))?;
         // SAFETY: as the caller guarantees.

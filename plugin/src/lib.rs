@@ -1,8 +1,8 @@
-//! libseidel: the C ABI of Seidel. Opaque handles, status codes and the caller's own buffers around `seidel-core`, so that
-//! any program that can call C can load a lens, get its PSFs, apply its blur to plates and remove it.
+//! libseidel: the C ABI of Seidel. Opaque handles, status codes and the caller's own buffers around `seidel-core`, so
+//! that any program that can call C can load a lens, get its PSFs, apply its blur to plates and remove it.
 //!
-//! `cargo xtask header` generates `plugin/include/seidel.h` from the public items here. Every export goes through `guard`,
-//! which turns errors and panics into a status and a text.
+//! `cargo xtask header` generates `plugin/include/seidel.h` from the public items here. Every export goes through
+//! `guard`, which turns errors and panics into a status and a text.
 
 // Modules with exports, in the order of the header. The blank lines keep rustfmt from sorting them.
 mod version;

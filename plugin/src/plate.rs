@@ -12,8 +12,8 @@ use crate::pointers::{Versioned, read_versioned};
 use crate::settings::Settings;
 use crate::status::{Failure, Result};
 
-/// A plate. Its images may hold more or less than the extent. Pixels of the extent that `source` or `alphas` lacks are
-/// black and transparent; where a depth image or matte has no pixel, its nearest one counts.
+/// A plate. Its images may hold more or less than the extent. Pixels of the extent that `source` or `alphas` lacks
+/// are black and transparent; where a depth image or matte has no pixel, its nearest one counts.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SeidelPlate {
@@ -21,18 +21,21 @@ pub struct SeidelPlate {
     pub size: u64,
     /// Display window: the picture without overscan. It lies centre on centre with the frame of the lens.
     pub format: SeidelRect,
-    /// Data window: all pixels that exist, overscan or crop included. Beyond it lies what `edges` of the settings states.
+    /// Data window: all pixels that exist, overscan or crop included. Beyond it lies what `edges` of the settings
+    /// states.
     pub extent: SeidelRect,
     /// Scene-linear samples.
     pub source: *const SeidelImage,
     /// Depth image, of which the first channel is read. NULL: everything is at `distance` of the settings.
     pub depth: *const SeidelImage,
-    /// Holdout matte, 0 to 1, of something that will be composited in front; its first channel is read. NULL: none. Only
-    /// seidel_apply reads it.
+    /// Holdout matte, 0 to 1, of something that will be composited in front; its first channel is read. NULL: none.
+    /// Only seidel_apply reads it.
     pub matte: *const SeidelImage,
-    /// Depth of the matte, with the conventions of `depth`: only light from behind it is held out. NULL: all light is.
+    /// Depth of the matte, with the conventions of `depth`: only light from behind it is held out. NULL: all light
+    /// is.
     pub matte_depth: *const SeidelImage,
-    /// Alpha of each colour, one channel a colour, if `alpha_per_channel` is set. NULL: each is the alpha of `source`.
+    /// Alpha of each colour, one channel a colour, if `alpha_per_channel` is set. NULL: each is the alpha of
+    /// `source`.
     pub alphas: *const SeidelImage,
 }
 

@@ -9,8 +9,8 @@ use crate::status::{Failure, Result, SeidelStatus};
 /// # Safety
 /// `Self` must be `repr(C)`, begin with a `u64`, and be valid for all bytes.
 pub(crate) unsafe trait Versioned: Copy {
-    /// Size of the first version, bytes: no caller's struct is smaller. When members are added, it becomes the offset of
-    /// the first one added.
+    /// Size of the first version, bytes: no caller's struct is smaller. When members are added, it becomes the offset
+    /// of the first one added.
     const MIN_SIZE: usize;
 
     /// Values of the members that a caller's smaller struct lacks.
@@ -148,8 +148,8 @@ pub(crate) unsafe fn read_array<T: Copy>(
     Ok((0..count).map(value).collect())
 }
 
-/// Copies `text` and a terminating zero to `buffer`, cut between characters to `capacity` bytes. Returns the size of the
-/// whole text with its zero.
+/// Copies `text` and a terminating zero to `buffer`, cut between characters to `capacity` bytes. Returns the size of
+/// the whole text with its zero.
 ///
 /// # Safety
 /// `buffer` must be NULL or point to `capacity` writable bytes.

@@ -12,10 +12,11 @@ use crate::settings::{SeidelSettings, Settings};
 use crate::status::{Failure, Result, SeidelStatus};
 
 /// Writes to `*region` the pixels of the source that seidel_apply needs for a bit-identical result in `window`. With
-/// SEIDEL_QUALITY_EXACT, one distance and a PSF model that needs no rays, these are `window` and the reach of the kernels
-/// about it. Otherwise they are the whole extent: the fast renderer chooses its highlights, and occlusion its depth layers,
-/// from the whole plate. seidel_remove, seidel_relens and seidel_check_lens always need the whole extent. Of the plate,
-/// `format`, `extent` and the presence of `depth` matter. `settings` may be NULL for the defaults.
+/// SEIDEL_QUALITY_EXACT, one distance and a PSF model that needs no rays, these are `window` and the reach of the
+/// kernels about it. Otherwise they are the whole extent: the fast renderer chooses its highlights, and occlusion its
+/// depth layers, from the whole plate. seidel_remove, seidel_relens and seidel_check_lens always need the whole
+/// extent. Of the plate, `format`, `extent` and the presence of `depth` matter. `settings` may be NULL for the
+/// defaults.
 ///
 /// Errors: those of seidel_apply.
 ///

@@ -17,9 +17,9 @@ use crate::threads::SharedProgress;
 /// Share of the time that removal takes.
 const REMOVAL_SHARE: f64 = 0.9;
 
-/// Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings hold
-/// for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors included,
-/// is as for seidel_remove.
+/// Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings
+/// hold for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors
+/// included, is as for seidel_remove.
 ///
 /// # Safety
 /// As for seidel_apply.

@@ -23,18 +23,18 @@ use crate::threads::SharedProgress;
 pub struct SeidelFindings {
     /// sizeof(SeidelFindings).
     pub size: u64,
-    /// Gets the share of each pixel's detail that the plate determines, 0 to 1, one channel a colour; 0 where blur is kept.
-    /// NULL: not wanted.
+    /// Gets the share of each pixel's detail that the plate determines, 0 to 1, one channel a colour; 0 where blur is
+    /// kept. NULL: not wanted.
     pub confidence: *const SeidelImage,
-    /// Gets the noise of the sharp image over that of the plate, one channel a colour. NULL: not wanted. It doubles the
-    /// time of the call.
+    /// Gets the noise of the sharp image over that of the plate, one channel a colour. NULL: not wanted. It doubles
+    /// the time of the call.
     pub noise_gain: *const SeidelImage,
     /// All pixels that were estimated: the plate's extent and a margin around it.
     pub found: SeidelRect,
     /// Standard deviation of the noise, scene-linear, as set or as estimated from the plate.
     pub noise: [f64; 3],
-    /// Root mean square of the residual over that expected from the noise. Well above 1.5, the lens does not explain the
-    /// plate.
+    /// Root mean square of the residual over that expected from the noise. Well above 1.5, the lens does not explain
+    /// the plate.
     pub misfit: [f64; 3],
     /// Level at which samples are clipped; NaN if none are.
     pub clip_level: [f64; 3],
@@ -121,10 +121,11 @@ impl Maps {
     }
 }
 
-/// Removes the blur of the lens that a plate was taken with. The source must cover the extent: missing pixels count as
-/// black. The depth image is that of the sharp image. `output.rect` may reach beyond the extent, where light that landed on
-/// the plate was estimated; pixels beyond `found` of the findings are black. `alphas` is as for seidel_apply. `findings`,
-/// `settings` and `callbacks` may be NULL. With `amount` or `strength` 0 the plate is copied and the maps are 1.
+/// Removes the blur of the lens that a plate was taken with. The source must cover the extent: missing pixels count
+/// as black. The depth image is that of the sharp image. `output.rect` may reach beyond the extent, where light that
+/// landed on the plate was estimated; pixels beyond `found` of the findings are black. `alphas` is as for
+/// seidel_apply. `findings`, `settings` and `callbacks` may be NULL. With `amount` or `strength` 0 the plate is
+/// copied and the maps are 1.
 ///
 /// Errors: those of seidel_apply.
 ///

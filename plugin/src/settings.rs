@@ -60,8 +60,8 @@ pub const SEIDEL_GRAIN_KEEP: u32 = 0;
 /// The sharp image is the solution as it is, nearly without grain.
 pub const SEIDEL_GRAIN_SOLVED: u32 = 1;
 
-/// Lens and plate settings. Fill it by seidel_settings_init, then change members. Members whose comment states a meaning
-/// of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names.
+/// Lens and plate settings. Fill it by seidel_settings_init, then change members. Members whose comment states a
+/// meaning of NaN may be NaN. Switches are 0 or 1. The options of the `seidel` command have the same names.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SeidelSettings {
@@ -69,8 +69,8 @@ pub struct SeidelSettings {
     pub size: u64,
     /// Strength of blur and displacement, 0 (none) to 16; 1 is as measured, and the default.
     pub amount: f64,
-    /// Strength of the blur of each lens channel, in the order of the lens, on top of `amount`: above 0, up to 16. NULL: 1
-    /// for all.
+    /// Strength of the blur of each lens channel, in the order of the lens, on top of `amount`: above 0, up to 16.
+    /// NULL: 1 for all.
     pub channel_scales: *const f64,
     /// Length of `channel_scales`: the number of lens channels, or 0.
     pub channel_scale_count: u32,
@@ -125,7 +125,8 @@ pub struct SeidelSettings {
     pub depth_near: f64,
     /// Farthest distance of a normalised depth, metres.
     pub depth_far: f64,
-    /// Focal length in widths of a plate pixel, if depth is measured along the ray from the camera. NaN: along the axis.
+    /// Focal length in widths of a plate pixel, if depth is measured along the ray from the camera. NaN: along the
+    /// axis.
     pub along_ray: f64,
     /// SEIDEL_DEPTH_...
     pub depth_kind: u32,
@@ -133,8 +134,8 @@ pub struct SeidelSettings {
     pub clip: u32,
     /// Level at which samples are clipped, for SEIDEL_CLIP_LEVEL. Default 1. (blur removal)
     pub clip_level: f64,
-    /// Standard deviation of the noise of each colour, scene-linear. NaN in the first entry: estimated from the plate; in
-    /// another entry: that of the first. The fourth entry is not used. (blur removal)
+    /// Standard deviation of the noise of each colour, scene-linear. NaN in the first entry: estimated from the
+    /// plate; in another entry: that of the first. The fourth entry is not used. (blur removal)
     pub noise: [f64; 4],
     /// Weight of the sharp image against the plate, 0 to 1. Default 1. (seidel_remove)
     pub strength: f64,
@@ -202,7 +203,8 @@ pub unsafe extern "C" fn seidel_settings_init(settings: *mut SeidelSettings) -> 
     guard(|| unsafe { write_versioned(settings, &SeidelSettings::DEFAULT, "settings") })
 }
 
-/// Most values of `channel_scales`: more than any lens has channels, so that a wild count is refused before it is read.
+/// Most values of `channel_scales`: more than any lens has channels, so that a wild count is refused before it is
+/// read.
 const MAX_CHANNEL_SCALES: usize = 4096;
 
 /// Settings of a call, checked as far as possible without a lens. They own copies of the data that they point to.

@@ -2,15 +2,17 @@
 
 use seidel_core::ErrorKind;
 
-/// The result of a call. After any status but SEIDEL_STATUS_OK, `seidel_last_error` describes the failure, and images are
-/// as they were before the call. Any function may return SEIDEL_STATUS_ARGUMENT for a NULL pointer that it does not allow
-/// and for values out of range, SEIDEL_STATUS_UNSUPPORTED for a struct of a later version, and SEIDEL_STATUS_PANICKED.
+/// The result of a call. After any status but SEIDEL_STATUS_OK, `seidel_last_error` describes the failure, and images
+/// are as they were before the call. Any function may return SEIDEL_STATUS_ARGUMENT for a NULL pointer that it does
+/// not allow and for values out of range, SEIDEL_STATUS_UNSUPPORTED for a struct of a later version, and
+/// SEIDEL_STATUS_PANICKED.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub enum SeidelStatus {
     /// The call succeeded.
     Ok = 0,
-    /// An argument is not valid: a NULL pointer, a value out of range, a released handle, a sample that is not finite.
+    /// An argument is not valid: a NULL pointer, a value out of range, a released handle, a sample that is not
+    /// finite.
     Argument = 1,
     /// The lens profile cannot be read or is not valid.
     Lens = 2,

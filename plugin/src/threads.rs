@@ -1,7 +1,7 @@
 //! The library's own threads: one pool for each thread limit, and work done on them while the caller waits.
 //!
-//! The caller waits on its own thread, and its callback is called there. Work owns all its data, so that a caller who stops
-//! it can return at once while the work ends in the background. No thread outlives the last lens handle or
+//! The caller waits on its own thread, and its callback is called there. Work owns all its data, so that a caller who
+//! stops it can return at once while the work ends in the background. No thread outlives the last lens handle or
 //! `seidel_shutdown`, because its code must not run after the library was unloaded.
 
 use std::collections::BTreeMap;
@@ -21,8 +21,8 @@ use crate::status::{Failure, Result, SeidelStatus};
 /// Time between two calls of the progress callback.
 const CALLBACK_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Time for stopped work to end before the caller returns without it. With one callback interval it stays below the 100 ms
-/// that the header promises.
+/// Time for stopped work to end before the caller returns without it. With one callback interval it stays below the
+/// 100 ms that the header promises.
 const STOP_TIMEOUT: Duration = Duration::from_millis(40);
 
 /// Most threads of a pool; larger limits count as this one.
@@ -209,8 +209,9 @@ fn spawn(limit: u32, work: impl FnOnce() + Send + 'static) -> Result<()> {
     Ok(())
 }
 
-/// Ends all threads of the library and waits for the work that they are doing. Call it before the library is unloaded. It
-/// also happens when the last lens is released. The library remains usable: the next call starts threads again.
+/// Ends all threads of the library and waits for the work that they are doing. Call it before the library is
+/// unloaded. It also happens when the last lens is released. The library remains usable: the next call starts threads
+/// again.
 #[unsafe(no_mangle)]
 pub extern "C" fn seidel_shutdown() -> SeidelStatus {
     guard(|| {

@@ -11,10 +11,16 @@ const COMMENT: &str = "/* Seidel's C ABI: real lens blur, learned from measured 
  *
  * Generated from plugin/src by `cargo xtask header`; do not edit.
  *
- * Every call returns a SeidelStatus; seidel_last_error describes the last failure on the calling thread. All functions
- * may be called from any number of threads at once. Structs begin with their size, which the caller sets, so that later
- * versions can add members. Buffers belong to the caller, and the library keeps no pointer to them after a call. No
- * panic leaves the library, and it prints nothing but Rust's own panic message on stderr. */";
+ * Open a lens with seidel_lens_open, fill a SeidelSettings with seidel_settings_init, describe the images of a plate in
+ * a SeidelPlate, and call seidel_apply, seidel_remove or seidel_relens. plugin/examples/apply.c is a complete program.
+ *
+ * Errors: functions that can fail return a SeidelStatus; seidel_last_error describes the last failure on the calling
+ * thread. No panic leaves the library, and it prints nothing but Rust's own panic message on stderr.
+ * Threads: all functions may be called from any number of threads at once.
+ * Memory: buffers belong to the caller, and the library keeps no pointer to them after a call.
+ * Versions: structs begin with their size, which the caller sets, so that later versions can add members.
+ * Units: positions are plate pixels, x to the right, y down. Samples are scene-linear. Distances are metres along the
+ * optical axis from the entrance pupil; vergence is 1 / distance. */";
 
 /// The header as the sources define it.
 ///

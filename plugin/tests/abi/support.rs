@@ -151,7 +151,8 @@ pub(crate) fn assert_refused(got: SeidelStatus, status: SeidelStatus, text: &str
     assert!(error.contains(text), "`{text}` is missing in: {error}");
 }
 
-/// Returns a `pupil` profile of R, G and B with a frame of 300 x 200, focused at infinity at f/2: blur of 1 to `size` px.
+/// Returns a `pupil` profile of R, G and B with a frame of 300 x 200, focused at infinity at f/2: blur of 1 to `size`
+/// px.
 pub(crate) fn profile(size: f64) -> LensProfile {
     let constant = VergenceSeries::constant;
     let channel = |index: usize, name: &str| PupilChannel {
