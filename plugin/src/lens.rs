@@ -253,7 +253,8 @@ pub unsafe extern "C" fn seidel_lens_info(
     info: *mut SeidelLensInfo,
 ) -> SeidelStatus {
     guard(|| {
-        let description = describe(&handles::lens(lens)?);
+        let lens = handles::lens(lens)?;
+        let description = describe(&lens);
         // SAFETY: as the caller guarantees.
         unsafe { write_versioned(info, &description, "info") }
     })
@@ -301,7 +302,8 @@ pub unsafe extern "C" fn seidel_lens_model(
     needed: *mut usize,
 ) -> SeidelStatus {
     guard(|| {
-        let models = models(&handles::lens(lens)?);
+        let lens = handles::lens(lens)?;
+        let models = models(&lens);
         let name = models.get(index as usize);
         let name = name.ok_or_else(|| index_error("model", index, models.len()))?;
         // SAFETY: as the caller guarantees.
