@@ -5,12 +5,11 @@ mod report;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::calibrate::fit::Weighting;
 use seidel_core::eval::{EvalSettings, SparseSettings, evaluate, shapes};
-use seidel_core::moments::support::Support;
 use seidel_core::score::TestImage;
 
 use super::choice::ChoiceArgs;
+use super::measure::MeasureArgs;
 use super::picture::read_image;
 use super::{CommandError, short_name, write_text};
 use crate::Console;
@@ -50,12 +49,8 @@ pub struct EvalArgs {
     /// Number of random splits of Figure 13
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(2..))]
     splits: u16,
-    /// Refit Figure 13 unweighted, as in the paper
-    #[arg(long)]
-    unweighted: bool,
-    /// Use all pixels of a tile, even those that contain only noise
-    #[arg(long)]
-    all_pixels: bool,
+    #[command(flatten)]
+    measure: MeasureArgs,
     /// Format of the tables
     #[arg(long, value_enum, default_value_t = Form::Text)]
     form: Form,
@@ -83,20 +78,12 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
     };
     let sparse = (args.sparse || args.plot.is_some()).then(|| SparseSettings {
         splits: usize::from(args.splits),
-        weighting: if args.unweighted {
-            Weighting::Unweighted
-        } else {
-            Weighting::Weighted
-        },
+        weighting: args.measure.weighting(),
         ..SparseSettings::default()
     });
     let settings = EvalSettings {
         channels: args.channel.clone(),
-        support: if args.all_pixels {
-            Support::AllPixels
-        } else {
-            Support::Auto
-        },
+        support: args.measure.support(),
         sparse,
         ..EvalSettings::default()
     };

@@ -6,14 +6,14 @@ mod pupil;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::calibrate::fit::{self, AxisChoice, Fit, FitSettings, Weighting};
+use seidel_core::calibrate::fit::{self, AxisChoice, Fit, FitSettings};
 use seidel_core::measure::Rejection;
-use seidel_core::moments::support::Support;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::LensProfile;
 use serde_json::{Value, json};
 
 use super::choice::ChoiceArgs;
+use super::measure::MeasureArgs;
 use super::picture::read_image;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
@@ -35,12 +35,8 @@ pub struct FitArgs {
     /// Position of the optical axis: X,Y in frame pixels, or `free` to estimate it; from the set if omitted
     #[arg(long, value_name = "free|X,Y", value_parser = parse_axis)]
     axis: Option<AxisChoice>,
-    /// Weight all moments equally and reject nothing, as in the paper (--model moments)
-    #[arg(long)]
-    unweighted: bool,
-    /// Use all pixels of a tile, even those that contain only noise
-    #[arg(long)]
-    all_pixels: bool,
+    #[command(flatten)]
+    measure: MeasureArgs,
     /// Fit all PSFs and hold none out to score the lens (reduced, extended)
     #[arg(long)]
     use_all: bool,
@@ -115,16 +111,8 @@ impl FitArgs {
                 Some(Model::Extended) => fit::Model::Extended,
             },
             axis: self.axis.unwrap_or_default(),
-            support: if self.all_pixels {
-                Support::AllPixels
-            } else {
-                Support::Auto
-            },
-            weighting: if self.unweighted {
-                Weighting::Unweighted
-            } else {
-                Weighting::Weighted
-            },
+            support: self.measure.support(),
+            weighting: self.measure.weighting(),
             use_all: self.use_all,
             law_only: self.law_only,
             test_image: self.image.as_deref().map(read_image).transpose()?,
@@ -134,7 +122,7 @@ impl FitArgs {
     /// Rejects options that do not apply to the selected model.
     fn check(&self) -> Result<(), CommandError> {
         let moments = self.model == Some(Model::Moments);
-        if self.unweighted && !moments {
+        if self.measure.unweighted && !moments {
             return Err(CommandError::Usage(
                 "--unweighted applies to moments only; add --model moments or leave it out"
                     .to_owned(),

@@ -10,6 +10,7 @@ mod fit;
 mod info;
 mod lens;
 mod lut;
+mod measure;
 mod picture;
 mod plates;
 mod psf;
