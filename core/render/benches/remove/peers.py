@@ -1,11 +1,11 @@
-"""Seidel's removal of blur beside what else there is, on photographs, in one run.
+"""Compares Seidel's blur removal with other deconvolution methods on photographs.
 
     pip install numpy scipy scikit-image
-    python3 core/benches/remove/peers.py [--rounds N] [PICTURE ...]
+    python3 core/render/benches/remove/peers.py [--rounds N] [PICTURE ...]
 
-Takes photographs that come with scikit-image, has the benchmark `remove` blur them and take the blur off again, gives
-the same plates to the peers, and prints a table of what each gains. Peers have their free numbers picked with the truth at
-hand, which flatters them; Seidel is told nothing but the lens.
+The photographs come with scikit-image. The benchmark `remove` blurs them and removes the blur; the other methods get the
+same plates. The output is a table of the gain of each method. The free parameters of the others are chosen with the truth
+at hand, which favours them; Seidel gets the lens only.
 """
 
 import argparse
@@ -27,19 +27,19 @@ SIDE = 512
 BORDER = 32
 NOISES = ("0.001", "0.01")
 PICTURES = ("astronaut", "camera", "coffee", "chelsea", "rocket", "brick", "grass", "gravel")
-# Kernels as the benchmark writes them: at so many places along each axis, of so many pixels along each.
+# Number of kernels along each axis that the benchmark writes, and side of a kernel, px.
 PLACES, KERNEL = 33, 65
-# Squares of the tile-wise filter, px.
+# Sides of the tiles of the tile-wise Wiener filter, px.
 TILES = (64, 96, 128)
 
 
 def linear(encoded):
-    """Linear light of sRGB values."""
+    """Returns the linear light of sRGB values."""
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def picture(name):
-    """Luminance, 0 to 1, of the middle of a photograph."""
+    """Returns the luminance of the central square of a photograph, 0 to 1."""
     samples = getattr(skimage.data, name)()
     if samples.ndim == 3:
         samples = linear(samples[..., :3] / 255.0) @ np.array([0.2126, 0.7152, 0.0722])
@@ -53,28 +53,28 @@ def picture(name):
 
 
 def psnr(found, truth):
-    """Decibels for a peak of one, borders left out."""
+    """Returns the peak signal-to-noise ratio without the border, dB, for a peak of one."""
     inside = (slice(BORDER, -BORDER),) * 2
     return -10.0 * math.log10(np.mean((found[inside].astype(float) - truth[inside]) ** 2))
 
 
 def transfer(kernel, side):
-    """The spectrum of a kernel on a square."""
-    square = np.zeros((side, side))
+    """Returns the transfer function of a kernel on a tile."""
+    tile = np.zeros((side, side))
     half = KERNEL // 2
     across = np.arange(-half, half + 1) % side
-    np.add.at(square, (across[:, None], across[None, :]), kernel)
-    return scipy.fft.rfft2(square)
+    np.add.at(tile, (across[:, None], across[None, :]), kernel)
+    return scipy.fft.rfft2(tile)
 
 
-def slopes(side):
-    """What the Laplace operator does to waves of a square, squared."""
+def laplacian_power(side):
+    """Returns the power response of the discrete Laplace operator on a tile."""
     down, across = np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None, :]
     return (4.0 - 2.0 * np.cos(2 * np.pi * down) - 2.0 * np.cos(2 * np.pi * across)) ** 2
 
 
 class TileWise:
-    """A Wiener filter for each square with the kernel of its middle, squares half over one another."""
+    """Wiener filters on tiles that overlap by half, each with the kernel at its centre."""
 
     def __init__(self, kernels, tile):
         self.tile, self.hop = tile, tile // 2
@@ -83,11 +83,11 @@ class TileWise:
         nearest = lambda start: round(min(max(start + self.hop, 0), SIDE) * (PLACES - 1) / SIDE)
         self.spectra = {(y, x): transfer(kernels[nearest(y), nearest(x)], tile) for y in starts for x in starts}
 
-    def __call__(self, plate, strength, even, twice):
-        """Noise over signal is `strength`, of all waves alike (`even`) or as the Laplace operator's; windows are laid on
-        squares after filtering, or half before and half after (`twice`)."""
+    def __call__(self, plate, strength, flat, twice):
+        """Filters `plate` with the noise-to-signal ratio `strength`, the same at all frequencies (`flat`) or times the power
+        response of the Laplace operator. Tiles are windowed after filtering, or before and after (`twice`)."""
         tile = self.tile
-        prior = strength * (1.0 if even else slopes(tile))
+        prior = strength * (1.0 if flat else laplacian_power(tile))
         half = self.sine[:, None] * self.sine[None, :]
         before, after = (half, half) if twice else (1.0, half**2)
         wide = np.pad(plate, tile, mode="symmetric")
@@ -101,14 +101,14 @@ class TileWise:
 
 
 def means(kernels):
-    """Mean kernels: over all of the plate, the middle half of it, its middle."""
+    """Yields the mean kernel of the whole plate, of its central half, and the kernel at its centre."""
     for edge in (0, PLACES // 4, PLACES // 2):
         mean = kernels[edge : PLACES - edge, edge : PLACES - edge].mean(axis=(0, 1))
         yield mean / mean.sum()
 
 
 def best(results, truth):
-    """The most that any of these gains, and the seconds it took."""
+    """Returns the best PSNR of the results, and its time in seconds."""
     return max((psnr(found, truth), seconds) for found, seconds in results)
 
 
@@ -118,17 +118,17 @@ def timed(work):
 
 
 def peers(plate, truth, kernels, tiles):
-    """What each peer makes of a plate at best: name, dB, seconds."""
-    held = plate.clip(1e-6, None)
-    lucy = lambda mean, count: skimage.restoration.richardson_lucy(held, mean, num_iter=count, clip=False)
+    """Yields the name, PSNR and time of each method with its best parameters."""
+    positive = plate.clip(1e-6, None)
+    lucy = lambda mean, count: skimage.restoration.richardson_lucy(positive, mean, num_iter=count, clip=False)
     tried = (timed(lambda: lucy(mean, count)) for mean in means(kernels) for count in (5, 10, 20, 40, 80))
     yield "Richardson-Lucy", *best(tried, truth)
     unsupervised = lambda mean: skimage.restoration.unsupervised_wiener(plate, mean, clip=False, rng=1)[0]
     yield "unsupervised Wiener", *best((timed(lambda: unsupervised(mean)) for mean in means(kernels)), truth)
     tried = (
-        timed(lambda: tile(plate, 10.0**power, even, twice))
+        timed(lambda: tile(plate, 10.0**power, flat, twice))
         for tile in tiles
-        for even in (False, True)
+        for flat in (False, True)
         for twice in (False, True)
         for power in np.arange(-5.0, 0.01, 0.25)
     )
@@ -137,7 +137,7 @@ def peers(plate, truth, kernels, tiles):
 
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--rounds", default="3", help="how often Seidel is timed")
+    options.add_argument("--rounds", default="3", help="number of timings of Seidel")
     options.add_argument("picture", nargs="*", default=PICTURES)
     options = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -148,7 +148,7 @@ def main():
         truths = {name: picture(name) for name in options.picture}
         for name, samples in truths.items():
             samples.tofile(images / f"{name}.f32")
-        command = ["cargo", "bench", "-q", "-p", "seidel-core", "--bench", "remove", "--", "--images", images]
+        command = ["cargo", "bench", "-q", "-p", "seidel-render", "--bench", "remove", "--", "--images", images]
         command += ["--out", results, "--rounds", options.rounds, "--noise", ",".join(NOISES)]
         print(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
         read = lambda name, *shape: np.fromfile(results / f"{name}.f32", "<f4").reshape(shape)
