@@ -20,9 +20,9 @@ pub struct AdjustedLens<'a> {
 impl<'a> AdjustedLens<'a> {
     /// Wraps `lens`.
     ///
-    /// `amount` scales blur and displacement: 0 removes both, 1 leaves the lens unchanged. `channel_scales` additionally scale the
-    /// blur of each channel. `axis_offset_px` (x, y) moves the axis, pixels of the lens's frame. The sensor's tone
-    /// stays.
+    /// `amount` scales blur and displacement: 0 removes both, 1 leaves the lens unchanged. `channel_scales` additionally
+    /// scale the blur of each channel. `axis_offset_px` (x, y) moves the axis, pixels of the lens's frame. The sensor's
+    /// tone stays.
     ///
     /// # Errors
     /// An amount outside 0 to [`MAX_AMOUNT`], a scale that is not above 0 and up to it, the wrong number of scales,

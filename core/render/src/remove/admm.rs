@@ -22,8 +22,9 @@
 //!    directions: the preconditioned negative gradient of Q, and the previous step. On one fixed quadratic this is the
 //!    method of conjugate gradients.
 //!
-//! The weights l and r follow the mean gradient of the estimate. Unlike in textbooks, r changes from one iteration to the next
-//! without u being scaled, and s grows to the residual while that is larger: fitting the plate at once makes the image ring.
+//! The weights l and r follow the mean gradient of the estimate. Two things differ from the textbook. The multiplier u is
+//! not scaled when r changes. And while the residual is larger than s it takes the place of s, because fitting the plate at
+//! once makes the image ring.
 
 use super::canvas::Canvas;
 use super::gradient::{Gradient, sampled_norms, white_noise_power};
@@ -96,7 +97,7 @@ pub(super) struct Solution {
     pub(super) quadratic: Quadratic,
 }
 
-/// Solves `problem`; `progress` gets the share done.
+/// Solves `problem`. `progress` gets the share done.
 ///
 /// # Errors
 /// Cancellation by `progress`.

@@ -46,8 +46,8 @@ impl Default for Deconvolver {
 pub struct SharpPlane {
     /// The place of the plate on the canvas.
     pub canvas: Canvas,
-    /// The sharp image on the whole canvas, row-major. Clipped samples, highlights, and pixels that get their light keep their
-    /// blur. The margin is the light that is blurred into the plate from beyond its edges.
+    /// The sharp image on the whole canvas, row-major. Clipped samples, highlights, and pixels that get their light keep
+    /// their blur. The margin is the light that is blurred into the plate from beyond its edges.
     pub sharp: Vec<f32>,
     /// The residual on the plate: the plane minus the blurred `sharp`, row-major. It holds noise and what the lens does not
     /// explain, and is 0 where pixels keep their blur.
@@ -266,8 +266,8 @@ struct PlateInputs<'a> {
 impl PlateInputs<'_> {
     /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1.
     ///
-    /// Clipped samples are lower bounds of the light, so to sharpen the pixels that get their light makes these ring; highlights
-    /// are treated like them. At depth edges part of the light is hidden.
+    /// Clipped samples are lower bounds of the light, so sharpening the pixels that get their light makes these ring.
+    /// Highlights are treated like them. At depth edges part of the light is hidden.
     fn kept_shares(
         &self,
         samples: &[f32],

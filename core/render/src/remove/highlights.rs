@@ -13,8 +13,10 @@ const DEVIATIONS: f64 = 400.0;
 /// Samples below this share of the 99th percentile are not lit.
 const LIT_SHARE: f64 = 1e-3;
 
-/// The highlights of a plate: the excess of each pixel, which is its brightness over the threshold of highlights in the plane
-/// where that is largest; 0 for pixels below the threshold.
+/// The highlights of a plate.
+///
+/// Each pixel has an excess: its brightness over the threshold of highlights, in the plane where that ratio is largest.
+/// It is 0 for pixels below the threshold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Highlights(Vec<f32>);
 

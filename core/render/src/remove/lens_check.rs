@@ -1,8 +1,14 @@
 //! The check of a lens against a plate: the strength of the blur that the plate shows, as a share of the lens's.
 //!
 //! Sharp images have sparse gradients. Blur that is left spreads them out, and so does the ringing of too much removal. The
-//! share that leaves the sparsest gradients is that of the plate, by the normalised measure of Krishnan, Tay and Fergus
-//! (2011): mean gradient over root mean square gradient.
+//! share of the plate is the q that minimises
+//!
+//! ```text
+//! ln(mean |D x_q| / rms |D x_q|) + 0.1 ln(mean |D x_q|)
+//! ```
+//!
+//! x_q is the sharp image once the share q of the lens's blur is removed, and D the gradient. The first term is the
+//! normalised sparsity measure of Krishnan, Tay and Fergus (2011).
 
 use super::admm::TextureStep;
 use super::canvas::window_scene;
@@ -25,8 +31,7 @@ const SIDE: usize = 192;
 const TILES: usize = 3;
 /// Least side of a plate that is checked, px: smaller ones have too little detail.
 const MIN_PLATE_SIDE: usize = SIDE / 2;
-/// Weight of the logarithm of the mean gradient beside that of the normalised measure. Alone, the latter prefers to remove
-/// a little too much blur (found on photographs).
+/// Weight of the second term. The first alone prefers to remove a little too much blur (found on photographs).
 const MEAN_WEIGHT: f64 = 0.1;
 /// Least decrease of the score for a smaller share than 1 to be chosen. This margin and those below are per tile and plane,
 /// and keep the right lens from being doubted.

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use seidel_optics::error::Result;
 
-/// Least sum of light from a uniform canvas that is normalised to one. A lower bound would amplify pixels that get hardly any
-/// light.
+/// Least light of a blurred uniform canvas that is normalised to one. A lower bound would amplify pixels that get hardly
+/// any light.
 const MIN_UNIFORM_LIGHT: f32 = 0.05;
 
 /// The lens on a canvas.

@@ -1,5 +1,14 @@
-//! The noise gain of removal: the standard deviation of noise in the sharp image over that in the plate, measured by
-//! removing blur once more with other noise.
+//! The noise gain of removal: the standard deviation of noise in the sharp image over that in the plate.
+//!
+//! It is measured by removing blur once more from the plate with other noise. Let b be the plate with noise of standard
+//! deviation s, x(b) its sharp image, n the residual, e white noise of unit variance, and k = 1/2. The gain at a pixel is
+//!
+//! ```text
+//! rms(x(b') - x(b)) / s,  b' = b - (1 - k) n + sqrt(1 - k²) s e
+//! ```
+//!
+//! The noise of b' has the variance k² s² + (1 - k²) s² = s² again, because the gain depends on it. With k = 1/2 the
+//! difference b' - b has the variance (2 - 2 k) s² = s² as well.
 
 use super::winsorised::WinsorisedStatistics;
 use super::{Deconvolver, Highlights, SharpPlane};
@@ -12,7 +21,7 @@ use std::f64::consts::TAU;
 
 /// Least noise with which the gain is measured, as a share of the 99th percentile of the light.
 const MIN_NOISE_SHARE: f64 = 1e-3;
-/// Share of the plane's own noise that is left when other noise is added.
+/// k, the share of the plane's own noise that is kept. Another value needs another divisor of the change.
 const KEPT_SHARE: f64 = 0.5;
 /// Number of box blurs along each axis with which squares are averaged.
 const BOX_PASSES: usize = 3;
@@ -20,12 +29,11 @@ const BOX_PASSES: usize = 3;
 const BOX_HALF_WIDTH: usize = 8;
 
 impl Deconvolver {
-    /// Measures the noise gain at each pixel of the plate, one map for each of `planes`, as a root mean square over about 30
-    /// px. It is 0 for black planes.
+    /// Measures the noise gain at each pixel of the plate, one map for each of `planes`, as a root mean square over about
+    /// 30 px. It is 0 for black planes.
     ///
-    /// `sharp` must be the result for these planes and `highlights`. Half of each plane's residual is replaced by other
-    /// noise, so that the sum has the variance of the noise, and blur is removed again. The gain is the change of the sharp
-    /// image over the standard deviation of the noise.
+    /// `sharp` must be the result for these planes and `highlights`. Blur is removed once more, from planes with other
+    /// noise.
     ///
     /// # Errors
     /// Those of [`Deconvolver::remove`].
@@ -61,7 +69,7 @@ impl Deconvolver {
         if deviation == 0.0 {
             return Ok(vec![0.0; plane.samples.len()]);
         }
-        // The total noise stays the same, because the gain depends on it.
+        // A plane with less than the least noise keeps its residual, and that much is added.
         let (kept, added) = if sharp.noise < least {
             (1.0, 1.0)
         } else {
