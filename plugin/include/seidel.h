@@ -113,7 +113,7 @@
 /**
  * The clip level of each colour is estimated from the plate. The default.
  */
-#define SEIDEL_CLIP_TOLD 0
+#define SEIDEL_CLIP_AUTO 0
 
 /**
  * No sample counts as clipped.

@@ -49,7 +49,7 @@ pub const SEIDEL_DEPTH_FAR_ONE: u32 = 2;
 pub const SEIDEL_DEPTH_FAR_ZERO: u32 = 3;
 
 /// The clip level of each colour is estimated from the plate. The default.
-pub const SEIDEL_CLIP_TOLD: u32 = 0;
+pub const SEIDEL_CLIP_AUTO: u32 = 0;
 /// No sample counts as clipped.
 pub const SEIDEL_CLIP_NONE: u32 = 1;
 /// Samples at or above `clip_level` count as clipped.
@@ -183,7 +183,7 @@ unsafe impl Versioned for SeidelSettings {
         depth_far: f64::NAN,
         along_ray: f64::NAN,
         depth_kind: SEIDEL_DEPTH_DISTANCE,
-        clip: SEIDEL_CLIP_TOLD,
+        clip: SEIDEL_CLIP_AUTO,
         clip_level: 1.0,
         noise: [f64::NAN; 4],
         strength: 1.0,

@@ -46,8 +46,9 @@ const ALL: [Rule; 8] = [
     Rule::TestFile,
 ];
 
-/// Rules whose breaches fail `cargo xtask tidy`. The others are only listed by `cargo xtask tidy --language`.
-const ENFORCED: [Rule; 0] = [];
+/// Folders whose language is still being revised: `cargo xtask tidy --language` lists their breaches, and
+/// `cargo xtask tidy` accepts them.
+const UNREVISED: [&str; 1] = ["ofx-shim/"];
 
 impl Rule {
     /// Its name in reports.
@@ -75,10 +76,11 @@ struct Finding {
     message: String,
 }
 
-/// Breaches of the enforced rules.
+/// Breaches outside the folders that are being revised.
 pub(super) fn check(tree: &Tree, problems: &mut Vec<String>) {
     for (file, finding) in findings(tree, "") {
-        if ENFORCED.contains(&finding.rule) {
+        let is_unrevised = UNREVISED.iter().any(|folder| file.path.starts_with(folder));
+        if !is_unrevised {
             problems.push(listing(file, &finding));
         }
     }

@@ -9,8 +9,8 @@ use super::{Finding, Rule};
 /// Smallest size of a tuple that should be a struct.
 const LARGE_TUPLE: usize = 3;
 
-/// Beginnings of names that say what a `bool` argument means.
-const SETTERS: [&str; 2] = ["with_", "set_"];
+/// Beginnings of names that say what a `bool` argument means: the new value of a property, or a condition to check.
+const NAMES_OF_BOOLS: [&str; 3] = ["with_", "set_", "expect"];
 
 /// A function of any kind.
 #[derive(Clone, Copy)]
@@ -30,7 +30,7 @@ pub(super) fn check(call: Call<'_>, found: &mut Vec<Finding>) {
         return;
     }
     let name = signature.ident.to_string();
-    let is_setter = SETTERS.iter().any(|start| name.starts_with(start));
+    let names_bool = NAMES_OF_BOOLS.iter().any(|start| name.starts_with(start));
     let mut add = |rule, line, message| {
         found.push(Finding {
             rule,
@@ -50,7 +50,7 @@ pub(super) fn check(call: Call<'_>, found: &mut Vec<Finding>) {
                 format!("{name}: a parameter destructures a tuple"),
             );
         }
-        if is_public && !is_setter && is_bool(&parameter.ty) {
+        if is_public && !names_bool && is_bool(&parameter.ty) {
             add(
                 Rule::Bool,
                 line,

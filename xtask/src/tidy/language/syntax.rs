@@ -42,15 +42,23 @@ fn check_strings(tokens: TokenStream, words: &Words, found: &mut Vec<Finding>) {
 /// The kind of value that a doc comment describes.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Described {
-    /// A `bool`, or a function that returns one: its comment may open with "Whether".
+    /// A `bool` or several, or a function that returns them: its comment may open with "Whether".
     Bool,
     Other,
 }
 
 impl Described {
     fn value(of: &syn::Type) -> Self {
-        match of {
-            syn::Type::Path(path) if path.path.is_ident("bool") => Self::Bool,
+        let syn::Type::Path(path) = of else {
+            return Self::Other;
+        };
+        match path.path.segments.last().map(|last| &last.arguments) {
+            _ if path.path.is_ident("bool") => Self::Bool,
+            // The items of `Vec<bool>` and the like.
+            Some(syn::PathArguments::AngleBracketed(list)) => match list.args.first() {
+                Some(syn::GenericArgument::Type(item)) => Self::value(item),
+                _ => Self::Other,
+            },
             _ => Self::Other,
         }
     }

@@ -30,6 +30,7 @@ fn doc_comments_that_open_like_a_question_are_found() {
         "/// Whatever comes.\nfn f() {}",
         "// What is that for.\nfn f() {}",
         "struct S {\n    /// Whether there are any.\n    exists: bool,\n}",
+        "struct S {\n    /// Whether each tile is lit.\n    lit: Vec<bool>,\n}",
         "trait T {\n    /// Whether there are any.\n    fn exists(&self) -> bool;\n}",
     ] {
         assert_eq!(broken_in_rust(text), [], "{text}");
@@ -102,6 +103,7 @@ fn signatures_that_hide_meaning_are_found() {
         "fn f() -> (u8, u8, u8) {}",
         "pub fn f() -> (u8, u8) {}",
         "impl S {\n    pub fn with_exact(self, exact: bool) -> Self {}\n}",
+        "pub fn expect(condition: bool) {}",
         "pub extern \"C\" fn f(exact: bool) {}",
         "fn f(exact: bool) {}",
         "fn f(a: (bool, bool)) -> u8 {\n    match a {\n        (true, _) => 1,\n        _ => 2,\n    }\n}",

@@ -53,7 +53,7 @@ pub(super) struct FitContext<'a> {
     pub(super) measured: &'a [MeasuredTile],
     /// Tiles fitted.
     pub(super) tiles: Vec<FitTile>,
-    /// Which measured tiles are held out.
+    /// Whether each measured tile is held out.
     pub(super) held_out: Vec<bool>,
     /// Range of vergences, 1/m.
     pub(super) range: (f64, f64),

@@ -180,7 +180,7 @@ fn extend<const N: usize>(basis: &mut Vec<[f64; N]>, vector: [f64; N]) {
     }
 }
 
-/// How tiles are compared with the model.
+/// Settings of the comparison of tiles with the model.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MisfitSettings {
     pub(super) metric: Metric,
