@@ -1,4 +1,7 @@
 //! Deterministic noise: the same plate on every machine.
+//!
+//! The noise is a function of the position, not a sequence of a generator: lattice points are visited in any order, and
+//! several times.
 
 /// Returns a number in 0..1, a hash of three integers.
 pub(super) fn hash(x: i64, y: i64, salt: u64) -> f64 {

@@ -1,4 +1,7 @@
 //! A random generator for the simulation: the same seed gives the same sequence on every machine.
+//!
+//! The simulation does not use the product's generator. The sealed cases must never change with the product, and a fault
+//! of the product must not enter the cases that test it.
 
 use std::f64::consts::TAU;
 

@@ -131,27 +131,15 @@ mod tests {
     use super::*;
     use crate::field::Meridian;
     use crate::moments::CentralMoments;
+    use crate::numeric::SplitMix64;
     use crate::psf::{Gaussian, LocalBlur, PsfModel, SampleGrid};
 
-    /// Standard normal deviates from a fixed seed.
-    struct Noise(u64);
-
-    impl Noise {
-        fn uniform(&mut self) -> f64 {
-            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = self.0;
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-        }
-
-        fn normal(&mut self) -> f64 {
-            let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-            radius * (std::f64::consts::TAU * self.uniform()).cos()
-        }
+    fn normal(random: &mut SplitMix64) -> f64 {
+        let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * random.unit()).cos()
     }
 
-    fn spot(sigma_px: f64, peak_over_noise: f64, noise: &mut Noise) -> (Tile, f64) {
+    fn spot(sigma_px: f64, peak_over_noise: f64, noise: &mut SplitMix64) -> (Tile, f64) {
         let window = SampleGrid::for_tile(25, 25, 12.3, 12.8);
         let moments = CentralMoments {
             mu20: sigma_px * sigma_px,
@@ -164,7 +152,7 @@ mod tests {
         let sigma = light.iter().copied().fold(0.0, f64::max) / peak_over_noise;
         let samples = light
             .iter()
-            .map(|l| (l + sigma * noise.normal()) as f32)
+            .map(|l| (l + sigma * normal(noise)) as f32)
             .collect();
         (Tile::new(25, 25, samples).expect("valid"), sigma)
     }
@@ -172,7 +160,7 @@ mod tests {
     /// Returns the mean relative error of the variance over many noisy tiles, and the standard deviation of mu30 in
     /// units of sigma³.
     fn trial(sigma_px: f64, peak_over_noise: f64, support: Support) -> (f64, f64) {
-        let mut noise = Noise(7);
+        let mut noise = SplitMix64::new(7);
         let count = 200;
         let (mut variance, mut third) = (0.0, 0.0);
         for _ in 0..count {

@@ -1,4 +1,4 @@
-//! Numerical utilities.
+//! Numerical utilities: the product's random generator.
 
 mod random;
 
