@@ -10,5 +10,6 @@ mod depth_json;
 pub mod diagnose;
 pub mod eval;
 pub mod fit;
+mod least_squares;
 pub mod measure;
 pub mod score;

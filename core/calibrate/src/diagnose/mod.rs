@@ -1,16 +1,16 @@
 //! Diagnosis of the gap between a lens and observations: the missing effect, and the gap after it is added.
 //!
 //! Tiles are compared with the lens's predictions on their pixel grid (`tiles`, `prediction`). Every effect,
-//! and pairs of them, are fitted by Levenberg-Marquardt (`hypothesis`, `least_squares`, `search`) and scored
+//! and pairs of them, are fitted by Levenberg-Marquardt (`hypothesis`, `gap_problem`, `search`) and scored
 //! by cross-validation over field zones. The scores give posterior probabilities (`posterior`) and a verdict
 //! (`verdict`). The selected effects are fitted to all tiles, and without each zone in turn for the reported
 //! figures (`proof`).
 
 mod diagnosis;
 mod explainable;
+mod gap_problem;
 mod hypothesis;
 mod jitter;
-mod least_squares;
 mod next_capture;
 mod pair;
 mod places;
@@ -20,6 +20,7 @@ mod proof;
 mod search;
 mod settings;
 mod shape;
+mod shift_basis;
 mod tiles;
 mod verdict;
 

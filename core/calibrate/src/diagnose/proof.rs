@@ -2,8 +2,8 @@
 
 use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, TileGap, Value, Verdict};
 use super::explainable;
+use super::gap_problem::GapProblem;
 use super::hypothesis::Hypothesis;
-use super::least_squares::Problem;
 use super::next_capture;
 use super::places;
 use super::prediction::TilePredictor;
@@ -45,7 +45,7 @@ struct Final {
 pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
     let tiles: Vec<&TileData> = found.tiles.tiles.iter().collect();
     let nothing = found.search.nothing();
-    let before = Problem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);
+    let before = GapProblem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);
     let last = finish(&found, &tiles, &before);
     let gap = summary(&tiles, &before, &last.after);
     let corrected = LensProfile {
@@ -118,7 +118,7 @@ fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
         };
     };
     let hypothesis = added.hypothesis.clone();
-    let whole = Problem::new(&hypothesis, tiles, Detail::FIT);
+    let whole = GapProblem::new(&hypothesis, tiles, Detail::FIT);
     let theta = whole.descend(&added.theta, 3, 1e-3).theta;
     let sigma = standard_errors(&whole.linear(&theta));
     let mut after = before.to_vec();
@@ -128,10 +128,10 @@ fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
         if others.is_empty() || own.is_empty() {
             continue;
         }
-        let there = Problem::new(&hypothesis, &others, Detail::FIT)
+        let there = GapProblem::new(&hypothesis, &others, Detail::FIT)
             .descend(&theta, 1, 1e-2)
             .theta;
-        let mut gaps = Problem::new(&hypothesis, &own, Detail::FULL)
+        let mut gaps = GapProblem::new(&hypothesis, &own, Detail::FULL)
             .gaps(&there)
             .into_iter();
         for (tile, after) in tiles.iter().zip(&mut after) {
@@ -196,7 +196,7 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
     let statistics = found.statistics;
     let many = found.search.many();
     let base = found.search.nothing();
-    let base = Problem::new(&base, many, Detail::COARSE).gaps(&[]);
+    let base = GapProblem::new(&base, many, Detail::COARSE).gaps(&[]);
     let share = |after: f64| {
         if statistics.before > 0.0 {
             (1.0 - after / statistics.before).clamp(-1.0, 1.0)
@@ -230,7 +230,8 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
                     found.channels,
                 )
             };
-            let gaps = Problem::new(&single.hypothesis, many, Detail::COARSE).gaps(&single.theta);
+            let gaps =
+                GapProblem::new(&single.hypothesis, many, Detail::COARSE).gaps(&single.theta);
             let gap_closed = share(single.after);
             let (_, [low, high]) = closed(many, &base, &gaps);
             let half = (high - low) / 2.0;

@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use super::gap_problem::{FoldSums, GapProblem, LocalMinimum, damped_update, weight};
 use super::hypothesis::Hypothesis;
-use super::least_squares::{FoldEquations, LocalMinimum, Problem, weight};
 use super::tiles::TileData;
 use seidel_optics::effects::{Effect, SearchStart};
 use seidel_optics::psf::pupil::Detail;
@@ -15,8 +15,8 @@ pub(super) struct Candidate {
     pub(super) theta: Vec<f64>,
     /// Cross-validated weighted mean gap, without noise.
     pub(super) after: f64,
-    /// Normal equations at the estimate.
-    pub(super) linear: FoldEquations,
+    /// Normal sums at the estimate.
+    pub(super) linear: FoldSums,
 }
 
 impl Candidate {
@@ -32,7 +32,7 @@ impl Candidate {
 }
 
 /// Returns the sandwich standard errors at the linearisation `linear`.
-pub(super) fn standard_errors(linear: &FoldEquations) -> Vec<f64> {
+pub(super) fn standard_errors(linear: &FoldSums) -> Vec<f64> {
     let total = linear.total(None);
     let n = total.right.len();
     let mean = total.matrix.diagonal().sum() / n.max(1) as f64;
@@ -73,6 +73,8 @@ const REFINED_STARTS: usize = 2;
 /// Relative decreases of the cost at which first and later searches stop.
 const COARSE_TOLERANCE: f64 = 0.01;
 const TOLERANCE: f64 = 1e-3;
+/// Damping of the step that the other folds ask for.
+const LEFT_OUT_DAMPING: f64 = 1e-6;
 /// Positions tried along the line from the neutral values (0) to the starting point (1).
 const STEP_LENGTHS: [f64; 7] = [1.0, 0.3, 0.1, 0.03, -0.03, -0.1, -0.3];
 
@@ -97,14 +99,18 @@ impl<'a> HypothesisSearch<'a> {
     }
 
     /// Returns the problem of `hypothesis` on the comparison tiles.
-    pub(super) fn problem<'b>(&'b self, hypothesis: &'b Hypothesis, detail: Detail) -> Problem<'b> {
-        Problem::new(hypothesis, &self.many, detail)
+    pub(super) fn problem<'b>(
+        &'b self,
+        hypothesis: &'b Hypothesis,
+        detail: Detail,
+    ) -> GapProblem<'b> {
+        GapProblem::new(hypothesis, &self.many, detail)
     }
 
     /// Returns the weighted mean gap of the given lens on `tiles`, without noise.
     pub(super) fn excess(&self, tiles: &[&TileData]) -> f64 {
         let nothing = self.nothing();
-        let cost = Problem::new(&nothing, tiles, Detail::FULL).cost(&[]);
+        let cost = GapProblem::new(&nothing, tiles, Detail::FULL).gap_sum(&[]);
         let noise: f64 = tiles.iter().map(|t| weight(t) * t.noise).sum();
         let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
         ((cost - noise) / weights).max(MIN_EXCESS)
@@ -197,49 +203,49 @@ impl<'a> HypothesisSearch<'a> {
         one: &Candidate,
         others: &[&'c Candidate],
     ) -> Vec<&'c Candidate> {
-        let mut promised: Vec<(f64, &Candidate)> = others
+        let mut ranked: Vec<(f64, &Candidate)> = others
             .iter()
             .map(|other| {
                 let settled = Some(one.hypothesis.ids()[0]);
                 let starts = self.joined(one, other).into_iter();
-                let scouted = starts.map(|(hypothesis, theta)| {
+                let screened = starts.map(|(hypothesis, theta)| {
                     let fitted = self.screen(&hypothesis, &theta, settled);
                     (hypothesis, fitted)
                 });
-                let best = scouted.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+                let best = screened.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
                 let (hypothesis, start) = best.expect("effects have starts");
-                let problem = Problem::new(&hypothesis, &self.screening, Detail::COARSE);
+                let problem = GapProblem::new(&hypothesis, &self.screening, Detail::COARSE);
                 (problem.descend(&start.theta, 1, TOLERANCE).cost, *other)
             })
             .collect();
-        promised.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let chosen = promised.into_iter().take(PARTNERS);
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let chosen = ranked.into_iter().take(PARTNERS);
         chosen.map(|(_, other)| other).collect()
     }
 
     /// Selects among `starts` on few tiles and refines the best. The effect `settled` keeps its values while
     /// starting points are compared.
     fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>, settled: Option<&str>) -> Candidate {
-        let mut scouted: Vec<(Hypothesis, LocalMinimum)> = starts
+        let mut screened: Vec<(Hypothesis, LocalMinimum)> = starts
             .into_iter()
             .map(|(hypothesis, theta)| {
                 let fitted = self.screen(&hypothesis, &theta, settled);
                 (hypothesis, fitted)
             })
             .collect();
-        scouted.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        scouted.truncate(REFINED_STARTS);
-        let mut tried: Vec<(Hypothesis, LocalMinimum)> = scouted
+        screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        screened.truncate(REFINED_STARTS);
+        let mut tried: Vec<(Hypothesis, LocalMinimum)> = screened
             .into_iter()
             .map(|(hypothesis, start)| {
-                let problem = Problem::new(&hypothesis, &self.few, Detail::COARSE);
+                let problem = GapProblem::new(&hypothesis, &self.few, Detail::COARSE);
                 let fitted = problem.descend(&start.theta, 2, COARSE_TOLERANCE);
                 (hypothesis, fitted)
             })
             .collect();
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let (hypothesis, fitted) = tried.swap_remove(0);
-        let problem = Problem::new(&hypothesis, &self.few, Detail::COARSE);
+        let problem = GapProblem::new(&hypothesis, &self.few, Detail::COARSE);
         let fitted = problem.descend(&fitted.theta, 4, COARSE_TOLERANCE);
         self.scored(hypothesis, fitted.theta, &self.few)
     }
@@ -258,9 +264,9 @@ impl<'a> HypothesisSearch<'a> {
                 *neutral = *value;
             }
         }
-        let problem = Problem::new(hypothesis, &self.screening, Detail::COARSE);
+        let problem = GapProblem::new(hypothesis, &self.screening, Detail::COARSE);
         // A stop too large to clip has zero gradient, so unchanged cost disqualifies a point.
-        let still = problem.cost(&neutral);
+        let neutral_cost = problem.gap_sum(&neutral);
         let tries = STEP_LENGTHS.iter().filter_map(|stride| {
             let there: Vec<f64> = theta
                 .iter()
@@ -270,16 +276,16 @@ impl<'a> HypothesisSearch<'a> {
             let slots = hypothesis.slots.iter().zip(&there);
             let mut within = slots.map(|(s, v)| (s.least..=s.most).contains(v));
             within.all(|w| w).then(|| LocalMinimum {
-                cost: problem.cost(&there),
+                cost: problem.gap_sum(&there),
                 theta: there,
             })
         });
         tries
-            .filter(|tried| (tried.cost - still).abs() > 1e-9 * still)
+            .filter(|tried| (tried.cost - neutral_cost).abs() > 1e-9 * neutral_cost)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
             .unwrap_or_else(|| LocalMinimum {
                 theta: theta.to_vec(),
-                cost: problem.cost(theta),
+                cost: problem.gap_sum(theta),
             })
     }
 
@@ -296,10 +302,10 @@ impl<'a> HypothesisSearch<'a> {
     }
 
     fn scored(&self, hypothesis: Hypothesis, theta: Vec<f64>, tiles: &[&TileData]) -> Candidate {
-        let linear = Problem::new(&hypothesis, tiles, Detail::COARSE).linear(&theta);
+        let linear = GapProblem::new(&hypothesis, tiles, Detail::COARSE).linear(&theta);
         let left = left_out_gap(&linear, &theta, &hypothesis, tiles);
         // The discretisation error of the coarse mesh is no gap.
-        let fine = Problem::new(&hypothesis, tiles, Detail::FULL).cost(&theta);
+        let fine = GapProblem::new(&hypothesis, tiles, Detail::FULL).gap_sum(&theta);
         let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
         let after = left - (linear.total(None).cost - fine) / weights;
         // Scores on few tiles are scaled to the gap of the comparison tiles.
@@ -320,7 +326,7 @@ impl<'a> HypothesisSearch<'a> {
 /// Returns the cross-validated weighted mean gap without noise. Each fold is evaluated in the quadratic
 /// approximation, at the step that the other folds ask for.
 pub(super) fn left_out_gap(
-    linear: &FoldEquations,
+    linear: &FoldSums,
     theta: &[f64],
     hypothesis: &Hypothesis,
     tiles: &[&TileData],
@@ -330,7 +336,7 @@ pub(super) fn left_out_gap(
     let mut cost = 0.0;
     for (fold, own) in linear.folds.iter().enumerate() {
         let others = linear.total(Some(fold));
-        let there = super::least_squares::bounded_step(&others, theta, &hypothesis.slots, 1e-6);
+        let there = damped_update(others, theta, &hypothesis.slots, LEFT_OUT_DAMPING);
         let delta = nalgebra::DVector::from_fn(theta.len(), |k, _| there[k] - theta[k]);
         let quadratic = (&own.matrix * &delta).dot(&delta);
         cost += own.cost - 2.0 * own.right.dot(&delta) + quadratic;

@@ -1,7 +1,7 @@
 //! Verdict of a diagnosis from the posterior probabilities.
 
 use super::diagnosis::Verdict;
-use super::least_squares::weight;
+use super::gap_problem::weight;
 use super::posterior::{CandidateScore, GapScale, nothing_missing, probabilities};
 use super::search::{Candidate, HypothesisSearch};
 use seidel_optics::profile::LensProfile;

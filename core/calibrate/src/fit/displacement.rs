@@ -1,6 +1,6 @@
 //! Centroid displacement: magnification and distortion per channel, whose differences are lateral colour.
 
-use super::linear;
+use crate::least_squares;
 use crate::measure::MeasuredTile;
 use seidel_optics::field::Frame;
 use seidel_optics::profile::RadialDisplacement;
@@ -17,17 +17,17 @@ pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<Radial
         let Some(ideal) = tile.ideal else { continue };
         count += 1;
         let x = frame.field_point(ideal);
-        let seen = frame.field_point(tile.centroid);
+        let centroid = frame.field_point(tile.centroid);
         let r2 = x.x * x.x + x.y * x.y;
         rows.push(vec![x.x, x.x * r2]);
-        targets.push(seen.x - x.x);
+        targets.push(centroid.x - x.x);
         rows.push(vec![x.y, x.y * r2]);
-        targets.push(seen.y - x.y);
+        targets.push(centroid.y - x.y);
     }
     if count < 3 {
         return None;
     }
-    let fit = linear::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
+    let fit = least_squares::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
     Some(RadialDisplacement {
         magnification: fit.values[0],
         distortion: fit.values[1],

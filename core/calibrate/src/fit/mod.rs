@@ -15,7 +15,6 @@ pub mod displacement;
 mod front;
 pub mod holdout;
 pub mod initial;
-pub mod linear;
 pub mod pixels;
 pub mod plane;
 mod warnings;

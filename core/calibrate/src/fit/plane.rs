@@ -1,6 +1,6 @@
 //! Fit of S1..S10 of one channel at one object distance (Eqs 18-24).
 
-use super::linear;
+use crate::least_squares;
 use crate::measure::MeasuredTile;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{FieldPoint, Frame};
@@ -150,7 +150,7 @@ fn solve(
                 });
             }
         }
-        let mut fit = linear::solve(&rows, &targets, &weights)?;
+        let mut fit = least_squares::solve(&rows, &targets, &weights)?;
         if weighting == Weighting::Weighted && kind == 0 {
             let heavy = weights.iter().copied().fold(0.0, f64::max) * CONSTRAINT_WEIGHT;
             for _ in 0..MAX_CONSTRAINTS {
@@ -161,7 +161,7 @@ fn solve(
                 rows.push(row);
                 targets.push(LEAST_VARIANCE_PX2);
                 weights.push(heavy);
-                fit = linear::solve(&rows, &targets, &weights)?;
+                fit = least_squares::solve(&rows, &targets, &weights)?;
             }
         }
         s[unknowns.clone()].copy_from_slice(&fit.values);

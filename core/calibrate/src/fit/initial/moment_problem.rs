@@ -1,7 +1,8 @@
 //! Robust nonlinear least squares of moments of orders 2, 3 and 4 in six parameters.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
+use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, minimise};
 use crate::measure::MeasuredTile;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::ReducedNumbers;
@@ -23,6 +24,18 @@ const ORDER_WEIGHT: [f64; 5] = [0.0, 0.0, 1.0, 1.0, 0.5];
 const TYPICAL_MODEL_ERROR: f64 = 0.02;
 /// Step of the central differences, in units of the parameter scales.
 const DIFFERENCE_STEP: f64 = 1e-4;
+const DAMPING: Damping = Damping {
+    increase: 6.0,
+    least: 1e-12,
+    max_tries: usize::MAX,
+    negligible_change: 0.0,
+};
+/// Relative decrease of the cost, and step in units of the parameter scales, at which a minimisation stops.
+const MIN_DECREASE: f64 = 1e-9;
+const MIN_STEP: f64 = 1e-5;
+/// Ridge relative to the largest diagonal element of the normal matrix. It keeps parameters without influence
+/// in place, such as the slope of alpha at a single distance.
+const RIDGE: f64 = 1e-12;
 
 /// Orders of the moments that enter a misfit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -187,80 +200,95 @@ impl MomentProblem {
         cauchy_scale: f64,
         max_iterations: usize,
     ) -> Parameters {
-        let mut here = start;
-        let mut residuals = self.residuals(&here);
-        let mut squares = self.squares(&residuals, Orders::All);
-        let mut lowest = cauchy_cost(&squares, cauchy_scale);
-        let mut damping = 1e-3;
-        for _ in 0..max_iterations {
-            let (normal, gradient) = self.normal(&here, &residuals, &squares, cauchy_scale);
-            // The floor keeps parameters without influence in place, such as the slope of alpha at a single
-            // distance.
-            let floor = 1e-12 * normal.diagonal().max() + f64::MIN_POSITIVE;
-            let mut moved = None;
-            while damping < 1e12 {
-                let diagonal = normal.diagonal().map(|d| d * damping + floor);
-                let step = (normal + Matrix6::from_diagonal(&diagonal))
-                    .cholesky()
-                    .map(|c| -c.solve(&gradient));
-                if let Some(step) = step.filter(|s| s.iter().all(|x| x.is_finite())) {
-                    let trial = here + step.component_mul(&self.scales);
-                    let there = self.residuals(&trial);
-                    let trial_squares = self.squares(&there, Orders::All);
-                    let trial_cost = cauchy_cost(&trial_squares, cauchy_scale);
-                    if trial_cost < lowest {
-                        let gain = (lowest - trial_cost) / lowest;
-                        here = trial;
-                        residuals = there;
-                        squares = trial_squares;
-                        lowest = trial_cost;
-                        damping = (damping * 0.2).max(1e-12);
-                        moved = Some((step.norm(), gain));
-                        break;
-                    }
-                }
-                damping *= 6.0;
-            }
-            match moved {
-                None => break,
-                Some((step, gain)) if step < 1e-11 || (step < 1e-5 && gain < 1e-9) => break,
-                Some(_) => {}
-            }
+        let mut robust = RobustProblem {
+            moments: self,
+            cauchy_scale,
+        };
+        let start = robust.at(start);
+        let stop = Stop {
+            max_iterations,
+            min_decrease: MIN_DECREASE,
+            min_step: MIN_STEP,
+        };
+        minimise(&mut robust, start, DAMPING, stop).point.numbers
+    }
+}
+
+/// The moment equations under a Cauchy loss per tile, with the parameters in units of their scales.
+struct RobustProblem<'a> {
+    moments: &'a MomentProblem,
+    /// Scale of the loss, relative misfit.
+    cauchy_scale: f64,
+}
+
+/// Parameters with the misfits of all tiles.
+struct MomentPoint {
+    numbers: Parameters,
+    residuals: Vec<[f64; MOMENTS]>,
+    /// Squared relative misfit of every tile.
+    squares: Vec<f64>,
+}
+
+impl RobustProblem<'_> {
+    fn at(&self, numbers: Parameters) -> MomentPoint {
+        let residuals = self.moments.residuals(&numbers);
+        MomentPoint {
+            numbers,
+            squares: self.moments.squares(&residuals, Orders::All),
+            residuals,
         }
-        here
     }
 
-    /// Returns the Gauss-Newton normal matrix and gradient in units of `scales`, with Cauchy weights.
-    fn normal(
-        &self,
-        here: &Parameters,
-        residuals: &[[f64; MOMENTS]],
-        squares: &[f64],
-        cauchy_scale: f64,
-    ) -> (Matrix6<f64>, Vector6<f64>) {
-        let jacobian: [Vec<[f64; MOMENTS]>; 6] = std::array::from_fn(|k| {
-            let mut offset = Parameters::zeros();
-            offset[k] = DIFFERENCE_STEP * self.scales[k];
-            let low = self.residuals(&(here - offset));
-            let mut slope = self.residuals(&(here + offset));
-            for (high, low) in slope.iter_mut().zip(&low) {
-                for (h, l) in high.iter_mut().zip(low) {
-                    *h = (*h - l) / (2.0 * DIFFERENCE_STEP);
-                }
-            }
-            slope
-        });
-        let mut normal = Matrix6::zeros();
-        let mut gradient = Vector6::zeros();
-        for tile in 0..residuals.len() {
-            let weight = 1.0 / (1.0 + squares[tile] / (cauchy_scale * cauchy_scale));
-            for m in 0..MOMENTS {
+    /// Returns the derivatives of the residuals by parameter `k`, by central differences.
+    fn derivatives(&self, numbers: &Parameters, k: usize) -> Vec<[f64; MOMENTS]> {
+        let mut offset = Parameters::zeros();
+        offset[k] = DIFFERENCE_STEP * self.moments.scales[k];
+        let low = self.moments.residuals(&(numbers - offset));
+        let mut derivatives = self.moments.residuals(&(numbers + offset));
+        for (high, low) in derivatives
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(low.as_flattened())
+        {
+            *high = (*high - low) / (2.0 * DIFFERENCE_STEP);
+        }
+        derivatives
+    }
+}
+
+impl LeastSquares for RobustProblem<'_> {
+    type Point = MomentPoint;
+
+    fn linearise(&mut self, point: &MomentPoint) -> NormalEquations {
+        let jacobian: [_; 6] = std::array::from_fn(|k| self.derivatives(&point.numbers, k));
+        let mut matrix = Matrix6::zeros();
+        let mut right = Vector6::zeros();
+        for (tile, (residuals, square)) in point.residuals.iter().zip(&point.squares).enumerate() {
+            let weight = 1.0 / (1.0 + square / (self.cauchy_scale * self.cauchy_scale));
+            for (m, residual) in residuals.iter().enumerate() {
                 let row = Vector6::from_fn(|k, _| jacobian[k][tile][m]);
-                normal += row * row.transpose() * weight;
-                gradient += row * (residuals[tile][m] * weight);
+                matrix += row * row.transpose() * weight;
+                right -= row * (residual * weight);
             }
         }
-        (normal, gradient)
+        let ridge = RIDGE * matrix.diagonal().max() + f64::MIN_POSITIVE;
+        NormalEquations {
+            ridge: DVector::from_element(6, ridge),
+            ..NormalEquations::new(
+                DMatrix::from_column_slice(6, 6, matrix.as_slice()),
+                DVector::from_column_slice(right.as_slice()),
+                self.cost(point),
+            )
+        }
+    }
+
+    fn cost(&self, point: &MomentPoint) -> f64 {
+        cauchy_cost(&point.squares, self.cauchy_scale)
+    }
+
+    fn moved(&self, point: &MomentPoint, step: &DVector<f64>) -> MomentPoint {
+        let step = Parameters::from_column_slice(step.as_slice());
+        self.at(point.numbers + step.component_mul(&self.moments.scales))
     }
 }
 

@@ -1,11 +1,12 @@
 //! Data of a pixel fit, and the fitting steps shared by all models.
 
-use super::levenberg_marquardt::{FitState, Minimum, Problem, StopCriteria};
 use super::metric::Metric;
 use super::parameters::{ModelStructure, ParameterLayout, Quantity};
+use super::pixel_problem::{PixelPoint, PixelProblem};
 use super::tile_equations::{FitTile, MisfitSettings, TileParameters};
 use super::{PupilSettings, Support, no_initial_estimate};
 use crate::fit::initial::{InitialEstimate, initial_estimates};
+use crate::least_squares::{Minimum, Stop};
 use crate::measure::MeasuredTile;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
@@ -32,14 +33,8 @@ const NOISE_LIMITED_CHI2: f64 = 1.02;
 const NOISE_DOMINATED_CHI2: f64 = 1.5;
 
 /// Stop criteria on few tiles (quick) and on all tiles (thorough).
-pub(super) const QUICK: StopCriteria = StopCriteria {
-    max_steps: 8,
-    min_decrease: 1e-2,
-};
-pub(super) const THOROUGH: StopCriteria = StopCriteria {
-    max_steps: 20,
-    min_decrease: 1e-3,
-};
+pub(super) const QUICK: Stop = Stop::at_decrease(8, 1e-2);
+pub(super) const THOROUGH: Stop = Stop::at_decrease(20, 1e-3);
 
 /// Scale of the robust loss in units of the median misfit: in first iterations, and in the last.
 pub(super) const LENIENT_TOLERANCE: f64 = 2.0;
@@ -125,9 +120,9 @@ impl<'a> FitContext<'a> {
         ParameterLayout::new(structure, channels, self.range, self.stop_lever_m)
     }
 
-    /// Returns the initial state: the given lens, with the flux and centroid of every tile as measured.
-    pub(super) fn state(&self, tiles: &[&FitTile], theta: &[f64]) -> FitState {
-        let own = tiles
+    /// Returns the flux and centroid of every tile as measured.
+    pub(super) fn tile_parameters(&self, tiles: &[&FitTile]) -> Vec<TileParameters> {
+        tiles
             .iter()
             .map(|tile| {
                 let m = &self.measured[tile.measured];
@@ -137,11 +132,7 @@ impl<'a> FitContext<'a> {
                     centroid: [x, y],
                 }
             })
-            .collect();
-        FitState {
-            theta: theta.to_vec(),
-            own,
-        }
+            .collect()
     }
 
     /// Minimises the misfit of `tiles` from `theta`.
@@ -151,14 +142,11 @@ impl<'a> FitContext<'a> {
         tiles: &[&FitTile],
         theta: &[f64],
         misfit_settings: MisfitSettings,
-        stop: StopCriteria,
-    ) -> Minimum {
-        let problem = Problem {
-            layout,
-            tiles,
-            misfit_settings,
-        };
-        problem.descend(self.state(tiles, theta), stop)
+        stop: Stop,
+    ) -> Minimum<PixelPoint> {
+        let own = self.tile_parameters(tiles);
+        let (problem, start) = PixelProblem::new(layout, tiles, misfit_settings, theta, own);
+        problem.minimise(start, stop)
     }
 
     pub(super) fn all(&self) -> Vec<&FitTile> {
@@ -199,10 +187,10 @@ impl<'a> FitContext<'a> {
             for start in fit_reduced {
                 let mut trial = theta.clone();
                 layout.set_initial(&mut trial, channel, &start);
-                let settled = self.descend(&layout, &few, &trial, misfit_settings, QUICK);
-                let size = settled.mean_log_misfit();
+                let minimum = self.descend(&layout, &few, &trial, misfit_settings, QUICK);
+                let size = minimum.point.mean_log_misfit();
                 if size.is_finite() {
-                    ranked.push((size, settled.state.theta));
+                    ranked.push((size, minimum.point.theta));
                 }
             }
             ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -224,28 +212,25 @@ impl<'a> FitContext<'a> {
             detail: Detail::FIT,
             tolerance: LENIENT_TOLERANCE,
         };
-        let mut best: Option<Minimum> = None;
+        let mut best: Option<PixelPoint> = None;
         // Known noise tells a global from a local minimum.
         let few = subsample(&self.all(), CHECK_TILES * self.channel_names().len());
         for trial in tries.iter().take(if noisy { MAX_TRIES } else { 0 }) {
-            let settled = self.descend(&layout, &few, trial, pixels, THOROUGH);
-            let right = settled.mean_log_misfit() < NOISE_LIMITED_CHI2.ln();
-            if best
-                .as_ref()
-                .is_none_or(|b| settled.mean_log_misfit() < b.mean_log_misfit())
-            {
-                best = Some(settled);
+            let found = self.descend(&layout, &few, trial, pixels, THOROUGH).point;
+            let misfit = found.mean_log_misfit();
+            if best.as_ref().is_none_or(|b| misfit < b.mean_log_misfit()) {
+                best = Some(found);
             }
-            if right {
+            if misfit < NOISE_LIMITED_CHI2.ln() {
                 break;
             }
         }
         let Some(best) = best else {
             return Ok(self.refine(&layout, tries.swap_remove(0), Metric::NaturalSpectrum));
         };
-        let best = self.descend(&layout, &self.all(), &best.state.theta, pixels, THOROUGH);
-        let noise_decides = best.mean_log_misfit() < NOISE_DOMINATED_CHI2.ln();
-        let mut theta = best.state.theta;
+        let best = self.descend(&layout, &self.all(), &best.theta, pixels, THOROUGH);
+        let noise_decides = best.point.mean_log_misfit() < NOISE_DOMINATED_CHI2.ln();
+        let mut theta = best.point.theta;
         layout.normalise_signs(&mut theta);
         if noise_decides {
             return Ok(FittedLens {
@@ -274,9 +259,9 @@ impl<'a> FitContext<'a> {
         };
         let descend = |fitted: &mut FittedLens, tolerance: f64| {
             let misfit_settings = fitted.misfit_settings(tolerance);
-            let settled = self.descend(layout, &all, &fitted.theta, misfit_settings, THOROUGH);
-            fitted.theta.clone_from(&settled.state.theta);
-            fitted.converged = settled.converged;
+            let minimum = self.descend(layout, &all, &fitted.theta, misfit_settings, THOROUGH);
+            fitted.theta = minimum.point.theta;
+            fitted.converged = minimum.converged;
         };
         descend(&mut fitted, LENIENT_TOLERANCE);
         if metric == Metric::NaturalSpectrum {

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::context::{FitContext, FittedLens, LENIENT_TOLERANCE};
-use super::levenberg_marquardt::Problem;
 use super::metric::Metric;
+use super::pixel_problem::PixelProblem;
 
 /// A strong correlation between two parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,33 +45,27 @@ impl CovarianceEstimate {
     pub(super) fn of(context: &FitContext, fit: &FittedLens) -> Self {
         let tiles = context.all();
         let misfit_settings = fit.misfit_settings(LENIENT_TOLERANCE);
-        let problem = Problem {
-            layout: &fit.layout,
-            tiles: &tiles,
-            misfit_settings,
-        };
-        let still = super::levenberg_marquardt::StopCriteria {
-            max_steps: 0,
-            min_decrease: 0.0,
-        };
-        let settled = problem.descend(context.state(&tiles, &fit.theta), still);
-        let (normal, _) = problem.total(&settled.systems, &settled.weights);
+        let own = context.tile_parameters(&tiles);
+        let (problem, point) =
+            PixelProblem::new(&fit.layout, &tiles, misfit_settings, &fit.theta, own);
+        let (normal, _) = problem.total(&point);
         let count = normal.nrows();
         let inverse = inverse(&normal);
         let covariance = if fit.metric == Metric::Pixels && tiles.iter().all(|t| t.sigma > 0.0) {
             inverse
         } else {
-            let mut asked = DMatrix::zeros(count, count);
-            for (system, weight) in settled.systems.iter().zip(&settled.weights) {
-                let mut right = DVector::zeros(count);
-                for (a, &slot) in system.parameters.iter().enumerate() {
-                    right[slot] = weight * system.right[a];
+            // Sum over tiles of the outer products of the scores.
+            let mut scores = DMatrix::zeros(count, count);
+            for (equations, weight) in point.equations.iter().zip(problem.weights(&point)) {
+                let mut score = DVector::zeros(count);
+                for (a, &slot) in equations.parameters.iter().enumerate() {
+                    score[slot] = weight * equations.right[a];
                 }
-                asked += &right * right.transpose();
+                scores += &score * score.transpose();
             }
             let tiles = tiles.len() as f64;
-            let spare = (tiles - count as f64).max(1.0);
-            &inverse * asked * &inverse * (tiles / spare)
+            let freedom = (tiles - count as f64).max(1.0);
+            &inverse * scores * &inverse * (tiles / freedom)
         };
         let names: Vec<String> = (0..count)
             .map(|k| fit.layout.name(k, context.channel_names()))

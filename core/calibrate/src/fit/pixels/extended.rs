@@ -64,10 +64,10 @@ fn with_vignetting(context: &FitContext, fit: FittedLens) -> FittedLens {
         for (k, value) in circles.into_iter().enumerate() {
             layout.set_constant_in_all(&mut theta, Quantity::Effect(which, k), value);
         }
-        let settled = context.descend(&layout, &few, &theta, misfit_settings, QUICK);
-        let size = settled.mean_log_misfit();
+        let found = context.descend(&layout, &few, &theta, misfit_settings, QUICK);
+        let size = found.point.mean_log_misfit();
         if best.as_ref().is_none_or(|(least, _)| size < *least) {
-            best = Some((size, settled.state.theta));
+            best = Some((size, found.point.theta));
         }
     }
     let Some((_, theta)) = best else {

@@ -3,7 +3,7 @@
 //!
 //! 1. Initial estimates come from moments ([`super::initial`]) and are compared on few tiles (`context`).
 //! 2. The best is refined over all tiles, distances and channels by Levenberg-Marquardt with a robust loss
-//!    per tile (`levenberg_marquardt`). Flux and centroid of each tile are eliminated (`tile_equations`).
+//!    per tile (`pixel_problem`). Flux and centroid of each tile are eliminated (`tile_equations`).
 //! 3. The degrees of the parameters in vergence are selected by cross-validation over distances, and residual
 //!    corrections per distance by cross-validation over field zones (`vergence_law`).
 //! 4. The extended model adds fifth-order aberrations and vignetting (`extended`).
@@ -14,9 +14,9 @@ mod context;
 mod covariance;
 mod extended;
 mod jacobian;
-mod levenberg_marquardt;
 mod metric;
 mod parameters;
+mod pixel_problem;
 mod report;
 mod score;
 #[cfg(test)]

@@ -8,10 +8,10 @@
 use rayon::prelude::*;
 
 use super::context::{FitContext, FittedLens, LENIENT_TOLERANCE, STRICT_TOLERANCE, subsample};
-use super::levenberg_marquardt::StopCriteria;
 use super::parameters::{ModelStructure, ParameterLayout, PolynomialSpec, Quantity};
-use super::tile_equations::{Buffers, FitTile, MisfitSettings, TileParameters};
+use super::tile_equations::{Buffers, FitTile, MisfitSettings};
 use crate::fit::holdout;
+use crate::least_squares::Stop;
 use seidel_optics::error::Result;
 use seidel_optics::psf::pupil::Detail;
 
@@ -54,10 +54,10 @@ pub(super) const EXTENDED_LAWS: [PolynomialDegrees; 3] = [
 const TRIAL_TILES: usize = 130;
 /// Decrease of the mean log misfit that a more flexible law, or a residual correction, must reach.
 const WORTH: f64 = 0.05;
-const TRIAL: StopCriteria = StopCriteria {
-    max_steps: 10,
-    min_decrease: 5e-3,
-};
+/// Stop criteria of a candidate.
+const TRIAL: Stop = Stop::at_decrease(10, 5e-3);
+/// Stop criteria of a fit to a single distance.
+const SINGLE_DISTANCE: Stop = Stop::at_decrease(12, 2e-3);
 
 impl PolynomialDegrees {
     /// Returns `structure` with these degrees.
@@ -136,8 +136,8 @@ fn cross_validation_score(
     for &left_out in inner {
         let (out, kept): (Vec<&FitTile>, Vec<&FitTile>) =
             few.iter().copied().partition(|t| t.vergence == left_out);
-        let settled = context.descend(layout, &kept, &theta, misfit_settings, TRIAL);
-        for misfit in misfits(context, layout, &settled.state.theta, &out, misfit_settings) {
+        let found = context.descend(layout, &kept, &theta, misfit_settings, TRIAL);
+        for misfit in misfits(context, layout, &found.point.theta, &out, misfit_settings) {
             sum += misfit.max(1e-12).ln();
             count += 1;
         }
@@ -153,10 +153,9 @@ pub(super) fn misfits(
     tiles: &[&FitTile],
     misfit_settings: MisfitSettings,
 ) -> Vec<f64> {
-    let own: Vec<TileParameters> = context.state(tiles, theta).own;
     tiles
         .par_iter()
-        .zip(own)
+        .zip(context.tile_parameters(tiles))
         .map_init(Buffers::default, |buffers, (tile, own)| {
             let pupil = layout.pupil(theta, tile.channel, tile.at, tile.vergence);
             tile.misfit(&pupil, &own, misfit_settings, buffers)
@@ -203,11 +202,11 @@ pub(super) fn remainders(context: &FitContext, fit: &FittedLens) -> Vec<Remainde
             all.iter().map(|m| m.max(1e-12).ln()).sum::<f64>() / all.len().max(1) as f64
         };
         let kept = apart(&of(&|back| !back));
-        let helps = mean_log_misfit(&kept.state.theta) < mean_log_misfit(&theta) - WORTH;
+        let helps = mean_log_misfit(&kept.point.theta) < mean_log_misfit(&theta) - WORTH;
         let settled = helps.then(|| apart(&of(&|_| true)));
         for freedom in layout.structure.polynomials.iter().filter(|f| !f.fixed) {
             let value = |theta: &[f64]| layout.value(theta, freedom.quantity, channel, vergence);
-            let new = settled.as_ref().and_then(|s| value(&s.state.theta));
+            let new = settled.as_ref().and_then(|s| value(&s.point.theta));
             if let Some(law) = value(&theta) {
                 found.push(Remainder {
                     quantity: freedom.quantity,
@@ -224,11 +223,6 @@ pub(super) fn remainders(context: &FitContext, fit: &FittedLens) -> Vec<Remainde
     }
     found
 }
-
-const SINGLE_DISTANCE: StopCriteria = StopCriteria {
-    max_steps: 12,
-    min_decrease: 2e-3,
-};
 
 /// Returns the channels and vergences with tiles.
 fn groups(context: &FitContext) -> Vec<(usize, f64)> {

@@ -6,11 +6,11 @@ use seidel_optics::error::{Error, Result};
 
 /// Solution of a linear least-squares problem.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LinearFit {
+pub(crate) struct LinearFit {
     /// Estimated coefficients.
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Standard errors from the residual variance.
-    pub sigma: Vec<f64>,
+    pub(crate) sigma: Vec<f64>,
 }
 
 /// Solves `rows . values = targets` by weighted least squares, using a singular value decomposition.
@@ -19,7 +19,7 @@ pub struct LinearFit {
 ///
 /// # Errors
 /// Fewer rows than unknowns, or a rank-deficient matrix (relative singular value below 1e-9).
-pub fn solve(rows: &[Vec<f64>], targets: &[f64], weights: &[f64]) -> Result<LinearFit> {
+pub(crate) fn solve(rows: &[Vec<f64>], targets: &[f64], weights: &[f64]) -> Result<LinearFit> {
     let unknowns = rows.first().map_or(0, Vec::len);
     let undetermined = |problem: String| {
         Error::new(
@@ -62,7 +62,7 @@ pub fn solve(rows: &[Vec<f64>], targets: &[f64], weights: &[f64]) -> Result<Line
     } else {
         0.0
     };
-    let v = svd.v_t.as_ref().expect("V was asked for");
+    let v = svd.v_t.as_ref().expect("V is computed");
     let sigma = (0..unknowns)
         .map(|c| {
             let spread: f64 = (0..unknowns)

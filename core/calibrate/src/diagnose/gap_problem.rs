@@ -1,0 +1,339 @@
+//! The least-squares problem of a hypothesis: the gaps of its tiles, with normal equations per fold.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::hypothesis::{Hypothesis, Slot};
+use super::prediction::TilePredictor;
+use super::shift_basis::ShiftBasis;
+use super::tiles::{FOLDS, TileData};
+use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, minimise};
+use seidel_optics::psf::pupil::Detail;
+
+/// Noise contribution at which a tile's weight has fallen to a half.
+const NOISE_WEIGHT_KNEE: f64 = 3e-3;
+/// Step of the one-sided differences, in units of the parameter's own step.
+const DIFFERENCE_STEP: f64 = 0.1;
+/// Ridge in units of the cost over the square of the parameter's own step. It keeps parameters without
+/// influence in place.
+const RIDGE: f64 = 1e-9;
+/// Ridge relative to the mean diagonal element of the normal matrix, against rounding errors.
+const ROUNDING_RIDGE: f64 = 1e-14;
+/// Lower bound of the cost in the ridge.
+const MIN_RIDGE_COST: f64 = 1e-12;
+const DAMPING: Damping = Damping {
+    increase: 8.0,
+    least: 1e-7,
+    max_tries: 4,
+    negligible_change: 0.0,
+};
+
+/// Returns the weight of a tile, which falls with its noise.
+pub(super) fn weight(tile: &TileData) -> f64 {
+    NOISE_WEIGHT_KNEE / (NOISE_WEIGHT_KNEE + tile.noise)
+}
+
+/// A hypothesis and the tiles to fit.
+#[derive(Clone, Copy)]
+pub(super) struct GapProblem<'a> {
+    hypothesis: &'a Hypothesis,
+    tiles: &'a [&'a TileData],
+    detail: Detail,
+}
+
+/// Sums over tiles that make up the normal equations.
+#[derive(Debug, Clone)]
+pub(super) struct NormalSums {
+    /// Sum of J'J.
+    pub(super) matrix: DMatrix<f64>,
+    /// Sum of J'r.
+    pub(super) right: DVector<f64>,
+    /// Sum of r'r.
+    pub(super) cost: f64,
+    /// Sum over tiles of the outer product of J'r, for the sandwich covariance.
+    pub(super) scores: DMatrix<f64>,
+}
+
+impl NormalSums {
+    fn zero(size: usize) -> Self {
+        Self {
+            matrix: DMatrix::zeros(size, size),
+            right: DVector::zeros(size),
+            cost: 0.0,
+            scores: DMatrix::zeros(size, size),
+        }
+    }
+
+    /// Returns the normal equations for the parameters `slots`.
+    fn equations(self, slots: &[Slot]) -> NormalEquations {
+        let mean = self.matrix.diagonal().sum() / self.right.len() as f64;
+        let cost = self.cost.max(MIN_RIDGE_COST);
+        let ridge = |slot: &Slot| RIDGE * cost / (slot.step * slot.step) + ROUNDING_RIDGE * mean;
+        NormalEquations {
+            ridge: DVector::from_iterator(slots.len(), slots.iter().map(ridge)),
+            ..NormalEquations::new(self.matrix, self.right, self.cost)
+        }
+    }
+}
+
+/// Sums of a hypothesis at some parameter values, by fold.
+#[derive(Debug, Clone)]
+pub(super) struct FoldSums {
+    pub(super) folds: Vec<NormalSums>,
+}
+
+impl FoldSums {
+    /// Returns the sum over all folds except `left_out`.
+    pub(super) fn total(&self, left_out: Option<usize>) -> NormalSums {
+        let mut total = NormalSums::zero(self.folds[0].right.len());
+        for (fold, sums) in self.folds.iter().enumerate() {
+            if Some(fold) != left_out {
+                total.matrix += &sums.matrix;
+                total.right += &sums.right;
+                total.cost += sums.cost;
+                total.scores += &sums.scores;
+            }
+        }
+        total
+    }
+}
+
+/// Parameter values with their cost.
+#[derive(Debug, Clone)]
+pub(super) struct LocalMinimum {
+    pub(super) theta: Vec<f64>,
+    /// Weighted sum of gaps.
+    pub(super) cost: f64,
+}
+
+impl<'a> GapProblem<'a> {
+    pub(super) fn new(
+        hypothesis: &'a Hypothesis,
+        tiles: &'a [&'a TileData],
+        detail: Detail,
+    ) -> Self {
+        Self {
+            hypothesis,
+            tiles,
+            detail,
+        }
+    }
+
+    /// Returns the gap of every tile at `theta`.
+    pub(super) fn gaps(&self, theta: &[f64]) -> Vec<f64> {
+        let by_channel = self.by_channel(theta);
+        self.tiles
+            .par_iter()
+            .map_init(
+                || (TilePredictor::default(), Vec::new()),
+                |(predictor, picture), tile| {
+                    let values = &by_channel[tile.of_lens];
+                    predictor.predict(self.hypothesis, values, tile, self.detail, picture);
+                    let mut residual = residual(tile, picture);
+                    if !tile.has_ideal {
+                        ShiftBasis::new(tile, picture).remove_from(&mut residual);
+                    }
+                    residual.iter().map(|r| r * r).sum::<f64>() / tile.norm
+                },
+            )
+            .collect()
+    }
+
+    /// Returns the weighted sum of gaps at `theta`.
+    pub(super) fn gap_sum(&self, theta: &[f64]) -> f64 {
+        let gaps = self.gaps(theta);
+        let terms = gaps.iter().zip(self.tiles).map(|(g, t)| g * weight(t));
+        terms.sum()
+    }
+
+    fn by_channel(&self, theta: &[f64]) -> Vec<Vec<Vec<f64>>> {
+        (0..self.hypothesis.channels())
+            .map(|channel| self.hypothesis.values(theta, channel))
+            .collect()
+    }
+
+    /// Returns the normal sums of every fold at `theta`, by one-sided differences.
+    pub(super) fn linear(&self, theta: &[f64]) -> FoldSums {
+        let slots = &self.hypothesis.slots;
+        let here = self.by_channel(theta);
+        // One difference per free parameter, directed inwards at bounds.
+        let stepped: Vec<(f64, Vec<Vec<Vec<f64>>>)> = slots
+            .iter()
+            .enumerate()
+            .map(|(k, slot)| {
+                let h = DIFFERENCE_STEP * slot.step;
+                let h = if theta[k] + h > slot.most { -h } else { h };
+                let mut there = theta.to_vec();
+                there[k] += h;
+                (h, self.by_channel(&there))
+            })
+            .collect();
+        let terms: Vec<(usize, Vec<usize>, NormalSums)> = self
+            .tiles
+            .par_iter()
+            .map_init(
+                || (TilePredictor::default(), Vec::new(), Vec::new()),
+                |(predictor, picture, moved), tile| {
+                    let channel = tile.of_lens;
+                    let hypothesis = self.hypothesis;
+                    predictor.predict(hypothesis, &here[channel], tile, self.detail, picture);
+                    let mut residual = residual(tile, picture);
+                    let own: Vec<usize> = (0..slots.len())
+                        .filter(|k| hypothesis.concerns(*k, channel))
+                        .collect();
+                    let mut columns: Vec<Vec<f64>> = own
+                        .iter()
+                        .map(|&k| {
+                            let (h, values) = &stepped[k];
+                            predictor.predict(
+                                hypothesis,
+                                &values[channel],
+                                tile,
+                                self.detail,
+                                moved,
+                            );
+                            let pixels = moved.iter().zip(&*picture);
+                            pixels.map(|(there, here)| (there - here) / h).collect()
+                        })
+                        .collect();
+                    if !tile.has_ideal {
+                        let shifts = ShiftBasis::new(tile, picture);
+                        shifts.remove_from(&mut residual);
+                        columns.iter_mut().for_each(|c| shifts.remove_from(c));
+                    }
+                    let scale = weight(tile) / tile.norm;
+                    let dot = |a: &[f64], b: &[f64]| {
+                        scale * a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>()
+                    };
+                    let n = own.len();
+                    let mut matrix = DMatrix::zeros(n, n);
+                    for i in 0..n {
+                        for j in 0..=i {
+                            let product = dot(&columns[i], &columns[j]);
+                            matrix[(i, j)] = product;
+                            matrix[(j, i)] = product;
+                        }
+                    }
+                    let right = DVector::from_fn(n, |i, _| dot(&columns[i], &residual));
+                    let cost = dot(&residual, &residual);
+                    let sums = NormalSums {
+                        scores: &right * right.transpose(),
+                        matrix,
+                        right,
+                        cost,
+                    };
+                    (tile.fold, own, sums)
+                },
+            )
+            .collect();
+        let mut folds = vec![NormalSums::zero(slots.len()); FOLDS];
+        for (fold, own, sums) in &terms {
+            let total = &mut folds[*fold];
+            for (i, &row) in own.iter().enumerate() {
+                total.right[row] += sums.right[i];
+                for (j, &column) in own.iter().enumerate() {
+                    total.matrix[(row, column)] += sums.matrix[(i, j)];
+                    total.scores[(row, column)] += sums.scores[(i, j)];
+                }
+            }
+            total.cost += sums.cost;
+        }
+        FoldSums { folds }
+    }
+
+    /// Minimises the cost from `from` by Levenberg-Marquardt for at most `max_iterations`, until a step lowers
+    /// the cost by less than `min_decrease` of the new cost.
+    pub(super) fn descend(
+        mut self,
+        from: &[f64],
+        max_iterations: usize,
+        min_decrease: f64,
+    ) -> LocalMinimum {
+        if from.is_empty() {
+            return LocalMinimum {
+                cost: self.gap_sum(from),
+                theta: Vec::new(),
+            };
+        }
+        // The same threshold relative to the cost before the step.
+        let stop = Stop::at_decrease(max_iterations, min_decrease / (1.0 + min_decrease));
+        let found = minimise(&mut self, from.to_vec(), DAMPING, stop);
+        LocalMinimum {
+            theta: found.point,
+            cost: found.cost,
+        }
+    }
+}
+
+impl LeastSquares for GapProblem<'_> {
+    type Point = Vec<f64>;
+
+    fn linearise(&mut self, theta: &Vec<f64>) -> NormalEquations {
+        let total = self.linear(theta).total(None);
+        total.equations(&self.hypothesis.slots)
+    }
+
+    fn cost(&self, theta: &Vec<f64>) -> f64 {
+        self.gap_sum(theta)
+    }
+
+    fn moved(&self, theta: &Vec<f64>, step: &DVector<f64>) -> Vec<f64> {
+        clamped(theta, step, &self.hypothesis.slots)
+    }
+
+    fn damped_step(
+        &self,
+        theta: &Vec<f64>,
+        equations: &NormalEquations,
+        lambda: f64,
+    ) -> Option<DVector<f64>> {
+        active_set_step(equations, theta, &self.hypothesis.slots, lambda)
+    }
+}
+
+/// Returns `theta` after the damped step that `sums` ask for; unchanged where there is none.
+pub(super) fn damped_update(
+    sums: NormalSums,
+    theta: &[f64],
+    slots: &[Slot],
+    lambda: f64,
+) -> Vec<f64> {
+    active_set_step(&sums.equations(slots), theta, slots, lambda)
+        .map_or_else(|| theta.to_vec(), |step| clamped(theta, &step, slots))
+}
+
+/// Returns the damped step. Parameters at a bound are fixed if the step leads beyond it (active set).
+fn active_set_step(
+    equations: &NormalEquations,
+    theta: &[f64],
+    slots: &[Slot],
+    lambda: f64,
+) -> Option<DVector<f64>> {
+    let mut free: Vec<usize> = (0..theta.len()).collect();
+    loop {
+        let step = equations.damped_step(lambda, &free)?;
+        let count = free.len();
+        free.retain(|&k| {
+            let below = theta[k] <= slots[k].least && step[k] < 0.0;
+            let above = theta[k] >= slots[k].most && step[k] > 0.0;
+            !(below || above)
+        });
+        if free.len() == count {
+            return Some(step);
+        }
+    }
+}
+
+/// Returns `theta` after `step`, within the bounds.
+fn clamped(theta: &[f64], step: &DVector<f64>, slots: &[Slot]) -> Vec<f64> {
+    let moved = theta.iter().zip(step.iter()).map(|(t, d)| t + d);
+    let within = moved
+        .zip(slots)
+        .map(|(t, slot)| t.clamp(slot.least, slot.most));
+    within.collect()
+}
+
+/// Returns observed minus predicted.
+fn residual(tile: &TileData, picture: &[f64]) -> Vec<f64> {
+    tile.light.iter().zip(picture).map(|(o, p)| o - p).collect()
+}
