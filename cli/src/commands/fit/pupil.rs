@@ -1,7 +1,6 @@
 //! Reports of `--model reduced` and `--model extended`.
 
 use seidel_core::calibrate::fit::PupilFit;
-use seidel_core::calibrate::fit::axis::AxisEstimate;
 use seidel_core::calibrate::fit::pixels::{Correlation, Metric};
 use seidel_core::profile::HeldOut;
 use serde_json::{Value, json};
@@ -42,10 +41,10 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
     if let Some(held_out) = &fit.lens.held_out {
         print_held_out(held_out, console);
     }
-    if let Some(AxisEstimate { axis, sigma_px }) = fit.axis {
+    if let Some(found) = fit.axis {
         console.print(format!(
             "optical axis ({:.2} ± {:.2}, {:.2} ± {:.2}) px",
-            axis.x_px, sigma_px.0, axis.y_px, sigma_px.1
+            found.axis.x_px, found.sigma_px.0, found.axis.y_px, found.sigma_px.1
         ));
     }
     for Correlation { names, value } in fit.correlations.iter().take(PRINTED_CORRELATIONS) {

@@ -7,7 +7,7 @@ use super::hypothesis::{Hypothesis, Slot};
 use super::prediction::TilePredictor;
 use super::shift_basis::ShiftBasis;
 use super::tiles::{FOLDS, TileData};
-use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, minimise};
+use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
 use seidel_optics::psf::pupil::Detail;
 
 /// Noise contribution at which a tile's weight has fallen to a half.
@@ -34,7 +34,6 @@ pub(super) fn weight(tile: &TileData) -> f64 {
 }
 
 /// A hypothesis and the tiles to fit.
-#[derive(Clone, Copy)]
 pub(super) struct GapProblem<'a> {
     hypothesis: &'a Hypothesis,
     tiles: &'a [&'a TileData],
@@ -244,7 +243,7 @@ impl<'a> GapProblem<'a> {
     /// Minimises the cost from `from` by Levenberg-Marquardt for at most `max_iterations`, until a step lowers
     /// the cost by less than `min_decrease` of the new cost.
     pub(super) fn descend(
-        mut self,
+        &self,
         from: &[f64],
         max_iterations: usize,
         min_decrease: f64,
@@ -257,7 +256,7 @@ impl<'a> GapProblem<'a> {
         }
         // The same threshold relative to the cost before the step.
         let stop = Stop::at_decrease(max_iterations, min_decrease / (1.0 + min_decrease));
-        let found = minimise(&mut self, from.to_vec(), DAMPING, stop);
+        let found = minimise(self, from.to_vec(), DAMPING, stop);
         LocalMinimum {
             theta: found.point,
             cost: found.cost,
@@ -268,26 +267,17 @@ impl<'a> GapProblem<'a> {
 impl LeastSquares for GapProblem<'_> {
     type Point = Vec<f64>;
 
-    fn linearise(&mut self, theta: &Vec<f64>) -> NormalEquations {
+    fn linearise(&self, theta: &Vec<f64>) -> NormalEquations {
         let total = self.linear(theta).total(None);
         total.equations(&self.hypothesis.slots)
     }
 
-    fn cost(&self, theta: &Vec<f64>) -> f64 {
-        self.gap_sum(theta)
-    }
-
-    fn moved(&self, theta: &Vec<f64>, step: &DVector<f64>) -> Vec<f64> {
-        clamped(theta, step, &self.hypothesis.slots)
-    }
-
-    fn damped_step(
-        &self,
-        theta: &Vec<f64>,
-        equations: &NormalEquations,
-        lambda: f64,
-    ) -> Option<DVector<f64>> {
-        active_set_step(equations, theta, &self.hypothesis.slots, lambda)
+    fn trial(&self, theta: &Vec<f64>, equations: &NormalEquations) -> Option<Trial<Vec<f64>>> {
+        let slots = &self.hypothesis.slots;
+        let step = active_set_step(equations, theta, slots)?;
+        let moved = clamped(theta, &step, slots);
+        let cost = self.gap_sum(&moved);
+        Some(Trial::new(moved, cost, &step))
     }
 }
 
@@ -298,7 +288,11 @@ pub(super) fn damped_update(
     slots: &[Slot],
     lambda: f64,
 ) -> Vec<f64> {
-    active_set_step(&sums.equations(slots), theta, slots, lambda)
+    let equations = NormalEquations {
+        lambda,
+        ..sums.equations(slots)
+    };
+    active_set_step(&equations, theta, slots)
         .map_or_else(|| theta.to_vec(), |step| clamped(theta, &step, slots))
 }
 
@@ -307,20 +301,19 @@ fn active_set_step(
     equations: &NormalEquations,
     theta: &[f64],
     slots: &[Slot],
-    lambda: f64,
 ) -> Option<DVector<f64>> {
-    let mut free: Vec<usize> = (0..theta.len()).collect();
+    let mut free = vec![true; theta.len()];
     loop {
-        let step = equations.damped_step(lambda, &free)?;
-        let count = free.len();
-        free.retain(|&k| {
-            let below = theta[k] <= slots[k].least && step[k] < 0.0;
-            let above = theta[k] >= slots[k].most && step[k] > 0.0;
-            !(below || above)
-        });
-        if free.len() == count {
+        let step = equations.damped_step(|k| free[k])?;
+        let is_blocked = |k: usize| {
+            (theta[k] <= slots[k].least && step[k] < 0.0)
+                || (theta[k] >= slots[k].most && step[k] > 0.0)
+        };
+        let blocked: Vec<usize> = (0..theta.len()).filter(|&k| is_blocked(k)).collect();
+        if blocked.is_empty() {
             return Some(step);
         }
+        blocked.iter().for_each(|&k| free[k] = false);
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::plane::{PlaneFit, Weighting, fit_plane, projected_residuals};
-use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, minimise};
+use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
 use crate::measure::MeasuredTile;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint};
@@ -15,16 +15,7 @@ pub struct AxisEstimate {
     pub axis: ImagePoint,
     /// Standard errors along x and y, px.
     pub sigma_px: (f64, f64),
-}
-
-/// Result of [`find_axis`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AxisFit {
-    /// Position in the frame, px.
-    pub axis: ImagePoint,
-    /// Standard errors along x and y, px.
-    pub sigma_px: (f64, f64),
-    /// Whether the last step was shorter than 0.01 px.
+    /// Whether the minimisation that estimated it converged.
     pub converged: bool,
 }
 
@@ -53,23 +44,19 @@ pub fn find_axis(
     start: &Frame,
     groups: &[&[&MeasuredTile]],
     weighting: Weighting,
-) -> Result<AxisFit> {
+) -> Result<AxisEstimate> {
     // Outliers and weights are fixed at the initial axis, so that the cost function stays the same.
     let fits: Vec<PlaneFit> = groups
         .iter()
         .map(|group| fit_plane(start, group, weighting))
         .collect::<Result<_>>()?;
-    let mut problem = AxisProblem {
+    let problem = AxisProblem {
         frame: start,
         fits: &fits,
         weighting,
     };
     let first = problem.at(Vector2::new(start.axis().x_px, start.axis().y_px));
-    let found = minimise(&mut problem, first, DAMPING, STOP);
-    // Two coordinates, and ten coefficients per group.
-    let unknowns = 2 + 10 * fits.len();
-    let residuals = found.point.residuals.as_ref().map_or(0, Vec::len);
-    let freedom = residuals.saturating_sub(unknowns).max(1) as f64;
+    let found = minimise(&problem, first, DAMPING, STOP);
     let Some(inverse) = found.last_equations.matrix.try_inverse() else {
         return Err(Error::new(
             "optical axis",
@@ -77,8 +64,12 @@ pub fn find_axis(
             "give observations off the axis, or state the axis",
         ));
     };
+    // Two coordinates, and ten coefficients per group.
+    let unknowns = 2 + 10 * fits.len();
+    let residuals = found.point.residuals.map_or(0, |r| r.len());
+    let freedom = residuals.saturating_sub(unknowns).max(1) as f64;
     let sigma_px = |k: usize| (inverse[(k, k)] * (found.cost / freedom)).sqrt();
-    Ok(AxisFit {
+    Ok(AxisEstimate {
         axis: ImagePoint::new(found.point.axis.x, found.point.axis.y),
         sigma_px: (sigma_px(0), sigma_px(1)),
         converged: found.converged,
@@ -97,33 +88,39 @@ struct TrialAxis {
     /// Position in the frame, px.
     axis: Vector2<f64>,
     /// Residuals of all moments; `None` where the axis leaves S1..S10 undetermined.
-    residuals: Option<Vec<f64>>,
+    residuals: Option<DVector<f64>>,
+}
+
+impl TrialAxis {
+    fn cost(&self) -> f64 {
+        let residuals = self.residuals.as_ref();
+        residuals.map_or(f64::INFINITY, |r| r.iter().map(|r| r * r).sum())
+    }
 }
 
 impl AxisProblem<'_> {
     fn at(&self, axis: Vector2<f64>) -> TrialAxis {
+        let frame = self.frame.with_axis(ImagePoint::new(axis.x, axis.y));
+        let residuals = frame.and_then(|frame| {
+            let of = |fit| projected_residuals(&frame, fit, self.weighting);
+            Ok(self
+                .fits
+                .iter()
+                .map(of)
+                .collect::<Result<Vec<_>>>()?
+                .concat())
+        });
         TrialAxis {
             axis,
-            residuals: self.residuals(axis).ok(),
+            residuals: residuals.ok().map(DVector::from_vec),
         }
     }
 
-    fn residuals(&self, axis: Vector2<f64>) -> Result<Vec<f64>> {
-        let frame = self.frame.with_axis(ImagePoint::new(axis.x, axis.y))?;
-        let mut all = Vec::new();
-        for fit in self.fits {
-            all.extend(projected_residuals(&frame, fit, self.weighting)?);
-        }
-        Ok(all)
-    }
-
-    /// Returns the derivatives of the residuals by coordinate `k` of the axis, by central differences.
-    fn derivatives(&self, axis: Vector2<f64>, k: usize) -> Option<DVector<f64>> {
-        let mut offset = Vector2::zeros();
-        offset[k] = DIFFERENCE_STEP_PX;
-        let low = DVector::from_vec(self.residuals(axis - offset).ok()?);
-        let high = DVector::from_vec(self.residuals(axis + offset).ok()?);
-        Some((high - low) / (2.0 * DIFFERENCE_STEP_PX))
+    /// Returns the derivatives of the residuals along `direction`, by central differences.
+    fn derivatives(&self, axis: Vector2<f64>, direction: Vector2<f64>) -> Option<DVector<f64>> {
+        let offset = direction * DIFFERENCE_STEP_PX;
+        let difference = self.at(axis + offset).residuals? - self.at(axis - offset).residuals?;
+        Some(difference / (2.0 * DIFFERENCE_STEP_PX))
     }
 }
 
@@ -131,25 +128,22 @@ impl LeastSquares for AxisProblem<'_> {
     type Point = TrialAxis;
 
     /// Returns equations of zeros, which have no solution, where a derivative is undetermined.
-    fn linearise(&mut self, point: &TrialAxis) -> NormalEquations {
-        let columns: Option<Vec<_>> = (0..2).map(|k| self.derivatives(point.axis, k)).collect();
-        let (matrix, right) = match (columns, &point.residuals) {
-            (Some(columns), Some(residuals)) => {
-                let jacobian = DMatrix::from_columns(&columns);
-                let residuals = DVector::from_column_slice(residuals);
-                (jacobian.tr_mul(&jacobian), -jacobian.tr_mul(&residuals))
+    fn linearise(&self, point: &TrialAxis) -> NormalEquations {
+        let along = |direction| self.derivatives(point.axis, direction);
+        let (matrix, right) = match (along(Vector2::x()), along(Vector2::y()), &point.residuals) {
+            (Some(x), Some(y), Some(residuals)) => {
+                let jacobian = DMatrix::from_columns(&[x, y]);
+                (jacobian.tr_mul(&jacobian), -jacobian.tr_mul(residuals))
             }
             _ => (DMatrix::zeros(2, 2), DVector::zeros(2)),
         };
-        NormalEquations::new(matrix, right, self.cost(point))
+        NormalEquations::new(matrix, right, point.cost())
     }
 
-    fn cost(&self, point: &TrialAxis) -> f64 {
-        let residuals = point.residuals.as_ref();
-        residuals.map_or(f64::INFINITY, |r| r.iter().map(|r| r * r).sum())
-    }
-
-    fn moved(&self, point: &TrialAxis, step: &DVector<f64>) -> TrialAxis {
-        self.at(point.axis + Vector2::new(step[0], step[1]))
+    fn trial(&self, point: &TrialAxis, equations: &NormalEquations) -> Option<Trial<TrialAxis>> {
+        let step = equations.damped_step(|_| true)?;
+        let moved = self.at(point.axis + Vector2::new(step[0], step[1]));
+        let cost = moved.cost();
+        Some(Trial::new(moved, cost, &step))
     }
 }

@@ -22,7 +22,7 @@ mod warnings;
 use rayon::prelude::*;
 
 use crate::measure::{MeasuredTile, Rejection, measure};
-use axis::AxisFit;
+use axis::AxisEstimate;
 use plane::{PlaneFit, fit_plane};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, Result};
@@ -70,7 +70,7 @@ pub struct MomentsFit {
     /// Tiles excluded from the fit, with reasons.
     pub rejected: Vec<Rejection>,
     /// The estimated optical axis, for [`AxisChoice::Free`].
-    pub axis: Option<AxisFit>,
+    pub axis: Option<AxisEstimate>,
     /// Limits of the result, such as coefficients that the object distances do not determine.
     pub warnings: Vec<String>,
 }
@@ -216,7 +216,7 @@ fn assemble(
     sets: &[ObservationSet],
     settings: &MomentsSettings,
     frame: Frame,
-    axis: Option<AxisFit>,
+    axis: Option<AxisEstimate>,
     groups: &[Group],
     fits: &[PlaneFit],
     mut rejected: Vec<Rejection>,

@@ -16,26 +16,32 @@ pub(crate) trait LeastSquares {
     /// Parameter values, with everything computed at them that the next iteration uses.
     type Point;
 
-    /// Returns the normal equations at `point`. The problem may renew its weights and scales here.
-    fn linearise(&mut self, point: &Self::Point) -> NormalEquations;
+    /// Returns the normal equations at `point`.
+    fn linearise(&self, point: &Self::Point) -> NormalEquations;
 
-    /// Returns the cost at `point`, with the weights of the last linearisation.
-    fn cost(&self, point: &Self::Point) -> f64;
-
-    /// Applies `step` to the parameters of `point`, within their bounds.
-    fn moved(&self, point: &Self::Point, step: &DVector<f64>) -> Self::Point;
-
-    /// Returns the damped step from `point`; `None` where there is none.
+    /// Applies to `point` the step that solves its damped `equations`, within the bounds of the parameters.
     ///
-    /// All parameters are free. A problem with fixed or bounded parameters solves for the free ones.
-    fn damped_step(
-        &self,
-        _point: &Self::Point,
-        equations: &NormalEquations,
-        lambda: f64,
-    ) -> Option<DVector<f64>> {
-        let all: Vec<usize> = (0..equations.right.len()).collect();
-        equations.damped_step(lambda, &all)
+    /// `None` where there is no solution.
+    fn trial(&self, point: &Self::Point, equations: &NormalEquations)
+    -> Option<Trial<Self::Point>>;
+}
+
+/// A point after a step.
+pub(crate) struct Trial<Point> {
+    point: Point,
+    cost: f64,
+    /// Euclidean length of the step, in the problem's units.
+    length: f64,
+}
+
+impl<Point> Trial<Point> {
+    /// Creates the trial `point` after `step`, with the `cost` there under the weights of the linearisation.
+    pub(crate) fn new(point: Point, cost: f64, step: &DVector<f64>) -> Self {
+        Self {
+            point,
+            cost,
+            length: step.norm(),
+        }
     }
 }
 
@@ -52,14 +58,14 @@ pub(crate) struct Damping {
     pub(crate) negligible_change: f64,
 }
 
-/// Convergence criteria. Both must be met by a step.
+/// Convergence criteria. A step must meet both to count as the last.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stop {
     /// Maximum number of iterations, at least 1.
     pub(crate) max_iterations: usize,
-    /// Relative decrease of the cost below which a step counts as the last.
+    /// Relative decrease of the cost below which the search has converged.
     pub(crate) min_decrease: f64,
-    /// Euclidean length below which a step counts as the last, in the problem's units.
+    /// Length of a step below which the search has converged.
     pub(crate) min_step: f64,
 }
 
@@ -88,71 +94,52 @@ pub(crate) struct Minimum<Point> {
 
 /// Minimises the cost of `problem` from `start`.
 pub(crate) fn minimise<P: LeastSquares>(
-    problem: &mut P,
+    problem: &P,
     start: P::Point,
     damping: Damping,
     stop: Stop,
 ) -> Minimum<P::Point> {
     let mut point = start;
     let mut lambda = FIRST_LAMBDA;
-    let mut iteration = 1;
+    let mut iterations = 0;
     loop {
-        let equations = problem.linearise(&point);
-        let Some(step) = descent_step(problem, &point, &equations, damping, &mut lambda) else {
+        iterations += 1;
+        let mut equations = problem.linearise(&point);
+        equations.lambda = lambda;
+        let (mut cost, mut converged) = (equations.cost, true);
+        if let Some(trial) = lowering_step(problem, &point, &mut equations, damping) {
+            lambda = (equations.lambda * DECREASE).max(damping.least);
+            converged = equations.cost - trial.cost < stop.min_decrease * equations.cost
+                && trial.length < stop.min_step;
+            (point, cost) = (trial.point, trial.cost);
+        }
+        if converged || iterations == stop.max_iterations {
             return Minimum {
                 point,
-                cost: equations.cost,
-                last_equations: equations,
-                converged: true,
-            };
-        };
-        point = step.point;
-        let converged = equations.cost - step.cost < stop.min_decrease * equations.cost
-            && step.length < stop.min_step;
-        if converged || iteration == stop.max_iterations {
-            return Minimum {
-                point,
-                cost: step.cost,
+                cost,
                 last_equations: equations,
                 converged,
             };
         }
-        iteration += 1;
     }
 }
 
-/// A step that lowers the cost.
-struct DescentStep<Point> {
-    point: Point,
-    cost: f64,
-    length: f64,
-}
-
-/// Raises `lambda` until a step lowers the cost.
-fn descent_step<P: LeastSquares>(
+/// Raises lambda until a step lowers the cost.
+fn lowering_step<P: LeastSquares>(
     problem: &P,
     point: &P::Point,
-    equations: &NormalEquations,
+    equations: &mut NormalEquations,
     damping: Damping,
-    lambda: &mut f64,
-) -> Option<DescentStep<P::Point>> {
+) -> Option<Trial<P::Point>> {
     for _ in 0..damping.max_tries {
-        let mut negligible = false;
-        if let Some(step) = problem.damped_step(point, equations, *lambda) {
-            let trial = problem.moved(point, &step);
-            let cost = problem.cost(&trial);
-            if cost < equations.cost {
-                *lambda = (*lambda * DECREASE).max(damping.least);
-                return Some(DescentStep {
-                    point: trial,
-                    cost,
-                    length: step.norm(),
-                });
-            }
-            negligible = (cost - equations.cost).abs() < damping.negligible_change * equations.cost;
+        let trial = problem.trial(point, equations);
+        let change = trial.as_ref().map(|t| t.cost - equations.cost);
+        if change.is_some_and(|c| c < 0.0) {
+            return trial;
         }
-        *lambda *= damping.increase;
-        if negligible || *lambda > MAX_LAMBDA {
+        equations.lambda *= damping.increase;
+        let negligible = damping.negligible_change * equations.cost;
+        if equations.lambda > MAX_LAMBDA || change.is_some_and(|c| c.abs() < negligible) {
             break;
         }
     }
@@ -178,20 +165,21 @@ mod tests {
     impl LeastSquares for Rosenbrock {
         type Point = [f64; 2];
 
-        fn linearise(&mut self, &[x, y]: &[f64; 2]) -> NormalEquations {
+        fn linearise(&self, &[x, y]: &[f64; 2]) -> NormalEquations {
             let jacobian = DMatrix::from_row_slice(2, 2, &[20.0 * x, -10.0, 1.0, 0.0]);
-            let residuals = DVector::from_vec(vec![10.0 * (y - x * x), 1.0 - x]);
-            let right = jacobian.transpose() * residuals;
-            NormalEquations::new(jacobian.transpose() * jacobian, right, self.cost(&[x, y]))
+            let right = jacobian.tr_mul(&DVector::from_vec(vec![10.0 * (y - x * x), 1.0 - x]));
+            NormalEquations::new(jacobian.tr_mul(&jacobian), right, cost(&[x, y]))
         }
 
-        fn cost(&self, &[x, y]: &[f64; 2]) -> f64 {
-            100.0 * (x * x - y).powi(2) + (x - 1.0).powi(2)
+        fn trial(&self, point: &[f64; 2], equations: &NormalEquations) -> Option<Trial<[f64; 2]>> {
+            let step = equations.damped_step(|_| true)?;
+            let point = [point[0] + step[0], point[1] + step[1]];
+            Some(Trial::new(point, cost(&point), &step))
         }
+    }
 
-        fn moved(&self, point: &[f64; 2], step: &DVector<f64>) -> [f64; 2] {
-            [point[0] + step[0], point[1] + step[1]]
-        }
+    fn cost(&[x, y]: &[f64; 2]) -> f64 {
+        100.0 * (x * x - y).powi(2) + (x - 1.0).powi(2)
     }
 
     #[test]
@@ -201,7 +189,7 @@ mod tests {
             min_decrease: f64::INFINITY,
             min_step: 1e-9,
         };
-        let found = minimise(&mut Rosenbrock, [-1.2, 1.0], DAMPING, stop);
+        let found = minimise(&Rosenbrock, [-1.2, 1.0], DAMPING, stop);
         assert!(found.converged, "{found:?}");
         assert!((found.point[0] - 1.0).abs() < 1e-8 && (found.point[1] - 1.0).abs() < 1e-8);
     }
@@ -209,20 +197,15 @@ mod tests {
     #[test]
     fn iterations_end_at_their_maximum_and_at_a_small_decrease() {
         let start = [-1.2, 1.0];
-        let few = minimise(&mut Rosenbrock, start, DAMPING, Stop::at_decrease(2, 0.0));
-        assert!(!few.converged && few.cost < Rosenbrock.cost(&start));
-        let one = minimise(&mut Rosenbrock, start, DAMPING, Stop::at_decrease(9, 1.0));
+        let few = minimise(&Rosenbrock, start, DAMPING, Stop::at_decrease(2, 0.0));
+        assert!(!few.converged && few.cost < cost(&start));
+        let one = minimise(&Rosenbrock, start, DAMPING, Stop::at_decrease(9, 1.0));
         assert!(one.converged && one.cost > 0.1, "{one:?}");
     }
 
     #[test]
     fn no_step_leads_away_from_the_minimum() {
-        let found = minimise(
-            &mut Rosenbrock,
-            [1.0, 1.0],
-            DAMPING,
-            Stop::at_decrease(5, 0.0),
-        );
+        let found = minimise(&Rosenbrock, [1.0, 1.0], DAMPING, Stop::at_decrease(5, 0.0));
         assert!(found.converged && found.point == [1.0, 1.0] && found.cost == 0.0);
     }
 }

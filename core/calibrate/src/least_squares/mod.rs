@@ -11,12 +11,12 @@
 //! cost is taken, and lambda falls; after any other step lambda rises ([`Damping`]). Iterations end as
 //! [`Stop`] says, or when no step lowers the cost.
 //!
-//! A robust loss is a reweighting of the normal equations by the problem. Its cost decides about steps.
+//! With a robust loss the problem weights its normal equations, and the cost of a step is the loss.
 
 mod levenberg_marquardt;
 mod linear;
 mod normal_equations;
 
-pub(crate) use levenberg_marquardt::{Damping, LeastSquares, Minimum, Stop, minimise};
+pub(crate) use levenberg_marquardt::{Damping, LeastSquares, Minimum, Stop, Trial, minimise};
 pub(crate) use linear::solve;
 pub(crate) use normal_equations::NormalEquations;

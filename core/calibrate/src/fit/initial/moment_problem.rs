@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
-use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, minimise};
+use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
 use crate::measure::MeasuredTile;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::ReducedNumbers;
@@ -200,17 +200,17 @@ impl MomentProblem {
         cauchy_scale: f64,
         max_iterations: usize,
     ) -> Parameters {
-        let mut robust = RobustProblem {
+        let robust = RobustProblem {
             moments: self,
             cauchy_scale,
         };
-        let start = robust.at(start);
         let stop = Stop {
             max_iterations,
             min_decrease: MIN_DECREASE,
             min_step: MIN_STEP,
         };
-        minimise(&mut robust, start, DAMPING, stop).point.numbers
+        let start = robust.at(start);
+        minimise(&robust, start, DAMPING, stop).point.numbers
     }
 }
 
@@ -245,11 +245,8 @@ impl RobustProblem<'_> {
         offset[k] = DIFFERENCE_STEP * self.moments.scales[k];
         let low = self.moments.residuals(&(numbers - offset));
         let mut derivatives = self.moments.residuals(&(numbers + offset));
-        for (high, low) in derivatives
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(low.as_flattened())
-        {
+        let pairs = derivatives.as_flattened_mut().iter_mut();
+        for (high, low) in pairs.zip(low.as_flattened()) {
             *high = (*high - low) / (2.0 * DIFFERENCE_STEP);
         }
         derivatives
@@ -259,7 +256,7 @@ impl RobustProblem<'_> {
 impl LeastSquares for RobustProblem<'_> {
     type Point = MomentPoint;
 
-    fn linearise(&mut self, point: &MomentPoint) -> NormalEquations {
+    fn linearise(&self, point: &MomentPoint) -> NormalEquations {
         let jacobian: [_; 6] = std::array::from_fn(|k| self.derivatives(&point.numbers, k));
         let mut matrix = Matrix6::zeros();
         let mut right = Vector6::zeros();
@@ -271,24 +268,29 @@ impl LeastSquares for RobustProblem<'_> {
                 right -= row * (residual * weight);
             }
         }
+        let matrix = DMatrix::from_column_slice(6, 6, matrix.as_slice());
+        let right = DVector::from_column_slice(right.as_slice());
         let ridge = RIDGE * matrix.diagonal().max() + f64::MIN_POSITIVE;
         NormalEquations {
             ridge: DVector::from_element(6, ridge),
             ..NormalEquations::new(
-                DMatrix::from_column_slice(6, 6, matrix.as_slice()),
-                DVector::from_column_slice(right.as_slice()),
-                self.cost(point),
+                matrix,
+                right,
+                cauchy_cost(&point.squares, self.cauchy_scale),
             )
         }
     }
 
-    fn cost(&self, point: &MomentPoint) -> f64 {
-        cauchy_cost(&point.squares, self.cauchy_scale)
-    }
-
-    fn moved(&self, point: &MomentPoint, step: &DVector<f64>) -> MomentPoint {
-        let step = Parameters::from_column_slice(step.as_slice());
-        self.at(point.numbers + step.component_mul(&self.moments.scales))
+    fn trial(
+        &self,
+        point: &MomentPoint,
+        equations: &NormalEquations,
+    ) -> Option<Trial<MomentPoint>> {
+        let step = equations.damped_step(|_| true)?;
+        let change = Parameters::from_column_slice(step.as_slice());
+        let moved = self.at(point.numbers + change.component_mul(&self.moments.scales));
+        let cost = cauchy_cost(&moved.squares, self.cauchy_scale);
+        Some(Trial::new(moved, cost, &step))
     }
 }
 

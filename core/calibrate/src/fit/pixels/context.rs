@@ -144,8 +144,12 @@ impl<'a> FitContext<'a> {
         misfit_settings: MisfitSettings,
         stop: Stop,
     ) -> Minimum<PixelPoint> {
-        let own = self.tile_parameters(tiles);
-        let (problem, start) = PixelProblem::new(layout, tiles, misfit_settings, theta, own);
+        let problem = PixelProblem {
+            layout,
+            tiles,
+            settings: misfit_settings,
+        };
+        let start = problem.at(theta.to_vec(), self.tile_parameters(tiles));
         problem.minimise(start, stop)
     }
 

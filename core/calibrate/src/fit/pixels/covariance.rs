@@ -44,10 +44,12 @@ impl CovarianceEstimate {
     /// clustered by tile, because model errors of neighbouring pixels are correlated.
     pub(super) fn of(context: &FitContext, fit: &FittedLens) -> Self {
         let tiles = context.all();
-        let misfit_settings = fit.misfit_settings(LENIENT_TOLERANCE);
-        let own = context.tile_parameters(&tiles);
-        let (problem, point) =
-            PixelProblem::new(&fit.layout, &tiles, misfit_settings, &fit.theta, own);
+        let problem = PixelProblem {
+            layout: &fit.layout,
+            tiles: &tiles,
+            settings: fit.misfit_settings(LENIENT_TOLERANCE),
+        };
+        let point = problem.at(fit.theta.clone(), context.tile_parameters(&tiles));
         let (normal, _) = problem.total(&point);
         let count = normal.nrows();
         let inverse = inverse(&normal);
@@ -56,7 +58,7 @@ impl CovarianceEstimate {
         } else {
             // Sum over tiles of the outer products of the scores.
             let mut scores = DMatrix::zeros(count, count);
-            for (equations, weight) in point.equations.iter().zip(problem.weights(&point)) {
+            for (equations, weight) in point.equations.iter().zip(point.weights()) {
                 let mut score = DVector::zeros(count);
                 for (a, &slot) in equations.parameters.iter().enumerate() {
                     score[slot] = weight * equations.right[a];

@@ -6,7 +6,9 @@ use rayon::prelude::*;
 use super::metric::Metric;
 use super::parameters::ParameterLayout;
 use super::tile_equations::{Buffers, FitTile, MisfitSettings, TileEquations, TileParameters};
-use crate::least_squares::{Damping, LeastSquares, Minimum, NormalEquations, Stop, minimise};
+use crate::least_squares::{
+    Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
+};
 
 /// Lower bound of the symmetric blur's variance, px².
 const MIN_BLUR_PX2: f64 = 0.0;
@@ -65,6 +67,8 @@ pub(super) struct PixelPoint {
     /// Flux and centroid of every tile.
     own: Vec<TileParameters>,
     pub(super) equations: Vec<TileEquations>,
+    /// Loss that suits the misfits at this point.
+    loss: RobustLoss,
 }
 
 impl PixelPoint {
@@ -73,52 +77,45 @@ impl PixelPoint {
         let logs = self.equations.iter().map(|e| e.misfit.max(1e-12).ln());
         logs.sum::<f64>() / self.equations.len().max(1) as f64
     }
+
+    /// Returns the weights of the tiles under the robust loss.
+    pub(super) fn weights(&self) -> impl Iterator<Item = f64> {
+        self.equations.iter().map(|e| self.loss.weight(e))
+    }
+
+    /// Returns the cost here under `loss`.
+    fn cost(&self, loss: RobustLoss) -> f64 {
+        self.equations.iter().map(|e| loss.cost(e)).sum()
+    }
 }
 
 /// Model, tiles and comparison of a fit.
 pub(super) struct PixelProblem<'a> {
-    layout: &'a ParameterLayout,
-    tiles: &'a [&'a FitTile],
-    settings: MisfitSettings,
-    /// Loss of the current iteration.
-    loss: RobustLoss,
-    /// Units of the parameters in the current iteration, in which the normal matrix has a unit diagonal
-    /// (Marquardt 1963).
-    units: Vec<f64>,
+    pub(super) layout: &'a ParameterLayout,
+    pub(super) tiles: &'a [&'a FitTile],
+    pub(super) settings: MisfitSettings,
 }
 
-impl<'a> PixelProblem<'a> {
-    /// Creates the problem, and evaluates it at the lens parameters `theta` and the tile parameters `own`.
-    pub(super) fn new(
-        layout: &'a ParameterLayout,
-        tiles: &'a [&'a FitTile],
-        settings: MisfitSettings,
-        theta: &[f64],
-        own: Vec<TileParameters>,
-    ) -> (Self, PixelPoint) {
-        let start = evaluate(layout, tiles, settings, theta.to_vec(), own);
-        let problem = Self {
-            layout,
-            tiles,
-            settings,
-            loss: RobustLoss::new(tiles, settings, &start.equations),
-            units: vec![1.0; theta.len()],
-        };
-        (problem, start)
-    }
-
+impl PixelProblem<'_> {
     /// Minimises the cost from `start`.
-    pub(super) fn minimise(mut self, start: PixelPoint, stop: Stop) -> Minimum<PixelPoint> {
-        minimise(&mut self, start, DAMPING, stop)
+    pub(super) fn minimise(&self, start: PixelPoint, stop: Stop) -> Minimum<PixelPoint> {
+        minimise(self, start, DAMPING, stop)
     }
 
-    /// Returns the weights of the tiles under the robust loss.
-    pub(super) fn weights(&self, point: &PixelPoint) -> Vec<f64> {
-        point
-            .equations
-            .iter()
-            .map(|e| self.loss.weight(e))
-            .collect()
+    /// Evaluates the lens parameters `theta` with the tile parameters `own`.
+    pub(super) fn at(&self, theta: Vec<f64>, own: Vec<TileParameters>) -> PixelPoint {
+        let pairs = self.tiles.par_iter().zip(&own);
+        let equations: Vec<TileEquations> = pairs
+            .map_init(Buffers::default, |buffers, (tile, own)| {
+                tile.system(self.layout, &theta, own, self.settings, buffers)
+            })
+            .collect();
+        PixelPoint {
+            loss: RobustLoss::new(self.tiles, self.settings, &equations),
+            theta,
+            own,
+            equations,
+        }
     }
 
     /// Returns the weighted normal matrix of all tiles and its right-hand side.
@@ -126,7 +123,7 @@ impl<'a> PixelProblem<'a> {
         let count = self.layout.parameters.len();
         let mut normal = DMatrix::zeros(count, count);
         let mut right = DVector::zeros(count);
-        for (equations, weight) in point.equations.iter().zip(self.weights(point)) {
+        for (equations, weight) in point.equations.iter().zip(point.weights()) {
             for (a, &row) in equations.parameters.iter().enumerate() {
                 right[row] += weight * equations.right[a];
                 for (b, &column) in equations.parameters.iter().enumerate() {
@@ -154,47 +151,32 @@ impl<'a> PixelProblem<'a> {
 impl LeastSquares for PixelProblem<'_> {
     type Point = PixelPoint;
 
-    fn linearise(&mut self, point: &PixelPoint) -> NormalEquations {
-        self.loss = RobustLoss::new(self.tiles, self.settings, &point.equations);
-        let (mut normal, mut right) = self.total(point);
-        let count = right.len();
-        let unit = |square: f64| if square > 0.0 { square.sqrt() } else { 1.0 };
-        self.units = normal.diagonal().iter().map(|&d| unit(d)).collect();
-        for a in 0..count {
-            right[a] /= self.units[a];
-            for b in 0..count {
-                normal[(a, b)] /= self.units[a] * self.units[b];
-            }
-        }
-        NormalEquations {
-            damping: DVector::from_element(count, 1.0),
-            ..NormalEquations::new(normal, right, self.cost(point))
-        }
+    fn linearise(&self, point: &PixelPoint) -> NormalEquations {
+        let (normal, right) = self.total(point);
+        NormalEquations::new(normal, right, point.cost(point.loss))
     }
 
-    fn cost(&self, point: &PixelPoint) -> f64 {
-        point.equations.iter().map(|e| self.loss.cost(e)).sum()
-    }
-
-    fn moved(&self, point: &PixelPoint, step: &DVector<f64>) -> PixelPoint {
-        let steps = step.iter().zip(&self.units).map(|(s, unit)| s / unit);
-        let mut theta: Vec<f64> = point.theta.iter().zip(steps).map(|(t, s)| t + s).collect();
+    /// Fixed parameters, those at a bound that the gradient pushes against, and those without influence stay
+    /// in place.
+    fn trial(&self, point: &PixelPoint, equations: &NormalEquations) -> Option<Trial<PixelPoint>> {
+        let step = equations.scaled_step(|k| {
+            equations.matrix[(k, k)] > 0.0 && self.is_free(&point.theta, k, equations.right[k])
+        })?;
+        let moved = point.theta.iter().zip(&step).map(|(t, s)| t + s);
+        let mut theta: Vec<f64> = moved.collect();
         self.layout.clamp_to_bounds(&mut theta, MIN_BLUR_PX2);
         // The part of the step inside the bounds.
-        let kept = DVector::from_iterator(
-            theta.len(),
-            theta.iter().zip(&point.theta).map(|(new, old)| new - old),
-        );
+        let kept = theta.iter().zip(&point.theta).map(|(new, old)| new - old);
+        let kept = DVector::from_iterator(theta.len(), kept);
         let tiles = point.own.iter().zip(&point.equations).zip(self.tiles);
         let own = tiles
             .map(|((own, equations), tile)| {
                 let [flux, x, y] = equations.tile_step(&kept);
                 let short = |step: f64| step.clamp(-MAX_CENTROID_STEP_PX, MAX_CENTROID_STEP_PX);
-                let (least, most) = (MIN_FLUX_FACTOR, MAX_FLUX_FACTOR);
                 let size = own.flux.abs();
                 let (width, height) = tile.size;
                 TileParameters {
-                    flux: (own.flux + flux).clamp(least * size, most * size),
+                    flux: (own.flux + flux).clamp(MIN_FLUX_FACTOR * size, MAX_FLUX_FACTOR * size),
                     centroid: [
                         (own.centroid[0] + short(x)).clamp(0.0, width as f64),
                         (own.centroid[1] + short(y)).clamp(0.0, height as f64),
@@ -202,43 +184,8 @@ impl LeastSquares for PixelProblem<'_> {
                 }
             })
             .collect();
-        evaluate(self.layout, self.tiles, self.settings, theta, own)
-    }
-
-    /// Fixed parameters, those at a bound that the gradient pushes against, and those without influence stay
-    /// in place.
-    fn damped_step(
-        &self,
-        point: &PixelPoint,
-        equations: &NormalEquations,
-        lambda: f64,
-    ) -> Option<DVector<f64>> {
-        let free: Vec<usize> = (0..equations.right.len())
-            .filter(|&k| equations.matrix[(k, k)] > 0.0)
-            .filter(|&k| self.is_free(&point.theta, k, equations.right[k]))
-            .collect();
-        equations.damped_step(lambda, &free)
-    }
-}
-
-/// Returns the parameters with the normal equations of every tile.
-fn evaluate(
-    layout: &ParameterLayout,
-    tiles: &[&FitTile],
-    settings: MisfitSettings,
-    theta: Vec<f64>,
-    own: Vec<TileParameters>,
-) -> PixelPoint {
-    let equations = tiles
-        .par_iter()
-        .zip(&own)
-        .map_init(Buffers::default, |buffers, (tile, own)| {
-            tile.system(layout, &theta, own, settings, buffers)
-        })
-        .collect();
-    PixelPoint {
-        theta,
-        own,
-        equations,
+        let moved = self.at(theta, own);
+        let cost = moved.cost(point.loss);
+        Some(Trial::new(moved, cost, &step))
     }
 }

@@ -99,6 +99,7 @@ pub(super) fn assemble(
         AxisEstimate {
             axis: context.frame.axis(),
             sigma_px: (sigma(count - 2), sigma(count - 1)),
+            converged: fit.converged,
         }
     });
     let mut warnings = Vec::new();
