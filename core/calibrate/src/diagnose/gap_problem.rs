@@ -281,7 +281,7 @@ impl LeastSquares for GapProblem<'_> {
     }
 }
 
-/// Returns `theta` after the damped step that `sums` ask for; unchanged where there is none.
+/// Returns `theta` after the damped step that `sums` ask for; unchanged where they have no solution.
 pub(super) fn damped_update(
     sums: NormalSums,
     theta: &[f64],

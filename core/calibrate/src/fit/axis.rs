@@ -27,6 +27,7 @@ const DAMPING: Damping = Damping {
     max_tries: usize::MAX,
     negligible_change: 0.0,
 };
+/// Convergence at a step below 0.01 px.
 const STOP: Stop = Stop {
     max_iterations: 40,
     min_decrease: f64::INFINITY,

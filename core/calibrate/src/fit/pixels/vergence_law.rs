@@ -217,7 +217,7 @@ pub(super) fn remainders(context: &FitContext, fit: &FittedLens) -> Vec<Remainde
             }
         }
     }
-    // A zero correction keeps others local to their distance; if all are zero none is stored.
+    // A zero correction keeps others local to their distance; corrections that are all zero are not stored.
     if found.iter().all(|r| r.value == 0.0) {
         found.clear();
     }
