@@ -1,5 +1,7 @@
 //! The place of a plate in the frame of a lens.
 
+use std::ops::Range;
+
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_render::{PlateExtent, PlateMap};
 
@@ -16,6 +18,41 @@ pub struct Rectangle {
     pub width: usize,
     /// Rows.
     pub height: usize,
+}
+
+impl Rectangle {
+    /// The x coordinates of its pixels.
+    pub fn columns(&self) -> Range<i32> {
+        self.x..self.x + self.width as i32
+    }
+
+    /// The y coordinates of its pixels.
+    pub fn rows(&self) -> Range<i32> {
+        self.y..self.y + self.height as i32
+    }
+
+    /// Number of pixels.
+    pub fn pixel_count(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Returns whether pixel (`x`, `y`) lies in the rectangle.
+    pub fn contains(&self, x: i32, y: i32) -> bool {
+        self.columns().contains(&x) && self.rows().contains(&y)
+    }
+
+    /// Returns the pixels that lie in both rectangles, or `None` if there are none.
+    pub fn intersection(&self, other: &Self) -> Option<Self> {
+        let overlap = |a: Range<i32>, b: Range<i32>| a.start.max(b.start)..a.end.min(b.end);
+        let columns = overlap(self.columns(), other.columns());
+        let rows = overlap(self.rows(), other.rows());
+        (!columns.is_empty() && !rows.is_empty()).then(|| Self {
+            x: columns.start,
+            y: rows.start,
+            width: columns.len(),
+            height: rows.len(),
+        })
+    }
 }
 
 /// The place of a plate in the frame of a lens.
@@ -102,6 +139,22 @@ mod tests {
             pixel_aspect,
             lens_scale: None,
         }
+    }
+
+    #[test]
+    fn rectangles_intersect_where_they_share_pixels() {
+        let window = |x, y, width, height| Rectangle {
+            x,
+            y,
+            width,
+            height,
+        };
+        let all = window(-2, 3, 10, 4);
+        assert_eq!((all.columns(), all.rows()), (-2..8, 3..7));
+        assert!(all.contains(7, 6) && !all.contains(8, 6));
+        let part = all.intersection(&window(5, 0, 9, 5));
+        assert_eq!(part, Some(window(5, 3, 3, 2)));
+        assert_eq!(all.intersection(&window(8, 3, 2, 2)), None);
     }
 
     #[test]

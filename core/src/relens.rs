@@ -8,7 +8,7 @@ use crate::image::Image;
 use crate::lens::Lens;
 use crate::plate::Plate;
 use crate::prepared::PreparedPlate;
-use crate::removed::{NoiseGain, RemovedPlate};
+use crate::removed::NoiseGain;
 use crate::session::LensSession;
 use crate::settings::Settings;
 use seidel_optics::Progress;
@@ -55,17 +55,20 @@ pub fn relens(
         return Ok(plate.image.clone());
     }
     let plate = from.prepare(plate.clone())?;
-    let removed = plate.remove(NoiseGain::Skip, &|share| progress(REMOVAL_SHARE * share))?;
-    let planes = apply_solution(&removed, &plate.for_session(&to)?, progress)?;
-    Ok(plate.to_image(planes))
+    plate.relens(&plate.for_session(&to)?, progress)
 }
 
-fn apply_solution(
-    removed: &RemovedPlate,
-    other: &PreparedPlate,
-    progress: &Progress,
-) -> Result<Vec<Vec<f32>>> {
-    removed.apply_other(other, &|share| {
-        progress(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)
-    })
+impl PreparedPlate {
+    /// Removes the blur of this plate's lens and applies that of `other`, the same plate prepared for another lens by
+    /// [`PreparedPlate::for_session`]. The plate keeps its grain.
+    ///
+    /// # Errors
+    /// Those of [`PreparedPlate::remove`] and [`PreparedPlate::apply`].
+    pub fn relens(&self, other: &Self, progress: &Progress) -> Result<Image> {
+        let removed = self.remove(NoiseGain::Skip, &|share| progress(REMOVAL_SHARE * share))?;
+        let planes = removed.apply_other(other, &|share| {
+            progress(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)
+        })?;
+        Ok(self.to_image(planes))
+    }
 }
