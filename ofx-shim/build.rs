@@ -1,14 +1,14 @@
-//! Hides the symbols of the C ABI in the plugin, which must export only the entry points of OpenFX: Fusion rejects
-//! binaries that export more.
+//! Linker arguments of the plugin, which must export only the entry points of OpenFX: Fusion rejects binaries that export
+//! more.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     let system = std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
-    // Their linkers have no such option: docs/guide/hosts.md, "Platforms".
+    // Their linkers have no such options.
     if ["macos", "windows"].contains(&system.as_str()) {
         return;
     }
-    // The library's symbols come from an archive, those of the plugin do not.
+    // Hides symbols of dependencies, such as those of OpenColorIO's C++ library, but not those of the plugin.
     println!("cargo::rustc-cdylib-link-arg=-Wl,--exclude-libs,ALL");
     // Destructors of thread-local values must not run in a library that was unloaded.
     println!("cargo::rustc-cdylib-link-arg=-Wl,-z,nodelete");

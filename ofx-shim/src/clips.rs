@@ -1,4 +1,4 @@
-//! The clips: which there are, and what they may hold.
+//! The clips of the effect: names and accepted components.
 
 use std::ffi::CStr;
 
@@ -8,54 +8,54 @@ use crate::sys::clip::{ALPHA, FIELD_BOTH, FIELD_EXTRACTION, IS_MASK, OPTIONAL, R
 use crate::sys::effect::{CLIP_OUTPUT, CLIP_SOURCE, TEMPORAL_CLIP_ACCESS, TILES};
 use crate::sys::property::LABEL;
 
-/// Depth of the plate.
+/// Depth pass of the plate.
 pub(crate) const DEPTH: &CStr = c"Depth";
-/// What will be in front.
+/// Matte of something that will be composited in front of the plate.
 pub(crate) const HOLDOUT: &CStr = c"Holdout";
-/// Where the result goes over the source.
+/// Mask that limits the result to a part of the plate.
 pub(crate) const MASK: &CStr = c"Mask";
 
-/// Whether parts of pictures may be asked for. A part costs what the whole does: depth slices and the lights that are
-/// drawn apart are told by all of the plate, and every part must be that part of the whole to the bit. With depth a
-/// 1920 x 1080 frame in 256 x 256 tiles would be rendered forty times over. Hosts that ask for parts all the same get them.
+/// Whether hosts may render in tiles: no. Depth slices and highlights are found on the whole plate, and every tile must be
+/// that part of the whole frame to the bit, so a tile costs as much as the frame. With depth, a 1920 x 1080 frame in tiles
+/// of 256 x 256 px would be rendered forty times. Tiles that a host requests nevertheless are rendered.
 pub(crate) const SUPPORTS_TILES: i32 = 0;
 
-/// A clip as it is declared.
-struct Declared {
+/// Declaration of a clip.
+struct ClipDeclaration {
     name: &'static CStr,
     components: &'static [&'static CStr],
     optional: bool,
     mask: bool,
 }
 
-/// In the order in which hosts show them; the first input gives the output its format (Nuke).
-const ALL: [Declared; 5] = [
-    Declared {
+/// All clips, in the order in which hosts show them. In Nuke the first input determines the format of the output.
+const ALL: [ClipDeclaration; 5] = [
+    ClipDeclaration {
         name: CLIP_SOURCE,
         components: &[RGBA, RGB, ALPHA],
         optional: false,
         mask: false,
     },
-    Declared {
+    ClipDeclaration {
         name: DEPTH,
         components: &[RGBA, RGB, ALPHA],
         optional: true,
         mask: false,
     },
-    Declared {
+    ClipDeclaration {
         name: HOLDOUT,
         components: &[RGBA, RGB, ALPHA],
         optional: true,
         mask: false,
     },
-    // Hosts such as Natron give masks a menu of channels; those that know RGBA alone hand in that.
-    Declared {
+    // Hosts such as Natron offer a menu of channels for masks; hosts that know RGBA alone deliver that.
+    ClipDeclaration {
         name: MASK,
         components: &[ALPHA, RGBA],
         optional: true,
         mask: true,
     },
-    Declared {
+    ClipDeclaration {
         name: CLIP_OUTPUT,
         components: &[RGBA, RGB, ALPHA],
         optional: false,
@@ -63,21 +63,21 @@ const ALL: [Declared; 5] = [
     },
 ];
 
-/// Declares all to a descriptor.
+/// Declares all clips to a descriptor.
 pub(crate) fn declare(effect: &Effect) {
     for clip in &ALL {
-        let Some(props) = effect.define_clip(clip.name) else {
+        let Some(properties) = effect.define_clip(clip.name) else {
             continue;
         };
-        props.set_string(LABEL, 0, clip.name);
+        properties.set_string(LABEL, 0, clip.name);
         for (index, components) in clip.components.iter().enumerate() {
-            props.set_string(SUPPORTED_COMPONENTS, index as i32, components);
+            properties.set_string(SUPPORTED_COMPONENTS, index as i32, components);
         }
-        props.set_int(OPTIONAL, 0, i32::from(clip.optional));
-        props.set_int(TEMPORAL_CLIP_ACCESS, 0, 0);
-        props.set_int(TILES, 0, SUPPORTS_TILES);
-        props.set_int(IS_MASK, 0, i32::from(clip.mask));
-        // Whole frames: fields are told apart here, without copies.
-        props.set_string(FIELD_EXTRACTION, 0, FIELD_BOTH);
+        properties.set_int(OPTIONAL, 0, i32::from(clip.optional));
+        properties.set_int(TEMPORAL_CLIP_ACCESS, 0, 0);
+        properties.set_int(TILES, 0, SUPPORTS_TILES);
+        properties.set_int(IS_MASK, 0, i32::from(clip.mask));
+        // Whole frames: the plugin separates the fields itself, without copies.
+        properties.set_string(FIELD_EXTRACTION, 0, FIELD_BOTH);
     }
 }

@@ -1,296 +1,339 @@
-//! Depth as the user names it, as the library reads it.
+//! Depth and matte inputs: their encoding as the parameters give it, and their samples as the core takes them.
 
-use seidel_c::{
-    SEIDEL_DEPTH_DISTANCE, SEIDEL_DEPTH_FAR_ONE, SEIDEL_DEPTH_FAR_ZERO, SEIDEL_DEPTH_INVERSE,
-    SEIDEL_FLOAT, SeidelImage, SeidelSettings,
-};
+use std::rc::Rc;
 
-use crate::geometry::Plane;
-use crate::host::{Failure, Image, Result};
+use seidel_core::{DepthConvention, DepthMeaning, Rectangle};
+
+use crate::geometry::{PixelMap, PlateScale};
+use crate::host::{Failure, Image, Result, Samples};
 use crate::knobs::{Knobs, depth, focus};
-use crate::pixels::Pixels;
+use crate::plate_image::{PlateImage, collect_samples};
+use crate::settings::unless_zero;
 
-/// What the numbers of depth are; places in the menu.
+/// Meaning of depth samples, apart from their sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Math {
+pub(crate) enum DepthMath {
+    /// Vergence relative to the focus plane, 1/m.
     Direct,
+    /// Distance.
     Depth,
+    /// One over the distance.
     FarZero,
+    /// 0 at the near plane and 1 at infinity.
     FarOne,
+    /// Distance, from 0 at the near plane to 1 at the far one.
     LinearFarOne,
+    /// Distance, from 1 at the near plane to 0 at the far one.
     LinearFarZero,
 }
 
-/// How depth is read.
+/// Encoding of depth samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Reading {
-    math: Math,
-    /// -1 where depth counts backwards.
+pub(crate) struct DepthEncoding {
+    math: DepthMath,
+    /// -1 where depth counts backwards, else 1.
     sign: f64,
-    /// Metres of a unit.
-    unit: f64,
-    near: f64,
-    far: f64,
-    /// Depth of the focus plane.
-    plane: f64,
+    metres_per_unit: f64,
+    near_m: f64,
+    far_m: f64,
+    /// Depth of the focus plane, as encoded.
+    focus_plane: f64,
 }
 
-impl Reading {
-    /// As the knobs say.
+impl DepthEncoding {
+    /// Reads the encoding from the parameters.
     pub(crate) fn new(knobs: &Knobs) -> Self {
         let menu = [
-            (Math::Direct, 1.0),
-            (Math::Depth, 1.0),
-            (Math::FarZero, 1.0),
-            (Math::FarOne, 1.0),
-            (Math::Direct, -1.0),
-            (Math::Depth, -1.0),
-            (Math::FarZero, -1.0),
-            (Math::FarOne, -1.0),
-            (Math::LinearFarOne, 1.0),
-            (Math::LinearFarZero, 1.0),
+            (DepthMath::Direct, 1.0),
+            (DepthMath::Depth, 1.0),
+            (DepthMath::FarZero, 1.0),
+            (DepthMath::FarOne, 1.0),
+            (DepthMath::Direct, -1.0),
+            (DepthMath::Depth, -1.0),
+            (DepthMath::FarZero, -1.0),
+            (DepthMath::FarOne, -1.0),
+            (DepthMath::LinearFarOne, 1.0),
+            (DepthMath::LinearFarZero, 1.0),
         ];
         let (math, sign) = menu[knobs.choice(&depth::MATH) as usize];
         let unit = depth::UNIT_METRES[knobs.choice(&depth::UNIT) as usize];
-        let unit = unit * knobs.number(&depth::UNIT_MULTIPLIER);
+        let metres_per_unit = unit * knobs.number(&depth::UNIT_MULTIPLIER);
         Self {
             math,
             sign,
-            unit,
-            near: unit * knobs.number(&depth::NEAR),
-            far: unit * knobs.number(&depth::FAR),
-            plane: knobs.number(&focus::PLANE),
+            metres_per_unit,
+            near_m: metres_per_unit * knobs.number(&depth::NEAR),
+            far_m: metres_per_unit * knobs.number(&depth::FAR),
+            focus_plane: knobs.number(&focus::PLANE),
         }
     }
 
-    /// Puts it into settings.
-    pub(crate) fn put(&self, settings: &mut SeidelSettings) {
-        let (kind, unit) = match self.math {
-            Math::Depth => (SEIDEL_DEPTH_DISTANCE, self.sign * self.unit),
-            Math::FarZero => (SEIDEL_DEPTH_INVERSE, self.sign * self.unit),
-            // What is handed over is near over distance, or one over metres.
-            Math::FarOne => (SEIDEL_DEPTH_INVERSE, self.near),
-            Math::Direct => (SEIDEL_DEPTH_INVERSE, 1.0),
-            Math::LinearFarOne => (SEIDEL_DEPTH_FAR_ONE, 1.0),
-            Math::LinearFarZero => (SEIDEL_DEPTH_FAR_ZERO, 1.0),
-        };
-        settings.depth_kind = kind;
-        settings.depth_unit = unit;
-        settings.depth_near = self.near;
-        settings.depth_far = self.far;
+    /// Returns the convention of samples after [`DepthConversion::apply`].
+    fn convention(&self) -> DepthConvention {
+        let (near_m, far_m) = (self.near_m, self.far_m);
+        let metres_per_unit = self.sign * self.metres_per_unit;
+        match self.math {
+            DepthMath::Depth => DepthConvention::Distance { metres_per_unit },
+            DepthMath::FarZero => DepthConvention::Inverse { metres_per_unit },
+            // Converted to near plane over distance.
+            DepthMath::FarOne => DepthConvention::Inverse {
+                metres_per_unit: near_m,
+            },
+            // Converted to vergence.
+            DepthMath::Direct => DepthConvention::Inverse {
+                metres_per_unit: 1.0,
+            },
+            DepthMath::LinearFarOne => DepthConvention::FarOne { near_m, far_m },
+            DepthMath::LinearFarZero => DepthConvention::FarZero { near_m, far_m },
+        }
     }
 
-    /// Metres of the focus plane; nothing where depth is counted from it.
+    /// Returns the distance of the focus plane, metres, or `None` if depth is relative to it.
     ///
     /// # Errors
-    /// A plane that is not before the camera.
-    pub(crate) fn focus_metres(&self) -> Result<Option<f64>> {
-        let value = self.sign * self.plane;
+    /// A plane that is not in front of the camera.
+    pub(crate) fn focus_plane_m(&self) -> Result<Option<f64>> {
+        let value = self.sign * self.focus_plane;
+        let range_m = self.far_m - self.near_m;
         let metres = match self.math {
-            Math::Direct => return Ok(None),
-            Math::Depth => value * self.unit,
-            Math::FarZero => self.unit / value,
-            Math::FarOne => self.near / (1.0 - value),
-            Math::LinearFarOne => self.near + (self.far - self.near) * value,
-            Math::LinearFarZero => self.near + (self.far - self.near) * (1.0 - value),
+            DepthMath::Direct => return Ok(None),
+            DepthMath::Depth => value * self.metres_per_unit,
+            DepthMath::FarZero => self.metres_per_unit / value,
+            DepthMath::FarOne => self.near_m / (1.0 - value),
+            DepthMath::LinearFarOne => self.near_m + range_m * value,
+            DepthMath::LinearFarZero => self.near_m + range_m * (1.0 - value),
         };
         if metres > 0.0 {
             return Ok(Some(metres));
         }
         Err(Failure::failed(format!(
-            "Focus Plane (C): {} is {metres} m by this Depth Math; set it to a depth before the camera, or set Focus to Focus Distance.",
-            self.plane
+            "Focus Plane (C): {} is {metres} m by this Depth Math; set it to a depth in front of the camera, or set Focus to Focus Distance.",
+            self.focus_plane
         )))
     }
 
-    /// What is handed over in place of a sample; nothing where samples are as they are. `focus` is the vergence of the
-    /// focus plane, 1/m.
-    fn converted(&self, focus: f64) -> Option<impl Fn(f32) -> f32 + use<>> {
-        let Self {
-            math, sign, plane, ..
-        } = *self;
-        matches!(math, Math::FarOne | Math::Direct).then_some(move |sample: f32| {
-            let sample = f64::from(sample);
-            let value = match math {
-                Math::FarOne => 1.0 - sign * sample,
-                _ => focus + sign * (sample - plane),
-            };
-            // Beyond infinity is infinity; what is no number stays none, to be refused.
-            if value < 0.0 { 0.0 } else { value as f32 }
-        })
-    }
-
-    /// Vergence, 1/m, of a sample as it is handed over.
-    pub(crate) fn vergence(&self, sample: f32) -> f64 {
+    /// Returns the vergence, 1/m, of a sample after [`DepthConversion::apply`].
+    pub(crate) fn vergence_per_m(&self, sample: f32) -> f64 {
         let sample = f64::from(sample);
+        let range_m = self.far_m - self.near_m;
         let vergence = match self.math {
-            Math::Depth => 1.0 / (self.sign * self.unit * sample),
-            Math::FarZero => sample / (self.sign * self.unit),
-            Math::FarOne => sample / self.near,
-            Math::Direct => sample,
-            Math::LinearFarOne => 1.0 / (self.near + (self.far - self.near) * sample),
-            Math::LinearFarZero => 1.0 / (self.near + (self.far - self.near) * (1.0 - sample)),
+            DepthMath::Depth => 1.0 / (self.sign * self.metres_per_unit * sample),
+            DepthMath::FarZero => sample / (self.sign * self.metres_per_unit),
+            DepthMath::FarOne => sample / self.near_m,
+            DepthMath::Direct => sample,
+            DepthMath::LinearFarOne => 1.0 / (self.near_m + range_m * sample),
+            DepthMath::LinearFarZero => 1.0 / (self.near_m + range_m * (1.0 - sample)),
         };
-        // Nothing before the camera is infinity.
+        // Behind the camera counts as infinity.
         vergence.max(0.0)
     }
 
-    /// Whether it needs to be known where focus is.
-    pub(crate) fn needs_focus(&self) -> bool {
-        self.math == Math::Direct
+    /// Returns whether samples are relative to the focus plane.
+    pub(crate) fn is_relative_to_focus(&self) -> bool {
+        self.math == DepthMath::Direct
     }
 }
 
-/// Shares of red, green and blue in luminance (ITU-R BT.709).
-const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
-
-/// Depth samples of a picture as they are.
-pub(crate) struct Samples<'a> {
-    image: &'a Image<'a>,
-    channel: i32,
+/// Returns the meaning of depth samples of `encoding` after [`DepthConversion::apply`], for the core.
+pub(crate) fn depth_meaning(
+    knobs: &Knobs,
+    encoding: &DepthEncoding,
+    scale: PlateScale,
+) -> DepthMeaning {
+    DepthMeaning {
+        convention: encoding.convention(),
+        along_ray: unless_zero(knobs.number(&depth::RAY_FOCAL) * scale.x),
+    }
 }
 
-impl<'a> Samples<'a> {
-    /// Those of the channel that knobs say.
-    pub(crate) fn new(image: &'a Image<'a>, knobs: &Knobs) -> Self {
-        Self {
-            image,
-            channel: knobs.choice(&depth::CHANNEL),
+/// Conversion of depth samples to a convention of the core.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DepthConversion {
+    pub(crate) encoding: DepthEncoding,
+    /// Vergence of the focus plane, 1/m; used if depth is relative to it.
+    pub(crate) focus_per_m: f64,
+}
+
+impl DepthConversion {
+    /// Returns the converted sample. Depth beyond infinity becomes infinity; NaN stays, to be rejected.
+    fn apply(&self, sample: f32) -> f32 {
+        let DepthEncoding {
+            math,
+            sign,
+            focus_plane,
+            ..
+        } = self.encoding;
+        let value = match math {
+            DepthMath::FarOne => 1.0 - sign * f64::from(sample),
+            DepthMath::Direct => self.focus_per_m + sign * (f64::from(sample) - focus_plane),
+            _ => return sample,
+        };
+        if value < 0.0 { 0.0 } else { value as f32 }
+    }
+}
+
+/// Weights of red, green and blue in luminance (ITU-R BT.709).
+const LUMINANCE_WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Returns the depth sample of a pixel whose `channels` are given by `sample`. The `choice` is that of Depth Channel.
+fn depth_sample(
+    channels: usize,
+    choice: i32,
+    sample: impl Fn(usize) -> Option<f32>,
+) -> Option<f32> {
+    if channels == 1 {
+        return sample(0);
+    }
+    if choice == depth::LUMINANCE {
+        let terms = LUMINANCE_WEIGHTS.iter().enumerate();
+        return terms
+            .map(|(channel, weight)| Some(weight * sample(channel)?))
+            .sum();
+    }
+    sample(choice as usize)
+}
+
+/// Returns the depth sample of pixel (`x`, `y`) of the host, y up, as encoded; `None` outside the image.
+pub(crate) fn encoded_depth_at(samples: &Samples, knobs: &Knobs, x: i32, y: i32) -> Option<f32> {
+    let choice = knobs.choice(&depth::CHANNEL);
+    depth_sample(samples.channels(), choice, |channel| {
+        samples.get(x, y, channel)
+    })
+}
+
+/// One channel of a depth or holdout input, in plate coordinates. Outside its image it continues with the nearest pixel.
+pub(crate) struct InputChannel<'h> {
+    image: Rc<Image<'h>>,
+    map: PixelMap,
+    channel: i32,
+    conversion: Option<DepthConversion>,
+}
+
+impl<'h> InputChannel<'h> {
+    /// Creates the `channel` of `image`, a choice of the parameter `label`, read as depth where there is a `conversion`.
+    /// `None` if the field has no row in the image.
+    ///
+    /// # Errors
+    /// A channel that the image lacks.
+    pub(crate) fn new(
+        image: &Rc<Image<'h>>,
+        map: PixelMap,
+        channel: i32,
+        label: &str,
+        conversion: Option<DepthConversion>,
+    ) -> Result<Option<Self>> {
+        let channels = image.channels;
+        if channels != 1 && channel != depth::LUMINANCE && channel >= channels as i32 {
+            return Err(Failure::failed(format!(
+                "{label}: the image has {channels} channels and no {}; choose another channel.",
+                ["R", "G", "B", "A"][channel as usize % 4],
+            )));
+        }
+        let has_rows = PlateImage::new(image, map).is_some();
+        Ok(has_rows.then(|| Self {
+            image: Rc::clone(image),
+            map,
+            channel,
+            conversion,
+        }))
+    }
+
+    /// Returns a function that returns the converted sample of a plate pixel.
+    pub(crate) fn reader(&self) -> impl Fn((i32, i32)) -> f32 {
+        let view = PlateImage::new(&self.image, self.map);
+        move |pixel| {
+            let sample = view.and_then(|view| {
+                let pixel = view.nearest(pixel);
+                depth_sample(view.channels(), self.channel, |channel| {
+                    view.get(pixel, channel)
+                })
+            });
+            let sample = sample.unwrap_or(f32::NAN);
+            self.conversion
+                .map_or(sample, |conversion| conversion.apply(sample))
         }
     }
 
-    /// The sample of a pixel of the host's, nothing beyond the picture.
-    pub(crate) fn at(&self, (x, y): (i32, i32)) -> Option<f32> {
-        // With y down from row 0 of the host.
-        let plane = Plane::new(Default::default(), crate::geometry::Field::Whole);
-        let view = plane.image(self.image, 0, self.image.channels)?;
-        // SAFETY: the picture is held.
-        let pixels = unsafe { Pixels::new(view) };
-        sample(&pixels, self.channel, (x, -1 - y))
+    /// Returns the converted samples of the pixels of `rectangle`.
+    ///
+    /// # Errors
+    /// Not enough memory.
+    pub(crate) fn samples(&self, rectangle: Rectangle) -> Result<Vec<f32>> {
+        let reader = self.reader();
+        collect_samples(rectangle, 1, |pixel, _| reader(pixel))
     }
-}
-
-/// A depth sample of a picture of any channels.
-fn sample(pixels: &Pixels, channel: i32, place: (i32, i32)) -> Option<f32> {
-    if pixels.channels() == 1 {
-        return pixels.get(place, 0);
-    }
-    if channel == depth::LUMINANCE {
-        let parts = (0..3).map(|c| Some(LUMA[c as usize] * pixels.get(place, c)?));
-        return parts.sum();
-    }
-    pixels.get(place, channel as u32)
-}
-
-/// A picture of one channel: the host's own, or one that was made of it.
-pub(crate) struct Made {
-    pub(crate) image: SeidelImage,
-    _samples: Vec<f32>,
-}
-
-/// One channel of a picture for the library, read as depth where there is a `reading`. Nothing where the picture has no
-/// row that counts.
-///
-/// # Errors
-/// A channel that it has not; memory that ran out.
-pub(crate) fn channel_of(
-    (image, plane): (&Image, &Plane),
-    (channel, what): (i32, &str),
-    reading: Option<(&Reading, f64)>,
-) -> Result<Option<Made>> {
-    let channel = if image.channels == 1 { 0 } else { channel };
-    if channel != depth::LUMINANCE && channel >= image.channels as i32 {
-        return Err(Failure::failed(format!(
-            "{what}: the picture has {} channels, which is not enough for {}; choose another channel.",
-            image.channels,
-            ["R", "G", "B", "A"][channel as usize % 4],
-        )));
-    }
-    let converted = reading.and_then(|(reading, focus)| reading.converted(focus));
-    if channel != depth::LUMINANCE && converted.is_none() {
-        let view = plane.image(image, channel as u32, 1);
-        return Ok(view.map(|image| Made {
-            image,
-            _samples: Vec::new(),
-        }));
-    }
-    let Some(view) = plane.image(image, 0, image.channels) else {
-        return Ok(None);
-    };
-    let rect = view.rect;
-    // SAFETY: the picture is held.
-    let pixels = unsafe { Pixels::new(view) };
-    let mut samples = Vec::new();
-    let count = rect.width as usize * rect.height as usize;
-    samples
-        .try_reserve_exact(count)
-        .map_err(|_| Failure::memory(format!("{what}: no memory for {count} samples.")))?;
-    pixels.each(rect, |pixels, place| {
-        let value = sample(pixels, channel, place).unwrap_or(f32::NAN);
-        samples.push(converted.as_ref().map_or(value, |convert| convert(value)));
-    });
-    Ok(Some(Made {
-        image: SeidelImage {
-            data: samples.as_mut_ptr().cast(),
-            row_bytes: i64::from(rect.width) * 4,
-            pixel_bytes: 4,
-            channels: 1,
-            sample: SEIDEL_FLOAT,
-            ..view
-        },
-        _samples: samples,
-    }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn reading(math: Math, sign: f64) -> Reading {
-        Reading {
+    fn encoding(math: DepthMath, sign: f64) -> DepthEncoding {
+        DepthEncoding {
             math,
             sign,
-            unit: 0.5,
-            near: 2.0,
-            far: 10.0,
-            plane: sign * 0.25,
+            metres_per_unit: 0.5,
+            near_m: 2.0,
+            far_m: 10.0,
+            focus_plane: sign * 0.25,
+        }
+    }
+
+    fn conversion(math: DepthMath, sign: f64) -> DepthConversion {
+        DepthConversion {
+            encoding: encoding(math, sign),
+            focus_per_m: 0.5,
         }
     }
 
     #[test]
-    fn the_focus_plane_is_read_as_depth_is() {
+    fn the_focus_plane_is_encoded_as_depth_is() {
         let metres = |math, sign| {
-            reading(math, sign)
-                .focus_metres()
-                .expect("before the camera")
+            encoding(math, sign)
+                .focus_plane_m()
+                .expect("in front of the camera")
         };
         for sign in [1.0, -1.0] {
-            assert_eq!(metres(Math::Depth, sign), Some(0.125));
-            assert_eq!(metres(Math::FarZero, sign), Some(2.0));
-            assert_eq!(metres(Math::FarOne, sign), Some(2.0 / 0.75));
-            assert_eq!(metres(Math::Direct, sign), None);
+            assert_eq!(metres(DepthMath::Depth, sign), Some(0.125));
+            assert_eq!(metres(DepthMath::FarZero, sign), Some(2.0));
+            assert_eq!(metres(DepthMath::FarOne, sign), Some(2.0 / 0.75));
+            assert_eq!(metres(DepthMath::Direct, sign), None);
         }
-        assert_eq!(metres(Math::LinearFarOne, 1.0), Some(4.0));
-        assert_eq!(metres(Math::LinearFarZero, 1.0), Some(8.0));
-        let zero = |math| Reading {
-            plane: 0.0,
-            ..reading(math, 1.0)
+        assert_eq!(metres(DepthMath::LinearFarOne, 1.0), Some(4.0));
+        assert_eq!(metres(DepthMath::LinearFarZero, 1.0), Some(8.0));
+        let zero = |math| DepthEncoding {
+            focus_plane: 0.0,
+            ..encoding(math, 1.0)
         };
-        let endless = zero(Math::FarZero).focus_metres().expect("infinity");
-        assert_eq!(endless, Some(f64::INFINITY));
-        let failure = zero(Math::Depth).focus_metres().expect_err("in the camera");
+        let infinite = zero(DepthMath::FarZero).focus_plane_m().expect("infinity");
+        assert_eq!(infinite, Some(f64::INFINITY));
+        let failure = zero(DepthMath::Depth)
+            .focus_plane_m()
+            .expect_err("in the camera");
         assert!(failure.text.contains("Focus Plane (C)"));
     }
 
     #[test]
-    fn depth_counted_from_focus_or_far_is_turned_into_vergence() {
-        let far_one = reading(Math::FarOne, 1.0).converted(0.0).expect("turned");
+    fn depth_relative_to_focus_or_far_is_converted_to_vergence() {
+        let far_one = |sample| conversion(DepthMath::FarOne, 1.0).apply(sample);
         assert_eq!((far_one(0.0), far_one(1.0), far_one(1.5)), (1.0, 0.0, 0.0));
         assert!(far_one(f32::NAN).is_nan());
-        let backwards = reading(Math::FarOne, -1.0).converted(0.0).expect("turned");
-        assert_eq!(backwards(-0.75), 0.25);
-        let direct = reading(Math::Direct, 1.0).converted(0.5).expect("turned");
+        assert_eq!(conversion(DepthMath::FarOne, -1.0).apply(-0.75), 0.25);
+        let direct = |sample| conversion(DepthMath::Direct, 1.0).apply(sample);
         assert_eq!((direct(0.25), direct(0.75), direct(-9.0)), (0.5, 1.0, 0.0));
-        assert!(reading(Math::FarZero, 1.0).converted(0.5).is_none());
+        assert_eq!(conversion(DepthMath::FarZero, 1.0).apply(-3.0), -3.0);
+    }
+
+    #[test]
+    fn luminance_needs_three_channels_and_single_channels_any_choice() {
+        let pixel = [1.0, 0.5, 0.25, 9.0];
+        let sample = |choice| depth_sample(4, choice, |channel| pixel.get(channel).copied());
+        assert_eq!(sample(3), Some(9.0));
+        assert_eq!(
+            sample(depth::LUMINANCE),
+            Some(0.2126 + 0.7152 * 0.5 + 0.0722 * 0.25)
+        );
+        assert_eq!(depth_sample(1, 2, |_| Some(7.0)), Some(7.0));
+        assert_eq!(depth_sample(1, 2, |_| None), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What the binary exports, and the plugin's main entry.
+//! The exports of the binary, and the main entry of the plugin.
 
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::ptr::null_mut;
@@ -8,12 +8,13 @@ use crate::sys::plugin::{STATUS_FAILED, STATUS_OK};
 use crate::sys::{Handle, OfxHost, OfxPlugin, OfxStatus};
 use crate::{actions, host};
 
-/// Never changed: projects keep it. Dots alone: some hosts rewrite other marks.
+/// Identifier of the plugin. Projects store it, so that it never changes. It has dots alone, since some hosts replace other
+/// punctuation.
 pub(crate) const IDENTIFIER: &CStr = c"org.seidel.lensblur";
 
-/// Grows when the same knobs make another picture; hosts keep versions apart.
+/// Major version: grows when the same parameters give another image. Hosts keep major versions apart.
 const MAJOR: u32 = 1;
-/// Grows with repairs.
+/// Minor version: grows with corrections.
 const MINOR: u32 = 0;
 
 static PLUGIN: OfxPlugin = OfxPlugin {
@@ -26,34 +27,35 @@ static PLUGIN: OfxPlugin = OfxPlugin {
     main_entry: Some(main_entry),
 };
 
-/// How many plugins the binary holds.
+/// Returns the number of plugins in the binary.
 #[unsafe(no_mangle)]
 #[allow(non_snake_case)]
 pub extern "C" fn OfxGetNumberOfPlugins() -> c_int {
     1
 }
 
-/// The plugin; NULL for any other than the first.
+/// Returns the plugin `nth`, which is NULL for any but the first.
 #[unsafe(no_mangle)]
 #[allow(non_snake_case)]
 pub extern "C" fn OfxGetPlugin(nth: c_int) -> *mut OfxPlugin {
-    match nth {
-        // Hosts read it; the pointer is not const in the standard only.
-        0 => (&raw const PLUGIN).cast_mut(),
-        _ => null_mut(),
+    if nth == 0 {
+        // Hosts only read it, although the pointer of the standard is not const.
+        (&raw const PLUGIN).cast_mut()
+    } else {
+        null_mut()
     }
 }
 
-/// Gets the host before anything else (since 1.4; Fusion wants it to be there).
+/// Receives the host before any other call (since OpenFX 1.4; Fusion requires this export).
 #[unsafe(no_mangle)]
 #[allow(non_snake_case)]
-pub extern "C" fn OfxSetHost(given: *const OfxHost) -> OfxStatus {
-    host::set_host(given.cast_mut());
+pub extern "C" fn OfxSetHost(host: *const OfxHost) -> OfxStatus {
+    host::set_host(host.cast_mut());
     STATUS_OK
 }
 
-unsafe extern "C" fn set_host(given: *mut OfxHost) {
-    host::set_host(given);
+unsafe extern "C" fn set_host(host: *mut OfxHost) {
+    host::set_host(host);
 }
 
 unsafe extern "C" fn main_entry(
@@ -62,13 +64,13 @@ unsafe extern "C" fn main_entry(
     inputs: Handle,
     outputs: Handle,
 ) -> OfxStatus {
-    let done = host::catch_panic(|| {
+    let status = host::catch_panic(|| {
         if action.is_null() {
             return STATUS_FAILED;
         }
-        // SAFETY: hosts give the name of an action, a text with a zero at its end.
+        // SAFETY: the host passes the name of an action as a C string.
         let action = unsafe { CStr::from_ptr(action) };
         actions::perform(action, handle.cast_mut(), inputs, outputs)
     });
-    done.unwrap_or(STATUS_FAILED)
+    status.unwrap_or(STATUS_FAILED)
 }

@@ -1,4 +1,4 @@
-//! Things read from files, kept for as long as the files stay as they are. All instances share them.
+//! Values read from files, cached until the files change. All instances share them.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,40 +7,42 @@ use std::time::SystemTime;
 
 use crate::host::Result;
 
-/// What tells a file that was changed: when, and its length.
+/// Modification time and length of a file, by which a change is noticed; `None` if they are unknown.
 type Stamp = Option<(SystemTime, u64)>;
 
 fn stamp_of(file: &Path) -> Stamp {
-    let about = std::fs::metadata(file).ok()?;
-    Some((about.modified().ok()?, about.len()))
+    let metadata = std::fs::metadata(file).ok()?;
+    Some((metadata.modified().ok()?, metadata.len()))
 }
 
-struct Kept<V> {
+struct Entry<V> {
     stamp: Stamp,
     reloads: i32,
     value: Arc<V>,
 }
 
-/// Things that are kept. More than these are read again.
-const MOST: usize = 32;
+/// Number of entries at which a new one empties the cache. A project uses a few.
+const CAPACITY: usize = 32;
 
-/// Things by what they were read from.
-pub(crate) struct Shelf<K, V>(Mutex<BTreeMap<K, Kept<V>>>);
+/// A cache of values read from files.
+pub(crate) struct FileCache<K, V>(Mutex<BTreeMap<K, Entry<V>>>);
 
-impl<K: Ord + Clone, V> Shelf<K, V> {
+impl<K: Ord + Clone, V> FileCache<K, V> {
+    /// Creates an empty cache.
     pub(crate) const fn new() -> Self {
         Self(Mutex::new(BTreeMap::new()))
     }
 
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<K, Kept<V>>> {
-        // The map is whole wherever a thread may have died.
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<K, Entry<V>>> {
+        // No code panics halfway through a change of the map.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What `key` stands for; `read` again where its `file` is another than it was, or where `reloads` is.
+    /// Returns the value of `key`, and calls `read` for it if it is not cached, if its `file` has changed, or if `reloads`
+    /// differs from that of the cached value.
     ///
     /// # Errors
-    /// Those of `read`; what was read before is not given in its place.
+    /// Those of `read`. An older value does not take the place of one that cannot be read.
     pub(crate) fn get(
         &self,
         key: &K,
@@ -49,37 +51,37 @@ impl<K: Ord + Clone, V> Shelf<K, V> {
         read: impl FnOnce() -> Result<V>,
     ) -> Result<Arc<V>> {
         let stamp = file.and_then(stamp_of);
-        if let Some(kept) = self.lock().get(key) {
-            let same = kept.stamp == stamp && kept.reloads == reloads && stamp.is_some();
-            if same || file.is_none() {
-                return Ok(Arc::clone(&kept.value));
+        if let Some(entry) = self.lock().get(key) {
+            let is_current = entry.stamp == stamp && entry.reloads == reloads && stamp.is_some();
+            if is_current || file.is_none() {
+                return Ok(Arc::clone(&entry.value));
             }
         }
-        // Without the lock: others go on meanwhile.
+        // Read without the lock, which other renders may need meanwhile.
         let value = Arc::new(read()?);
-        let kept = Kept {
+        let entry = Entry {
             stamp,
             reloads,
             value: Arc::clone(&value),
         };
-        let gone = {
-            let mut all = self.lock();
-            let full = all.len() >= MOST && !all.contains_key(key);
-            let gone = if full {
-                std::mem::take(&mut *all)
+        let removed = {
+            let mut entries = self.lock();
+            let is_full = entries.len() >= CAPACITY && !entries.contains_key(key);
+            let all = if is_full {
+                std::mem::take(&mut *entries)
             } else {
                 BTreeMap::new()
             };
-            (gone, all.insert(key.clone(), kept))
+            (all, entries.insert(key.clone(), entry))
         };
-        // What nobody holds ends outside the lock.
-        drop(gone);
+        // Values are dropped without the lock.
+        drop(removed);
         Ok(value)
     }
 
-    /// Lets go of all; what is in use lives on until it is not.
-    pub(crate) fn forget(&self) {
-        let gone = std::mem::take(&mut *self.lock());
-        drop(gone);
+    /// Empties the cache. Values in use live on until they are dropped.
+    pub(crate) fn clear(&self) {
+        let removed = std::mem::take(&mut *self.lock());
+        drop(removed);
     }
 }

@@ -1,25 +1,26 @@
-//! Seidel's OpenFX plugin: actions, knobs, clips and host suites on top of the C ABI of `seidel-plugin`.
+//! Seidel's OpenFX plugin: actions, parameters, clips and host suites around `seidel-core`.
 //!
-//! `sys` is the ABI of OpenFX as it is, `host` the same behind safe names. `actions` holds what hosts ask for, one action
-//! a file; `knobs` and `clips` what they are shown; `rendering` turns a frame of theirs into a plate of the library's,
-//! `colour` its codes into light.
-//! Every function that a host calls goes through `host::catch_panic`: no panic leaves the plugin.
+//! Arrows point one way: `actions` (one action a file) and `overlay` use `rendering`, which reads a frame of the host as a
+//! plate and renders it; `rendering` uses `settings`, `depth`, `geometry`, `colour` and `lens`; these use `knobs` and
+//! `host`, the host behind safe functions; `host` uses `sys`, the ABI of OpenFX. `unsafe` is in the last two and `overlay`.
+//! Every function that a host calls goes through `host::catch_panic`, so that no panic leaves the plugin.
 
 mod actions;
 mod clips;
 mod colour;
 mod depth;
 mod entry;
-mod ffi;
+mod errors;
+mod file_cache;
 mod geometry;
 mod host;
-mod kept;
 mod knobs;
 mod lens;
 mod overlay;
-mod pixels;
+mod plate_image;
 mod rendering;
-mod setup;
+mod settings;
 pub mod sys;
+mod threads;
 
 pub use entry::{OfxGetNumberOfPlugins, OfxGetPlugin, OfxSetHost};

@@ -1,136 +1,119 @@
-//! Samples of pictures, pixel by pixel, for the little that is done beside the library.
+//! Images of the host in plate coordinates.
 
-use half::f16;
-use seidel_c::{SEIDEL_HALF, SeidelImage, SeidelRect};
+use seidel_core::Rectangle;
 
-/// A picture whose samples can be read, or written if it is an output.
+use crate::geometry::PixelMap;
+use crate::host::{Failure, Image, Result, Samples};
+
+/// An image of the host in plate coordinates: y down from the top of the format, and of a field its own rows. It can be
+/// written if it is an output.
 #[derive(Clone, Copy)]
-pub(crate) struct Pixels {
-    image: SeidelImage,
+pub(crate) struct PlateImage<'a> {
+    samples: Samples<'a>,
+    map: PixelMap,
+    rectangle: Rectangle,
 }
 
-impl Pixels {
-    /// Those of `image`.
-    ///
-    /// # Safety
-    /// Its samples must stay good for as long as this is used.
-    pub(crate) unsafe fn new(image: SeidelImage) -> Self {
-        Self { image }
+impl<'a> PlateImage<'a> {
+    /// Creates the view of `image` through `map`, or `None` if the field has no row in the image.
+    pub(crate) fn new(image: &'a Image, map: PixelMap) -> Option<Self> {
+        Self::of_samples(image.samples(), map)
     }
 
-    pub(crate) fn channels(&self) -> u32 {
-        self.image.channels
-    }
-
-    /// The pixel nearest to a place.
-    pub(crate) fn nearest(&self, (x, y): (i32, i32)) -> (i32, i32) {
-        let rect = self.image.rect;
-        let (right, bottom) = (rect.left + rect.width - 1, rect.top + rect.height - 1);
-        (x.clamp(rect.left, right), y.clamp(rect.top, bottom))
-    }
-
-    /// The picture of `rect` alone, which must lie in it.
-    pub(crate) fn part(&self, rect: SeidelRect) -> SeidelImage {
-        let own = self.image.rect;
-        let offset = i64::from(rect.top - own.top) * self.image.row_bytes
-            + i64::from(rect.left - own.left) * i64::from(self.image.pixel_bytes);
-        let first = self
-            .image
-            .data
-            .cast::<u8>()
-            .wrapping_offset(offset as isize);
-        SeidelImage {
-            data: first.cast(),
-            rect,
-            ..self.image
-        }
-    }
-
-    /// The address of a sample, nothing where the picture has none.
-    fn at(&self, (x, y): (i32, i32), channel: u32) -> Option<*mut u8> {
-        let rect = self.image.rect;
-        let (column, row) = (x - rect.left, y - rect.top);
-        let inside = (0..rect.width).contains(&column) && (0..rect.height).contains(&row);
-        if !inside || channel >= self.image.channels {
-            return None;
-        }
-        let bytes = if self.is_half() { 2 } else { 4 };
-        let offset = i64::from(row) * self.image.row_bytes
-            + i64::from(column) * i64::from(self.image.pixel_bytes)
-            + i64::from(channel * bytes);
-        Some(
-            self.image
-                .data
-                .cast::<u8>()
-                .wrapping_offset(offset as isize),
-        )
-    }
-
-    fn is_half(&self) -> bool {
-        self.image.sample == SEIDEL_HALF
-    }
-
-    /// A sample; nothing beyond the picture and its channels.
-    pub(crate) fn get(&self, place: (i32, i32), channel: u32) -> Option<f32> {
-        let at = self.at(place, channel)?;
-        Some(if self.is_half() {
-            // SAFETY: within the picture, which its maker vouched for; at any address.
-            f16::from_bits(unsafe { at.cast::<u16>().read_unaligned() }).to_f32()
-        } else {
-            // SAFETY: as above.
-            unsafe { at.cast::<f32>().read_unaligned() }
+    pub(crate) fn of_samples(samples: Samples<'a>, map: PixelMap) -> Option<Self> {
+        let rectangle = map.rectangle(samples.bounds());
+        (rectangle.pixel_count() > 0).then_some(Self {
+            samples,
+            map,
+            rectangle,
         })
     }
 
-    /// Sets a sample of an output; beyond it nothing.
-    pub(crate) fn put(&self, place: (i32, i32), channel: u32, value: f32) {
-        let Some(at) = self.at(place, channel) else {
-            return;
-        };
-        if self.is_half() {
-            // SAFETY: as above, of an output.
-            unsafe {
-                at.cast::<u16>()
-                    .write_unaligned(f16::from_f32(value).to_bits())
-            };
-        } else {
-            // SAFETY: as above.
-            unsafe { at.cast::<f32>().write_unaligned(value) };
-        }
+    /// Number of channels.
+    pub(crate) fn channels(&self) -> usize {
+        self.samples.channels()
     }
 
-    /// Does `change` with every pixel of `rect` that there is.
-    pub(crate) fn each(&self, rect: SeidelRect, mut change: impl FnMut(&Self, (i32, i32))) {
-        let own = self.image.rect;
-        let rows = rect.top.max(own.top)..(rect.top + rect.height).min(own.top + own.height);
-        for y in rows {
-            let columns =
-                rect.left.max(own.left)..(rect.left + rect.width).min(own.left + own.width);
-            for x in columns {
-                change(self, (x, y));
+    /// The pixels that exist.
+    pub(crate) fn rectangle(&self) -> Rectangle {
+        self.rectangle
+    }
+
+    /// Returns a sample, or `None` outside the image and its channels.
+    pub(crate) fn get(&self, pixel: (i32, i32), channel: usize) -> Option<f32> {
+        let (x, y) = self.map.frame_pixel(pixel.0, pixel.1);
+        self.samples.get(x, y, channel)
+    }
+
+    /// Sets a sample of an output; does nothing outside the image and its channels.
+    pub(crate) fn set(&self, pixel: (i32, i32), channel: usize, value: f32) {
+        let (x, y) = self.map.frame_pixel(pixel.0, pixel.1);
+        self.samples.set(x, y, channel, value);
+    }
+
+    /// Returns the pixel of the image that is nearest to `pixel`.
+    pub(crate) fn nearest(&self, pixel: (i32, i32)) -> (i32, i32) {
+        let (columns, rows) = (self.rectangle.columns(), self.rectangle.rows());
+        (
+            pixel.0.clamp(columns.start, columns.end - 1),
+            pixel.1.clamp(rows.start, rows.end - 1),
+        )
+    }
+
+    /// Returns the pixels of the image that lie in `rectangle`, row by row.
+    pub(crate) fn pixels_in(
+        &self,
+        rectangle: Rectangle,
+    ) -> impl Iterator<Item = (i32, i32)> + use<> {
+        let shared = self.rectangle.intersection(&rectangle);
+        shared.into_iter().flat_map(pixels_of)
+    }
+
+    /// Copies the pixels of `from` over `rectangle`; zero where it has none.
+    pub(crate) fn copy(&self, from: &Self, rectangle: Rectangle) {
+        for pixel in self.pixels_in(rectangle) {
+            for channel in 0..self.channels() {
+                self.set(pixel, channel, from.get(pixel, channel).unwrap_or(0.0));
             }
         }
     }
 
-    /// Puts what `from` has over `rect`, zero where it has nothing.
-    pub(crate) fn copy(&self, from: &Self, rect: SeidelRect) {
-        self.each(rect, |to, place| {
-            for channel in 0..to.channels() {
-                to.put(place, channel, from.get(place, channel).unwrap_or(0.0));
+    /// Sets the pixels of `rectangle` that do not lie in `spared` to zero.
+    pub(crate) fn clear_outside(&self, spared: Rectangle, rectangle: Rectangle) {
+        for pixel in self.pixels_in(rectangle) {
+            if !spared.contains(pixel.0, pixel.1) {
+                for channel in 0..self.channels() {
+                    self.set(pixel, channel, 0.0);
+                }
             }
-        });
+        }
     }
+}
 
-    /// Puts zero over `rect` but for what lies in `spared`.
-    pub(crate) fn clear(&self, rect: SeidelRect, spared: SeidelRect) {
-        let inside = |(x, y): (i32, i32)| {
-            (spared.left..spared.left + spared.width).contains(&x)
-                && (spared.top..spared.top + spared.height).contains(&y)
-        };
-        self.each(rect, |to, place| {
-            if !inside(place) {
-                (0..to.channels()).for_each(|channel| to.put(place, channel, 0.0));
-            }
-        });
+/// Returns the pixels of `rectangle`, row by row.
+pub(crate) fn pixels_of(rectangle: Rectangle) -> impl Iterator<Item = (i32, i32)> {
+    let pixels_of_row = move |y| rectangle.columns().map(move |x| (x, y));
+    rectangle.rows().flat_map(pixels_of_row)
+}
+
+/// Returns a value for each pixel of `rectangle` and each of its `channels`, interleaved, row by row.
+///
+/// # Errors
+/// Not enough memory.
+pub(crate) fn collect_samples(
+    rectangle: Rectangle,
+    channels: usize,
+    sample: impl Fn((i32, i32), usize) -> f32,
+) -> Result<Vec<f32>> {
+    let count = rectangle.pixel_count() * channels;
+    let mut samples = Vec::new();
+    samples.try_reserve_exact(count).map_err(|_| {
+        Failure::memory(format!(
+            "Not enough memory for {count} samples; render at a lower resolution."
+        ))
+    })?;
+    for pixel in pixels_of(rectangle) {
+        samples.extend((0..channels).map(|channel| sample(pixel, channel)));
     }
+    Ok(samples)
 }

@@ -1,32 +1,170 @@
-//! Knobs as settings of the library.
+//! Parameters as settings of the core.
 
-use seidel_c::{SEIDEL_ALPHA_UNPREMULTIPLIED, SEIDEL_QUALITY_DRAFT, SeidelSettings};
+use seidel_core::{
+    ChannelScale, Controls, Displacement, Edges, FocusControls, Grain, Lens, ObjectDistance,
+    OcclusionSettings, PlateGeometry, Quality, Rectangle, RemovalSettings, Saturation, Settings,
+};
 
-use crate::depth::Reading;
-use crate::ffi;
-use crate::geometry::{Field, Scale};
+use crate::depth::DepthEncoding;
+use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
 use crate::knobs::{Knobs, depth, focus, lens, remove, render};
-use crate::lens::Info;
 
-/// Settings with what they point to.
-pub(crate) struct Setup {
-    settings: SeidelSettings,
-    channel_scales: Vec<f64>,
+/// Whether the host asks for a draft, which the user may allow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum HostQuality {
+    Full,
+    Draft,
 }
 
-/// What of a render settings depend on beside knobs.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Circumstances {
-    /// Of the whole frame.
-    pub(crate) scale: Scale,
-    pub(crate) field: Field,
-    pub(crate) unpremultiplied: bool,
-    /// Whether the host wants no more than a draft.
-    pub(crate) draft: bool,
-    pub(crate) threads: u32,
+/// Returns the settings for the lens `profile`.
+///
+/// # Errors
+/// Parameters that the lens cannot follow, by name.
+pub(crate) fn settings(
+    knobs: &Knobs,
+    profile: &Lens,
+    scale: PlateScale,
+    quality: HostQuality,
+) -> Result<Settings> {
+    let mut settings = Settings::default();
+    settings.amount = knobs.number(&lens::AMOUNT);
+    settings.channel_scales = channel_scales(knobs, profile)?;
+    settings.displacement = match knobs.choice(&lens::GEOMETRY) {
+        0 => Displacement::None,
+        1 => Displacement::Lateral,
+        _ => Displacement::Full,
+    };
+    let focus_distance = focus_distance_m(knobs)?;
+    settings.controls = Controls {
+        focus_distance: focus_distance.map(ObjectDistance::metres).transpose()?,
+        f_number: unless_zero(knobs.number(&lens::F_STOP)),
+        sensor_shift_um: unless_zero(knobs.number(&lens::SENSOR_SHIFT)),
+    };
+    settings.focus = FocusControls {
+        focus_per_m: None,
+        depth_of_field_m: knobs.number(&focus::DEPTH_OF_FIELD),
+        front: knobs.number(&focus::FRONT),
+        back: knobs.number(&focus::BACK),
+        maximum_px: unless_zero(knobs.number(&focus::MAX_SIZE) * scale.y),
+    };
+    let (right, up) = knobs.pair(&lens::AXIS_OFFSET);
+    settings.axis_offset_px = (right * scale.x, -up * scale.y + scale.row_offset);
+    settings.quality = match knobs.choice(&render::QUALITY) {
+        _ if quality == HostQuality::Draft && knobs.is_on(&render::AUTO_DRAFT) => Quality::Draft,
+        0 => Quality::Draft,
+        1 => Quality::Final,
+        _ => Quality::Exact,
+    };
+    settings.edges = match knobs.choice(&render::EDGES) {
+        0 => Edges::Mirror,
+        1 => Edges::Black,
+        _ => Edges::Extend,
+    };
+    settings.occlusion = (knobs.is_on(&render::OCCLUSION)).then(|| OcclusionSettings {
+        fill_foreground: knobs.is_on(&render::FILL_FOREGROUND),
+        blur_inside: knobs.is_on(&render::BLUR_INSIDE),
+    });
+    settings.removal = removal(knobs);
+    Ok(settings)
 }
 
+fn removal(knobs: &Knobs) -> RemovalSettings {
+    RemovalSettings {
+        noise: unless_zero(knobs.number(&remove::NOISE))
+            .into_iter()
+            .collect(),
+        saturation: match knobs.choice(&remove::CLIP) {
+            0 => Saturation::Told,
+            1 => Saturation::Never,
+            _ => Saturation::From(knobs.number(&remove::CLIP_LEVEL)),
+        },
+        strength: knobs.number(&remove::STRENGTH),
+        grain: if knobs.choice(&remove::GRAIN) == 0 {
+            Grain::Keep
+        } else {
+            Grain::Solved
+        },
+    }
+}
+
+/// Returns the place of a plate with these pixels in the frame of the lens.
+pub(crate) fn plate_geometry(
+    knobs: &Knobs,
+    scale: PlateScale,
+    format: Rectangle,
+    extent: Rectangle,
+) -> PlateGeometry {
+    PlateGeometry {
+        display: format,
+        data: extent,
+        pixel_aspect: scale.y / scale.x,
+        lens_scale: unless_zero(knobs.number(&lens::LENS_SCALE) * scale.y),
+    }
+}
+
+/// Returns the distance of everything where no depth pass is used, metres.
+pub(crate) fn plate_distance_m(knobs: &Knobs) -> f64 {
+    metres(knobs.number(&depth::DISTANCE))
+}
+
+/// Returns the vergence of the focus plane, 1/m.
+///
+/// # Errors
+/// A lens whose focus distance is not known, left as measured.
+pub(crate) fn focus_vergence_per_m(knobs: &Knobs, profile: &Lens) -> Result<f64> {
+    let distance = focus_distance_m(knobs)?.or_else(|| measured_focus_m(profile));
+    let distance = distance.ok_or_else(|| {
+        Failure::failed(
+            "Focus: the distance at which the lens was focused is not known; set Focus to Focus Distance.",
+        )
+    })?;
+    Ok(1.0 / distance)
+}
+
+/// Returns the distance at which the lens was focused when it was measured, metres, if it is known.
+pub(crate) fn measured_focus_m(profile: &Lens) -> Option<f64> {
+    let focus = profile.profile().camera.focus_distance;
+    focus.vergence_per_m().map(|vergence| 1.0 / vergence)
+}
+
+/// Returns the distance at which the lens is to be focused, metres, or `None` for that of the measurement.
+fn focus_distance_m(knobs: &Knobs) -> Result<Option<f64>> {
+    Ok(match knobs.choice(&focus::FOCUS) {
+        focus::AT_DISTANCE => Some(metres(knobs.number(&focus::DISTANCE))),
+        focus::AT_DEPTH => DepthEncoding::new(knobs).focus_plane_m()?,
+        _ => None,
+    })
+}
+
+/// Returns the scale of each channel of the lens, or none if all are 1.
+fn channel_scales(knobs: &Knobs, profile: &Lens) -> Result<Vec<ChannelScale>> {
+    let scales = [
+        ("R", knobs.number(&lens::RED_SCALE)),
+        ("G", knobs.number(&lens::GREEN_SCALE)),
+        ("B", knobs.number(&lens::BLUE_SCALE)),
+    ];
+    if scales.iter().all(|(_, scale)| *scale == 1.0) {
+        return Ok(Vec::new());
+    }
+    let channels = profile.predictor().channel_names();
+    let scale_of = |channel: &String| {
+        let (_, scale) = scales.iter().find(|(name, _)| name == channel)?;
+        Some(ChannelScale {
+            channel: channel.clone(),
+            scale: *scale,
+        })
+    };
+    let all: Option<Vec<_>> = channels.iter().map(scale_of).collect();
+    all.ok_or_else(|| {
+        Failure::failed(format!(
+            "Red, Green and Blue Scale: the lens has the channels {}; set them to 1.",
+            channels.join(", ")
+        ))
+    })
+}
+
+/// The metres of a distance parameter, whose upper end stands for infinity.
 fn metres(value: f64) -> f64 {
     if value >= depth::INFINITE_DISTANCE {
         f64::INFINITY
@@ -35,123 +173,7 @@ fn metres(value: f64) -> f64 {
     }
 }
 
-/// NaN, "as it is", for a knob that stands at zero.
-fn unless_zero(value: f64) -> f64 {
-    if value == 0.0 { f64::NAN } else { value }
-}
-
-impl Setup {
-    /// Those for a lens.
-    ///
-    /// # Errors
-    /// Knobs that cannot be so, by name.
-    pub(crate) fn new(knobs: &Knobs, info: &Info, about: &Circumstances) -> Result<Self> {
-        let mut settings = ffi::settings()?;
-        let scales = channel_scales(knobs, info)?;
-        settings.amount = knobs.number(&lens::AMOUNT);
-        settings.channel_scales = scales.as_ptr();
-        settings.channel_scale_count = scales.len() as u32;
-        settings.geometry = knobs.choice(&lens::GEOMETRY) as u32;
-        settings.f_number = unless_zero(knobs.number(&lens::F_STOP));
-        settings.sensor_shift_um = unless_zero(knobs.number(&lens::SENSOR_SHIFT));
-        settings.depth_of_field = knobs.number(&focus::DEPTH_OF_FIELD);
-        settings.front_multiplier = knobs.number(&focus::FRONT);
-        settings.back_multiplier = knobs.number(&focus::BACK);
-        settings.quality = knobs.choice(&render::QUALITY) as u32;
-        if about.draft && knobs.is_on(&render::AUTO_DRAFT) {
-            settings.quality = SEIDEL_QUALITY_DRAFT;
-        }
-        settings.edges = knobs.choice(&render::EDGES) as u32;
-        settings.occlusion = u32::from(knobs.is_on(&render::OCCLUSION));
-        settings.fill_foreground = u32::from(knobs.is_on(&render::FILL_FOREGROUND));
-        settings.blur_inside = u32::from(knobs.is_on(&render::BLUR_INSIDE));
-        if about.unpremultiplied {
-            settings.alpha = SEIDEL_ALPHA_UNPREMULTIPLIED;
-        }
-        settings.scrub = u32::from(knobs.is_on(&render::SCRUB));
-        settings.distance = metres(knobs.number(&depth::DISTANCE));
-        Reading::new(knobs).put(&mut settings);
-        settings.focus_distance = focus_distance(knobs)?.unwrap_or(f64::NAN);
-        settings.strength = knobs.number(&remove::STRENGTH);
-        settings.grain = knobs.choice(&remove::GRAIN) as u32;
-        settings.noise[0] = unless_zero(knobs.number(&remove::NOISE));
-        settings.clip = knobs.choice(&remove::CLIP) as u32;
-        settings.clip_level = knobs.number(&remove::CLIP_LEVEL);
-        settings.threads = about.threads;
-        lengths(&mut settings, knobs, about);
-        Ok(Self {
-            settings,
-            channel_scales: scales,
-        })
-    }
-
-    /// What its pointer to scales points to.
-    pub(crate) fn scales(&self) -> &[f64] {
-        &self.channel_scales
-    }
-
-    /// Good as long as this is.
-    pub(crate) fn settings(&self) -> &SeidelSettings {
-        &self.settings
-    }
-}
-
-/// What is counted in pixels: knobs count at full resolution.
-fn lengths(settings: &mut SeidelSettings, knobs: &Knobs, about: &Circumstances) {
-    let Scale { x, y } = about.scale;
-    // A field has half the rows; its rows lie a quarter of one off the middle of the two that they stand for.
-    let (y, shift) = match about.field {
-        Field::Whole => (y, 0.0),
-        Field::Lower => (y / 2.0, -0.25),
-        Field::Upper => (y / 2.0, 0.25),
-    };
-    settings.pixel_aspect = y / x;
-    let (right, up) = knobs.pair(&lens::AXIS_OFFSET);
-    settings.axis_offset_x = right * x;
-    settings.axis_offset_y = -up * y + shift;
-    settings.lens_scale = unless_zero(knobs.number(&lens::LENS_SCALE) * y);
-    settings.maximum_size = unless_zero(knobs.number(&focus::MAX_SIZE) * y);
-    settings.along_ray = unless_zero(knobs.number(&depth::RAY_FOCAL) * x);
-}
-
-/// What the lens is to be focused at, nothing for what it was.
-fn focus_distance(knobs: &Knobs) -> Result<Option<f64>> {
-    Ok(match knobs.choice(&focus::FOCUS) {
-        focus::AT_DISTANCE => Some(metres(knobs.number(&focus::DISTANCE))),
-        focus::AT_DEPTH => Reading::new(knobs).focus_metres()?,
-        _ => None,
-    })
-}
-
-/// Vergence of the focus plane, 1/m.
-///
-/// # Errors
-/// A lens of which it is not known.
-pub(crate) fn focus_vergence(knobs: &Knobs, info: &Info) -> Result<f64> {
-    let distance = focus_distance(knobs)?.unwrap_or(info.focus_distance);
-    if distance.is_nan() {
-        return Err(Failure::failed(
-            "Focus: it is not known what the lens was focused at; set Focus to Focus Distance.",
-        ));
-    }
-    Ok(1.0 / distance)
-}
-
-fn channel_scales(knobs: &Knobs, info: &Info) -> Result<Vec<f64>> {
-    let scales = [&lens::RED_SCALE, &lens::GREEN_SCALE, &lens::BLUE_SCALE];
-    let scales = scales.map(|knob| knobs.number(knob));
-    if scales == [1.0; 3] {
-        return Ok(Vec::new());
-    }
-    let of = |name: &String| {
-        let index = ["R", "G", "B"].iter().position(|own| own == name);
-        index.map(|index| scales[index])
-    };
-    let all: Option<Vec<f64>> = info.channels.iter().map(of).collect();
-    all.ok_or_else(|| {
-        Failure::failed(format!(
-            "Red, Green and Blue Scale: the lens has the channels {}; set them to 1.",
-            info.channels.join(", ")
-        ))
-    })
+/// The value of a parameter at which zero stands for "as it is".
+pub(crate) fn unless_zero(value: f64) -> Option<f64> {
+    (value != 0.0).then_some(value)
 }

@@ -1,25 +1,21 @@
-//! Whether the plate shows the blur of the lens, asked by the user.
+//! The button Check Lens: whether the plate shows the blur of its lens.
 
-use std::ffi::c_void;
-use std::ptr::null;
+use std::sync::Arc;
 
-use seidel_c::{SeidelCallbacks, SeidelPlate, SeidelStatus, seidel_check_lens};
+use seidel_core::{LensSession, Plate};
 
-use super::Call;
-use super::render::chosen_lens;
-use crate::colour::Codes;
-use crate::ffi;
-use crate::host::{Failure, ParameterValue, Result, show_information};
+use crate::host::{Call, Failure, ParameterValue, Result, show_information};
 use crate::knobs::{Knobs, lens};
-use crate::pixels::Pixels;
-use crate::rendering::{Copied, Frame, Inputs, is_unpremultiplied, progress};
-use crate::setup::{Circumstances, Setup};
-use crate::sys::effect::CLIP_SOURCE;
+use crate::lens::chosen_lens;
+use crate::plate_image::PlateImage;
+use crate::rendering::{Frame, Inputs, Source};
+use crate::settings::{HostQuality, plate_geometry, settings};
+use crate::threads;
 
-/// Compares the blur of the source with the lens's, sets Amount to what the source shows where that is less, and says what
-/// was found, or why nothing was. Only for the main thread.
-pub(super) fn check(call: &Call, time: f64) {
-    let text = match checked(call, time) {
+/// Compares the blur of the source with that of the lens and reports the result to the user. Reduces Amount to what the
+/// source shows where that is less. Called on the main thread only, since it changes parameters.
+pub(super) fn check(call: &Call) {
+    let text = match result(call) {
         Ok(Some(text)) => text,
         Ok(None) => return,
         Err(failure) => failure.text,
@@ -27,77 +23,46 @@ pub(super) fn check(call: &Call, time: f64) {
     show_information(call.host, call.effect.handle, &text);
 }
 
-/// What was found; nothing where the host wanted it no more.
-fn checked(call: &Call, time: f64) -> Result<Option<String>> {
-    let knobs = Knobs::at(&call.effect, time);
-    let clip = call.effect.clip(CLIP_SOURCE);
-    let source = clip.as_ref().map_or(Ok(None), |clip| clip.image(time))?;
-    let (Some(clip), Some(source)) = (&clip, &source) else {
+/// Returns the result in words, or `None` if the host aborted.
+fn result(call: &Call) -> Result<Option<String>> {
+    let knobs = Knobs::at(&call.effect, call.time());
+    let Some(source) = Source::fetch(call)? else {
         return Err(Failure::failed(
             "Check Lens: there is no source; connect the plate.",
         ));
     };
-    let lens = chosen_lens(&knobs, (&lens::LENS, &lens::PROFILE))?;
-    let frame = Frame::new(
-        call,
-        &knobs,
-        (clip, source),
-        (time, source.bounds),
-        source.bounds,
-    );
-    let inputs = Inputs::new(call, &knobs, (&lens.info, &frame.plane), time)?;
-    let about = Circumstances {
-        scale: frame.scale,
-        field: frame.field,
-        unpremultiplied: is_unpremultiplied(&knobs, clip, source),
-        draft: false,
-        threads: call.host.threads(),
-    };
-    let setup = Setup::new(&knobs, &lens.info, &about)?;
-    let Some(image) = frame.plane.image(source, 0, source.channels) else {
-        return Ok(None);
-    };
-    let codes = Codes::of(&knobs, !about.unpremultiplied, about.threads)?;
-    // SAFETY: the picture is held.
-    let pixels = unsafe { Pixels::new(image) };
-    let light = codes.map(|codes| codes.light(&pixels, image.rect));
-    let mut light = light.transpose()?;
-    let image = light.as_mut().map_or(image, Copied::image);
-    let plate = SeidelPlate {
-        size: size_of::<SeidelPlate>() as u64,
-        format: frame.format,
-        extent: frame.extent,
-        source: &raw const image,
-        depth: inputs
-            .depth
-            .as_ref()
-            .map_or(null(), |made| &raw const made.image),
-        matte: null(),
-        matte_depth: null(),
-        alphas: null(),
-    };
-    let callbacks = SeidelCallbacks {
-        size: size_of::<SeidelCallbacks>() as u64,
-        user: (&raw const call.effect).cast::<c_void>().cast_mut(),
-        progress: Some(progress),
-    };
-    let mut share = 1.0;
-    let settings = setup.settings();
-    // SAFETY: all that is pointed to is held until the call ends, and the pictures are the host's for this action.
-    let status =
-        unsafe { seidel_check_lens(lens.handle(), settings, &plate, &raw mut share, &callbacks) };
-    if status == SeidelStatus::Aborted {
+    let profile = chosen_lens(&knobs, &lens::LENS, &lens::PROFILE)?;
+    let bounds = source.image.bounds;
+    let frame = Frame::new(call, &knobs, &source, bounds, bounds);
+    let inputs = Inputs::fetch(call, &knobs, &profile, frame.map)?;
+    let settings = settings(&knobs, &profile, frame.scale, HostQuality::Full)?;
+    if settings.amount == 0.0 {
+        return Err(Failure::failed(
+            "Amount: is 0, so that the lens has no blur to compare; give another.",
+        ));
+    }
+    let session = Arc::new(LensSession::new(&profile, &settings)?);
+    if PlateImage::new(&source.image, frame.map).is_none() {
         return Ok(None);
     }
-    ffi::done(status)?;
-    let amount = knobs.number(&lens::AMOUNT);
+    let encoding = source.encoding(call, &knobs)?;
+    let image = source.read(&knobs, frame.map, frame.extent, encoding.as_ref())?;
+    let geometry = plate_geometry(&knobs, frame.scale, frame.format, frame.extent);
+    let plate = Plate::new(image)
+        .with_geometry(geometry)
+        .with_depth(inputs.depth(&knobs, &profile, frame.scale, &geometry)?);
+    let prepared = session.prepare(plate)?;
+    let share = threads::run(&call.effect, move |progress| prepared.blur_share(progress))?;
+    Ok(share.map(|share| conclusion(call, &knobs, share)))
+}
+
+/// Returns in words what the `share` of the lens's blur that the plate shows means, and reduces Amount if it is below 1.
+fn conclusion(call: &Call, knobs: &Knobs, share: f64) -> String {
     let percent = 100.0 * share;
-    Ok(Some(if share < 1.0 {
-        let amount = amount * share;
-        (call.effect.parameters()).set(
-            c"Check Lens",
-            &[(lens::AMOUNT.name, ParameterValue::Double(amount))],
-        );
+    if share < 1.0 {
+        let amount = knobs.number(&lens::AMOUNT) * share;
+        let change = (lens::AMOUNT.name, ParameterValue::Double(amount));
+        call.effect.parameters().set(c"Check Lens", &[change]);
         format!(
             "The plate shows about {percent:.0} % of the lens's blur, so Amount is {amount:.3} now: to remove more would \
              ring. Undo this if the lens is right."
@@ -108,5 +73,5 @@ fn checked(call: &Call, time: f64) -> Result<Option<String>> {
         )
     } else {
         "Nothing in the plate speaks against the lens.".to_owned()
-    }))
+    }
 }

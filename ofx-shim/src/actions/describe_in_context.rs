@@ -1,10 +1,10 @@
-//! Which clips and knobs it has: the same in all contexts.
+//! DescribeInContext: the clips and parameters, which are the same in all contexts.
 
-use super::{Answer, Call};
-use crate::host::Result;
+use super::Answer;
+use crate::host::{Call, Result};
 use crate::{clips, knobs};
 
-/// Declares them.
+/// Declares clips and parameters.
 pub(super) fn describe(call: &Call) -> Result<Answer> {
     clips::declare(&call.effect);
     knobs::declare(&call.effect);

@@ -1,16 +1,16 @@
-//! Which knobs count as others are set.
+//! The parameters that have an effect, as others are set.
 
 use crate::host::Effect;
 use crate::knobs::{Knob, Knobs, colour, depth, focus, lens, output, remove, render};
 use crate::lens::built_in;
 use crate::sys::param::ENABLED;
 
-/// Enables the knobs that count and no others. Only for the main thread.
-pub(super) fn show(effect: &Effect, time: f64) {
+/// Enables the parameters that have an effect, and disables the others. Called on the main thread only.
+pub(super) fn update(effect: &Effect, time: f64) {
     let knobs = Knobs::at(effect, time);
     let mode = knobs.choice(&lens::MODE);
     let relens = mode == lens::RELENS;
-    let removes = mode != lens::APPLY;
+    let has_removal = mode != lens::APPLY;
     let from_file = |knob| knobs.choice(knob) == built_in::FILE;
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
     let by_ocio = knobs.choice(&colour::SOURCE_ENCODING) == colour::BY_OCIO;
@@ -26,21 +26,21 @@ pub(super) fn show(effect: &Effect, time: f64) {
         (&colour::CONFIG, by_ocio),
         (&colour::SOURCE_SPACE, by_ocio),
         (&colour::WORKING_SPACE, by_ocio),
-        (&render::OCCLUSION, !removes),
-        (&render::FILL_FOREGROUND, !removes),
-        (&render::BLUR_INSIDE, !removes),
-        (&render::USE_HOLDOUT, !removes),
+        (&render::OCCLUSION, !has_removal),
+        (&render::FILL_FOREGROUND, !has_removal),
+        (&render::BLUR_INSIDE, !has_removal),
+        (&render::USE_HOLDOUT, !has_removal),
         (&remove::STRENGTH, mode == lens::REMOVE),
         (&remove::GRAIN, mode == lens::REMOVE),
-        (&remove::NOISE, removes),
-        (&remove::CLIP, removes),
-        (&remove::CHECK_LENS, removes),
+        (&remove::NOISE, has_removal),
+        (&remove::CLIP, has_removal),
+        (&remove::CHECK_LENS, has_removal),
         (&output::MASK_INVERT, knobs.is_on(&output::USE_MASK)),
     ];
-    let params = effect.parameters();
+    let parameters = effect.parameters();
     for (knob, is_enabled) in states {
-        if let Some(props) = params.properties_of(knob.name) {
-            props.set_int(ENABLED, 0, i32::from(is_enabled));
+        if let Some(properties) = parameters.properties_of(knob.name) {
+            properties.set_int(ENABLED, 0, i32::from(is_enabled));
         }
     }
 }

@@ -1,17 +1,17 @@
-//! Whether nothing is done, so that the source is the result.
+//! IsIdentity: whether the result is the source.
 
-use super::{Answer, Call, untell};
-use crate::host::Result;
+use super::{Answer, persistent_message};
+use crate::host::{Call, Result};
 use crate::knobs::{Knobs, lens, output, remove};
 use crate::lens::built_in;
 use crate::sys::effect::CLIP_SOURCE;
 use crate::sys::property::{NAME, TIME};
 
-/// Answers the host.
+/// Names the source clip if the result is the source.
 pub(super) fn action(call: &Call) -> Result<Answer> {
-    // Nuke does not render before a message is taken back, and asks this before.
-    untell(call.host, call.effect.handle);
-    let time = call.arguments.double(TIME, 0).unwrap_or(0.0);
+    // Nuke does not render until a message is cleared, and calls this first.
+    persistent_message::clear(call.host, call.effect.handle);
+    let time = call.time();
     if !is_identity(&Knobs::at(&call.effect, time)) {
         return Ok(Answer::Default);
     }
@@ -20,7 +20,7 @@ pub(super) fn action(call: &Call) -> Result<Answer> {
     Ok(Answer::Done)
 }
 
-/// Whether knobs leave the plate as it is: nothing of the blur, nothing of the result, or no lens chosen yet.
+/// Returns whether the parameters leave the plate as it is: no blur, a mix of 0, or no lens chosen yet.
 pub(super) fn is_identity(knobs: &Knobs) -> bool {
     if knobs.choice(&output::OUTPUT) != output::RESULT {
         return false;

@@ -1,10 +1,9 @@
-//! Load and Unload. Hosts may do both several times over; what is heavy is made when it is needed.
-
-use seidel_c::seidel_shutdown;
+//! Load and Unload. Hosts may call both several times. What takes time is done at the first use.
 
 use crate::host;
 use crate::sys::OfxStatus;
 use crate::sys::plugin::{STATUS_ERR_MISSING_HOST_FEATURE, STATUS_OK};
+use crate::{colour, lens, threads};
 
 /// Fetches the host's suites.
 pub(super) fn load() -> OfxStatus {
@@ -15,12 +14,19 @@ pub(super) fn load() -> OfxStatus {
     }
 }
 
-/// With the last, lenses, configs and threads end: no code may run in a library that is gone.
+/// Drops lenses and configs and ends all threads with the last Unload, since no code may run in an unloaded library.
 pub(super) fn unload() -> OfxStatus {
     if host::unload() {
-        crate::lens::forget();
-        crate::colour::forget();
-        seidel_shutdown();
+        lens::clear();
+        colour::clear();
+        threads::end();
     }
     STATUS_OK
+}
+
+/// Drops lenses, configs and threads that no render uses.
+pub(super) fn purge_caches() {
+    lens::clear();
+    colour::clear();
+    threads::end_if_idle();
 }

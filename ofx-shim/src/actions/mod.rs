@@ -1,49 +1,36 @@
-//! What the host asks for, one action a file.
+//! The actions that hosts call, one a file.
 
 mod changed;
 mod check_lens;
-mod create;
 mod describe;
 mod describe_in_context;
 mod enabled;
-mod focal_point;
 mod identity;
+mod instances;
 mod load;
+mod persistent_message;
 mod preferences;
 mod region_of_definition;
 mod regions_of_interest;
 mod render;
-mod told;
 
 use std::ffi::CStr;
 
-use crate::host::{self, Effect, Host, PropertySet, Result};
+use crate::host::{self, Call, Result};
 use crate::sys::actions as names;
 use crate::sys::plugin::{STATUS_ERR_BAD_HANDLE, STATUS_FAILED, STATUS_OK, STATUS_REPLY_DEFAULT};
 use crate::sys::{Handle, OfxStatus};
 
-pub(crate) use focal_point::focus as focus_there;
-pub(crate) use render::chosen_lens;
-pub(crate) use told::{tell, untell};
-
-/// What an action is called with.
-pub(crate) struct Call<'h> {
-    pub(crate) host: &'h Host,
-    pub(crate) effect: Effect<'h>,
-    pub(crate) arguments: PropertySet<'h>,
-    pub(crate) answers: PropertySet<'h>,
-}
-
-/// What an action answers.
+/// The answer of an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Answer {
-    /// It was done.
+    /// The action was carried out.
     Done,
-    /// The host's own way is right.
+    /// The host should do what it does by default.
     Default,
 }
 
-/// Does an action.
+/// Carries out the action `name`; returns its status. Errors and panics are shown to the user.
 pub(crate) fn perform(name: &CStr, handle: Handle, inputs: Handle, outputs: Handle) -> OfxStatus {
     if name == names::LOAD {
         return load::load();
@@ -54,8 +41,8 @@ pub(crate) fn perform(name: &CStr, handle: Handle, inputs: Handle, outputs: Hand
     let work: fn(&Call) -> Result<Answer> = match name {
         name if name == names::DESCRIBE => describe::describe,
         name if name == names::DESCRIBE_IN_CONTEXT => describe_in_context::describe,
-        name if name == names::CREATE_INSTANCE => create::create,
-        name if name == names::DESTROY_INSTANCE => create::destroy,
+        name if name == names::CREATE_INSTANCE => instances::create,
+        name if name == names::DESTROY_INSTANCE => instances::destroy,
         name if name == names::INSTANCE_CHANGED => changed::changed,
         name if name == names::GET_CLIP_PREFERENCES => preferences::preferences,
         name if name == names::GET_OUTPUT_COLOURSPACE => preferences::colourspace,
@@ -63,57 +50,46 @@ pub(crate) fn perform(name: &CStr, handle: Handle, inputs: Handle, outputs: Hand
         name if name == names::GET_REGIONS_OF_INTEREST => regions_of_interest::regions,
         name if name == names::IS_IDENTITY => identity::action,
         name if name == names::RENDER => render::render,
-        name if name == names::BEGIN_SEQUENCE_RENDER => nothing,
-        name if name == names::END_SEQUENCE_RENDER => nothing,
-        name if name == names::PURGE_CACHES => purge,
+        name if name == names::BEGIN_SEQUENCE_RENDER => do_nothing,
+        name if name == names::END_SEQUENCE_RENDER => do_nothing,
+        name if name == names::PURGE_CACHES => purge_caches,
         _ => return STATUS_REPLY_DEFAULT,
     };
-    // Out of order: nothing can be done before Load, but for an answer.
+    // A host that calls actions before Load gets an error.
     let Some(host) = host::current() else {
         return STATUS_FAILED;
     };
     if handle.is_null() {
         return STATUS_ERR_BAD_HANDLE;
     }
-    let props = |handle| host.property_set(handle);
-    let call = Call {
-        host: &host,
-        effect: Effect {
-            host: &host,
-            handle,
-        },
-        arguments: props(inputs),
-        answers: props(outputs),
-    };
+    let call = Call::new(&host, handle, inputs, outputs);
     match host::catch_panic(|| work(&call)) {
         Ok(Ok(Answer::Done)) => STATUS_OK,
         Ok(Ok(Answer::Default)) => STATUS_REPLY_DEFAULT,
         Ok(Err(failure)) => {
-            tell(&host, handle, &failure.text);
+            persistent_message::show(&host, handle, &failure.text);
             failure.status
         }
-        Err(said) => {
+        Err(panic) => {
             host::log(
                 &host,
                 handle,
-                &format!("Seidel: {}: {said}", name.to_string_lossy()),
+                &format!("Seidel: {}: {panic}", name.to_string_lossy()),
             );
             let text = format!(
-                "A fault of Seidel stopped this ({said}); please report it, with what was done. Other frames can go on."
+                "An error in Seidel stopped this ({panic}); please report it with what you did. Other frames are not affected."
             );
-            tell(&host, handle, &text);
+            persistent_message::show(&host, handle, &text);
             STATUS_FAILED
         }
     }
 }
 
-fn nothing(_: &Call) -> Result<Answer> {
+fn do_nothing(_: &Call) -> Result<Answer> {
     Ok(Answer::Done)
 }
 
-/// Lets go of lenses and configs that nobody renders with.
-fn purge(_: &Call) -> Result<Answer> {
-    crate::lens::forget();
-    crate::colour::forget();
+fn purge_caches(_: &Call) -> Result<Answer> {
+    load::purge_caches();
     Ok(Answer::Done)
 }

@@ -1,4 +1,4 @@
-//! Messages that stand until what they are about is mended.
+//! Messages that hosts show until their cause is removed.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -6,16 +6,16 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use crate::host::{self, Host};
 use crate::sys::Handle;
 
-/// Instances of which something is told.
-static TOLD: Mutex<BTreeSet<usize>> = Mutex::new(BTreeSet::new());
+/// Instances that have a message.
+static INSTANCES: Mutex<BTreeSet<usize>> = Mutex::new(BTreeSet::new());
 
 fn lock() -> MutexGuard<'static, BTreeSet<usize>> {
-    // The set is whole wherever a thread may have died.
-    TOLD.lock().unwrap_or_else(PoisonError::into_inner)
+    // No code panics halfway through a change of the set.
+    INSTANCES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Tells the user of an instance what is wrong.
-pub(crate) fn tell(host: &Host, handle: Handle, text: &str) {
+/// Shows an error of an instance.
+pub(super) fn show(host: &Host, handle: Handle, text: &str) {
     if text.is_empty() {
         return;
     }
@@ -23,13 +23,13 @@ pub(crate) fn tell(host: &Host, handle: Handle, text: &str) {
     host::show_error(host, handle, text);
 }
 
-/// Knows nothing more of an instance; the host is not called.
+/// Forgets the message of an instance without a call of the host; returns whether there was one.
 pub(super) fn forget(handle: Handle) -> bool {
     lock().remove(&handle.addr())
 }
 
-/// Takes back what was told, where something was.
-pub(crate) fn untell(host: &Host, handle: Handle) {
+/// Clears the message of an instance, if it has one.
+pub(super) fn clear(host: &Host, handle: Handle) {
     if forget(handle) {
         host::clear_error(host, handle);
     }

@@ -1,47 +1,60 @@
-//! What pictures are to be of.
+//! GetClipPreferences and GetOutputColourspace: components and colour spaces of the clips.
 
 use std::ffi::CStr;
 
-use super::{Answer, Call};
+use super::Answer;
 use crate::clips::{DEPTH, HOLDOUT, MASK};
-use crate::host::{Clip, Result};
+use crate::host::{Call, Clip, Result};
 use crate::sys::clip::{ALPHA, PREMULTIPLICATION, RGB, RGBA};
 use crate::sys::effect::{CLIP_SOURCE, COLOURSPACE, FRAME_VARYING};
 
-/// Optional inputs, what asks for their components, and which of them they take.
-const OPTIONAL: [(&CStr, &CStr, &[&CStr]); 3] = [
-    (
-        DEPTH,
-        c"OfxImageClipPropComponents_Depth",
-        &[ALPHA, RGB, RGBA],
-    ),
-    (
-        HOLDOUT,
-        c"OfxImageClipPropComponents_Holdout",
-        &[ALPHA, RGB, RGBA],
-    ),
-    (MASK, c"OfxImageClipPropComponents_Mask", &[ALPHA, RGBA]),
+/// An optional input whose components the plugin chooses.
+struct OptionalInput {
+    clip: &'static CStr,
+    /// Property that requests components.
+    property: &'static CStr,
+    /// Components that the plugin accepts.
+    components: &'static [&'static CStr],
+}
+
+const OPTIONAL_INPUTS: [OptionalInput; 3] = [
+    OptionalInput {
+        clip: DEPTH,
+        property: c"OfxImageClipPropComponents_Depth",
+        components: &[ALPHA, RGB, RGBA],
+    },
+    OptionalInput {
+        clip: HOLDOUT,
+        property: c"OfxImageClipPropComponents_Holdout",
+        components: &[ALPHA, RGB, RGBA],
+    },
+    OptionalInput {
+        clip: MASK,
+        property: c"OfxImageClipPropComponents_Mask",
+        components: &[ALPHA, RGBA],
+    },
 ];
 const UNMAPPED_COMPONENTS: &CStr = c"OfxImageClipPropUnmappedComponents";
 const COLOURS_SOURCE: &CStr = c"OfxImageClipPropPreferredColourspaces_Source";
 const COLOURS_DEPTH: &CStr = c"OfxImageClipPropPreferredColourspaces_Depth";
 
-/// Asks for depth and mattes as they are, and says of the output what holds of the source.
+/// Requests depth and mattes with the components that they have, and gives the output the source's relation of colour and
+/// alpha.
 pub(super) fn preferences(call: &Call) -> Result<Answer> {
-    // Otherwise hosts may turn one channel into four, and do not say where it went: HostSupport gives every optional input
+    // Otherwise hosts may turn one channel into four and do not say which one it is: HostSupport gives every optional input
     // the components of the plate.
-    for (name, property, known) in OPTIONAL {
-        let Some(clip) = call.effect.clip(name).filter(Clip::is_connected) else {
+    for input in &OPTIONAL_INPUTS {
+        let clip = call.effect.clip(input.clip);
+        let Some(clip) = clip.filter(Clip::is_connected) else {
             continue;
         };
-        let has = clip.properties.string(UNMAPPED_COMPONENTS, 0);
-        let own = known
-            .iter()
-            .find(|name| has.as_deref().map(str::as_bytes) == Some(name.to_bytes()));
-        if let Some(own) = own {
-            call.answers.set_string(property, 0, own);
+        let unmapped = clip.properties.string(UNMAPPED_COMPONENTS, 0);
+        let unmapped = unmapped.as_deref().map(str::as_bytes);
+        let mut components = input.components.iter();
+        if let Some(own) = components.find(|name| unmapped == Some(name.to_bytes())) {
+            call.answers.set_string(input.property, 0, own);
         }
-        if name == DEPTH {
+        if input.clip == DEPTH {
             call.answers.set_string(COLOURS_DEPTH, 0, c"ofx_raw");
         }
     }
@@ -56,7 +69,7 @@ pub(super) fn preferences(call: &Call) -> Result<Answer> {
     Ok(Answer::Done)
 }
 
-/// The result is in the source's colour space.
+/// Answers that the result is in the colour space of the source.
 pub(super) fn colourspace(call: &Call) -> Result<Answer> {
     call.answers
         .set_string(COLOURSPACE, 0, c"OfxColourspace_Source");

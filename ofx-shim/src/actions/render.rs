@@ -1,256 +1,203 @@
-//! Render: the picture of a frame, or of a part of it.
+//! Render: the image of a frame, or of a part of it.
 
 use std::sync::Arc;
 
-use super::identity::is_identity;
-use super::{Answer, Call, untell};
-use crate::clips::MASK;
-use crate::colour::Codes;
-use crate::depth::Reading;
-use crate::host::{Clip, Failure, Image, Result};
-use crate::knobs::{Knob, Knobs, depth, focus, lens, output};
-use crate::lens::{Choice, Lens, built_in};
-use crate::pixels::Pixels;
-use crate::rendering::{
-    Copied, Frame, InFocus, Inputs, Lenses, Mixing, Outcome, Task, focal_plane, is_unpremultiplied,
-    mix, perform, picture, psf_grid, window_of,
-};
-use crate::setup::{Circumstances, Setup, focus_vergence};
-use crate::sys::effect::{CLIP_OUTPUT, CLIP_SOURCE, QUALITY_DRAFT, THUMBNAIL};
-use crate::sys::plugin::STATUS_ERR_IMAGE_FORMAT;
-use crate::sys::property::TIME;
+use seidel_core::{LensSession, Plate, Rectangle};
 
-/// Renders.
+use super::identity::is_identity;
+use super::{Answer, persistent_message};
+use crate::clips::MASK;
+use crate::geometry::{PixelMap, intersection};
+use crate::host::{Call, Failure, Image, Result};
+use crate::knobs::{Knobs, focus, lens, output};
+use crate::lens::{KernelSource, chosen_lens};
+use crate::plate_image::PlateImage;
+use crate::rendering::{
+    FocusRange, Frame, Inputs, Mixing, Outcome, RenderJob, Source, Task, draw_psf_grid, field,
+    image_of_input, render_window, tint_by_focus,
+};
+use crate::settings::{HostQuality, focus_vergence_per_m, plate_geometry, settings};
+use crate::sys::effect::{CLIP_OUTPUT, QUALITY_DRAFT, THUMBNAIL};
+use crate::sys::plugin::STATUS_ERR_IMAGE_FORMAT;
+
+/// Renders the window that the host asks for.
 pub(super) fn render(call: &Call) -> Result<Answer> {
-    let time = call.arguments.double(TIME, 0).unwrap_or(0.0);
-    let knobs = Knobs::at(&call.effect, time);
+    let time = call.time();
     let output = call.effect.clip(CLIP_OUTPUT);
     let Some(target) = output.map_or(Ok(None), |clip| clip.image(time))? else {
         if call.effect.is_aborted() {
             return Ok(Answer::Done);
         }
         return Err(Failure::failed(
-            "The host gave no picture to render to; render again.",
+            "The host gave no image to render to; render again.",
         ));
     };
-    let clip = call.effect.clip(CLIP_SOURCE);
-    let source = match &clip {
-        Some(clip) => clip.image(time)?,
-        None => None,
+    let Some(source) = Source::fetch(call)? else {
+        return clear_window(call, &target).map(|()| Answer::Done);
     };
-    let (Some(clip), Some(source)) = (&clip, &source) else {
-        return blank(call, &target).map(|()| Answer::Done);
-    };
-    if source.channels != target.channels {
+    if source.image.channels != target.channels {
         return Err(Failure::new(
             STATUS_ERR_IMAGE_FORMAT,
             format!(
                 "The host wants {} channels of a source that has {}; give both the same.",
-                target.channels, source.channels
+                target.channels, source.image.channels
             ),
         ));
     }
-    let window = window_of(call)?;
-    let frame = Frame::new(call, &knobs, (clip, source), (time, target.bounds), window);
-    let one = Render {
+    let knobs = Knobs::at(&call.effect, time);
+    let frame = Frame::new(call, &knobs, &source, target.bounds, render_window(call)?);
+    let result = PlateImage::new(&target, frame.map);
+    let original = PlateImage::new(&source.image, frame.map);
+    let (Some(result), Some(original)) = (result, original) else {
+        // A field that has no row in the images.
+        return Ok(Answer::Done);
+    };
+    let render = Render {
         call,
-        time,
         knobs: &knobs,
         frame: &frame,
+        source: &source,
+        original,
+        result,
     };
-    if one.picture((clip, source), &target)? == Outcome::Done {
-        untell(call.host, call.effect.handle);
+    if render.run()? == Outcome::Done {
+        persistent_message::clear(call.host, call.effect.handle);
     }
     Ok(Answer::Done)
 }
 
-/// Without a source there is nothing: transparent black.
-fn blank(call: &Call, target: &Image) -> Result<()> {
-    let window = crate::geometry::meet(window_of(call)?, target.bounds);
-    let field = crate::rendering::field_of(call);
-    let plane = crate::geometry::Plane::new(window, field);
-    if let Some(view) = plane.image(target, 0, target.channels) {
-        // SAFETY: the picture is held.
-        let pixels = unsafe { Pixels::new(view) };
-        let nothing = seidel_c::SeidelRect {
-            left: 0,
-            top: 0,
+/// Sets the window to transparent black, which is the result without a source.
+fn clear_window(call: &Call, target: &Image) -> Result<()> {
+    let window = intersection(render_window(call)?, target.bounds);
+    let map = PixelMap::new(window, field(call));
+    if let Some(result) = PlateImage::new(target, map) {
+        let nothing = Rectangle {
+            x: 0,
+            y: 0,
             width: 0,
             height: 0,
         };
-        pixels.clear(plane.rect(window), nothing);
+        result.clear_outside(nothing, map.rectangle(window));
     }
     Ok(())
-}
-
-/// The lens that two knobs choose.
-///
-/// # Errors
-/// A file that is not chosen, or cannot be read.
-pub(crate) fn chosen_lens(knobs: &Knobs, (choice, file): (&Knob, &Knob)) -> Result<Arc<Lens>> {
-    let chosen = match knobs.choice(choice) {
-        built_in::FILE => Choice::File(knobs.text(file).trim().to_owned()),
-        index => Choice::BuiltIn(index),
-    };
-    if chosen == Choice::File(String::new()) {
-        let label = file.label.to_string_lossy();
-        return Err(Failure::failed(format!(
-            "{label}: none is chosen; choose one, or a lens that comes with Seidel."
-        )));
-    }
-    crate::lens::lens(&chosen, knobs.hidden(&lens::RELOADS))
 }
 
 /// A render under way.
 struct Render<'a, 'h> {
     call: &'a Call<'h>,
-    time: f64,
     knobs: &'a Knobs<'h>,
     frame: &'a Frame,
+    source: &'a Source<'h>,
+    /// The source in plate coordinates.
+    original: PlateImage<'a>,
+    /// The output in plate coordinates.
+    result: PlateImage<'a>,
 }
 
 impl Render<'_, '_> {
-    fn picture(&self, (clip, source): (&Clip, &Image), target: &Image) -> Result<Outcome> {
-        let frame = self.frame;
-        let whole = |image: &Image| frame.plane.image(image, 0, image.channels);
-        let (Some(from), Some(to)) = (whole(source), whole(target)) else {
-            // A field without a row in the pictures.
-            return Ok(Outcome::Done);
-        };
-        // SAFETY: the pictures are held.
-        let (result, original) = unsafe { (Pixels::new(to), Pixels::new(from)) };
-        if is_identity(self.knobs) {
-            result.copy(&original, frame.window);
+    fn run(&self) -> Result<Outcome> {
+        let (knobs, frame) = (self.knobs, self.frame);
+        if is_identity(knobs) {
+            self.result.copy(&self.original, frame.window);
             return Ok(Outcome::Done);
         }
-        let Some(within) = frame.within() else {
-            result.clear(frame.window, frame.extent);
+        let Some(window) = frame.covered_window() else {
+            self.result.clear_outside(frame.extent, frame.window);
             return Ok(Outcome::Done);
         };
-        let lenses = self.lenses()?;
-        let inputs = Inputs::new(
-            self.call,
-            self.knobs,
-            (&lenses.lens.info, &frame.plane),
-            self.time,
-        )?;
-        let output = self.knobs.choice(&output::OUTPUT);
-        let mode = self.knobs.choice(&lens::MODE);
+        let profile = chosen_lens(knobs, &lens::LENS, &lens::PROFILE)?;
+        let inputs = Inputs::fetch(self.call, knobs, &profile, frame.map)?;
+        let output = knobs.choice(&output::OUTPUT);
         if output == output::FOCAL_PLANE {
-            result.clear(frame.window, within);
-            self.focus((&result, &original), within, (&inputs, &lenses.lens))?;
+            let focus = focus_vergence_per_m(knobs, &profile)?;
+            let range = FocusRange::new(focus, knobs.number(&focus::DEPTH_OF_FIELD));
+            let vergence = inputs.vergence_per_m(knobs);
+            self.result.clear_outside(window, frame.window);
+            tint_by_focus(&self.result, &self.original, window, range, vergence);
             return Ok(Outcome::Done);
         }
-        let about = Circumstances {
-            scale: frame.scale,
-            field: frame.field,
-            unpremultiplied: is_unpremultiplied(self.knobs, clip, source),
-            draft: self.is_draft(),
-            threads: self.call.host.threads(),
-        };
-        let setup = Setup::new(self.knobs, &lenses.lens.info, &about)?;
+        let session = self.session(&profile)?;
         if output == output::PSF_GRID {
-            result.clear(frame.window, within);
-            let drawn = (&self.call.effect, &*lenses.lens, setup.settings());
-            let sight = self.vergences(&inputs);
-            return psf_grid(drawn, &result, (frame.format, within), sight);
+            let lens = KernelSource {
+                session,
+                geometry: plate_geometry(knobs, frame.scale, frame.format, frame.format),
+            };
+            let vergence = inputs.vergence_per_m(knobs);
+            self.result.clear_outside(window, frame.window);
+            return draw_psf_grid(&self.call.effect, &lens, &self.result, window, vergence);
         }
-        let codes = match output == output::RESULT || mode == lens::REMOVE {
-            true => Codes::of(self.knobs, !about.unpremultiplied, about.threads)?,
-            false => None,
+        let task = self.task(output)?;
+        let encoding = self.source.encoding(self.call, knobs)?;
+        let image = self
+            .source
+            .read(knobs, frame.map, frame.extent, encoding.as_ref())?;
+        let geometry = plate_geometry(knobs, frame.scale, frame.format, frame.extent);
+        let job = RenderJob {
+            task,
+            session,
+            plate: Plate::new(image)
+                .with_geometry(geometry)
+                .with_depth(inputs.depth(knobs, &profile, frame.scale, &geometry)?)
+                .with_holdout(inputs.holdout(knobs, frame.scale, &geometry)?),
+            window,
         };
-        let light = codes.as_ref();
-        let light = light.map(|codes| codes.light(&original, from.rect));
-        let mut light = light.transpose()?;
-        let source = light.as_mut().map_or(from, Copied::image);
-        // Maps are no colour.
-        let coded = codes.as_ref().filter(|_| output == output::RESULT);
-        let made = coded.map(|_| Copied::new(within, result.channels()));
-        let mut made = made.transpose()?;
-        let part = result.part(within);
-        let outcome = perform(
-            &Task {
-                effect: self.call.effect,
-                mode,
-                output,
-                frame,
-                inputs: &inputs,
-                setup: &setup,
-                source,
-                target: made.as_mut().map_or(part, Copied::image),
-            },
-            &lenses,
-        )?;
-        if outcome == Outcome::Done {
-            if let Some((codes, made)) = coded.zip(made.as_mut()) {
-                codes.coded(made)?;
-                made.put_into(&result);
-            }
-            result.clear(frame.window, within);
-            if output == output::RESULT {
-                self.mix((&result, &original), within)?;
-            }
+        let Some(mut rendered) = job.run(&self.call.effect)? else {
+            return Ok(Outcome::Aborted);
+        };
+        // Maps are not colours.
+        if let Some(encoding) = encoding.filter(|_| output == output::RESULT) {
+            encoding.encode(&mut rendered)?;
         }
-        Ok(outcome)
+        rendered.write_to(&self.result);
+        self.result.clear_outside(window, frame.window);
+        if output == output::RESULT {
+            self.mix(window)?;
+        }
+        Ok(Outcome::Done)
     }
 
-    fn is_draft(&self) -> bool {
+    /// Returns the computation that the parameters ask for.
+    fn task(&self, output: i32) -> Result<Task> {
+        let mode = self.knobs.choice(&lens::MODE);
+        match output {
+            output::CONFIDENCE if mode == lens::REMOVE => Ok(Task::Confidence),
+            output::NOISE_GAIN if mode == lens::REMOVE => Ok(Task::NoiseGain),
+            output::CONFIDENCE | output::NOISE_GAIN => Err(Failure::failed(
+                "Output: Confidence and Noise Gain are of removal; set Mode to Remove, or Output to Result.",
+            )),
+            _ if mode == lens::REMOVE => Ok(Task::Remove),
+            _ if mode == lens::RELENS => {
+                let profile = chosen_lens(self.knobs, &lens::TO_LENS, &lens::TO_PROFILE)?;
+                Ok(Task::Relens(self.session(&profile)?))
+            }
+            _ => Ok(Task::Apply),
+        }
+    }
+
+    /// Sets a lens as the parameters say.
+    fn session(&self, profile: &seidel_core::Lens) -> Result<Arc<LensSession>> {
         let arguments = &self.call.arguments;
-        arguments.int(QUALITY_DRAFT, 0).unwrap_or(0) != 0 || arguments.equals(THUMBNAIL, c"true")
+        let is_draft = arguments.int(QUALITY_DRAFT, 0).unwrap_or(0) != 0
+            || arguments.equals(THUMBNAIL, c"true");
+        let quality = if is_draft {
+            HostQuality::Draft
+        } else {
+            HostQuality::Full
+        };
+        let settings = settings(self.knobs, profile, self.frame.scale, quality)?;
+        Ok(Arc::new(LensSession::new(profile, &settings)?))
     }
 
-    fn lenses(&self) -> Result<Lenses> {
-        let lens = chosen_lens(self.knobs, (&lens::LENS, &lens::PROFILE))?;
-        let relens = self.knobs.choice(&lens::MODE) == lens::RELENS;
-        let to = relens.then(|| chosen_lens(self.knobs, (&lens::TO_LENS, &lens::TO_PROFILE)));
-        Ok(Lenses {
-            lens,
-            to: to.transpose()?,
-        })
-    }
-
-    fn focus(
-        &self,
-        (result, original): (&Pixels, &Pixels),
-        rect: seidel_c::SeidelRect,
-        (inputs, lens): (&Inputs, &Lens),
-    ) -> Result<()> {
-        let focus = focus_vergence(self.knobs, &lens.info)?;
-        let range = InFocus::about(focus, self.knobs.number(&focus::DEPTH_OF_FIELD));
-        focal_plane((result, original), rect, range, self.vergences(inputs));
-        Ok(())
-    }
-
-    /// What tells 1/m of a pixel.
-    fn vergences(&self, inputs: &Inputs) -> impl Fn((i32, i32)) -> f64 {
-        let reading = Reading::new(self.knobs);
-        let even = 1.0 / self.knobs.number(&depth::DISTANCE);
-        // SAFETY: inputs hold their pictures.
-        let pass = (inputs.depth.as_ref()).map(|made| unsafe { Pixels::new(made.image) });
-        move |place| match &pass {
-            None => even,
-            Some(pass) => {
-                let held = pass.nearest(place);
-                pass.get(held, 0).map_or(0.0, |v| reading.vergence(v))
-            }
-        }
-    }
-
-    fn mix(
-        &self,
-        (result, original): (&Pixels, &Pixels),
-        rect: seidel_c::SeidelRect,
-    ) -> Result<()> {
-        let mask = picture(self.call, self.knobs, (MASK, &output::USE_MASK), self.time)?;
-        let view = |image: &Image| self.frame.plane.image(image, 0, image.channels);
-        let view = mask.as_ref().and_then(view);
+    /// Mixes the result with the source.
+    fn mix(&self, window: Rectangle) -> Result<()> {
+        let mask = image_of_input(self.call, self.knobs, MASK, &output::USE_MASK)?;
+        let mask = mask.as_ref();
         let mixing = Mixing {
             mix: self.knobs.number(&output::MIX) as f32,
-            // SAFETY: the mask is held.
-            mask: view.map(|view| unsafe { Pixels::new(view) }),
-            invert: self.knobs.is_on(&output::MASK_INVERT),
+            mask: mask.and_then(|image| PlateImage::new(image, self.frame.map)),
+            invert_mask: self.knobs.is_on(&output::MASK_INVERT),
         };
-        mix(result, original, rect, &mixing);
+        mixing.apply(&self.result, &self.original, window);
         Ok(())
     }
 }

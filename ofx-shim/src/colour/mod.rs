@@ -1,90 +1,110 @@
-//! Sources whose numbers are no light: turned to light before the library has them, and back after.
+//! Sources in an encoding other than scene-linear: decoded before the core gets them, and encoded again afterwards.
 
 mod curve;
 mod spaces;
 
-use seidel_c::SeidelRect;
 use seidel_colour::curves::TransferFunction;
 
 use crate::host::Result;
 use crate::knobs::{Knobs, colour, render};
-use crate::pixels::Pixels;
-use crate::rendering::Copied;
+use crate::rendering::Interleaved;
 use spaces::Spaces;
 
-pub(crate) use spaces::forget;
+pub(crate) use spaces::clear;
 
-/// What the source's numbers are.
-pub(crate) struct Codes {
-    way: Way,
-    premultiplied: bool,
-    scrub: bool,
+/// The encoding of a source's samples.
+pub(crate) struct Encoding {
+    conversion: Conversion,
+    alpha: AlphaHandling,
+    non_finite: NonFinite,
     threads: u32,
 }
 
-/// How they become light.
-enum Way {
-    /// Channel by channel: gamuts stay as they are, blur is the same in any.
+/// Conversion between encoded and scene-linear samples.
+enum Conversion {
+    /// A transfer function on each channel. The gamut stays, since blur is the same in any.
     Curve(&'static TransferFunction),
-    /// As OpenColorIO has it.
+    /// Two colour spaces of an OpenColorIO config.
     Spaces(Spaces),
 }
 
-impl Codes {
-    /// Those that are set; nothing where the source is light. Colour is premultiplied by alpha or not.
+/// Whether encoded colours are divided by alpha before they are decoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum AlphaHandling {
+    /// Colours are multiplied by alpha.
+    Premultiplied,
+    /// Colours are not multiplied by alpha.
+    Straight,
+}
+
+/// Samples that are not finite, or have no finite scene-linear value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum NonFinite {
+    Reject,
+    BecomeZero,
+}
+
+impl Encoding {
+    /// Returns the encoding that the parameters choose, or `None` for scene-linear sources. Colours are converted on
+    /// `threads` threads, on all that the machine has if that is 0.
     ///
     /// # Errors
-    /// A config that cannot be read, and spaces that it does not have.
-    pub(crate) fn of(knobs: &Knobs, premultiplied: bool, threads: u32) -> Result<Option<Self>> {
-        let way = match knobs.choice(&colour::SOURCE_ENCODING) {
+    /// A config that cannot be read, and colour spaces that it lacks.
+    pub(crate) fn chosen(
+        knobs: &Knobs,
+        alpha: AlphaHandling,
+        threads: u32,
+    ) -> Result<Option<Self>> {
+        let conversion = match knobs.choice(&colour::SOURCE_ENCODING) {
             colour::LINEAR => return Ok(None),
-            colour::BY_OCIO => Way::Spaces(Spaces::of(knobs)?),
-            curve => Way::Curve(curve::of(curve)?),
+            colour::BY_OCIO => Conversion::Spaces(Spaces::chosen(knobs)?),
+            curve => Conversion::Curve(curve::transfer_function(curve)?),
         };
         Ok(Some(Self {
-            way,
-            premultiplied,
-            scrub: knobs.is_on(&render::SCRUB),
+            conversion,
+            alpha,
+            non_finite: if knobs.is_on(&render::SCRUB) {
+                NonFinite::BecomeZero
+            } else {
+                NonFinite::Reject
+            },
             threads,
         }))
     }
 
-    /// The light of a source; a picture of alpha alone is none.
+    /// Decodes `source` to scene-linear values. An image of alpha alone stays as it is.
     ///
     /// # Errors
-    /// No memory for it, and samples that have no light unless they are scrubbed.
-    pub(crate) fn light(&self, source: &Pixels, rect: SeidelRect) -> Result<Copied> {
-        let mut light = Copied::of(source, rect)?;
-        if light.channels() == 1 {
-            return Ok(light);
+    /// Samples without a scene-linear value, unless they are scrubbed.
+    pub(crate) fn decode(&self, source: &mut Interleaved) -> Result<()> {
+        if source.channels() == 1 {
+            return Ok(());
         }
-        match &self.way {
-            Way::Curve(form) => {
-                let change = |code: f64| form.decode(code);
-                curve::change(&mut light, self.premultiplied, self.threads, change);
+        match &self.conversion {
+            Conversion::Curve(curve) => {
+                curve::convert(source, self.alpha, self.threads, |code| curve.decode(code));
+                Ok(())
             }
-            Way::Spaces(spaces) => {
-                spaces.light(&mut light, self.premultiplied, self.threads, self.scrub)?;
+            Conversion::Spaces(spaces) => {
+                spaces.decode(source, self.alpha, self.threads, self.non_finite)
             }
         }
-        Ok(light)
     }
 
-    /// Turns light back to codes.
+    /// Encodes scene-linear values as the source is encoded.
     ///
     /// # Errors
-    /// Light that there is no code for.
-    pub(crate) fn coded(&self, light: &mut Copied) -> Result<()> {
+    /// Values that the encoding cannot represent.
+    pub(crate) fn encode(&self, light: &mut Interleaved) -> Result<()> {
         if light.channels() == 1 {
             return Ok(());
         }
-        match &self.way {
-            Way::Curve(form) => {
-                let change = |light: f64| form.encode(light);
-                curve::change(light, self.premultiplied, self.threads, change);
+        match &self.conversion {
+            Conversion::Curve(curve) => {
+                curve::convert(light, self.alpha, self.threads, |value| curve.encode(value));
                 Ok(())
             }
-            Way::Spaces(spaces) => spaces.coded(light, self.premultiplied, self.threads),
+            Conversion::Spaces(spaces) => spaces.encode(light, self.alpha, self.threads),
         }
     }
 }

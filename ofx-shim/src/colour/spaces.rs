@@ -1,128 +1,143 @@
-//! Colour spaces of OpenColorIO configs: the engine that the command has too.
+//! Colour spaces of OpenColorIO configs, converted by the engine that the command uses.
 
 use std::ops::Add;
 use std::sync::Arc;
 
 use seidel_colour::{ColourError, Config, ConversionReport, PixelLayout, Processor, Source};
 
+use super::{AlphaHandling, NonFinite};
+use crate::file_cache::FileCache;
 use crate::host::{Failure, Result};
-use crate::kept::Shelf;
 use crate::knobs::{Knobs, colour, lens};
-use crate::rendering::Copied;
+use crate::rendering::Interleaved;
 
-/// Configs by what they are called. All instances share them.
-static CONFIGS: Shelf<String, Config> = Shelf::new();
+/// Configs by their source. All instances share them.
+static CONFIGS: FileCache<String, Config> = FileCache::new();
 
-/// Lets go of all configs; those in use live on until they are not.
-pub(crate) fn forget() {
-    CONFIGS.forget();
+/// Empties the cache of configs. Configs in use live on until they are dropped.
+pub(crate) fn clear() {
+    CONFIGS.clear();
 }
 
-/// What goes between the space of a source and that of light.
+/// Conversions between the space of a source and the working space.
 pub(super) struct Spaces {
-    incoming: Arc<Processor>,
-    outgoing: Arc<Processor>,
+    to_working: Arc<Processor>,
+    from_working: Arc<Processor>,
 }
 
-fn said(why: ColourError) -> Failure {
-    Failure::failed(format!("{why}."))
+fn failure(error: ColourError) -> Failure {
+    Failure::failed(format!("{error}."))
 }
 
-/// The config that the knobs say, else the environment, else Seidel's own.
-fn config(knobs: &Knobs) -> Result<Arc<Config>> {
-    let given = knobs.text(&colour::CONFIG);
-    let given = Some(given.trim()).filter(|name| !name.is_empty());
+/// Returns the config that the parameters name, or else the environment variable OCIO, or else Seidel's own.
+fn chosen_config(knobs: &Knobs) -> Result<Arc<Config>> {
+    let name = knobs.text(&colour::CONFIG);
+    let name = Some(name.trim()).filter(|name| !name.is_empty());
     let environment = std::env::var("OCIO").ok();
-    let source = Source::chosen(given, environment.as_deref());
+    let source = Source::chosen(name, environment.as_deref());
     let file = match &source {
         Source::File(path) => Some(path.as_path()),
         _ => None,
     };
     let reloads = knobs.hidden(&lens::RELOADS);
     CONFIGS.get(&source.to_string(), file, reloads, || {
-        Config::load(&source).map_err(said)
+        Config::load(&source).map_err(failure)
     })
 }
 
 impl Spaces {
-    /// Those that are set.
+    /// Returns the conversions between the spaces that the parameters name.
     ///
     /// # Errors
-    /// A config that cannot be read, a space that it does not have or none, transforms that cannot be made.
-    pub(super) fn of(knobs: &Knobs) -> Result<Self> {
-        let from = knobs.text(&colour::SOURCE_SPACE);
-        let from = from.trim();
-        if from.is_empty() {
+    /// A config that cannot be read, a space that is not named or that the config lacks, and transforms that cannot be
+    /// built.
+    pub(super) fn chosen(knobs: &Knobs) -> Result<Self> {
+        let source = knobs.text(&colour::SOURCE_SPACE);
+        let source = source.trim();
+        if source.is_empty() {
             return Err(Failure::failed(
                 "Source Space: none is given; name the colour space that the source is in, as the config calls it.",
             ));
         }
-        let config = config(knobs)?;
+        let config = chosen_config(knobs)?;
         let working = knobs.text(&colour::WORKING_SPACE);
         let working = match working.trim() {
-            "" => config.scene_linear().map_err(said)?.name,
+            "" => config.scene_linear().map_err(failure)?.name,
             name => name.to_owned(),
         };
         Ok(Self {
-            incoming: config.processor(from, &working).map_err(said)?,
-            outgoing: config.processor(&working, from).map_err(said)?,
+            to_working: config.processor(source, &working).map_err(failure)?,
+            from_working: config.processor(&working, source).map_err(failure)?,
         })
     }
 
-    /// Turns a source to light. What is not finite, or has no finite light, counts as zero where that is wanted.
-    pub(super) fn light(
+    /// Converts `source` to the working space.
+    ///
+    /// # Errors
+    /// Samples that are not finite or have no finite value there, if they are rejected. Otherwise they become zero.
+    pub(super) fn decode(
         &self,
-        source: &mut Copied,
-        premultiplied: bool,
+        source: &mut Interleaved,
+        alpha: AlphaHandling,
         threads: u32,
-        scrub: bool,
+        non_finite: NonFinite,
     ) -> Result<()> {
-        let report = through(&self.incoming, source, premultiplied, threads)?;
-        let without = report.non_finite + report.unrepresentable;
-        if without == 0 || scrub {
+        let count = convert(&self.to_working, source, alpha, threads)?;
+        if count == 0 || non_finite == NonFinite::BecomeZero {
             return Ok(());
         }
         Err(Failure::failed(format!(
-            "Source: {without} samples that are not finite, or have no light in `{}`; mend them before, or switch Scrub on.",
-            self.incoming.from()
+            "Source: {}, or without a finite value for its code in `{}`; repair the source, or switch Scrub on.",
+            if count == 1 {
+                "1 sample is not finite".to_owned()
+            } else {
+                format!("{count} samples are not finite")
+            },
+            self.to_working.from()
         )))
     }
 
-    /// Turns light to what the source is in.
-    pub(super) fn coded(
+    /// Converts `light` from the working space to that of the source.
+    ///
+    /// # Errors
+    /// Values that have no finite code there.
+    pub(super) fn encode(
         &self,
-        light: &mut Copied,
-        premultiplied: bool,
+        light: &mut Interleaved,
+        alpha: AlphaHandling,
         threads: u32,
     ) -> Result<()> {
-        let report = through(&self.outgoing, light, premultiplied, threads)?;
-        let without = report.non_finite + report.unrepresentable;
-        if without == 0 {
+        let count = convert(&self.from_working, light, alpha, threads)?;
+        if count == 0 {
             return Ok(());
         }
         Err(Failure::failed(format!(
-            "Source Space: {without} samples of the result have no number in `{}`; give the space that the source is in.",
-            self.outgoing.to()
+            "Source Space: {count} samples of the result cannot be represented in `{}`; give the space that the source is in.",
+            self.from_working.to()
         )))
     }
 }
 
-fn through(
+/// Converts `image` and returns the number of samples without a finite value, before or after.
+fn convert(
     processor: &Processor,
-    picture: &mut Copied,
-    premultiplied: bool,
+    image: &mut Interleaved,
+    alpha: AlphaHandling,
     threads: u32,
-) -> Result<ConversionReport> {
-    let layout = match (picture.channels(), premultiplied) {
+) -> Result<usize> {
+    let layout = match (image.channels(), alpha) {
         (3, _) => PixelLayout::Rgb,
-        (_, false) => PixelLayout::RgbaStraight,
-        (_, true) => PixelLayout::RgbaPremultiplied,
+        (_, AlphaHandling::Straight) => PixelLayout::RgbaStraight,
+        (_, AlphaHandling::Premultiplied) => PixelLayout::RgbaPremultiplied,
     };
-    let parts = picture.parts(threads, |part| {
+    let reports = image.for_each_part(threads, |part| {
         processor.convert_pixels_serial(part, layout)
     });
-    let parts = parts.into_iter();
-    parts
-        .map(|report| report.map_err(said))
-        .try_fold(ConversionReport::default(), |all, part| Ok(all.add(part?)))
+    let report = reports
+        .into_iter()
+        .map(|report| report.map_err(failure))
+        .try_fold(ConversionReport::default(), |sum, part| {
+            Ok::<_, Failure>(sum.add(part?))
+        })?;
+    Ok(report.non_finite + report.unrepresentable)
 }

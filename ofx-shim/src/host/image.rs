@@ -15,14 +15,14 @@ pub(crate) struct Image<'h> {
     host: &'h Host,
     handle: Handle,
     /// Address of the bottom left pixel of the bounds.
-    pub(crate) data: *mut c_void,
+    pub(super) data: *mut c_void,
     pub(crate) bounds: OfxRectI,
     /// Bytes from a row to the row above it.
-    pub(crate) row_bytes: i64,
+    pub(super) row_bytes: i64,
     /// Number of channels: 1, 3 or 4.
     pub(crate) channels: u32,
     /// Whether samples are 16-bit instead of 32-bit floats.
-    pub(crate) half: bool,
+    pub(super) half: bool,
     /// Width of a pixel over its height, if the host reports it.
     pub(crate) pixel_aspect: Option<f64>,
     /// Whether the host reports colour that is not multiplied by alpha.
@@ -97,7 +97,7 @@ impl<'h> Image<'h> {
     }
 
     /// Returns the number of bytes per pixel.
-    pub(crate) fn pixel_bytes(&self) -> i64 {
+    pub(super) fn pixel_bytes(&self) -> i64 {
         i64::from(self.channels) * if self.half { 2 } else { 4 }
     }
 }

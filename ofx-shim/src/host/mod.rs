@@ -3,6 +3,7 @@
 //! Hosts of every age leave out properties and functions. A getter whose property or function is missing returns `None`,
 //! and a setter does nothing.
 
+mod call;
 mod effect;
 mod image;
 mod loaded_host;
@@ -10,8 +11,10 @@ mod message;
 mod panic_guard;
 mod parameter_set;
 mod property_set;
+mod samples;
 mod suites;
 
+pub(crate) use call::Call;
 pub(crate) use effect::{Clip, Effect};
 pub(crate) use image::Image;
 pub(crate) use loaded_host::{Host, current, load, set_host, unload};
@@ -19,6 +22,7 @@ pub(crate) use message::{clear_error, log, show_error, show_information};
 pub(crate) use panic_guard::catch_panic;
 pub(crate) use parameter_set::{ParameterSet, ParameterValue};
 pub(crate) use property_set::PropertySet;
+pub(crate) use samples::Samples;
 pub(crate) use suites::Suites;
 
 use crate::sys::OfxStatus;

@@ -1,12 +1,12 @@
-//! Lenses that come with the plugin: designed for looking at, not measured.
+//! Lenses that come with the plugin: designed for their look, not measured.
 //!
-//! Known ray by ray (docs/background/model.md section 3): five numbers a channel in frame pixels, defocus alone changing with
-//! distance by the law of the thin lens. What they are called says what they are like, not whose they are.
+//! Each is a `pupil` lens (docs/background/model.md section 3) with five aberrations per channel in frame pixels. Defocus
+//! alone changes with distance, by the thin lens law. The names describe the look of the lens, not a product.
 
 use std::ffi::CStr;
 use std::fmt::Write;
 
-/// The menu: a file, then those that come with the plugin. Grows at its end only.
+/// The menu: a file, then the lenses that come with the plugin. Projects store the index, so that it grows at its end only.
 pub(crate) const NAMES: &[&CStr] = &[
     c"Lens File",
     c"Fast 50 mm f/0.95",
@@ -15,21 +15,21 @@ pub(crate) const NAMES: &[&CStr] = &[
     c"Vintage 58 mm f/2",
 ];
 
-/// Place of the file in the menu.
+/// Index of the file in the menu.
 pub(crate) const FILE: i32 = 0;
 
-/// Frame that the numbers are for: a sensor 36 mm wide.
+/// Columns and rows of the frame in which aberrations are given.
 const FRAME: (u32, u32) = (1920, 1080);
-/// Width of the sensor, mm.
+/// Width of the sensor that the frame covers, mm.
 const SENSOR_MM: f64 = 36.0;
 
-/// A lens, lengths in frame pixels, field positions in half frame widths.
+/// A lens design. Aberrations are in frame pixels at the edge of the pupil, field positions in half frame widths.
 struct Design {
     focal_mm: f64,
     f_number: f64,
-    /// Focused distance, metres.
+    /// Focus distance, metres.
     focus_m: f64,
-    /// Nearest distance that it is for, metres.
+    /// Nearest distance at which the lens is valid, metres.
     nearest_m: f64,
     /// Spherical aberration.
     beta: f64,
@@ -43,14 +43,15 @@ struct Design {
     axial: [f64; 3],
     /// Coma, red, green, blue.
     coma: [f64; 3],
-    /// Magnification against green, red and blue.
+    /// Lateral colour: magnification relative to green, of red, green, blue.
     lateral: [f64; 3],
-    /// Radius of the barrel's two ends, pupil radii, and how far they move.
+    /// Vignetting by the two ends of the barrel: radius and shift of the first, radius and shift of the second, in pupil
+    /// radii, shifts at the edge of the field.
     barrel: Option<[f64; 4]>,
 }
 
 const DESIGNS: [Design; 4] = [
-    // An old fast prime wide open: comatic corners, rims of colour.
+    // An old fast prime wide open: comatic corners, longitudinal colour.
     Design {
         focal_mm: 50.0,
         f_number: 0.95,
@@ -65,7 +66,7 @@ const DESIGNS: [Design; 4] = [
         lateral: [0.0028, 0.0, -0.0034],
         barrel: None,
     },
-    // A modern fast wide: little of everything, cat's eyes in the corners.
+    // A modern fast wide lens: small aberrations, cat's-eye bokeh in the corners.
     Design {
         focal_mm: 35.0,
         f_number: 1.4,
@@ -80,7 +81,7 @@ const DESIGNS: [Design; 4] = [
         lateral: [0.0006, 0.0, -0.0007],
         barrel: Some([1.25, 0.62, 1.3, -0.55]),
     },
-    // A portrait lens: soft rings, corners nearly as good as the middle.
+    // A portrait lens: soft discs, corners nearly as good as the centre.
     Design {
         focal_mm: 85.0,
         f_number: 1.4,
@@ -95,7 +96,7 @@ const DESIGNS: [Design; 4] = [
         lateral: [-0.0004, 0.0, 0.0005],
         barrel: Some([1.2, 0.45, 1.25, -0.4]),
     },
-    // A vintage one: the background swirls, by astigmatism and a narrow barrel.
+    // A vintage lens: swirling background from astigmatism and a narrow barrel.
     Design {
         focal_mm: 58.0,
         f_number: 2.0,
@@ -112,9 +113,10 @@ const DESIGNS: [Design; 4] = [
     },
 ];
 
+/// Channels and their wavelengths, nm.
 const CHANNELS: [(&str, f64); 3] = [("R", 620.0), ("G", 540.0), ("B", 460.0)];
 
-/// Profile of the lens at a place of the menu, in JSON.
+/// Returns the profile of the lens at `index` of the menu, as JSON.
 pub(crate) fn profile(index: i32) -> String {
     let last = DESIGNS.len() as i32;
     let design = &DESIGNS[(index.clamp(1, last) - 1) as usize];
@@ -143,8 +145,8 @@ pub(crate) fn profile(index: i32) -> String {
 }
 
 impl Design {
-    /// Radius of the disc on the axis, frame pixels per 1/m of vergence: the pupil's radius over the image distance,
-    /// times how far the image moves.
+    /// Returns the radius of the blur disc on the axis, frame pixels per 1/m of vergence: the shift of the image, times the
+    /// radius of the pupil over the image distance.
     fn defocus(&self) -> f64 {
         let focal = self.focal_mm * 1e-3;
         let image = focal / (1.0 - focal / self.focus_m);
@@ -152,7 +154,7 @@ impl Design {
         image * focal / (2.0 * self.f_number) / pitch
     }
 
-    /// What the barrel does, as an effect of the profile.
+    /// Returns vignetting as an effect of the profile, as JSON; empty without a barrel.
     fn effects(&self) -> String {
         let Some([radius_1, shift_1, radius_2, shift_2]) = self.barrel else {
             return String::new();
@@ -167,17 +169,18 @@ impl Design {
     }
 }
 
-/// A polynomial in vergence.
+/// Returns a polynomial in vergence with these coefficients, as JSON.
 fn series(coefficients: &[f64]) -> String {
     let sigma = vec![0.0; coefficients.len()];
     format!(r#"{{"coefficients": {coefficients:?}, "sigma": {sigma:?}}}"#)
 }
 
+/// Returns channel `k` of the profile, as JSON.
 fn channel(design: &Design, k: usize) -> String {
     let slope = design.defocus();
     let mut text = format!(r#"{{"name": "{}""#, CHANNELS[k].0);
     let mut put = |name: &str, coefficients: &[f64]| {
-        // Writing to a text does not fail.
+        // Writing to a string does not fail.
         let _ = write!(text, r#", "{name}": {}"#, series(coefficients));
     };
     put("alpha", &[design.axial[k] - slope / design.focus_m, slope]);
@@ -196,19 +199,19 @@ fn channel(design: &Design, k: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lens::{Choice, lens};
+    use crate::lens::cache::{LensOrigin, load};
+    use crate::settings::measured_focus_m;
 
     #[test]
-    fn every_lens_of_the_menu_can_be_opened() {
+    fn every_lens_of_the_menu_loads() {
         assert_eq!(NAMES.len(), DESIGNS.len() + 1);
         for index in 1..NAMES.len() as i32 {
-            let lens = lens(&Choice::BuiltIn(index), 0).expect("a sound profile");
-            assert_eq!(lens.info.channels, ["R", "G", "B"]);
-            assert!(lens.info.knows_depth);
-            assert_eq!(
-                lens.info.focus_distance,
-                DESIGNS[index as usize - 1].focus_m
-            );
+            let lens = load(&LensOrigin::BuiltIn(index), 0).expect("a valid profile");
+            assert_eq!(lens.predictor().channel_names(), ["R", "G", "B"]);
+            assert!(lens.predictor().depends_on_depth());
+            let design = &DESIGNS[index as usize - 1];
+            let focus_m = measured_focus_m(&lens).expect("a known focus distance");
+            assert!((focus_m / design.focus_m - 1.0).abs() < 1e-12);
         }
     }
 }

@@ -1,99 +1,94 @@
-//! Lenses that were read, by what they were read from. All instances share them.
+//! The lenses in use. All instances share them.
 
-use std::ffi::CString;
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
-use std::ptr::null_mut;
 use std::sync::Arc;
 
-use seidel_c::{SeidelLens, seidel_lens_open, seidel_lens_read, seidel_lens_release};
+use seidel_core::Lens;
 
-use super::{Info, built_in};
-use crate::ffi;
+use super::built_in;
+use crate::file_cache::FileCache;
 use crate::host::{Failure, Result};
-use crate::kept::Shelf;
+use crate::knobs::{Knob, Knobs, lens};
 
-/// Which lens.
+/// Largest lens profile that is read, bytes. Thousands of planes fit into a tenth of it.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// The origin of a lens.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Choice {
-    /// That of a profile.
+pub(crate) enum LensOrigin {
+    /// A lens profile in a file.
     File(String),
-    /// One that comes with the plugin, by its place in the menu.
+    /// A lens that comes with the plugin, by its index in the menu.
     BuiltIn(i32),
 }
 
-/// A lens that is held until it is dropped.
-#[derive(Debug)]
-pub(crate) struct Lens {
-    handle: *mut SeidelLens,
-    pub(crate) info: Info,
-}
+static LENSES: FileCache<LensOrigin, Lens> = FileCache::new();
 
-// SAFETY: a handle is a number; any number of threads may use it at once.
-unsafe impl Send for Lens {}
-// SAFETY: as above.
-unsafe impl Sync for Lens {}
-
-impl Drop for Lens {
-    fn drop(&mut self) {
-        // SAFETY is none to speak of: handles are numbers. This one is held once, by this.
-        seidel_lens_release(self.handle);
-    }
-}
-
-impl Lens {
-    /// The handle, good as long as this is.
-    pub(crate) fn handle(&self) -> *const SeidelLens {
-        self.handle
-    }
-
-    fn held(handle: *mut SeidelLens) -> Result<Self> {
-        match Info::of(handle) {
-            Ok(info) => Ok(Self { handle, info }),
-            Err(failure) => {
-                seidel_lens_release(handle);
-                Err(failure)
-            }
-        }
-    }
-
-    fn open(path: &str) -> Result<Self> {
-        let text = CString::new(path)
-            .map_err(|_| Failure::failed("Lens File: the path has a zero in it; give another"))?;
-        let mut handle = null_mut();
-        // SAFETY: a text with a zero at its end, and a place for a handle.
-        ffi::done(unsafe { seidel_lens_open(text.as_ptr(), &raw mut handle) })?;
-        Self::held(handle)
-    }
-
-    fn read(json: &str) -> Result<Self> {
-        let mut handle = null_mut();
-        let (text, length) = (json.as_ptr().cast(), json.len());
-        // SAFETY: as many bytes as are said, and a place for a handle.
-        ffi::done(unsafe { seidel_lens_read(text, length, &raw mut handle) })?;
-        Self::held(handle)
-    }
-}
-
-static KEPT: Shelf<Choice, Lens> = Shelf::new();
-
-/// The lens of a choice: read again where its file is another than it was, or where `reloads` is.
+/// Returns the lens chosen by the parameters `menu` and `file`.
 ///
 /// # Errors
-/// A file that cannot be read, or is no lens profile; the last lens that it held is not used in its place.
-pub(crate) fn lens(choice: &Choice, reloads: i32) -> Result<Arc<Lens>> {
-    let file = match choice {
-        Choice::File(path) => Some(Path::new(path)),
-        Choice::BuiltIn(_) => None,
+/// No file chosen, and a file that cannot be read or is not a lens profile.
+pub(crate) fn chosen_lens(knobs: &Knobs, menu: &Knob, file: &Knob) -> Result<Arc<Lens>> {
+    let origin = match knobs.choice(menu) {
+        built_in::FILE => LensOrigin::File(knobs.text(file).trim().to_owned()),
+        index => LensOrigin::BuiltIn(index),
     };
-    KEPT.get(choice, file, reloads, || match choice {
-        Choice::File(path) => Lens::open(path),
-        Choice::BuiltIn(index) => Lens::read(&built_in::profile(*index)),
+    if origin == LensOrigin::File(String::new()) {
+        let label = file.label.to_string_lossy();
+        return Err(Failure::failed(format!(
+            "{label}: no file is chosen; choose one, or a lens that comes with Seidel."
+        )));
+    }
+    load(&origin, knobs.hidden(&lens::RELOADS))
+}
+
+/// Returns the lens of `origin`. A file is read again if it has changed, or if `reloads` has.
+///
+/// # Errors
+/// A file that cannot be read or is not a lens profile. An older lens does not take its place.
+pub(super) fn load(origin: &LensOrigin, reloads: i32) -> Result<Arc<Lens>> {
+    let file = match origin {
+        LensOrigin::File(path) => Some(Path::new(path)),
+        LensOrigin::BuiltIn(_) => None,
+    };
+    LENSES.get(origin, file, reloads, || match origin {
+        LensOrigin::File(path) => read(path),
+        LensOrigin::BuiltIn(index) => Ok(Lens::from_json(&built_in::profile(*index))?),
     })
 }
 
-/// Lets go of all; those in use live on until they are not.
-pub(crate) fn forget() {
-    KEPT.forget();
+/// Empties the cache. Lenses in use live on until they are dropped.
+pub(crate) fn clear() {
+    LENSES.clear();
+}
+
+/// Reads the lens profile in the file at `path`.
+fn read(path: &str) -> Result<Lens> {
+    let unreadable = |error: std::io::Error| {
+        Failure::failed(format!(
+            "{path}: could not be read ({error}); check the path and its permissions"
+        ))
+    };
+    let file = File::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    // One byte more than allowed, which shows that a file is too long.
+    file.take(MAX_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(Failure::failed(format!(
+            "{path}: is longer than {MAX_BYTES} bytes; check that it is a lens profile"
+        )));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        Failure::failed(format!(
+            "{path}: is not UTF-8 text (byte {}); give a lens profile that `seidel fit` wrote",
+            error.utf8_error().valid_up_to()
+        ))
+    })?;
+    Lens::from_json(&text).map_err(|error| Failure::failed(format!("{path}: {error}")))
 }
 
 #[cfg(test)]
@@ -105,19 +100,19 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("seidel-ofx-cache-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let path = folder.join("100% of a lens.json");
-        let choice = Choice::File(path.to_string_lossy().into_owned());
-        let missing = lens(&choice, 0).expect_err("no file");
+        let origin = LensOrigin::File(path.to_string_lossy().into_owned());
+        let missing = load(&origin, 0).expect_err("no file");
         assert!(missing.text.contains("100% of a lens.json"), "{missing:?}");
         std::fs::write(&path, built_in::profile(1)).expect("written");
-        let first = lens(&choice, 0).expect("a lens");
-        assert!(Arc::ptr_eq(&first, &lens(&choice, 0).expect("kept")));
-        assert!(!Arc::ptr_eq(&first, &lens(&choice, 1).expect("read again")));
+        let first = load(&origin, 0).expect("a lens");
+        assert!(Arc::ptr_eq(&first, &load(&origin, 0).expect("cached")));
+        assert!(!Arc::ptr_eq(&first, &load(&origin, 1).expect("reloaded")));
         std::fs::write(&path, built_in::profile(1) + "\n").expect("written");
-        let changed = lens(&choice, 1).expect("a lens");
+        let changed = load(&origin, 1).expect("a lens");
         assert!(!Arc::ptr_eq(&first, &changed));
         std::fs::write(&path, "no lens").expect("written");
-        assert!(lens(&choice, 1).is_err());
+        assert!(load(&origin, 1).is_err());
         std::fs::remove_dir_all(&folder).expect("removed");
-        assert!(lens(&choice, 1).is_err(), "no lens outlives its file");
+        assert!(load(&origin, 1).is_err(), "no lens outlives its file");
     }
 }

@@ -3,14 +3,12 @@
 use super::focus_handle;
 use super::lens_placement::LensPlacement;
 use super::psf_ellipses::{Ellipse, ellipses};
-use crate::actions::Call;
-use crate::host::Result;
+use crate::host::{Call, Result};
 use crate::knobs::{Knobs, output};
 use crate::sys::draw::{
     COLOUR_ACTIVE, COLOUR_DESELECTED, LINE_LOOP, LINES, OfxDrawSuiteV1, OfxRGBAColourF,
 };
 use crate::sys::interact::DRAW_CONTEXT;
-use crate::sys::property::TIME;
 use crate::sys::{Handle, OfxPointD};
 
 /// Number of corners of a polygon that stands for an ellipse.
@@ -31,7 +29,7 @@ pub(super) fn draw(call: &Call, overlay: Handle) -> Result<bool> {
     let Some(canvas) = Canvas::new(call) else {
         return Ok(false);
     };
-    let time = call.arguments.double(TIME, 0).unwrap_or(0.0);
+    let time = call.time();
     let knobs = Knobs::at(&call.effect, time);
     let placement = LensPlacement::new(call, &knobs, time)?;
     if let Some(placement) = placement.filter(|_| knobs.is_on(&output::SHOW_LENS)) {

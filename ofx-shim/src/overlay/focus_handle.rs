@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::redraw;
-use crate::actions::{Call, focus_there};
-use crate::host::{ParameterValue, Result};
+use crate::host::{Call, ParameterValue, Result};
 use crate::knobs::{Knobs, focus};
+use crate::rendering::focus_on_point;
 use crate::sys::Handle;
 use crate::sys::interact::{PEN_POSITION, PIXEL_SCALE};
 use crate::sys::param::HAS_HOST_OVERLAY_HANDLE;
-use crate::sys::property::TIME;
 
 /// Distance from which the pen picks up the handle, in screen pixels.
 const PICK_RADIUS: f64 = 10.0;
@@ -55,7 +54,7 @@ pub(super) fn pen_down(call: &Call, overlay: Handle) -> Result<bool> {
     let Some([x, y]) = call.arguments.doubles::<2>(PEN_POSITION) else {
         return Ok(false);
     };
-    let time = call.arguments.double(TIME, 0).unwrap_or(0.0);
+    let time = call.time();
     let handle = Knobs::at(&call.effect, time).pair(&focus::POINT);
     let pixel = pixel_scale(call);
     let distance = ((x - handle.0) / pixel.0).hypot((y - handle.1) / pixel.1);
@@ -93,8 +92,7 @@ pub(super) fn pen_up(call: &Call, overlay: Handle) -> Result<bool> {
     let value = ParameterValue::Double2D(position.0, position.1);
     let parameters = call.effect.parameters();
     parameters.set(c"Focal point", &[(focus::POINT.name, value)]);
-    let time = call.arguments.double(TIME, 0).unwrap_or(0.0);
-    focus_there(call, time)?;
+    focus_on_point(call)?;
     redraw(call.host, overlay);
     Ok(true)
 }

@@ -2,24 +2,25 @@
 
 use std::sync::Arc;
 
-use seidel_c::SeidelRect;
+use seidel_core::{Lens, PlateGeometry, PlatePlacement, Settings};
 
-use crate::actions::{Call, chosen_lens};
-use crate::geometry::{Field, Plane, Scale};
-use crate::host::Result;
+use crate::geometry::{Field, PixelMap, PlateScale, Scale, is_empty};
+use crate::host::{Call, Result};
 use crate::knobs::{Knobs, lens as knob};
-use crate::lens::Lens;
-use crate::rendering::project_of;
-use crate::setup::{Circumstances, Setup};
+use crate::lens::chosen_lens;
+use crate::rendering::project_region;
+use crate::settings::{HostQuality, plate_distance_m, plate_geometry, settings};
 use crate::sys::effect::CLIP_SOURCE;
 use crate::sys::{OfxPointD, OfxRectI};
 
 /// A lens over the frame of an instance, at full resolution.
+#[derive(Clone)]
 pub(super) struct LensPlacement {
     pub(super) lens: Arc<Lens>,
-    pub(super) setup: Setup,
-    /// The plate's format, in plate pixels.
-    pub(super) format: SeidelRect,
+    pub(super) settings: Settings,
+    pub(super) geometry: PlateGeometry,
+    /// Distance of the points whose PSFs are drawn, metres.
+    pub(super) distance_m: f64,
     scale: Scale,
     /// The format in the host's pixels, y up.
     pixels: OfxRectI,
@@ -36,46 +37,38 @@ impl LensPlacement {
         let scale = Scale::new([1.0; 2], aspect);
         let source = clip.and_then(|clip| clip.region_of_definition(time));
         let by_project = knobs.choice(&knob::FRAME) == knob::FRAME_PROJECT;
-        let project = project_of(call).filter(|_| by_project);
+        let project = project_region(call).filter(|_| by_project);
         let pixels = project.or(source).map(|rect| scale.pixels_of(rect));
-        let Some(pixels) = pixels.filter(|pixels| !crate::geometry::is_empty(*pixels)) else {
+        let Some(pixels) = pixels.filter(|pixels| !is_empty(*pixels)) else {
             return Ok(None);
         };
-        let lens = chosen_lens(knobs, (&knob::LENS, &knob::PROFILE))?;
-        let about = Circumstances {
-            scale,
-            field: Field::Whole,
-            unpremultiplied: false,
-            draft: false,
-            threads: 0,
-        };
+        let lens = chosen_lens(knobs, &knob::LENS, &knob::PROFILE)?;
+        let plate_scale = PlateScale::new(scale, Field::Whole);
+        let format = PixelMap::new(pixels, Field::Whole).rectangle(pixels);
         Ok(Some(Self {
-            setup: Setup::new(knobs, &lens.info, &about)?,
+            settings: settings(knobs, &lens, plate_scale, HostQuality::Full)?,
+            geometry: plate_geometry(knobs, plate_scale, format, format),
+            distance_m: plate_distance_m(knobs),
             lens,
-            format: Plane::new(pixels, Field::Whole).rect(pixels),
             scale,
             pixels,
         }))
     }
 
-    /// Returns where the optical axis meets the plate, in plate pixels. The lens's frame is centred on the format.
+    /// Returns whether the lens draws the same PSFs as that of `other`.
+    pub(super) fn has_same_lens(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.lens, &other.lens)
+            && self.settings == other.settings
+            && self.geometry == other.geometry
+            && self.distance_m == other.distance_m
+    }
+
+    /// Returns where the optical axis meets the plate, in plate pixels.
     pub(super) fn optical_axis(&self) -> (f64, f64) {
-        let (info, settings) = (&self.lens.info, self.setup.settings());
-        let aspect = settings.pixel_aspect;
-        let (width, height) = (f64::from(self.format.width), f64::from(self.format.height));
-        let scale = if settings.lens_scale.is_nan() {
-            width * aspect / info.frame.0
-        } else {
-            settings.lens_scale
-        };
-        let (x, y) = (
-            (info.axis.0 - info.frame.0 / 2.0) * scale / aspect,
-            (info.axis.1 - info.frame.1 / 2.0) * scale,
-        );
-        (
-            width / 2.0 + x + settings.axis_offset_x,
-            height / 2.0 + y + settings.axis_offset_y,
-        )
+        let frame = self.lens.profile().frame;
+        let placement = PlatePlacement::new(frame, &self.geometry);
+        let axis = placement.axis(frame, self.settings.axis_offset_px);
+        (axis.x_px, axis.y_px)
     }
 
     /// Converts plate pixels to canonical coordinates.

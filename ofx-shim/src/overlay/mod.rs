@@ -9,8 +9,7 @@ mod psf_ellipses;
 
 use std::ffi::{CStr, c_char, c_void};
 
-use crate::actions::Call;
-use crate::host::{self, Effect, Host, PropertySet, Result};
+use crate::host::{self, Call, Host, PropertySet, Result};
 use crate::sys::effect::OVERLAY_V2;
 use crate::sys::plugin::{STATUS_FAILED, STATUS_OK, STATUS_REPLY_DEFAULT};
 use crate::sys::property::EFFECT_INSTANCE;
@@ -60,19 +59,10 @@ fn perform(action: &CStr, overlay: Handle, arguments: Handle, results: Handle) -
         }
         _ => return STATUS_REPLY_DEFAULT,
     };
-    let arguments = host.property_set(arguments);
-    let Some(effect) = effect_of(&host, overlay, &arguments) else {
+    let Some(effect) = effect_of(&host, overlay, &host.property_set(arguments)) else {
         return STATUS_REPLY_DEFAULT;
     };
-    let call = Call {
-        host: &host,
-        effect: Effect {
-            host: &host,
-            handle: effect,
-        },
-        arguments,
-        answers: host.property_set(results),
-    };
+    let call = Call::new(&host, effect, arguments, results);
     // Errors are not shown here: the render of the same settings fails with the same message.
     if handler(&call, overlay).unwrap_or(false) {
         STATUS_OK

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use seidel_c::SeidelRect;
+use seidel_core::LensSession;
+use seidel_core::render::LocalKernel;
 
 use super::lens_placement::LensPlacement;
 use crate::host::Result;
-use crate::lens::points;
+use crate::lens::{KernelSource, grid_points};
 
 /// An ellipse, in plate pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,11 +18,8 @@ pub(super) struct Ellipse {
     pub(super) axes: [(f64, f64); 2],
 }
 
-/// Everything that ellipses depend on: the address of the lens, and the settings as text.
-type Key = (usize, String);
-
-/// The last ellipses of each instance, by the address of its handle.
-type Cache = BTreeMap<usize, (Key, Arc<Vec<Ellipse>>)>;
+/// The last ellipses of each instance and the lens that they belong to, by the address of the instance's handle.
+type Cache = BTreeMap<usize, (LensPlacement, Arc<Vec<Ellipse>>)>;
 
 /// Makes redraws with unchanged settings cheap.
 static CACHE: Mutex<Cache> = Mutex::new(BTreeMap::new());
@@ -34,20 +32,16 @@ fn cache() -> MutexGuard<'static, Cache> {
 /// Returns the ellipses of an instance, at the points of a PSF grid.
 ///
 /// # Errors
-/// Those of the library.
+/// Those of [`KernelSource::kernel`].
 pub(super) fn ellipses(instance: usize, placement: &LensPlacement) -> Result<Arc<Vec<Ellipse>>> {
-    let settings = placement.setup.settings();
-    let scales = placement.setup.scales();
-    let settings = format!("{settings:?} {scales:?} {:?}", placement.format);
-    let key = (placement.lens.handle().addr(), settings);
     let mut cache = cache();
     if let Some((cached, ellipses)) = cache.get(&instance)
-        && *cached == key
+        && cached.has_same_lens(placement)
     {
         return Ok(Arc::clone(ellipses));
     }
     let ellipses = Arc::new(compute(placement)?);
-    cache.insert(instance, (key, Arc::clone(&ellipses)));
+    cache.insert(instance, (placement.clone(), Arc::clone(&ellipses)));
     Ok(ellipses)
 }
 
@@ -57,29 +51,32 @@ pub(crate) fn forget(instance: usize) {
 }
 
 fn compute(placement: &LensPlacement) -> Result<Vec<Ellipse>> {
-    let settings = placement.setup.settings();
-    let channel = placement.lens.channel("G");
-    let ellipse = |point| {
-        let frame = (placement.format, channel);
-        let kernel = (placement.lens).kernel(settings, frame, point, settings.distance)?;
-        Ok(Ellipse::of_kernel(point, &kernel.weights, kernel.window))
+    let lens = KernelSource {
+        session: Arc::new(LensSession::new(&placement.lens, &placement.settings)?),
+        geometry: placement.geometry,
     };
-    points(placement.format).map(ellipse).collect()
+    let channel = lens.channel_index("G");
+    let ellipse = |point| {
+        let kernel = lens.kernel(channel, point, placement.distance_m)?;
+        Ok(Ellipse::of_kernel(point, &kernel))
+    };
+    grid_points(placement.geometry.display)
+        .map(ellipse)
+        .collect()
 }
 
 impl Ellipse {
     /// Computes the ellipse at twice the standard deviation of a kernel in every direction, from its second moments.
-    /// `source` is the point of light; `window` is relative to its pixel.
-    fn of_kernel(source: (f64, f64), weights: &[f32], window: SeidelRect) -> Self {
-        let columns = window.width.max(1) as usize;
+    /// `source` is the point of light.
+    fn of_kernel(source: (f64, f64), kernel: &LocalKernel) -> Self {
         let position = |k: usize| {
             (
-                f64::from(window.left) + (k % columns) as f64,
-                f64::from(window.top) + (k / columns) as f64,
+                f64::from(kernel.left) + (k % kernel.width) as f64,
+                f64::from(kernel.top) + (k / kernel.width) as f64,
             )
         };
         let sum = |value: &dyn Fn((f64, f64)) -> f64| -> f64 {
-            let all = weights.iter().enumerate();
+            let all = kernel.weights.iter().enumerate();
             all.map(|(k, weight)| f64::from(*weight) * value(position(k)))
                 .sum()
         };
@@ -111,17 +108,18 @@ mod tests {
     #[test]
     fn ellipses_have_the_direction_and_size_of_kernels() {
         // Light along a falling diagonal, centred one pixel to the right of its source.
-        let mut weights = [0.0_f32; 9];
+        let mut weights = vec![0.0; 9];
         for k in [0, 4, 8] {
             weights[k] = 1.0 / 3.0;
         }
-        let window = SeidelRect {
+        let kernel = LocalKernel {
             left: 0,
             top: -1,
             width: 3,
             height: 3,
+            weights,
         };
-        let ellipse = Ellipse::of_kernel((10.5, 20.5), &weights, window);
+        let ellipse = Ellipse::of_kernel((10.5, 20.5), &kernel);
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} {b}");
         near(ellipse.centre.0, 11.5);
         near(ellipse.centre.1, 20.5);

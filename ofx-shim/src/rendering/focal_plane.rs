@@ -1,23 +1,27 @@
-//! Where focus lies: red is nearer, green in focus, blue farther.
+//! The setup view of the focal plane: red is nearer than focus, green in focus, blue farther.
 
-use seidel_c::SeidelRect;
+use seidel_core::Rectangle;
 
-use crate::pixels::Pixels;
+use crate::plate_image::PlateImage;
 
-/// What is in focus.
+/// The range in focus, as vergences in 1/m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct InFocus {
-    /// Vergences, 1/m, from the far end to the near one.
-    pub(crate) far: f64,
-    pub(crate) near: f64,
+pub(crate) struct FocusRange {
+    far_per_m: f64,
+    near_per_m: f64,
 }
 
-impl InFocus {
-    /// What lies within `range` metres about the vergence `focus`; never less than a hundredth of it on either side,
-    /// to be seen.
-    pub(crate) fn about(focus: f64, range: f64) -> Self {
-        let distance = 1.0 / focus;
-        let half = range / 2.0;
+/// Half of the smallest range that is shown in focus, as a share of the vergence in focus, so that it can be seen.
+const MIN_SHARE: f64 = 0.01;
+
+/// Smallest vergence that this share is taken of, 1/m.
+const MIN_VERGENCE_PER_M: f64 = 0.01;
+
+impl FocusRange {
+    /// Creates the range of `depth_m` metres about the vergence `focus_per_m`.
+    pub(crate) fn new(focus_per_m: f64, depth_m: f64) -> Self {
+        let distance = 1.0 / focus_per_m;
+        let half = depth_m / 2.0;
         let far = if distance.is_finite() {
             1.0 / (distance + half)
         } else {
@@ -28,40 +32,47 @@ impl InFocus {
         } else {
             f64::INFINITY
         };
-        let seen = 0.01 * focus.max(0.01);
+        let visible = MIN_SHARE * focus_per_m.max(MIN_VERGENCE_PER_M);
         Self {
-            far: far.min(focus - seen),
-            near: near.max(focus + seen),
+            far_per_m: far.min(focus_per_m - visible),
+            near_per_m: near.max(focus_per_m + visible),
+        }
+    }
+
+    /// Returns the tint of a vergence: red, green and blue.
+    fn tint(&self, vergence_per_m: f64) -> [f32; 3] {
+        if vergence_per_m > self.near_per_m {
+            [1.0, 0.0, 0.0]
+        } else if vergence_per_m < self.far_per_m {
+            [0.0, 0.0, 1.0]
+        } else {
+            [0.0, 1.0, 0.0]
         }
     }
 }
 
-/// How much of the colours is seen over the picture.
-const STRENGTH: f32 = 0.5;
+/// Weight of the tint against the source.
+const TINT_WEIGHT: f32 = 0.5;
 
-/// Puts the source with the colours of focus over `rect`; `vergence` tells 1/m of a pixel.
-pub(crate) fn focal_plane(
-    (result, source): (&Pixels, &Pixels),
-    rect: SeidelRect,
-    focus: InFocus,
-    vergence: impl Fn((i32, i32)) -> f64,
+/// Sets `result` in `rectangle` to `source`, tinted by the focus `range` and the vergence of each pixel, in 1/m.
+pub(crate) fn tint_by_focus(
+    result: &PlateImage,
+    source: &PlateImage,
+    rectangle: Rectangle,
+    range: FocusRange,
+    vergence_per_m: impl Fn((i32, i32)) -> f64,
 ) {
-    result.each(rect, |result, place| {
-        let at = vergence(place);
-        let tint = match at {
-            _ if at > focus.near => [1.0, 0.0, 0.0],
-            _ if at < focus.far => [0.0, 0.0, 1.0],
-            _ => [0.0, 1.0, 0.0],
-        };
+    for pixel in result.pixels_in(rectangle) {
+        let tint = range.tint(vergence_per_m(pixel));
         for channel in 0..result.channels() {
-            let old = source.get(place, channel).unwrap_or(0.0);
-            let new = match tint.get(channel as usize) {
-                Some(tint) => old * (1.0 - STRENGTH) + tint * STRENGTH,
-                None => old,
+            let before = source.get(pixel, channel).unwrap_or(0.0);
+            let after = match tint.get(channel) {
+                Some(tint) => before * (1.0 - TINT_WEIGHT) + tint * TINT_WEIGHT,
+                None => before,
             };
-            result.put(place, channel, new);
+            result.set(pixel, channel, after);
         }
-    });
+    }
 }
 
 #[cfg(test)]
@@ -69,13 +80,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_range_is_seen_and_ends_nowhere_wrong() {
-        let two_metres = InFocus::about(0.5, 1.0);
-        assert_eq!((two_metres.far, two_metres.near), (1.0 / 2.5, 1.0 / 1.5));
-        let thin = InFocus::about(0.5, 0.0);
-        assert!(thin.far < 0.5 && thin.near > 0.5);
-        assert_eq!(InFocus::about(0.5, 10.0).near, f64::INFINITY);
-        let endless = InFocus::about(0.0, 1.0);
-        assert!(endless.far < 0.0 && endless.near > 0.0);
+    fn the_range_is_visible_and_reaches_infinity() {
+        let two_metres = FocusRange::new(0.5, 1.0);
+        assert_eq!(
+            (two_metres.far_per_m, two_metres.near_per_m),
+            (1.0 / 2.5, 1.0 / 1.5)
+        );
+        let thin = FocusRange::new(0.5, 0.0);
+        assert!(thin.far_per_m < 0.5 && thin.near_per_m > 0.5);
+        assert_eq!(FocusRange::new(0.5, 10.0).near_per_m, f64::INFINITY);
+        let infinite = FocusRange::new(0.0, 1.0);
+        assert!(infinite.far_per_m < 0.0 && infinite.near_per_m > 0.0);
     }
 }

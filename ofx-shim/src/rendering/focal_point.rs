@@ -1,15 +1,19 @@
-//! Focusing on what is under a point.
+//! Focus on the object under a point of the viewer.
 
-use super::Call;
 use crate::clips::DEPTH;
-use crate::depth::Samples;
+use crate::depth::encoded_depth_at;
 use crate::geometry::Scale;
-use crate::host::{ParameterValue, Result};
+use crate::host::{Call, ParameterValue, Result};
 use crate::knobs::{Knobs, focus};
 use crate::sys::effect::RENDER_SCALE;
 
-/// Sets the focus plane to the depth under the focal point, where there is one. Only for the main thread.
-pub(crate) fn focus(call: &Call, time: f64) -> Result<()> {
+/// Sets the focus plane to the depth under the focal point, if it is known. Called on the main thread only, since it
+/// changes parameters.
+///
+/// # Errors
+/// A depth image of unexpected components or samples.
+pub(crate) fn focus_on_point(call: &Call) -> Result<()> {
+    let time = call.time();
     let knobs = Knobs::at(&call.effect, time);
     let Some(clip) = call.effect.clip(DEPTH).filter(|clip| clip.is_connected()) else {
         return Ok(());
@@ -21,17 +25,15 @@ pub(crate) fn focus(call: &Call, time: f64) -> Result<()> {
     let aspect = image.pixel_aspect.or(clip.pixel_aspect()).unwrap_or(1.0);
     let scale = Scale::new(render_scale, aspect);
     let (x, y) = knobs.pair(&focus::POINT);
-    let pixel = ((x * scale.x).floor() as i32, (y * scale.y).floor() as i32);
-    let Some(value) = Samples::new(&image, &knobs).at(pixel) else {
+    let (x, y) = ((x * scale.x).floor() as i32, (y * scale.y).floor() as i32);
+    let depth = encoded_depth_at(&image.samples(), &knobs, x, y);
+    let Some(depth) = depth.filter(|depth| depth.is_finite()) else {
         return Ok(());
     };
-    if !value.is_finite() {
-        return Ok(());
-    }
     call.effect.parameters().set(
         c"Focus here",
         &[
-            (focus::PLANE.name, ParameterValue::Double(f64::from(value))),
+            (focus::PLANE.name, ParameterValue::Double(f64::from(depth))),
             (focus::FOCUS.name, ParameterValue::Int(focus::AT_DEPTH)),
         ],
     );

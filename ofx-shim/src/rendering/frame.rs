@@ -1,10 +1,10 @@
-//! Where the frame of a render lies.
+//! The place of the rendered frame in the host's coordinates and in those of the plate.
 
-use seidel_c::SeidelRect;
+use seidel_core::Rectangle;
 
-use crate::actions::Call;
-use crate::geometry::{Field, Plane, Scale, is_empty, meet};
-use crate::host::{Clip, Failure, Image, Result};
+use super::Source;
+use crate::geometry::{Field, PixelMap, PlateScale, Scale, bounding_box, intersection, is_empty};
+use crate::host::{Call, Failure, Result};
 use crate::knobs::{Knobs, lens};
 use crate::sys::clip::{FIELD_LOWER, FIELD_UPPER};
 use crate::sys::effect::{
@@ -12,116 +12,100 @@ use crate::sys::effect::{
 };
 use crate::sys::{OfxRectD, OfxRectI};
 
-/// A frame of a render.
+/// The place of a rendered frame. Rectangles are in plate pixels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frame {
-    pub(crate) scale: Scale,
-    pub(crate) field: Field,
-    pub(crate) plane: Plane,
-    /// What the lens's frame is laid on.
-    pub(crate) format: SeidelRect,
+    pub(crate) scale: PlateScale,
+    pub(crate) map: PixelMap,
+    /// Pixels on which the frame of the lens lies, centre on centre.
+    pub(crate) format: Rectangle,
     /// All pixels of the source.
-    pub(crate) extent: SeidelRect,
-    /// What is asked for.
-    pub(crate) window: SeidelRect,
+    pub(crate) extent: Rectangle,
+    /// Pixels to render.
+    pub(crate) window: Rectangle,
 }
 
-/// Which pixels a render is asked for.
+/// Returns the pixels that the host asks for.
 ///
 /// # Errors
-/// A host that does not say.
-pub(crate) fn window_of(call: &Call) -> Result<OfxRectI> {
+/// A host that does not give them.
+pub(crate) fn render_window(call: &Call) -> Result<OfxRectI> {
     let window = call.arguments.ints::<4>(RENDER_WINDOW);
     let [x1, y1, x2, y2] =
         window.ok_or_else(|| Failure::failed("The host did not say which pixels to render."))?;
     Ok(OfxRectI { x1, y1, x2, y2 })
 }
 
-/// Which field it is asked for.
-pub(crate) fn field_of(call: &Call) -> Field {
-    match () {
-        () if call.arguments.equals(FIELD_TO_RENDER, FIELD_LOWER) => Field::Lower,
-        () if call.arguments.equals(FIELD_TO_RENDER, FIELD_UPPER) => Field::Upper,
-        () => Field::Whole,
+/// Returns the field that the host asks for.
+pub(crate) fn field(call: &Call) -> Field {
+    if call.arguments.equals(FIELD_TO_RENDER, FIELD_LOWER) {
+        Field::Lower
+    } else if call.arguments.equals(FIELD_TO_RENDER, FIELD_UPPER) {
+        Field::Upper
+    } else {
+        Field::Whole
     }
 }
 
 impl Frame {
-    /// That of a render of `source`, which came of `clip`, to a picture with the pixels `output`, of which those of
-    /// `asked` are asked for.
+    /// Creates the place of a render of `source` to an image with the pixels `output`, of which the host asks for
+    /// `window`.
     pub(crate) fn new(
         call: &Call,
         knobs: &Knobs,
-        (clip, source): (&Clip, &Image),
-        (time, output): (f64, OfxRectI),
-        asked: OfxRectI,
+        source: &Source,
+        output: OfxRectI,
+        window: OfxRectI,
     ) -> Self {
-        // Pictures of some hosts say another scale than the render's.
+        // From the action, since images of some hosts give another scale.
         let render_scale = call.arguments.doubles(RENDER_SCALE).unwrap_or([1.0; 2]);
-        let aspect = source.pixel_aspect.or(clip.pixel_aspect()).unwrap_or(1.0);
+        let aspect = source.pixel_aspect();
+        let bounds = source.image.bounds;
         let scale = Scale::new(render_scale, aspect);
-        let field = field_of(call);
-        let region = clip.region_of_definition(time);
-        let of_regions = region.map_or(scale, |region| {
-            scale.of_regions(region, source.bounds, aspect)
-        });
-        let rod = region.map(|region| of_regions.pixels_of(region));
-        let extent = rod.filter(|rod| !is_empty(*rod)).unwrap_or(source.bounds);
-        let project = project_of(call).map(|project| match region == Some(project) {
-            true => of_regions.pixels_of(project),
-            false => scale.pixels_of(project),
+        let field = field(call);
+        let region = source.clip.region_of_definition(call.time());
+        let region_scale = region.map_or(scale, |region| scale.of_regions(region, bounds, aspect));
+        let region_pixels = region.map(|region| region_scale.pixels_of(region));
+        let extent = region_pixels
+            .filter(|pixels| !is_empty(*pixels))
+            .unwrap_or(bounds);
+        let project = project_region(call).map(|project| {
+            if region == Some(project) {
+                region_scale.pixels_of(project)
+            } else {
+                scale.pixels_of(project)
+            }
         });
         let project = project.filter(|project| !is_empty(*project));
         let format = match project {
             Some(project) if knobs.choice(&lens::FRAME) == lens::FRAME_PROJECT => project,
             _ => extent,
         };
-        // Endless regions end where the format and the picture do.
-        let most = joined(joined(format, source.bounds), output);
-        let extent = meet(extent, most);
-        let window = meet(asked, output);
-        let plane = Plane::new(format, field);
+        // Infinite regions end where the format and the images do.
+        let limit = bounding_box(bounding_box(format, bounds), output);
+        let map = PixelMap::new(format, field);
         Self {
-            scale,
-            field,
-            plane,
-            format: plane.rect(format),
-            extent: plane.rect(extent),
-            window: plane.rect(window),
+            scale: PlateScale::new(scale, field),
+            map,
+            format: map.rectangle(format),
+            extent: map.rectangle(intersection(extent, limit)),
+            window: map.rectangle(intersection(window, output)),
         }
     }
 
-    /// What of the window lies in the extent, where anything does.
-    pub(crate) fn within(&self) -> Option<SeidelRect> {
-        let (a, b) = (self.window, self.extent);
-        let (left, top) = (a.left.max(b.left), a.top.max(b.top));
-        let width = (a.left + a.width).min(b.left + b.width) - left;
-        let height = (a.top + a.height).min(b.top + b.height) - top;
-        (width > 0 && height > 0).then_some(SeidelRect {
-            left,
-            top,
-            width,
-            height,
-        })
+    /// Returns the pixels of the window that the source has, or `None` if it has none.
+    pub(crate) fn covered_window(&self) -> Option<Rectangle> {
+        self.window.intersection(&self.extent)
     }
 }
 
-fn joined(a: OfxRectI, b: OfxRectI) -> OfxRectI {
-    OfxRectI {
-        x1: a.x1.min(b.x1),
-        y1: a.y1.min(b.y1),
-        x2: a.x2.max(b.x2),
-        y2: a.y2.max(b.y2),
-    }
-}
-
-/// The project's picture proper, canonical.
-pub(crate) fn project_of(call: &Call) -> Option<OfxRectD> {
-    let props = call.effect.properties();
-    let [width, height] = props.doubles::<2>(PROJECT_SIZE)?;
-    let [x1, y1] = props.doubles::<2>(PROJECT_OFFSET).unwrap_or([0.0; 2]);
-    let sound = [width, height, x1, y1].iter().all(|v| v.is_finite());
-    (sound && width > 0.0 && height > 0.0).then_some(OfxRectD {
+/// Returns the region of the project, canonical.
+pub(crate) fn project_region(call: &Call) -> Option<OfxRectD> {
+    let properties = call.effect.properties();
+    let [width, height] = properties.doubles::<2>(PROJECT_SIZE)?;
+    let [x1, y1] = properties.doubles::<2>(PROJECT_OFFSET).unwrap_or([0.0; 2]);
+    let is_finite = [width, height, x1, y1].iter().all(|v| v.is_finite());
+    (is_finite && width > 0.0 && height > 0.0).then_some(OfxRectD {
         x1,
         y1,
         x2: x1 + width,

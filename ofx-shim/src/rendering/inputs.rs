@@ -1,107 +1,164 @@
-//! What goes in beside the source: depth and holdout.
+//! The optional inputs of a render: depth and holdout.
 
 use std::ffi::CStr;
+use std::rc::Rc;
 
-use crate::actions::Call;
+use seidel_core::{
+    Depth, DepthMeaning, DepthPass, HoldoutMatte, Lens, ObjectDistance, PlateGeometry,
+};
+
 use crate::clips::{DEPTH, HOLDOUT};
-use crate::depth::{Made, Reading, channel_of};
-use crate::geometry::Plane;
-use crate::host::{Clip, Failure, Image, Result};
+use crate::depth::{DepthConversion, DepthEncoding, InputChannel, depth_meaning};
+use crate::geometry::{PixelMap, PlateScale};
+use crate::host::{Call, Clip, Failure, Image, Result};
 use crate::knobs::{Knob, Knobs, depth, lens, render};
-use crate::lens::Info;
-use crate::setup::focus_vergence;
-use crate::sys::clip::{PREMULTIPLICATION, UNPREMULTIPLIED};
+use crate::settings::{focus_vergence_per_m, plate_distance_m};
 
-/// Pictures beside the source, as the library takes them.
+/// The optional inputs of a render.
 pub(crate) struct Inputs<'h> {
-    pub(crate) depth: Option<Made>,
-    pub(crate) matte: Option<Made>,
-    pub(crate) matte_depth: Option<Made>,
-    /// They are the host's until they are let go.
-    _images: Vec<Image<'h>>,
+    encoding: DepthEncoding,
+    depth: Option<InputChannel<'h>>,
+    matte: Option<InputChannel<'h>>,
+    matte_depth: Option<InputChannel<'h>>,
 }
 
-/// The picture of an input that is switched on and connected; nothing also where it is connected and empty, as hosts say
-/// of inputs that they do not know.
+/// Fetches the image of an input that the parameter `switch` enables. `None` if it is not connected, or connected without
+/// an image, as some hosts report inputs of which they know nothing.
 ///
 /// # Errors
-/// A picture that is not as was agreed.
-pub(crate) fn picture<'h>(
+/// An image of unexpected components or samples.
+pub(crate) fn image_of_input<'h>(
     call: &Call<'h>,
     knobs: &Knobs,
-    (name, switch): (&CStr, &Knob),
-    time: f64,
+    name: &CStr,
+    switch: &Knob,
 ) -> Result<Option<Image<'h>>> {
     if !knobs.is_on(switch) {
         return Ok(None);
     }
     let clip = call.effect.clip(name).filter(Clip::is_connected);
-    clip.map_or(Ok(None), |clip| clip.image(time))
+    clip.map_or(Ok(None), |clip| clip.image(call.time()))
 }
 
 impl<'h> Inputs<'h> {
-    /// Those of a render with a lens.
+    /// Fetches the inputs of a render with the lens `profile`.
     ///
     /// # Errors
-    /// Pictures and knobs that do not go together.
-    pub(crate) fn new(
+    /// Images that lack the chosen channel, and parameters that contradict each other.
+    pub(crate) fn fetch(
         call: &Call<'h>,
         knobs: &Knobs,
-        (info, plane): (&Info, &Plane),
-        time: f64,
+        profile: &Lens,
+        map: PixelMap,
     ) -> Result<Self> {
+        let encoding = DepthEncoding::new(knobs);
         let mut inputs = Self {
+            encoding,
             depth: None,
             matte: None,
             matte_depth: None,
-            _images: Vec::new(),
         };
-        let reading = Reading::new(knobs);
-        let focus = match reading.needs_focus() {
-            true => focus_vergence(knobs, info),
-            false => Ok(0.0),
+        let conversion = || -> Result<Option<DepthConversion>> {
+            let focus_per_m = if encoding.is_relative_to_focus() {
+                focus_vergence_per_m(knobs, profile)?
+            } else {
+                0.0
+            };
+            Ok(Some(DepthConversion {
+                encoding,
+                focus_per_m,
+            }))
         };
-        if let Some(image) = picture(call, knobs, (DEPTH, &depth::USE_DEPTH), time)? {
+        if let Some(image) = image_of_input(call, knobs, DEPTH, &depth::USE_DEPTH)? {
+            let image = Rc::new(image);
             let channel = knobs.choice(&depth::CHANNEL);
-            let focus = focus.clone()?;
-            inputs.depth = channel_of(
-                (&image, plane),
-                (channel, "Depth Channel"),
-                Some((&reading, focus)),
-            )?;
-            inputs._images.push(image);
+            inputs.depth = InputChannel::new(&image, map, channel, "Depth Channel", conversion()?)?;
         }
         if knobs.choice(&lens::MODE) != lens::APPLY {
             return Ok(inputs);
         }
-        if let Some(image) = picture(call, knobs, (HOLDOUT, &render::USE_HOLDOUT), time)? {
+        if let Some(image) = image_of_input(call, knobs, HOLDOUT, &render::USE_HOLDOUT)? {
             if !knobs.is_on(&render::OCCLUSION) {
                 return Err(Failure::failed(
                     "Holdout: needs Occlusion; switch that on, or Use Holdout off.",
                 ));
             }
+            let image = Rc::new(image);
             let channel = knobs.choice(&render::HOLDOUT_CHANNEL);
-            inputs.matte = channel_of((&image, plane), (channel, "Holdout Matte"), None)?;
+            inputs.matte = InputChannel::new(&image, map, channel, "Holdout Matte", None)?;
+            // The first option is "None".
             let channel = knobs.choice(&render::HOLDOUT_DEPTH) - 1;
-            if channel >= 0 && inputs.matte.is_some() {
-                let read = Some((&reading, focus?));
-                inputs.matte_depth = channel_of((&image, plane), (channel, "Holdout Depth"), read)?;
+            if channel >= 0 {
+                inputs.matte_depth =
+                    InputChannel::new(&image, map, channel, "Holdout Depth", conversion()?)?;
             }
-            inputs._images.push(image);
         }
         Ok(inputs)
     }
-}
 
-/// Whether colours of the source are not multiplied by alpha.
-pub(crate) fn is_unpremultiplied(knobs: &Knobs, clip: &Clip, source: &Image) -> bool {
-    match knobs.choice(&render::SOURCE_ALPHA) {
-        1 => false,
-        2 => true,
-        _ => {
-            source.channels == 4
-                && (source.unpremultiplied
-                    || clip.properties.equals(PREMULTIPLICATION, UNPREMULTIPLIED))
+    /// Reads the depth of a plate of `geometry`: the depth pass, or else the one distance of the parameters.
+    ///
+    /// # Errors
+    /// Not enough memory.
+    pub(crate) fn depth(
+        &self,
+        knobs: &Knobs,
+        profile: &Lens,
+        scale: PlateScale,
+        geometry: &PlateGeometry,
+    ) -> Result<Depth> {
+        Ok(match &self.depth {
+            Some(channel) => {
+                let meaning = depth_meaning(knobs, &self.encoding, scale);
+                Depth::Pass(depth_pass(channel, meaning, geometry)?)
+            }
+            None if profile.predictor().depends_on_depth() => {
+                Depth::Distance(ObjectDistance::metres(plate_distance_m(knobs))?)
+            }
+            None => Depth::Distance(ObjectDistance::Unknown),
+        })
+    }
+
+    /// Reads the holdout matte of a plate of `geometry`, where there is one.
+    ///
+    /// # Errors
+    /// Not enough memory.
+    pub(crate) fn holdout(
+        &self,
+        knobs: &Knobs,
+        scale: PlateScale,
+        geometry: &PlateGeometry,
+    ) -> Result<Option<HoldoutMatte>> {
+        let Some(matte) = &self.matte else {
+            return Ok(None);
+        };
+        let meaning = depth_meaning(knobs, &self.encoding, scale);
+        let depth = self.matte_depth.as_ref();
+        let depth = depth.map(|channel| depth_pass(channel, meaning, geometry));
+        Ok(Some(HoldoutMatte {
+            samples: matte.samples(geometry.data)?,
+            depth: depth.transpose()?,
+        }))
+    }
+
+    /// Returns a function that returns the vergence of a plate pixel, 1/m.
+    pub(crate) fn vergence_per_m(&self, knobs: &Knobs) -> impl Fn((i32, i32)) -> f64 {
+        let constant = 1.0 / knobs.number(&depth::DISTANCE);
+        let reader = self.depth.as_ref().map(InputChannel::reader);
+        move |pixel| match &reader {
+            None => constant,
+            Some(sample) => self.encoding.vergence_per_m(sample(pixel)),
         }
     }
+}
+
+fn depth_pass(
+    channel: &InputChannel,
+    meaning: DepthMeaning,
+    geometry: &PlateGeometry,
+) -> Result<DepthPass> {
+    Ok(DepthPass {
+        samples: channel.samples(geometry.data)?,
+        meaning,
+    })
 }

@@ -1,89 +1,75 @@
-//! Pictures of the plugin's own, for what the library is to have or gives.
+//! Interleaved images of the plugin's own, for colour conversion.
 
 use std::panic::resume_unwind;
 use std::thread;
 
-use seidel_c::{SEIDEL_FLOAT, SeidelImage, SeidelRect};
+use seidel_core::Rectangle;
 
-use crate::host::{Failure, Result};
-use crate::pixels::Pixels;
+use crate::host::Result;
+use crate::plate_image::{PlateImage, collect_samples, pixels_of};
 
-/// A picture.
-pub(crate) struct Copied {
+/// An image of interleaved samples.
+pub(crate) struct Interleaved {
     samples: Vec<f32>,
-    rect: SeidelRect,
+    rectangle: Rectangle,
     channels: usize,
 }
 
-impl Copied {
-    /// Of zeros.
+impl Interleaved {
+    /// Creates an image over `rectangle` whose samples are given by `sample`.
     ///
     /// # Errors
-    /// No memory for it.
-    pub(crate) fn new(rect: SeidelRect, channels: u32) -> Result<Self> {
-        let channels = channels as usize;
-        let count = rect.width as usize * rect.height as usize * channels;
-        let mut samples = Vec::new();
-        samples.try_reserve_exact(count).map_err(|_| {
-            Failure::memory(format!(
-                "No memory for {count} samples more; render less at a time."
-            ))
-        })?;
-        samples.resize(count, 0.0);
+    /// Not enough memory.
+    pub(crate) fn new(
+        rectangle: Rectangle,
+        channels: usize,
+        sample: impl Fn((i32, i32), usize) -> f32,
+    ) -> Result<Self> {
         Ok(Self {
-            samples,
-            rect,
+            samples: collect_samples(rectangle, channels, sample)?,
+            rectangle,
             channels,
         })
     }
 
-    /// As the library takes it. It must be held for as long as that is used.
-    pub(crate) fn image(&mut self) -> SeidelImage {
-        SeidelImage {
-            size: size_of::<SeidelImage>() as u64,
-            data: self.samples.as_mut_ptr().cast(),
-            row_bytes: (4 * self.channels) as i64 * i64::from(self.rect.width),
-            pixel_bytes: 0,
-            channels: self.channels as u32,
-            sample: SEIDEL_FLOAT,
-            reserved: 0,
-            rect: self.rect,
-        }
-    }
-
-    /// Puts it into a picture of as many channels.
-    pub(crate) fn put_into(&self, result: &Pixels) {
-        let mut samples = self.samples.iter();
-        result.each(self.rect, |result, place| {
-            for (channel, sample) in (0..self.channels as u32).zip(samples.by_ref()) {
-                result.put(place, channel, *sample);
-            }
-        });
-    }
-
-    /// A copy of a source.
+    /// Creates a copy of all of `image`.
     ///
     /// # Errors
-    /// No memory for it.
-    pub(crate) fn of(source: &Pixels, rect: SeidelRect) -> Result<Self> {
-        let mut copy = Self::new(rect, source.channels())?;
-        let channels = copy.channels as u32;
-        let mut samples = copy.samples.iter_mut();
-        source.each(rect, |source, place| {
-            for (channel, sample) in (0..channels).zip(samples.by_ref()) {
-                *sample = source.get(place, channel).unwrap_or(0.0);
-            }
-        });
-        Ok(copy)
+    /// Not enough memory.
+    pub(crate) fn copy_of(image: &PlateImage) -> Result<Self> {
+        let sample = |pixel, channel| image.get(pixel, channel).unwrap_or(0.0);
+        Self::new(image.rectangle(), image.channels(), sample)
     }
 
+    /// Number of channels.
     pub(crate) fn channels(&self) -> usize {
         self.channels
     }
 
-    /// Changes it part by part, each of whole pixels and on a thread of its own, and gives what was said of the parts. The
-    /// threads, 0 for as many as there are, end with it: none may be left in a library that hosts unload.
-    pub(crate) fn parts<R: Send>(
+    /// Returns a sample, or `None` outside the image. The channel must exist.
+    pub(crate) fn get(&self, pixel: (i32, i32), channel: usize) -> Option<f32> {
+        let rectangle = self.rectangle;
+        rectangle.contains(pixel.0, pixel.1).then(|| {
+            let row = (pixel.1 - rectangle.y) as usize;
+            let column = (pixel.0 - rectangle.x) as usize;
+            self.samples[(row * rectangle.width + column) * self.channels + channel]
+        })
+    }
+
+    /// Writes the image to `target`, which has as many channels.
+    pub(crate) fn write_to(&self, target: &PlateImage) {
+        let pixels = pixels_of(self.rectangle).zip(self.samples.chunks_exact(self.channels));
+        for (pixel, samples) in pixels {
+            for (channel, sample) in samples.iter().enumerate() {
+                target.set(pixel, channel, *sample);
+            }
+        }
+    }
+
+    /// Changes the image in parts of whole pixels, each on a thread of its own, and returns what `change` returns for each.
+    /// There are at most `threads` parts, or as many as the machine has threads if that is 0. The threads end with the
+    /// call, since none may be left in a library that hosts unload.
+    pub(crate) fn for_each_part<R: Send>(
         &mut self,
         threads: u32,
         change: impl Fn(&mut [f32]) -> R + Sync,
@@ -94,15 +80,16 @@ impl Copied {
         };
         let channels = self.channels.max(1);
         let pixels = self.samples.len() / channels;
-        let each = pixels.div_ceil(threads).max(1) * channels;
+        let part_length = pixels.div_ceil(threads).max(1) * channels;
         thread::scope(|scope| {
-            let parts = self.samples.chunks_mut(each);
             let change = &change;
-            let under_way: Vec<_> = parts
+            let parts = self.samples.chunks_mut(part_length);
+            let running: Vec<_> = parts
                 .map(|part| scope.spawn(move || change(part)))
                 .collect();
-            let done = under_way.into_iter().map(|part| part.join());
-            done.map(|said| said.unwrap_or_else(|panic| resume_unwind(panic)))
+            running
+                .into_iter()
+                .map(|part| part.join().unwrap_or_else(|panic| resume_unwind(panic)))
                 .collect()
         })
     }

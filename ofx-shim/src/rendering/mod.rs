@@ -1,17 +1,21 @@
-//! A frame rendered: where it lies, what goes in, what comes out.
+//! Rendering of a frame: its place, its inputs, and its result.
 
-mod copied;
+mod focal_plane;
+mod focal_point;
 mod frame;
 mod inputs;
+mod interleaved;
 mod mixing;
-mod outcome;
-mod preview;
 mod psf_grid;
+mod source;
+mod task;
 
-pub(crate) use copied::Copied;
-pub(crate) use frame::{Frame, field_of, project_of, window_of};
-pub(crate) use inputs::{Inputs, is_unpremultiplied, picture};
-pub(crate) use mixing::{Mixing, mix};
-pub(crate) use outcome::{Lenses, Outcome, Task, perform, progress};
-pub(crate) use preview::{InFocus, focal_plane};
-pub(crate) use psf_grid::psf_grid;
+pub(crate) use focal_plane::{FocusRange, tint_by_focus};
+pub(crate) use focal_point::focus_on_point;
+pub(crate) use frame::{Frame, field, project_region, render_window};
+pub(crate) use inputs::{Inputs, image_of_input};
+pub(crate) use interleaved::Interleaved;
+pub(crate) use mixing::Mixing;
+pub(crate) use psf_grid::draw_psf_grid;
+pub(crate) use source::Source;
+pub(crate) use task::{Outcome, RenderJob, Task};

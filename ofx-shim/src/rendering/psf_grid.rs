@@ -1,34 +1,36 @@
-//! How the lens draws points of light over the frame, each as bright as can be shown.
+//! The PSF grid: images of points of light over the frame, each scaled to a peak of 1.
 
-use seidel_c::{SeidelRect, SeidelSettings};
+use seidel_core::Rectangle;
 
-use super::Outcome;
+use super::task::Outcome;
 use crate::host::{Effect, Result};
-use crate::lens::{Lens, points};
-use crate::pixels::Pixels;
+use crate::lens::{KernelSource, grid_points};
+use crate::plate_image::PlateImage;
 
-/// Names of a picture's channels that are colours.
+/// Names of the colour channels of an image.
 const COLOURS: [&str; 3] = ["R", "G", "B"];
 
-/// Draws the lens's kernels over `within`, black between them; `vergence` tells 1/m of a pixel.
+/// Draws the kernels of the lens over the pixels of `window`, black between them. `vergence_per_m` returns the vergence of
+/// a pixel, in 1/m.
 ///
 /// # Errors
-/// What the library says.
-pub(crate) fn psf_grid(
-    (effect, lens, settings): (&Effect, &Lens, &SeidelSettings),
-    result: &Pixels,
-    (format, within): (SeidelRect, SeidelRect),
-    vergence: impl Fn((i32, i32)) -> f64,
+/// Those of [`KernelSource::kernel`].
+pub(crate) fn draw_psf_grid(
+    effect: &Effect,
+    lens: &KernelSource,
+    result: &PlateImage,
+    window: Rectangle,
+    vergence_per_m: impl Fn((i32, i32)) -> f64,
 ) -> Result<Outcome> {
-    let colours = COLOURS.len().min(result.channels() as usize);
-    result.each(within, |result, place| {
+    let colours = COLOURS.len().min(result.channels());
+    for pixel in result.pixels_in(window) {
         for channel in 0..result.channels() {
-            result.put(place, channel, if channel == 3 { 1.0 } else { 0.0 });
+            result.set(pixel, channel, if channel == 3 { 1.0 } else { 0.0 });
         }
-    });
-    for (x, y) in points(format) {
+    }
+    for (x, y) in grid_points(lens.geometry.display) {
         let pixel = (x.floor() as i32, y.floor() as i32);
-        let vergence = vergence(pixel);
+        let vergence = vergence_per_m(pixel);
         if !(vergence.is_finite() && vergence >= 0.0) {
             continue;
         }
@@ -36,33 +38,27 @@ pub(crate) fn psf_grid(
             return Ok(Outcome::Aborted);
         }
         let kernel = |colour: &&str| {
-            let channel = lens.channel(colour);
-            lens.kernel(settings, (format, channel), (x, y), 1.0 / vergence)
+            let channel = lens.channel_index(colour);
+            lens.kernel(channel, (x, y), 1.0 / vergence)
         };
         let kernels = COLOURS[..colours].iter().map(kernel);
         let kernels = kernels.collect::<Result<Vec<_>>>()?;
-        // One measure for all colours, so that what a colour has wider is dimmer.
-        let all = kernels.iter().flat_map(|kernel| &kernel.weights);
-        let peak = all.fold(0.0_f32, |peak, weight| peak.max(*weight));
+        // One scale for all colours, so that a wider kernel is dimmer.
+        let weights = kernels.iter().flat_map(|kernel| &kernel.weights);
+        let peak = weights.fold(0.0_f32, |peak, weight| peak.max(*weight));
         for (channel, kernel) in kernels.iter().enumerate() {
-            let columns = kernel.window.width.max(1) as usize;
             for (k, weight) in kernel.weights.iter().enumerate() {
-                let place = (
-                    pixel.0 + kernel.window.left + (k % columns) as i32,
-                    pixel.1 + kernel.window.top + (k / columns) as i32,
+                let (column, row) = (k % kernel.width, k / kernel.width);
+                let target = (
+                    pixel.0 + kernel.left + column as i32,
+                    pixel.1 + kernel.top + row as i32,
                 );
-                if !contains(within, place) {
-                    continue;
+                if window.contains(target.0, target.1) {
+                    let before = result.get(target, channel).unwrap_or(0.0);
+                    result.set(target, channel, before + weight / peak);
                 }
-                let old = result.get(place, channel as u32).unwrap_or(0.0);
-                result.put(place, channel as u32, old + weight / peak);
             }
         }
     }
     Ok(Outcome::Done)
-}
-
-fn contains(rect: SeidelRect, (x, y): (i32, i32)) -> bool {
-    (rect.left..rect.left + rect.width).contains(&x)
-        && (rect.top..rect.top + rect.height).contains(&y)
 }

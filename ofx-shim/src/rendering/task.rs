@@ -1,181 +1,131 @@
-//! The work itself, done by the library.
+//! The computation of a render, by the core.
 
-use std::ffi::c_void;
-use std::ptr::{null, null_mut};
 use std::sync::Arc;
 
-use seidel_c::{
-    SeidelCallbacks, SeidelFindings, SeidelImage, SeidelPlate, SeidelStatus, seidel_apply,
-    seidel_relens, seidel_remove,
-};
+use seidel_core::render::RenderWindow;
+use seidel_core::{Image, LensSession, NoiseGain, Plate, PreparedPlate, Progress, Rectangle};
 
-use super::{Frame, Inputs};
-use crate::depth::Made;
-use crate::ffi;
-use crate::host::{Effect, Failure, Result};
-use crate::knobs::{lens, output};
-use crate::lens::Lens;
-use crate::setup::Setup;
+use super::Interleaved;
+use crate::host::{Effect, Result};
+use crate::threads;
 
-/// The lens of a render, and the other one of relens.
-pub(crate) struct Lenses {
-    pub(crate) lens: Arc<Lens>,
-    pub(crate) to: Option<Arc<Lens>>,
+/// What is computed of a plate.
+pub(crate) enum Task {
+    /// The plate with the blur of its lens.
+    Apply,
+    /// The plate without the blur of its lens.
+    Remove,
+    /// The confidence of a removal.
+    Confidence,
+    /// The amplification of noise by a removal.
+    NoiseGain,
+    /// The plate with the blur of this lens in place of its own.
+    Relens(Arc<LensSession>),
 }
 
-/// What is to be done.
-pub(crate) struct Task<'a> {
-    pub(crate) effect: Effect<'a>,
-    pub(crate) mode: i32,
-    pub(crate) output: i32,
-    pub(crate) frame: &'a Frame,
-    pub(crate) inputs: &'a Inputs<'a>,
-    pub(crate) setup: &'a Setup,
-    pub(crate) source: SeidelImage,
-    /// Where results go: pixels of the extent alone.
-    pub(crate) target: SeidelImage,
-}
-
-/// Whether it was done, or the host wanted it no more.
+/// Whether a render came to its end, or the host aborted it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Done,
     Aborted,
 }
 
-/// Asks the host, on the thread that it called, whether to stop.
-pub(crate) unsafe extern "C" fn progress(user: *mut c_void, _share: f64) -> i32 {
-    // SAFETY: it is the effect that `perform` gave, which lives until the call ends.
-    let effect = unsafe { &*user.cast::<Effect>() };
-    let stop = crate::host::catch_panic(|| effect.is_aborted());
-    i32::from(stop.unwrap_or(false))
+/// A computation and the plate that it is for.
+pub(crate) struct RenderJob {
+    pub(crate) task: Task,
+    pub(crate) session: Arc<LensSession>,
+    pub(crate) plate: Plate,
+    /// Pixels of the plate that are needed.
+    pub(crate) window: Rectangle,
 }
 
-fn address(made: &Option<Made>) -> *const SeidelImage {
-    made.as_ref().map_or(null(), |made| &raw const made.image)
-}
-
-/// Does the work.
-///
-/// # Errors
-/// What the library says; outputs that the mode has not.
-pub(crate) fn perform(task: &Task, lenses: &Lenses) -> Result<Outcome> {
-    let maps = [output::CONFIDENCE, output::NOISE_GAIN].contains(&task.output);
-    if maps && task.mode != lens::REMOVE {
-        return Err(Failure::failed(
-            "Output: Confidence and Noise Gain are of removal; set Mode to Remove, or Output to Result.",
-        ));
-    }
-    let plate = SeidelPlate {
-        size: size_of::<SeidelPlate>() as u64,
-        format: task.frame.format,
-        extent: task.frame.extent,
-        source: &raw const task.source,
-        depth: address(&task.inputs.depth),
-        matte: address(&task.inputs.matte),
-        matte_depth: address(&task.inputs.matte_depth),
-        alphas: null(),
-    };
-    let callbacks = SeidelCallbacks {
-        size: size_of::<SeidelCallbacks>() as u64,
-        user: (&raw const task.effect).cast_mut().cast(),
-        progress: Some(progress),
-    };
-    let (settings, target) = (task.setup.settings(), &raw const task.target);
-    let handle = lenses.lens.handle();
-    // SAFETY: all that is pointed to is held until the calls end, and each picture is the host's for this render.
-    let status = unsafe {
-        match (task.mode, &lenses.to) {
-            (lens::RELENS, Some(to)) => seidel_relens(
-                handle,
-                to.handle(),
-                settings,
-                &plate,
-                target,
-                null(),
-                &callbacks,
-            ),
-            (lens::REMOVE, _) if maps => return mapped(task, handle, &plate, &callbacks),
-            (lens::REMOVE, _) => seidel_remove(
-                handle,
-                settings,
-                &plate,
-                target,
-                null(),
-                null_mut(),
-                &callbacks,
-            ),
-            _ => seidel_apply(handle, settings, &plate, target, null(), &callbacks),
-        }
-    };
-    finished(status)
-}
-
-fn finished(status: SeidelStatus) -> Result<Outcome> {
-    match status {
-        SeidelStatus::Aborted => Ok(Outcome::Aborted),
-        other => ffi::done(other).map(|()| Outcome::Done),
-    }
-}
-
-/// Puts a map of the removal in place of the picture, which goes nowhere.
-///
-/// # Safety
-/// As of [`seidel_remove`].
-unsafe fn mapped(
-    task: &Task,
-    handle: *const seidel_c::SeidelLens,
-    plate: &SeidelPlate,
-    callbacks: &SeidelCallbacks,
-) -> Result<Outcome> {
-    let target = task.target;
-    let rect = target.rect;
-    let channels = target.channels as usize;
-    let count = rect.width as usize * rect.height as usize * channels;
-    let mut picture: Vec<f32> = Vec::new();
-    picture
-        .try_reserve_exact(count)
-        .map_err(|_| Failure::memory(format!("Output: no memory for {count} samples.")))?;
-    picture.resize(count, 0.0);
-    let elsewhere = SeidelImage {
-        data: picture.as_mut_ptr().cast(),
-        row_bytes: (4 * channels) as i64 * i64::from(rect.width),
-        pixel_bytes: 0,
-        sample: seidel_c::SEIDEL_FLOAT,
-        ..target
-    };
-    // A map has one channel a colour.
-    let map = SeidelImage {
-        channels: if target.channels == 1 { 1 } else { 3 },
-        ..target
-    };
-    let wanted = &raw const map;
-    let mut findings = match task.output {
-        output::CONFIDENCE => SeidelFindings {
-            confidence: wanted,
-            ..ffi::findings()
-        },
-        _ => SeidelFindings {
-            noise_gain: wanted,
-            ..ffi::findings()
-        },
-    };
-    // SAFETY: as the caller vouches.
-    let status = unsafe {
-        seidel_remove(
-            handle,
-            task.setup.settings(),
+impl RenderJob {
+    /// Computes the window, or returns `None` if the host of `effect` aborts.
+    ///
+    /// # Errors
+    /// Those of [`LensSession::prepare`] and of the core's functions of the same names; not enough memory.
+    pub(crate) fn run(self, effect: &Effect) -> Result<Option<Interleaved>> {
+        let Self {
+            task,
+            session,
             plate,
-            &elsewhere,
-            null(),
-            &raw mut findings,
-            callbacks,
-        )
-    };
-    if status == SeidelStatus::Ok && target.channels == 4 {
-        // SAFETY: the target is the host's for this render.
-        let pixels = unsafe { crate::pixels::Pixels::new(target) };
-        pixels.each(rect, |pixels, place| pixels.put(place, 3, 1.0));
+            window,
+        } = self;
+        let extent = plate.geometry.data;
+        let map = match task {
+            Task::Confidence => Some(NoiseGain::Skip),
+            Task::NoiseGain => Some(NoiseGain::Measure),
+            _ => None,
+        };
+        let strength = session.settings().removal.strength;
+        if map.is_some() && (session.is_neutral() || strength == 0.0) {
+            // The plate stays as it is: it is certain everywhere, and so is its noise.
+            let channels = plate.image.colours.len() + plate.image.alpha.iter().len();
+            return Interleaved::new(window, channels, |_, _| 1.0).map(Some);
+        }
+        let prepared = session.prepare(plate)?;
+        let (image, origin) = match task {
+            Task::Apply => {
+                let part = RenderWindow {
+                    column: (window.x - extent.x) as usize,
+                    row: (window.y - extent.y) as usize,
+                    width: window.width,
+                    height: window.height,
+                };
+                let work = move |progress: &Progress<'_>| {
+                    let planes = prepared.apply_window(part, progress)?;
+                    Ok(prepared.to_image_of_size(part.width, part.height, planes))
+                };
+                (threads::run(effect, work)?, window)
+            }
+            Task::Relens(other) => {
+                let other = prepared.seen_through(&other)?;
+                let work = move |progress: &Progress<'_>| prepared.relens(&other, progress);
+                (threads::run(effect, work)?, extent)
+            }
+            Task::Remove | Task::Confidence | Task::NoiseGain => {
+                let work = move |progress: &Progress<'_>| match map {
+                    Some(noise_gain) => removal_map(&prepared, noise_gain, progress),
+                    None => prepared
+                        .remove(NoiseGain::Skip, progress)?
+                        .sharp_image(&prepared),
+                };
+                (threads::run(effect, work)?, extent)
+            }
+        };
+        image
+            .map(|image| interleave(&image, origin, window))
+            .transpose()
     }
-    finished(status)
+}
+
+/// Returns a map of the removal of blur, one plane a colour, with an alpha of 1 where the plate has one: the noise gain if
+/// it is measured, or else the confidence.
+fn removal_map(
+    plate: &PreparedPlate,
+    noise_gain: NoiseGain,
+    progress: &Progress,
+) -> seidel_core::Result<Image> {
+    let removed = plate.remove(noise_gain, progress)?;
+    let planes = match noise_gain {
+        NoiseGain::Measure => removed.noise_gain().to_vec(),
+        NoiseGain::Skip => removed.confidence(),
+    };
+    let placement = plate.placement();
+    let (width, height) = (placement.width, placement.height);
+    let mut names = plate.names();
+    let has_alpha = names.len() > plate.colour_count();
+    names.truncate(plate.colour_count());
+    let alpha = has_alpha.then(|| vec![1.0; width * height]);
+    let image = Image::new(width, height, names, planes)?;
+    Ok(image.with_alpha(alpha, Vec::new(), Default::default()))
+}
+
+/// Returns the pixels `window` of an image that covers `rectangle`.
+fn interleave(image: &Image, rectangle: Rectangle, window: Rectangle) -> Result<Interleaved> {
+    let planes: Vec<_> = image.colours.iter().chain(&image.alpha).collect();
+    Interleaved::new(window, planes.len(), |(x, y), channel| {
+        let (column, row) = (x - rectangle.x, y - rectangle.y);
+        planes[channel][row as usize * rectangle.width + column as usize]
+    })
 }

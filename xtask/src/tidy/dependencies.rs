@@ -3,7 +3,7 @@
 use crate::workspace::{Package, Tree};
 
 /// The packages of this project that each package may depend on, its tests included.
-const ALLOWED: [(&str, &[&str]); 14] = [
+const ALLOWED: [(&str, &[&str]); 15] = [
     (
         "seidel-core",
         &["seidel-optics", "seidel-render", "seidel-calibrate"],
@@ -12,11 +12,18 @@ const ALLOWED: [(&str, &[&str]); 14] = [
     ("seidel-render", &["seidel-optics"]),
     ("seidel-calibrate", &["seidel-optics", "seidel-render"]),
     ("seidel-colour", &[]),
-    ("seidel-plugin", &["seidel-core"]),
-    // The test host is a dependency of its tests.
+    ("seidel-threads", &[]),
+    ("seidel-plugin", &["seidel-core", "seidel-threads"]),
+    // The test host and the C ABI are dependencies of its tests.
     (
         "seidel-ofx",
-        &["seidel-colour", "seidel-plugin", "seidel-ofx-host"],
+        &[
+            "seidel-colour",
+            "seidel-core",
+            "seidel-ofx-host",
+            "seidel-plugin",
+            "seidel-threads",
+        ],
     ),
     (
         "seidel",

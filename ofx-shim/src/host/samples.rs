@@ -1,0 +1,169 @@
+//! Samples of images in the host's memory.
+
+use std::marker::PhantomData;
+
+use half::f16;
+
+use super::Image;
+use crate::sys::OfxRectI;
+
+/// The samples of an image in the host's memory: rows in either order, at any distance and address.
+#[derive(Clone, Copy)]
+pub(crate) struct Samples<'a> {
+    /// First sample of the bottom left pixel.
+    data: *mut u8,
+    /// Bytes from a row to the one above it.
+    row_bytes: i64,
+    pixel_bytes: i64,
+    is_half: bool,
+    channels: usize,
+    bounds: OfxRectI,
+    image: PhantomData<&'a ()>,
+}
+
+impl Image<'_> {
+    /// The samples of the image.
+    pub(crate) fn samples(&self) -> Samples<'_> {
+        Samples {
+            data: self.data.cast(),
+            row_bytes: self.row_bytes,
+            pixel_bytes: self.pixel_bytes(),
+            is_half: self.half,
+            channels: self.channels as usize,
+            bounds: self.bounds,
+            image: PhantomData,
+        }
+    }
+}
+
+impl Samples<'_> {
+    /// Number of channels.
+    pub(crate) fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The pixels that exist, y up.
+    pub(crate) fn bounds(&self) -> OfxRectI {
+        self.bounds
+    }
+
+    /// Returns a sample of pixel (`x`, `y`), y up, or `None` outside the bounds and channels.
+    pub(crate) fn get(&self, x: i32, y: i32, channel: usize) -> Option<f32> {
+        let at = self.address(x, y, channel)?;
+        Some(if self.is_half {
+            // SAFETY: within the image, whose memory the host keeps until the image is released.
+            f16::from_bits(unsafe { at.cast::<u16>().read_unaligned() }).to_f32()
+        } else {
+            // SAFETY: as above.
+            unsafe { at.cast::<f32>().read_unaligned() }
+        })
+    }
+
+    /// Sets a sample of pixel (`x`, `y`), y up, of an output image; does nothing outside the bounds and channels.
+    pub(crate) fn set(&self, x: i32, y: i32, channel: usize, value: f32) {
+        let Some(at) = self.address(x, y, channel) else {
+            return;
+        };
+        if self.is_half {
+            let bits = f16::from_f32(value).to_bits();
+            // SAFETY: within the image, which the host lends for writing until it is released.
+            unsafe { at.cast::<u16>().write_unaligned(bits) };
+        } else {
+            // SAFETY: as above.
+            unsafe { at.cast::<f32>().write_unaligned(value) };
+        }
+    }
+
+    fn address(&self, x: i32, y: i32, channel: usize) -> Option<*mut u8> {
+        let OfxRectI { x1, y1, x2, y2 } = self.bounds;
+        if !(x1..x2).contains(&x) || !(y1..y2).contains(&y) || channel >= self.channels {
+            return None;
+        }
+        let sample_bytes = if self.is_half { 2 } else { 4 };
+        let offset = i64::from(y - y1) * self.row_bytes
+            + i64::from(x - x1) * self.pixel_bytes
+            + channel as i64 * sample_bytes;
+        Some(self.data.wrapping_offset(offset as isize))
+    }
+}
+
+#[cfg(test)]
+impl<'a> Samples<'a> {
+    /// The `samples` of an image with `bounds` and `channels`, rows from the bottom up.
+    pub(crate) fn of_slice(samples: &'a mut [f32], bounds: OfxRectI, channels: usize) -> Self {
+        let columns = (bounds.x2 - bounds.x1) as usize;
+        let rows = (bounds.y2 - bounds.y1) as usize;
+        assert_eq!(samples.len(), columns * rows * channels);
+        Self {
+            data: samples.as_mut_ptr().cast(),
+            row_bytes: (4 * columns * channels) as i64,
+            pixel_bytes: 4 * channels as i64,
+            is_half: false,
+            channels,
+            bounds,
+            image: PhantomData,
+        }
+    }
+
+    /// The same memory with its rows from the top down.
+    pub(crate) fn upside_down(self) -> Self {
+        let rows = i64::from(self.bounds.y2 - self.bounds.y1);
+        let top = self
+            .data
+            .wrapping_offset(((rows - 1) * self.row_bytes) as isize);
+        Self {
+            data: top,
+            row_bytes: -self.row_bytes,
+            ..self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_may_be_stored_in_either_order() {
+        let mut values = [1.0, 2.0, 3.0, 4.0];
+        let bounds = OfxRectI {
+            x1: -1,
+            y1: 5,
+            x2: 0,
+            y2: 7,
+        };
+        let samples = Samples::of_slice(&mut values, bounds, 2);
+        assert_eq!(samples.get(-1, 5, 1), Some(2.0));
+        assert_eq!(samples.get(-1, 6, 0), Some(3.0));
+        assert_eq!(samples.upside_down().get(-1, 6, 0), Some(1.0));
+        let outside = [(0, 5, 0), (-1, 4, 0), (-1, 7, 0), (-1, 5, 2)];
+        for (x, y, channel) in outside {
+            assert_eq!(samples.get(x, y, channel), None);
+            samples.set(x, y, channel, 9.0);
+        }
+        samples.set(-1, 6, 1, 8.0);
+        assert_eq!(values, [1.0, 2.0, 3.0, 8.0]);
+    }
+
+    #[test]
+    fn half_precision_samples_are_converted() {
+        let mut bits = [f16::from_f32(0.5).to_bits(), f16::from_f32(2.0).to_bits()];
+        let samples = Samples {
+            data: bits.as_mut_ptr().cast(),
+            row_bytes: 4,
+            pixel_bytes: 4,
+            is_half: true,
+            channels: 2,
+            bounds: OfxRectI {
+                x1: 0,
+                y1: 0,
+                x2: 1,
+                y2: 1,
+            },
+            image: PhantomData,
+        };
+        assert_eq!(samples.get(0, 0, 1), Some(2.0));
+        samples.set(0, 0, 0, 0.25);
+        assert_eq!(bits[0], f16::from_f32(0.25).to_bits());
+    }
+}

@@ -1,0 +1,126 @@
+//! The source of a render.
+
+use seidel_core::{AlphaKind, Image as CoreImage, Rectangle};
+
+use super::Interleaved;
+use crate::colour::{AlphaHandling, Encoding};
+use crate::geometry::PixelMap;
+use crate::host::{Call, Clip, Failure, Image, Result};
+use crate::knobs::{Knobs, render};
+use crate::plate_image::{PlateImage, collect_samples};
+use crate::sys::clip::{PREMULTIPLICATION, UNPREMULTIPLIED};
+use crate::sys::effect::CLIP_SOURCE;
+
+/// The source clip and its image.
+pub(crate) struct Source<'h> {
+    pub(crate) clip: Clip<'h>,
+    pub(crate) image: Image<'h>,
+}
+
+impl<'h> Source<'h> {
+    /// Fetches the source, or `None` if nothing is connected.
+    ///
+    /// # Errors
+    /// An image of unexpected components or samples.
+    pub(crate) fn fetch(call: &Call<'h>) -> Result<Option<Self>> {
+        let Some(clip) = call.effect.clip(CLIP_SOURCE) else {
+            return Ok(None);
+        };
+        let image = clip.image(call.time())?;
+        Ok(image.map(|image| Self { clip, image }))
+    }
+
+    /// Width of a pixel over its height.
+    pub(crate) fn pixel_aspect(&self) -> f64 {
+        let aspect = self.image.pixel_aspect.or(self.clip.pixel_aspect());
+        aspect.unwrap_or(1.0)
+    }
+
+    /// Returns whether colours are multiplied by alpha: what the user says, or else the host.
+    pub(crate) fn alpha_kind(&self, knobs: &Knobs) -> AlphaKind {
+        let is_straight = || {
+            self.image.channels == 4
+                && (self.image.unpremultiplied
+                    || self
+                        .clip
+                        .properties
+                        .equals(PREMULTIPLICATION, UNPREMULTIPLIED))
+        };
+        match knobs.choice(&render::SOURCE_ALPHA) {
+            1 => AlphaKind::Premultiplied,
+            2 => AlphaKind::Unpremultiplied,
+            _ if is_straight() => AlphaKind::Unpremultiplied,
+            _ => AlphaKind::Premultiplied,
+        }
+    }
+
+    /// Returns the encoding of the source, or `None` if it is scene-linear.
+    ///
+    /// # Errors
+    /// Those of [`Encoding::chosen`].
+    pub(crate) fn encoding(&self, call: &Call, knobs: &Knobs) -> Result<Option<Encoding>> {
+        let alpha = match self.alpha_kind(knobs) {
+            AlphaKind::Premultiplied => AlphaHandling::Premultiplied,
+            AlphaKind::Unpremultiplied => AlphaHandling::Straight,
+        };
+        Encoding::chosen(knobs, alpha, call.host.threads())
+    }
+
+    /// Reads the pixels of `extent`, black where the image has none, as scene-linear planes.
+    ///
+    /// # Errors
+    /// Samples that are not finite, or cannot be decoded, unless they are scrubbed; not enough memory.
+    pub(crate) fn read(
+        &self,
+        knobs: &Knobs,
+        map: PixelMap,
+        extent: Rectangle,
+        encoding: Option<&Encoding>,
+    ) -> Result<CoreImage> {
+        let kind = self.alpha_kind(knobs);
+        let Some(view) = PlateImage::new(&self.image, map) else {
+            return read_planes(extent, self.image.channels as usize, kind, knobs, |_, _| {
+                0.0
+            });
+        };
+        let Some(encoding) = encoding else {
+            let sample = |pixel, channel| view.get(pixel, channel).unwrap_or(0.0);
+            return read_planes(extent, view.channels(), kind, knobs, sample);
+        };
+        let mut light = Interleaved::copy_of(&view)?;
+        encoding.decode(&mut light)?;
+        let sample = |pixel, channel| light.get(pixel, channel).unwrap_or(0.0);
+        read_planes(extent, view.channels(), kind, knobs, sample)
+    }
+}
+
+/// Returns an image of Y, RGB or RGBA, by the number of `channels`, over `extent`.
+fn read_planes(
+    extent: Rectangle,
+    channels: usize,
+    kind: AlphaKind,
+    knobs: &Knobs,
+    sample: impl Fn((i32, i32), usize) -> f32,
+) -> Result<CoreImage> {
+    let names: &[&str] = if channels == 1 {
+        &["Y"]
+    } else {
+        &["R", "G", "B"]
+    };
+    let plane = |channel: usize| collect_samples(extent, 1, |pixel, _| sample(pixel, channel));
+    let colours = (0..names.len()).map(plane).collect::<Result<Vec<_>>>()?;
+    let alpha = (channels > names.len()).then(|| plane(names.len()));
+    let names = names.iter().map(|name| (*name).to_owned()).collect();
+    let image = CoreImage::new(extent.width, extent.height, names, colours)?;
+    let mut image = image.with_alpha(alpha.transpose()?, Vec::new(), kind);
+    if knobs.is_on(&render::SCRUB) {
+        image.replace_non_finite();
+    }
+    image.check_finite().map_err(|error| {
+        Failure::failed(format!(
+            "Source: {} {}; repair the source, or switch Scrub on.",
+            error.place, error.problem
+        ))
+    })?;
+    Ok(image)
+}
