@@ -15,7 +15,7 @@ pub(crate) const HOLDOUT: &CStr = c"Holdout";
 /// Mask that limits the result to a part of the plate.
 pub(crate) const MASK: &CStr = c"Mask";
 
-/// Whether hosts may render in tiles: no. Depth slices and highlights are found on the whole plate, and every tile must be
+/// Support of tiles, which is not declared. Depth slices and highlights are found on the whole plate, and every tile must be
 /// that part of the whole frame to the bit, so a tile costs as much as the frame. With depth, a 1920 x 1080 frame in tiles
 /// of 256 x 256 px would be rendered forty times. Tiles that a host requests nevertheless are rendered.
 pub(crate) const SUPPORTS_TILES: i32 = 0;

@@ -10,10 +10,11 @@ use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
 use crate::knobs::{Knobs, depth, focus, lens, remove, render};
 
-/// Whether the host asks for a draft, which the user may allow.
+/// Quality that the host asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HostQuality {
     Full,
+    /// A draft, if Draft While Editing is on.
     Draft,
 }
 

@@ -1,4 +1,4 @@
-//! The button Check Lens: whether the plate shows the blur of its lens.
+//! The button Check Lens: a comparison of the plate's blur with that of its lens.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub(super) fn check(call: &Call) {
     show_information(call.host, call.effect.handle, &text);
 }
 
-/// Returns the result in words, or `None` if the host aborted.
+/// Returns the message with the result, or `None` if the host aborted.
 fn result(call: &Call) -> Result<Option<String>> {
     let knobs = Knobs::at(&call.effect, call.time());
     let Some(source) = Source::fetch(call)? else {
@@ -56,7 +56,7 @@ fn result(call: &Call) -> Result<Option<String>> {
     Ok(share.map(|share| conclusion(call, &knobs, share)))
 }
 
-/// Returns in words what the `share` of the lens's blur that the plate shows means, and reduces Amount if it is below 1.
+/// Returns the message for a plate that shows this `share` of the lens's blur, and reduces Amount if it is below 1.
 fn conclusion(call: &Call, knobs: &Knobs, share: f64) -> String {
     let percent = 100.0 * share;
     if share < 1.0 {

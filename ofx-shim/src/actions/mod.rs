@@ -77,7 +77,7 @@ pub(crate) fn perform(name: &CStr, handle: Handle, inputs: Handle, outputs: Hand
                 &format!("Seidel: {}: {panic}", name.to_string_lossy()),
             );
             let text = format!(
-                "An error in Seidel stopped this ({panic}); please report it with what you did. Other frames are not affected."
+                "An error in Seidel stopped this ({panic}); please report it and the steps to it. Other frames are not affected."
             );
             persistent_message::show(&host, handle, &text);
             STATUS_FAILED

@@ -28,16 +28,16 @@ enum Conversion {
     Spaces(Spaces),
 }
 
-/// Whether encoded colours are divided by alpha before they are decoded.
+/// Relation of encoded colours and alpha.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum AlphaHandling {
-    /// Colours are multiplied by alpha.
+    /// Colours are multiplied by alpha. They are divided by it before they are decoded.
     Premultiplied,
     /// Colours are not multiplied by alpha.
     Straight,
 }
 
-/// Samples that are not finite, or have no finite scene-linear value.
+/// Treatment of samples that are not finite, or have no finite scene-linear value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum NonFinite {
     Reject,

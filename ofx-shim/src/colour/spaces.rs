@@ -56,7 +56,7 @@ impl Spaces {
         let source = source.trim();
         if source.is_empty() {
             return Err(Failure::failed(
-                "Source Space: none is given; name the colour space that the source is in, as the config calls it.",
+                "Source Space: none is given; name the colour space of the source as the config does.",
             ));
         }
         let config = chosen_config(knobs)?;

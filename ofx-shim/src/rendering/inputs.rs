@@ -86,7 +86,7 @@ impl<'h> Inputs<'h> {
             let image = Rc::new(image);
             let channel = knobs.choice(&render::HOLDOUT_CHANNEL);
             inputs.matte = InputChannel::new(&image, map, channel, "Holdout Matte", None)?;
-            // The first option is "None".
+            // The first option of the menu is "None", for a holdout in front of everything.
             let channel = knobs.choice(&render::HOLDOUT_DEPTH) - 1;
             if channel >= 0 {
                 inputs.matte_depth =

@@ -9,7 +9,7 @@ use super::Interleaved;
 use crate::host::{Effect, Result};
 use crate::threads;
 
-/// What is computed of a plate.
+/// The result that is computed from a plate.
 pub(crate) enum Task {
     /// The plate with the blur of its lens.
     Apply,
@@ -23,7 +23,7 @@ pub(crate) enum Task {
     Relens(Arc<LensSession>),
 }
 
-/// Whether a render came to its end, or the host aborted it.
+/// The end of a render: complete, or aborted by the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Done,
