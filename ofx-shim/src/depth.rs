@@ -2,13 +2,12 @@
 
 use std::rc::Rc;
 
-use seidel_core::{DepthConvention, DepthMeaning, Rectangle};
+use seidel_core::{DepthConvention, Rectangle};
 
-use crate::geometry::{PixelMap, PlateScale};
+use crate::geometry::PixelMap;
 use crate::host::{Failure, Image, Result, Samples};
 use crate::knobs::{Knobs, depth, focus};
 use crate::plate_image::{PlateImage, collect_samples};
-use crate::settings::unless_zero;
 
 /// Meaning of depth samples, apart from their sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,7 +68,7 @@ impl DepthEncoding {
     }
 
     /// Returns the convention of samples after [`DepthConversion::apply`].
-    fn convention(&self) -> DepthConvention {
+    pub(crate) fn convention(&self) -> DepthConvention {
         let (near_m, far_m) = (self.near_m, self.far_m);
         let metres_per_unit = self.sign * self.metres_per_unit;
         match self.math {
@@ -131,18 +130,6 @@ impl DepthEncoding {
     /// Returns whether samples are relative to the focus plane.
     pub(crate) fn is_relative_to_focus(&self) -> bool {
         self.math == DepthMath::Direct
-    }
-}
-
-/// Returns the meaning of depth samples of `encoding` after [`DepthConversion::apply`], for the core.
-pub(crate) fn depth_meaning(
-    knobs: &Knobs,
-    encoding: &DepthEncoding,
-    scale: PlateScale,
-) -> DepthMeaning {
-    DepthMeaning {
-        convention: encoding.convention(),
-        along_ray: unless_zero(knobs.number(&depth::RAY_FOCAL) * scale.x),
     }
 }
 

@@ -1,8 +1,8 @@
 //! Seidel's OpenFX plugin: actions, parameters, clips and host suites around `seidel-core`.
 //!
-//! Arrows point one way: `actions` (one action a file) and `overlay` use `rendering`, which reads a frame of the host as a
-//! plate and renders it; `rendering` uses `settings`, `depth`, `geometry`, `colour` and `lens`; these use `knobs` and
-//! `host`, the host behind safe functions; `host` uses `sys`, the ABI of OpenFX. `unsafe` is in the last two and `overlay`.
+//! Imports point one way: `actions` (one action a file) and `overlay` use `rendering`, which reads a frame of the host as a
+//! plate and renders it; `rendering` uses `settings`, `depth`, `colour` and `lens`; these use `knobs` and `host`, the host
+//! behind safe functions; `host` uses `sys`, the ABI of OpenFX. `unsafe` is in `entry`, `overlay`, `host` and `sys` only.
 //! Every function that a host calls goes through `host::catch_panic`, so that no panic leaves the plugin.
 
 mod actions;
@@ -14,6 +14,7 @@ mod errors;
 mod file_cache;
 mod geometry;
 mod host;
+mod interleaved;
 mod knobs;
 mod lens;
 mod overlay;

@@ -1,14 +1,18 @@
-//! Parameters as settings of the core.
+//! The parameters as lens, settings and geometry of the core.
+
+use std::sync::Arc;
 
 use seidel_core::{
-    ChannelScale, Controls, Displacement, Edges, FocusControls, Grain, Lens, ObjectDistance,
-    OcclusionSettings, PlateGeometry, Quality, Rectangle, RemovalSettings, Saturation, Settings,
+    ChannelScale, Controls, DepthMeaning, Displacement, Edges, FocusControls, Grain, Lens,
+    ObjectDistance, OcclusionSettings, PlateGeometry, Quality, Rectangle, RemovalSettings,
+    Saturation, Settings,
 };
 
 use crate::depth::DepthEncoding;
 use crate::geometry::PlateScale;
 use crate::host::{Failure, Result};
-use crate::knobs::{Knobs, depth, focus, lens, remove, render};
+use crate::knobs::{Knob, Knobs, depth, focus, lens, remove, render};
+use crate::lens::{LensOrigin, built_in, load};
 
 /// Quality that the host asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +20,24 @@ pub(crate) enum HostQuality {
     Full,
     /// A draft, if Draft While Editing is on.
     Draft,
+}
+
+/// Returns the lens chosen by the parameters `menu` and `file`.
+///
+/// # Errors
+/// No file chosen, and a file that cannot be read or is not a lens profile.
+pub(crate) fn chosen_lens(knobs: &Knobs, menu: &Knob, file: &Knob) -> Result<Arc<Lens>> {
+    let origin = match knobs.choice(menu) {
+        built_in::FILE => LensOrigin::File(knobs.text(file).trim().to_owned()),
+        index => LensOrigin::BuiltIn(index),
+    };
+    if origin == LensOrigin::File(String::new()) {
+        let label = file.label.to_string_lossy();
+        return Err(Failure::failed(format!(
+            "{label}: no file is chosen; choose one, or a lens that comes with Seidel."
+        )));
+    }
+    load(&origin, knobs.hidden(&lens::RELOADS))
 }
 
 /// Returns the settings for the lens `profile`.
@@ -104,6 +126,18 @@ pub(crate) fn plate_geometry(
     }
 }
 
+/// Returns the meaning of depth samples of `encoding` after conversion by [`DepthConversion`](crate::depth::DepthConversion).
+pub(crate) fn depth_meaning(
+    knobs: &Knobs,
+    encoding: &DepthEncoding,
+    scale: PlateScale,
+) -> DepthMeaning {
+    DepthMeaning {
+        convention: encoding.convention(),
+        along_ray: unless_zero(knobs.number(&depth::RAY_FOCAL) * scale.x),
+    }
+}
+
 /// Returns the distance of everything where no depth pass is used, metres.
 pub(crate) fn plate_distance_m(knobs: &Knobs) -> f64 {
     metres(knobs.number(&depth::DISTANCE))
@@ -124,7 +158,7 @@ pub(crate) fn focus_vergence_per_m(knobs: &Knobs, profile: &Lens) -> Result<f64>
 }
 
 /// Returns the distance at which the lens was focused when it was measured, metres, if it is known.
-pub(crate) fn measured_focus_m(profile: &Lens) -> Option<f64> {
+fn measured_focus_m(profile: &Lens) -> Option<f64> {
     let focus = profile.profile().camera.focus_distance;
     focus.vergence_per_m().map(|vergence| 1.0 / vergence)
 }
@@ -175,6 +209,6 @@ fn metres(value: f64) -> f64 {
 }
 
 /// The value of a parameter at which zero stands for "as it is".
-pub(crate) fn unless_zero(value: f64) -> Option<f64> {
+fn unless_zero(value: f64) -> Option<f64> {
     (value != 0.0).then_some(value)
 }

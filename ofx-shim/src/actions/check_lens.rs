@@ -6,10 +6,9 @@ use seidel_core::{LensSession, Plate};
 
 use crate::host::{Call, Failure, ParameterValue, Result, show_information};
 use crate::knobs::{Knobs, lens};
-use crate::lens::chosen_lens;
 use crate::plate_image::PlateImage;
 use crate::rendering::{Frame, Inputs, Source};
-use crate::settings::{HostQuality, plate_geometry, settings};
+use crate::settings::{HostQuality, chosen_lens, plate_geometry, settings};
 use crate::threads;
 
 /// Compares the blur of the source with that of the lens and reports the result to the user. Reduces Amount to what the

@@ -10,13 +10,13 @@ use crate::clips::MASK;
 use crate::geometry::{PixelMap, intersection};
 use crate::host::{Call, Failure, Image, Result};
 use crate::knobs::{Knobs, focus, lens, output};
-use crate::lens::{KernelSource, chosen_lens};
+use crate::lens::KernelSource;
 use crate::plate_image::PlateImage;
 use crate::rendering::{
     FocusRange, Frame, Inputs, Mixing, Outcome, RenderJob, Source, Task, draw_psf_grid, field,
     image_of_input, render_window, tint_by_focus,
 };
-use crate::settings::{HostQuality, focus_vergence_per_m, plate_geometry, settings};
+use crate::settings::{HostQuality, chosen_lens, focus_vergence_per_m, plate_geometry, settings};
 use crate::sys::effect::{CLIP_OUTPUT, QUALITY_DRAFT, THUMBNAIL};
 use crate::sys::plugin::STATUS_ERR_IMAGE_FORMAT;
 

@@ -4,8 +4,8 @@ use seidel_colour::curves::{CurveTable, TransferFunction};
 
 use super::AlphaHandling;
 use crate::host::{Failure, Result};
+use crate::interleaved::Interleaved;
 use crate::knobs::colour;
-use crate::rendering::Interleaved;
 
 /// Returns the transfer function of the option `chosen` of Source Encoding.
 ///

@@ -6,8 +6,8 @@ mod spaces;
 use seidel_colour::curves::TransferFunction;
 
 use crate::host::Result;
+use crate::interleaved::Interleaved;
 use crate::knobs::{Knobs, colour, render};
-use crate::rendering::Interleaved;
 use spaces::Spaces;
 
 pub(crate) use spaces::clear;

@@ -8,8 +8,8 @@ use seidel_colour::{ColourError, Config, ConversionReport, PixelLayout, Processo
 use super::{AlphaHandling, NonFinite};
 use crate::file_cache::FileCache;
 use crate::host::{Failure, Result};
+use crate::interleaved::Interleaved;
 use crate::knobs::{Knobs, colour, lens};
-use crate::rendering::Interleaved;
 
 /// Configs by their source. All instances share them.
 static CONFIGS: FileCache<String, Config> = FileCache::new();

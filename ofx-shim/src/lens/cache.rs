@@ -10,7 +10,6 @@ use seidel_core::Lens;
 use super::built_in;
 use crate::file_cache::FileCache;
 use crate::host::{Failure, Result};
-use crate::knobs::{Knob, Knobs, lens};
 
 /// Largest lens profile that is read, bytes. Thousands of planes fit into a tenth of it.
 const MAX_BYTES: u64 = 64 << 20;
@@ -26,29 +25,11 @@ pub(crate) enum LensOrigin {
 
 static LENSES: FileCache<LensOrigin, Lens> = FileCache::new();
 
-/// Returns the lens chosen by the parameters `menu` and `file`.
-///
-/// # Errors
-/// No file chosen, and a file that cannot be read or is not a lens profile.
-pub(crate) fn chosen_lens(knobs: &Knobs, menu: &Knob, file: &Knob) -> Result<Arc<Lens>> {
-    let origin = match knobs.choice(menu) {
-        built_in::FILE => LensOrigin::File(knobs.text(file).trim().to_owned()),
-        index => LensOrigin::BuiltIn(index),
-    };
-    if origin == LensOrigin::File(String::new()) {
-        let label = file.label.to_string_lossy();
-        return Err(Failure::failed(format!(
-            "{label}: no file is chosen; choose one, or a lens that comes with Seidel."
-        )));
-    }
-    load(&origin, knobs.hidden(&lens::RELOADS))
-}
-
 /// Returns the lens of `origin`. A file is read again if it has changed, or if `reloads` has.
 ///
 /// # Errors
 /// A file that cannot be read or is not a lens profile. An older lens does not take its place.
-pub(super) fn load(origin: &LensOrigin, reloads: i32) -> Result<Arc<Lens>> {
+pub(crate) fn load(origin: &LensOrigin, reloads: i32) -> Result<Arc<Lens>> {
     let file = match origin {
         LensOrigin::File(path) => Some(Path::new(path)),
         LensOrigin::BuiltIn(_) => None,

@@ -4,5 +4,5 @@ pub(crate) mod built_in;
 mod cache;
 mod kernel;
 
-pub(crate) use cache::{chosen_lens, clear};
+pub(crate) use cache::{LensOrigin, clear, load};
 pub(crate) use kernel::{KernelSource, grid_points};

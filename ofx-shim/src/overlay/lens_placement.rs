@@ -7,9 +7,8 @@ use seidel_core::{Lens, PlateGeometry, PlatePlacement, Settings};
 use crate::geometry::{Field, PixelMap, PlateScale, Scale, is_empty};
 use crate::host::{Call, Result};
 use crate::knobs::{Knobs, lens as knob};
-use crate::lens::chosen_lens;
 use crate::rendering::project_region;
-use crate::settings::{HostQuality, plate_distance_m, plate_geometry, settings};
+use crate::settings::{HostQuality, chosen_lens, plate_distance_m, plate_geometry, settings};
 use crate::sys::effect::CLIP_SOURCE;
 use crate::sys::{OfxPointD, OfxRectI};
 

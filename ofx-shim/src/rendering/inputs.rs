@@ -8,11 +8,11 @@ use seidel_core::{
 };
 
 use crate::clips::{DEPTH, HOLDOUT};
-use crate::depth::{DepthConversion, DepthEncoding, InputChannel, depth_meaning};
+use crate::depth::{DepthConversion, DepthEncoding, InputChannel};
 use crate::geometry::{PixelMap, PlateScale};
 use crate::host::{Call, Clip, Failure, Image, Result};
 use crate::knobs::{Knob, Knobs, depth, lens, render};
-use crate::settings::{focus_vergence_per_m, plate_distance_m};
+use crate::settings::{depth_meaning, focus_vergence_per_m, plate_distance_m};
 
 /// The optional inputs of a render.
 pub(crate) struct Inputs<'h> {

@@ -2,10 +2,10 @@
 
 use seidel_core::{AlphaKind, Image as CoreImage, Rectangle};
 
-use super::Interleaved;
 use crate::colour::{AlphaHandling, Encoding};
 use crate::geometry::PixelMap;
 use crate::host::{Call, Clip, Failure, Image, Result};
+use crate::interleaved::Interleaved;
 use crate::knobs::{Knobs, render};
 use crate::plate_image::{PlateImage, collect_samples};
 use crate::sys::clip::{PREMULTIPLICATION, UNPREMULTIPLIED};

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use seidel_core::render::RenderWindow;
 use seidel_core::{Image, LensSession, NoiseGain, Plate, PreparedPlate, Progress, Rectangle};
 
-use super::Interleaved;
 use crate::host::{Effect, Result};
+use crate::interleaved::Interleaved;
 use crate::threads;
 
 /// The result that is computed from a plate.
