@@ -98,9 +98,9 @@ fn removal(knobs: &Knobs) -> RemovalSettings {
             .into_iter()
             .collect(),
         saturation: match knobs.choice(&remove::CLIP) {
-            0 => Saturation::Told,
+            0 => Saturation::Auto,
             1 => Saturation::Never,
-            _ => Saturation::From(knobs.number(&remove::CLIP_LEVEL)),
+            _ => Saturation::Level(knobs.number(&remove::CLIP_LEVEL)),
         },
         strength: knobs.number(&remove::STRENGTH),
         grain: if knobs.choice(&remove::GRAIN) == 0 {
