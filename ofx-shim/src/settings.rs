@@ -74,17 +74,19 @@ pub(crate) fn settings(
     let (right, up) = knobs.pair(&lens::AXIS_OFFSET);
     settings.axis_offset_px = (right * scale.x, -up * scale.y + scale.row_offset);
     settings.quality = match knobs.choice(&render::QUALITY) {
-        _ if quality == HostQuality::Draft && knobs.is_on(&render::AUTO_DRAFT) => Quality::Draft,
         0 => Quality::Draft,
         1 => Quality::Final,
         _ => Quality::Exact,
     };
+    if quality == HostQuality::Draft && knobs.is_on(&render::AUTO_DRAFT) {
+        settings.quality = Quality::Draft;
+    }
     settings.edges = match knobs.choice(&render::EDGES) {
         0 => Edges::Mirror,
         1 => Edges::Black,
         _ => Edges::Extend,
     };
-    settings.occlusion = (knobs.is_on(&render::OCCLUSION)).then(|| OcclusionSettings {
+    settings.occlusion = knobs.is_on(&render::OCCLUSION).then(|| OcclusionSettings {
         fill_foreground: knobs.is_on(&render::FILL_FOREGROUND),
         blur_inside: knobs.is_on(&render::BLUR_INSIDE),
     });
