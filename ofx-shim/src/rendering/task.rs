@@ -79,7 +79,7 @@ impl RenderJob {
                 (threads::run(effect, work)?, window)
             }
             Task::Relens(other) => {
-                let other = prepared.seen_through(&other)?;
+                let other = prepared.for_session(&other)?;
                 let work = move |progress: &Progress<'_>| prepared.relens(&other, progress);
                 (threads::run(effect, work)?, extent)
             }
