@@ -1,7 +1,7 @@
 //! Applying the blur of a lens to a plate, or to a part of it.
 
 use seidel_core::render::RenderWindow;
-use seidel_core::{Image, PreparedPlate};
+use seidel_core::{Image, PreparedPlate, Progress};
 
 use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;
@@ -13,7 +13,6 @@ use crate::memory::check_apply_memory;
 use crate::plate::{HoldoutUse, SeidelPlate};
 use crate::settings::SeidelSettings;
 use crate::status::{Failure, Result, SeidelStatus};
-use crate::threads::SharedProgress;
 
 /// Applies the blur of a lens to a plate and writes the pixels of `output.rect`, which must lie in the extent of the
 /// plate. `output` has as many channels as the source and may be the memory of the source. If the source covers
@@ -55,8 +54,8 @@ pub unsafe extern "C" fn seidel_apply(
     })
 }
 
-fn blur(plate: &PreparedPlate, window: RenderWindow, progress: &SharedProgress) -> Result<Image> {
-    let planes = plate.apply_window(window, &|share| progress.report(share))?;
+fn blur(plate: &PreparedPlate, window: RenderWindow, progress: &Progress) -> Result<Image> {
+    let planes = plate.apply_window(window, progress)?;
     Ok(plate.to_image_of_size(window.width, window.height, planes))
 }
 

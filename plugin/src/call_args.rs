@@ -1,6 +1,6 @@
 //! The arguments that seidel_apply, seidel_remove and seidel_relens share.
 
-use seidel_core::Image;
+use seidel_core::{Image, Progress};
 
 use crate::callbacks::SeidelCallbacks;
 use crate::image::{ImageView, SeidelImage, SeidelRect};
@@ -8,7 +8,7 @@ use crate::plate::{Plate, SeidelPlate};
 use crate::pointers::{Versioned, read_optional};
 use crate::settings::{SeidelSettings, Settings};
 use crate::status::Result;
-use crate::threads::{SharedProgress, run};
+use crate::threads::run;
 
 /// The arguments of a call that writes an image, lenses excepted.
 pub(crate) struct CallArgs {
@@ -49,7 +49,7 @@ impl CallArgs {
     /// Does `work` on the library's threads, with the caller's thread limit and callbacks.
     pub(crate) fn run<T: Send + 'static>(
         &self,
-        work: impl FnOnce(&SharedProgress) -> Result<T> + Send + 'static,
+        work: impl FnOnce(&Progress) -> Result<T> + Send + 'static,
     ) -> Result<T> {
         run(self.settings.raw.threads, &self.callbacks, work)
     }

@@ -1,5 +1,7 @@
 //! Comparing the blur of a plate with that of a lens.
 
+use seidel_core::Progress;
+
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
 use crate::handles;
@@ -9,7 +11,7 @@ use crate::plate::{HoldoutUse, Plate, SeidelPlate};
 use crate::pointers::{OutputPointer, Versioned, read_optional};
 use crate::settings::{SeidelSettings, Settings};
 use crate::status::{Failure, SeidelStatus};
-use crate::threads::{SharedProgress, run};
+use crate::threads::run;
 
 /// Writes to `*blur_share` the blur that a plate shows as a share of the blur of a lens: 1 if nothing speaks against
 /// the lens. To do as `seidel remove` does, multiply `amount` by a share below 1 before the removal, since removing
@@ -50,9 +52,7 @@ pub unsafe extern "C" fn seidel_check_lens(
         let session = settings.session(&lens)?;
         let prepared = plate.prepare(&session, &settings, HoldoutUse::Ignore)?;
         let callbacks = callbacks.unwrap_or(SeidelCallbacks::DEFAULT);
-        let work = move |progress: &SharedProgress| {
-            Ok(prepared.blur_share(&|share| progress.report(share))?)
-        };
+        let work = move |progress: &Progress<'_>| Ok(prepared.blur_share(progress)?);
         output.write(run(settings.raw.threads, &callbacks, work)?);
         Ok(())
     })

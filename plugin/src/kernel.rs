@@ -1,6 +1,6 @@
 //! The kernel of a lens at one point of a plate.
 
-use seidel_core::ObjectDistance;
+use seidel_core::{ObjectDistance, Progress};
 
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
@@ -100,7 +100,9 @@ pub unsafe extern "C" fn seidel_kernel(
         if channel as usize >= count {
             return Err(index_error("channel", channel, count));
         }
-        let work = move |_: &_| Ok(session.kernel_at(&geometry, channel as usize, at, distance)?);
+        let work = move |_: &Progress<'_>| {
+            Ok(session.kernel_at(&geometry, channel as usize, at, distance)?)
+        };
         let drawn = run(1, &SeidelCallbacks::DEFAULT, work)?;
         (result.left, result.top) = (drawn.left, drawn.top);
         (result.width, result.height) = (drawn.width as u32, drawn.height as u32);

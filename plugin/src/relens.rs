@@ -1,7 +1,5 @@
 //! Replacing the blur of one lens by that of another.
 
-use seidel_core::{Image, NoiseGain, PreparedPlate};
-
 use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;
 use crate::guard::guard;
@@ -11,11 +9,7 @@ use crate::lens::SeidelLens;
 use crate::memory::check_removal_memory;
 use crate::plate::{HoldoutUse, SeidelPlate};
 use crate::settings::SeidelSettings;
-use crate::status::{Result, SeidelStatus};
-use crate::threads::SharedProgress;
-
-/// Share of the time that removal takes.
-const REMOVAL_SHARE: f64 = 0.9;
+use crate::status::SeidelStatus;
 
 /// Removes the blur of the lens `from` from a plate and applies that of `to`. The plate keeps its grain. The settings
 /// hold for both lenses; `strength` and `grain` are not used. `output.rect` must lie in the extent. All else, errors
@@ -46,24 +40,9 @@ pub unsafe extern "C" fn seidel_relens(
             let session = settings.session(&from)?;
             let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
             let other = prepared.for_session(&settings.session(&to)?)?;
-            args.run(move |progress| change_lens(&prepared, &other, progress))?
+            args.run(move |progress| Ok(prepared.relens(&other, progress)?))?
         };
         args.write(&image, plate.extent());
         Ok(())
     })
-}
-
-/// Removes the blur of the lens of `plate`, and applies that of `other`, the same plate prepared for another lens.
-fn change_lens(
-    plate: &PreparedPlate,
-    other: &PreparedPlate,
-    progress: &SharedProgress,
-) -> Result<Image> {
-    let removed = plate.remove(NoiseGain::Skip, &|share| {
-        progress.report(REMOVAL_SHARE * share)
-    })?;
-    let planes = removed.apply_other(other, &|share| {
-        progress.report(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)
-    })?;
-    Ok(plate.to_image(planes))
 }

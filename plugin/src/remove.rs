@@ -1,7 +1,7 @@
 //! Removing the blur of a lens from a plate.
 
 use seidel_core::render::remove::Canvas;
-use seidel_core::{Image, NoiseGain, PreparedPlate, RemovedPlate};
+use seidel_core::{Image, NoiseGain, PreparedPlate, Progress, RemovedPlate};
 
 use crate::call_args::CallArgs;
 use crate::callbacks::SeidelCallbacks;
@@ -14,7 +14,6 @@ use crate::plate::{HoldoutUse, Plate, SeidelPlate};
 use crate::pointers::{Versioned, read_optional, write_versioned};
 use crate::settings::SeidelSettings;
 use crate::status::{Failure, Result, SeidelStatus};
-use crate::threads::SharedProgress;
 
 /// Results of seidel_remove beside the image. The caller sets `size` and the two images; the library writes the other
 /// members. Arrays have one entry for each colour, in the order of the source.
@@ -194,9 +193,9 @@ struct SharpPlate {
 fn sharpen(
     plate: &PreparedPlate,
     noise_gain: NoiseGain,
-    progress: &SharedProgress,
+    progress: &Progress,
 ) -> Result<SharpPlate> {
-    let removed = plate.remove(noise_gain, &|share| progress.report(share))?;
+    let removed = plate.remove(noise_gain, progress)?;
     let canvas = removed.canvas()?;
     let planes = removed.sharp_planes(plate)?;
     let (width, height) = canvas.size();
