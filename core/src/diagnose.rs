@@ -15,15 +15,15 @@ use crate::lens::Lens;
 /// use seidel_core::{DiagnosisSettings, Lens, diagnose, no_progress};
 ///
 /// let diagnosis = diagnose(lens, set, &DiagnosisSettings::default(), &no_progress)?;
-/// println!("{:?}: {}", diagnosis.verdict, diagnosis.added.join(", "));
+/// let causes = diagnosis.added.join(", ");
 /// let corrected = Lens::new(diagnosis.corrected)?;
 /// # Ok(())
 /// # }
 /// ```
 ///
 /// # Errors
-/// A lens fitted as [`Model::Moments`](crate::Model::Moments), a set of another frame or other channels, too few observations, an unknown effect, and
-/// cancellation by `progress`.
+/// A lens fitted as [`Model::Moments`](crate::Model::Moments), a set of another frame or other channels, too few
+/// observations, an unknown effect, and cancellation by `progress`.
 pub fn diagnose(
     lens: &Lens,
     set: &ObservationSet,

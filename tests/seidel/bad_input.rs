@@ -317,7 +317,7 @@ fn invalid_outputs() {
     refused(
         |_| (),
         "apply --lens @lens.json @plate.exr -o @plate.exr",
-        &["plate.exr", "overwritten", "-o"],
+        &["plate.exr", "overwritten", "another name"],
     );
     refused(
         |folder| {

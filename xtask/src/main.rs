@@ -12,8 +12,6 @@ use std::process::ExitCode;
 
 const USAGE: &str = "usage: cargo xtask TASK
   tidy                        check the project's rules
-  tidy --language             count breaches of the language rules by rule and folder
-  tidy --language PATH        list the breaches in files whose path begins with PATH
   header                      write plugin/include/seidel.h
   bundle [--target TRIPLE] [--install [--to FOLDER]]
                               build the OpenFX bundle, and install it
@@ -26,7 +24,7 @@ fn main() -> ExitCode {
     let task = arguments.next().unwrap_or_default();
     let root = workspace::root();
     let result = match task.as_str() {
-        "tidy" => tidy::run(&root, arguments),
+        "tidy" => tidy::run(&root),
         "header" => header::write(&root),
         "bundle" => bundle::run(&root, arguments),
         "luts" => luts::run(&root, arguments),

@@ -3,14 +3,18 @@
 use crate::workspace::{Package, Tree};
 
 /// The packages of this project that each package may depend on, its tests included.
-const ALLOWED: [(&str, &[&str]); 15] = [
+const ALLOWED: [(&str, &[&str]); 16] = [
+    ("seidel-fourier", &[]),
     (
         "seidel-core",
         &["seidel-optics", "seidel-render", "seidel-calibrate"],
     ),
-    ("seidel-optics", &[]),
-    ("seidel-render", &["seidel-optics"]),
-    ("seidel-calibrate", &["seidel-optics", "seidel-render"]),
+    ("seidel-optics", &["seidel-fourier"]),
+    ("seidel-render", &["seidel-fourier", "seidel-optics"]),
+    (
+        "seidel-calibrate",
+        &["seidel-fourier", "seidel-optics", "seidel-render"],
+    ),
     ("seidel-colour", &[]),
     ("seidel-threads", &[]),
     ("seidel-plugin", &["seidel-core", "seidel-threads"]),

@@ -12,27 +12,16 @@ use std::path::Path;
 
 use crate::workspace::Tree;
 
-/// Runs `cargo xtask tidy` with the arguments after `tidy`.
+/// Runs `cargo xtask tidy`.
 ///
 /// # Errors
-/// Every breach, one a line. With `--language`, unknown arguments only.
-pub(crate) fn run(
-    root: &Path,
-    mut arguments: impl Iterator<Item = String>,
-) -> Result<String, String> {
-    match arguments.next().as_deref() {
-        None => {
-            let problems = problems(root);
-            if problems.is_empty() {
-                Ok("tidy: every rule is kept".to_owned())
-            } else {
-                Err(problems.join("\ntidy: "))
-            }
-        }
-        Some("--language") => Ok(language::report(&Tree::read(root), arguments.next())),
-        Some(other) => Err(format!(
-            "unknown argument {other}; the only one is --language"
-        )),
+/// Every breach, one a line.
+pub(crate) fn run(root: &Path) -> Result<String, String> {
+    let problems = problems(root);
+    if problems.is_empty() {
+        Ok("tidy: every rule is kept".to_owned())
+    } else {
+        Err(problems.join("\ntidy: "))
     }
 }
 

@@ -12,10 +12,10 @@
 //! The choice of image changes the figures more than the choice of method does (1 to 6 dB between two
 //! photographs in the reference study). Compare only figures of the same image.
 
-use realfft::num_complex::Complex;
+use seidel_fourier::{Complex, fast_length};
 
 use super::TestImage;
-use super::spectrum::{Transform, fast_fft_length};
+use super::spectrum::Transform;
 
 /// Largest ratio V(P) / V(P - Q) reported: 300 dB.
 const MAX_POWER_RATIO: f64 = 1e30;
@@ -80,7 +80,7 @@ impl ImageAutocorrelation {
 
     /// Returns a scorer of kernels on squares of `side` px.
     pub fn scorer(&self, side: usize) -> BlurScorer {
-        let size = fast_fft_length(2 * side);
+        let size = fast_length(2 * side);
         let transform = Transform::new(size, size);
         let mut lags = vec![0.0; size * size];
         let most = side as i64 - 1;

@@ -8,6 +8,5 @@ mod tiles;
 
 pub use forward_blur::{BlurScorer, ImageAutocorrelation};
 pub(crate) use kernel::{predicted_kernel, render_kernel, with_pixel_integration};
-pub(crate) use spectrum::fast_fft_length;
 pub use test_image::TestImage;
 pub(crate) use tiles::{PreparedTile, prepare_tiles, to_unit_sum};

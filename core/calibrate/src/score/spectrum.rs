@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use realfft::num_complex::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
+use seidel_fourier::{Complex, Planner, RealToComplex};
 
 /// A planned transform of real `width` x `height` arrays.
 ///
@@ -18,12 +17,12 @@ pub(crate) struct Transform {
 
 impl Transform {
     pub(crate) fn new(width: usize, height: usize) -> Self {
-        let mut planner = RealFftPlanner::new();
+        let mut planner = Planner::<f64>::new();
         Self {
             width,
             height,
-            across: planner.plan_fft_forward(width),
-            down: planner.plan_fft_forward(height),
+            across: planner.real_forward(width),
+            down: planner.real_forward(height),
         }
     }
 
@@ -89,22 +88,6 @@ impl Transform {
     }
 }
 
-/// Returns the least even number of at least `least` with no prime factors other than 2, 3 and 5, for fast
-/// transforms.
-pub(crate) fn fast_fft_length(least: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for p in [2, 3, 5] {
-            while n.is_multiple_of(p) {
-                n /= p;
-            }
-        }
-        n == 1
-    };
-    (least.max(2)..)
-        .find(|&n| n.is_multiple_of(2) && smooth(n))
-        .expect("powers of two never end")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,13 +117,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn quick_lengths_are_even_and_smooth() {
-        assert_eq!(
-            [1, 7, 50, 97, 129].map(fast_fft_length),
-            [2, 8, 50, 100, 144]
-        );
     }
 }

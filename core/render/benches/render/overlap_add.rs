@@ -7,7 +7,7 @@
 
 use crate::transform::{Planner, Space, Transform, good_size};
 use rayon::prelude::*;
-use rustfft::num_complex::Complex;
+use seidel_fourier::Complex;
 use seidel_optics::field::ImagePoint;
 use seidel_optics::psf::KernelRows;
 use seidel_render::{Edges, Plane, Scene, VergencePass};

@@ -1,8 +1,6 @@
 //! Real Fourier transforms in two dimensions, for the overlap-add renderer.
 
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use seidel_fourier::{Complex, ComplexToReal, Fft, RealToComplex};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -47,15 +45,14 @@ impl Planner {
     pub(crate) fn transform(&mut self, size: (usize, usize)) -> Arc<Transform> {
         let (width, height) = size;
         let plan = || {
-            let mut real = RealFftPlanner::new();
-            let mut complex = FftPlanner::new();
+            let mut plans = seidel_fourier::Planner::<f32>::new();
             Arc::new(Transform {
                 width,
                 height,
-                across: real.plan_fft_forward(width),
-                back_across: real.plan_fft_inverse(width),
-                down: complex.plan_fft_forward(height),
-                back_down: complex.plan_fft_inverse(height),
+                across: plans.real_forward(width),
+                back_across: plans.real_inverse(width),
+                down: plans.forward(height),
+                back_down: plans.inverse(height),
             })
         };
         self.known.entry(size).or_insert_with(plan).clone()

@@ -290,7 +290,7 @@ impl PlateInputs<'_> {
                 .max(if clipped { 1.0 } else { 0.0 })
         };
         if (0..count).any(|k| excess(k) > 0.0) {
-            let blurred = operator.apply(&self.canvas.embed(0.0, &excess), Accuracy::Draft)?;
+            let blurred = operator.apply(&self.canvas.embed(0.0, excess), Accuracy::Draft)?;
             for (k, light) in self.canvas.crop(&blurred).iter().enumerate() {
                 let kept_by_light = if excess(k) > 0.0 {
                     1.0

@@ -5,7 +5,7 @@ use super::lens_operator::Accuracy;
 use super::texture::{Estimate, texture_correction};
 use super::transfer_functions::TransferFunctions;
 use crate::{Operator, Quality, RenderWindow, Scene, VergencePass, kernel_reach};
-use rustfft::num_complex::Complex;
+use seidel_fourier::Complex;
 use seidel_optics::error::Result;
 
 /// A layer, on the window of the canvas that its light reaches.

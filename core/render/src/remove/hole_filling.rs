@@ -88,7 +88,7 @@ impl Level {
 
 /// Returns the second nearest cell of the coarser level along one axis.
 fn neighbour(at: usize) -> usize {
-    if at % 2 == 0 {
+    if at.is_multiple_of(2) {
         (at / 2).saturating_sub(1)
     } else {
         at / 2 + 1

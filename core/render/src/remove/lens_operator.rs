@@ -11,7 +11,7 @@ use super::gradient::norms;
 use super::texture::Estimate;
 use crate::{DepthLayers, Edges, LayerSpacing, RenderWindow, Scene, VergencePass};
 use rayon::prelude::*;
-use rustfft::num_complex::Complex;
+use seidel_fourier::Complex;
 use seidel_optics::error::Result;
 
 /// Least light of a blurred uniform canvas that is normalised to one. A lower bound would amplify pixels that get hardly

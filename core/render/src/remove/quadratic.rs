@@ -3,7 +3,7 @@
 use super::admm::{BlurPair, Problem};
 use super::gradient::{Gradient, gradient_gram};
 use super::vectors::{add_scaled, dot, weighted_gram};
-use rustfft::num_complex::Complex;
+use seidel_fourier::Complex;
 use seidel_optics::error::Result;
 
 /// Least determinant of the two-dimensional normal equations, as a share of the product of their diagonal: below, the

@@ -8,7 +8,7 @@ use super::test_scenes::{
 };
 use super::{Canvas, Deconvolver, Highlights, Saturation, estimate_blur_share};
 use crate::{Edges, Plane, RenderWindow, Scatter, Scene, VergencePass, cancelled};
-use rustfft::num_complex::Complex;
+use seidel_fourier::Complex;
 
 /// The Wiener filters work on local spectra, and their damping is the best in hindsight. They are optimal for texture
 /// without edges.

@@ -17,7 +17,7 @@ use super::ramp;
 use super::tile_fft::{FftBuffers, TileFft};
 use super::transfer_functions::TransferFunctions;
 use rayon::prelude::*;
-use rustfft::num_complex::Complex;
+use seidel_fourier::Complex;
 
 /// Side of a tile, px, where the sides of the lens's tiles allow it.
 const SIDE: usize = 32;

@@ -1,9 +1,7 @@
 //! Two-dimensional fast Fourier transforms of square tiles of real samples.
 
 use crate::LocalKernel;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use seidel_fourier::{Complex, ComplexToReal, Fft, Planner, RealToComplex};
 use std::sync::Arc;
 
 /// The transform of tiles of one side.
@@ -28,13 +26,13 @@ pub(super) struct FftBuffers {
 
 impl TileFft {
     pub(super) fn new(side: usize) -> Self {
-        let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
+        let mut planner = Planner::<f32>::new();
         Self {
             side,
-            rows: real.plan_fft_forward(side),
-            inverse_rows: real.plan_fft_inverse(side),
-            columns: complex.plan_fft_forward(side),
-            inverse_columns: complex.plan_fft_inverse(side),
+            rows: planner.real_forward(side),
+            inverse_rows: planner.real_inverse(side),
+            columns: planner.forward(side),
+            inverse_columns: planner.inverse(side),
         }
     }
 

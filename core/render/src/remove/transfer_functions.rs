@@ -9,7 +9,7 @@ use super::overlapping_tiles::OverlappingTiles;
 use super::tile_fft::{FftBuffers, TileFft};
 use crate::{LocalKernels, RenderWindow, Scene, kernel_reach};
 use rayon::prelude::*;
-use rustfft::num_complex::Complex;
+use seidel_fourier::Complex;
 use seidel_optics::error::Result;
 use std::f64::consts::PI;
 

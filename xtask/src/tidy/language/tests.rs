@@ -5,8 +5,12 @@ use super::*;
 /// Rules that the text of a file breaks, in order of lines.
 fn broken_rules(path: &str, text: &str) -> Vec<Rule> {
     let tree = Tree::of(&[(path, text)]);
-    let found = findings(&tree, "");
-    found.map(|(_, finding)| finding.rule).collect()
+    let words = Words::read();
+    let files = tree.files();
+    files
+        .flat_map(|file| findings_of(file, &words))
+        .map(|finding| finding.rule)
+        .collect()
 }
 
 fn broken_in_rust(text: &str) -> Vec<Rule> {
@@ -126,25 +130,13 @@ fn parts_of_names_are_parted_at_underscores_and_capitals() {
 }
 
 #[test]
-fn counts_are_by_folder_and_rule() {
-    let tree = Tree::of(&[
-        ("core/src/fit/a.rs", "struct Seen;\nstruct Given;"),
-        ("README.md", "told"),
-    ]);
-    let report = report(&tree, None);
-    let row = |start: &str| {
-        let line = report.lines().find(|line| line.starts_with(start));
-        let cells = line.expect("a row").split_whitespace().skip(1);
-        cells.map(str::to_owned).collect::<Vec<_>>()
-    };
-    assert_eq!(
-        row("core/src/fit"),
-        ["0", "2", "0", "0", "0", "0", "0", "0"]
-    );
-    assert_eq!(row("total"), ["0", "2", "1", "0", "0", "0", "0", "0"]);
-    let list = super::report(&tree, Some("core/src/fit/".to_owned()));
+fn breaches_are_listed_with_file_line_and_rule() {
+    let tree = Tree::of(&[("core/src/fit/a.rs", "struct A;\nstruct Seen;")]);
+    let mut problems = Vec::new();
+    check(&tree, &mut problems);
+    assert_eq!(problems.len(), 1);
     assert!(
-        list.starts_with("core/src/fit/a.rs:1: name: `Seen`"),
-        "{list}"
+        problems[0].starts_with("core/src/fit/a.rs:2: name: `Seen`"),
+        "{problems:?}"
     );
 }

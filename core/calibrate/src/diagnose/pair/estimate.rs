@@ -1,6 +1,6 @@
 //! PSF of one patch by regularised least squares with evidence maximisation.
 
-use realfft::num_complex::Complex;
+use seidel_fourier::Complex;
 
 use super::helix::Helix;
 

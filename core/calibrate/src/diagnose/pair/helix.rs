@@ -7,10 +7,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-
-use crate::score::fast_fft_length;
+use seidel_fourier::{Complex, ComplexToReal, Planner, RealToComplex, fast_length};
 
 /// Planned transforms of arrays with rows of `stride` samples.
 pub(super) struct Helix {
@@ -25,13 +22,13 @@ pub(super) struct Helix {
 impl Helix {
     /// Plans transforms of square arrays of side `stride`.
     pub(super) fn new(stride: usize) -> Self {
-        let length = fast_fft_length(stride * stride);
-        let mut planner = RealFftPlanner::new();
+        let length = fast_length(stride * stride);
+        let mut planner = Planner::<f64>::new();
         Self {
             stride,
             length,
-            forward: planner.plan_fft_forward(length),
-            inverse: planner.plan_fft_inverse(length),
+            forward: planner.real_forward(length),
+            inverse: planner.real_inverse(length),
         }
     }
 

@@ -6,20 +6,15 @@
 use std::fmt;
 use std::sync::Arc;
 
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use seidel_fourier::{Complex, ComplexToReal, Fft, Planner, RealToComplex};
 
 /// A value of a spectrum.
 pub(super) type C = Complex<f64>;
 
-/// Planners of complex and real transforms.
-type Planners = (FftPlanner<f64>, RealFftPlanner<f64>);
-
 /// Cached transform plans and reusable buffers.
 #[derive(Default)]
 pub(super) struct Fourier {
-    planners: Option<Box<Planners>>,
+    planner: Option<Box<Planner<f64>>>,
     spare: Vec<Vec<C>>,
 }
 
@@ -30,9 +25,9 @@ impl fmt::Debug for Fourier {
 }
 
 impl Fourier {
-    fn planners(&mut self) -> &mut Planners {
-        self.planners
-            .get_or_insert_with(|| Box::new((FftPlanner::new(), RealFftPlanner::new())))
+    fn planner(&mut self) -> &mut Planner<f64> {
+        self.planner
+            .get_or_insert_with(|| Box::new(Planner::<f64>::new()))
     }
 
     /// Returns a buffer of `length` zeros.
@@ -50,38 +45,21 @@ impl Fourier {
 
     /// Returns the forward transform of `length` complex values.
     pub(super) fn line(&mut self, length: usize) -> Arc<dyn Fft<f64>> {
-        self.planners().0.plan_fft_forward(length)
+        self.planner().forward(length)
     }
 
     /// Returns the transforms of real images of `columns` x `rows`.
     pub(super) fn grid(&mut self, [columns, rows]: [usize; 2]) -> Grid {
-        let (complex, real) = self.planners();
+        let planner = self.planner();
         Grid {
             columns,
             rows,
-            across: real.plan_fft_forward(columns),
-            across_back: real.plan_fft_inverse(columns),
-            down: complex.plan_fft_forward(rows),
-            down_back: complex.plan_fft_inverse(rows),
+            across: planner.real_forward(columns),
+            across_back: planner.real_inverse(columns),
+            down: planner.forward(rows),
+            down_back: planner.inverse(rows),
         }
     }
-}
-
-/// Returns the smallest even number of at least `least` with no prime factors but 2, 3 and 5.
-pub(super) fn quick_length(least: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for p in [2, 3, 5] {
-            while n.is_multiple_of(p) {
-                n /= p;
-            }
-        }
-        n == 1
-    };
-    let mut n = least.max(2).next_multiple_of(2);
-    while !smooth(n) {
-        n += 2;
-    }
-    n
 }
 
 /// Forward and inverse transforms of real images of one size.
@@ -181,10 +159,5 @@ mod tests {
                 assert!((a / picture.len() as f64 - b).abs() < 1e-12 * sum);
             }
         }
-    }
-
-    #[test]
-    fn quick_lengths_are_even_and_smooth() {
-        assert_eq!([1, 7, 90, 91, 1023].map(quick_length), [2, 8, 90, 96, 1024]);
     }
 }

@@ -8,12 +8,13 @@ use std::f64::consts::{PI, TAU};
 use std::fmt;
 
 use super::extent::Extent;
-use super::fourier::{C, Fourier, Grid, quick_length};
+use super::fourier::{C, Fourier, Grid};
 use super::halo::Moffat;
 use super::mesh::Mesh;
 use super::{CellGrid, Detail, TileGrid, Workspace, rasterise, wave};
 use crate::lens::LocalPupil;
 use crate::sensor::{Halo, Sensor};
+use seidel_fourier::fast_length;
 
 /// Cells along the side of a pixel for rays; odd, so that one lies at the centre of the pixel.
 const CELLS: usize = 3;
@@ -120,7 +121,7 @@ impl OpticalPsf {
 
     fn plan_padded(&self, fourier: &mut Fourier) -> Grid {
         let pixels = self.spectrum.pixels;
-        fourier.grid([0, 1].map(|axis| quick_length(pixels[axis] + self.size[axis])))
+        fourier.grid([0, 1].map(|axis| fast_length(pixels[axis] + self.size[axis])))
     }
 
     /// Returns the share of the light in each pixel of the tile behind `sensor`, row-major. The tone is not applied.
@@ -245,7 +246,7 @@ fn ray_spectrum(
             high = high.max(from_corner(extent.high[axis]) + 1.0);
         }
         first[axis] = low.floor() as i64;
-        pixels[axis] = quick_length((high.ceil() as i64 - first[axis]) as usize);
+        pixels[axis] = fast_length((high.ceil() as i64 - first[axis]) as usize);
     }
     let grid = space.fourier.grid(pixels.map(|n| n * cells));
     let origin = [0, 1].map(|axis| view.corner[axis] + first[axis] as f64);

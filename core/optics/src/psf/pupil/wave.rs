@@ -10,9 +10,10 @@
 use std::f64::consts::{PI, TAU};
 
 use super::extent::Extent;
-use super::fourier::{C, Fourier, quick_length, transpose};
+use super::fourier::{C, Fourier, transpose};
 use super::optical_psf::{Spectrum, View, signed, sinc};
 use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, Stop, powers};
+use seidel_fourier::fast_length;
 
 /// Smallest distance between the rays and the next period of the tile, in q over the smallest half width of the pupil.
 const SKIRT: f64 = 8.0;
@@ -68,7 +69,7 @@ impl Axis {
         let alone = far.max(half) + half + SKIRT * unit;
         let asked = alone.max(2.0 * far);
         let most = 2.0 * (half + room + MOST_SKIRT * unit);
-        let pixels = quick_length(asked.min(most).ceil() as usize + 1);
+        let pixels = fast_length(asked.min(most).ceil() as usize + 1);
         let step = q * squeeze / pixels as f64;
         let stops = pupil.stops();
         let side = |sign: f64| {
@@ -85,7 +86,7 @@ impl Axis {
             count,
             step,
             first: (left + right) / 2.0 - (count - 1) as f64 / 2.0 * step,
-            field: quick_length(2 * count),
+            field: fast_length(2 * count),
         }
     }
 
