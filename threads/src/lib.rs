@@ -232,7 +232,7 @@ impl<T> Job<T> {
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // No code panics halfway through a change of what is locked here.
+    // A poisoned lock is still valid: the locked value is never left half changed by a panic.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -42,7 +42,7 @@ const LARGER_MARGIN: f64 = 0.05;
 const SECOND_MINIMUM_MARGIN: f64 = 0.1;
 /// Least decrease for the smallest share, which need not be a minimum.
 const SMALLEST_MARGIN: f64 = 0.25;
-/// Least root mean square gradient of a tile, in that of its noise.
+/// Smallest root mean square gradient of a usable tile, as a multiple of the gradient that noise alone would have.
 const MIN_DETAIL: f64 = 1.25;
 /// Least share of a tile's pixels that do not keep their blur.
 const MIN_SHARPENED: f64 = 0.4;
