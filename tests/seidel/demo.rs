@@ -32,7 +32,7 @@ fn the_demo_writes_its_files_and_its_command_works() {
         assert!((a - b).abs() < 2e-3 * peak, "{a} {b}");
     }
     // A second run replaces the first; a folder with other files in it is refused.
-    succeeds(folder.path(), "demo @out --width 192");
+    succeeds(folder.path(), "demo @out --width 64");
     std::fs::write(folder.path().join("out/mine.txt"), "notes").expect("writable");
     let refused = seidel_in(folder.path(), "demo @out --width 192");
     assert_eq!(refused.status, 1);

@@ -119,6 +119,9 @@ pub struct Check {
 
 /// All checks, from loading to rendering to rarer features.
 pub static ALL: &[&Check] = &[
+    // The two longest run beside all the others.
+    &variants::CHECK,
+    &missing_properties::CHECK,
     &exports::CHECK,
     &description::CHECK,
     &contexts::CHECK,
@@ -129,7 +132,6 @@ pub static ALL: &[&Check] = &[
     &null_arguments::CHECK,
     &missing_suites::CHECK,
     &null_functions::CHECK,
-    &missing_properties::CHECK,
     &string_lifetime::CHECK,
     &parameter_access::CHECK,
     &host_kinds::CHECK,
@@ -153,7 +155,6 @@ pub static ALL: &[&Check] = &[
     &input_sizes::CHECK,
     &tiny_images::CHECK,
     &identity::CHECK,
-    &variants::CHECK,
     &parameter_changes::CHECK,
     &abort::CHECK,
     &messages::CHECK,
