@@ -146,7 +146,7 @@ fn rays(lens: &LensProfile) -> Result<&[PupilChannel]> {
 
 fn library(settings: &Settings) -> Result<Vec<&'static dyn Effect>> {
     if settings.library.is_empty() {
-        return Ok(effects::ALL.to_vec());
+        return Ok(effects::causes().collect());
     }
     settings
         .library

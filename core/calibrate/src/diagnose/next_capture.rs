@@ -136,8 +136,8 @@ mod tests {
 
     #[test]
     fn every_pair_of_effects_gets_a_capture_that_names_both() {
-        for one in effects::ALL {
-            for other in effects::ALL {
+        for one in effects::causes() {
+            for other in effects::causes() {
                 if one.id() != other.id() {
                     let text = between(one.id(), other.id());
                     assert!(

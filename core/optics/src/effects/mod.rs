@@ -13,11 +13,15 @@ mod defocus_offset;
 mod depth_scale;
 mod diffraction;
 mod distortion;
+mod double_plane;
 mod higher_order;
 mod lateral_colour;
+mod meridional_terms;
+mod monomials;
 mod motion;
 mod pixel_footprint;
 mod sensor_tilt;
+mod seventh_order;
 mod tone_curve;
 mod veiling_glare;
 mod vignetting;
@@ -31,11 +35,13 @@ pub use defocus_offset::DefocusOffset;
 pub use depth_scale::DepthScale;
 pub use diffraction::Diffraction;
 pub use distortion::Distortion;
+pub use double_plane::DoublePlane;
 pub use higher_order::HigherOrder;
 pub use lateral_colour::LateralColour;
 pub use motion::Motion;
 pub use pixel_footprint::PixelFootprint;
 pub use sensor_tilt::SensorTilt;
+pub use seventh_order::SeventhOrder;
 pub use tone_curve::ToneCurve;
 pub use veiling_glare::VeilingGlare;
 pub use vignetting::Vignetting;
@@ -167,6 +173,12 @@ pub trait Effect: Send + Sync {
     /// Cause and appearance, in a line.
     fn summary(&self) -> &'static str;
 
+    /// Returns whether a lens can gain the effect after its design: a diagnosis then tries it as a cause of a gap. Other
+    /// effects only describe lenses.
+    fn is_cause(&self) -> bool {
+        true
+    }
+
     /// The parameters, in the order of the values of [`Effect::apply`].
     fn parameters(&self) -> &'static [Parameter];
 
@@ -197,6 +209,8 @@ pub static ALL: &[&dyn Effect] = &[
     &SensorTilt,
     &Decentre,
     &HigherOrder,
+    &SeventhOrder,
+    &DoublePlane,
     &AxialColour,
     &LateralColour,
     &Distortion,
@@ -210,6 +224,17 @@ pub static ALL: &[&dyn Effect] = &[
     &VeilingGlare,
     &ToneCurve,
 ];
+
+/// Returns the effects that a diagnosis tries as causes of a gap.
+pub fn causes() -> impl Iterator<Item = &'static dyn Effect> {
+    ALL.iter().copied().filter(|effect| effect.is_cause())
+}
+
+/// Returns the position of `effect` in [`ALL`].
+pub fn acting_position(effect: &dyn Effect) -> usize {
+    let known = ALL.iter().position(|known| known.id() == effect.id());
+    known.unwrap_or(ALL.len())
+}
 
 /// Returns the effect called `id`.
 ///

@@ -6,24 +6,33 @@
 use super::ReducedNumbers;
 use crate::field::{FieldPoint, Meridian};
 
-/// Degree of the wavefront polynomial: that of fifth-order aberrations.
-pub const DEGREE: usize = 6;
+/// Largest degree of a wavefront polynomial: that of seventh-order aberrations.
+pub const DEGREE: usize = 8;
 
 /// Number of monomials `u_x^i u_y^j` with 1 <= i + j <= [`DEGREE`].
 pub const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2 - 1;
 
 /// The wavefront of one image point in one channel, in image axes; its slope is in px.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Wavefront {
     /// Coefficients of `u_x^i u_y^j`, by rising degree i + j and within it by rising j.
     coefficients: [f64; TERMS],
+    /// Degree above which all coefficients are zero: most lenses need no more than third order.
+    degree: usize,
 }
 
 impl Default for Wavefront {
     fn default() -> Self {
         Self {
             coefficients: [0.0; TERMS],
+            degree: 1,
         }
+    }
+}
+
+impl PartialEq for Wavefront {
+    fn eq(&self, other: &Self) -> bool {
+        self.coefficients == other.coefficients
     }
 }
 
@@ -35,7 +44,12 @@ const fn index(i: usize, j: usize) -> usize {
 
 /// Returns the powers (i, j) of every coefficient, in order.
 pub fn powers() -> impl Iterator<Item = (usize, usize)> {
-    (1..=DEGREE).flat_map(|n| (0..=n).map(move |j| (n - j, j)))
+    powers_up_to(DEGREE)
+}
+
+/// Returns the powers (i, j) of the coefficients up to `degree`, in order.
+fn powers_up_to(degree: usize) -> impl Iterator<Item = (usize, usize)> {
+    (1..=degree).flat_map(|n| (0..=n).map(move |j| (n - j, j)))
 }
 
 impl Wavefront {
@@ -61,6 +75,7 @@ impl Wavefront {
             (1..=DEGREE).contains(&degree),
             "a wavefront term has degree 1 to {DEGREE}, not {degree}"
         );
+        self.degree = self.degree.max(degree);
         for k in 0..=round {
             for j in 0..=along {
                 let share = binomial(round, k)
@@ -83,7 +98,13 @@ impl Wavefront {
             "a wavefront term has degree 1 to {DEGREE}, not {}",
             i + j
         );
+        self.degree = self.degree.max(i + j);
         self.coefficients[index(i, j)] += coefficient;
+    }
+
+    /// A degree above which all coefficients are zero; at least one.
+    pub fn degree(&self) -> usize {
+        self.degree
     }
 
     /// The coefficients of `u_x^i u_y^j`, in the order of [`powers`].
@@ -93,7 +114,12 @@ impl Wavefront {
 
     /// The wavefront with these coefficients, in the order of [`powers`].
     pub fn from_coefficients(coefficients: [f64; TERMS]) -> Self {
-        Self { coefficients }
+        let used = powers().zip(&coefficients).filter(|(_, c)| **c != 0.0);
+        let degree = used.map(|((i, j), _)| i + j).last().unwrap_or(1);
+        Self {
+            coefficients,
+            degree,
+        }
     }
 
     /// The tilt that moves every ray by (`dx`, `dy`) px.
@@ -108,6 +134,7 @@ impl Wavefront {
     #[must_use]
     pub fn add_scaled(&self, factor: f64, other: &Self) -> Self {
         let mut sum = *self;
+        sum.degree = self.degree.max(other.degree);
         for (mine, theirs) in sum.coefficients.iter_mut().zip(&other.coefficients) {
             *mine += factor * theirs;
         }
@@ -119,6 +146,7 @@ impl Wavefront {
     pub fn rescaled(&self, scale: f64) -> Self {
         Self {
             coefficients: self.coefficients.map(|c| c * scale),
+            degree: self.degree,
         }
     }
 
@@ -147,7 +175,7 @@ impl Wavefront {
     /// Returns the height W at pupil point `u`, px.
     pub fn height(&self, u: [f64; 2]) -> f64 {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
-        powers()
+        powers_up_to(self.degree)
             .zip(&self.coefficients)
             .map(|((i, j), c)| c * x[i] * y[j])
             .sum()
@@ -159,7 +187,7 @@ impl Wavefront {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
         let c = &self.coefficients;
         let mut slope = [0.0; 2];
-        for n in 1..=DEGREE {
+        for n in 1..=self.degree {
             for j in 0..=n {
                 let (i, c) = (n - j, c[index(n - j, j)]);
                 if i > 0 {
@@ -176,7 +204,7 @@ impl Wavefront {
     /// Returns the mean slope over the unit disc: the centroid of an unclipped pupil, px.
     pub fn mean_slope(&self) -> [f64; 2] {
         let mut sum = [0.0; 2];
-        for ((i, j), c) in powers().zip(&self.coefficients) {
+        for ((i, j), c) in powers_up_to(self.degree).zip(&self.coefficients) {
             if i > 0 {
                 sum[0] += c * i as f64 * disc_mean(i - 1, j);
             }
@@ -191,7 +219,7 @@ impl Wavefront {
     pub fn hessian(&self, u: [f64; 2]) -> [f64; 3] {
         let (x, y) = (power_table(u[0]), power_table(u[1]));
         let mut sum = [0.0; 3];
-        for ((i, j), c) in powers().zip(&self.coefficients) {
+        for ((i, j), c) in powers_up_to(self.degree).zip(&self.coefficients) {
             let (a, b) = (i as f64, j as f64);
             if i > 1 {
                 sum[0] += c * a * (a - 1.0) * x[i - 2] * y[j];
@@ -212,7 +240,7 @@ impl Wavefront {
         // xxx, xxy, xyy, yyy.
         let mut sum = [0.0; 4];
         let falling = |n: usize, k: usize| (0..k).map(|m| (n - m) as f64).product::<f64>();
-        for ((i, j), c) in powers().zip(&self.coefficients) {
+        for ((i, j), c) in powers_up_to(self.degree).zip(&self.coefficients) {
             for (by_y, sum) in sum.iter_mut().enumerate() {
                 let by_x = 3 - by_y;
                 if i >= by_x && j >= by_y {
@@ -227,8 +255,11 @@ impl Wavefront {
     /// Returns the Laplacian of W as a polynomial, without its constant term, which has no slope.
     #[must_use]
     pub fn laplacian(&self) -> Self {
-        let mut result = Self::default();
-        for ((i, j), c) in powers().zip(&self.coefficients) {
+        let mut result = Self {
+            degree: self.degree.saturating_sub(2).max(1),
+            ..Self::default()
+        };
+        for ((i, j), c) in powers_up_to(self.degree).zip(&self.coefficients) {
             if i + j <= 2 {
                 continue;
             }

@@ -17,7 +17,7 @@ use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, TERMS, Wavefront, powers};
 /// A triangle of base b and height h has the error f_bb b²/16 + f_hh h²/12; here b = 2 pi / 6 and h = 1.
 const INTERPOLATION: f64 = ((TAU / 6.0) * (TAU / 6.0) / 16.0 + 1.0 / 12.0) / 2.0;
 
-/// Number of monomials of a slope: powers (i, j) with i + j < [`DEGREE`].
+/// Largest number of monomials of a slope: powers (i, j) with i + j < [`DEGREE`].
 const SLOPE_TERMS: usize = TERMS - DEGREE;
 
 /// Largest number of derivatives that move stops: centre (x, y) and radius of each stop.
@@ -56,6 +56,8 @@ pub(super) struct Mesh<'a> {
     derivatives: &'a [PupilDerivative],
     /// Number of derivatives that move stops; they are the last ones.
     stop_derivatives: usize,
+    /// Degree of the wavefront and its derivatives.
+    degree: usize,
     rings: usize,
     centre: [f64; 2],
     /// The corners of the outermost ring.
@@ -64,6 +66,8 @@ pub(super) struct Mesh<'a> {
     rim_motion: Vec<[f64; 2]>,
     /// Coefficients of the wavefront slope (x, y), monomial by monomial.
     landing: [[f64; 2]; SLOPE_TERMS],
+    /// Coefficients of the second derivatives (xx, xy, yy) of the wavefront, monomial by monomial; empty if no stop moves.
+    curvature: Vec<[f64; 3]>,
     /// Coefficients of the slopes of the derivatives, monomial by monomial: all x, then all y.
     velocities: Vec<Pack>,
 }
@@ -102,11 +106,14 @@ impl<'a> Mesh<'a> {
             pupil,
             derivatives,
             stop_derivatives,
+            degree: (derivatives.iter().map(|d| d.wavefront.degree()))
+                .fold(pupil.wavefront.degree(), usize::max),
             rings,
             centre,
             rim: Vec::new(),
             rim_motion: Vec::new(),
             landing: [[0.0; 2]; SLOPE_TERMS],
+            curvature: Vec::new(),
             velocities: Vec::new(),
         };
         mesh.set_rim(depth > PINHOLE_RADIUS);
@@ -227,9 +234,12 @@ impl<'a> Mesh<'a> {
     fn set_slopes(&mut self, correction: f64) {
         let corrected = |w: &Wavefront| w.add_scaled(-correction, &w.laplacian());
         let half = packs(self.derivatives.len());
-        self.velocities = vec![Pack::default(); SLOPE_TERMS * 2 * half];
+        self.velocities = vec![Pack::default(); slope_terms(self.degree) * 2 * half];
         let [along_x, along_y] = self.pupil.squeeze;
         for ((i, j), c) in powers().zip(corrected(&self.pupil.wavefront).coefficients()) {
+            if i + j > self.degree {
+                break;
+            }
             if i > 0 {
                 self.landing[slope_index(i - 1, j)][0] += along_x * i as f64 * c;
             }
@@ -237,9 +247,15 @@ impl<'a> Mesh<'a> {
                 self.landing[slope_index(i, j - 1)][1] += along_y * j as f64 * c;
             }
         }
+        if self.stop_derivatives > 0 {
+            self.set_curvature();
+        }
         for (which, derivative) in self.derivatives.iter().enumerate() {
             let (pack, lane) = (which / LANES, which % LANES);
             for ((i, j), c) in powers().zip(corrected(&derivative.wavefront).coefficients()) {
+                if i + j > self.degree {
+                    break;
+                }
                 if i > 0 {
                     let row = slope_index(i - 1, j) * 2 * half;
                     self.velocities[row + pack][lane] += along_x * i as f64 * c;
@@ -248,6 +264,26 @@ impl<'a> Mesh<'a> {
                     let row = slope_index(i, j - 1) * 2 * half + half;
                     self.velocities[row + pack][lane] += along_y * j as f64 * c;
                 }
+            }
+        }
+    }
+
+    /// Sets the second derivatives of the wavefront.
+    fn set_curvature(&mut self) {
+        self.curvature = vec![[0.0; 3]; slope_terms(self.degree - 1)];
+        for ((i, j), c) in powers().zip(self.pupil.wavefront.coefficients()) {
+            if i + j > self.degree {
+                break;
+            }
+            let (a, b) = (i as f64, j as f64);
+            if i > 1 {
+                self.curvature[slope_index(i - 2, j)][0] += c * a * (a - 1.0);
+            }
+            if i > 0 && j > 0 {
+                self.curvature[slope_index(i - 1, j - 1)][1] += c * a * b;
+            }
+            if j > 1 {
+                self.curvature[slope_index(i, j - 2)][2] += c * b * (b - 1.0);
             }
         }
     }
@@ -271,8 +307,12 @@ impl<'a> Mesh<'a> {
             };
             let (a, b) = (&self.rim[first].edge, &self.rim[second].edge);
             let u = [0, 1].map(|x| self.centre[x] + weights[0] * a[x] + weights[1] * b[x]);
-            self.push_corner(u, ring);
-            self.push_drift(u, [(first, weights[0]), (second, weights[1])], ring);
+            let monomials = self.push_corner(u, ring);
+            self.push_drift(
+                &monomials,
+                [(first, weights[0]), (second, weights[1])],
+                ring,
+            );
             // Advances by rings / k corners of the rim.
             part += self.rings;
             while k > 0 && part >= k {
@@ -282,15 +322,16 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// Appends the corner at pupil point `u` to `ring`: its landing point and derivatives.
+    /// Appends the corner at pupil point `u` to `ring`: its landing point and derivatives. Returns the monomials there.
     #[inline(always)]
-    fn push_corner(&self, u: [f64; 2], ring: &mut Ring) {
-        let mut monomials = [0.0; SLOPE_TERMS];
+    fn push_corner(&self, u: [f64; 2], ring: &mut Ring) -> [f64; SLOPE_TERMS] {
+        let mut all = [0.0; SLOPE_TERMS];
+        let monomials = &mut all;
         let mut last = 1;
         monomials[0] = 1.0;
         // Degree by degree: the previous row times x, then its last monomial times y.
         let mut before = 0;
-        for degree in 1..DEGREE {
+        for degree in 1..self.degree {
             for k in 0..degree {
                 monomials[last + k] = monomials[before + k] * u[0];
             }
@@ -299,6 +340,7 @@ impl<'a> Mesh<'a> {
             last += degree + 1;
         }
         let mut landing = [0.0; 2];
+        let monomials = &all[..slope_terms(self.degree)];
         for (monomial, row) in monomials.iter().zip(&self.landing) {
             landing[0] += monomial * row[0];
             landing[1] += monomial * row[1];
@@ -316,17 +358,23 @@ impl<'a> Mesh<'a> {
             }
             ring.velocity.push(sums);
         }
+        all
     }
 
     /// Adds the motion of the last corner of `ring` with the stops: the weighted mean of that of two rim corners.
     #[inline(always)]
-    fn push_drift(&self, u: [f64; 2], from: [(usize, f64); 2], ring: &mut Ring) {
+    fn push_drift(&self, monomials: &[f64; SLOPE_TERMS], from: [(usize, f64); 2], ring: &mut Ring) {
         if self.stop_derivatives == 0 {
             return;
         }
         let half = packs(self.derivatives.len());
         let start = ring.velocity.len() - 2 * half;
-        let [xx, xy, yy] = self.pupil.wavefront.hessian(u);
+        let [mut xx, mut xy, mut yy] = [0.0; 3];
+        for (monomial, [of_xx, of_xy, of_yy]) in monomials.iter().zip(&self.curvature) {
+            xx += monomial * of_xx;
+            xy += monomial * of_xy;
+            yy += monomial * of_yy;
+        }
         let [along_x, along_y] = self.pupil.squeeze;
         for which in 0..self.stop_derivatives {
             let [a, b] = from.map(|(rim, weight)| {
@@ -341,6 +389,11 @@ impl<'a> Mesh<'a> {
             ring.drift.push(drift);
         }
     }
+}
+
+/// Returns the number of monomials of the slope of a wavefront of `degree`.
+const fn slope_terms(degree: usize) -> usize {
+    degree * (degree + 1) / 2
 }
 
 /// Returns the index of `u_x^i u_y^j` among the monomials of a slope.
