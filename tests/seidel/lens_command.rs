@@ -1,6 +1,10 @@
 //! `seidel lens`: the PSF sheet and the JSON schema.
 
-use crate::support::{seidel_in, succeeds, write_moments_lens, write_pupil_lens};
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::support::{seidel_in, succeeds, write_moments_lens, write_plate, write_pupil_lens};
 
 #[test]
 fn the_sheet_is_an_image_with_content() {
@@ -52,4 +56,45 @@ fn every_key_is_in(schema: &str, lens: &serde_json::Value) {
     for key in all {
         assert!(schema.contains(&format!("\"{key}\"")), "{key}");
     }
+}
+
+/// Gives `folder`/`lens.json` held-out PSFs that differ from the model by `excess` of their energy.
+fn state_adequacy(folder: &Path, excess: f64) {
+    let path = folder.join("lens.json");
+    let text = std::fs::read_to_string(&path).expect("written");
+    let mut lens: Value = serde_json::from_str(&text).expect("JSON");
+    lens["held_out"] = json!({
+        "tiles": 9, "rule": "by hand", "snr_db": 25.0, "pixel_gap": excess, "groups": [],
+        "adequacy": {
+            "noise_gap": 0.0, "excess_gap": excess, "systematic_gap": excess / 2.0,
+            "worst": { "channel": "Y", "depth_m": 2.0, "zone": "edge", "excess_gap": 2.0 * excess },
+            "pattern": { "periods": 2, "share": 0.8, "field": "constant" },
+        },
+    });
+    std::fs::write(&path, lens.to_string()).expect("writable");
+}
+
+#[test]
+fn a_poor_model_is_reported_where_its_lens_is_used() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["Y"]);
+    write_plate(&folder.join("plate.exr"), 48, 32);
+    let show = "lens show @lens.json -o @sheet.png";
+    let apply = "apply --lens @lens.json @plate.exr -o @out.exr --distance 2";
+    assert!(succeeds(folder, show).stdout.contains("does not say"));
+
+    state_adequacy(folder, 0.002);
+    assert!(succeeds(folder, show).stdout.contains("describes the lens"));
+    assert!(!succeeds(folder, apply).stderr.contains("the model"));
+
+    state_adequacy(folder, 0.2);
+    let verdict = "does not describe the lens: held-out PSFs differ from it by 20.0 % of their energy. Largest at the edge \
+                   of the field, channel Y, 2 m: 40.0 %. Residuals are two-fold, one axis against the other, the same over \
+                   the field";
+    let shown = succeeds(folder, show).stdout;
+    assert!(shown.contains(verdict), "{shown}");
+    let warned = succeeds(folder, apply).stderr;
+    assert_eq!(warned.matches(verdict).count(), 1, "{warned}");
+    assert!(warned.contains("lens.json"), "{warned}");
 }

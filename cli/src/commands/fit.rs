@@ -64,7 +64,8 @@ enum Model {
     /// Third-order aberrations, defocus and a symmetric blur, fitted to the tiles' pixels over all
     /// distances at once
     Reduced,
-    /// The same with fifth-order aberrations, and vignetting where the tiles show it
+    /// The same with fifth-order aberrations, and whatever held-out zones of the field ask for: seventh order, vignetting,
+    /// blades, decentred elements, two planes of symmetry (anamorphic lenses)
     Extended,
     /// S1..S10 per channel and object distance: the paper's model
     Moments,

@@ -47,5 +47,9 @@ fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
     let sheet = lens_sheet(lens.profile(), model, &Default::default())?;
     write_rgb8(&args.output, &sheet)?;
     console.print(format!("wrote {}", args.output.display()));
+    match lens.profile().adequacy() {
+        Some(adequacy) => console.print(adequacy.to_string()),
+        None => console.print("the profile does not say how well its model describes the lens"),
+    }
     Ok(())
 }

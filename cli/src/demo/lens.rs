@@ -64,6 +64,7 @@ pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
             f_number: Some(F_NUMBER),
             focus_distance: ObjectDistance::Metres(FOCUS_M),
             wavelength_nm: wavelengths.collect(),
+            squeeze: None,
         },
         description: LensDescription::Pupil(channels.collect()),
         held_out: None,

@@ -8,6 +8,10 @@ use seidel_optics::moments::support::{self, Support};
 use seidel_optics::moments::{CentralMoments, FourthMoments};
 use seidel_optics::observations::ObservationSet;
 
+/// Variance of a PSF along x or y, px², below which its pixels do not tell its centroid. A disc of this variance has its
+/// centroid off by up to 0.02 px; light that falls into a single pixel, by up to half a pixel.
+const MIN_VARIANCE_PX2: f64 = 0.5;
+
 /// A tile excluded from a fit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rejection {
@@ -53,6 +57,11 @@ pub struct MeasuredTile {
 const DETAIL_VARIANCE_PX2: f64 = 2.0;
 
 impl MeasuredTile {
+    /// Returns whether the PSF is too narrow for its pixels to tell its centroid.
+    pub(crate) fn centroid_is_unknown(&self) -> bool {
+        self.optical.mu20.min(self.optical.mu02) < MIN_VARIANCE_PX2
+    }
+
     /// Returns the field position of the ideal image point where known, and of the centroid otherwise. The
     /// model is polynomial in the ideal position.
     pub fn field_point(&self, frame: &Frame) -> FieldPoint {

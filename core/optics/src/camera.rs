@@ -15,6 +15,9 @@ pub struct Camera {
     pub focus_distance: ObjectDistance,
     /// Wavelength of each channel, nanometres, by channel name.
     pub wavelength_nm: BTreeMap<String, f64>,
+    /// Squeeze of an anamorphic lens: the width of a thing over its height, divided by that of its image; 2 for a 2x lens,
+    /// 1 for a spherical one.
+    pub squeeze: Option<f64>,
 }
 
 impl Default for Camera {
@@ -24,6 +27,7 @@ impl Default for Camera {
             f_number: None,
             focus_distance: ObjectDistance::Unknown,
             wavelength_nm: BTreeMap::new(),
+            squeeze: None,
         }
     }
 }

@@ -22,11 +22,12 @@ const SET_KEYS: [&str; 8] = [
     "observations",
 ];
 
-const CAMERA_KEYS: [&str; 4] = [
+const CAMERA_KEYS: [&str; 5] = [
     "focal_length_mm",
     "f_number",
     "focus_distance_m",
     "wavelength_nm",
+    "squeeze",
 ];
 
 const OBSERVATION_KEYS: [&str; 9] = [
@@ -193,6 +194,7 @@ fn camera(fields: &mut Fields<'_, '_>) -> Camera {
     let focal_length_mm = fields.positive("focal_length_mm", "millimetres");
     let f_number = fields.positive("f_number", "a number");
     let focus_distance = distance(fields, "focus_distance_m");
+    let squeeze = fields.positive("squeeze", "a number");
     let mut wavelength_nm = BTreeMap::new();
     match fields.get("wavelength_nm") {
         None => {}
@@ -215,6 +217,7 @@ fn camera(fields: &mut Fields<'_, '_>) -> Camera {
         f_number,
         focus_distance,
         wavelength_nm,
+        squeeze,
     }
 }
 

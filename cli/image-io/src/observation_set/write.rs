@@ -132,6 +132,9 @@ fn camera(set: &ObservationSet) -> Map<String, Value> {
     if !set.camera.wavelength_nm.is_empty() {
         map.insert("wavelength_nm".into(), json!(set.camera.wavelength_nm));
     }
+    if let Some(squeeze) = set.camera.squeeze {
+        map.insert("squeeze".into(), json!(squeeze));
+    }
     map
 }
 

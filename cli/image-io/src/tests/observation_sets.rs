@@ -74,7 +74,7 @@ fn all_fields_round_trip() {
     all["pixel_pitch_um"] = json!(4.0);
     all["optical_axis"] = json!([1900.0, 1000.5]);
     all["camera"] = json!({"focal_length_mm": 50.0, "focus_distance_m": null,
-        "wavelength_nm": {"R": 620.0}});
+        "wavelength_nm": {"R": 620.0}, "squeeze": 2.0});
     all["observations"][0]["depth_m"] = json!(2.0);
     all["observations"][0]["ideal_x"] = json!(97.0);
     all["observations"][0]["ideal_y"] = json!(81.0);
@@ -93,6 +93,7 @@ fn all_fields_round_trip() {
     );
     assert_eq!(found.camera.focus_distance, ObjectDistance::Infinity);
     assert_eq!(found.camera.f_number, None);
+    assert_eq!(found.camera.squeeze, Some(2.0));
     let distances: Vec<_> = found.observations.iter().map(|o| o.distance).collect();
     assert_eq!(
         distances,

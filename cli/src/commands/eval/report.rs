@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{CommandError, Form};
 use crate::pictures::plot::{PlotPoint, Series, XAxis, line_plot_svg};
 
-/// Returns Tables 1 and 2, and the numbers of Figure 13 if they were computed.
+/// Returns Tables 1 and 2, the light in the wrong pixels, and the numbers of Figure 13 if they were computed.
 pub(super) fn tables(evaluation: &Evaluation, form: Form) -> String {
     let mut parts = vec![
         table(
@@ -24,6 +24,16 @@ pub(super) fn tables(evaluation: &Evaluation, form: Form) -> String {
             "Forward-blur SNR, dB: mean (standard deviation) over tiles (Table 2)",
             &header(&[], &headings(evaluation)),
             &evaluation.groups.iter().map(method_row).collect::<Vec<_>>(),
+            form,
+        ),
+        table(
+            "Light in the wrong pixels, %: mean over tiles",
+            &header(&[], &headings(evaluation)),
+            &evaluation
+                .groups
+                .iter()
+                .map(misplaced_row)
+                .collect::<Vec<_>>(),
             form,
         ),
         HEADINGS_KEY.to_owned(),
@@ -103,6 +113,13 @@ fn method_row(group: &GroupEvaluation) -> Vec<String> {
             .iter()
             .map(|m| format!("{:.2} ({:.2})", m.mean_db, m.std_db)),
     );
+    row
+}
+
+fn misplaced_row(group: &GroupEvaluation) -> Vec<String> {
+    let mut row = place(group);
+    let shares = group.methods.iter().map(|m| 100.0 * m.misplaced_light);
+    row.extend(shares.map(|share| format!("{share:.2}")));
     row
 }
 

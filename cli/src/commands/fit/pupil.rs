@@ -2,7 +2,7 @@
 
 use seidel_core::calibrate::fit::PupilFit;
 use seidel_core::calibrate::fit::pixels::{Correlation, Metric};
-use seidel_core::profile::HeldOut;
+use seidel_core::profile::{Adequacy, HeldOut};
 use serde_json::{Value, json};
 
 use super::{FitArgs, print_rejected, rejected_json};
@@ -38,6 +38,12 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
             c.blur_px
         ));
     }
+    if let Some(channel) = fit.lens.pupil_channels().first() {
+        for fitted in &channel.effects {
+            let (id, summary) = (fitted.effect.id(), fitted.effect.summary());
+            console.print(format!("with `{id}`: {summary}"));
+        }
+    }
     if let Some(held_out) = &fit.lens.held_out {
         print_held_out(held_out, console);
     }
@@ -59,18 +65,25 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
 
 fn print_held_out(held_out: &HeldOut, console: &mut Console) {
     console.print(format!(
-        "held out: {} PSFs, forward-blur SNR {:.1} dB, pixel gap {:.5}",
-        held_out.tiles, held_out.snr_db, held_out.pixel_gap
+        "held out: {} PSFs, forward-blur SNR {:.1} dB, pixel gap {:.5}, light in the wrong pixels {:.1} %",
+        held_out.tiles,
+        held_out.snr_db,
+        held_out.pixel_gap,
+        100.0 * held_out.misplaced_light.unwrap_or(0.0)
     ));
     for group in &held_out.groups {
         console.print(format!(
-            "  {:<8} {:>14} {:>6} {:>6.1} dB {:>9.5}",
+            "  {:<8} {:>14} {:>6} {:>6.1} dB {:>9.5} {:>5.1} %",
             group.channel,
             group.distance.to_string(),
             group.tiles,
             group.snr_db,
-            group.pixel_gap
+            group.pixel_gap,
+            100.0 * group.misplaced_light.unwrap_or(0.0)
         ));
+    }
+    if let Some(adequacy) = &held_out.adequacy {
+        console.print(adequacy.to_string());
     }
 }
 
@@ -131,11 +144,29 @@ fn held_out_json(held_out: &HeldOut) -> Value {
             json!({
                 "channel": g.channel, "distance": g.distance.to_string(), "tiles": g.tiles,
                 "snr_db": g.snr_db, "pixel_gap": g.pixel_gap,
+                "misplaced_light": g.misplaced_light,
             })
         })
         .collect();
     json!({
         "tiles": held_out.tiles, "rule": held_out.rule, "snr_db": held_out.snr_db,
-        "pixel_gap": held_out.pixel_gap, "groups": groups,
+        "pixel_gap": held_out.pixel_gap, "misplaced_light": held_out.misplaced_light,
+        "groups": groups, "adequacy": held_out.adequacy.as_ref().map(adequacy_json),
+    })
+}
+
+fn adequacy_json(adequacy: &Adequacy) -> Value {
+    let Adequacy { worst, pattern, .. } = adequacy;
+    json!({
+        "verdict": adequacy.verdict().id(), "in_words": adequacy.to_string(),
+        "noise_gap": adequacy.noise_gap, "excess_gap": adequacy.excess_gap,
+        "systematic_gap": adequacy.systematic_gap,
+        "worst": {
+            "channel": worst.channel, "distance": worst.distance.to_string(),
+            "zone": worst.zone.id(), "excess_gap": worst.excess_gap,
+        },
+        "pattern": {
+            "periods": pattern.periods, "share": pattern.share, "field": pattern.field.id(),
+        },
     })
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use seidel_core::profile::LensProfile;
+use seidel_core::profile::{Adequacy, LensProfile, Verdict};
 use seidel_core::{DepthMeaning, PlateGeometry, PreparedPlate, Settings};
 
 use super::colour::{ColourPipeline, PlateColour};
@@ -61,6 +61,10 @@ impl<'a> PlateReader<'a> {
         let mut warnings = Vec::new();
         base.displacement = args.geometry.into();
         let measured = lens_profile::read(lens_file)?;
+        let poor = |adequacy: &&Adequacy| adequacy.verdict() != Verdict::Describes;
+        if let Some(adequacy) = measured.adequacy().filter(poor) {
+            warnings.push(format!("{}: {adequacy}", lens_file.display()));
+        }
         let options = &args.lens.options;
         let lens = options.set(&measured, lens_file, &base, &mut warnings)?;
         let animation = args.lens.animate.as_deref();

@@ -86,6 +86,8 @@ mod tests {
             moments: CentralMoments::default(),
             centroid: (x, y),
             measured: truth,
+            centroid_unknown: false,
+            noise_power: 0.0,
         }
     }
 

@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use super::LensAtDistance;
 use super::average::Averages;
-use crate::score::{BlurScorer, PreparedTile, render_kernel, with_pixel_integration};
+use crate::score::{
+    BlurScorer, PreparedTile, misplaced_light, render_kernel, with_pixel_integration,
+};
 use seidel_optics::predict::Predictor;
 use seidel_optics::psf::{
     Gaussian, LocalBlur, MirroredPair, PsfModel, Pupil, SkewNormal, SkewNormalEq43,
@@ -24,6 +26,9 @@ pub struct MethodScore {
     pub std_db: f64,
     /// M_FB of the worst tile, dB.
     pub worst_db: f64,
+    /// Mean over tiles of the share of a tile's light that the kernel puts into the wrong pixels
+    /// ([`crate::score::misplaced_light`]).
+    pub misplaced_light: f64,
 }
 
 /// Lower bound of measured variances along any direction, px², with pixel integration. Used for the Gaussian
@@ -140,13 +145,18 @@ pub(super) fn score(
         .iter()
         .filter(|method| method.serves(lens.predictor))
         .collect();
-    let scores: Vec<Vec<f64>> = tiles
+    let scores: Vec<Vec<[f64; 2]>> = tiles
         .par_iter()
         .zip(signal_powers)
         .map(|(tile, &square)| {
             let predicted = with_pixel_integration(lens.blur(tile.field));
             let measured = |moments| LocalBlur::from_moments(moments, tile.field.meridian());
-            let against = |kernel: &[f64]| scorer.snr_db(&tile.measured, square, kernel);
+            let against = |kernel: &[f64]| {
+                [
+                    scorer.snr_db(&tile.measured, square, kernel),
+                    misplaced_light(&tile.measured, kernel),
+                ]
+            };
             let of_method = |method: &&Method| match method.way {
                 Predicted::AverageAligned => against(&averages.aligned_to(tile, side)),
                 Predicted::AverageUnaligned => against(averages.unaligned()),
@@ -168,7 +178,7 @@ pub(super) fn score(
         .iter()
         .enumerate()
         .map(|(k, method)| {
-            let of_method = || scores.iter().map(|tile| tile[k]);
+            let of_method = || scores.iter().map(|tile| tile[k][0]);
             let count = scores.len() as f64;
             let mean = of_method().sum::<f64>() / count;
             let variance = of_method().map(|db| (db - mean).powi(2)).sum::<f64>() / count;
@@ -178,6 +188,7 @@ pub(super) fn score(
                 mean_db: mean,
                 std_db: variance.sqrt(),
                 worst_db: of_method().fold(f64::INFINITY, f64::min),
+                misplaced_light: scores.iter().map(|tile| tile[k][1]).sum::<f64>() / count,
             }
         })
         .collect()

@@ -18,7 +18,7 @@ pub enum Model {
     Moments,
     /// Third-order aberrations and a symmetric blur: [`PupilModel::Reduced`].
     Reduced,
-    /// Also fifth-order aberrations and vignetting: [`PupilModel::Extended`].
+    /// Also fifth-order aberrations, and the parts that held-out zones ask for: [`PupilModel::Extended`].
     Extended,
     /// The extended model where held-out PSFs show that it is needed, or else the reduced one:
     /// [`PupilModel::Auto`].

@@ -16,7 +16,9 @@
 mod levenberg_marquardt;
 mod linear;
 mod normal_equations;
+mod registration;
 
 pub(crate) use levenberg_marquardt::{Damping, LeastSquares, Minimum, Stop, Trial, minimise};
 pub(crate) use linear::solve;
 pub(crate) use normal_equations::NormalEquations;
+pub(crate) use registration::RegistrationSums;

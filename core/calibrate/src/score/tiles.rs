@@ -6,7 +6,6 @@ use seidel_optics::moments::CentralMoments;
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
 use seidel_optics::moments::support::{self, Support};
 use seidel_optics::observations::ObservationSet;
-use seidel_optics::psf::SampleGrid;
 
 /// Zero margin on each side of the largest tile of a group without noise, px. It penalises predictions beyond
 /// the tile. Masked tiles get no margin, because nothing is known beyond their support.
@@ -22,6 +21,10 @@ pub(crate) struct PreparedTile {
     pub(crate) centroid: (f64, f64),
     /// Samples of unit sum, zero outside the support, row-major on the square.
     pub(crate) measured: Vec<f64>,
+    /// Whether the PSF is too narrow for its pixels to tell its centroid.
+    pub(crate) centroid_unknown: bool,
+    /// Expected squared norm of the noise in `measured`; zero where the noise is unknown.
+    pub(crate) noise_power: f64,
 }
 
 impl PreparedTile {
@@ -29,11 +32,6 @@ impl PreparedTile {
     pub(crate) fn off_centre(&self, side: usize) -> (f64, f64) {
         let middle = side as f64 / 2.0;
         (self.centroid.0 - middle, self.centroid.1 - middle)
-    }
-
-    /// Returns the square as a sample grid about the centroid.
-    pub(crate) fn window(&self, side: usize) -> SampleGrid {
-        SampleGrid::for_tile(side, side, self.centroid.0, self.centroid.1)
     }
 }
 
@@ -87,10 +85,13 @@ fn prepare_tile(
     let (width, height) = (light.width(), light.height());
     let (left, top) = ((side - width) / 2, (side - height) / 2);
     let mut measured_kernel = vec![0.0; side * side];
+    let (mut sum, mut counted) = (0.0, 0);
     for (index, &sample) in light.samples().iter().enumerate() {
         if mask.is_none_or(|m| m[index]) {
             measured_kernel[(top + index / width) * side + left + index % width] =
                 f64::from(sample);
+            sum += f64::from(sample);
+            counted += 1;
         }
     }
     to_unit_sum(&mut measured_kernel);
@@ -100,6 +101,11 @@ fn prepare_tile(
         moments: measured.optical.with_added_variance(PIXEL_VARIANCE_PX2),
         centroid: (left as f64 + x, top as f64 + y),
         measured: measured_kernel,
+        centroid_unknown: measured.centroid_is_unknown(),
+        noise_power: match observation.noise_sigma[measured.channel] {
+            Some(sigma) if sum != 0.0 => f64::from(counted) * (sigma / sum).powi(2),
+            _ => 0.0,
+        },
     }
 }
 

@@ -92,10 +92,7 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
     for (name, values) in channel.series() {
         series(values).map_err(|e| e.within(name))?;
     }
-    let order = |carried: &ProfileEffect| {
-        let mut all = effects::ALL.iter();
-        all.position(|e| e.id() == carried.effect.id())
-    };
+    let order = |carried: &ProfileEffect| effects::acting_position(carried.effect);
     for (list, name) in [
         (&channel.effects, "effects"),
         (&channel.added, "added_effects"),
@@ -206,9 +203,19 @@ fn series(values: &VergenceSeries) -> Result<()> {
 }
 
 fn held_out(held_out: &HeldOut) -> Result<()> {
-    let of_groups = held_out.groups.iter().flat_map(|g| [g.snr_db, g.pixel_gap]);
+    let of_groups = held_out.groups.iter().flat_map(|g| {
+        let scores = [g.snr_db, g.pixel_gap];
+        scores.into_iter().chain(g.misplaced_light)
+    });
+    let of_adequacy = held_out.adequacy.iter().flat_map(|a| {
+        let gaps = [a.noise_gap, a.excess_gap, a.systematic_gap];
+        gaps.into_iter()
+            .chain([a.worst.excess_gap, a.pattern.share])
+    });
     let all: Vec<f64> = of_groups
         .chain([held_out.snr_db, held_out.pixel_gap])
+        .chain(held_out.misplaced_light)
+        .chain(of_adequacy)
         .collect();
     finite(&all).map_err(|e| e.within("held_out"))
 }

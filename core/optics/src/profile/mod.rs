@@ -22,12 +22,17 @@
 //! # Ok::<(), seidel_optics::Error>(())
 //! ```
 
+mod adequacy;
 mod check;
 mod controls;
 mod json;
 mod moments;
 mod pupil;
 
+pub use adequacy::{
+    Adequacy, FieldPattern, FieldZone, MAX_EXCESS_DESCRIBED, MAX_EXCESS_IN_PART, ResidualPattern,
+    Verdict, WorstPlace,
+};
 pub use controls::Controls;
 pub use json::schema;
 pub use moments::{MomentsChannel, MomentsPlane, RadialDisplacement};
@@ -76,8 +81,13 @@ pub struct HeldOut {
     pub snr_db: f64,
     /// Mean over tiles of the squared error of the pixels over the squared norm of the tile.
     pub pixel_gap: f64,
+    /// Mean over tiles of the share of a tile's light that the model puts into the wrong pixels, half the sum of absolute
+    /// differences: the error of a highlight's shape. `None` in profiles of versions that did not measure it.
+    pub misplaced_light: Option<f64>,
     /// The scores by channel and distance.
     pub groups: Vec<HeldOutGroup>,
+    /// The adequacy of the model for the lens; `None` in profiles of versions that did not state it.
+    pub adequacy: Option<Adequacy>,
 }
 
 /// The score of one channel at one object distance in [`HeldOut`].
@@ -93,6 +103,8 @@ pub struct HeldOutGroup {
     pub snr_db: f64,
     /// Mean over these tiles of the quantity of [`HeldOut::pixel_gap`].
     pub pixel_gap: f64,
+    /// Mean over these tiles of the quantity of [`HeldOut::misplaced_light`].
+    pub misplaced_light: Option<f64>,
 }
 
 /// The origin of a profile.
@@ -119,6 +131,11 @@ impl LensProfile {
     /// Returns the profile as JSON text with keys in a fixed order. Numbers round-trip exactly.
     pub fn to_json(&self) -> String {
         json::write(self)
+    }
+
+    /// Returns how well the model describes the lens; `None` where the fit held nothing out, and in old profiles.
+    pub fn adequacy(&self) -> Option<&Adequacy> {
+        self.held_out.as_ref()?.adequacy.as_ref()
     }
 
     /// Returns the names of the channels.

@@ -187,6 +187,23 @@ impl PupilChannel {
         ]
     }
 
+    /// Returns all series, those of effects included.
+    pub fn series_mut(&mut self) -> impl Iterator<Item = &mut VergenceSeries> {
+        let effects = self.effects.iter_mut().chain(&mut self.added);
+        [
+            &mut self.alpha,
+            &mut self.beta,
+            &mut self.gamma,
+            &mut self.delta,
+            &mut self.phi,
+            &mut self.blur_variance_px2,
+            &mut self.magnification,
+            &mut self.distortion,
+        ]
+        .into_iter()
+        .chain(effects.flat_map(|carried| &mut carried.values))
+    }
+
     /// Returns `v` clamped to the measured range.
     fn clamped(&self, v: f64) -> f64 {
         v.clamp(self.measured_vergence.0, self.measured_vergence.1)

@@ -36,6 +36,9 @@ const NOISE_DOMINATED_CHI2: f64 = 1.5;
 pub(super) const QUICK: Stop = Stop::at_decrease(8, 1e-2);
 pub(super) const THOROUGH: Stop = Stop::at_decrease(20, 1e-3);
 
+/// Stop criteria between the parts of a model, of a fit that is refined once all parts are there.
+pub(super) const BETWEEN: Stop = Stop::at_decrease(10, 5e-3);
+
 /// Scale of the robust loss in units of the median misfit: in first iterations, and in the last.
 pub(super) const LENIENT_TOLERANCE: f64 = 2.0;
 pub(super) const STRICT_TOLERANCE: f64 = 0.3;
@@ -153,17 +156,23 @@ impl<'a> FitContext<'a> {
         problem.minimise(start, stop)
     }
 
+    /// Returns the layout of the reduced model.
+    pub(super) fn reduced_layout(&self) -> ParameterLayout {
+        let depths = usize::from(self.vergences.len() > 1);
+        self.layout(ModelStructure::reduced(depths))
+    }
+
     pub(super) fn all(&self) -> Vec<&FitTile> {
         self.tiles.iter().collect()
     }
 
-    /// Fits the five reduced numbers and a blur per channel, starting from moments.
+    /// Fits the five reduced numbers and a blur per channel, starting from moments. Also returns the estimates compared, best
+    /// first, in the same layout.
     ///
     /// Tries several initial estimates on few tiles. Where the noise is known, it stops at the first fit
     /// whose chi squared is consistent with noise.
-    pub(super) fn fit_reduced(&self) -> Result<FittedLens> {
-        let depths = usize::from(self.vergences.len() > 1);
-        let layout = self.layout(ModelStructure::reduced(depths));
+    pub(super) fn fit_reduced(&self) -> Result<(FittedLens, Vec<Vec<f64>>)> {
+        let layout = self.reduced_layout();
         let mut theta = vec![0.0; layout.parameters.len()];
         layout.set_constant_in_all(&mut theta, Quantity::Blur, INITIAL_BLUR_PX2);
         let misfit_settings = MisfitSettings {
@@ -229,22 +238,26 @@ impl<'a> FitContext<'a> {
                 break;
             }
         }
+        tries.dedup();
         let Some(best) = best else {
-            return Ok(self.refine(&layout, tries.swap_remove(0), Metric::NaturalSpectrum));
+            let fit = self.refine(&layout, tries[0].clone(), Metric::NaturalSpectrum);
+            return Ok((fit, tries));
         };
         let best = self.descend(&layout, &self.all(), &best.theta, pixels, THOROUGH);
         let noise_decides = best.point.mean_log_misfit() < NOISE_DOMINATED_CHI2.ln();
         let mut theta = best.point.theta;
         layout.normalise_signs(&mut theta);
         if noise_decides {
-            return Ok(FittedLens {
+            let fit = FittedLens {
                 layout,
                 metric: Metric::Pixels,
                 converged: best.converged,
                 theta,
-            });
+            };
+            return Ok((fit, tries));
         }
-        Ok(self.refine(&layout, theta, Metric::NaturalSpectrum))
+        let fit = self.refine(&layout, theta, Metric::NaturalSpectrum);
+        Ok((fit, tries))
     }
 
     /// Minimises over all tiles, first with a lenient and then with a strict robust loss.
@@ -254,24 +267,41 @@ impl<'a> FitContext<'a> {
         theta: Vec<f64>,
         metric: Metric,
     ) -> FittedLens {
-        let all = self.all();
-        let mut fitted = FittedLens {
+        self.refine_strictly(self.refine_leniently(layout, theta, metric, THOROUGH))
+    }
+
+    /// Minimises over all tiles with a lenient robust loss, for estimates that may be far off.
+    pub(super) fn refine_leniently(
+        &self,
+        layout: &ParameterLayout,
+        theta: Vec<f64>,
+        metric: Metric,
+        stop: Stop,
+    ) -> FittedLens {
+        let start = FittedLens {
             layout: layout.clone(),
             theta,
             metric,
             converged: false,
         };
-        let descend = |fitted: &mut FittedLens, tolerance: f64| {
-            let misfit_settings = fitted.misfit_settings(tolerance);
-            let minimum = self.descend(layout, &all, &fitted.theta, misfit_settings, THOROUGH);
-            fitted.theta = minimum.point.theta;
-            fitted.converged = minimum.converged;
-        };
-        descend(&mut fitted, LENIENT_TOLERANCE);
-        if metric == Metric::NaturalSpectrum {
-            descend(&mut fitted, STRICT_TOLERANCE);
+        self.refine_with(start, LENIENT_TOLERANCE, stop)
+    }
+
+    /// Minimises over all tiles with a strict robust loss, unless noise decides: then the loss has its own scale.
+    pub(super) fn refine_strictly(&self, fit: FittedLens) -> FittedLens {
+        if fit.metric == Metric::NaturalSpectrum {
+            self.refine_with(fit, STRICT_TOLERANCE, THOROUGH)
+        } else {
+            fit
         }
-        fitted
+    }
+
+    fn refine_with(&self, mut fit: FittedLens, tolerance: f64, stop: Stop) -> FittedLens {
+        let settings = fit.misfit_settings(tolerance);
+        let minimum = self.descend(&fit.layout, &self.all(), &fit.theta, settings, stop);
+        fit.theta = minimum.point.theta;
+        fit.converged = minimum.converged;
+        fit
     }
 
     /// Refines with the optical axis as two further parameters.
@@ -375,6 +405,7 @@ fn fit_tile(
         light: samples.collect(),
         counts,
         sigma: sigma.unwrap_or(0.0),
+        centroid_unknown: measured.centroid_is_unknown(),
     }
 }
 

@@ -1,107 +1,321 @@
-//! The extended model: fifth-order aberrations and vignetting added to the reduced model.
+//! The extended model: parts added to the reduced model where they improve held-out zones of the field.
+//!
+//! Fifth-order aberrations come first. The other parts ([`PARTS`]) are then tried in turn: each is fitted to few tiles,
+//! without those of the held-out zones, and the part that lowers the misfit of the held-out zones most is added, as long as
+//! one is worth its parameters.
 
-use super::context::{FitContext, FittedLens, LENIENT_TOLERANCE, QUICK, subsample};
-use super::parameters::{ModelStructure, PolynomialSpec, Quantity};
-use super::tile_equations::MisfitSettings;
+use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, subsample};
+use super::parameters::{ParameterLayout, Quantity};
+use super::parts::{DOUBLE_PLANE, HIGHER_ORDER, PARTS, Part, SEVENTH_ORDER};
+use super::tile_equations::{FitTile, MisfitSettings};
 use super::vergence_law;
-use seidel_optics::effects::{self, Effect};
+use crate::fit::holdout;
+use crate::least_squares::Stop;
 use seidel_optics::error::Result;
 use seidel_optics::psf::pupil::Detail;
 
-/// Tiles on which initial stops are compared.
-const TRIAL_TILES: usize = 80;
-/// Decrease of the mean log misfit that vignetting must reach to be kept.
-const WORTH: f64 = 0.02;
+/// Tiles per channel on which parts are compared.
+const TRIAL_TILES: usize = 60;
+/// Starts of a part that are compared by short fits; where there are more, by their misfit alone.
+const MAX_STARTS: usize = 4;
+/// Tiles and stop criteria of these comparisons.
+const SCREENING_TILES: usize = 24;
+const MISFIT_TILES: usize = 8;
+const SCREENING: Stop = Stop::at_decrease(3, 1e-2);
+/// Increase of the mean log misfit of held-out zones at which a part is not tried again.
+const SPOILT: f64 = 0.1;
+/// Decrease of the mean log misfit of all tiles that a part must reach.
+const MIN_GAIN: f64 = 0.04;
+/// Decrease of it after which all parts are tried again, and with which seventh order needs no gain in held-out zones.
+const LARGE_GAIN: f64 = 0.5;
+/// Increase in held-out zones up to which such a gain counts.
+const EXTRAPOLATED: f64 = 0.5;
+/// Mean log misfit of a reduced lens above which two planes of symmetry are tried first: squared errors of 1 %.
+const POOR_MISFIT: f64 = -4.6;
+/// Decrease of it, beyond that by fifth order, by which they are recognised.
+const PLAIN_GAIN: f64 = 1.0;
 
-/// Initial stops: radius and shift of a front and a rear one. They begin to clip on the axis, half way to the
-/// corner, or near it.
-const STOP_TRIALS: [[f64; 4]; 4] = [
-    [1.0, 0.15, 1.0, -0.15],
-    [1.0, 0.5, 1.0, -0.5],
-    [1.4, 0.6, 1.4, -0.6],
-    [1.8, 0.9, 1.8, -0.9],
-];
+/// An extended lens.
+pub(super) struct Extended {
+    pub(super) fit: FittedLens,
+    /// Parts that the tiles are too few for, in words.
+    pub(super) held_back: Vec<String>,
+}
 
-/// Adds fifth-order aberrations, then vignetting where it lowers the misfit.
-pub(super) fn extend(context: &FitContext, fit: FittedLens) -> Result<FittedLens> {
-    let fit = vergence_law::choose(
+/// Adds fifth-order aberrations, then every part that improves held-out zones. `estimates` are those of the reduced model,
+/// which was fitted first.
+pub(super) fn extend(
+    context: &FitContext,
+    fit: FittedLens,
+    estimates: &[Vec<f64>],
+) -> Result<Extended> {
+    let split = Split::new(context);
+    let mut fit = fit;
+    if split.misfit(context, &fit) > POOR_MISFIT
+        && let Some(tried) = split.two_planes(context, &fit, estimates)
+    {
+        fit = context.refine_leniently(&tried.layout, tried.theta, fit.metric, BETWEEN);
+    }
+    fit = vergence_law::choose(
         context,
         with_higher_order(context, fit),
         &vergence_law::EXTENDED_LAWS,
     )?;
-    Ok(with_vignetting(context, fit))
+    fit = split.add_parts(context, fit)?;
+    if !SEVENTH_ORDER.is_in(&fit.layout.structure)
+        && let Some(higher) = split.with_seventh_order(context, &fit)
+    {
+        fit = split.add_parts(context, higher)?;
+    }
+    fit = context.refine_strictly(fit);
+    let too_many = PARTS
+        .iter()
+        .filter(|part| !part.is_determined_by(context.tiles.len()));
+    let held_back = too_many.map(|part| {
+        format!(
+            "`{}` was not tried: its {} parameters need {} tiles, over the whole field, and there are {}",
+            part.effect.id(),
+            part.free(),
+            part.least_tiles(),
+            context.tiles.len()
+        )
+    });
+    Ok(Extended {
+        held_back: held_back.collect(),
+        fit,
+    })
 }
 
 fn with_higher_order(context: &FitContext, fit: FittedLens) -> FittedLens {
     let mut structure = fit.layout.structure.clone();
-    let which = add(&mut structure, &effects::HigherOrder, false);
     // Third-order terms no longer absorb fifth-order ones, so their degrees in vergence are selected again.
     for freedom in &mut structure.polynomials {
-        if freedom.quantity != Quantity::Alpha {
-            freedom.degree = 0;
-        }
+        freedom.degree = freedom.least_degree;
     }
-    debug_assert_eq!(structure.effects[which].id(), "higher_order");
-    let layout = context.layout(structure);
+    let layout = context.layout(HIGHER_ORDER.added_to(&structure));
     let theta = layout.transfer(&fit.layout, &fit.theta);
-    context.refine(&layout, theta, fit.metric)
+    context.refine_leniently(&layout, theta, fit.metric, BETWEEN)
 }
 
-fn with_vignetting(context: &FitContext, fit: FittedLens) -> FittedLens {
-    let mut structure = fit.layout.structure.clone();
-    let which = add(&mut structure, &effects::Vignetting, true);
-    let layout = context.layout(structure);
-    let few = subsample(&context.all(), TRIAL_TILES);
-    let misfit_settings = MisfitSettings {
-        metric: fit.metric,
-        detail: Detail::COARSE,
-        tolerance: LENIENT_TOLERANCE,
-    };
-    let start = layout.transfer(&fit.layout, &fit.theta);
-    let mut best: Option<(f64, Vec<f64>)> = None;
-    for circles in STOP_TRIALS {
-        let mut theta = start.clone();
-        for (k, value) in circles.into_iter().enumerate() {
-            layout.set_constant_in_all(&mut theta, Quantity::Effect(which, k), value);
-        }
-        let found = context.descend(&layout, &few, &theta, misfit_settings, QUICK);
-        let size = found.point.mean_log_misfit();
-        if best.as_ref().is_none_or(|(least, _)| size < *least) {
-            best = Some((size, found.point.theta));
-        }
-    }
-    let Some((_, theta)) = best else {
-        return fit;
-    };
-    let clipped = context.refine(&layout, theta, fit.metric);
-    let mean_log_misfit = |f: &FittedLens| {
-        let all = vergence_law::misfits(
-            context,
-            &f.layout,
-            &f.theta,
-            &context.all(),
-            misfit_settings,
-        );
-        all.iter().map(|m| m.max(1e-12).ln()).sum::<f64>() / all.len() as f64
-    };
-    if mean_log_misfit(&clipped) < mean_log_misfit(&fit) - WORTH {
-        clipped
-    } else {
-        fit
-    }
+/// Returns the mean log misfit of all tiles fitted.
+fn all_misfit(context: &FitContext, fit: &FittedLens) -> f64 {
+    let settings = Split::settings(fit);
+    let all = context.all();
+    mean_log(&vergence_law::misfits(
+        context,
+        &fit.layout,
+        &fit.theta,
+        &all,
+        settings,
+    ))
 }
 
-/// Adds `effect` with all its parameters free and constant in vergence; returns its index.
-fn add(structure: &mut ModelStructure, effect: &'static dyn Effect, shared: bool) -> usize {
-    let which = structure.effects.len();
-    structure.effects.push(effect);
-    for k in 0..effect.parameters().len() {
-        structure.polynomials.push(PolynomialSpec {
-            quantity: Quantity::Effect(which, k),
-            degree: 0,
-            shared,
-            fixed: false,
+/// Returns the mean logarithm of `misfits`.
+fn mean_log(misfits: &[f64]) -> f64 {
+    misfits.iter().map(|m| m.max(1e-12).ln()).sum::<f64>() / misfits.len().max(1) as f64
+}
+
+/// A lens with one more part, fitted to few tiles.
+struct Tried {
+    last: &'static Part,
+    layout: ParameterLayout,
+    theta: Vec<f64>,
+    /// Mean log misfit of held-out zones.
+    missed: f64,
+}
+
+/// The tiles on which parts are fitted and those on which they are compared.
+struct Split<'a> {
+    fitted: Vec<&'a FitTile>,
+    check: Vec<&'a FitTile>,
+}
+
+impl<'a> Split<'a> {
+    fn new(context: &'a FitContext) -> Self {
+        let all = context.all();
+        let places: Vec<_> = all.iter().map(|t| t.at).collect();
+        let held_out = holdout::held_out_mask(&context.frame, &places);
+        let of = |wanted: bool| -> Vec<&FitTile> {
+            let pairs = all.iter().zip(&held_out);
+            pairs
+                .filter(|(_, out)| **out == wanted)
+                .map(|(t, _)| *t)
+                .collect()
+        };
+        let count = TRIAL_TILES * context.channel_names().len();
+        let (fitted, check) = (of(false), of(true));
+        Self {
+            // Sets too small for zones are compared on the tiles fitted.
+            check: subsample(if check.is_empty() { &fitted } else { &check }, count),
+            fitted: subsample(&fitted, count),
+        }
+    }
+
+    fn settings(fit: &FittedLens) -> MisfitSettings {
+        MisfitSettings {
+            metric: fit.metric,
+            detail: Detail::COARSE,
+            tolerance: LENIENT_TOLERANCE,
+        }
+    }
+
+    /// Returns the mean log misfit of held-out zones for `fit`.
+    fn misfit(&self, context: &FitContext, fit: &FittedLens) -> f64 {
+        self.missed(context, &fit.layout, &fit.theta, Self::settings(fit))
+    }
+
+    fn missed(
+        &self,
+        context: &FitContext,
+        layout: &ParameterLayout,
+        theta: &[f64],
+        settings: MisfitSettings,
+    ) -> f64 {
+        let misfits = vergence_law::misfits(context, layout, theta, &self.check, settings);
+        mean_log(&misfits)
+    }
+
+    /// Fits `fit` with `part` from each of its starts; `None` where the tiles are too few for its parameters.
+    fn trial(&self, context: &FitContext, fit: &FittedLens, part: &'static Part) -> Option<Tried> {
+        if !part.is_determined_by(context.tiles.len()) {
+            return None;
+        }
+        let layout = context.layout(part.added_to(&fit.layout.structure));
+        let start = layout.transfer(&fit.layout, &fit.theta);
+        let which = fit.layout.structure.effects.len();
+        let settings = Self::settings(fit);
+        let descend = |tiles: &[&FitTile], theta: &[f64], stop| {
+            let found = context.descend(&layout, tiles, theta, settings, stop);
+            (found.point.mean_log_misfit(), found.point.theta)
+        };
+        let begin = |values: &Vec<f64>| {
+            let mut theta = start.clone();
+            for (k, value) in values.iter().enumerate() {
+                layout.set_constant_in_all(&mut theta, Quantity::Effect(which, k), *value);
+            }
+            theta
+        };
+        let mut starts: Vec<Vec<f64>> = (part.starts)().iter().map(begin).collect();
+        if starts.len() > MAX_STARTS {
+            // Where none lowers the misfit before it is fitted, the part is not there. Narrow PSFs do not show stops.
+            let wide = self.fitted.iter().filter(|tile| !tile.centroid_unknown);
+            let few = subsample(&wide.copied().collect::<Vec<_>>(), MISFIT_TILES);
+            let misfit = |layout: &ParameterLayout, theta: &[f64]| {
+                mean_log(&vergence_law::misfits(
+                    context, layout, theta, &few, settings,
+                ))
+            };
+            let before = misfit(&fit.layout, &fit.theta);
+            let screened = starts.iter().map(|theta| (misfit(&layout, theta), theta));
+            let (least, best) = screened.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            if least >= before {
+                return None;
+            }
+            starts = vec![best.clone()];
+        } else if starts.len() > 1 {
+            let few = subsample(&self.fitted, SCREENING_TILES);
+            let screened = starts.iter().map(|theta| descend(&few, theta, SCREENING));
+            let (_, best) = screened.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            starts = vec![best];
+        }
+        let found = starts
+            .iter()
+            .map(|theta| descend(&self.fitted, theta, BETWEEN));
+        let (_, theta) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let missed = self.missed(context, &layout, &theta, Self::settings(fit));
+        Some(Tried {
+            last: part,
+            layout,
+            theta,
+            missed,
+        })
+    }
+
+    /// Adds the part that improves held-out zones most, until none is worth its parameters.
+    fn add_parts(&self, context: &FitContext, mut fit: FittedLens) -> Result<FittedLens> {
+        let mut open: Vec<&'static Part> = PARTS.to_vec();
+        while let Some(tried) = self.best(context, &fit, &mut open) {
+            let last = tried.last;
+            let extended =
+                context.refine_leniently(&tried.layout, tried.theta, fit.metric, BETWEEN);
+            let gain = all_misfit(context, &fit) - all_misfit(context, &extended);
+            if gain < MIN_GAIN {
+                // The gain was one of the few tiles alone.
+                open.retain(|part| part.effect.id() != last.effect.id());
+                continue;
+            }
+            if gain > LARGE_GAIN {
+                // The part may have hidden what others describe.
+                open = PARTS.to_vec();
+            }
+            fit = extended;
+            if !last.shared {
+                fit = vergence_law::choose(context, fit, &vergence_law::EXTENDED_LAWS)?;
+            }
+        }
+        Ok(fit)
+    }
+
+    /// Returns `fit` with seventh order where that lowers the misfit of all tiles by far.
+    ///
+    /// The corners of a small set are extrapolated when zones are held out, and hide a gain of high orders.
+    fn with_seventh_order(&self, context: &FitContext, fit: &FittedLens) -> Option<FittedLens> {
+        let tried = self.trial(context, fit, &SEVENTH_ORDER)?;
+        if tried.missed > self.misfit(context, fit) + EXTRAPOLATED {
+            return None;
+        }
+        let higher = context.refine_leniently(&tried.layout, tried.theta, fit.metric, BETWEEN);
+        let gain = all_misfit(context, fit) - all_misfit(context, &higher);
+        (gain > LARGE_GAIN).then_some(higher)
+    }
+
+    /// Returns the lens with two planes of symmetry where they describe it far better than fifth order does.
+    ///
+    /// The reduced model of an anamorphic lens may have ended on the wrong side of focus, so all `estimates` are starts.
+    fn two_planes(
+        &self,
+        context: &FitContext,
+        fit: &FittedLens,
+        estimates: &[Vec<f64>],
+    ) -> Option<Tried> {
+        let round = self.trial(context, fit, &HIGHER_ORDER)?;
+        let reduced = context.reduced_layout();
+        let starts = estimates.iter().map(|theta| FittedLens {
+            layout: reduced.clone(),
+            theta: theta.clone(),
+            ..fit.clone()
         });
+        let tried = starts
+            .chain([fit.clone()])
+            .filter_map(|start| self.trial(context, &start, &DOUBLE_PLANE));
+        let best = tried.min_by(|a, b| a.missed.total_cmp(&b.missed))?;
+        (best.missed < round.missed - PLAIN_GAIN).then_some(best)
     }
-    which
+
+    /// Returns the lens with the part among `open` that improves held-out zones of `fit` most; `None` if none is worth its
+    /// parameters. Parts that are in the lens, and those that spoil held-out zones, leave `open`.
+    fn best(
+        &self,
+        context: &FitContext,
+        fit: &FittedLens,
+        open: &mut Vec<&'static Part>,
+    ) -> Option<Tried> {
+        let before = self.misfit(context, fit);
+        let mut best: Option<Tried> = None;
+        open.retain(|part| {
+            if part.is_in(&fit.layout.structure) {
+                return false;
+            }
+            let Some(tried) = self.trial(context, fit, part) else {
+                return true;
+            };
+            let spoils = tried.missed > before + SPOILT;
+            let least = best.as_ref().map_or(before - part.worth, |b| b.missed);
+            if tried.missed < least.min(before - part.worth) {
+                best = Some(tried);
+            }
+            !spoils
+        });
+        best
+    }
 }

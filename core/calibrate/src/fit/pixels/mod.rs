@@ -6,16 +6,19 @@
 //!    per tile (`pixel_problem`). Flux and centroid of each tile are eliminated (`tile_equations`).
 //! 3. The degrees of the parameters in vergence are selected by cross-validation over distances, and residual
 //!    corrections per distance by cross-validation over field zones (`vergence_law`).
-//! 4. The extended model adds fifth-order aberrations and vignetting (`extended`).
+//! 4. The extended model adds fifth-order aberrations and the `parts` that held-out zones ask for (`extended`).
 //! 5. Standard errors come from the Fisher information or a sandwich estimator (`covariance`). About a fifth
-//!    of the PSFs are held out and score the result (`score`).
+//!    of the PSFs are held out, score the result (`score`) and say how well the model describes the lens
+//!    (`adequacy`).
 
+mod adequacy;
 mod context;
 mod covariance;
 mod extended;
 mod jacobian;
 mod metric;
 mod parameters;
+mod parts;
 mod pixel_problem;
 mod report;
 mod score;
@@ -33,10 +36,13 @@ use super::{AxisChoice, axis, check_same_camera, displacement, holdout, plane};
 use crate::measure::{MeasuredTile, Rejection, measure};
 use crate::score::TestImage;
 use context::FitContext;
+use extended::Extended;
+use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
 use seidel_optics::moments::support::Support;
 use seidel_optics::observations::ObservationSet;
+use seidel_optics::profile::{LensProfile, Verdict};
 
 /// Settings of [`fit_pupil`].
 #[derive(Debug, Clone, Default)]
@@ -62,7 +68,8 @@ pub enum PupilModel {
     /// The five reduced numbers (third-order aberrations) and a symmetric blur.
     #[default]
     Reduced,
-    /// Also fifth-order aberrations, and vignetting where it lowers the misfit.
+    /// Also fifth-order aberrations, and every part that improves held-out zones of the field: vignetting, blades,
+    /// decentred elements, seventh order, two planes of symmetry.
     Extended,
     /// [`PupilModel::Extended`] where the held-out pixel gap of [`PupilModel::Reduced`] is above 0.001 and the
     /// extended model gains at least 1 dB on the held-out PSFs; [`PupilModel::Reduced`] otherwise.
@@ -99,38 +106,80 @@ pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<Pu
     }
     let held_out = held_out_tiles(sets, &measured, &frame, settings);
     let mut context = FitContext::new(sets, settings, frame, &measured, held_out);
-    let mut fit = context.fit_reduced()?;
+    let (mut fit, estimates) = context.fit_reduced()?;
     fit = vergence_law::choose(&context, fit, &vergence_law::REDUCED_LAWS)?;
+    let mut held_back = Vec::new();
     if settings.model == PupilModel::Extended {
-        fit = extended::extend(&context, fit)?;
+        let extended = extended::extend(&context, fit, &estimates)?;
+        (fit, held_back) = (extended.fit, extended.held_back);
     }
     if settings.axis == AxisChoice::Free {
         fit = context.free_axis(fit);
         context.move_frame_to_axis(&mut fit)?;
     }
-    let reduced = finish(&context, fit.clone(), &rejected)?;
+    let mut reduced = finish(&context, fit.clone(), &rejected)?;
+    reduced.warnings.extend(held_back);
     let short = |f: &PupilFit| {
         (f.lens.held_out.as_ref())
             .filter(|h| h.pixel_gap > MAX_REDUCED_GAP)
             .cloned()
     };
     let Some(before) = short(&reduced).filter(|_| settings.model == PupilModel::Auto) else {
+        check_squeeze(sets, &reduced.lens)?;
         return Ok(reduced);
     };
-    let mut extended = finish(&context, extended::extend(&context, fit)?, &rejected)?;
+    let Extended { fit, held_back } = extended::extend(&context, fit, &estimates)?;
+    let mut extended = finish(&context, fit, &rejected)?;
     let gained = extended
         .lens
         .held_out
         .as_ref()
         .map_or(0.0, |h| h.snr_db - before.snr_db);
     if gained < MIN_GAIN_DB {
+        check_squeeze(sets, &reduced.lens)?;
         return Ok(reduced);
     }
+    check_squeeze(sets, &extended.lens)?;
     extended.warnings.push(format!(
-        "the reduced model leaves a held-out pixel gap of {:.4}: fifth-order aberrations and vignetting were added, which raise the held-out forward-blur SNR by {gained:.1} dB",
-        before.pixel_gap
+        "the reduced model leaves a held-out pixel gap of {:.4}: {} were added, which raise the held-out forward-blur SNR by {gained:.1} dB",
+        before.pixel_gap,
+        effect_names(&extended.lens).join(", ")
     ));
+    extended.warnings.extend(held_back);
     Ok(extended)
+}
+
+/// Squeeze up to which a lens counts as spherical.
+const MAX_SPHERICAL_SQUEEZE: f64 = 1.05;
+
+/// Rejects a camera with a squeeze if the model describes the lens without two planes of symmetry.
+fn check_squeeze(sets: &[ObservationSet], lens: &LensProfile) -> Result<()> {
+    let anamorphic = effect_names(lens).contains(&effects::DoublePlane.id());
+    let proven = (lens.adequacy()).is_some_and(|a| a.verdict() == Verdict::Describes);
+    for (index, set) in sets.iter().enumerate() {
+        let squeezed = |squeeze: &f64| squeeze.max(1.0 / squeeze) > MAX_SPHERICAL_SQUEEZE;
+        let Some(squeeze) = set.camera.squeeze.filter(squeezed) else {
+            continue;
+        };
+        if proven && !anamorphic {
+            return Err(Error::new(
+                format!("observation set {} camera.squeeze", index + 1),
+                format!(
+                    "is {squeeze}, but the PSFs are those of a spherical lens: a rotationally symmetric model describes them"
+                ),
+                "correct the squeeze in the manifest, or leave it out",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the identifiers of the effects of `lens`.
+fn effect_names(lens: &LensProfile) -> Vec<&'static str> {
+    let first = lens.pupil_channels().first();
+    first.map_or_else(Vec::new, |channel| {
+        channel.effects.iter().map(|e| e.effect.id()).collect()
+    })
 }
 
 /// Completes a fit with standard errors, residual corrections and the held-out score.

@@ -44,6 +44,8 @@ pub struct PolynomialSpec {
     pub quantity: Quantity,
     /// Degree of its polynomial in vergence.
     pub degree: usize,
+    /// Smallest degree that a choice of degrees may give it.
+    pub least_degree: usize,
     /// Whether all channels share it.
     pub shared: bool,
     /// Whether it is held fixed.
@@ -66,15 +68,19 @@ impl ModelStructure {
     /// Returns the reduced model: five numbers and a blur per channel. Defocus has degree `alpha_degree` in
     /// vergence, the others are constant.
     pub fn reduced(alpha_degree: usize) -> Self {
-        let polynomials = Quantity::BASE.map(|quantity| PolynomialSpec {
-            quantity,
-            degree: if quantity == Quantity::Alpha {
+        let polynomials = Quantity::BASE.map(|quantity| {
+            let degree = if quantity == Quantity::Alpha {
                 alpha_degree
             } else {
                 0
-            },
-            shared: false,
-            fixed: false,
+            };
+            PolynomialSpec {
+                quantity,
+                degree,
+                least_degree: degree,
+                shared: false,
+                fixed: false,
+            }
         });
         Self {
             polynomials: polynomials.to_vec(),

@@ -10,10 +10,12 @@ use crate::fit::axis::AxisEstimate;
 use crate::fit::{AxisChoice, PupilSettings};
 use crate::measure::{MeasuredTile, Rejection};
 use seidel_optics::distance::ObjectDistance;
+use seidel_optics::effects;
 use seidel_optics::error::Result;
 use seidel_optics::lens::VergenceSeries;
 use seidel_optics::profile::{
-    LensDescription, LensProfile, Provenance, PupilChannel, RadialDisplacement,
+    LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel, RadialDisplacement,
+    Verdict,
 };
 
 /// A fitted pupil model and its report.
@@ -73,6 +75,8 @@ pub(super) fn assemble(
                 .layout
                 .channel(&fit.theta, &errors.covariance, index, name);
             add_remainders(&mut channel, index, remainders);
+            let order = |carried: &ProfileEffect| effects::acting_position(carried.effect);
+            channel.effects.sort_by_key(order);
             channel.measured_vergence = context.range;
             channel.wavelength_px = first.wavelength_px(name).unwrap_or(0.0);
             [channel.magnification, channel.distortion] = displacement_series(context, index);
@@ -92,6 +96,10 @@ pub(super) fn assemble(
         },
     };
     lens.held_out = score::held_out(context, &lens)?;
+    let wrong = (lens.adequacy()).is_some_and(|a| a.verdict() != Verdict::Describes);
+    if wrong {
+        omit_standard_errors(&mut lens);
+    }
     let axis = (context.settings.axis == AxisChoice::Free).then(|| {
         let count = fit.theta.len();
         let unit = context.frame.half_width_px();
@@ -103,6 +111,11 @@ pub(super) fn assemble(
         }
     });
     let mut warnings = Vec::new();
+    if let Some(adequacy) = lens.adequacy().filter(|_| wrong) {
+        warnings.push(format!(
+            "{adequacy}. Standard errors are not stated, since they assume the model"
+        ));
+    }
     if !fit.converged {
         warnings
             .push("the fit did not converge within the maximum number of iterations".to_owned());
@@ -129,6 +142,18 @@ pub(super) fn assemble(
         converged: fit.converged,
         warnings,
     })
+}
+
+/// Sets the standard errors to zero, which means unknown: they assume a model that describes the lens.
+fn omit_standard_errors(lens: &mut LensProfile) {
+    let LensDescription::Pupil(channels) = &mut lens.description else {
+        return;
+    };
+    for channel in channels {
+        for series in channel.series_mut() {
+            series.sigma.fill(0.0);
+        }
+    }
 }
 
 /// Adds the residual corrections to the channel's series.

@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::adequacy::{self, TileResidual};
 use super::context::FitContext;
 use crate::measure::MeasuredTile;
 use crate::score::ImageAutocorrelation;
-use crate::score::{TestImage, predicted_kernel, prepare_tiles};
+use crate::score::{TestImage, misplaced_light, predicted_kernel, prepare_tiles};
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::Result;
 use seidel_optics::predict::Predictor;
@@ -14,6 +15,13 @@ use seidel_optics::profile::{HeldOut, HeldOutGroup, LensProfile};
 /// Description of the held-out split in the profile.
 const RULE: &str =
     "a fifth by field zone: of five rings of equal counts, one sector of 72 degrees each";
+
+/// Scores of one tile.
+struct TileScore {
+    snr_db: f64,
+    pixel_gap: f64,
+    misplaced_light: f64,
+}
 
 /// Scores `lens` on the held-out tiles; `None` where there are none.
 pub(super) fn held_out(context: &FitContext, lens: &LensProfile) -> Result<Option<HeldOut>> {
@@ -31,61 +39,79 @@ pub(super) fn held_out(context: &FitContext, lens: &LensProfile) -> Result<Optio
     let correlation = ImageAutocorrelation::new(picture);
     let predictor = Predictor::new(lens)?;
     let mut groups = Vec::new();
-    let (mut decibels, mut gaps) = (Vec::new(), Vec::new());
+    let mut scores = Vec::new();
+    let mut residuals = Vec::new();
     for (channel, name) in context.channel_names().iter().enumerate() {
         for distance in distances(context) {
-            let tiles: Vec<&MeasuredTile> = context
-                .measured
-                .iter()
-                .zip(&context.held_out)
-                .filter(|(m, held_out)| {
-                    **held_out && m.channel == channel && m.distance == distance
-                })
-                .map(|(m, _)| m)
-                .collect();
-            if tiles.is_empty() {
+            let of = |wanted: bool| -> Vec<&MeasuredTile> {
+                let tiles = context.measured.iter().zip(&context.held_out);
+                tiles
+                    .filter(|(m, held_out)| {
+                        **held_out == wanted && m.channel == channel && m.distance == distance
+                    })
+                    .map(|(m, _)| m)
+                    .collect()
+            };
+            let (held, fitted) = (of(true), of(false));
+            if held.is_empty() {
                 continue;
             }
             let vergence = predictor.vergence(distance)?;
             // Tiles of several sets are prepared together, each by its own set.
-            let (side, placed) = prepare_tiles(
-                context.sets,
-                &tiles,
-                &context.frame,
-                context.settings.support,
-            );
+            let together: Vec<&MeasuredTile> = held.iter().chain(&fitted).copied().collect();
+            let support = context.settings.support;
+            let (side, placed) = prepare_tiles(context.sets, &together, &context.frame, support);
             let scorer = correlation.scorer(side);
-            let scores: Vec<(f64, f64)> = placed
+            let of_group: Vec<(Option<TileScore>, TileResidual)> = placed
                 .par_iter()
-                .map(|tile| {
+                .enumerate()
+                .map(|(k, tile)| {
                     let kernel = predicted_kernel(&predictor, channel, vergence, tile, side);
-                    let square = scorer.blurred_power(&tile.measured);
-                    let norm: f64 = tile.measured.iter().map(|v| v * v).sum();
-                    let pairs = tile.measured.iter().zip(&kernel);
-                    let gap = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>() / norm;
-                    (scorer.snr_db(&tile.measured, square, &kernel), gap)
+                    let residual = TileResidual::new(tile, &kernel, side);
+                    let score = (k < held.len()).then(|| {
+                        let square = scorer.blurred_power(&tile.measured);
+                        TileScore {
+                            snr_db: scorer.snr_db(&tile.measured, square, &kernel),
+                            pixel_gap: residual.gap,
+                            misplaced_light: misplaced_light(&tile.measured, &kernel),
+                        }
+                    });
+                    (score, residual)
                 })
                 .collect();
-            let count = scores.len() as f64;
+            let (of_tiles, of_group): (Vec<_>, Vec<_>) = of_group.into_iter().unzip();
+            let of_tiles: Vec<TileScore> = of_tiles.into_iter().flatten().collect();
             groups.push(HeldOutGroup {
                 channel: name.clone(),
                 distance,
-                tiles: scores.len(),
-                snr_db: scores.iter().map(|s| s.0).sum::<f64>() / count,
-                pixel_gap: scores.iter().map(|s| s.1).sum::<f64>() / count,
+                tiles: of_tiles.len(),
+                snr_db: mean(&of_tiles, |s| s.snr_db),
+                pixel_gap: mean(&of_tiles, |s| s.pixel_gap),
+                misplaced_light: Some(mean(&of_tiles, |s| s.misplaced_light)),
             });
-            decibels.extend(scores.iter().map(|s| s.0));
-            gaps.extend(scores.iter().map(|s| s.1));
+            residuals.push(adequacy::Group {
+                channel: name.clone(),
+                distance,
+                held_out: of_group[..held.len()].to_vec(),
+                fitted: of_group[held.len()..].to_vec(),
+            });
+            scores.extend(of_tiles);
         }
     }
-    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len().max(1) as f64;
     Ok(Some(HeldOut {
-        tiles: decibels.len(),
+        tiles: scores.len(),
         rule: RULE.to_owned(),
-        snr_db: mean(&decibels),
-        pixel_gap: mean(&gaps),
+        snr_db: mean(&scores, |s| s.snr_db),
+        pixel_gap: mean(&scores, |s| s.pixel_gap),
+        misplaced_light: Some(mean(&scores, |s| s.misplaced_light)),
         groups,
+        adequacy: Some(adequacy::of(&residuals, context.frame.corner_radius())),
     }))
+}
+
+/// Returns the mean of `value` over `scores`.
+fn mean(scores: &[TileScore], value: impl Fn(&TileScore) -> f64) -> f64 {
+    scores.iter().map(value).sum::<f64>() / scores.len().max(1) as f64
 }
 
 fn distances(context: &FitContext) -> Vec<ObjectDistance> {

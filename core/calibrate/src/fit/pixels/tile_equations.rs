@@ -9,12 +9,17 @@ use nalgebra::{DMatrix, DVector};
 use super::jacobian::{ParameterDerivative, STOP_PARAMETERS};
 use super::metric::Metric;
 use super::parameters::ParameterLayout;
+use crate::least_squares::RegistrationSums;
 use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, MAX_STOPS, Stop, TERMS, Wavefront};
 use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
 
 /// Number of nuisance parameters per tile: flux, and centroid along x and y.
 const TILE_PARAMETERS: usize = 3;
+
+/// Largest number of steps, and largest shift from the measured centroid, px, of a registration.
+const REGISTRATION_STEPS: usize = 4;
+const MAX_SHIFT_PX: f64 = 0.5;
 
 /// Data of one tile.
 #[derive(Debug, Clone)]
@@ -35,6 +40,8 @@ pub(super) struct FitTile {
     pub(super) counts: Option<Vec<bool>>,
     /// Standard deviation of pixel noise; zero where unknown.
     pub(super) sigma: f64,
+    /// Whether the PSF is too narrow for its pixels to tell its centroid.
+    pub(super) centroid_unknown: bool,
 }
 
 /// Nuisance parameters of one tile.
@@ -262,6 +269,70 @@ impl FitTile {
         square / self.scale(misfit_settings)
     }
 
+    /// Returns `own` with the centroid where `pupil` fits the pixels best, if they do not tell it themselves.
+    pub(super) fn registered(
+        &self,
+        pupil: &LocalPupil,
+        own: TileParameters,
+        misfit_settings: MisfitSettings,
+        buffers: &mut Buffers,
+    ) -> TileParameters {
+        if !self.centroid_unknown {
+            return own;
+        }
+        let mut best = (self.misfit(pupil, &own, misfit_settings, buffers), own);
+        for _ in 0..REGISTRATION_STEPS {
+            let Some(step) = self.centroid_step(pupil, &best.1, misfit_settings, buffers) else {
+                break;
+            };
+            let mut moved = best.1;
+            for ((to, by), start) in moved.centroid.iter_mut().zip(step).zip(own.centroid) {
+                *to = (*to + by).clamp(start - MAX_SHIFT_PX, start + MAX_SHIFT_PX);
+            }
+            let misfit = self.misfit(pupil, &moved, misfit_settings, buffers);
+            if misfit >= best.0 {
+                break;
+            }
+            best = (misfit, moved);
+        }
+        best.1
+    }
+
+    /// Returns the Gauss-Newton step of the centroid; `None` where the pixels do not determine it.
+    fn centroid_step(
+        &self,
+        pupil: &LocalPupil,
+        own: &TileParameters,
+        misfit_settings: MisfitSettings,
+        buffers: &mut Buffers,
+    ) -> Option<[f64; 2]> {
+        let tilts = [Wavefront::tilt(1.0, 0.0), Wavefront::tilt(0.0, 1.0)];
+        let tilts = tilts.map(PupilDerivative::from_wavefront);
+        let grid = self.grid(pupil, own.centroid);
+        let Buffers {
+            space,
+            drawn,
+            rows,
+            weighed,
+        } = buffers;
+        draw(pupil, &grid, &tilts, misfit_settings.detail, space, drawn);
+        let stride = PsfImage::stride(tilts.len());
+        rows.clear();
+        for (k, light) in drawn.light.iter().enumerate() {
+            let counts = self.counts.as_ref().is_none_or(|c| c[k]);
+            let slopes = &drawn.derivatives[k * stride..][..2];
+            let row = [self.light[k] - own.flux * light, slopes[0], slopes[1]];
+            rows.extend(row.map(|v| if counts { v } else { 0.0 }));
+        }
+        let (width, height) = self.size;
+        (misfit_settings.metric).apply(rows, 1 + tilts.len(), width, height, weighed);
+        let mut sums = RegistrationSums::default();
+        for row in weighed.chunks_exact(1 + tilts.len()) {
+            sums.add(row[0], [row[1] * own.flux, row[2] * own.flux]);
+        }
+        sums.step()
+    }
+
     /// Returns the divisor of the squared residual.
     fn scale(&self, misfit_settings: MisfitSettings) -> f64 {
         if misfit_settings.metric == Metric::Pixels && self.sigma > 0.0 {
@@ -353,9 +424,11 @@ impl FitTile {
             // A spot within one pixel does not determine its centroid; the floor keeps it in place.
             own[(k, k)] = own[(k, k)] * (1.0 + 1e-9) + 1e-12 * own[(0, 0)].max(1e-300);
         }
-        let inverse = if misfit_settings.metric == Metric::NaturalSpectrum {
-            // A lens is used with centroids aligned, so the centroid must not compensate for model error.
-            // Only where noise dominates is it estimated from pixels.
+        let as_measured =
+            misfit_settings.metric == Metric::NaturalSpectrum && !self.centroid_unknown;
+        let inverse = if as_measured {
+            // A lens is used with centroids aligned, so the centroid must not compensate for model error. It is
+            // estimated from pixels only where noise dominates, or where they do not tell it.
             let mut light_alone = DMatrix::zeros(TILE_PARAMETERS, TILE_PARAMETERS);
             light_alone[(0, 0)] = 1.0 / own[(0, 0)];
             light_alone

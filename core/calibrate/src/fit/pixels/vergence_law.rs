@@ -64,13 +64,14 @@ impl PolynomialDegrees {
     fn of(self, structure: &ModelStructure) -> ModelStructure {
         let mut freed = structure.clone();
         for freedom in &mut freed.polynomials {
-            freedom.degree = match freedom.quantity {
+            let degree = match freedom.quantity {
                 Quantity::Alpha => freedom.degree,
                 Quantity::Blur => 0,
                 Quantity::Effect(..) if freedom.shared => 0,
                 Quantity::Effect(..) => self.effects,
                 _ => self.numbers,
             };
+            freedom.degree = degree.max(freedom.least_degree);
         }
         freed
     }
@@ -145,7 +146,8 @@ fn cross_validation_score(
     sum / f64::from(count.max(1))
 }
 
-/// Returns the misfits of tiles that did not take part, with flux and centroid as measured.
+/// Returns the misfits of tiles that did not take part, with flux and centroid as measured, or as estimated where the
+/// pixels do not tell the centroid.
 pub(super) fn misfits(
     context: &FitContext,
     layout: &ParameterLayout,
@@ -158,6 +160,7 @@ pub(super) fn misfits(
         .zip(context.tile_parameters(tiles))
         .map_init(Buffers::default, |buffers, (tile, own)| {
             let pupil = layout.pupil(theta, tile.channel, tile.at, tile.vergence);
+            let own = tile.registered(&pupil, own, misfit_settings, buffers);
             tile.misfit(&pupil, &own, misfit_settings, buffers)
         })
         .collect()
@@ -250,6 +253,7 @@ fn single_distance_layout(
         .iter()
         .map(|freedom| PolynomialSpec {
             degree: 0,
+            least_degree: 0,
             fixed: freedom.shared,
             ..*freedom
         })

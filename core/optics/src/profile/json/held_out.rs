@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::adequacy::AdequacyFile;
 use super::{distance, optional_metres, present};
 use crate::error::Result;
 use crate::profile::{HeldOut, HeldOutGroup};
@@ -20,8 +21,14 @@ pub(super) struct HeldOutFile {
     snr_db: f64,
     /// Mean over tiles of the squared error of the pixels over the squared norm of the tile.
     pixel_gap: f64,
+    /// Mean over tiles of the share of light that the model puts into the wrong pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    misplaced_light: Option<f64>,
     /// The scores by channel and distance.
     groups: Vec<GroupFile>,
+    /// Adequacy of the model for the lens.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    adequacy: Option<AdequacyFile>,
 }
 
 /// The score of one channel at one object distance.
@@ -45,6 +52,9 @@ struct GroupFile {
     snr_db: f64,
     /// Mean squared error over squared norm of these tiles.
     pixel_gap: f64,
+    /// Mean share of the light of these tiles that the model puts into the wrong pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    misplaced_light: Option<f64>,
 }
 
 impl HeldOutFile {
@@ -63,8 +73,11 @@ impl HeldOutFile {
                     tiles: group.tiles,
                     snr_db: group.snr_db,
                     pixel_gap: group.pixel_gap,
+                    misplaced_light: group.misplaced_light,
                 })
                 .collect(),
+            misplaced_light: held_out.misplaced_light,
+            adequacy: held_out.adequacy.as_ref().map(AdequacyFile::new),
         }
     }
 
@@ -77,6 +90,7 @@ impl HeldOutFile {
                 tiles: group.tiles,
                 snr_db: group.snr_db,
                 pixel_gap: group.pixel_gap,
+                misplaced_light: group.misplaced_light,
             })
         });
         Ok(HeldOut {
@@ -85,6 +99,8 @@ impl HeldOutFile {
             snr_db: self.snr_db,
             pixel_gap: self.pixel_gap,
             groups: groups.collect::<Result<_>>()?,
+            misplaced_light: self.misplaced_light,
+            adequacy: self.adequacy.map(AdequacyFile::adequacy).transpose()?,
         })
     }
 }

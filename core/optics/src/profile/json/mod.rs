@@ -1,5 +1,6 @@
 //! The JSON format of lens profiles: the parts common to all kinds. The channels of each kind have their own file.
 
+mod adequacy;
 mod held_out;
 mod moments;
 mod pupil;
@@ -99,6 +100,9 @@ struct CameraFile {
     /// Wavelength by channel, nanometres.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     wavelength_nm: BTreeMap<String, f64>,
+    /// Squeeze of an anamorphic lens: 2 for a 2x lens.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    squeeze: Option<f64>,
 }
 
 /// The origin of the profile.
@@ -217,6 +221,7 @@ fn profile<C>(
             f_number: positive("camera.f_number", file.camera.f_number)?,
             focus_distance: distance("camera.focus_distance_m", file.camera.focus_distance_m)?,
             wavelength_nm: file.camera.wavelength_nm,
+            squeeze: positive("camera.squeeze", file.camera.squeeze)?,
         },
         description: description(file.channels)?,
         held_out: file.held_out.map(HeldOutFile::held_out).transpose()?,
@@ -257,6 +262,7 @@ fn write_kind<C: Serialize>(profile: &LensProfile, kind: Kind, channels: Vec<C>)
             f_number: profile.camera.f_number,
             focus_distance_m: optional_metres(profile.camera.focus_distance),
             wavelength_nm: profile.camera.wavelength_nm.clone(),
+            squeeze: profile.camera.squeeze,
         },
         channels,
         held_out: profile.held_out.as_ref().map(HeldOutFile::new),

@@ -6,8 +6,8 @@ use super::*;
 use crate::effects;
 use crate::lens::{MomentCoefficients, VergenceSeries};
 use crate::profile::{
-    HeldOut, HeldOutGroup, MomentsChannel, MomentsPlane, ProfileEffect, PupilChannel,
-    RadialDisplacement,
+    Adequacy, FieldPattern, FieldZone, HeldOut, HeldOutGroup, MomentsChannel, MomentsPlane,
+    ProfileEffect, PupilChannel, RadialDisplacement, ResidualPattern, WorstPlace,
 };
 
 fn moments_profile() -> LensProfile {
@@ -96,7 +96,25 @@ fn pupil_profile() -> LensProfile {
                 tiles: 12,
                 snr_db: 41.2,
                 pixel_gap: 3.7e-3,
+                misplaced_light: Some(0.021),
             }],
+            misplaced_light: Some(0.021),
+            adequacy: Some(Adequacy {
+                noise_gap: 1e-4,
+                excess_gap: 3.6e-3,
+                systematic_gap: 2e-3,
+                worst: WorstPlace {
+                    channel: "G".into(),
+                    distance: ObjectDistance::Infinity,
+                    zone: FieldZone::Edge,
+                    excess_gap: 5e-3,
+                },
+                pattern: ResidualPattern {
+                    periods: 2,
+                    share: 0.7,
+                    field: FieldPattern::Meridional,
+                },
+            }),
         }),
         ..moments_profile()
     }

@@ -1,5 +1,7 @@
 //! Recovery of synthetic lenses within their stated errors.
 
+mod parts;
+
 use super::*;
 use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;

@@ -1,0 +1,160 @@
+//! The parts that the extended model can gain: effects, with their free parameters and the values at which fits start.
+
+use std::f64::consts::TAU;
+
+use super::parameters::{ModelStructure, PolynomialSpec, Quantity};
+use seidel_optics::effects::{self, Effect};
+
+/// Minimum number of fitted tiles per free parameter of a part.
+const TILES_PER_PARAMETER: f64 = 1.5;
+
+/// A part of the extended model: an effect with the parameters that a fit may change.
+pub(super) struct Part {
+    pub(super) effect: &'static dyn Effect,
+    /// Number of the effect's parameters, from the first, that take part; the others stay neutral.
+    pub(super) used: usize,
+    /// Those of them that stay at their start.
+    pub(super) fixed: &'static [usize],
+    /// Whether all channels share them.
+    pub(super) shared: bool,
+    /// Number of parameters that are at least linear in vergence, the first ones.
+    pub(super) linear: usize,
+    /// Returns values of the used parameters at which fits start.
+    pub(super) starts: fn() -> Vec<Vec<f64>>,
+    /// Decrease of the mean log misfit of held-out zones that the part must reach.
+    pub(super) worth: f64,
+}
+
+/// Fifth-order aberrations.
+pub(super) static HIGHER_ORDER: Part = Part {
+    effect: &effects::HigherOrder,
+    used: 8,
+    fixed: &[],
+    shared: false,
+    linear: 0,
+    starts: || vec![vec![0.0; 8]],
+    worth: 0.0,
+};
+
+/// Seventh-order aberrations.
+pub(super) static SEVENTH_ORDER: Part = Part {
+    effect: &effects::SeventhOrder,
+    used: 13,
+    fixed: &[],
+    shared: false,
+    linear: 0,
+    starts: || vec![vec![0.0; 13]],
+    worth: 0.1,
+};
+
+/// Two planes of symmetry: anamorphic lenses.
+pub(super) static DOUBLE_PLANE: Part = Part {
+    effect: &effects::DoublePlane,
+    used: 35,
+    fixed: &[],
+    shared: false,
+    // The difference of defocus between the planes follows the object's distance.
+    linear: 1,
+    starts: || vec![vec![0.0; 35]],
+    worth: 0.5,
+};
+
+/// The parts that are tried, those with fewer parameters first.
+pub(super) static PARTS: [&Part; 5] = [
+    &Part {
+        effect: &effects::Vignetting,
+        used: 4,
+        fixed: &[],
+        shared: true,
+        linear: 0,
+        starts: stops,
+        worth: 0.02,
+    },
+    // The number of blades is counted, and the distance of the corners is one with the size of the pupil.
+    &Part {
+        effect: &effects::AperturePolygon,
+        used: 4,
+        fixed: &[0, 2],
+        shared: true,
+        linear: 0,
+        starts: irises,
+        worth: 0.1,
+    },
+    // Without the displacement of the image, which tiles do not show.
+    &Part {
+        effect: &effects::Decentre,
+        used: 8,
+        fixed: &[],
+        shared: false,
+        linear: 0,
+        starts: || vec![vec![0.0; 8]],
+        worth: 0.1,
+    },
+    &SEVENTH_ORDER,
+    &DOUBLE_PLANE,
+];
+
+impl Part {
+    /// Returns `structure` with this part.
+    pub(super) fn added_to(&self, structure: &ModelStructure) -> ModelStructure {
+        let mut extended = structure.clone();
+        let which = extended.effects.len();
+        extended.effects.push(self.effect);
+        for k in 0..self.used {
+            let degree = usize::from(k < self.linear);
+            extended.polynomials.push(PolynomialSpec {
+                quantity: Quantity::Effect(which, k),
+                degree,
+                least_degree: degree,
+                shared: self.shared,
+                fixed: self.fixed.contains(&k),
+            });
+        }
+        extended
+    }
+
+    /// Returns the number of free parameters.
+    pub(super) fn free(&self) -> usize {
+        self.used - self.fixed.len()
+    }
+
+    /// Returns the number of tiles that the part needs.
+    pub(super) fn least_tiles(&self) -> usize {
+        (TILES_PER_PARAMETER * self.free() as f64).ceil() as usize
+    }
+
+    pub(super) fn is_determined_by(&self, tiles: usize) -> bool {
+        tiles >= self.least_tiles()
+    }
+
+    pub(super) fn is_in(&self, structure: &ModelStructure) -> bool {
+        let mut effects = structure.effects.iter();
+        effects.any(|effect| effect.id() == self.effect.id())
+    }
+}
+
+/// Returns initial stops: radius and shift of a front and a rear one. They begin to clip on the axis, half way to the corner,
+/// or near it.
+fn stops() -> Vec<Vec<f64>> {
+    [[1.0, 0.15], [1.0, 0.5], [1.4, 0.6], [1.8, 0.9]]
+        .map(|[radius, shift]| vec![radius, shift, radius, -shift])
+        .to_vec()
+}
+
+/// Returns initial irises: blades, rotation of a corner, distance of the corners, roundness. Their discs are about as large
+/// as round ones.
+fn irises() -> Vec<Vec<f64>> {
+    let mut all = Vec::new();
+    for blades in 5..=11 {
+        let blades = f64::from(blades);
+        let straight = (3.0 / (2.0 + (TAU / blades).cos())).sqrt();
+        for roundness in [0.2, 0.7] {
+            for quarter in 0..4 {
+                let rotation = 90.0 / blades * f64::from(quarter);
+                let reach = 1.0 + (1.0 - roundness) * (straight - 1.0);
+                all.push(vec![blades, rotation, reach, roundness]);
+            }
+        }
+    }
+    all
+}

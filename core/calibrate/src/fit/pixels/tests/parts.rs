@@ -1,0 +1,135 @@
+//! Lenses beyond fifth order and without symmetry: the parts that describe them are found, and models without them are
+//! reported.
+
+use super::*;
+use seidel_optics::effects::{self, Effect};
+use seidel_optics::profile::{FieldPattern, ProfileEffect, Verdict};
+
+/// Places per distance.
+const PLACES: usize = 36;
+
+/// Returns the planted lens with `effect`.
+fn with(effect: &'static dyn Effect, values: &[f64]) -> PupilChannel {
+    let mut lens = planted(&mut SplitMix64::new(11));
+    let values = values.iter().map(|v| VergenceSeries::constant(*v));
+    lens.effects.push(ProfileEffect {
+        effect,
+        values: values.collect(),
+    });
+    lens
+}
+
+fn observe(lens: &PupilChannel) -> ObservationSet {
+    observed(lens, PLACES, 0.0, &mut SplitMix64::new(12))
+}
+
+fn fitted(set: &ObservationSet, model: PupilModel) -> PupilFit {
+    let settings = PupilSettings {
+        model,
+        support: Support::AllPixels,
+        ..PupilSettings::default()
+    };
+    fit_pupil(std::slice::from_ref(set), &settings).expect("a sound set")
+}
+
+/// Returns the value at a middle distance of a parameter that the fit found.
+fn found(fit: &PupilFit, id: &str, parameter: usize) -> Option<f64> {
+    let channel = &fit.lens.pupil_channels()[0];
+    let part = channel.effects.iter().find(|e| e.effect.id() == id)?;
+    Some(part.values[parameter].at(1.0 / 3.0))
+}
+
+fn verdict(fit: &PupilFit) -> Verdict {
+    fit.lens.adequacy().expect("PSFs were held out").verdict()
+}
+
+#[test]
+fn a_decentred_lens_is_found_and_a_symmetric_model_of_it_reported() {
+    let mut values = effects::neutral(&effects::Decentre);
+    (values[0], values[1], values[3]) = (1.2, -0.8, 0.9);
+    let set = observe(&with(&effects::Decentre, &values));
+    let fit = fitted(&set, PupilModel::Extended);
+    assert_eq!(verdict(&fit), Verdict::Describes, "{:?}", fit.lens.held_out);
+    for (k, want) in [(0, 1.2), (1, -0.8)] {
+        let got = found(&fit, "decentre", k).expect("decentred");
+        assert!((got - want).abs() < 0.05, "{k}: {got}");
+    }
+    assert_eq!(found(&fit, "double_plane", 0), None);
+
+    let symmetric = fitted(&set, PupilModel::Reduced);
+    let adequacy = symmetric.lens.adequacy().expect("PSFs were held out");
+    assert_ne!(verdict(&symmetric), Verdict::Describes, "{adequacy}");
+    // Constant coma is one-sided, and the same over the field.
+    assert_eq!(adequacy.pattern.periods % 2, 1, "{adequacy}");
+    assert_eq!(adequacy.pattern.field, FieldPattern::Constant, "{adequacy}");
+    assert!(adequacy.systematic_gap > 0.5 * adequacy.excess_gap);
+    // Errors that assume a wrong model are not stated.
+    let stated = numbers(&symmetric.lens.pupil_channels()[0]);
+    assert!(stated.iter().all(|(_, _, sigma)| *sigma == 0.0));
+    let warned = |w: &String| w.contains("Standard errors are not stated");
+    assert!(
+        symmetric.warnings.iter().any(warned),
+        "{:?}",
+        symmetric.warnings
+    );
+}
+
+#[test]
+fn an_anamorphic_lens_is_found() {
+    let mut lens = with(
+        &effects::DoublePlane,
+        &effects::neutral(&effects::DoublePlane),
+    );
+    let part = &mut lens.effects[0].values;
+    // Another line of defocus along x, astigmatism and coma of one plane alone.
+    part[0] = VergenceSeries::new(vec![1.5, -7.0]);
+    part[4] = VergenceSeries::constant(0.8);
+    part[7] = VergenceSeries::constant(-1.1);
+    let set = observe(&lens);
+    let fit = fitted(&set, PupilModel::Extended);
+    assert_eq!(verdict(&fit), Verdict::Describes, "{:?}", fit.lens.held_out);
+    let defocus = found(&fit, "double_plane", 0).expect("two planes");
+    assert!((defocus - (1.5 - 7.0 / 3.0)).abs() < 0.05, "{defocus}");
+    assert_ne!(
+        verdict(&fitted(&set, PupilModel::Reduced)),
+        Verdict::Describes
+    );
+}
+
+#[test]
+fn blades_are_counted() {
+    let set = observe(&with(&effects::AperturePolygon, &[7.0, 20.0, 1.06, 0.1]));
+    let fit = fitted(&set, PupilModel::Extended);
+    assert_eq!(found(&fit, "aperture_polygon", 0), Some(7.0));
+    let rotation = found(&fit, "aperture_polygon", 1).expect("blades");
+    // Heptagons repeat after a seventh of a turn.
+    let off = (rotation - 20.0).rem_euclid(360.0 / 7.0);
+    assert!(off.min(360.0 / 7.0 - off) < 2.0, "{rotation}");
+}
+
+#[test]
+fn a_symmetric_lens_gains_no_plane_or_decentre() {
+    let set = observe(&planted(&mut SplitMix64::new(13)));
+    let fit = fitted(&set, PupilModel::Extended);
+    assert_eq!(verdict(&fit), Verdict::Describes);
+    for id in ["decentre", "double_plane", "aperture_polygon"] {
+        assert_eq!(found(&fit, id, 0), None, "{id}");
+    }
+}
+
+#[test]
+fn squeeze_of_a_symmetric_lens_is_rejected() {
+    let mut set = observe(&planted(&mut SplitMix64::new(14)));
+    set.camera.squeeze = Some(2.0);
+    let problem = fit_pupil(&[set], &PupilSettings::default()).expect_err("no squeeze");
+    assert!(problem.to_string().contains("camera.squeeze"), "{problem}");
+}
+
+#[test]
+fn parts_that_few_tiles_do_not_determine_are_held_back() {
+    let lens = planted(&mut SplitMix64::new(15));
+    let set = observed(&lens, 9, 0.0, &mut SplitMix64::new(16));
+    let fit = fitted(&set, PupilModel::Extended);
+    let named = |w: &String| w.contains("`double_plane` was not tried");
+    assert!(fit.warnings.iter().any(named), "{:?}", fit.warnings);
+}
