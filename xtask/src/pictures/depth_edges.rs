@@ -30,8 +30,7 @@ const SCENES: [&str; 10] = [
 
 pub(super) fn draw(programs: &Programs) -> Result<(), String> {
     let work = programs.work();
-    let test = "depth::write_images_for_the_docs";
-    programs.ignored_test(test, "SEIDEL_DEPTH_PICTURES", work)?;
+    programs.ignored_test("depth", "SEIDEL_DEPTH_PICTURES", work)?;
     let tiles = work.join("depth-edges.png");
     let mut panels = Vec::new();
     for (row, scene) in (0..).zip(SCENES) {

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use super::programs::Programs;
 
 /// Evaluation sets, and what their fits need besides.
-const SETS: [(&str, &str); 3] = [
+const SETS: [(&str, &str); 5] = [
     ("zemax-dgauss28", ""),
     ("optiland-us8879901", ""),
     ("dash-stars", "--axis free"),
+    ("prime50-decentred", ""),
+    ("ana-front-31", ""),
 ];
 
 /// Draws the shapes and the sparse-fit plots; does nothing where `SEIDEL_DATA` names no folder.

@@ -70,7 +70,6 @@ fn demo_file(programs: &Programs, file: &str) -> Result<(), String> {
 /// Draws a blurred log plate, read in its own colour space and read as linear.
 fn colour(programs: &Programs) -> Result<(), String> {
     let drawn = programs.work().join("colour.png");
-    let test = "colour_picture::write_image_for_the_docs";
-    programs.ignored_test(test, "SEIDEL_COLOUR_PICTURE", &drawn)?;
+    programs.ignored_test("colour_picture", "SEIDEL_COLOUR_PICTURE", &drawn)?;
     programs.install(&drawn, "colour.png")
 }

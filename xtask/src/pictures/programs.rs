@@ -66,17 +66,17 @@ impl Programs {
         self.command(&program, all)
     }
 
-    /// Runs the ignored test `name` of `seidel-tests`, with `variable` set to `value`.
+    /// Runs the ignored tests of `seidel-tests` in `module`, with `variable` set to `value`.
     pub(super) fn ignored_test(
         &self,
-        name: &str,
+        module: &str,
         variable: &str,
         value: &Path,
     ) -> Result<(), String> {
         let mut command = Command::new(cargo());
         command.current_dir(&self.root).env(variable, value);
         command.args(["test", "-p", "seidel-tests", "--test", "seidel", "--"]);
-        command.args([name, "--ignored", "--exact"]);
+        command.args([&format!("{module}::picture"), "--ignored"]);
         finished(command)
     }
 
