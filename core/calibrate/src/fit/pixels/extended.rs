@@ -175,7 +175,8 @@ impl<'a> Split<'a> {
         mean_log(&misfits)
     }
 
-    /// Fits `fit` with `part` from each of its starts; `None` where the tiles are too few for its parameters.
+    /// Fits `fit` with `part` from the best of its starts; `None` where none lowers the misfit, and where the tiles are too
+    /// few for its parameters.
     fn trial(&self, context: &FitContext, fit: &FittedLens, part: &'static Part) -> Option<Tried> {
         if !part.is_determined_by(context.tiles.len()) {
             return None;
@@ -195,8 +196,8 @@ impl<'a> Split<'a> {
             }
             theta
         };
-        let mut starts: Vec<Vec<f64>> = (part.starts)().iter().map(begin).collect();
-        if starts.len() > MAX_STARTS {
+        let starts: Vec<Vec<f64>> = (part.starts)().iter().map(begin).collect();
+        let start = if starts.len() > MAX_STARTS {
             // Where none lowers the misfit before it is fitted, the part is not there. Narrow PSFs do not show stops.
             let wide = self.fitted.iter().filter(|tile| !tile.centroid_unknown);
             let few = subsample(&wide.copied().collect::<Vec<_>>(), MISFIT_TILES);
@@ -211,18 +212,16 @@ impl<'a> Split<'a> {
             if least >= before {
                 return None;
             }
-            starts = vec![best.clone()];
+            best.clone()
         } else if starts.len() > 1 {
             let few = subsample(&self.fitted, SCREENING_TILES);
             let screened = starts.iter().map(|theta| descend(&few, theta, SCREENING));
-            let (_, best) = screened.min_by(|a, b| a.0.total_cmp(&b.0))?;
-            starts = vec![best];
-        }
-        let found = starts
-            .iter()
-            .map(|theta| descend(&self.fitted, theta, BETWEEN));
-        let (_, theta) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let missed = self.missed(context, &layout, &theta, Self::settings(fit));
+            screened.min_by(|a, b| a.0.total_cmp(&b.0))?.1
+        } else {
+            starts.into_iter().next()?
+        };
+        let (_, theta) = descend(&self.fitted, &start, BETWEEN);
+        let missed = self.missed(context, &layout, &theta, settings);
         Some(Tried {
             last: part,
             layout,

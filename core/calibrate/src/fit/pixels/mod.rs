@@ -128,7 +128,12 @@ pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<Pu
         check_squeeze(sets, &reduced.lens)?;
         return Ok(reduced);
     };
-    let Extended { fit, held_back } = extended::extend(&context, fit, &estimates)?;
+    let Extended { mut fit, held_back } = extended::extend(&context, fit, &estimates)?;
+    if settings.axis == AxisChoice::Free {
+        // The parts may have moved it, or begun from estimates without it.
+        fit = context.free_axis(fit);
+        context.move_frame_to_axis(&mut fit)?;
+    }
     let mut extended = finish(&context, fit, &rejected)?;
     let gained = extended
         .lens

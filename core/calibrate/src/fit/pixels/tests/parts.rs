@@ -133,3 +133,29 @@ fn parts_that_few_tiles_do_not_determine_are_held_back() {
     let named = |w: &String| w.contains("`double_plane` was not tried");
     assert!(fit.warnings.iter().any(named), "{:?}", fit.warnings);
 }
+
+#[test]
+fn a_free_axis_is_kept_when_parts_are_added() {
+    let mut values = effects::neutral(&effects::HigherOrder);
+    (values[0], values[1]) = (2.0, -3.0);
+    let mut set = observe(&with(&effects::HigherOrder, &values));
+    let truth = set.frame.axis();
+    let off = ImagePoint::new(truth.x_px + 30.0, truth.y_px - 20.0);
+    set.frame = set.frame.with_axis(off).expect("in the frame");
+    let settings = PupilSettings {
+        model: PupilModel::Auto,
+        axis: AxisChoice::Free,
+        support: Support::AllPixels,
+        ..PupilSettings::default()
+    };
+    let fit = fit_pupil(&[set], &settings).expect("a sound set");
+    assert!(
+        found(&fit, "higher_order", 0).is_some(),
+        "{:?}",
+        fit.warnings
+    );
+    let axis = fit.lens.frame.axis();
+    let error = (axis.x_px - truth.x_px).hypot(axis.y_px - truth.y_px);
+    assert!(error < 1.0, "{axis:?} {truth:?}");
+    assert_eq!(verdict(&fit), Verdict::Describes);
+}
