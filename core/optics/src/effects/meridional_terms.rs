@@ -64,19 +64,15 @@ pub(super) fn apply(
     }
 }
 
-/// Returns `values` of `terms` for a lens with other controls. The slope at the rim has pupil power l - 1; the field
-/// angle X / Z2 has power k; lengths scale with Z2.
+/// Returns `values` of `terms` for a lens with other controls.
 pub(super) fn rescaled(
     terms: &[MeridionalTerm],
     values: &[VergenceSeries],
     ratios: ControlRatios,
 ) -> Vec<VergenceSeries> {
     let each = terms.iter().zip(values);
-    each.map(|(term, series)| {
-        let of_pupil = ratios.pupil.powi(term.pupil_degree() as i32 - 1);
-        series.scaled(of_pupil * ratios.image_distance.powi(1 - term.field))
-    })
-    .collect()
+    each.map(|(term, series)| series.scaled(ratios.of_wave_term(term.pupil_degree(), term.field)))
+        .collect()
 }
 
 #[cfg(test)]

@@ -165,6 +165,14 @@ pub struct ControlRatios {
     pub image_distance: f64,
 }
 
+impl ControlRatios {
+    /// Returns the factor of the slope at the rim of a wavefront term with pupil power `pupil` and field power `field`: the
+    /// slope has pupil power one less, the field angle X / Z2 has power `field`, and lengths scale with Z2.
+    fn of_wave_term(self, pupil: usize, field: i32) -> f64 {
+        self.pupil.powi(pupil as i32 - 1) * self.image_distance.powi(1 - field)
+    }
+}
+
 /// An effect beyond the third-order lens model.
 pub trait Effect: Send + Sync {
     /// The stable identifier used in profiles and reports.

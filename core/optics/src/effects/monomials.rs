@@ -1,6 +1,7 @@
 //! Wavefront terms that are monomials of pupil and field: the common part of effects without rotational symmetry.
 
-use super::{ControlRatios, Parameter, Scope};
+use super::meridional_terms::coefficient;
+use super::{ControlRatios, Parameter};
 use crate::field::FieldPoint;
 use crate::lens::{LocalPupil, VergenceSeries};
 
@@ -38,16 +39,7 @@ pub(super) const fn monomial(
     of_field: usize,
 ) -> Parameter {
     const UNITS: [&str; 5] = ["px", "px/h", "px/h²", "px/h³", "px/h⁴"];
-    Parameter {
-        name,
-        unit: UNITS[of_field],
-        meaning,
-        neutral: 0.0,
-        least: -1e4,
-        most: 1e4,
-        step: 0.1,
-        scope: Scope::Lens,
-    }
+    coefficient(name, UNITS[of_field], meaning)
 }
 
 /// Adds `terms` with `values` to the wavefront of `pupil`. A value is the term's slope at the rim, px.
@@ -65,8 +57,7 @@ pub(super) fn apply(
     }
 }
 
-/// Returns `values` of `terms` for a lens with other controls: the slope at the rim has the pupil's power l - 1, and
-/// the field angle X / Z2 the field's power k; lengths scale with Z2.
+/// Returns `values` of `terms` for a lens with other controls.
 pub(super) fn rescaled(
     terms: &[FieldMonomial],
     values: &[VergenceSeries],
@@ -74,9 +65,7 @@ pub(super) fn rescaled(
 ) -> Vec<VergenceSeries> {
     let each = terms.iter().zip(values);
     each.map(|(term, series)| {
-        let of_pupil = ratios.pupil.powi(term.pupil_degree() as i32 - 1);
-        let of_field = term.field[0] + term.field[1];
-        series.scaled(of_pupil * ratios.image_distance.powi(1 - of_field))
+        series.scaled(ratios.of_wave_term(term.pupil_degree(), term.field[0] + term.field[1]))
     })
     .collect()
 }
