@@ -73,6 +73,15 @@ impl Effect for AperturePolygon {
         "the iris has blades: discs are polygons, mirrored through focus"
     }
 
+    fn amount(&self, values: &[f64]) -> Option<String> {
+        let &[blades, rotation, _, roundness] = values else {
+            return None;
+        };
+        Some(format!(
+            "{blades:.0} blades, a corner at {rotation:.0} degrees, roundness {roundness:.2}"
+        ))
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &PARAMETERS
     }

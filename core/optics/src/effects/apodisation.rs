@@ -3,22 +3,24 @@
 use super::{ControlRatios, Effect, Parameter, ScenePoint, SearchStart};
 use crate::lens::{LocalPupil, VergenceSeries};
 
-/// `apodisation`: the transmission of the pupil falls towards its rim or its centre.
+/// `apodisation`: the transmission of the pupil falls towards its rim or its centre, about the axis or beside it.
 ///
 /// # Appearance
-/// Defocused discs have soft or bright edges on both sides of focus, the same over the whole field.
+/// Defocused discs have soft or bright edges on both sides of focus, the same over the whole field. A filter that is
+/// decentred makes one side of them dimmer, which changes sides through focus.
 ///
 /// # Similar effects
 /// Spherical aberration, which is soft on one side of focus and bright on the other; the shadow of a mirror, which has a
-/// sharp edge.
+/// sharp edge. Coma, if the filter is decentred.
 ///
 /// # Model
-/// The transmission at pupil point u is exp(-(`square` |u|² + `fourth` |u|⁴)): even powers of the density of a round
-/// filter (Jacquinot and Roizen-Dossier, Progress in Optics 3, 1964).
+/// The transmission at pupil point u is exp(-(`square` |u - c|² + `fourth` |u - c|⁴)): even powers of the density of a
+/// round filter (Jacquinot and Roizen-Dossier, Progress in Optics 3, 1964) with its centre c at (`centre_x`, `centre_y`).
+/// Where a lens has several, the coefficients and the centres add.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Apodisation;
 
-static PARAMETERS: [Parameter; 2] = [
+static PARAMETERS: [Parameter; 4] = [
     Parameter::new("square", "1", "loss by the squared pupil radius")
         .within(-1.5, 8.0)
         .step(0.05),
@@ -29,7 +31,13 @@ static PARAMETERS: [Parameter; 2] = [
     )
     .within(-4.0, 8.0)
     .step(0.05),
+    centre("centre_x", "centre of the filter along x"),
+    centre("centre_y", "centre of the filter along y"),
 ];
+
+const fn centre(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::new(name, "pupil radii", meaning).within(-1.0, 1.0)
+}
 
 impl Effect for Apodisation {
     fn id(&self) -> &'static str {
@@ -40,6 +48,16 @@ impl Effect for Apodisation {
         "the pupil is not evenly clear: soft-edged or ring-edged discs on both sides of focus"
     }
 
+    fn amount(&self, values: &[f64]) -> Option<String> {
+        let &[square, fourth, x, y] = values else {
+            return None;
+        };
+        let rim = 100.0 * (-square - fourth).exp();
+        Some(format!(
+            "{rim:.0} % of the light of its centre one pupil radius from it, centre at ({x:.2}, {y:.2})"
+        ))
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &PARAMETERS
     }
@@ -48,17 +66,23 @@ impl Effect for Apodisation {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
         pupil.transmission.square += values[0];
         pupil.transmission.fourth += values[1];
+        pupil.transmission.centre[0] += values[2];
+        pupil.transmission.centre[1] += values[3];
     }
 
     fn starts(&self) -> Vec<SearchStart> {
-        let square = |value| SearchStart {
-            values: vec![value, 0.0],
-            free: vec![true, false],
+        let centred = |values: [f64; 2], fourth| SearchStart {
+            values: [&values[..], &[0.0, 0.0]].concat(),
+            free: vec![true, fourth, false, false],
         };
         vec![
-            square(0.5),
-            square(-0.3),
-            SearchStart::all_free(&[0.3, 0.3]),
+            centred([0.5, 0.0], false),
+            centred([-0.3, 0.0], false),
+            centred([0.3, 0.3], true),
+            SearchStart {
+                values: vec![0.5, 0.0, 0.0, 0.0],
+                free: vec![true, false, true, true],
+            },
         ]
     }
 
@@ -67,6 +91,8 @@ impl Effect for Apodisation {
         vec![
             values[0].scaled(ratios.pupil.powi(2)),
             values[1].scaled(ratios.pupil.powi(4)),
+            values[2].scaled(1.0 / ratios.pupil),
+            values[3].scaled(1.0 / ratios.pupil),
         ]
     }
 }
@@ -78,7 +104,8 @@ mod tests {
 
     #[test]
     fn discs_are_soft_or_ringed_on_both_sides_of_focus() {
-        let variance = |values: [f64; 2], alpha| {
+        let variance = |[square, fourth]: [f64; 2], alpha| {
+            let values = [square, fourth, 0.0, 0.0];
             let pupil = behind(&Apodisation, &values, place(0.3, 0.5), disc(alpha));
             let (moments, centroid) = pupil.moments();
             assert!(centroid[0].abs() < 1e-12 && centroid[1].abs() < 1e-12);
@@ -95,5 +122,20 @@ mod tests {
         // For exp(-s r²) over the disc, the mean of r² is 1/s - 1/(e^s - 1).
         let want = 16.0 / 2.0 * (1.0 - 1.0 / (1.0_f64.exp() - 1.0));
         assert!((variance([1.0, 0.0], 4.0) - want).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_decentred_filter_dims_one_side_and_the_other_beyond_focus() {
+        let centroid = |alpha| {
+            let values = [0.8, 0.0, 0.3, -0.1];
+            behind(&Apodisation, &values, place(0.3, 0.5), disc(alpha)).centroid()
+        };
+        let [x, y] = centroid(4.0);
+        assert!(
+            x > 0.2 && y < -0.07 && (x + 3.0 * y).abs() < 0.01,
+            "{x} {y}"
+        );
+        let [beyond, _] = centroid(-4.0);
+        assert!((beyond + x).abs() < 1e-9);
     }
 }

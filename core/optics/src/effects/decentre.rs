@@ -74,6 +74,16 @@ impl Effect for Decentre {
         "an element is shifted or tilted: coma in the middle, astigmatism and focus linear in field"
     }
 
+    fn amount(&self, values: &[f64]) -> Option<String> {
+        let &[x, y, ..] = values else {
+            return None;
+        };
+        let (size, angle) = (x.hypot(y), y.atan2(x).to_degrees());
+        Some(format!(
+            "coma constant over the field of {size:.2} px, at {angle:.0} degrees from x towards y"
+        ))
+    }
+
     fn parameters(&self) -> &'static [Parameter] {
         &PARAMETERS
     }

@@ -203,6 +203,11 @@ pub trait Effect: Send + Sync {
         [0.0; 2]
     }
 
+    /// Returns what `values` amount to, in words, for effects of which one number says much.
+    fn amount(&self, _values: &[f64]) -> Option<String> {
+        None
+    }
+
     /// Returns starts for a search of the values, the likeliest first. None of them is neutral.
     fn starts(&self) -> Vec<SearchStart>;
 

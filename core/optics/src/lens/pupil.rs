@@ -1,6 +1,6 @@
 //! The pupil of a lens for one image point in one channel: wavefront, stops, transmission and sensor.
 
-use super::Wavefront;
+use super::wavefront::{DEGREE, TERMS, Wavefront, powers};
 use crate::moments::CentralMoments;
 use crate::sensor::Sensor;
 
@@ -8,13 +8,15 @@ use crate::sensor::Sensor;
 /// thirteen iris blades.
 pub const MAX_STOPS: usize = 18;
 
-/// The transmission at pupil point u: `exp(-(square |u|² + fourth |u|⁴))`, one at the centre.
+/// The transmission of a filter at pupil point u: `exp(-(square |u - centre|² + fourth |u - centre|⁴))`, one at its centre.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Transmission {
     /// Coefficient of the squared radius.
     pub square: f64,
     /// Coefficient of the fourth power of the radius.
     pub fourth: f64,
+    /// Centre (x, y) of the filter, pupil radii.
+    pub centre: [f64; 2],
 }
 
 impl Transmission {
@@ -25,8 +27,27 @@ impl Transmission {
 
     /// Returns the transmission at pupil point `u`.
     pub fn at(&self, u: [f64; 2]) -> f64 {
-        let r2 = u[0] * u[0] + u[1] * u[1];
+        let (_, r2) = self.offset(u);
         (-(self.square + self.fourth * r2) * r2).exp()
+    }
+
+    /// Returns the gradient (x, y) of the logarithm of the transmission at pupil point `u`.
+    pub fn log_gradient(&self, u: [f64; 2]) -> [f64; 2] {
+        let (offset, r2) = self.offset(u);
+        offset.map(|o| -2.0 * (self.square + 2.0 * self.fourth * r2) * o)
+    }
+
+    /// Returns the derivative of the logarithm of the transmission at pupil point `u` if the numbers change at `rates`.
+    pub fn log_derivative(&self, rates: &Self, u: [f64; 2]) -> f64 {
+        let (_, r2) = self.offset(u);
+        let [x, y] = self.log_gradient(u);
+        -(rates.square + rates.fourth * r2) * r2 - x * rates.centre[0] - y * rates.centre[1]
+    }
+
+    /// Returns `u` from the centre, and its squared length.
+    fn offset(&self, u: [f64; 2]) -> ([f64; 2], f64) {
+        let offset = [u[0] - self.centre[0], u[1] - self.centre[1]];
+        (offset, offset[0] * offset[0] + offset[1] * offset[1])
     }
 }
 
@@ -167,6 +188,7 @@ impl LocalPupil {
             transmission: Transmission {
                 square: self.transmission.square * ratio.powi(2),
                 fourth: self.transmission.fourth * ratio.powi(4),
+                centre: self.transmission.centre.map(|c| c / ratio),
             },
             squeeze: self.squeeze,
             blur_ratio: self.blur_ratio,
@@ -256,7 +278,7 @@ impl LocalPupil {
 
     /// Returns the centroid of the light relative to the chief ray, px.
     pub fn centroid(&self) -> [f64; 2] {
-        if self.stops() == [Stop::RIM] && self.transmission.is_uniform() {
+        if self.is_round_and_even() {
             let [x, y] = self.wavefront.mean_slope();
             [self.squeeze[0] * x, self.squeeze[1] * y]
         } else {
@@ -264,18 +286,66 @@ impl LocalPupil {
         }
     }
 
-    /// Returns the second and third central moments of the light (image axes, px² and px³) and its centroid relative to
-    /// the chief ray (px).
-    ///
-    /// By quadrature over the pupil; exact for a circular pupil of even transmission. Diffraction and halo are left
-    /// out: their moments may not exist.
-    pub fn moments(&self) -> (CentralMoments, [f64; 2]) {
+    /// Returns the mean slope of each of `wavefronts` over the light of this pupil, times the squeeze: the derivative of
+    /// the centroid if such a wavefront is added, px.
+    pub fn mean_slopes(&self, wavefronts: &[&Wavefront]) -> Vec<[f64; 2]> {
+        let squeezed = |[x, y]: [f64; 2]| [self.squeeze[0] * x, self.squeeze[1] * y];
+        if self.is_round_and_even() {
+            let means = wavefronts.iter().map(|w| squeezed(w.mean_slope()));
+            return means.collect();
+        }
+        let degree = wavefronts.iter().map(|w| w.degree()).fold(1, usize::max);
+        let mut means = [0.0; TERMS];
+        let mut total = 0.0;
+        for (light, u) in self.rays() {
+            total += light;
+            // The light times u_x^i u_y^j, degree by degree.
+            let mut monomials = [light; DEGREE];
+            let mut at = 0;
+            for below in 0..degree {
+                for (mean, monomial) in means[at..].iter_mut().zip(&monomials[..=below]) {
+                    *mean += monomial;
+                }
+                at += below + 1;
+                if below + 1 < degree {
+                    monomials[below + 1] = monomials[below] * u[1];
+                    for monomial in &mut monomials[..=below] {
+                        *monomial *= u[0];
+                    }
+                }
+            }
+        }
+        let mean = |i: usize, j: usize| means[(i + j) * (i + j + 1) / 2 + j] / total;
+        let slopes = wavefronts.iter().map(|wavefront| {
+            let mut sum = [0.0; 2];
+            for ((i, j), c) in powers().zip(wavefront.coefficients()) {
+                if i + j > wavefront.degree() {
+                    break;
+                }
+                if i > 0 {
+                    sum[0] += c * i as f64 * mean(i - 1, j);
+                }
+                if j > 0 {
+                    sum[1] += c * j as f64 * mean(i, j - 1);
+                }
+            }
+            squeezed(sum)
+        });
+        slopes.collect()
+    }
+
+    fn is_round_and_even(&self) -> bool {
+        self.stops() == [Stop::RIM] && self.transmission.is_uniform()
+    }
+
+    /// Returns rays for quadrature over the pupil: the light of each, and its pupil point.
+    fn rays(&self) -> Vec<(f64, [f64; 2])> {
         let angles = if self.stop_count > FEW_STOPS {
             MORE_ANGLES
         } else {
             ANGLES
         };
-        let mut landed: Vec<(f64, [f64; 2])> = Vec::with_capacity(RADII.len() * angles);
+        let mut rays = Vec::with_capacity(RADII.len() * angles);
         let (centre, depth) = self.inscribed_circle();
         for k in 0..angles {
             let angle = std::f64::consts::TAU * (k as f64 + 0.5) / angles as f64;
@@ -288,10 +358,20 @@ impl LocalPupil {
             for (radius, weight) in RADII {
                 let r = reach * radius;
                 let u = [centre[0] + r * cos, centre[1] + r * sin];
-                let light = weight * reach * reach * self.transmission.at(u);
-                landed.push((light, self.landing(u)));
+                rays.push((weight * reach * reach * self.transmission.at(u), u));
             }
         }
+        rays
+    }
+
+    /// Returns the second and third central moments of the light (image axes, px² and px³) and its centroid relative to
+    /// the chief ray (px).
+    ///
+    /// By quadrature over the pupil; exact for a circular pupil of even transmission. Diffraction and halo are left
+    /// out: their moments may not exist.
+    pub fn moments(&self) -> (CentralMoments, [f64; 2]) {
+        let rays = self.rays().into_iter();
+        let landed: Vec<(f64, [f64; 2])> = rays.map(|(w, u)| (w, self.landing(u))).collect();
         let total: f64 = landed.iter().map(|(w, _)| w).sum();
         let mean = [0, 1].map(|k| landed.iter().map(|(w, p)| w * p[k]).sum::<f64>() / total);
         let mut sums = [0.0; 7];

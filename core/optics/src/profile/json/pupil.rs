@@ -162,24 +162,21 @@ impl EffectFile {
         let effect = effects::by_id(&self.id)?;
         let place = format!("effect `{}`", self.id);
         let names: Vec<_> = effect.parameters().iter().map(|p| p.name).collect();
-        let values = names
-            .iter()
-            .map(|&name| {
-                let series = self.parameters.remove(name).map(SeriesFile::series);
-                series.ok_or_else(|| {
-                    Error::new(
-                        &place,
-                        format!("lacks the parameter `{name}`"),
-                        format!("give all of: {}", names.join(", ")),
-                    )
-                })
+        // Profiles of earlier versions lack the parameters that an effect has gained since.
+        let values = (effect.parameters().iter())
+            .map(|parameter| {
+                let given = self.parameters.remove(parameter.name);
+                given.map_or_else(
+                    || VergenceSeries::constant(parameter.neutral),
+                    SeriesFile::series,
+                )
             })
-            .collect::<Result<_>>()?;
+            .collect();
         match self.parameters.keys().next() {
             Some(unknown) => Err(Error::new(
                 place,
                 format!("has no parameter `{unknown}`"),
-                format!("give all of: {}, and no other", names.join(", ")),
+                format!("use {}", names.join(", ")),
             )),
             None => Ok(ProfileEffect { effect, values }),
         }

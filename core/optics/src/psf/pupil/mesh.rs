@@ -10,7 +10,7 @@
 use std::f64::consts::TAU;
 
 use super::PupilDerivative;
-use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, TERMS, Wavefront, powers};
+use crate::lens::{DEGREE, LocalPupil, PINHOLE_RADIUS, TERMS, Transmission, Wavefront, powers};
 
 /// Mean error of linear interpolation over the triangles, per Laplacian and squared ring spacing.
 ///
@@ -20,14 +20,18 @@ const INTERPOLATION: f64 = ((TAU / 6.0) * (TAU / 6.0) / 16.0 + 1.0 / 12.0) / 2.0
 /// Largest number of monomials of a slope: powers (i, j) with i + j < [`DEGREE`].
 const SLOPE_TERMS: usize = TERMS - DEGREE;
 
-/// Largest number of derivatives that move stops: centre (x, y) and radius of each stop.
-pub(super) const MAX_STOP_DERIVATIVES: usize = 3 * crate::lens::MAX_STOPS;
+/// Largest number of derivatives that change the light of triangles: centre (x, y) and radius of each stop, and the four
+/// numbers of the transmission.
+pub(super) const MAX_LIGHT_DERIVATIVES: usize = 3 * crate::lens::MAX_STOPS + 4;
 
 /// Values per pack: the width of common SIMD vectors of 64-bit numbers.
 pub(super) const LANES: usize = 4;
 
 /// A group of values that are processed together.
 pub(super) type Pack = [f64; LANES];
+
+/// Values that are summed together: eight registers of AVX2, four of AVX-512.
+const BLOCK: usize = 8 * LANES;
 
 /// Smallest cosine between the direction from the centre and the normal of the edge that is used as a divisor.
 const LEAST_FACING: f64 = 0.2;
@@ -46,7 +50,7 @@ pub(super) struct Ring {
     pub(super) landing: Vec<[f64; 2]>,
     /// Derivatives of the landing points, corner by corner: all x, then all y.
     pub(super) velocity: Vec<Pack>,
-    /// Derivatives (x, y) of the pupil points by each parameter that moves stops, corner by corner.
+    /// Derivatives (x, y) of the pupil points by each parameter that moves stops or changes the transmission, corner by corner.
     pub(super) drift: Vec<[f64; 2]>,
 }
 
@@ -54,22 +58,24 @@ pub(super) struct Ring {
 pub(super) struct Mesh<'a> {
     pupil: &'a LocalPupil,
     derivatives: &'a [PupilDerivative],
-    /// Number of derivatives that move stops; they are the last ones.
-    stop_derivatives: usize,
+    /// Number of derivatives that move stops or change the transmission; they are the last ones.
+    light_derivatives: usize,
     /// Degree of the wavefront and its derivatives.
     degree: usize,
     rings: usize,
     centre: [f64; 2],
     /// The corners of the outermost ring.
     rim: Vec<RimPoint>,
-    /// Derivatives of those corners by each parameter that moves stops.
+    /// Derivatives of those corners by each parameter that moves stops or changes the transmission.
     rim_motion: Vec<[f64; 2]>,
     /// Coefficients of the wavefront slope (x, y), monomial by monomial.
     landing: [[f64; 2]; SLOPE_TERMS],
-    /// Coefficients of the second derivatives (xx, xy, yy) of the wavefront, monomial by monomial; empty if no stop moves.
+    /// Coefficients of the second derivatives (xx, xy, yy) of the wavefront, monomial by monomial; empty if no
+    /// stop moves.
     curvature: Vec<[f64; 3]>,
-    /// Coefficients of the slopes of the derivatives, monomial by monomial: all x, then all y.
-    velocities: Vec<Pack>,
+    /// Coefficients of the slopes of the derivatives, all x, then all y in blocks; the blocks one after the other, each
+    /// monomial by monomial.
+    velocities: Vec<[f64; BLOCK]>,
 }
 
 /// A corner of the outermost ring.
@@ -94,18 +100,19 @@ impl RimPoint {
 }
 
 impl<'a> Mesh<'a> {
-    /// Creates a mesh of `rings` rings over `pupil`; the last `stop_derivatives` of `derivatives` move stops.
+    /// Creates a mesh of `rings` rings over `pupil`; the last `light_derivatives` of `derivatives` move stops or change the
+    /// transmission.
     pub(super) fn new(
         pupil: &'a LocalPupil,
         derivatives: &'a [PupilDerivative],
-        stop_derivatives: usize,
+        light_derivatives: usize,
         rings: usize,
     ) -> Self {
         let (centre, depth) = pupil.inscribed_circle();
         let mut mesh = Self {
             pupil,
             derivatives,
-            stop_derivatives,
+            light_derivatives,
             degree: (derivatives.iter().map(|d| d.wavefront.degree()))
                 .fold(pupil.wavefront.degree(), usize::max),
             rings,
@@ -127,6 +134,13 @@ impl<'a> Mesh<'a> {
     /// Number of rings.
     pub(super) fn rings(&self) -> usize {
         self.rings
+    }
+
+    /// Returns the changes of transmission by the parameters that change the light.
+    pub(super) fn transmission_rates(&self) -> Vec<Transmission> {
+        let first = self.derivatives.len() - self.light_derivatives;
+        let changing = self.derivatives[first..].iter();
+        changing.map(|d| d.transmission).collect()
     }
 
     /// Number of derivatives of each landing point.
@@ -201,11 +215,11 @@ impl<'a> Mesh<'a> {
         self.rim = rim;
     }
 
-    /// Returns the derivatives of each corner of the rim by the parameters that move stops.
+    /// Returns the derivatives of each corner of the rim by the parameters that move stops or change the transmission.
     fn rim_motions(&self) -> Vec<[f64; 2]> {
-        let mut drifts = Vec::with_capacity(self.rim.len() * self.stop_derivatives);
+        let mut drifts = Vec::with_capacity(self.rim.len() * self.light_derivatives);
         for point in &self.rim {
-            for derivative in &self.derivatives[self.derivatives.len() - self.stop_derivatives..] {
+            for derivative in &self.derivatives[self.derivatives.len() - self.light_derivatives..] {
                 let own = self.edge_derivative(point, point.stop, derivative);
                 // A cusp moves with the mean of its two edges.
                 let rate = point.other.map_or(own, |other| {
@@ -234,7 +248,11 @@ impl<'a> Mesh<'a> {
     fn set_slopes(&mut self, correction: f64) {
         let corrected = |w: &Wavefront| w.add_scaled(-correction, &w.laplacian());
         let half = packs(self.derivatives.len());
-        self.velocities = vec![Pack::default(); slope_terms(self.degree) * 2 * half];
+        let terms = slope_terms(self.degree);
+        let mut velocities = vec![[0.0; BLOCK]; terms * (2 * half * LANES).div_ceil(BLOCK)];
+        let mut add = |term: usize, column: usize, value: f64| {
+            velocities[column / BLOCK * terms + term][column % BLOCK] += value;
+        };
         let [along_x, along_y] = self.pupil.squeeze;
         for ((i, j), c) in powers().zip(corrected(&self.pupil.wavefront).coefficients()) {
             if i + j > self.degree {
@@ -247,25 +265,24 @@ impl<'a> Mesh<'a> {
                 self.landing[slope_index(i, j - 1)][1] += along_y * j as f64 * c;
             }
         }
-        if self.stop_derivatives > 0 {
+        if self.light_derivatives > 0 {
             self.set_curvature();
         }
         for (which, derivative) in self.derivatives.iter().enumerate() {
-            let (pack, lane) = (which / LANES, which % LANES);
             for ((i, j), c) in powers().zip(corrected(&derivative.wavefront).coefficients()) {
                 if i + j > self.degree {
                     break;
                 }
                 if i > 0 {
-                    let row = slope_index(i - 1, j) * 2 * half;
-                    self.velocities[row + pack][lane] += along_x * i as f64 * c;
+                    add(slope_index(i - 1, j), which, along_x * i as f64 * c);
                 }
                 if j > 0 {
-                    let row = slope_index(i, j - 1) * 2 * half + half;
-                    self.velocities[row + pack][lane] += along_y * j as f64 * c;
+                    let column = half * LANES + which;
+                    add(slope_index(i, j - 1), column, along_y * j as f64 * c);
                 }
             }
         }
+        self.velocities = velocities;
     }
 
     /// Sets the second derivatives of the wavefront.
@@ -348,23 +365,27 @@ impl<'a> Mesh<'a> {
         ring.u.push(u);
         ring.landing.push(landing);
         let width = 2 * packs(self.derivatives.len());
-        for pack in 0..width {
-            let mut sums = Pack::default();
-            for (term, monomial) in monomials.iter().enumerate() {
-                let row = &self.velocities[term * width + pack];
-                for lane in 0..LANES {
-                    sums[lane] += monomial * row[lane];
+        let start = ring.velocity.len();
+        for rows in self.velocities.chunks_exact(monomials.len()) {
+            // Sums of its own length stay in registers.
+            let mut sums = [0.0; BLOCK];
+            for (monomial, row) in monomials.iter().zip(rows) {
+                for (sum, value) in sums.iter_mut().zip(row) {
+                    *sum += monomial * value;
                 }
             }
-            ring.velocity.push(sums);
+            let (packs, _) = sums.as_chunks::<LANES>();
+            ring.velocity.extend_from_slice(packs);
         }
+        // The last block is padded.
+        ring.velocity.truncate(start + width);
         all
     }
 
     /// Adds the motion of the last corner of `ring` with the stops: the weighted mean of that of two rim corners.
     #[inline(always)]
     fn push_drift(&self, monomials: &[f64; SLOPE_TERMS], from: [(usize, f64); 2], ring: &mut Ring) {
-        if self.stop_derivatives == 0 {
+        if self.light_derivatives == 0 {
             return;
         }
         let half = packs(self.derivatives.len());
@@ -376,13 +397,13 @@ impl<'a> Mesh<'a> {
             yy += monomial * of_yy;
         }
         let [along_x, along_y] = self.pupil.squeeze;
-        for which in 0..self.stop_derivatives {
+        for which in 0..self.light_derivatives {
             let [a, b] = from.map(|(rim, weight)| {
-                let drift = &self.rim_motion[rim * self.stop_derivatives + which];
+                let drift = &self.rim_motion[rim * self.light_derivatives + which];
                 [weight * drift[0], weight * drift[1]]
             });
             let drift = [a[0] + b[0], a[1] + b[1]];
-            let place = self.derivatives.len() - self.stop_derivatives + which;
+            let place = self.derivatives.len() - self.light_derivatives + which;
             let (pack, lane) = (start + place / LANES, place % LANES);
             ring.velocity[pack][lane] += along_x * (xx * drift[0] + xy * drift[1]);
             ring.velocity[pack + half][lane] += along_y * (xy * drift[0] + yy * drift[1]);

@@ -3,7 +3,8 @@
 //! The ray density is integrated exactly over pixels, from defocus far below a pixel to hundreds of pixels, through
 //! focus and caustics. A triangle mesh over the pupil (`mesh`) is mapped to the sensor and rasterised with exact area
 //! coverage (`rasterise`), then the symmetric blur is applied (`gaussian_blur`). Rays are not sampled, so there is
-//! neither noise nor moiré. Derivatives by parameters of the wavefront and the stops are available for fits.
+//! neither noise nor moiré. Derivatives by parameters of the wavefront, the stops and
+//! the transmission are available for fits.
 //!
 //! A pupil that diffracts is drawn by Fourier transform instead (`wave`). The sensor acts on the spectrum of either
 //! ([`OpticalPsf`]).
@@ -27,7 +28,7 @@ use fourier::Fourier;
 use gaussian_blur::GaussianBlur;
 use mesh::{Mesh, Ring};
 pub use optical_psf::OpticalPsf;
-use rasterise::{Canvas, Scratch};
+use rasterise::{Canvas, Filter, Scratch};
 
 /// The PSF model that draws [`LocalBlur::pupil`].
 #[derive(Debug, Clone, Copy, Default)]
@@ -40,6 +41,8 @@ pub struct PupilDerivative {
     pub wavefront: Wavefront,
     /// Derivatives of centre and radius of each of [`LocalPupil::stops`].
     pub stops: [Stop; MAX_STOPS],
+    /// Derivatives of the numbers of [`LocalPupil::transmission`].
+    pub transmission: Transmission,
 }
 
 impl PupilDerivative {
@@ -52,13 +55,14 @@ impl PupilDerivative {
         Self {
             wavefront,
             stops: [still; MAX_STOPS],
+            transmission: Transmission::default(),
         }
     }
 
-    fn moves_stops(&self) -> bool {
-        self.stops
-            .iter()
-            .any(|s| s.radius != 0.0 || s.centre != [0.0, 0.0])
+    /// Returns whether the light changes on its way through the pupil: by stops that move, or by the transmission.
+    fn changes_light(&self) -> bool {
+        let moves = |s: &Stop| s.radius != 0.0 || s.centre != [0.0, 0.0];
+        self.transmission != Transmission::default() || self.stops.iter().any(moves)
     }
 }
 
@@ -134,7 +138,7 @@ pub struct TileGrid {
 /// applied.
 ///
 /// # Panics
-/// If a derivative that moves stops comes before one that does not. If there are derivatives and the pupil
+/// If a derivative that moves stops or changes the transmission comes before one of the wavefront alone. If there are derivatives and the pupil
 /// diffracts or its sensor is not ideal.
 pub fn draw(
     pupil: &LocalPupil,
@@ -169,12 +173,12 @@ fn draw_within(
         out.blur_derivative.clear();
         return;
     }
-    let moving = derivatives.iter().filter(|t| t.moves_stops()).count();
+    let changing = derivatives.iter().filter(|t| t.changes_light()).count();
     assert!(
-        derivatives[derivatives.len() - moving..]
+        derivatives[derivatives.len() - changing..]
             .iter()
-            .all(PupilDerivative::moves_stops),
-        "derivatives that move stops come last"
+            .all(PupilDerivative::changes_light),
+        "derivatives that change the light come last"
     );
     let variances = pupil.blur_variances_px2();
     let least = variances[0].min(variances[1]);
@@ -190,7 +194,7 @@ fn draw_within(
         rows: height * factor + 2 * margin,
         per_pixel: factor,
     };
-    let mesh = Mesh::new(pupil, derivatives, moving, extent.rings(detail));
+    let mesh = Mesh::new(pupil, derivatives, changing, extent.rings(detail));
     rasterise(&mesh, pupil.transmission, &cells, space);
     let pixels = width * height;
     out.light.resize(pixels, 0.0);
@@ -229,7 +233,10 @@ fn rasterise(mesh: &Mesh, transmission: Transmission, cells: &CellGrid, space: &
     pulp::Arch::new().dispatch(Rasterising {
         mesh,
         origin: cells.origin,
-        transmission,
+        filter: Filter {
+            transmission,
+            rates: mesh.transmission_rates(),
+        },
         space,
     });
 }
@@ -238,7 +245,7 @@ fn rasterise(mesh: &Mesh, transmission: Transmission, cells: &CellGrid, space: &
 struct Rasterising<'a, 'b> {
     mesh: &'a Mesh<'b>,
     origin: [f64; 2],
-    transmission: Transmission,
+    filter: Filter,
     space: &'a mut Workspace,
 }
 
@@ -254,25 +261,13 @@ impl pulp::WithSimd for Rasterising<'_, '_> {
             ..
         } = self.space;
         self.mesh.ring(0, inner);
-        let (mut total, mut scratch) = (0.0, Scratch::default());
+        let mut scratch = Scratch::default();
         for k in 1..=self.mesh.rings() {
             self.mesh.ring(k, outer);
-            total += canvas.add_ring(
-                k,
-                inner,
-                outer,
-                self.origin,
-                self.transmission,
-                &mut scratch,
-            );
+            canvas.add_ring(k, inner, outer, self.origin, &self.filter, &mut scratch);
             std::mem::swap(inner, outer);
         }
-        // Normalises the light to one. The derivatives keep the change of the total by moving stops: fits
-        // have a free gain for each tile.
-        let share = 1.0 / total;
-        canvas.light.iter_mut().for_each(|v| *v *= share);
-        let derivatives = canvas.derivatives.as_flattened_mut();
-        derivatives.iter_mut().for_each(|v| *v *= share);
+        canvas.normalise(self.filter.rates.len());
     }
 }
 

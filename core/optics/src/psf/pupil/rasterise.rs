@@ -8,11 +8,11 @@
 //! side cuts out of a triangle.
 
 use super::CellGrid;
-use super::mesh::{LANES, MAX_STOP_DERIVATIVES, Pack, Ring, packs};
+use super::mesh::{LANES, MAX_LIGHT_DERIVATIVES, Pack, Ring, packs};
 use crate::lens::Transmission;
 
 /// A grid of cells that accumulates light and its derivatives.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Canvas {
     width: usize,
     height: usize,
@@ -24,6 +24,24 @@ pub(super) struct Canvas {
     pub(super) light: Vec<f64>,
     /// Derivatives of the light, cell by cell, in packs.
     pub(super) derivatives: Vec<Pack>,
+    /// Light of the whole plane, and its derivatives by the last parameters.
+    total: f64,
+    growth: [f64; MAX_LIGHT_DERIVATIVES],
+}
+
+impl Default for Canvas {
+    fn default() -> Self {
+        Self {
+            width: 0,
+            height: 0,
+            derivative_count: 0,
+            scale: 1.0,
+            light: Vec::new(),
+            derivatives: Vec::new(),
+            total: 0.0,
+            growth: [0.0; MAX_LIGHT_DERIVATIVES],
+        }
+    }
 }
 
 impl Canvas {
@@ -35,6 +53,7 @@ impl Canvas {
         self.scale = cells.per_pixel as f64;
         self.light.clear();
         self.light.resize(count, 0.0);
+        (self.total, self.growth) = (0.0, [0.0; MAX_LIGHT_DERIVATIVES]);
         self.derivatives.clear();
         self.derivatives
             .resize(count * packs(derivative_count), Pack::default());
@@ -64,6 +83,13 @@ impl Canvas {
             }
         }
     }
+}
+
+/// The transmission of the pupil.
+pub(super) struct Filter {
+    pub(super) transmission: Transmission,
+    /// Its changes by each of the last parameters, which change the light of triangles.
+    pub(super) rates: Vec<Transmission>,
 }
 
 /// A triangle of the mesh, mapped to the canvas.
@@ -173,7 +199,25 @@ impl Polygon {
 pub(super) struct Scratch([Polygon; 5]);
 
 impl Canvas {
-    /// Rasterises the triangles between two neighbouring rings, the outer one being ring `k`; returns their light.
+    /// Normalises the light of the whole plane to one, the `changing` last derivatives with it.
+    pub(super) fn normalise(&mut self, changing: usize) {
+        let share = 1.0 / self.total;
+        self.light.iter_mut().for_each(|v| *v *= share);
+        let derivatives = self.derivatives.as_flattened_mut();
+        derivatives.iter_mut().for_each(|v| *v *= share);
+        let stride = packs(self.derivative_count) * LANES;
+        let first = self.derivative_count - changing;
+        if changing > 0 {
+            let cells = derivatives.chunks_exact_mut(stride).zip(&self.light);
+            for (cell, light) in cells {
+                for (derivative, growth) in cell[first..].iter_mut().zip(&self.growth[..changing]) {
+                    *derivative -= light * growth * share;
+                }
+            }
+        }
+    }
+
+    /// Rasterises the triangles between two neighbouring rings, the outer one being ring `k`.
     ///
     /// The top-left corner of the canvas lies at `origin`, px from the chief ray.
     #[inline(always)]
@@ -183,37 +227,35 @@ impl Canvas {
         inner: &Ring,
         outer: &Ring,
         origin: [f64; 2],
-        transmission: Transmission,
+        filter: &Filter,
         scratch: &mut Scratch,
-    ) -> f64 {
+    ) {
         let (inner_count, outer_count) = ((6 * (k - 1)).max(1), 6 * k);
-        let mut total = 0.0;
         for sector in 0..6 {
             for j in 0..k {
                 let (o, i) = (sector * k + j, sector * (k - 1) + j);
                 let next = if o + 1 == outer_count { 0 } else { o + 1 };
                 let here = if i == inner_count { 0 } else { i };
                 let corners = [(outer, o), (outer, next), (inner, here)];
-                total += self.add_corners(corners, origin, transmission, scratch);
+                self.add_corners(corners, origin, filter, scratch);
                 if j + 1 < k {
                     let ahead = if i + 1 == inner_count { 0 } else { i + 1 };
                     let corners = [(inner, here), (outer, next), (inner, ahead)];
-                    total += self.add_corners(corners, origin, transmission, scratch);
+                    self.add_corners(corners, origin, filter, scratch);
                 }
             }
         }
-        total
     }
 
-    /// Rasterises the triangle between three mesh corners, each a ring and an index in it; returns its light.
+    /// Rasterises the triangle between three mesh corners, each a ring and an index in it.
     #[inline(always)]
     fn add_corners(
         &mut self,
         corners: [(&Ring, usize); 3],
         origin: [f64; 2],
-        transmission: Transmission,
+        filter: &Filter,
         scratch: &mut Scratch,
-    ) -> f64 {
+    ) {
         let u = corners.map(|(ring, k)| ring.u[k]);
         let edge = |a: usize| [u[a][0] - u[0][0], u[a][1] - u[0][1]];
         let (e, f) = (edge(1), edge(2));
@@ -224,31 +266,41 @@ impl Canvas {
         });
         let width = 2 * packs(self.derivative_count);
         let velocity = corners.map(|(ring, k)| &ring.velocity[k * width..(k + 1) * width]);
-        let stops = corners[0].0.drift.len() / corners[0].0.u.len();
-        let mut growth = [0.0; MAX_STOP_DERIVATIVES];
-        for (which, growth) in growth[..stops].iter_mut().enumerate() {
-            let d = corners.map(|(ring, k)| ring.drift[k * stops + which]);
+        // The transmission at the centroid: exact to second order in the size of the triangle.
+        let middle = [0, 1].map(|axis| (u[0][axis] + u[1][axis] + u[2][axis]) / 3.0);
+        let even = filter.transmission.is_uniform();
+        let changing = filter.rates.len();
+        let mut growth = [0.0; MAX_LIGHT_DERIVATIVES];
+        for (which, growth) in growth[..changing].iter_mut().enumerate() {
+            let d = corners.map(|(ring, k)| ring.drift[k * changing + which]);
             let (g, h) = (
                 [d[1][0] - d[0][0], d[1][1] - d[0][1]],
                 [d[2][0] - d[0][0], d[2][1] - d[0][1]],
             );
             *growth = (g[0] * f[1] - g[1] * f[0] + e[0] * h[1] - e[1] * h[0]) / (2.0 * area);
+            *growth += (filter.transmission).log_derivative(&filter.rates[which], middle);
+            if !even {
+                let [x, y] = filter.transmission.log_gradient(middle);
+                *growth +=
+                    (x * (d[0][0] + d[1][0] + d[2][0]) + y * (d[0][1] + d[1][1] + d[2][1])) / 3.0;
+            }
         }
-        // The transmission at the centroid: exact to second order in the size of the triangle.
-        let middle = [0, 1].map(|axis| (u[0][axis] + u[1][axis] + u[2][axis]) / 3.0);
-        let light = if transmission.is_uniform() {
+        let light = if even {
             area
         } else {
-            area * transmission.at(middle)
+            area * filter.transmission.at(middle)
         };
         let triangle = Triangle {
             at,
             velocity,
             light,
-            growth: &growth[..stops],
+            growth: &growth[..changing],
         };
+        self.total += light;
+        for (sum, growth) in self.growth.iter_mut().zip(triangle.growth) {
+            *sum += light * growth;
+        }
         self.add_triangle(&triangle, scratch);
-        light
     }
 
     /// Rasterises one triangle.

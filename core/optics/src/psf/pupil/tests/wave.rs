@@ -51,6 +51,7 @@ fn difficult(q: f64, size: f64) -> LocalPupil {
     pupil.transmission = Transmission {
         square: 0.6,
         fourth: -0.2,
+        centre: [0.2, -0.1],
     };
     pupil.squeeze = [1.0, 0.8];
     pupil
