@@ -65,7 +65,7 @@ enum Model {
     /// distances at once
     Reduced,
     /// The same with fifth-order aberrations, and whatever held-out zones of the field ask for: seventh order, vignetting,
-    /// blades, decentred elements, two planes of symmetry (anamorphic lenses)
+    /// blades, an uneven pupil, decentred elements, two planes of symmetry (anamorphic lenses)
     Extended,
     /// S1..S10 per channel and object distance: the paper's model
     Moments,

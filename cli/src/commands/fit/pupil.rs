@@ -39,9 +39,14 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
         ));
     }
     if let Some(channel) = fit.lens.pupil_channels().first() {
+        // Amounts are those at the nearest distance measured.
+        let (_, vergence) = channel.measured_vergence;
         for fitted in &channel.effects {
             let (id, summary) = (fitted.effect.id(), fitted.effect.summary());
-            console.print(format!("with `{id}`: {summary}"));
+            let values: Vec<f64> = fitted.values.iter().map(|v| v.at(vergence)).collect();
+            let amount = fitted.effect.amount(&values);
+            let amount = amount.map_or_else(String::new, |amount| format!(" ({amount})"));
+            console.print(format!("with `{id}`: {summary}{amount}"));
         }
     }
     if let Some(held_out) = &fit.lens.held_out {

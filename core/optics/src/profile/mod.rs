@@ -118,6 +118,16 @@ pub struct Provenance {
     pub settings: String,
 }
 
+impl Provenance {
+    /// The words in [`Provenance::settings`] of fits that held no PSFs out.
+    pub const NONE_HELD_OUT: &str = "none held out";
+
+    /// Returns whether the lens was fitted to all PSFs.
+    pub fn held_nothing_out(&self) -> bool {
+        self.settings.contains(Self::NONE_HELD_OUT)
+    }
+}
+
 impl LensProfile {
     /// Reads a profile from its JSON text.
     ///

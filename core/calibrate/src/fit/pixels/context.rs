@@ -36,6 +36,9 @@ const NOISE_DOMINATED_CHI2: f64 = 1.5;
 pub(super) const QUICK: Stop = Stop::at_decrease(8, 1e-2);
 pub(super) const THOROUGH: Stop = Stop::at_decrease(20, 1e-3);
 
+/// Tiles per channel on which a model is fitted that gains more parts.
+const BETWEEN_TILES: usize = 150;
+
 /// Stop criteria between the parts of a model, of a fit that is refined once all parts are there.
 pub(super) const BETWEEN: Stop = Stop::at_decrease(10, 5e-3);
 
@@ -70,6 +73,15 @@ pub(super) struct FittedLens {
 }
 
 impl FittedLens {
+    fn new(layout: &ParameterLayout, theta: Vec<f64>, metric: Metric) -> Self {
+        Self {
+            layout: layout.clone(),
+            theta,
+            metric,
+            converged: false,
+        }
+    }
+
     /// Returns how tiles are compared with this lens.
     pub(super) fn misfit_settings(&self, tolerance: f64) -> MisfitSettings {
         MisfitSettings {
@@ -267,33 +279,37 @@ impl<'a> FitContext<'a> {
         theta: Vec<f64>,
         metric: Metric,
     ) -> FittedLens {
-        self.refine_strictly(self.refine_leniently(layout, theta, metric, THOROUGH))
+        let start = FittedLens::new(layout, theta, metric);
+        let fit = self.refine_with(start, LENIENT_TOLERANCE, THOROUGH);
+        if metric == Metric::NaturalSpectrum {
+            self.refine_strictly(fit)
+        } else {
+            // Where noise decides, the loss has its own scale.
+            fit
+        }
     }
 
-    /// Minimises over all tiles with a lenient robust loss, for estimates that may be far off.
-    pub(super) fn refine_leniently(
+    /// Minimises with a lenient robust loss, over few tiles where there are many: for models that gain more parts.
+    pub(super) fn refine_between(
         &self,
         layout: &ParameterLayout,
         theta: Vec<f64>,
         metric: Metric,
-        stop: Stop,
     ) -> FittedLens {
-        let start = FittedLens {
-            layout: layout.clone(),
-            theta,
-            metric,
-            converged: false,
+        let mut fit = FittedLens::new(layout, theta, metric);
+        let few = subsample(&self.all(), BETWEEN_TILES * self.channel_names().len());
+        let settings = MisfitSettings {
+            detail: Detail::COARSE,
+            ..fit.misfit_settings(LENIENT_TOLERANCE)
         };
-        self.refine_with(start, LENIENT_TOLERANCE, stop)
+        let minimum = self.descend(layout, &few, &fit.theta, settings, BETWEEN);
+        (fit.theta, fit.converged) = (minimum.point.theta, minimum.converged);
+        fit
     }
 
-    /// Minimises over all tiles with a strict robust loss, unless noise decides: then the loss has its own scale.
+    /// Minimises over all tiles with a strict robust loss.
     pub(super) fn refine_strictly(&self, fit: FittedLens) -> FittedLens {
-        if fit.metric == Metric::NaturalSpectrum {
-            self.refine_with(fit, STRICT_TOLERANCE, THOROUGH)
-        } else {
-            fit
-        }
+        self.refine_with(fit, STRICT_TOLERANCE, THOROUGH)
     }
 
     fn refine_with(&self, mut fit: FittedLens, tolerance: f64, stop: Stop) -> FittedLens {

@@ -58,7 +58,7 @@ impl CovarianceEstimate {
         } else {
             // Sum over tiles of the outer products of the scores.
             let mut scores = DMatrix::zeros(count, count);
-            for (equations, weight) in point.equations.iter().zip(point.weights()) {
+            for (equations, weight) in problem.equations(&point).iter().zip(point.weights()) {
                 let mut score = DVector::zeros(count);
                 for (a, &slot) in equations.parameters.iter().enumerate() {
                     score[slot] = weight * equations.right[a];

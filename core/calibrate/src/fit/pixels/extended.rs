@@ -4,11 +4,11 @@
 //! without those of the held-out zones, and the part that lowers the misfit of the held-out zones most is added, as long as
 //! one is worth its parameters.
 
-use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, subsample};
+use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, QUICK, subsample};
 use super::parameters::{ParameterLayout, Quantity};
-use super::parts::{DOUBLE_PLANE, HIGHER_ORDER, PARTS, Part, SEVENTH_ORDER};
+use super::parts::{DOUBLE_PLANE, HIGHER_ORDER, PARTS, Part};
 use super::tile_equations::{FitTile, MisfitSettings};
-use super::vergence_law;
+use super::vergence_law::{self, Refit};
 use crate::fit::holdout;
 use crate::least_squares::Stop;
 use seidel_optics::error::Result;
@@ -22,14 +22,16 @@ const MAX_STARTS: usize = 4;
 const SCREENING_TILES: usize = 24;
 const MISFIT_TILES: usize = 8;
 const SCREENING: Stop = Stop::at_decrease(3, 1e-2);
+/// Starts of two planes of symmetry that are fitted in full.
+const MAX_SCREENED: usize = 2;
+/// Decrease of the mean log misfit of held-out zones that the symmetric blur must reach.
+const BLUR_WORTH: f64 = 0.01;
 /// Increase of the mean log misfit of held-out zones at which a part is not tried again.
 const SPOILT: f64 = 0.1;
 /// Decrease of the mean log misfit of all tiles that a part must reach.
 const MIN_GAIN: f64 = 0.04;
-/// Decrease of it after which all parts are tried again, and with which seventh order needs no gain in held-out zones.
+/// Decrease of it after which all parts are tried again.
 const LARGE_GAIN: f64 = 0.5;
-/// Increase in held-out zones up to which such a gain counts.
-const EXTRAPOLATED: f64 = 0.5;
 /// Mean log misfit of a reduced lens above which two planes of symmetry are tried first: squared errors of 1 %.
 const POOR_MISFIT: f64 = -4.6;
 /// Decrease of it, beyond that by fifth order, by which they are recognised.
@@ -54,19 +56,16 @@ pub(super) fn extend(
     if split.misfit(context, &fit) > POOR_MISFIT
         && let Some(tried) = split.two_planes(context, &fit, estimates)
     {
-        fit = context.refine_leniently(&tried.layout, tried.theta, fit.metric, BETWEEN);
+        fit = context.refine_between(&tried.layout, tried.theta, fit.metric);
     }
     fit = vergence_law::choose(
         context,
         with_higher_order(context, fit),
         &vergence_law::EXTENDED_LAWS,
+        Refit::Short,
     )?;
     fit = split.add_parts(context, fit)?;
-    if !SEVENTH_ORDER.is_in(&fit.layout.structure)
-        && let Some(higher) = split.with_seventh_order(context, &fit)
-    {
-        fit = split.add_parts(context, higher)?;
-    }
+    fit = split.without_needless_blur(context, fit);
     fit = context.refine_strictly(fit);
     let too_many = PARTS
         .iter()
@@ -94,7 +93,7 @@ fn with_higher_order(context: &FitContext, fit: FittedLens) -> FittedLens {
     }
     let layout = context.layout(HIGHER_ORDER.added_to(&structure));
     let theta = layout.transfer(&fit.layout, &fit.theta);
-    context.refine_leniently(&layout, theta, fit.metric, BETWEEN)
+    context.refine_between(&layout, theta, fit.metric)
 }
 
 /// Returns the mean log misfit of all tiles fitted.
@@ -235,8 +234,7 @@ impl<'a> Split<'a> {
         let mut open: Vec<&'static Part> = PARTS.to_vec();
         while let Some(tried) = self.best(context, &fit, &mut open) {
             let last = tried.last;
-            let extended =
-                context.refine_leniently(&tried.layout, tried.theta, fit.metric, BETWEEN);
+            let extended = context.refine_between(&tried.layout, tried.theta, fit.metric);
             let gain = all_misfit(context, &fit) - all_misfit(context, &extended);
             if gain < MIN_GAIN {
                 // The gain was one of the few tiles alone.
@@ -249,23 +247,33 @@ impl<'a> Split<'a> {
             }
             fit = extended;
             if !last.shared {
-                fit = vergence_law::choose(context, fit, &vergence_law::EXTENDED_LAWS)?;
+                fit =
+                    vergence_law::choose(context, fit, &vergence_law::EXTENDED_LAWS, Refit::Short)?;
             }
         }
         Ok(fit)
     }
 
-    /// Returns `fit` with seventh order where that lowers the misfit of all tiles by far.
+    /// Returns `fit` with the symmetric blur held at zero if it describes held-out zones as well so.
     ///
-    /// The corners of a small set are extrapolated when zones are held out, and hide a gain of high orders.
-    fn with_seventh_order(&self, context: &FitContext, fit: &FittedLens) -> Option<FittedLens> {
-        let tried = self.trial(context, fit, &SEVENTH_ORDER)?;
-        if tried.missed > self.misfit(context, fit) + EXTRAPOLATED {
-            return None;
+    /// Wide discs hardly tell a narrow blur, which would then spoil distances in focus that were not measured.
+    fn without_needless_blur(&self, context: &FitContext, fit: FittedLens) -> FittedLens {
+        let settings = Self::settings(&fit);
+        let missed = |layout: &ParameterLayout, theta: &[f64]| {
+            let found = context.descend(layout, &self.fitted, theta, settings, BETWEEN);
+            self.missed(context, layout, &found.point.theta, settings)
+        };
+        let mut structure = fit.layout.structure.clone();
+        for freedom in &mut structure.polynomials {
+            freedom.fixed |= freedom.quantity == Quantity::Blur;
         }
-        let higher = context.refine_leniently(&tried.layout, tried.theta, fit.metric, BETWEEN);
-        let gain = all_misfit(context, fit) - all_misfit(context, &higher);
-        (gain > LARGE_GAIN).then_some(higher)
+        let layout = context.layout(structure);
+        let mut theta = fit.theta.clone();
+        layout.set_constant_in_all(&mut theta, Quantity::Blur, 0.0);
+        if missed(&layout, &theta) > missed(&fit.layout, &fit.theta) + BLUR_WORTH {
+            return fit;
+        }
+        context.refine_between(&layout, theta, fit.metric)
     }
 
     /// Returns the lens with two planes of symmetry where they describe it far better than fifth order does.
@@ -284,9 +292,20 @@ impl<'a> Split<'a> {
             theta: theta.clone(),
             ..fit.clone()
         });
-        let tried = starts
+        let few = subsample(&self.fitted, SCREENING_TILES);
+        let settings = Self::settings(fit);
+        let mut screened: Vec<(f64, FittedLens)> = starts
             .chain([fit.clone()])
-            .filter_map(|start| self.trial(context, &start, &DOUBLE_PLANE));
+            .map(|start| {
+                let layout = context.layout(DOUBLE_PLANE.added_to(&start.layout.structure));
+                let theta = layout.transfer(&start.layout, &start.theta);
+                let found = context.descend(&layout, &few, &theta, settings, QUICK);
+                (found.point.mean_log_misfit(), start)
+            })
+            .collect();
+        screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let tried = (screened.iter().take(MAX_SCREENED))
+            .filter_map(|(_, start)| self.trial(context, start, &DOUBLE_PLANE));
         let best = tried.min_by(|a, b| a.missed.total_cmp(&b.missed))?;
         (best.missed < round.missed - PLAIN_GAIN).then_some(best)
     }
@@ -299,7 +318,10 @@ impl<'a> Split<'a> {
         fit: &FittedLens,
         open: &mut Vec<&'static Part>,
     ) -> Option<Tried> {
-        let before = self.misfit(context, fit);
+        // Fitted like the parts, without the held-out zones.
+        let settings = Self::settings(fit);
+        let plain = context.descend(&fit.layout, &self.fitted, &fit.theta, settings, BETWEEN);
+        let before = self.missed(context, &fit.layout, &plain.point.theta, settings);
         let mut best: Option<Tried> = None;
         open.retain(|part| {
             if part.is_in(&fit.layout.structure) {

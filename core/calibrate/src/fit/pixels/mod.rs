@@ -68,8 +68,8 @@ pub enum PupilModel {
     /// The five reduced numbers (third-order aberrations) and a symmetric blur.
     #[default]
     Reduced,
-    /// Also fifth-order aberrations, and every part that improves held-out zones of the field: vignetting, blades,
-    /// decentred elements, seventh order, two planes of symmetry.
+    /// Also fifth-order aberrations, and every part that improves held-out zones of the field: vignetting, blades, an
+    /// uneven pupil, decentred elements, seventh order, two planes of symmetry.
     Extended,
     /// [`PupilModel::Extended`] where the held-out pixel gap of [`PupilModel::Reduced`] is above 0.001 and the
     /// extended model gains at least 1 dB on the held-out PSFs; [`PupilModel::Reduced`] otherwise.
@@ -107,7 +107,12 @@ pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<Pu
     let held_out = held_out_tiles(sets, &measured, &frame, settings);
     let mut context = FitContext::new(sets, settings, frame, &measured, held_out);
     let (mut fit, estimates) = context.fit_reduced()?;
-    fit = vergence_law::choose(&context, fit, &vergence_law::REDUCED_LAWS)?;
+    fit = vergence_law::choose(
+        &context,
+        fit,
+        &vergence_law::REDUCED_LAWS,
+        vergence_law::Refit::Full,
+    )?;
     let mut held_back = Vec::new();
     if settings.model == PupilModel::Extended {
         let extended = extended::extend(&context, fit, &estimates)?;

@@ -1,6 +1,6 @@
 //! Parameterisation of a pixel fit: the free parameters, and the lens they describe.
 
-use super::jacobian::ParameterDerivative;
+use super::jacobian::{ParameterDerivative, PupilChange};
 use seidel_optics::effects::{Effect, ScenePoint};
 use seidel_optics::field::FieldPoint;
 use seidel_optics::lens::{LocalPupil, ReducedNumbers, VergenceSeries, Wavefront};
@@ -365,23 +365,25 @@ impl ParameterLayout {
     ) -> Vec<ParameterDerivative> {
         let here = self.pupil(theta, channel, at, v);
         let mut moved = theta.to_vec();
-        self.free_parameters_of(channel)
-            .into_iter()
-            .map(|slot| {
-                let step = match self.parameters[slot] {
-                    Parameter::Coefficient { .. } => 1e-4,
-                    Parameter::Axis(_) => 1e-5,
-                };
-                let mut at_offset = |by: f64| {
-                    moved[slot] = theta[slot] + by;
-                    let pupil = self.pupil(&moved, channel, at, v);
-                    moved[slot] = theta[slot];
-                    pupil
-                };
-                let (low, high) = (at_offset(-step), at_offset(step));
-                ParameterDerivative::between(slot, &here, &low, &high, 2.0 * step)
-            })
-            .collect()
+        let changes = self.free_parameters_of(channel).into_iter().map(|slot| {
+            let step = match self.parameters[slot] {
+                Parameter::Coefficient { .. } => 1e-4,
+                Parameter::Axis(_) => 1e-5,
+            };
+            let mut at_offset = |by: f64| {
+                moved[slot] = theta[slot] + by;
+                let pupil = self.pupil(&moved, channel, at, v);
+                moved[slot] = theta[slot];
+                pupil
+            };
+            PupilChange {
+                slot,
+                low: at_offset(-step),
+                high: at_offset(step),
+                distance: 2.0 * step,
+            }
+        });
+        ParameterDerivative::all(&here, changes)
     }
 
     /// Returns the vergence series of `quantity` in `channel`, with standard errors from `covariance`.

@@ -60,7 +60,7 @@ pub(super) static DOUBLE_PLANE: Part = Part {
 };
 
 /// The parts that are tried, those with fewer parameters first.
-pub(super) static PARTS: [&Part; 5] = [
+pub(super) static PARTS: [&Part; 6] = [
     &Part {
         effect: &effects::Vignetting,
         used: 4,
@@ -88,6 +88,16 @@ pub(super) static PARTS: [&Part; 5] = [
         shared: false,
         linear: 0,
         starts: || vec![vec![0.0; 8]],
+        worth: 0.1,
+    },
+    &Part {
+        effect: &effects::Apodisation,
+        used: 4,
+        fixed: &[],
+        shared: true,
+        linear: 0,
+        // A faint filter does not show its centre.
+        starts: || vec![vec![0.4, 0.0, 0.0, 0.0], vec![-0.3, 0.0, 0.0, 0.0]],
         worth: 0.1,
     },
     &SEVENTH_ORDER,

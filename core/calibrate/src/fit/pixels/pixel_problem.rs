@@ -1,5 +1,7 @@
 //! The least-squares problem of a pixel fit: all tiles at once, with a robust loss per tile.
 
+use std::sync::OnceLock;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -37,9 +39,9 @@ struct RobustLoss {
 }
 
 impl RobustLoss {
-    /// Creates the loss that suits the median misfit of `equations`, all those of `tiles`.
-    fn new(tiles: &[&FitTile], settings: MisfitSettings, equations: &[TileEquations]) -> Self {
-        let mut misfits: Vec<f64> = equations.iter().map(|e| e.misfit).collect();
+    /// Creates the loss that suits the median of `misfits`, those of all `tiles`.
+    fn new(tiles: &[&FitTile], settings: MisfitSettings, misfits: &[f64]) -> Self {
+        let mut misfits = misfits.to_vec();
         misfits.sort_by(f64::total_cmp);
         let median = misfits[misfits.len() / 2];
         let noise_known = tiles.iter().any(|t| t.sigma > 0.0);
@@ -51,22 +53,26 @@ impl RobustLoss {
         Self { scale }
     }
 
-    fn cost(&self, equations: &TileEquations) -> f64 {
-        (equations.misfit / self.scale).ln_1p() * self.scale * equations.freedom
+    fn cost(&self, misfit: f64, freedom: f64) -> f64 {
+        (misfit / self.scale).ln_1p() * self.scale * freedom
     }
 
-    fn weight(&self, equations: &TileEquations) -> f64 {
-        1.0 / (1.0 + equations.misfit / self.scale)
+    fn weight(&self, misfit: f64) -> f64 {
+        1.0 / (1.0 + misfit / self.scale)
     }
 }
 
-/// Parameters of the lens and of every tile, with the normal equations of every tile there.
+/// Parameters of the lens and of every tile, with the misfits there.
 pub(super) struct PixelPoint {
     /// Lens parameters, in the layout's order.
     pub(super) theta: Vec<f64>,
     /// Flux and centroid of every tile.
     own: Vec<TileParameters>,
-    pub(super) equations: Vec<TileEquations>,
+    /// Misfit of every tile, and its degrees of freedom.
+    misfits: Vec<f64>,
+    freedoms: Vec<f64>,
+    /// Normal equations of every tile, once they were asked for: they cost far more than the misfits.
+    equations: OnceLock<Vec<TileEquations>>,
     /// Loss that suits the misfits at this point.
     loss: RobustLoss,
 }
@@ -74,18 +80,19 @@ pub(super) struct PixelPoint {
 impl PixelPoint {
     /// Returns the mean logarithm of the tiles' misfits.
     pub(super) fn mean_log_misfit(&self) -> f64 {
-        let logs = self.equations.iter().map(|e| e.misfit.max(1e-12).ln());
-        logs.sum::<f64>() / self.equations.len().max(1) as f64
+        let logs = self.misfits.iter().map(|m| m.max(1e-12).ln());
+        logs.sum::<f64>() / self.misfits.len().max(1) as f64
     }
 
     /// Returns the weights of the tiles under the robust loss.
     pub(super) fn weights(&self) -> impl Iterator<Item = f64> {
-        self.equations.iter().map(|e| self.loss.weight(e))
+        self.misfits.iter().map(|m| self.loss.weight(*m))
     }
 
     /// Returns the cost here under `loss`.
     fn cost(&self, loss: RobustLoss) -> f64 {
-        self.equations.iter().map(|e| loss.cost(e)).sum()
+        let tiles = self.misfits.iter().zip(&self.freedoms);
+        tiles.map(|(m, freedom)| loss.cost(*m, *freedom)).sum()
     }
 }
 
@@ -105,17 +112,35 @@ impl PixelProblem<'_> {
     /// Evaluates the lens parameters `theta` with the tile parameters `own`.
     pub(super) fn at(&self, theta: Vec<f64>, own: Vec<TileParameters>) -> PixelPoint {
         let pairs = self.tiles.par_iter().zip(&own);
-        let equations: Vec<TileEquations> = pairs
+        let misfits: Vec<f64> = pairs
             .map_init(Buffers::default, |buffers, (tile, own)| {
-                tile.system(self.layout, &theta, own, self.settings, buffers)
+                let pupil = self
+                    .layout
+                    .pupil(&theta, tile.channel, tile.at, tile.vergence);
+                tile.misfit(&pupil, own, self.settings, buffers)
             })
             .collect();
+        let freedoms = self.tiles.iter().map(|tile| tile.freedom(self.settings));
         PixelPoint {
-            loss: RobustLoss::new(self.tiles, self.settings, &equations),
+            loss: RobustLoss::new(self.tiles, self.settings, &misfits),
+            freedoms: freedoms.collect(),
             theta,
             own,
-            equations,
+            misfits,
+            equations: OnceLock::new(),
         }
+    }
+
+    /// Returns the normal equations of every tile at `point`.
+    pub(super) fn equations<'p>(&self, point: &'p PixelPoint) -> &'p [TileEquations] {
+        point.equations.get_or_init(|| {
+            let pairs = self.tiles.par_iter().zip(&point.own);
+            pairs
+                .map_init(Buffers::default, |buffers, (tile, own)| {
+                    tile.system(self.layout, &point.theta, own, self.settings, buffers)
+                })
+                .collect()
+        })
     }
 
     /// Returns the weighted normal matrix of all tiles and its right-hand side.
@@ -123,7 +148,7 @@ impl PixelProblem<'_> {
         let count = self.layout.parameters.len();
         let mut normal = DMatrix::zeros(count, count);
         let mut right = DVector::zeros(count);
-        for (equations, weight) in point.equations.iter().zip(point.weights()) {
+        for (equations, weight) in self.equations(point).iter().zip(point.weights()) {
             for (a, &row) in equations.parameters.iter().enumerate() {
                 right[row] += weight * equations.right[a];
                 for (b, &column) in equations.parameters.iter().enumerate() {
@@ -168,7 +193,7 @@ impl LeastSquares for PixelProblem<'_> {
         // The part of the step inside the bounds.
         let kept = theta.iter().zip(&point.theta).map(|(new, old)| new - old);
         let kept = DVector::from_iterator(theta.len(), kept);
-        let tiles = point.own.iter().zip(&point.equations).zip(self.tiles);
+        let tiles = point.own.iter().zip(self.equations(point)).zip(self.tiles);
         let own = tiles
             .map(|((own, equations), tile)| {
                 let [flux, x, y] = equations.tile_step(&kept);

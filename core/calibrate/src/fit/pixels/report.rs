@@ -265,7 +265,8 @@ impl PupilSettings {
             words.push_str(", law only");
         }
         if self.use_all {
-            words.push_str(", none held out");
+            words.push_str(", ");
+            words.push_str(Provenance::NONE_HELD_OUT);
         }
         words
     }

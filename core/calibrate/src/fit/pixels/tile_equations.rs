@@ -6,12 +6,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::jacobian::{ParameterDerivative, STOP_PARAMETERS};
+use super::jacobian::{LIGHT_PARAMETERS, ParameterDerivative};
 use super::metric::Metric;
 use super::parameters::ParameterLayout;
 use crate::least_squares::RegistrationSums;
 use seidel_optics::field::FieldPoint;
-use seidel_optics::lens::{LocalPupil, MAX_STOPS, Stop, TERMS, Wavefront};
+use seidel_optics::lens::{LocalPupil, Stop, TERMS, Transmission, Wavefront};
 use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
 
 /// Number of nuisance parameters per tile: flux, and centroid along x and y.
@@ -56,11 +56,6 @@ pub(super) struct TileParameters {
 /// Normal equations of one tile after elimination of its nuisance parameters.
 #[derive(Debug, Clone)]
 pub(super) struct TileEquations {
-    /// Misfit: chi squared per degree of freedom for [`Metric::Pixels`] with known noise; otherwise squared
-    /// residual over squared signal.
-    pub(super) misfit: f64,
-    /// Degrees of freedom.
-    pub(super) freedom: f64,
     /// Normal matrix and right-hand side for the lens parameters listed in `parameters`.
     pub(super) normal: DMatrix<f64>,
     pub(super) right: DVector<f64>,
@@ -92,73 +87,76 @@ impl TileEquations {
 /// Orthonormal basis of the pupil changes that the parameters cause in one tile.
 struct TangentBasis {
     waves: Vec<[f64; TERMS]>,
-    stops: Vec<[f64; STOP_PARAMETERS]>,
+    light: Vec<[f64; LIGHT_PARAMETERS]>,
 }
 
 impl TangentBasis {
     fn of(changes: &[ParameterDerivative]) -> Self {
         let mut directions = Self {
             waves: Vec::new(),
-            stops: Vec::new(),
+            light: Vec::new(),
         };
         for change in changes {
             extend(&mut directions.waves, *change.wavefront.coefficients());
-            extend(&mut directions.stops, change.stops);
+            extend(&mut directions.light, change.light);
         }
         directions
     }
 
-    /// Returns the pupil derivatives to draw: tilts first, stops last.
+    /// Returns the pupil derivatives to draw: tilts first, stops and transmission last.
     fn tangents(&self) -> Vec<PupilDerivative> {
         let tilts = [Wavefront::tilt(1.0, 0.0), Wavefront::tilt(0.0, 1.0)];
-        let waves = self
-            .waves
-            .iter()
-            .map(|c| Wavefront::from_coefficients(*c))
-            .map(centred);
+        let waves = self.waves.iter().map(|c| Wavefront::from_coefficients(*c));
         let mut tangents: Vec<PupilDerivative> = tilts
             .into_iter()
             .chain(waves)
             .map(PupilDerivative::from_wavefront)
             .collect();
-        for numbers in &self.stops {
+        for numbers in &self.light {
             let mut tangent = PupilDerivative::from_wavefront(Wavefront::default());
-            for (k, rates) in numbers.chunks_exact(3).enumerate().take(MAX_STOPS - 1) {
+            let [ref stops @ .., square, fourth, x, y] = *numbers;
+            for (k, rates) in stops.chunks_exact(3).enumerate() {
                 tangent.stops[k + 1] = Stop {
                     centre: [rates[0], rates[1]],
                     radius: rates[2],
                 };
             }
+            tangent.transmission = Transmission {
+                square,
+                fourth,
+                centre: [x, y],
+            };
             tangents.push(tangent);
         }
         tangents
     }
 
     fn count(&self) -> usize {
-        self.waves.len() + self.stops.len() + 1
+        self.waves.len() + self.light.len() + 1
     }
 
-    /// Returns the matrix of the chain rule: components of each parameter derivative in the basis, and in the
-    /// blur.
+    /// Returns the matrix of the chain rule: components of each parameter derivative in the flux, the centroid (x, y), the
+    /// basis and the blur.
     fn shares(&self, changes: &[ParameterDerivative]) -> DMatrix<f64> {
-        DMatrix::from_fn(self.count(), changes.len(), |row, column| {
-            let change = &changes[column];
-            if row < self.waves.len() {
-                dot(change.wavefront.coefficients(), &self.waves[row])
-            } else if row + 1 < self.count() {
-                dot(&change.stops, &self.stops[row - self.waves.len()])
-            } else {
-                change.blur
-            }
-        })
+        DMatrix::from_fn(
+            TILE_PARAMETERS + self.count(),
+            changes.len(),
+            |row, column| {
+                let change = &changes[column];
+                let Some(row) = row.checked_sub(TILE_PARAMETERS) else {
+                    // The centroid is a parameter of its own, so it stays.
+                    return [0.0, -change.centroid[0], -change.centroid[1]][row];
+                };
+                if row < self.waves.len() {
+                    dot(change.wavefront.coefficients(), &self.waves[row])
+                } else if row + 1 < self.count() {
+                    dot(&change.light, &self.light[row - self.waves.len()])
+                } else {
+                    change.blur
+                }
+            },
+        )
     }
-}
-
-/// Removes the tilt that would move an unclipped pupil's centroid, because the centroid is a parameter of its
-/// own.
-fn centred(wavefront: Wavefront) -> Wavefront {
-    let [x, y] = wavefront.mean_slope();
-    wavefront.add_scaled(-1.0, &Wavefront::tilt(x, y))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -235,7 +233,8 @@ impl FitTile {
             .map_or(all, |c| c.iter().filter(|&&c| c).count())
     }
 
-    /// Returns the misfit for a pupil and nuisance parameters.
+    /// Returns the misfit for a pupil and nuisance parameters: chi squared per degree of freedom for [`Metric::Pixels`] with
+    /// known noise; otherwise squared residual over squared signal.
     pub(super) fn misfit(
         &self,
         pupil: &LocalPupil,
@@ -266,7 +265,7 @@ impl FitTile {
             .metric
             .apply(rows, 1, self.size.0, self.size.1, weighed);
         let square = dot(weighed, weighed) * unit * unit;
-        square / self.scale(misfit_settings)
+        square / self.freedom(misfit_settings)
     }
 
     /// Returns `own` with the centroid where `pupil` fits the pixels best, if they do not tell it themselves.
@@ -333,8 +332,8 @@ impl FitTile {
         sums.step()
     }
 
-    /// Returns the divisor of the squared residual.
-    fn scale(&self, misfit_settings: MisfitSettings) -> f64 {
+    /// Returns the degrees of freedom, which divide the squared residual; one where the noise is unknown.
+    pub(super) fn freedom(&self, misfit_settings: MisfitSettings) -> f64 {
         if misfit_settings.metric == Metric::Pixels && self.sigma > 0.0 {
             (self.pixels() as f64 - TILE_PARAMETERS as f64).max(1.0)
         } else {
@@ -416,7 +415,7 @@ impl FitTile {
         changes: &[ParameterDerivative],
         misfit_settings: MisfitSettings,
     ) -> TileEquations {
-        let rest = all.nrows() - 1 - TILE_PARAMETERS;
+        let rest = all.nrows() - 1;
         let mut own = all
             .view((1, 1), (TILE_PARAMETERS, TILE_PARAMETERS))
             .into_owned();
@@ -441,16 +440,12 @@ impl FitTile {
             .view((1, 0), (TILE_PARAMETERS, 1))
             .column(0)
             .into_owned();
-        let across = all.view((1, 1 + TILE_PARAMETERS), (TILE_PARAMETERS, rest)) * shares;
-        let normal = shares.transpose()
-            * all.view((1 + TILE_PARAMETERS, 1 + TILE_PARAMETERS), (rest, rest))
-            * shares
+        let across = all.view((1, 1), (TILE_PARAMETERS, rest)) * shares;
+        let normal = shares.transpose() * all.view((1, 1), (rest, rest)) * shares
             - across.transpose() * &inverse * &across;
-        let right = shares.transpose() * all.view((1 + TILE_PARAMETERS, 0), (rest, 1)).column(0)
+        let right = shares.transpose() * all.view((1, 0), (rest, 1)).column(0)
             - across.transpose() * &inverse * &own_right;
         TileEquations {
-            misfit: all[(0, 0)] / self.scale(misfit_settings),
-            freedom: self.scale(misfit_settings),
             normal,
             right,
             parameters: changes.iter().map(|c| c.slot).collect(),

@@ -77,12 +77,22 @@ impl PolynomialDegrees {
     }
 }
 
+/// Effort of the fit with the chosen law.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Refit {
+    /// For a model that gains more parts afterwards.
+    Short,
+    /// For a model that is complete.
+    Full,
+}
+
 /// Refits with the law of the best cross-validation score; with the stiffest where there are fewer than three
 /// distances.
 pub(super) fn choose(
     context: &FitContext,
     fit: FittedLens,
     laws: &[PolynomialDegrees],
+    refit: Refit,
 ) -> Result<FittedLens> {
     let inner = match &context.vergences[..] {
         [_, inner @ .., _] => inner,
@@ -116,7 +126,10 @@ pub(super) fn choose(
     }
     let layout = context.layout(structure);
     let theta = layout.transfer(&fit.layout, &fit.theta);
-    Ok(context.refine(&layout, theta, fit.metric))
+    Ok(match refit {
+        Refit::Short => context.refine_between(&layout, theta, fit.metric),
+        Refit::Full => context.refine(&layout, theta, fit.metric),
+    })
 }
 
 /// Returns the mean log misfit at the `inner` distances, each predicted by a fit to the others.

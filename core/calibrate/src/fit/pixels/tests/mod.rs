@@ -1,5 +1,6 @@
 //! Recovery of synthetic lenses within their stated errors.
 
+mod gradient;
 mod parts;
 
 use super::*;

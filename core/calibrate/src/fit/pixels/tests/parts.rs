@@ -97,6 +97,20 @@ fn an_anamorphic_lens_is_found() {
 }
 
 #[test]
+fn an_uneven_pupil_and_its_centre_are_found() {
+    let values = [0.8, 0.0, 0.25, -0.1];
+    let fit = fitted(
+        &observe(&with(&effects::Apodisation, &values)),
+        PupilModel::Extended,
+    );
+    for (k, want) in values.into_iter().enumerate() {
+        let got = found(&fit, "apodisation", k).expect("apodised");
+        assert!((got - want).abs() < 0.05, "{k}: {got}");
+    }
+    assert_eq!(verdict(&fit), Verdict::Describes, "{:?}", fit.lens.held_out);
+}
+
+#[test]
 fn blades_are_counted() {
     let set = observe(&with(&effects::AperturePolygon, &[7.0, 20.0, 1.06, 0.1]));
     let fit = fitted(&set, PupilModel::Extended);
