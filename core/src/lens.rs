@@ -53,6 +53,11 @@ impl Lens {
         self.profile.to_json()
     }
 
+    /// The squeeze of an anamorphic lens, as its camera states it; 1 for a spherical lens.
+    pub fn squeeze(&self) -> f64 {
+        self.profile.camera.squeeze.unwrap_or(1.0)
+    }
+
     /// The lens profile.
     pub fn profile(&self) -> &LensProfile {
         &self.profile

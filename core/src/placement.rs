@@ -65,27 +65,34 @@ pub struct PlatePlacement {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Width of a pixel over its height.
+    /// Width of a pixel over its height in the scene.
     pub pixel_aspect: f64,
+    /// Width of a pixel over its height on the sensor; less than [`Self::pixel_aspect`] by the squeeze of the lens.
+    pub sensor_aspect: f64,
 }
 
 impl PlatePlacement {
-    /// Places a plate of `geometry` centre on centre with `frame`.
-    pub fn new(frame: Frame, geometry: &PlateGeometry) -> Self {
+    /// Places a plate of `geometry` centre on centre with the `frame` of a lens, whose image is `squeeze` times narrower than
+    /// the scene: 1 for a spherical lens, 2 for a 2x anamorphic one.
+    ///
+    /// Plates of an anamorphic lens with square pixels are either desqueezed, or squeezed and not marked so.
+    /// They count as squeezed if their shape is nearer to that of `frame` than to that of the desqueezed frame.
+    pub fn new(frame: Frame, squeeze: f64, geometry: &PlateGeometry) -> Self {
         let PlateGeometry {
             display,
             data,
-            pixel_aspect,
             lens_scale,
+            ..
         } = *geometry;
-        let square_width = display.width as f64 * pixel_aspect;
+        let sensor_aspect = sensor_aspect(frame, squeeze, geometry);
+        let square_width = display.width as f64 * sensor_aspect;
         let scale = lens_scale.unwrap_or(square_width / f64::from(frame.width_px()));
         let corner = |size: f64, display_start: i32, display_size: usize, data_start: i32| {
             let from_centre =
                 f64::from(data_start) - f64::from(display_start) - display_size as f64 / 2.0;
             size / 2.0 + from_centre / scale
         };
-        let width = f64::from(frame.width_px()) / pixel_aspect;
+        let width = f64::from(frame.width_px()) / sensor_aspect;
         let height = f64::from(frame.height_px());
         let map = PlateMap {
             origin: ImagePoint::new(
@@ -98,7 +105,8 @@ impl PlatePlacement {
             map,
             width: data.width,
             height: data.height,
-            pixel_aspect,
+            pixel_aspect: sensor_aspect * squeeze,
+            sensor_aspect,
         }
     }
 
@@ -119,12 +127,30 @@ impl PlatePlacement {
             |axis: f64, origin: f64, offset: f64| (axis - origin) * self.map.scale + offset;
         ImagePoint::new(
             on_plate(
-                axis.x_px / self.pixel_aspect,
+                axis.x_px / self.sensor_aspect,
                 self.map.origin.x_px,
                 offset_px.0,
             ),
             on_plate(axis.y_px, self.map.origin.y_px, offset_px.1),
         )
+    }
+}
+
+/// Returns the width of a plate pixel over its height on the sensor; see [`PlatePlacement::new`].
+fn sensor_aspect(frame: Frame, squeeze: f64, geometry: &PlateGeometry) -> f64 {
+    let PlateGeometry {
+        display,
+        pixel_aspect,
+        ..
+    } = *geometry;
+    let shape = |width: f64, height: f64| (width / height).ln();
+    let plate = shape(display.width as f64, display.height as f64);
+    let squeezed = shape(f64::from(frame.width_px()), f64::from(frame.height_px()));
+    let desqueezed = squeezed + squeeze.ln();
+    if pixel_aspect == 1.0 && (plate - squeezed).abs() < (plate - desqueezed).abs() {
+        1.0
+    } else {
+        pixel_aspect / squeeze
     }
 }
 
@@ -168,7 +194,7 @@ mod tests {
         };
         let display = window(10, 20, 150, 100);
         let data = window(0, 5, 170, 130);
-        let placed = PlatePlacement::new(frame, &geometry(display, data, 1.0));
+        let placed = PlatePlacement::new(frame, 1.0, &geometry(display, data, 1.0));
         assert_eq!(placed.map.scale, 0.5);
         assert_eq!(placed.axis(frame, (0.0, 0.0)), ImagePoint::new(85.0, 65.0));
         let corner = placed.map.frame_point(10, 15);
@@ -176,6 +202,7 @@ mod tests {
         // Half as many columns of twice the width.
         let wide = PlatePlacement::new(
             frame,
+            1.0,
             &geometry(window(0, 0, 75, 100), window(0, 0, 75, 100), 2.0),
         );
         assert_eq!(wide.map.scale, 0.5);
@@ -184,7 +211,35 @@ mod tests {
             lens_scale: Some(2.0),
             ..geometry(display, display, 1.0)
         };
-        let scaled = PlatePlacement::new(frame, &scaled);
+        let scaled = PlatePlacement::new(frame, 1.0, &scaled);
         assert_eq!(scaled.map.origin, ImagePoint::new(112.5, 75.0));
+    }
+
+    #[test]
+    fn anamorphic_plates_are_placed_squeezed_or_desqueezed() {
+        let frame = Frame::new(240, 200, None).expect("a frame");
+        let placed = |width, pixel_aspect| {
+            let all = Rectangle {
+                x: 0,
+                y: 0,
+                width,
+                height: 200,
+            };
+            PlatePlacement::new(frame, 2.0, &geometry(all, all, pixel_aspect))
+        };
+        let squeezed = placed(240, 2.0);
+        assert_eq!((squeezed.sensor_aspect, squeezed.map.scale), (1.0, 1.0));
+        // Not marked, but of the shape of the sensor.
+        assert_eq!(placed(240, 1.0), squeezed);
+        let desqueezed = placed(480, 1.0);
+        assert_eq!(
+            (desqueezed.pixel_aspect, desqueezed.sensor_aspect),
+            (1.0, 0.5)
+        );
+        assert_eq!(desqueezed.map.scale, 1.0);
+        assert_eq!(
+            desqueezed.axis(frame, (0.0, 0.0)),
+            ImagePoint::new(240.0, 100.0)
+        );
     }
 }

@@ -66,7 +66,8 @@ pub struct PlateGeometry {
     pub display: Rectangle,
     /// Data window: the pixels that exist, overscan or crop included.
     pub data: Rectangle,
-    /// Width of a pixel over its height.
+    /// Width of a pixel over its height in the scene: the squeeze of the lens for an anamorphic plate before it is
+    /// desqueezed, 1 after. See [`PlatePlacement::new`](crate::PlatePlacement::new).
     pub pixel_aspect: f64,
     /// Plate pixels per pixel of the lens's frame, counted along y; if `None` the display window is as wide as the
     /// frame.

@@ -101,7 +101,8 @@ impl LensSession {
     /// Those of [`PlateGeometry::check`].
     pub fn place(&self, geometry: &PlateGeometry) -> Result<PlatePlacement> {
         geometry.check()?;
-        Ok(PlatePlacement::new(self.predictor().frame(), geometry))
+        let frame = self.predictor().frame();
+        Ok(PlatePlacement::new(frame, self.lens.squeeze(), geometry))
     }
 
     /// Returns where the optical axis meets a plate placed at `placement`, in plate pixels from its first corner.
@@ -173,7 +174,7 @@ impl LensSession {
         vergence: VergencePass,
         then: impl FnOnce(&PlateOptics) -> Result<T>,
     ) -> Result<T> {
-        let (map, aspect) = (placement.map, placement.pixel_aspect);
+        let (map, aspect) = (placement.map, placement.sensor_aspect);
         let (x, y) = self.settings.axis_offset_px;
         let adjusted = self.adjusted((x / (map.scale / aspect), y / map.scale))?;
         let non_square = if aspect == 1.0 {

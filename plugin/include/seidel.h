@@ -362,7 +362,8 @@ typedef struct SeidelSettings {
    */
   double lens_scale;
   /**
-   * Width of a plate pixel over its height, 1/16 to 16. Default 1.
+   * Width of a plate pixel over its height in the scene, 1/16 to 16: 2 for a plate of a 2x anamorphic lens before it is
+   * desqueezed. Default 1.
    */
   double pixel_aspect;
   /**

@@ -115,7 +115,8 @@ pub struct SeidelSettings {
     pub scrub: u32,
     /// Plate pixels per pixel of the lens's frame, counted along y. NaN: the format is as wide as the frame.
     pub lens_scale: f64,
-    /// Width of a plate pixel over its height, 1/16 to 16. Default 1.
+    /// Width of a plate pixel over its height in the scene, 1/16 to 16: 2 for a plate of a 2x anamorphic lens before it is
+    /// desqueezed. Default 1.
     pub pixel_aspect: f64,
     /// Object distance of a plate without a depth image, metres; may be INFINITY. NaN: unknown.
     pub distance: f64,

@@ -43,6 +43,8 @@ pub(super) fn draw_header(
     let camera = &lens.camera;
     facts.extend(camera.focal_length_mm.map(|f| format!("{f} mm")));
     facts.extend(camera.f_number.map(|n| format!("f/{n}")));
+    let squeeze = camera.squeeze.filter(|s| *s != 1.0);
+    facts.extend(squeeze.map(|s| format!("{s}x anamorphic")));
     if camera.focus_distance != ObjectDistance::Unknown {
         facts.push(format!("focus {}", distance_name(camera.focus_distance)));
     }

@@ -65,7 +65,7 @@ impl LensPlacement {
     /// Returns where the optical axis meets the plate, in plate pixels.
     pub(super) fn optical_axis(&self) -> (f64, f64) {
         let frame = self.lens.profile().frame;
-        let placement = PlatePlacement::new(frame, &self.geometry);
+        let placement = PlatePlacement::new(frame, self.lens.squeeze(), &self.geometry);
         let axis = placement.axis(frame, self.settings.axis_offset_px);
         (axis.x_px, axis.y_px)
     }

@@ -38,7 +38,7 @@ fn depth(area: SeidelRect) -> TestImage {
 fn render_by_renderers(image: &TestImage, vergence: VergencePass) -> Vec<Vec<f32>> {
     let lens = Predictor::new(&profile(2.0)).expect("a valid profile");
     let (width, height) = (image.rect.width as usize, image.rect.height as usize);
-    let placement = PlatePlacement::new(lens.frame(), &PlateGeometry::of_size(width, height));
+    let placement = PlatePlacement::new(lens.frame(), 1.0, &PlateGeometry::of_size(width, height));
     let scene = Scene {
         lens: &lens,
         model: &Gaussian,

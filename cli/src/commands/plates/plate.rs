@@ -50,10 +50,11 @@ pub(crate) struct PlateArgs {
     /// frame, pixel aspect included
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     pub(super) lens_scale: Option<f64>,
-    /// Width of a plate pixel over its height, such as 2 for an anamorphic plate before desqueezing
+    /// Width of a plate pixel over its height in the scene, such as 2 for an anamorphic plate before desqueezing
     ///
     /// If omitted: the EXR's pixelAspectRatio or the value of the DPX header, else 1. Blur and displacement along x are
-    /// 1/P as many pixels.
+    /// 1/P as many pixels; S/P for an anamorphic lens of squeeze S. A plate of such a lens with P = 1 counts as squeezed if its
+    /// shape is nearer to that of the sensor than to that of the desqueezed picture.
     #[arg(long, value_name = "P", value_parser = parse_ratio)]
     pixel_aspect: Option<f64>,
     #[command(flatten)]

@@ -215,6 +215,13 @@ impl<'a> PlateReader<'a> {
             setting("pixel-aspect", self.args.plate.pixel_aspect(plate)?),
             setting("working-space", working_space.unwrap_or("the plate's")),
         ]);
+        if let Some(squeeze) = self.measured.camera.squeeze {
+            let placement = lens.session.place(&self.geometry(plate)?)?;
+            record.extend([
+                setting("squeeze", squeeze),
+                setting("pixel-aspect-on-sensor", placement.sensor_aspect),
+            ]);
+        }
         Ok(record)
     }
 }
