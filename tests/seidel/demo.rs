@@ -13,23 +13,29 @@ fn the_demo_writes_its_files_and_its_command_works() {
         "plate.exr",
         "blurred.exr",
         "before-after.png",
+        "anamorphic.json",
+        "anamorphic.exr",
+        "lenses.png",
     ] {
         assert!(folder.path().join("out").join(name).exists(), "{name}");
         assert!(outcome.stdout.contains(name), "{name}");
     }
-    // The printed command reproduces the demo's own blurred plate.
-    succeeds(
-        folder.path(),
-        "apply --lens @out/lens.json @out/plate.exr -o @again.exr",
-    );
-    let (own, again) = (
-        read_channel(&folder.path().join("out/blurred.exr"), "G"),
-        read_channel(&folder.path().join("again.exr"), "G"),
-    );
-    let peak = own.iter().copied().fold(0.0, f32::max);
-    for (a, b) in own.iter().zip(&again) {
-        // The plate on disk has half-float samples.
-        assert!((a - b).abs() < 2e-3 * peak, "{a} {b}");
+    // The printed command reproduces the demo's own blurred plate; the anamorphic one is desqueezed like the plate.
+    for (lens, own) in [
+        ("lens.json", "blurred.exr"),
+        ("anamorphic.json", "anamorphic.exr"),
+    ] {
+        let command = format!("apply --lens @out/{lens} @out/plate.exr -o @again.exr");
+        succeeds(folder.path(), &command);
+        let (own, again) = (
+            read_channel(&folder.path().join("out").join(own), "G"),
+            read_channel(&folder.path().join("again.exr"), "G"),
+        );
+        let peak = own.iter().copied().fold(0.0, f32::max);
+        for (a, b) in own.iter().zip(&again) {
+            // The plate on disk has half-float samples.
+            assert!((a - b).abs() < 2e-3 * peak, "{lens}: {a} {b}");
+        }
     }
     // A second run replaces the first; a folder with other files in it is refused.
     succeeds(folder.path(), "demo @out --width 64");

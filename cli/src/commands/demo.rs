@@ -16,6 +16,7 @@ use seidel_image_io::windows::ImageWindows;
 
 use super::{CommandError, write_text};
 use crate::Console;
+use crate::demo::anamorphic::anamorphic_lens;
 use crate::demo::lens::lens as built_in_lens;
 use crate::demo::observations::measured;
 use crate::demo::scene::{Scene, scene};
@@ -35,7 +36,7 @@ pub struct DemoArgs {
 }
 
 /// The outputs, with their descriptions.
-const OUTPUTS: [(&str, &str); 6] = [
+const OUTPUTS: [(&str, &str); 9] = [
     (
         "measured/",
         "noisy PSFs of a lens, as if photographed: over the frame at four distances",
@@ -51,6 +52,9 @@ const OUTPUTS: [(&str, &str); 6] = [
     ),
     ("blurred.exr", "the plate through this lens"),
     ("before-after.png", "both plates side by side"),
+    ("anamorphic.json", "a 2x anamorphic lens, designed"),
+    ("anamorphic.exr", "the plate through that lens, desqueezed"),
+    ("lenses.png", "the plate through both lenses, side by side"),
 ];
 
 pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandError> {
@@ -67,12 +71,24 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
         ..SheetOptions::default()
     };
     let sheet = lens_sheet(lens.profile(), lens.predictor().default_model(), &options)?;
-    let before_after = compare(&plate, &blurred)?;
+    let before_after = compare(
+        &plate,
+        [("plate", &plate.rgb), ("through the lens", &blurred)],
+    )?;
+    let anamorphic = Lens::new(anamorphic_lens(width, height)?)?;
+    let oval = blur(&plate, &anamorphic, console)?;
+    let views = [("spherical", &blurred), ("2x anamorphic", &oval)];
+    let lenses = compare(&plate, views)?;
     write_folder_atomically(&args.folder, |folder| {
         observation_set::write(&set, &folder.join("measured"))?;
         write_text(&folder.join("lens.json"), &lens.to_json())?;
         write_rgb8(&folder.join("sheet.png"), &sheet)?;
-        for (name, rgb) in [("plate.exr", &plate.rgb), ("blurred.exr", &blurred)] {
+        write_text(&folder.join("anamorphic.json"), &anamorphic.to_json())?;
+        for (name, rgb) in [
+            ("plate.exr", &plate.rgb),
+            ("blurred.exr", &blurred),
+            ("anamorphic.exr", &oval),
+        ] {
             let planes = rgb.iter().chain([&plate.depth_m]);
             let channels: Vec<NewChannel> = ["R", "G", "B", "Z"]
                 .into_iter()
@@ -86,7 +102,8 @@ pub(super) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), CommandE
             let windows = ImageWindows::of_size(plate.width, plate.height);
             write_channels(&folder.join(name), windows, &channels)?;
         }
-        write_rgb8(&folder.join("before-after.png"), &before_after)
+        write_rgb8(&folder.join("before-after.png"), &before_after)?;
+        write_rgb8(&folder.join("lenses.png"), &lenses)
     })?;
     for (name, description) in OUTPUTS {
         let path = args.folder.join(name);
@@ -122,12 +139,12 @@ fn blur(scene: &Scene, lens: &Lens, console: &Console) -> Result<[Vec<f32>; 3], 
     Ok(colours.expect("an image keeps its number of channels"))
 }
 
-/// Draws both plates side by side.
+/// Draws labelled renderings of `plate` side by side.
 fn compare<'a>(
-    plate: &'a Scene,
-    blurred: &'a [Vec<f32>; 3],
+    plate: &Scene,
+    renderings: [(&'a str, &'a [Vec<f32>; 3]); 2],
 ) -> Result<image::RgbImage, CommandError> {
-    let view = |label, [r, g, b]: &'a [Vec<f32>; 3]| View {
+    let view = |(label, [r, g, b]): (&'a str, &'a [Vec<f32>; 3])| View {
         label,
         plate: LinearRgb {
             width: plate.width,
@@ -135,7 +152,7 @@ fn compare<'a>(
             planes: [r, g, b],
         },
     };
-    let views = [view("plate", &plate.rgb), view("through the lens", blurred)];
+    let views = renderings.map(view);
     // The upper right corner, where off-axis aberrations are strongest.
     let width = plate.width as u32;
     let part = (width / 4).max(16);

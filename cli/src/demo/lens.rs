@@ -5,6 +5,8 @@
 //! green rims behind the focus and purple ones in front of it (axial colour), red and blue fringes
 //! towards the corners (lateral colour), and a sharp image near the centre of the focused plane only.
 
+use std::collections::BTreeMap;
+
 use seidel_core::Result;
 use seidel_core::camera::Camera;
 use seidel_core::distance::ObjectDistance;
@@ -22,9 +24,9 @@ pub const FOCUS_M: f64 = 2.0;
 pub const SENSOR_WIDTH_MM: f64 = 36.0;
 
 /// Width of the frame that the pixels below refer to, px; lengths in the field are half frame widths.
-const DESIGN_WIDTH_PX: f64 = 1280.0;
+pub(super) const DESIGN_WIDTH_PX: f64 = 1280.0;
 
-const CHANNELS: [&str; 3] = ["R", "G", "B"];
+pub(super) const CHANNELS: [&str; 3] = ["R", "G", "B"];
 const WAVELENGTH_NM: [f64; 3] = [620.0, 540.0, 460.0];
 /// Defocus on the focused plane by channel (axial colour), px.
 const ALPHA_FOCUS_PX: [f64; 3] = [1.0, 0.0, 1.8];
@@ -55,42 +57,58 @@ const MEASURED_PER_M: (f64, f64) = (0.0, 1.0 / 1.2);
 pub fn lens(width_px: u32, height_px: u32) -> Result<LensProfile> {
     let frame = Frame::new(width_px, height_px, None)?;
     let channels = (0..CHANNELS.len()).map(|index| channel(index, &frame));
-    let wavelengths = CHANNELS.map(str::to_owned).into_iter().zip(WAVELENGTH_NM);
-    Ok(LensProfile {
+    let camera = Camera {
+        focal_length_mm: Some(FOCAL_LENGTH_MM),
+        f_number: Some(F_NUMBER),
+        focus_distance: ObjectDistance::Metres(FOCUS_M),
+        wavelength_nm: wavelengths_nm(),
+        squeeze: None,
+    };
+    let channels = channels.collect();
+    Ok(profile(frame, width_px, camera, channels))
+}
+
+/// Returns the wavelength of each channel, nm.
+pub(super) fn wavelengths_nm() -> BTreeMap<String, f64> {
+    let names = CHANNELS.map(str::to_owned);
+    names.into_iter().zip(WAVELENGTH_NM).collect()
+}
+
+/// Returns the profile of a designed lens for plates of `width_px`.
+pub(super) fn profile(
+    frame: Frame,
+    width_px: u32,
+    camera: Camera,
+    channels: Vec<PupilChannel>,
+) -> LensProfile {
+    LensProfile {
         frame,
         pixel_pitch_um: Some(SENSOR_WIDTH_MM * 1e3 / f64::from(width_px)),
-        camera: Camera {
-            focal_length_mm: Some(FOCAL_LENGTH_MM),
-            f_number: Some(F_NUMBER),
-            focus_distance: ObjectDistance::Metres(FOCUS_M),
-            wavelength_nm: wavelengths.collect(),
-            squeeze: None,
-        },
-        description: LensDescription::Pupil(channels.collect()),
+        camera,
+        description: LensDescription::Pupil(channels),
         held_out: None,
         provenance: Provenance {
             program: concat!("seidel ", env!("CARGO_PKG_VERSION")).to_owned(),
             sources: vec!["built-in demo lens".to_owned()],
             settings: "designed, not measured".to_owned(),
         },
-    })
+    }
 }
 
 /// Returns the radius of the on-axis disc in design pixels per 1/m of vergence: Z2 R / M for a pupil in
 /// the lens.
-fn defocus_px_per_dioptre() -> f64 {
+pub(super) fn defocus_px_per_dioptre(f_number: f64) -> f64 {
     let f_m = FOCAL_LENGTH_MM * 1e-3;
     let image_m = f_m / (1.0 - f_m / FOCUS_M);
     let pitch_m = SENSOR_WIDTH_MM * 1e-3 / DESIGN_WIDTH_PX;
-    image_m * f_m / (2.0 * F_NUMBER) / pitch_m
+    image_m * f_m / (2.0 * f_number) / pitch_m
 }
 
 fn channel(index: usize, frame: &Frame) -> PupilChannel {
     let scale = f64::from(frame.width_px()) / DESIGN_WIDTH_PX;
     let px = |value: f64| VergenceSeries::constant(value * scale);
-    let slope = defocus_px_per_dioptre();
+    let slope = defocus_px_per_dioptre(F_NUMBER);
     PupilChannel {
-        name: CHANNELS[index].to_owned(),
         alpha: VergenceSeries::new(vec![ALPHA_FOCUS_PX[index] - slope / FOCUS_M, slope])
             .scaled(scale),
         beta: px(BETA_PX),
@@ -98,9 +116,26 @@ fn channel(index: usize, frame: &Frame) -> PupilChannel {
         delta: px(DELTA_PX),
         phi: px(PHI_PX[index]),
         blur_variance_px2: VergenceSeries::constant(BLUR_VARIANCE_PX2 * scale * scale),
-        effects: Vec::new(),
         magnification: VergenceSeries::constant(MAGNIFICATION[index]),
         distortion: VergenceSeries::constant(DISTORTION),
+        ..channel_without_aberrations(CHANNELS[index])
+    }
+}
+
+/// Returns channel `name` of a lens that is sharp everywhere.
+pub(super) fn channel_without_aberrations(name: &str) -> PupilChannel {
+    let zero = || VergenceSeries::constant(0.0);
+    PupilChannel {
+        name: name.to_owned(),
+        alpha: zero(),
+        beta: zero(),
+        gamma: zero(),
+        delta: zero(),
+        phi: zero(),
+        blur_variance_px2: zero(),
+        effects: Vec::new(),
+        magnification: zero(),
+        distortion: zero(),
         measured_vergence: MEASURED_PER_M,
         stop_lever_m: 0.0,
         added: Vec::new(),

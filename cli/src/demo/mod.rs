@@ -1,5 +1,6 @@
-//! The data of `seidel demo`: a CG plate with depth, a lens, and PSFs of that lens with noise.
+//! The data of `seidel demo`: a CG plate with depth, two lenses, and PSFs of one of them with noise.
 
+pub mod anamorphic;
 pub mod lens;
 mod noise;
 pub mod observations;

@@ -19,9 +19,10 @@ pub(crate) const USAGE: &str = "cargo xtask pictures [--programs FOLDER] [NAME..
 type Draw = fn(&Programs) -> Result<(), String>;
 
 /// The pictures by the names that the command line takes.
-const PICTURES: [(&str, Draw); 7] = [
+const PICTURES: [(&str, Draw); 8] = [
     ("before-after", |p| demo_file(p, "before-after.png")),
     ("sheet", |p| demo_file(p, "sheet.png")),
+    ("lenses", |p| demo_file(p, "lenses.png")),
     ("colour", colour),
     ("hosts", hosts::draw),
     ("remove", remove::draw),
