@@ -73,6 +73,13 @@ fn lenses_and_sets_that_do_not_match() {
         &["set", "channel G", "R, B"],
     );
     refused(
+        |folder| {
+            succeeds(folder, "fit @set -o @lens.json --model reduced --use-all");
+        },
+        DIAGNOSE,
+        &["lens.json", "--use-all", "--design"],
+    );
+    refused(
         |_| (),
         "diagnose --lens @lens.json @set --out @out --only fog",
         &["fog", effects::ALL[0].id()],

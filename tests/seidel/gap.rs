@@ -49,6 +49,7 @@ fn diagnosed(lens: &LensProfile, real: &ObservationSet, library: &[&str]) -> Dia
     let settings = Settings {
         pairs: false,
         library: library.iter().map(|id| (*id).to_owned()).collect(),
+        ..Settings::default()
     };
     diagnose(lens, real, &settings, &no_progress).expect("a sound set")
 }
@@ -97,6 +98,47 @@ fn nothing_is_found_where_nothing_is_missing() {
     );
     assert_eq!(found.verdict, Verdict::NoGap);
     assert!(found.added.is_empty() && found.no_gap_probability > 0.9);
+}
+
+#[test]
+fn a_model_that_is_too_simple_is_to_blame() {
+    let case = seidel_trial::draw(&Recipe {
+        kind: Kind::Single("decentre"),
+        seed: 7003,
+        size: SIZE,
+    });
+    // The lens is fitted to its decentred copy itself, by a symmetric model.
+    let fitted = |use_all| {
+        let settings = PupilSettings {
+            use_all,
+            ..PupilSettings::default()
+        };
+        fit_pupil(std::slice::from_ref(&case.real), &settings)
+            .expect("a sound set")
+            .lens
+    };
+    let library = ["defocus_offset", "motion"];
+    let found = diagnosed(&fitted(false), &case.real, &library);
+    assert_eq!(found.verdict, Verdict::ModelTooSimple, "{:?}", found.model);
+    assert!(found.added.is_empty() && found.model.own_gap > 0.005);
+    assert!(
+        found.model.freedom.contains(&"decentre"),
+        "{:?}",
+        found.model
+    );
+    assert!(found.shares.model > 2.0 * found.shares.change);
+    // A lens that kept nothing aside does not know its own gap.
+    let all = fitted(true);
+    let settings = Settings::default();
+    let error = diagnose(&all, &case.real, &settings, &no_progress).expect_err("no own gap");
+    assert!(error.to_string().contains("--design"), "{error}");
+    let settings = Settings {
+        library: library.map(str::to_owned).to_vec(),
+        design: Some(case.real.clone()),
+        ..settings
+    };
+    let found = diagnose(&all, &case.real, &settings, &no_progress).expect("a sound set");
+    assert_eq!(found.verdict, Verdict::ModelTooSimple, "{:?}", found.model);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{Diagnosis, Settings, diagnose};
+use seidel_core::calibrate::diagnose::{Diagnosis, Settings, Verdict, diagnose};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
@@ -42,6 +42,10 @@ pub struct DiagnoseArgs {
     /// Identifiers of the effects to try; all if omitted
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     only: Vec<String>,
+    /// Set that the lens was fitted to: what its model leaves of that set is not held against these observations. Needed for
+    /// a lens fitted with --use-all, which held no PSFs out
+    #[arg(long, value_name = "SET", conflicts_with_all = ["schema", "self_test"])]
+    design: Option<PathBuf>,
     /// Try no pairs of effects: faster
     #[arg(long)]
     no_pairs: bool,
@@ -80,9 +84,10 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     let output = OutputFolder::check(out, lens, entries)?;
     let profile = lens_profile::read(lens)?;
     check_pupil_lens(&profile, lens)?;
+    let design = args.read_design(&profile, lens)?;
     let source = args.read_source(&profile, lens, &pool, console)?;
     let mut diagnosis = args
-        .diagnose(&profile, &source.set, &pool, console)
+        .diagnose(&profile, &source.set, design, &pool, console)
         .map_err(|e| FileError::from_core(&source.path, e))?;
     diagnosis.remarks.extend(source.remarks);
     let subject = Subject::new(short_name(lens), source.name, &source.set);
@@ -151,16 +156,46 @@ impl DiagnoseArgs {
         })
     }
 
+    /// Reads the set that the lens was fitted to, if it is given.
+    ///
+    /// # Errors
+    /// None given for a lens that does not say what its model leaves; a set that does not suit the lens.
+    fn read_design(
+        &self,
+        lens: &LensProfile,
+        lens_path: &Path,
+    ) -> Result<Option<ObservationSet>, CommandError> {
+        let Some(path) = &self.design else {
+            if lens.held_out.is_none() && lens.provenance.held_nothing_out() {
+                return Err(FileError::new(
+                    lens_path,
+                    "held_out",
+                    "is missing: the lens was fitted with --use-all, so what its own model leaves is not known",
+                    "give the set that it was fitted to with --design SET, or fit it without --use-all",
+                )
+                .into());
+            }
+            return Ok(None);
+        };
+        let set = manifest::read(path, ReadOptions::default())?.set;
+        check_channels(lens, &set, path)?;
+        set.check_frame(lens.frame)
+            .map_err(|error| FileError::from_core(path, error))?;
+        Ok(Some(set))
+    }
+
     fn diagnose(
         &self,
         lens: &LensProfile,
         set: &ObservationSet,
+        design: Option<ObservationSet>,
         pool: &ThreadPool,
         console: &Console,
     ) -> seidel_core::Result<Diagnosis> {
         let settings = Settings {
             library: self.only.clone(),
             pairs: !self.no_pairs,
+            design,
         };
         let bar = console.progress_bar("diagnosing");
         pool.install(|| diagnose(lens, set, &settings, &|share| bar.show(share)))
@@ -200,6 +235,23 @@ fn check_channels(lens: &LensProfile, set: &ObservationSet, path: &Path) -> Resu
     ))
 }
 
+/// Says what the model of the lens leaves of its own set, and which freedom describes it.
+fn model_too_simple(diagnosis: &Diagnosis) -> String {
+    let model = &diagnosis.model;
+    let own = format!(
+        "model: leaves {:.4} of the set that the lens was fitted to",
+        model.own_gap
+    );
+    if model.freedom.is_empty() {
+        return format!("{own}; no richer model was found that describes it");
+    }
+    format!(
+        "{own}; {} would close {:.0} % of that (fit --model extended)",
+        model.freedom.join(", "),
+        100.0 * model.freedom_closes
+    )
+}
+
 /// Prints the main results, one per line.
 fn print_summary(diagnosis: &Diagnosis, out: &Path, console: &mut Console) {
     let gap = &diagnosis.gap;
@@ -218,6 +270,13 @@ fn print_summary(diagnosis: &Diagnosis, out: &Path, console: &mut Console) {
         100.0 * gap.closed_ci95[0],
         100.0 * gap.closed_ci95[1]
     ));
+    console.print(format!(
+        "of the gap: {:.4} by the lens's own model, {:.4} by a change; detection limit {:.4}",
+        diagnosis.shares.model, diagnosis.shares.change, diagnosis.detection_limit
+    ));
+    if diagnosis.verdict == Verdict::ModelTooSimple {
+        console.print(model_too_simple(diagnosis));
+    }
     console.print(format!("next capture: {}", diagnosis.next_capture));
     console.print(format!(
         "wrote {} ({})",

@@ -33,6 +33,22 @@ fn verdict(d: &Diagnosis) -> String {
     );
     match d.verdict {
         Verdict::NoGap => "The lens explains these observations: no effect is missing.".to_owned(),
+        Verdict::ModelTooSimple => {
+            let freedom = names(&d.model.freedom);
+            let cure = if freedom.is_empty() {
+                "no richer model was found that describes it".to_owned()
+            } else {
+                format!(
+                    "a model with {} closes {} of that",
+                    list(&freedom, "and"),
+                    percent(d.model.freedom_closes)
+                )
+            };
+            format!(
+                "The model of the lens is too simple: it leaves {} of the set that it was fitted to; {cure}.",
+                gap(d.model.own_gap)
+            )
+        }
         Verdict::Explained => {
             let them = match added.len() {
                 1 => "it",
@@ -75,8 +91,9 @@ fn lead(d: &Diagnosis) -> String {
         .collect();
     if d.verdict == Verdict::NoGap {
         parts.push(format!(
-            "With probability {} the lens and the observations agree to within noise and the misfit of the lens.",
-            probability(d.no_gap_probability)
+            "The gap, {}, is below what could be seen here: {}.",
+            gap(d.gap.before.max(0.0)),
+            gap(d.detection_limit)
         ));
     } else if let Some(worst) = d.places.first() {
         parts.push(format!(
@@ -124,7 +141,9 @@ fn gap_card(d: &Diagnosis) -> String {
         ("given lens", d.gap.before, ""),
         ("corrected lens", d.gap.after, ""),
         ("noise floor (subtracted)", d.gap.noise_floor, "other"),
-        ("misfit of the lens on its own data", d.lens_misfit, "other"),
+        ("by the lens's own model", d.shares.model, "other"),
+        ("by a change since its own set", d.shares.change, "other"),
+        ("limit of detection", d.detection_limit, "other"),
     ];
     let largest = rows
         .iter()
@@ -132,7 +151,6 @@ fn gap_card(d: &Diagnosis) -> String {
         .fold(f64::MIN_POSITIVE, f64::max);
     let bars: String = rows
         .into_iter()
-        // A profile that does not state its misfit gives zero.
         .filter(|(_, value, _)| *value != 0.0)
         .map(|(label, value, class)| bar(label, &gap(value), value / largest, class))
         .collect();

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::Subject;
 
 const FORMAT: &str = "gap-report";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The only key whose value may be null (infinity).
 const DISTANCE_KEY: &str = "depth_m";
 
@@ -20,7 +20,7 @@ const DISTANCE_KEY: &str = "depth_m";
 struct Report<'a> {
     /// Always `gap-report`.
     format: &'static str,
-    /// Version of the format: 1.
+    /// Version of the format: 2.
     version: u32,
     #[serde(flatten)]
     diagnosis: &'a Diagnosis,
@@ -107,7 +107,7 @@ mod tests {
         let text = json(&diagnosis(Verdict::Explained), &subject()).expect("finite");
         let order = [
             "\"format\": \"gap-report\"",
-            "\"version\": 1",
+            "\"version\": 2",
             "\"verdict\": \"explained\"",
             "\"added\"",
             "\"gap\"",
@@ -154,6 +154,7 @@ mod tests {
             Verdict::Explained,
             Verdict::Ambiguous,
             Verdict::Unexplained,
+            Verdict::ModelTooSimple,
         ] {
             assert_eq!(parsed(&diagnosis(verdict))["verdict"], verdict.id());
         }

@@ -113,11 +113,12 @@ mod tests {
     use seidel_core::calibrate::diagnose::Verdict;
     use seidel_image_io::atomic::{Output, write_atomically};
 
-    const ALL: [Verdict; 4] = [
+    const ALL: [Verdict; 5] = [
         Verdict::NoGap,
         Verdict::Explained,
         Verdict::Ambiguous,
         Verdict::Unexplained,
+        Verdict::ModelTooSimple,
     ];
 
     /// Also writes the pages to the folder in `SEIDEL_PAGES`, for visual inspection.
@@ -172,6 +173,12 @@ mod tests {
         assert!(page(Verdict::Ambiguous).contains("vignetting or higher order; these"));
         assert!(page(Verdict::Unexplained).contains("no known cause"));
         assert!(page(Verdict::NoGap).contains("no effect is missing.</h1>"));
+        let simple = page(Verdict::ModelTooSimple);
+        assert!(
+            simple.contains("The model of the lens is too simple"),
+            "{simple}"
+        );
+        assert!(simple.contains("decentre"));
         let mut two = diagnosis(Verdict::Explained);
         two.added.push("decentre");
         assert!(

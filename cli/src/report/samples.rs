@@ -1,7 +1,8 @@
 //! A diagnosis as test data: a lens that lacks vignetting, observed on a grid of places.
 
 use seidel_core::calibrate::diagnose::{
-    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict, Zone,
+    Cause, Diagnosis, Example, Gap, ModelShare, Order, OwnGapSource, Pair, Place, Shape, Shares,
+    TileGap, Value, Verdict, Zone,
 };
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::{Frame, ImagePoint};
@@ -165,7 +166,9 @@ pub(crate) fn diagnosis(verdict: Verdict) -> Diagnosis {
         Verdict::Explained => (vec!["vignetting"], vec![]),
         Verdict::Ambiguous => (vec!["vignetting"], vec![vec!["vignetting", "higher_order"]]),
         Verdict::Unexplained => (vec!["vignetting"], vec![]),
+        Verdict::ModelTooSimple => (vec![], vec![]),
     };
+    let too_simple = verdict == Verdict::ModelTooSimple;
     let order = |name, share, z| Order { name, share, z };
     Diagnosis {
         verdict,
@@ -178,7 +181,26 @@ pub(crate) fn diagnosis(verdict: Verdict) -> Diagnosis {
             noise_floor: 0.004,
         },
         explainable: 0.955,
-        lens_misfit: 0.0031,
+        model: ModelShare {
+            own_gap: if too_simple { 0.0612 } else { 0.0031 },
+            measured_on: OwnGapSource::HeldOut,
+            freedom: if too_simple { vec!["decentre"] } else { vec![] },
+            freedom_closes: if too_simple { 0.97 } else { 0.0 },
+        },
+        shares: if too_simple {
+            Shares {
+                noise: 0.004,
+                model: 0.0612,
+                change: 0.02,
+            }
+        } else {
+            Shares {
+                noise: 0.004,
+                model: 0.0031,
+                change: 0.0781,
+            }
+        },
+        detection_limit: 0.005,
         no_gap_probability: 0.0004,
         causes: causes(),
         pairs: vec![

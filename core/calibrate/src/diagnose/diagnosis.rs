@@ -9,6 +9,7 @@ use seidel_optics::profile::LensProfile;
 use seidel_optics::tile::Tile;
 use serde::{Serialize, Serializer};
 
+use super::model_share::ModelShare;
 use crate::depth_json;
 
 /// The diagnosis of a gap: which effect the lens lacks, how far adding it closes the gap, and where the gap
@@ -40,8 +41,12 @@ pub struct Diagnosis {
     /// Share of the gap that a free-form model of the residual closes on held-out zones of the field: a lower
     /// bound of the share that any model could explain.
     pub explainable: f64,
-    /// Misfit of the lens on the data it was fitted to; 0 where the profile does not state it.
-    pub lens_misfit: f64,
+    /// The gap between the lens and the set that it was fitted to.
+    pub model: ModelShare,
+    /// The gap in three parts.
+    pub shares: Shares,
+    /// Gap, less noise, up to which an effect may be missing without being seen.
+    pub detection_limit: f64,
     /// Description of the remaining residual; empty where there is none.
     pub residual: String,
     /// Remarks about the data and the fits.
@@ -69,6 +74,9 @@ pub enum Verdict {
     Ambiguous,
     /// No known effect closes the gap.
     Unexplained,
+    /// The model of the lens is too simple: it does not describe the set that it was fitted to, and the effects in `added` do
+    /// not close that gap too.
+    ModelTooSimple,
 }
 
 impl Verdict {
@@ -79,6 +87,7 @@ impl Verdict {
             Self::Explained => "explained",
             Self::Ambiguous => "ambiguous",
             Self::Unexplained => "unexplained",
+            Self::ModelTooSimple => "model_too_simple",
         }
     }
 }
@@ -97,6 +106,17 @@ pub struct Gap {
     pub closed_ci95: [f64; 2],
     /// Contribution of noise alone.
     pub noise_floor: f64,
+}
+
+/// The gap in three parts, each as a share of the energy of a PSF.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Shares {
+    /// Noise of these observations; not part of the gap.
+    pub noise: f64,
+    /// The part that the lens's own model leaves, at most the gap.
+    pub model: f64,
+    /// The part by a change between the set that the lens was fitted to and these observations.
+    pub change: f64,
 }
 
 /// An effect tried alone.

@@ -11,6 +11,7 @@ mod explainable;
 mod gap_problem;
 mod hypothesis;
 mod jitter;
+mod model_share;
 mod next_capture;
 mod pair;
 mod places;
@@ -25,8 +26,10 @@ mod tiles;
 mod verdict;
 
 pub use diagnosis::{
-    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, TileGap, Value, Verdict, Zone,
+    Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, Shares, TileGap, Value, Verdict,
+    Zone,
 };
+pub use model_share::{ModelShare, OwnGapSource};
 pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
 pub use settings::Settings;
 
@@ -60,6 +63,7 @@ pub fn diagnose(
     let channels = rays(lens)?;
     let library = library(settings)?;
     let mut tiles = TileSet::new(lens, channels, set)?;
+    let mut model = ModelShare::of(lens, channels, settings.design.as_ref())?;
     let reference = reference(lens, channels);
     let first = tiles.tiles.clone();
     let search = HypothesisSearch::new(&first, channels.len(), reference);
@@ -85,7 +89,7 @@ pub fn diagnose(
     let rest = rest.into_iter().map(|single| search.rescored(single));
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
-    let statistics = verdict::GapStatistics::new(lens, &search, &singles);
+    let statistics = verdict::GapStatistics::new(model.own_gap, &search, &singles);
     let pairs = if settings.pairs && statistics.wants_pairs() {
         pairs(&search, &singles, |share| {
             step(progress, (tried.len() as f64 + 3.0 * share) / steps)
@@ -95,6 +99,9 @@ pub fn diagnose(
     };
     step(progress, (steps - 1.0) / steps)?;
     let decision = statistics.decide(&singles, &pairs);
+    if decision.verdict == Verdict::ModelTooSimple {
+        model.find_freedom(lens, settings.design.as_ref().unwrap_or(set));
+    }
     proof::diagnosis(proof::Findings {
         lens,
         channels,
@@ -105,6 +112,7 @@ pub fn diagnose(
         singles: &singles,
         pairs: &pairs,
         decision: &decision,
+        model,
         left: &left,
     })
 }

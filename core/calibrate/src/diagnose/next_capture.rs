@@ -1,6 +1,7 @@
 //! Recommendation of the next capture.
 
 use super::diagnosis::{Cause, Verdict};
+use super::model_share::ModelShare;
 
 /// A change of the capture, and the response of each effect.
 struct Intervention {
@@ -84,18 +85,26 @@ pub(super) fn next(
     verdict: Verdict,
     causes: &[Cause],
     equivalents: &[Vec<&'static str>],
+    model: &ModelShare,
 ) -> String {
     match verdict {
+        Verdict::ModelTooSimple if model.freedom.is_empty() => "none: no capture mends a model that is too simple; look at the residuals of the lens's own set with `seidel eval --shapes`, and fit it again with PSFs at more places".to_owned(),
+        Verdict::ModelTooSimple => "none needed yet: fit the lens again with `seidel fit --model extended`, then diagnose these observations with it".to_owned(),
         Verdict::NoGap => "none needed: the lens explains these observations; PSFs at another distance or f-number would test it further".to_owned(),
         Verdict::Unexplained => "repeat three PSFs (middle, edge, corner) two stops down and, apart from that, with the camera turned by 90 degrees: what stays with the sensor is not the lens, what shrinks is in its pupil".to_owned(),
         Verdict::Ambiguous | Verdict::Explained => {
-            let known: Vec<&str> = causes.iter().map(|c| c.effect).filter(|e| *e != "unknown").collect();
-            let (one, other) = match equivalents.first() {
-                Some(class) if class.len() > 1 => (class[0], class[1]),
-                _ if known.len() > 1 => (known[0], known[1]),
-                _ => return "repeat one corner PSF two stops down".to_owned(),
-            };
-            between(one, other)
+            // The effects that are not distinguished come first, then the likeliest others.
+            let class = equivalents.iter().flatten().copied();
+            let mut known: Vec<&str> = Vec::new();
+            for id in class.chain(causes.iter().map(|c| c.effect)) {
+                if id != "unknown" && !known.contains(&id) {
+                    known.push(id);
+                }
+            }
+            match known[..] {
+                [one, other, ..] => between(one, other),
+                _ => "repeat one corner PSF two stops down".to_owned(),
+            }
         }
     }
 }

@@ -17,7 +17,7 @@ const PAIR_PRICE: f64 = 2.0;
 /// Relative uncertainty of the lens's own misfit.
 const MISFIT_UNCERTAINTY: f64 = 0.3;
 /// Smallest gap that model and discretisation errors allow.
-const MIN_GAP: f64 = 2e-4;
+pub(super) const MIN_GAP: f64 = 2e-4;
 
 /// Score of a hypothesis.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,10 @@
 //! Final fit of the selected effects, with cross-validated figures.
 
-use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, TileGap, Value, Verdict};
+use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, Shares, TileGap, Value, Verdict};
 use super::explainable;
 use super::gap_problem::GapProblem;
 use super::hypothesis::Hypothesis;
+use super::model_share::ModelShare;
 use super::next_capture;
 use super::places;
 use super::prediction::TilePredictor;
@@ -29,6 +30,7 @@ pub(super) struct Findings<'a> {
     pub(super) singles: &'a [Candidate],
     pub(super) pairs: &'a [Candidate],
     pub(super) decision: &'a Decision,
+    pub(super) model: ModelShare,
     /// Effects that this lens and set cannot show.
     pub(super) left: &'a [&'static dyn Effect],
 }
@@ -79,7 +81,9 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
         .collect();
     let left_shape = shape::shape(&tiles, shown.0, shown.1);
     let residual = match decision.verdict {
-        Verdict::Unexplained => shape::describe(&left_shape, &tiles, &tile_gaps),
+        Verdict::Unexplained | Verdict::ModelTooSimple => {
+            shape::describe(&left_shape, &tiles, &tile_gaps)
+        }
         _ => String::new(),
     };
     Ok(Diagnosis {
@@ -91,16 +95,23 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
             .unwrap_or_default(),
         gap,
         no_gap_probability: decision.nothing_missing,
-        next_capture: next_capture::next(decision.verdict, &causes, &decision.equivalents),
+        next_capture: next_capture::next(
+            decision.verdict,
+            &causes,
+            &decision.equivalents,
+            &found.model,
+        ),
         causes,
         pairs: pairs(&found),
         equivalents: decision.equivalents.clone(),
         places: places::places(&tiles, &before, found.channels, found.statistics.misfit),
         shape: shape::shape(&tiles, &nothing, &[]),
         explainable: explainable::explainable(&tiles, &nothing),
-        lens_misfit: found.statistics.misfit,
+        shares: shares(&gap, found.model.own_gap),
+        detection_limit: found.statistics.detection_limit(),
+        model: found.model.clone(),
         residual,
-        remarks: remarks(&found),
+        remarks: [remarks(&found), worsened(&found, &tile_gaps)].concat(),
         corrected,
         examples: examples(&tiles, &before, (&nothing, &[]), shown),
         tiles: tile_gaps,
@@ -145,6 +156,17 @@ fn finish(found: &Findings, tiles: &[&TileData], before: &[f64]) -> Final {
         theta,
         sigma,
         after,
+    }
+}
+
+/// Splits `gap` of a lens that leaves `own_gap` of the set that it was fitted to.
+fn shares(gap: &Gap, own_gap: f64) -> Shares {
+    let before = gap.before.max(0.0);
+    let model = own_gap.min(before);
+    Shares {
+        noise: gap.noise_floor,
+        model,
+        change: before - model,
     }
 }
 
@@ -328,6 +350,41 @@ fn strongest_first(found: &Findings, added: &Candidate) -> Vec<&'static str> {
     ids.sort_by_key(|id| rank(id));
     ids
 }
+
+/// Names the channels and distances of which the added effects raise the gap.
+fn worsened(found: &Findings, tiles: &[TileGap]) -> Vec<String> {
+    let mut groups: Vec<Vec<&TileGap>> = Vec::new();
+    for tile in tiles {
+        let same = |group: &&mut Vec<&TileGap>| {
+            group[0].channel == tile.channel && group[0].distance == tile.distance
+        };
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(tile),
+            None => groups.push(vec![tile]),
+        }
+    }
+    let mean = |group: &[&TileGap], gap: fn(&TileGap) -> f64| {
+        group.iter().map(|t| gap(t)).sum::<f64>() / group.len() as f64
+    };
+    let risen = groups.iter().filter_map(|group| {
+        let (before, after) = (mean(group, |t| t.before), mean(group, |t| t.after));
+        let limit = found.statistics.detection_limit();
+        let risen = after > (WORSE_RATIO * before).max(before + limit);
+        risen.then(|| {
+            format!(
+                "the added effects raise the gap of channel {} at {} from {:.1} % to {:.1} %: they may be wrong there",
+                group[0].channel,
+                group[0].distance,
+                100.0 * before,
+                100.0 * after
+            )
+        })
+    });
+    risen.collect()
+}
+
+/// Ratio of the gaps after and before from which on an addition is reported as harmful.
+const WORSE_RATIO: f64 = 1.2;
 
 fn remarks(found: &Findings) -> Vec<String> {
     let mut remarks = found.tiles.remarks.clone();

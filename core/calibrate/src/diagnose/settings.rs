@@ -1,5 +1,7 @@
 //! Settings of a diagnosis.
 
+use seidel_optics::observations::ObservationSet;
+
 /// Settings of [`super::diagnose`].
 #[derive(Debug, Clone)]
 pub struct Settings {
@@ -7,6 +9,8 @@ pub struct Settings {
     pub library: Vec<String>,
     /// Whether pairs of effects are tried.
     pub pairs: bool,
+    /// The set that the lens was fitted to; needed where its profile does not say what its model leaves.
+    pub design: Option<ObservationSet>,
 }
 
 impl Default for Settings {
@@ -14,6 +18,7 @@ impl Default for Settings {
         Self {
             library: Vec::new(),
             pairs: true,
+            design: None,
         }
     }
 }

@@ -2,18 +2,23 @@
 
 use super::diagnosis::Verdict;
 use super::gap_problem::weight;
-use super::posterior::{CandidateScore, GapScale, nothing_missing, probabilities};
+use super::model_share::MAX_OWN_GAP;
+use super::posterior::{CandidateScore, GapScale, MIN_GAP, nothing_missing, probabilities};
 use super::search::{Candidate, HypothesisSearch};
-use seidel_optics::profile::LensProfile;
 use seidel_optics::psf::pupil::Detail;
 
-/// Misfit of a lens without a held-out score.
-const DEFAULT_MISFIT: f64 = 5e-4;
 /// Share of the gap below which a single effect suffices.
 const SUFFICIENT_REMAINDER: f64 = 0.02;
-/// Probability below which a verdict may be ambiguous, and the least probability of a rival.
-const MIN_SINGLE_PROBABILITY: f64 = 0.75;
-const MIN_RIVAL_PROBABILITY: f64 = 0.2;
+/// Probability below which a verdict is ambiguous, and the probability that the named rivals reach together with it.
+const MIN_PROBABILITY: f64 = 0.8;
+const NAMED_PROBABILITY: f64 = 0.9;
+/// Ratio of a gap to the own gap of a model that is too simple, from which on effects are added to it.
+const CHANGED_RATIO: f64 = 1.5;
+/// Largest number of rivals named.
+const MAX_RIVALS: usize = 3;
+/// Ratio of the detection limit to the own gap of the lens, and standard errors of the gap in it.
+const LIMIT_RATIO: f64 = 2.5;
+const LIMIT_SIGMAS: f64 = 5.0;
 /// Least share of the gap that an effect must close to be added to an unexplained lens.
 const MIN_PARTIAL_SHARE: f64 = 0.3;
 
@@ -45,11 +50,7 @@ pub(super) struct Decision {
 }
 
 impl GapStatistics {
-    pub(super) fn new(
-        lens: &LensProfile,
-        search: &HypothesisSearch,
-        singles: &[Candidate],
-    ) -> Self {
+    pub(super) fn new(own_gap: f64, search: &HypothesisSearch, singles: &[Candidate]) -> Self {
         let nothing = search.nothing();
         let gaps = search.problem(&nothing, Detail::FULL).gaps(&[]);
         let total = search.weight();
@@ -67,18 +68,34 @@ impl GapStatistics {
         Self {
             before: excess.sum::<f64>() / total,
             sigma: variance.sum::<f64>().sqrt() / total,
-            misfit: lens
-                .held_out
-                .as_ref()
-                .map_or(DEFAULT_MISFIT, |held| held.pixel_gap),
+            misfit: own_gap,
             best: singles.first().map_or(f64::INFINITY, |s| s.after),
         }
     }
 
-    fn scale(&self) -> GapScale {
+    /// Returns the gap up to which an effect may be missing without being seen: the own gap of the lens, up to the largest
+    /// that a model may leave, and noise.
+    pub(super) fn detection_limit(&self) -> f64 {
+        let own = LIMIT_RATIO * (self.misfit + MIN_GAP);
+        own.min(MAX_OWN_GAP) + LIMIT_SIGMAS * self.sigma
+    }
+
+    /// Returns whether the own gap of the lens shows that its model is too simple.
+    fn is_too_simple(&self) -> bool {
+        self.misfit > self.detection_limit().max(MAX_OWN_GAP)
+    }
+
+    /// Returns the scale of gaps where the best hypothesis leaves `least`. What a hypothesis closes of the own gap of a model
+    /// that is too simple was no error that it had to leave.
+    fn scale(&self, least: f64) -> GapScale {
+        let misfit = if self.is_too_simple() {
+            self.misfit.min(least.max(MIN_GAP))
+        } else {
+            self.misfit
+        };
         GapScale {
             before: self.before,
-            misfit: self.misfit,
+            misfit,
             sigma: self.sigma,
         }
     }
@@ -89,7 +106,9 @@ impl GapStatistics {
 
     /// Returns whether pairs of effects need to be searched.
     pub(super) fn wants_pairs(&self) -> bool {
-        self.none() < 0.5 && self.best > SUFFICIENT_REMAINDER * self.before + self.misfit
+        !self.is_too_simple()
+            && self.none() < 0.5
+            && self.best > SUFFICIENT_REMAINDER * self.before + self.misfit
     }
 
     pub(super) fn decide(&self, singles: &[Candidate], pairs: &[Candidate]) -> Decision {
@@ -102,7 +121,8 @@ impl GapStatistics {
                 effects: c.hypothesis.parts.len(),
             })
             .collect();
-        let odds = probabilities(&contenders, self.scale());
+        let least = (contenders.iter().map(|c| c.after)).fold(f64::INFINITY, f64::min);
+        let odds = probabilities(&contenders, self.scale(least));
         let (own, rest) = odds.split_at(singles.len());
         let (of_pairs, unknown) = rest.split_at(pairs.len());
         let unknown = unknown[0];
@@ -120,15 +140,10 @@ impl GapStatistics {
         let best = (0..all.len()).max_by(|a, b| odds[*a].total_cmp(&odds[*b]));
         let mut equivalents = Vec::new();
         let (verdict, added) = match best {
-            _ if none > 0.5 => (Verdict::NoGap, None),
+            _ if none > 0.5 && self.before <= self.detection_limit() => (Verdict::NoGap, None),
             Some(k) if odds[k] > unknown => {
-                let rivals: Vec<usize> = (0..singles.len())
-                    .filter(|j| *j != k && k < singles.len() && own[*j] > MIN_RIVAL_PROBABILITY)
-                    .collect();
-                if odds[k] < MIN_SINGLE_PROBABILITY && !rivals.is_empty() {
-                    let mut class = all[k].hypothesis.ids();
-                    class.extend(rivals.iter().flat_map(|j| singles[*j].hypothesis.ids()));
-                    equivalents.push(class);
+                if odds[k] < MIN_PROBABILITY {
+                    equivalents.push(rivals(&all, &odds, k));
                     (Verdict::Ambiguous, Some(all[k].clone()))
                 } else {
                     (Verdict::Explained, Some(all[k].clone()))
@@ -139,6 +154,15 @@ impl GapStatistics {
                 (Verdict::Unexplained, part.map(|k| all[k].clone()))
             }
         };
+        let closed = (added.as_ref()).is_some_and(|a| a.after <= self.detection_limit());
+        let verdict = if self.is_too_simple() && !closed {
+            Verdict::ModelTooSimple
+        } else {
+            verdict
+        };
+        // Where the model is to blame, the lens is not changed by effects that imitate what it lacks.
+        let changed = self.before > CHANGED_RATIO * self.misfit + self.detection_limit();
+        let added = added.filter(|_| verdict != Verdict::ModelTooSimple || changed);
         Decision {
             verdict,
             nothing_missing: none,
@@ -149,4 +173,27 @@ impl GapStatistics {
             equivalents,
         }
     }
+}
+
+/// Returns the effects of `all[best]` and of its rivals, the likeliest first, and `unknown` where that is one of them.
+fn rivals(all: &[&Candidate], odds: &[f64], best: usize) -> Vec<&'static str> {
+    let mut order: Vec<usize> = (0..odds.len()).filter(|k| *k != best).collect();
+    order.sort_by(|a, b| odds[*b].total_cmp(&odds[*a]));
+    let mut class = all[best].hypothesis.ids();
+    let mut reached = odds[best];
+    for k in order.into_iter().take(MAX_RIVALS) {
+        if reached >= NAMED_PROBABILITY {
+            break;
+        }
+        reached += odds[k];
+        let ids = all
+            .get(k)
+            .map_or_else(|| vec!["unknown"], |c| c.hypothesis.ids());
+        for id in ids {
+            if !class.contains(&id) {
+                class.push(id);
+            }
+        }
+    }
+    class
 }
