@@ -97,7 +97,7 @@ fn lead(d: &Diagnosis) -> String {
         ));
     } else if let Some(worst) = d.places.first() {
         parts.push(format!(
-            "The gap is largest in {}: {} ({:.0} standard errors).",
+            "The gap is largest in {}: {}, {:.0} times its uncertainty.",
             place(worst),
             gap(worst.excess),
             worst.z
@@ -107,10 +107,18 @@ fn lead(d: &Diagnosis) -> String {
 }
 
 fn causes_card(d: &Diagnosis) -> String {
-    let title = if d.verdict == Verdict::NoGap {
-        "Most probable causes, if an effect were missing"
-    } else {
-        "Most probable causes"
+    let title = match d.verdict {
+        Verdict::NoGap => "Most probable causes, if an effect were missing",
+        Verdict::ModelTooSimple => "Most probable causes, if the lens had also changed",
+        _ => "Most probable causes",
+    };
+    let nothing = match d.verdict {
+        // The gap has a cause: the model.
+        Verdict::ModelTooSimple => String::new(),
+        _ => format!(
+            " Probability that nothing is missing: {}.",
+            probability(d.no_gap_probability)
+        ),
     };
     let bars: String = d
         .causes
@@ -129,10 +137,8 @@ fn causes_card(d: &Diagnosis) -> String {
         })
         .collect();
     format!(
-        "<div class=\"card\"><h3>{title}</h3>\n{bars}<p class=\"quiet small\">{} effects tried one at a time. \
-         Probability that nothing is missing: {}.</p></div>\n",
+        "<div class=\"card\"><h3>{title}</h3>\n{bars}<p class=\"quiet small\">{} effects tried one at a time.{nothing}</p></div>\n",
         d.causes.iter().filter(|c| c.effect != "unknown").count(),
-        probability(d.no_gap_probability)
     )
 }
 

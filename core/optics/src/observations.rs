@@ -307,7 +307,7 @@ impl Observation {
             );
             return;
         }
-        let noise = self.noise_sigma[channel].unwrap_or(0.0);
+        let noise = self.noise_sigma[channel].unwrap_or_else(|| light.rim_noise());
         let allowed = (NEGATIVE_SIGMAS * noise).max(NEGATIVE_SHARE * f64::from(peak));
         if f64::from(lowest) < -allowed {
             push(

@@ -12,6 +12,9 @@ pub struct Tile {
     samples: Vec<f32>,
 }
 
+/// Width of the rim of [`Tile::rim_noise`], pixels.
+const RIM_PX: usize = 3;
+
 impl Tile {
     /// Creates a tile of `width` x `height` samples, row-major.
     ///
@@ -67,6 +70,35 @@ impl Tile {
         self.samples.iter().map(|&s| f64::from(s)).sum()
     }
 
+    /// Estimates the standard deviation of pixel noise by the median absolute difference of neighbours along the rim, which
+    /// holds little light. Zero for tiles of a single pixel.
+    pub fn rim_noise(&self) -> f64 {
+        let (width, height) = (self.width(), self.height());
+        let mut differences = Vec::new();
+        let mut push = |a: usize, b: usize| {
+            differences.push((f64::from(self.samples[a]) - f64::from(self.samples[b])).abs());
+        };
+        for ring in 0..RIM_PX.min(width.min(height) / 2) {
+            for row in [ring, height - 1 - ring] {
+                for column in 0..width - 1 {
+                    push(row * width + column, row * width + column + 1);
+                }
+            }
+            for column in [ring, width - 1 - ring] {
+                for row in 0..height - 1 {
+                    push(row * width + column, (row + 1) * width + column);
+                }
+            }
+        }
+        if differences.is_empty() {
+            return 0.0;
+        }
+        let middle = differences.len() / 2;
+        let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
+        // The median of |x| of a standard normal distribution is 0.6745; a difference has twice the variance.
+        *median / (0.674_49 * std::f64::consts::SQRT_2)
+    }
+
     /// Returns the tile with `background` subtracted from every sample.
     #[must_use]
     pub fn minus_background(&self, background: f64) -> Self {
@@ -84,6 +116,7 @@ impl Tile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::SplitMix64;
 
     #[test]
     fn invalid_tiles_are_rejected_with_the_sample_position() {
@@ -91,5 +124,25 @@ mod tests {
         assert!(Tile::new(0, 0, vec![]).is_err());
         let error = Tile::new(2, 2, vec![0.0, 1.0, 2.0, f32::NAN]).expect_err("NaN");
         assert!(error.problem.contains("column 1, row 1"), "{error}");
+    }
+
+    #[test]
+    fn noise_is_estimated_at_the_rim() {
+        let mut random = SplitMix64::new(5);
+        let mut tile = |sigma: f64| {
+            // A bright square in the middle, and noise: the sum of twelve uniform numbers has unit variance.
+            let samples = (0..40 * 40).map(|k: usize| {
+                let inside = |v: usize| (15..25).contains(&v);
+                let light = f64::from(u8::from(inside(k % 40) && inside(k / 40)));
+                let noise: f64 = (0..12).map(|_| random.unit() - 0.5).sum();
+                (light + sigma * noise) as f32
+            });
+            Tile::new(40, 40, samples.collect()).expect("a tile")
+        };
+        let estimated = tile(0.05).rim_noise();
+        assert!((0.042..0.058).contains(&estimated), "{estimated}");
+        assert_eq!(tile(0.0).rim_noise(), 0.0);
+        let dot = Tile::new(1, 1, vec![1.0]).expect("a tile");
+        assert_eq!(dot.rim_noise(), 0.0);
     }
 }

@@ -184,7 +184,7 @@ fn prepare_tile(
     let stated = observation.noise_sigma[channel];
     let sigma = stated.unwrap_or_else(|| {
         tally.estimated += 1;
-        rim_noise(&samples, size)
+        light.rim_noise()
     }) / exposure;
     samples.iter_mut().for_each(|v| *v /= exposure);
     let norm: f64 = samples.iter().map(|v| v * v).sum();
@@ -230,34 +230,6 @@ fn prepare_tile(
 
 /// Share of the peak from which on pixels of a saturated tile count as clipped.
 const CLIPPED: f64 = 0.97;
-
-/// Estimates the standard deviation of pixel noise by the median absolute difference of neighbours along the
-/// tile's rim.
-fn rim_noise(samples: &[f64], size: (usize, usize)) -> f64 {
-    let (width, height) = size;
-    let mut differences = Vec::new();
-    for ring in 0..3.min(width.min(height) / 2) {
-        for row in [ring, height - 1 - ring] {
-            for column in 0..width - 1 {
-                let index = row * width + column;
-                differences.push((samples[index + 1] - samples[index]).abs());
-            }
-        }
-        for column in [ring, width - 1 - ring] {
-            for row in 0..height - 1 {
-                let index = row * width + column;
-                differences.push((samples[index + width] - samples[index]).abs());
-            }
-        }
-    }
-    if differences.is_empty() {
-        return 0.0;
-    }
-    let middle = differences.len() / 2;
-    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
-    // The median of |x| of a standard normal distribution is 0.6745; a difference has twice the variance.
-    *median / (0.674_49 * std::f64::consts::SQRT_2)
-}
 
 /// Returns the fold of every place. Zones are rings of equal count times sectors, assigned so that no two
 /// neighbours share a fold.
