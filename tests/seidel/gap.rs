@@ -10,7 +10,7 @@ use seidel_core::effects;
 use seidel_core::no_progress;
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_set};
-use seidel_core::profile::LensProfile;
+use seidel_core::profile::{LensProfile, Provenance};
 use seidel_trial::{Kind, Recipe, Size};
 use serde_json::Value;
 
@@ -108,17 +108,10 @@ fn a_model_that_is_too_simple_is_to_blame() {
         size: SIZE,
     });
     // The lens is fitted to its decentred copy itself, by a symmetric model.
-    let fitted = |use_all| {
-        let settings = PupilSettings {
-            use_all,
-            ..PupilSettings::default()
-        };
-        fit_pupil(std::slice::from_ref(&case.real), &settings)
-            .expect("a sound set")
-            .lens
-    };
+    let fit = fit_pupil(std::slice::from_ref(&case.real), &PupilSettings::default());
+    let lens = fit.expect("a sound set").lens;
     let library = ["defocus_offset", "motion"];
-    let found = diagnosed(&fitted(false), &case.real, &library);
+    let found = diagnosed(&lens, &case.real, &library);
     assert_eq!(found.verdict, Verdict::ModelTooSimple, "{:?}", found.model);
     assert!(found.added.is_empty() && found.model.own_gap > 0.005);
     assert!(
@@ -128,12 +121,19 @@ fn a_model_that_is_too_simple_is_to_blame() {
     );
     assert!(found.shares.model > 2.0 * found.shares.change);
     // A lens that kept nothing aside does not know its own gap.
-    let all = fitted(true);
+    let all = LensProfile {
+        held_out: None,
+        provenance: Provenance {
+            settings: Provenance::NONE_HELD_OUT.to_owned(),
+            ..lens.provenance.clone()
+        },
+        ..lens
+    };
     let settings = Settings::default();
     let error = diagnose(&all, &case.real, &settings, &no_progress).expect_err("no own gap");
     assert!(error.to_string().contains("--design"), "{error}");
     let settings = Settings {
-        library: library.map(str::to_owned).to_vec(),
+        library: vec!["motion".to_owned()],
         design: Some(case.real.clone()),
         ..settings
     };
