@@ -2,32 +2,77 @@
 
 use crate::least_squares;
 use crate::measure::MeasuredTile;
-use seidel_optics::field::Frame;
+use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::profile::RadialDisplacement;
+
+/// The terms of a displacement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DisplacementTerms {
+    /// X (magnification + distortion |X|²): complete to third order for a lens that is rotationally symmetric. Coma and
+    /// magnification give the first term, distortion the second (docs/background/model.md section 3).
+    Radial,
+    /// Also x, x³ and x y² along x, and y³ along y: complete to third order for a lens with two planes of symmetry.
+    TwoPlanes,
+}
+
+/// Coefficients of a displacement, half frame widths, in the order of its terms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedDisplacement {
+    /// The coefficients.
+    pub values: Vec<f64>,
+    /// Their standard errors.
+    pub sigma: Vec<f64>,
+}
+
+impl DisplacementTerms {
+    /// Number of the terms.
+    pub const fn count(self) -> usize {
+        match self {
+            Self::Radial => 2,
+            Self::TwoPlanes => 6,
+        }
+    }
+
+    /// Returns the displacement along x and along y by each term at `at`.
+    fn at(self, at: FieldPoint) -> [Vec<f64>; 2] {
+        let FieldPoint { x, y, .. } = at;
+        let r2 = x * x + y * y;
+        let mut along = [vec![x, x * r2], vec![y, y * r2]];
+        if self == Self::TwoPlanes {
+            along[0].extend([x, x * x * x, x * y * y, 0.0]);
+            along[1].extend([0.0, 0.0, 0.0, y * y * y]);
+        }
+        along
+    }
+
+    /// Fits centroid - ideal by linear least squares.
+    ///
+    /// Uses the tiles with a known ideal position; returns `None` for fewer than three, or fewer than the terms.
+    pub fn fit(self, frame: &Frame, tiles: &[&MeasuredTile]) -> Option<FittedDisplacement> {
+        let (mut rows, mut targets) = (Vec::new(), Vec::new());
+        for tile in tiles {
+            let Some(ideal) = tile.ideal else { continue };
+            let ideal = frame.field_point(ideal);
+            let centroid = frame.field_point(tile.centroid);
+            rows.extend(self.at(ideal));
+            targets.extend([centroid.x - ideal.x, centroid.y - ideal.y]);
+        }
+        if rows.len() / 2 < self.count().max(3) {
+            return None;
+        }
+        let fit = least_squares::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
+        Some(FittedDisplacement {
+            values: fit.values,
+            sigma: fit.sigma,
+        })
+    }
+}
 
 /// Fits centroid - ideal = X (magnification + distortion |X|²) by linear least squares.
 ///
-/// Uses the tiles with a known ideal position; returns `None` for fewer than three. To third order the law is
-/// complete: coma and magnification give the first term, distortion the second (docs/background/model.md
-/// section 3).
+/// Uses the tiles with a known ideal position; returns `None` for fewer than three.
 pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<RadialDisplacement> {
-    let (mut rows, mut targets) = (Vec::new(), Vec::new());
-    let mut count = 0;
-    for tile in tiles {
-        let Some(ideal) = tile.ideal else { continue };
-        count += 1;
-        let x = frame.field_point(ideal);
-        let centroid = frame.field_point(tile.centroid);
-        let r2 = x.x * x.x + x.y * x.y;
-        rows.push(vec![x.x, x.x * r2]);
-        targets.push(centroid.x - x.x);
-        rows.push(vec![x.y, x.y * r2]);
-        targets.push(centroid.y - x.y);
-    }
-    if count < 3 {
-        return None;
-    }
-    let fit = least_squares::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
+    let fit = DisplacementTerms::Radial.fit(frame, tiles)?;
     Some(RadialDisplacement {
         magnification: fit.values[0],
         distortion: fit.values[1],

@@ -15,13 +15,17 @@ use crate::lens::{LocalPupil, VergenceSeries};
 ///
 /// # Model
 /// The terms `w_ijkl u_x^i u_y^j x^k y^l / (i + j)` of the wavefront with i + k and j + l even, of second, fourth and sixth
-/// degree, which rotationally symmetric lenses lack (docs/background/model.md section 12). Values are the slope at the rim of
+/// degree, which rotationally symmetric lenses lack (docs/background/model.md section 12). The chief ray moves by
+/// (x (`shift_x` + `shift_xxx` x² + `shift_xyy` y²), `shift_yyy` y³) px beyond magnification and distortion: the anamorphic
+/// distortion. Values are the slope at the rim of
 /// the pupil in px, per half frame width to the power k + l. Of every symmetric term one monomial is left out, so that each
 /// wavefront is written in one way.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DoublePlane;
 
 const COUNT: usize = 35;
+/// Terms of the chief ray: along x with x, x³ and x y², along y with y³.
+const SHIFTS: usize = 4;
 
 // Left out, one for each symmetric term: u_x² u_y², u_x² u_y y, u_x u_y x y, u_x² y², and in fifth order u_x⁴ u_y²,
 // u_x³ u_y² x, u_x⁴ y², u_x³ u_y x y, u_x² u_y x² y, u_x³ x y², u_x u_y x y³, u_x² y⁴.
@@ -66,7 +70,7 @@ static TERMS: [FieldMonomial; COUNT] = [
     FieldMonomial::new([0, 2], [0, 4]),
 ];
 
-static PARAMETERS: [Parameter; COUNT] = [
+static PARAMETERS: [Parameter; COUNT + SHIFTS] = [
     monomial("w2000", "u_x²", 0),
     monomial("w4000", "u_x⁴", 0),
     monomial("w0400", "u_y⁴", 0),
@@ -102,7 +106,20 @@ static PARAMETERS: [Parameter; COUNT] = [
     monomial("w0240", "u_y² x⁴", 4),
     monomial("w0222", "u_y² x² y²", 4),
     monomial("w0204", "u_y² y⁴", 4),
+    shift("shift_x", "chief ray along x, with x"),
+    shift("shift_xxx", "chief ray along x, with x³"),
+    shift("shift_xyy", "chief ray along x, with x y²"),
+    shift("shift_yyy", "chief ray along y, with y³"),
 ];
+
+const fn shift(name: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::new(name, "px", meaning).within(-500.0, 500.0)
+}
+
+impl DoublePlane {
+    /// Number of the parameters that are terms of the wavefront, the first ones.
+    pub const WAVEFRONT_TERMS: usize = COUNT;
+}
 
 impl Effect for DoublePlane {
     fn id(&self) -> &'static str {
@@ -123,18 +140,36 @@ impl Effect for DoublePlane {
     }
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
-        assert_eq!(values.len(), COUNT, "one value a term");
-        apply(&TERMS, values, point.at, pupil);
+        assert_eq!(values.len(), PARAMETERS.len(), "one value a term");
+        apply(&TERMS, &values[..COUNT], point.at, pupil);
+    }
+
+    fn chief_ray(&self, values: &[f64], point: ScenePoint) -> [f64; 2] {
+        let (x, y) = (point.at.x, point.at.y);
+        let shifts = &values[COUNT..];
+        [
+            x * (shifts[0] + shifts[1] * x * x + shifts[2] * y * y),
+            shifts[3] * y * y * y,
+        ]
+    }
+
+    fn fits_chief_ray(&self) -> bool {
+        true
     }
 
     fn starts(&self) -> Vec<SearchStart> {
-        let mut values = [0.0; COUNT];
+        let mut values = [0.0; COUNT + SHIFTS];
         values[0] = 0.5;
         vec![SearchStart::all_free(&values)]
     }
 
     fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
-        rescaled(&TERMS, values, ratios)
+        let (waves, shifts) = values.split_at(COUNT);
+        // Powers of the field angle X / Z2, times Z2, like distortion.
+        let shifts = shifts.iter().zip([0, -2, -2, -2]);
+        let shifts = shifts.map(|(s, power)| s.scaled(ratios.image_distance.powi(power)));
+        let waves = rescaled(&TERMS, waves, ratios);
+        waves.into_iter().chain(shifts).collect()
     }
 }
 
@@ -146,7 +181,7 @@ mod tests {
 
     /// Returns the pupil at (`x`, `y`) of a lens with fifth order in which all terms of two planes are strong.
     fn pupil(x: f64, y: f64) -> LocalPupil {
-        let values: Vec<f64> = (0..COUNT).map(|k| 0.3 + 0.1 * k as f64).collect();
+        let values: Vec<f64> = (0..COUNT + SHIFTS).map(|k| 0.3 + 0.1 * k as f64).collect();
         let round = behind(&HigherOrder, &[1.0; 8], place(x, y), disc(2.0));
         behind(&DoublePlane, &values, place(x, y), round)
     }

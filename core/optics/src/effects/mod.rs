@@ -208,6 +208,12 @@ pub trait Effect: Send + Sync {
         None
     }
 
+    /// Returns whether a fit of the effect includes the shift of the chief ray. That of other fitted effects is part of the
+    /// magnification and distortion of the lens.
+    fn fits_chief_ray(&self) -> bool {
+        false
+    }
+
     /// Returns starts for a search of the values, the likeliest first. None of them is neutral.
     fn starts(&self) -> Vec<SearchStart>;
 

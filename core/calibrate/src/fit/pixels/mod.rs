@@ -32,7 +32,7 @@ pub use metric::Metric;
 pub use parameters::{ModelStructure, PolynomialSpec, Quantity};
 pub use report::{ChannelReport, PupilFit};
 
-use super::{AxisChoice, axis, check_same_camera, displacement, holdout, plane};
+use super::{AxisChoice, axis, check_same_camera, holdout, plane};
 use crate::measure::{MeasuredTile, Rejection, measure};
 use crate::score::TestImage;
 use context::FitContext;

@@ -50,12 +50,12 @@ pub(super) static SEVENTH_ORDER: Part = Part {
 /// Two planes of symmetry: anamorphic lenses.
 pub(super) static DOUBLE_PLANE: Part = Part {
     effect: &effects::DoublePlane,
-    used: 35,
+    used: effects::DoublePlane::WAVEFRONT_TERMS,
     fixed: &[],
     shared: false,
     // The difference of defocus between the planes follows the object's distance.
     linear: 1,
-    starts: || vec![vec![0.0; 35]],
+    starts: || vec![vec![0.0; effects::DoublePlane::WAVEFRONT_TERMS]],
     worth: 0.5,
 };
 

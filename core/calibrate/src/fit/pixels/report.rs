@@ -5,17 +5,17 @@ use super::covariance::{Correlation, CovarianceEstimate, PoorlyDetermined};
 use super::metric::Metric;
 use super::parameters::Quantity;
 use super::vergence_law::Remainder;
-use super::{PupilModel, displacement, score};
+use super::{PupilModel, score};
 use crate::fit::axis::AxisEstimate;
+use crate::fit::displacement::DisplacementTerms;
 use crate::fit::{AxisChoice, PupilSettings};
 use crate::measure::{MeasuredTile, Rejection};
 use seidel_optics::distance::ObjectDistance;
-use seidel_optics::effects;
+use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::Result;
-use seidel_optics::lens::VergenceSeries;
+use seidel_optics::lens::{VergencePoint, VergenceSeries};
 use seidel_optics::profile::{
-    LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel, RadialDisplacement,
-    Verdict,
+    LensDescription, LensProfile, ProfileEffect, Provenance, PupilChannel, Verdict,
 };
 
 /// A fitted pupil model and its report.
@@ -79,7 +79,7 @@ pub(super) fn assemble(
             channel.effects.sort_by_key(order);
             channel.measured_vergence = context.range;
             channel.wavelength_px = first.wavelength_px(name).unwrap_or(0.0);
-            [channel.magnification, channel.distortion] = displacement_series(context, index);
+            set_displacement(context, index, &mut channel);
             channel
         })
         .collect();
@@ -172,8 +172,33 @@ fn add_remainders(channel: &mut PupilChannel, index: usize, remainders: &[Remain
     }
 }
 
-/// Fits magnification and distortion of a channel as lines in vergence.
-fn displacement_series(context: &FitContext, channel: usize) -> [VergenceSeries; 2] {
+/// Sets magnification and distortion of a channel as lines in vergence, and those of each plane of an anamorphic lens.
+fn set_displacement(context: &FitContext, index: usize, channel: &mut PupilChannel) {
+    let is_double = |c: &&mut ProfileEffect| c.effect.id() == effects::DoublePlane.id();
+    let planes = channel.effects.iter_mut().find(is_double);
+    let terms = match planes {
+        Some(_) => DisplacementTerms::TwoPlanes,
+        None => DisplacementTerms::Radial,
+    };
+    let mut lines = displacement_lines(context, index, terms).into_iter();
+    let zero = || VergenceSeries::constant(0.0);
+    channel.magnification = lines.next().unwrap_or_else(zero);
+    channel.distortion = lines.next().unwrap_or_else(zero);
+    if let Some(planes) = planes {
+        let shifts = &mut planes.values[effects::DoublePlane::WAVEFRONT_TERMS..];
+        let unit = context.frame.half_width_px();
+        for (shift, line) in shifts.iter_mut().zip(lines) {
+            *shift = line.scaled(unit);
+        }
+    }
+}
+
+/// Fits the `terms` of a channel's displacement as lines in vergence; none without ideal positions.
+fn displacement_lines(
+    context: &FitContext,
+    channel: usize,
+    terms: DisplacementTerms,
+) -> Vec<VergenceSeries> {
     let points: Vec<_> = context
         .vergences
         .iter()
@@ -186,27 +211,31 @@ fn displacement_series(context: &FitContext, channel: usize) -> [VergenceSeries;
                 .filter(|(m, _)| m.distance.vergence_per_m().unwrap_or(0.0) == v)
                 .map(|(m, _)| m)
                 .collect();
-            let found = displacement::fit_displacement(&context.frame, &tiles)?;
-            Some((v, found))
+            Some((v, terms.fit(&context.frame, &tiles)?))
         })
         .collect();
-    let mut lines = RadialDisplacement::fit_lines(&points);
-    if points.len() > 2 && !context.settings.law_only {
-        // Residual corrections of a pixel or two from these lines are kept.
-        let [magnification, distortion] = &lines;
-        let left = points.iter().map(|(v, found)| {
-            let of_magnification = found.magnification - magnification.at(*v);
-            (*v, of_magnification, found.distortion - distortion.at(*v))
+    if points.is_empty() {
+        return Vec::new();
+    }
+    let line = |term: usize| {
+        let measured = points.iter().map(|(v, found)| VergencePoint {
+            vergence_per_m: *v,
+            value: found.values[term],
+            sigma: found.sigma[term],
         });
-        for (v, of_magnification, of_distortion) in left.collect::<Vec<_>>() {
-            lines[0].remainders.push((v, of_magnification));
-            lines[1].remainders.push((v, of_distortion));
-        }
-        for line in &mut lines {
+        let measured: Vec<_> = measured.collect();
+        let mut line = VergenceSeries::fit_line(&measured);
+        if points.len() > 2 && !context.settings.law_only {
+            // Residual corrections of a pixel or two from these lines are kept.
+            let left = measured
+                .iter()
+                .map(|p| (p.vergence_per_m, p.value - line.at(p.vergence_per_m)));
+            line.remainders = left.collect();
             line.remainders.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
-    }
-    lines
+        line
+    };
+    (0..terms.count()).map(line).collect()
 }
 
 fn reports(context: &FitContext, lens: &LensProfile) -> Vec<ChannelReport> {

@@ -85,11 +85,27 @@ fn an_anamorphic_lens_is_found() {
     part[0] = VergenceSeries::new(vec![1.5, -7.0]);
     part[4] = VergenceSeries::constant(0.8);
     part[7] = VergenceSeries::constant(-1.1);
-    let set = observe(&lens);
+    let mut set = observe(&lens);
+    // Another magnification and distortion along x than along y.
+    let shift = |x: f64, y: f64| [9.0 * x - 4.0 * x * y * y, -3.0 * y + 2.0 * y * y * y];
+    for observation in &mut set.observations {
+        let at = set.frame.field_point(observation.ideal.expect("planted"));
+        let [x, y] = shift(at.x, at.y);
+        observation.centre.x_px += x;
+        observation.centre.y_px += y;
+    }
     let fit = fitted(&set, PupilModel::Extended);
     assert_eq!(verdict(&fit), Verdict::Describes, "{:?}", fit.lens.held_out);
     let defocus = found(&fit, "double_plane", 0).expect("two planes");
     assert!((defocus - (1.5 - 7.0 / 3.0)).abs() < 0.05, "{defocus}");
+    let channel = &fit.lens.pupil_channels()[0];
+    for (x, y) in [(0.9, 0.1), (-0.4, 0.5)] {
+        let at = FieldPoint::new(x, y);
+        let (got_x, got_y) = channel.displacement_at(at, 0.3, set.frame.half_width_px());
+        let [want_x, want_y] = shift(x, y);
+        let error = (got_x - want_x).hypot(got_y - want_y);
+        assert!(error < 0.02, "({x}, {y}): {error}");
+    }
     assert_ne!(
         verdict(&fitted(&set, PupilModel::Reduced)),
         Verdict::Describes
