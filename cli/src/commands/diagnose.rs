@@ -159,7 +159,7 @@ impl DiagnoseArgs {
     /// Reads the set that the lens was fitted to, if it is given.
     ///
     /// # Errors
-    /// None given for a lens that does not say what its model leaves; a set that does not suit the lens.
+    /// No set for a lens that was fitted with `--use-all`; a set that does not suit the lens.
     fn read_design(
         &self,
         lens: &LensProfile,
@@ -235,7 +235,7 @@ fn check_channels(lens: &LensProfile, set: &ObservationSet, path: &Path) -> Resu
     ))
 }
 
-/// Says what the model of the lens leaves of its own set, and which freedom describes it.
+/// Returns a line with the own gap of the lens and the effects of a richer model that would close it.
 fn model_too_simple(diagnosis: &Diagnosis) -> String {
     let model = &diagnosis.model;
     let own = format!(

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use seidel_optics::effects;
 use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::observations::ObservationSet;
-use seidel_optics::profile::{LensDescription, LensProfile, PupilChannel};
+use seidel_optics::profile::{LensDescription, LensProfile, MAX_EXCESS_DESCRIBED, PupilChannel};
 use seidel_optics::psf::pupil::Detail;
 use serde::Serialize;
 
@@ -15,8 +15,8 @@ use crate::fit::{PupilModel, PupilSettings, fit_pupil};
 
 /// Own gap that is assumed for lenses that were designed or corrected, not fitted.
 const ASSUMED_GAP: f64 = 5e-4;
-/// Own gap from which on a model is too simple, if noise lets it be seen.
-pub(super) const MAX_OWN_GAP: f64 = 0.005;
+/// Own gap from which on a model is too simple, if noise lets it be seen: the limit of the verdict of `fit`.
+pub(super) const MAX_OWN_GAP: f64 = MAX_EXCESS_DESCRIBED;
 /// PSFs to which richer models are fitted.
 const REFIT_PSFS: usize = 60;
 /// Share of the own gap that a richer model must close to be named.

@@ -89,7 +89,7 @@ pub(super) fn nothing_missing(before: f64, sigma: f64, misfit: f64, best: f64) -
 }
 
 /// Ratio of gap to expected gap at which a real gap has probability one half.
-const REAL_GAP_RATIO: f64 = 2.5;
+pub(super) const REAL_GAP_RATIO: f64 = 2.5;
 /// Width of the logistic transition, in log ratio.
 const LOGIT_WIDTH: f64 = 0.2;
 /// Weight of the share closed by the best effect, and the share that it closes by chance.

@@ -3,7 +3,9 @@
 use super::diagnosis::Verdict;
 use super::gap_problem::weight;
 use super::model_share::MAX_OWN_GAP;
-use super::posterior::{CandidateScore, GapScale, MIN_GAP, nothing_missing, probabilities};
+use super::posterior::{
+    CandidateScore, GapScale, MIN_GAP, REAL_GAP_RATIO, nothing_missing, probabilities,
+};
 use super::search::{Candidate, HypothesisSearch};
 use seidel_optics::psf::pupil::Detail;
 
@@ -16,8 +18,7 @@ const NAMED_PROBABILITY: f64 = 0.9;
 const CHANGED_RATIO: f64 = 1.5;
 /// Largest number of rivals named.
 const MAX_RIVALS: usize = 3;
-/// Ratio of the detection limit to the own gap of the lens, and standard errors of the gap in it.
-const LIMIT_RATIO: f64 = 2.5;
+/// Standard errors of the gap in the detection limit.
 const LIMIT_SIGMAS: f64 = 5.0;
 /// Least share of the gap that an effect must close to be added to an unexplained lens.
 const MIN_PARTIAL_SHARE: f64 = 0.3;
@@ -76,7 +77,7 @@ impl GapStatistics {
     /// Returns the gap up to which an effect may be missing without being seen: the own gap of the lens, up to the largest
     /// that a model may leave, and noise.
     pub(super) fn detection_limit(&self) -> f64 {
-        let own = LIMIT_RATIO * (self.misfit + MIN_GAP);
+        let own = REAL_GAP_RATIO * (self.misfit + MIN_GAP);
         own.min(MAX_OWN_GAP) + LIMIT_SIGMAS * self.sigma
     }
 
@@ -85,8 +86,10 @@ impl GapStatistics {
         self.misfit > self.detection_limit().max(MAX_OWN_GAP)
     }
 
-    /// Returns the scale of gaps where the best hypothesis leaves `least`. What a hypothesis closes of the own gap of a model
-    /// that is too simple was no error that it had to leave.
+    /// Returns the scale of gaps, for candidates of which the best leaves the gap `least`.
+    ///
+    /// A candidate normally has to leave the own gap of the lens. If the model is too simple and the best candidate closes a
+    /// part of that own gap, only `least` counts as unavoidable.
     fn scale(&self, least: f64) -> GapScale {
         let misfit = if self.is_too_simple() {
             self.misfit.min(least.max(MIN_GAP))

@@ -254,9 +254,9 @@ impl<'a> Split<'a> {
         Ok(fit)
     }
 
-    /// Returns `fit` with the symmetric blur held at zero if it describes held-out zones as well so.
+    /// Returns `fit` with the symmetric blur held at zero, if it then describes held-out zones as well as before.
     ///
-    /// Wide discs hardly tell a narrow blur, which would then spoil distances in focus that were not measured.
+    /// A narrow blur hardly shows in wide discs. If it is not real, it spoils distances in focus that were not measured.
     fn without_needless_blur(&self, context: &FitContext, fit: FittedLens) -> FittedLens {
         let settings = Self::settings(&fit);
         let missed = |layout: &ParameterLayout, theta: &[f64]| {
