@@ -25,7 +25,8 @@ const SIZE: Size = Size {
 };
 
 /// The effects that each effect is easily confused with (docs/background/effects.md).
-const CONFUSABLE: [(&str, &[&str]); 17] = [
+const CONFUSABLE: [(&str, &[&str]); 18] = [
+    ("pupil_scale", &["defocus_offset", "aperture_polygon"]),
     ("defocus_offset", &["depth_scale", "sensor_tilt"]),
     ("depth_scale", &["defocus_offset", "axial_colour"]),
     ("sensor_tilt", &["decentre", "defocus_offset"]),

@@ -13,7 +13,8 @@ use crate::lens::{LocalPupil, VergenceSeries};
 ///
 /// # Model
 /// First order in the difference of the two sections (after Wynne, Proc. Phys. Soc. B 67, 1954):
-/// - W gains `astigmatism` (u_x² - u_y²)/2.
+/// - W gains `astigmatism` (u_x² - u_y²)/2 + `focus` |u|²/2: a cylinder has power along one axis only, so half of it is
+///   mean focus.
 /// - The pupil is an ellipse, `pupil` times as wide along x: a disc of radius alpha has the half-axis alpha `pupil`
 ///   there.
 /// - Landing points are scaled by `squeeze` along x.
@@ -30,7 +31,7 @@ const fn ratio(name: &'static str, meaning: &'static str) -> Parameter {
         .step(0.01)
 }
 
-static PARAMETERS: [Parameter; 5] = [
+static PARAMETERS: [Parameter; 6] = [
     ratio(
         "squeeze",
         "scale of landing points along x relative to a spherical lens",
@@ -54,6 +55,7 @@ static PARAMETERS: [Parameter; 5] = [
         "outward shift along y, half a frame width off the axis",
     )
     .within(-2000.0, 2000.0),
+    Parameter::new("focus", "px", "mean of the defocus along x and along y").within(-200.0, 200.0),
 ];
 
 impl Effect for Anamorphic {
@@ -70,12 +72,12 @@ impl Effect for Anamorphic {
     }
 
     fn apply(&self, values: &[f64], _point: ScenePoint, pupil: &mut LocalPupil) {
-        let &[squeeze, width, astigmatism, ..] = values else {
+        let &[squeeze, width, astigmatism, _, _, focus] = values else {
             panic!("one value a parameter");
         };
         let wave = &mut pupil.wavefront;
-        wave.add_monomial(2, 0, astigmatism / 2.0);
-        wave.add_monomial(0, 2, -astigmatism / 2.0);
+        wave.add_monomial(2, 0, (focus + astigmatism) / 2.0);
+        wave.add_monomial(0, 2, (focus - astigmatism) / 2.0);
         // The ray passes (w u_x, u_y) on the glass: the slope by u_x is w times that on the glass.
         *wave = wave.stretched_x(width);
         pupil.squeeze[0] *= squeeze / width;
@@ -88,8 +90,8 @@ impl Effect for Anamorphic {
     // A wider or a narrower image, an elliptical pupil, then everything.
     fn starts(&self) -> Vec<SearchStart> {
         let from = |squeeze, pupil, free: [bool; 2]| SearchStart {
-            values: vec![squeeze, pupil, 0.0, 0.0, 0.0],
-            free: vec![free[0], free[1], true, true, true],
+            values: vec![squeeze, pupil, 0.0, 0.0, 0.0, 0.0],
+            free: vec![free[0], free[1], true, true, true, true],
         };
         vec![
             from(0.8, 1.0, [true, false]),
@@ -99,11 +101,13 @@ impl Effect for Anamorphic {
         ]
     }
 
-    // Ratios of the glass stay. Astigmatism is R Z2 times a difference in power between the sections.
+    // Ratios of the glass stay. Astigmatism and focus are R Z2 times powers of the sections.
     // Scales follow the field angle.
     fn rescale(&self, values: &[VergenceSeries], ratios: ControlRatios) -> Vec<VergenceSeries> {
         let mut all = values.to_vec();
-        all[2] = values[2].scaled(ratios.pupil * ratios.image_distance);
+        for of_power in [2, 5] {
+            all[of_power] = values[of_power].scaled(ratios.pupil * ratios.image_distance);
+        }
         all
     }
 }
@@ -115,7 +119,7 @@ mod tests {
     use crate::field::Meridian;
 
     /// Returns the half-axes of a disc of radius `alpha` behind the effect.
-    fn half_axes(values: [f64; 5], alpha: f64, at: ScenePoint) -> [f64; 2] {
+    fn half_axes(values: [f64; 6], alpha: f64, at: ScenePoint) -> [f64; 2] {
         let (moments, _) = behind(&Anamorphic, &values, at, disc(alpha)).moments();
         [moments.mu20, moments.mu02].map(|m| 2.0 * m.sqrt())
     }
@@ -124,9 +128,9 @@ mod tests {
     fn discs_are_the_same_ellipses_over_the_field() {
         for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
             for (values, along) in [
-                ([1.0, 0.75, 0.0, 0.0, 0.0], 3.0),
-                ([0.5, 1.0, 0.0, 0.0, 0.0], 2.0),
-                ([0.5, 0.75, 0.0, 0.0, 0.0], 1.5),
+                ([1.0, 0.75, 0.0, 0.0, 0.0, 0.0], 3.0),
+                ([0.5, 1.0, 0.0, 0.0, 0.0, 0.0], 2.0),
+                ([0.5, 0.75, 0.0, 0.0, 0.0, 0.0], 1.5),
             ] {
                 let got = half_axes(values, 4.0, place(x, y));
                 assert!((got[0] - along).abs() < 1e-9, "{got:?}");
@@ -137,11 +141,14 @@ mod tests {
 
     #[test]
     fn the_image_is_sharp_along_one_axis_first() {
-        let values = [1.0, 1.0, 1.5, 0.0, 0.0];
+        let values = [1.0, 1.0, 1.5, 0.0, 0.0, 0.0];
         let got = half_axes(values, -1.5, place(0.0, 0.0));
         assert!(got[0] < 1e-6 && (got[1] - 3.0).abs() < 1e-9, "{got:?}");
         let got = half_axes(values, 1.5, place(0.0, 0.0));
         assert!((got[0] - 3.0).abs() < 1e-9 && got[1] < 1e-6, "{got:?}");
+        // A cylinder along x alone.
+        let got = half_axes([1.0, 1.0, 1.5, 0.0, 0.0, 1.5], 2.0, place(0.0, 0.0));
+        assert!((got[0] - 5.0).abs() < 1e-9 && (got[1] - 2.0).abs() < 1e-9);
     }
 
     #[test]
@@ -149,7 +156,7 @@ mod tests {
         let mut round = disc(2.0);
         round.wavefront.add(1, 1, Meridian::X, 0.7);
         round.wavefront.add(2, 0, Meridian::X, -0.4);
-        let values = [0.9, 0.8, 0.0, 5.0, -2.0];
+        let values = [0.9, 0.8, 0.0, 5.0, -2.0, 0.0];
         let oval = behind(&Anamorphic, &values, place(0.5, 0.4), round);
         for u in [[0.3, -0.4], [-0.8, 0.1]] {
             let on_glass = round.landing([0.8 * u[0], u[1]]);

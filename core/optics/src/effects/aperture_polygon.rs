@@ -103,7 +103,7 @@ impl Effect for AperturePolygon {
         for blade in 0..blades as usize {
             let towards = rotation_deg.to_radians() + half * (2 * blade + 1) as f64;
             let (sin, cos) = towards.sin_cos();
-            pupil.clip(Stop {
+            pupil.clip_iris(Stop {
                 centre: [off * cos, off * sin],
                 radius,
             });

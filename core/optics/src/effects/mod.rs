@@ -20,6 +20,7 @@ mod meridional_terms;
 mod monomials;
 mod motion;
 mod pixel_footprint;
+mod pupil_scale;
 mod sensor_tilt;
 mod seventh_order;
 mod tone_curve;
@@ -40,6 +41,7 @@ pub use higher_order::HigherOrder;
 pub use lateral_colour::LateralColour;
 pub use motion::Motion;
 pub use pixel_footprint::PixelFootprint;
+pub use pupil_scale::PupilScale;
 pub use sensor_tilt::SensorTilt;
 pub use seventh_order::SeventhOrder;
 pub use tone_curve::ToneCurve;
@@ -223,6 +225,7 @@ pub trait Effect: Send + Sync {
 
 /// All effects, in the order in which they act.
 pub static ALL: &[&dyn Effect] = &[
+    &PupilScale,
     &DefocusOffset,
     &DepthScale,
     &SensorTilt,

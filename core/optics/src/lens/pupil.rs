@@ -79,6 +79,8 @@ pub struct LocalPupil {
     pub wavefront: Wavefront,
     stops: [Stop; MAX_STOPS],
     stop_count: usize,
+    /// Number of leading `stops` that bound the iris: its rim and its blades. They scale with it.
+    iris_stop_count: usize,
     /// Variance of the symmetric blur, px²: along any direction, or along y if pixels are not square.
     pub blur_variance_px2: f64,
     /// Variance of the symmetric blur along x over that along y.
@@ -100,6 +102,7 @@ impl LocalPupil {
             wavefront,
             stops: [Stop::RIM; MAX_STOPS],
             stop_count: 1,
+            iris_stop_count: 1,
             blur_variance_px2,
             blur_ratio: 1.0,
             transmission: Transmission::default(),
@@ -128,6 +131,19 @@ impl LocalPupil {
         assert!(self.stop_count < MAX_STOPS, "at most {MAX_STOPS} stops");
         self.stops[self.stop_count] = stop;
         self.stop_count += 1;
+    }
+
+    /// Adds `stop` as an edge of the iris, which scales with the iris, unless it lies outside the rim.
+    ///
+    /// # Panics
+    /// If there are [`MAX_STOPS`] already.
+    pub fn clip_iris(&mut self, stop: Stop) {
+        let before = self.stop_count;
+        self.clip(stop);
+        if self.stop_count > before {
+            self.stops[self.iris_stop_count..self.stop_count].rotate_right(1);
+            self.iris_stop_count += 1;
+        }
     }
 
     /// Returns the circles whose intersection is the pupil; the rim is the first.
@@ -181,7 +197,7 @@ impl LocalPupil {
         }
     }
 
-    /// Returns the same lens with a pupil `ratio` times as wide; stops other than the rim keep their place and size.
+    /// Returns the same lens with an iris `ratio` times as wide; stops outside the iris keep their place and size.
     #[must_use]
     pub fn with_pupil(&self, ratio: f64) -> Self {
         let mut changed = Self {
@@ -196,8 +212,10 @@ impl LocalPupil {
             sensor: self.sensor,
             ..Self::circular(self.wavefront.with_pupil(ratio), self.blur_variance_px2)
         };
-        changed.stops[0] = self.stops[0];
-        for stop in &self.stops()[1..] {
+        changed.stops = self.stops;
+        changed.stop_count = self.iris_stop_count;
+        changed.iris_stop_count = self.iris_stop_count;
+        for stop in &self.stops()[self.iris_stop_count..] {
             changed.clip(Stop {
                 centre: stop.centre.map(|c| c / ratio),
                 radius: stop.radius / ratio,
