@@ -12,4 +12,5 @@ pub mod eval;
 pub mod fit;
 mod least_squares;
 pub mod measure;
+mod reference_channel;
 pub mod score;

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::reference_channel::reference_channel;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::moments::support::{self, Support};
@@ -44,6 +45,9 @@ pub struct MeasuredTile {
     pub centroid: ImagePoint,
     /// Ideal image point (without distortion), where known.
     pub ideal: Option<ImagePoint>,
+    /// Image point from which the displacement counts: the ideal one; if no observation has one, the centroid of the
+    /// channel of middle wavelength, so that at least the displacement between channels is known.
+    pub origin: Option<ImagePoint>,
     /// Central moments before pixel integration, px² and px³.
     pub optical: CentralMoments,
     /// Fourth central moments before pixel integration, px⁴.
@@ -100,7 +104,26 @@ pub fn measure(
             Err(rejection) => rejected.push(rejection),
         }
     }
+    if tiles.iter().all(|tile| tile.ideal.is_none()) {
+        set_origins(sets, &mut tiles);
+    }
     tiles
+}
+
+/// Sets the origin of every tile to the centroid of its observation in the reference channel.
+fn set_origins(sets: &[ObservationSet], tiles: &mut [MeasuredTile]) {
+    let references: Vec<usize> = (sets.iter())
+        .map(|set| reference_channel(&set.camera, set.channels.iter().map(String::as_str)))
+        .collect();
+    for observation in tiles.chunk_by_mut(|a, b| (a.set, a.observation) == (b.set, b.observation)) {
+        let reference = references[observation[0].set];
+        let origin = (observation.iter())
+            .find(|t| t.channel == reference && !t.centroid_is_unknown())
+            .map(|t| t.centroid);
+        if observation.len() > 1 {
+            observation.iter_mut().for_each(|t| t.origin = origin);
+        }
+    }
 }
 
 fn measure_one(
@@ -138,6 +161,7 @@ fn measure_one(
         distance: observation.distance,
         centroid: observation.frame_point(plain.centroid_x, plain.centroid_y),
         ideal: observation.ideal,
+        origin: observation.ideal,
         optical: optical.central,
         fourth: optical.fourth,
         noise,

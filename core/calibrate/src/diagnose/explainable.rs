@@ -27,11 +27,7 @@ pub(super) fn explainable(tiles: &[&TileData], nothing: &Hypothesis) -> f64 {
             || (TilePredictor::default(), Vec::new()),
             |(predictor, picture), tile| {
                 predictor.predict(nothing, &[], tile, Detail::COARSE, picture);
-                tile.light
-                    .iter()
-                    .zip(&*picture)
-                    .map(|(o, p)| o - p)
-                    .collect()
+                tile.residual(picture)
             },
         )
         .collect();

@@ -128,8 +128,8 @@ impl<'a> GapProblem<'a> {
                 |(predictor, picture), tile| {
                     let values = &by_channel[tile.of_lens];
                     predictor.predict(self.hypothesis, values, tile, self.detail, picture);
-                    let mut residual = residual(tile, picture);
-                    if !tile.has_ideal {
+                    let mut residual = tile.residual(picture);
+                    if tile.registration.is_own_centroid() {
                         ShiftBasis::new(tile, picture).remove_from(&mut residual);
                     }
                     residual.iter().map(|r| r * r).sum::<f64>() / tile.norm
@@ -176,7 +176,7 @@ impl<'a> GapProblem<'a> {
                     let channel = tile.of_lens;
                     let hypothesis = self.hypothesis;
                     predictor.predict(hypothesis, &here[channel], tile, self.detail, picture);
-                    let mut residual = residual(tile, picture);
+                    let mut residual = tile.residual(picture);
                     let own: Vec<usize> = (0..slots.len())
                         .filter(|k| hypothesis.concerns(*k, channel))
                         .collect();
@@ -195,7 +195,10 @@ impl<'a> GapProblem<'a> {
                             pixels.map(|(there, here)| (there - here) / h).collect()
                         })
                         .collect();
-                    if !tile.has_ideal {
+                    for column in &mut columns {
+                        tile.remove_flux(column, picture);
+                    }
+                    if tile.registration.is_own_centroid() {
                         let shifts = ShiftBasis::new(tile, picture);
                         shifts.remove_from(&mut residual);
                         columns.iter_mut().for_each(|c| shifts.remove_from(c));
@@ -324,9 +327,4 @@ fn clamped(theta: &[f64], step: &DVector<f64>, slots: &[Slot]) -> Vec<f64> {
         .zip(slots)
         .map(|(t, slot)| t.clamp(slot.least, slot.most));
     within.collect()
-}
-
-/// Returns observed minus predicted.
-fn residual(tile: &TileData, picture: &[f64]) -> Vec<f64> {
-    tile.light.iter().zip(picture).map(|(o, p)| o - p).collect()
 }

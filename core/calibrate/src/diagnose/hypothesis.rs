@@ -1,7 +1,8 @@
 //! A hypothesis: the effects that the lens may lack, and their free parameters.
 
+use super::registration::ReferencePupil;
 use super::tiles::TileData;
-use seidel_optics::effects::{self, Effect, Scope, SearchStart};
+use seidel_optics::effects::{self, Effect, ScenePoint, Scope, SearchStart};
 use seidel_optics::lens::LocalPupil;
 use seidel_optics::lens::VergenceSeries;
 use seidel_optics::profile::{ProfileEffect, PupilChannel};
@@ -117,14 +118,42 @@ impl Hypothesis {
 
     /// Returns the pupil of `tile` with the effects applied, and the shift of the chief ray, px.
     pub(super) fn act(&self, values: &[Vec<f64>], tile: &TileData) -> (LocalPupil, [f64; 2]) {
-        let mut pupil = tile.pupil;
+        self.act_at(values, tile.point, tile.pupil)
+    }
+
+    fn act_at(
+        &self,
+        values: &[Vec<f64>],
+        point: ScenePoint,
+        mut pupil: LocalPupil,
+    ) -> (LocalPupil, [f64; 2]) {
         let mut moved = [0.0; 2];
         for ((effect, _), values) in self.parts.iter().zip(values) {
-            effect.apply(values, tile.point, &mut pupil);
-            let shift = effect.chief_ray(values, tile.point);
+            effect.apply(values, point, &mut pupil);
+            let shift = effect.chief_ray(values, point);
             moved = [moved[0] + shift[0], moved[1] + shift[1]];
         }
         (pupil, moved)
+    }
+
+    /// Returns the shift of the centroid of the reference channel by the effects, px. `values` are those of any channel.
+    pub(super) fn reference_shift(
+        &self,
+        values: &[Vec<f64>],
+        reference: &ReferencePupil,
+    ) -> [f64; 2] {
+        let own = self.parts.iter().zip(values).map(|((effect, _), values)| {
+            let each = effect.parameters().iter().zip(values);
+            let each = each.map(|(p, value)| match p.scope {
+                Scope::Difference => p.neutral,
+                _ => *value,
+            });
+            each.collect()
+        });
+        let own: Vec<Vec<f64>> = own.collect();
+        let (pupil, moved) = self.act_at(&own, reference.point, reference.pupil);
+        let centroid = pupil.centroid();
+        [0, 1].map(|axis| moved[axis] + centroid[axis] - reference.centroid[axis])
     }
 
     /// Returns `channels` with the effects at `theta` added.

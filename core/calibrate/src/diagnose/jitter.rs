@@ -9,12 +9,15 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::prediction::TilePredictor;
+use super::registration::Registration;
 use super::search::Candidate;
 use super::tiles::TileData;
 use seidel_optics::psf::pupil::Detail;
 
-/// Largest correction, px; larger shifts count as a gap.
+/// Largest correction of a stated position, px; larger shifts count as a gap.
 const MAX_SHIFT_PX: f64 = 0.25;
+/// Largest correction of a position that was estimated by a centroid, px.
+const MAX_CENTROID_ERROR_PX: f64 = 2.0;
 /// Step of the finite differences, px.
 const DIFFERENCE_STEP_PX: f64 = 0.1;
 /// Iterations of estimation and correction.
@@ -36,11 +39,12 @@ pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
             };
             let wanted = [total.1[0] + shift[0], total.1[1] + shift[1]];
             let far = wanted[0].hypot(wanted[1]);
-            let allowed = if far > MAX_SHIFT_PX {
-                MAX_SHIFT_PX / far
+            let most = if is_stated(observation, tiles) {
+                MAX_SHIFT_PX
             } else {
-                1.0
+                MAX_CENTROID_ERROR_PX
             };
+            let allowed = if far > most { most / far } else { 1.0 };
             let wanted = wanted.map(|w| w * allowed);
             for tile in tiles.iter_mut().filter(|t| t.observation == observation) {
                 tile.corner.0 -= wanted[0] - total.1[0];
@@ -49,8 +53,23 @@ pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
             total.1 = wanted;
         }
     }
+    moved.retain(|m| is_stated(m.0, tiles));
     let squares: f64 = moved.iter().flat_map(|m| m.1).map(|s| s * s).sum();
     (squares / (2 * moved.len()).max(1) as f64).sqrt()
+}
+
+/// Returns a tile of `observation`.
+fn tile_of(observation: usize, tiles: &[TileData]) -> &TileData {
+    let tile = tiles.iter().find(|t| t.observation == observation);
+    tile.expect("every shift is of a tile")
+}
+
+/// Returns whether the position of `observation` is stated, not estimated by its centroid.
+fn is_stated(observation: usize, tiles: &[TileData]) -> bool {
+    matches!(
+        tile_of(observation, tiles).registration,
+        Registration::Ideal
+    )
 }
 
 /// Estimates the shift of each observation, over all its channels, against the prediction of `best`, px.
@@ -63,7 +82,11 @@ fn shifts(best: &Candidate, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
         )
         .collect();
     let mut sums: Vec<(usize, ShiftEquations)> = Vec::new();
-    for (tile, own) in tiles.iter().zip(&equations).filter(|(t, _)| t.has_ideal) {
+    for (tile, own) in tiles
+        .iter()
+        .zip(&equations)
+        .filter(|(t, _)| !t.registration.is_own_centroid())
+    {
         match sums.last_mut() {
             Some((observation, sum)) if *observation == tile.observation => sum.add(own),
             _ => sums.push((tile.observation, *own)),
@@ -74,23 +97,19 @@ fn shifts(best: &Candidate, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
         .collect()
 }
 
-/// Subtracts from `shifts`, at each distance, their quadratic trend over the field; of few observations,
-/// their mean.
+/// Subtracts from `shifts` of stated positions, at each distance, their quadratic trend over the field; of few observations,
+/// their mean. Shifts of estimated positions stay.
 fn incoherent(shifts: Vec<(usize, [f64; 2])>, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
-    let tile_of = |observation: usize| {
-        let tile = tiles.iter().find(|t| t.observation == observation);
-        tile.expect("every shift is of a tile")
-    };
-    let mut result = Vec::with_capacity(shifts.len());
-    let mut rest = shifts;
-    while let Some(distance) = rest.first().map(|s| tile_of(s.0).distance) {
+    let (mut rest, mut result): (Vec<_>, Vec<_>) =
+        shifts.into_iter().partition(|s| is_stated(s.0, tiles));
+    while let Some(distance) = rest.first().map(|s| tile_of(s.0, tiles).distance) {
         let (own, others): (Vec<_>, Vec<_>) = rest
             .into_iter()
-            .partition(|s| tile_of(s.0).distance == distance);
+            .partition(|s| tile_of(s.0, tiles).distance == distance);
         rest = others;
         let size = if own.len() >= 18 { 6 } else { 1 };
         let basis = DMatrix::from_fn(own.len(), size, |row, column| {
-            let at = tile_of(own[row].0).point.at;
+            let at = tile_of(own[row].0, tiles).point.at;
             [1.0, at.x, at.y, at.x * at.x, at.x * at.y, at.y * at.y][column]
         });
         let mut left = own.clone();
@@ -148,11 +167,10 @@ impl ShiftEquations {
             x: 0.0,
             y: 0.0,
         };
-        for (k, (o, p)) in tile.light.iter().zip(&*here).enumerate() {
-            let (dx, dy, r) = (
+        for (k, (r, p)) in tile.residual(here).iter().zip(&*here).enumerate() {
+            let (dx, dy) = (
                 (right[k] - p) / DIFFERENCE_STEP_PX,
                 (below[k] - p) / DIFFERENCE_STEP_PX,
-                o - p,
             );
             sums.xx += dx * dx / tile.norm;
             sums.xy += dx * dy / tile.norm;

@@ -6,6 +6,7 @@
 //! (`verdict`). The selected effects are fitted to all tiles, and without each zone in turn for the reported
 //! figures (`proof`).
 
+mod centroid_start;
 mod diagnosis;
 mod explainable;
 mod gap_problem;
@@ -18,10 +19,12 @@ mod places;
 mod posterior;
 mod prediction;
 mod proof;
+mod registration;
 mod search;
 mod settings;
 mod shape;
 mod shift_basis;
+mod tile_noise;
 mod tiles;
 mod verdict;
 
@@ -33,6 +36,7 @@ pub use model_share::{ModelShare, OwnGapSource};
 pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
 pub use settings::Settings;
 
+use crate::reference_channel::reference_channel;
 use search::{Candidate, HypothesisSearch};
 use seidel_optics::Progress;
 use seidel_optics::effects::{self, Effect};
@@ -64,7 +68,8 @@ pub fn diagnose(
     let library = library(settings)?;
     let mut tiles = TileSet::new(lens, channels, set)?;
     let mut model = ModelShare::of(lens, channels, settings.design.as_ref())?;
-    let reference = reference(lens, channels);
+    let names = channels.iter().map(|c| c.name.as_str());
+    let reference = reference_channel(&lens.camera, names);
     let first = tiles.tiles.clone();
     let search = HypothesisSearch::new(&first, channels.len(), reference);
     let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| search.can_try(*e));
@@ -161,23 +166,6 @@ fn library(settings: &Settings) -> Result<Vec<&'static dyn Effect>> {
         .iter()
         .map(|id| effects::by_id(id))
         .collect()
-}
-
-/// The channel of middle wavelength; the middle one where wavelengths are not known.
-fn reference(lens: &LensProfile, channels: &[PupilChannel]) -> usize {
-    let known: Option<Vec<f64>> = channels
-        .iter()
-        .map(|c| lens.camera.wavelength_nm.get(&c.name).copied())
-        .collect();
-    let named = || channels.iter().position(|c| c.name == "G");
-    known.map_or_else(
-        || named().unwrap_or(channels.len() / 2),
-        |waves| {
-            let mut order: Vec<usize> = (0..waves.len()).collect();
-            order.sort_by(|a, b| waves[*a].total_cmp(&waves[*b]));
-            order[order.len() / 2]
-        },
-    )
 }
 
 /// Reports the completed share.

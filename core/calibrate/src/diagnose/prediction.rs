@@ -1,6 +1,7 @@
 //! Prediction of a tile under a hypothesis.
 
 use super::hypothesis::Hypothesis;
+use super::registration::Registration;
 use super::tiles::TileData;
 use seidel_optics::psf::pupil::{Detail, PsfImage, TileGrid, Workspace, draw};
 
@@ -22,12 +23,15 @@ impl TilePredictor {
         out: &mut Vec<f64>,
     ) {
         let (pupil, moved) = hypothesis.act(values, tile);
-        let corner = if tile.has_ideal {
-            (tile.corner.0 - moved[0], tile.corner.1 - moved[1])
-        } else {
-            let centroid = pupil.centroid();
-            (tile.corner.0 + centroid[0], tile.corner.1 + centroid[1])
+        let shift = match &tile.registration {
+            Registration::Ideal => moved,
+            Registration::Reference(reference) => {
+                let common = hypothesis.reference_shift(values, reference);
+                [moved[0] - common[0], moved[1] - common[1]]
+            }
+            Registration::Centroid => pupil.centroid().map(|c| -c),
         };
+        let corner = (tile.corner.0 - shift[0], tile.corner.1 - shift[1]);
         draw(
             &pupil,
             &TileGrid {

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::centroid_start;
 use super::gap_problem::{FoldSums, GapProblem, LocalMinimum, damped_update, weight};
 use super::hypothesis::Hypothesis;
 use super::tiles::TileData;
@@ -54,6 +55,8 @@ pub(super) struct HypothesisSearch<'a> {
     many: Vec<&'a TileData>,
     channels: usize,
     reference: usize,
+    /// Whether PSFs lie far from their predicted positions.
+    displaced: bool,
 }
 
 /// Numbers of tiles for comparing starting points, for first searches, and for comparing hypotheses.
@@ -84,8 +87,11 @@ impl<'a> HypothesisSearch<'a> {
         let noise = tiles.iter().map(|t| t.noise).sum::<f64>() / tiles.len().max(1) as f64;
         let times = (noise / MAX_QUIET_NOISE).clamp(1.0, 4.0);
         let count = |quiet: usize| (quiet as f64 * times) as usize;
+        let screening = thinned(tiles, count(SCREENING_TILES));
+        let nothing = Hypothesis::new(Vec::new(), channels, reference);
         Self {
-            screening: thinned(tiles, count(SCREENING_TILES)),
+            displaced: centroid_start::are_displaced(&nothing, &screening),
+            screening,
             few: thinned(tiles, count(FIRST_SEARCH_TILES)),
             many: thinned(tiles, count(COMPARISON_TILES)),
             channels,
@@ -273,6 +279,11 @@ impl<'a> HypothesisSearch<'a> {
                 .zip(&neutral)
                 .map(|(to, from)| from + stride * (to - from))
                 .collect();
+            let there = if self.displaced {
+                centroid_start::placed(hypothesis, &there, &self.screening)
+            } else {
+                there
+            };
             let slots = hypothesis.slots.iter().zip(&there);
             let mut within = slots.map(|(s, v)| (s.least..=s.most).contains(v));
             within.all(|w| w).then(|| LocalMinimum {

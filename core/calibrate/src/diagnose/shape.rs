@@ -25,12 +25,7 @@ pub(super) fn shape(tiles: &[&TileData], hypothesis: &Hypothesis, theta: &[f64])
     for tile in tiles {
         let values = hypothesis.values(theta, tile.of_lens);
         predictor.predict(hypothesis, &values, tile, Detail::COARSE, &mut picture);
-        let mut residual: Vec<f64> = tile
-            .light
-            .iter()
-            .zip(&picture)
-            .map(|(o, p)| o - p)
-            .collect();
+        let mut residual = tile.residual(&picture);
         let energy = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>() / tile.norm;
         let whole = energy(&residual);
         total += whole - tile.noise;

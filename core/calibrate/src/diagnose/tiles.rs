@@ -1,10 +1,13 @@
 //! Observed tiles prepared for a diagnosis: unit sum, noise, and the lens's local pupil.
 
+use super::registration::{ReferencePupil, Registration};
+use super::tile_noise::TileNoise;
+use crate::reference_channel::reference_channel;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::effects::ScenePoint;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
-use seidel_optics::lens::LocalPupil;
+use seidel_optics::lens::{LocalPupil, VergenceSeries};
 use seidel_optics::moments::support::{self, Support};
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::predict::Predictor;
@@ -30,16 +33,17 @@ pub(super) struct TileData {
     /// Local pupil of the given lens.
     pub(super) pupil: LocalPupil,
     pub(super) size: (usize, usize),
-    /// Top-left outer corner of the tile relative to the given lens's chief ray, px. Without an ideal
-    /// position it is relative to the observed centroid, and predictions are aligned by centroid.
+    /// Top-left outer corner of the tile relative to the given lens's chief ray, px. If the tile is placed by its own
+    /// centroid, it is relative to that.
     pub(super) corner: (f64, f64),
-    /// Whether the ideal position is known.
-    pub(super) has_ideal: bool,
+    pub(super) registration: Registration,
+    /// Observed centroid relative to the given lens's chief ray, px, if the registration shows its place.
+    pub(super) centroid: Option<[f64; 2]>,
     /// Samples with unit sum over the valid pixels.
     pub(super) light: Vec<f64>,
     /// Valid pixels; all if empty.
     pub(super) counts: Vec<bool>,
-    /// Squared norm of `light`.
+    /// Squared norm of `light` without noise.
     pub(super) norm: f64,
     /// Expected contribution of noise to the gap.
     pub(super) noise: f64,
@@ -49,6 +53,31 @@ pub(super) struct TileData {
     pub(super) exposure: f64,
     /// Index of the cross-validation fold.
     pub(super) fold: usize,
+    /// Share of the flux error that is removed from residuals, 0 to 1: where noise makes the sum of the tile uncertain, its
+    /// flux is fitted to the prediction.
+    pub(super) free_flux: f64,
+}
+
+impl TileData {
+    /// Returns observed minus `predicted`, without the free part of the flux error.
+    pub(super) fn residual(&self, predicted: &[f64]) -> Vec<f64> {
+        let pixels = self.light.iter().zip(predicted);
+        let mut residual: Vec<f64> = pixels.map(|(o, p)| o - p).collect();
+        self.remove_flux(&mut residual, predicted);
+        residual
+    }
+
+    /// Removes the free part of the component along `predicted` from `values`.
+    pub(super) fn remove_flux(&self, values: &mut [f64], predicted: &[f64]) {
+        if self.free_flux == 0.0 {
+            return;
+        }
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let share = self.free_flux * dot(values, predicted) / dot(predicted, predicted).max(1e-300);
+        for (value, p) in values.iter_mut().zip(predicted) {
+            *value -= share * p;
+        }
+    }
 }
 
 /// All tiles of a set that can be compared with a lens, with remarks on excluded ones.
@@ -79,24 +108,18 @@ impl TileSet {
         let folds = folds(&places);
         let mut tally = Tally::default();
         let mut tiles = Vec::new();
+        let comparison = LensComparison::new(lens, channels);
         for (index, observation) in set.observations.iter().enumerate() {
             let vergence = predictor
                 .vergence(observation.distance)
                 .map_err(|e| e.within(&format!("observation {index} ({})", observation.file)))?;
+            let place = comparison.place(observation, &of_lens, vergence);
             for (channel, &of_lens) in of_lens.iter().enumerate() {
-                let lens_channel = &channels[of_lens];
-                let tile = prepare_tile(
-                    observation,
-                    channel,
-                    lens_channel,
-                    frame,
-                    vergence,
-                    &mut tally,
-                );
+                let tile =
+                    comparison.tile(observation, channel, of_lens, vergence, &place, &mut tally);
                 if let Some(tile) = tile {
                     tiles.push(TileData {
                         observation: index,
-                        of_lens,
                         fold: folds[index],
                         ..tile
                     });
@@ -125,6 +148,7 @@ struct Tally {
     dark: usize,
     clipped: usize,
     estimated: usize,
+    by_reference: usize,
     without_ideal: usize,
 }
 
@@ -146,6 +170,10 @@ impl Tally {
             "tiles have no noise_sigma: their noise was estimated at their rims",
         );
         say(
+            self.by_reference,
+            "tiles have no ideal position: of effects that move PSFs, only differences between channels can be seen in them",
+        );
+        say(
             self.without_ideal,
             "tiles have no ideal position: effects that only move PSFs cannot be seen in them",
         );
@@ -153,79 +181,173 @@ impl Tally {
     }
 }
 
-fn prepare_tile(
-    observation: &Observation,
-    channel: usize,
-    lens: &PupilChannel,
+/// The place of an observation in the image.
+enum Place {
+    /// The stated or estimated ideal image point.
+    Known {
+        ideal: ImagePoint,
+        registration: Registration,
+    },
+    /// Unknown: every tile is placed by its own centroid.
+    Unknown,
+}
+
+/// The lens that observations are compared with.
+struct LensComparison<'a> {
+    channels: &'a [PupilChannel],
     frame: Frame,
-    vergence: f64,
-    tally: &mut Tally,
-) -> Option<TileData> {
-    let light = observation.light(channel);
-    let size = (light.width(), light.height());
-    let mut samples: Vec<f64> = light.samples().iter().map(|v| f64::from(*v)).collect();
-    let counts = if observation.saturated {
-        tally.clipped += 1;
-        let peak = samples.iter().copied().fold(f64::MIN, f64::max);
-        samples.iter().map(|v| *v < CLIPPED * peak).collect()
-    } else {
-        Vec::new()
-    };
-    for (index, value) in samples.iter_mut().enumerate() {
-        if counts.get(index) == Some(&false) {
-            *value = 0.0;
+    /// Index of the reference channel, if the lens knows the displacement between channels.
+    reference: Option<usize>,
+}
+
+impl<'a> LensComparison<'a> {
+    fn new(lens: &LensProfile, channels: &'a [PupilChannel]) -> Self {
+        let names = channels.iter().map(|c| c.name.as_str());
+        let reference = reference_channel(&lens.camera, names);
+        Self {
+            channels,
+            frame: lens.frame,
+            reference: (channels.len() > 1 && knows_displacement(lens, channels))
+                .then_some(reference),
         }
     }
-    let exposure: f64 = samples.iter().sum();
-    if exposure <= 0.0 || !exposure.is_finite() {
-        tally.dark += 1;
-        return None;
+
+    /// Returns the displacement of the centroid of channel `of_lens`, px.
+    fn displacement(&self, of_lens: usize, at: FieldPoint, vergence: f64) -> (f64, f64) {
+        self.channels[of_lens].displacement_at(at, vergence, self.frame.half_width_px())
     }
-    let stated = observation.noise_sigma[channel];
-    let sigma = stated.unwrap_or_else(|| {
-        tally.estimated += 1;
-        light.rim_noise()
-    }) / exposure;
-    samples.iter_mut().for_each(|v| *v /= exposure);
-    let norm: f64 = samples.iter().map(|v| v * v).sum();
-    let used = samples.len() - counts.iter().filter(|c| !**c).count();
-    let (at, corner, has_ideal) = if let Some(ideal) = observation.ideal {
-        let at = frame.field_point(ideal);
-        let (dx, dy) = lens.displacement_at(at, vergence, frame.half_width_px());
-        let of_rays = lens.pupil_at(at, vergence).centroid();
-        // Chief ray: predicted centroid less the centroid of the ray bundle.
-        let chief = (ideal.x_px + dx - of_rays[0], ideal.y_px + dy - of_rays[1]);
-        let (x, y) = observation.tile_point(ImagePoint::new(chief.0, chief.1));
-        (at, (-x, -y), true)
-    } else {
-        tally.without_ideal += 1;
-        let noise = Some(sigma * exposure).filter(|s| *s > 0.0);
-        let (m, _) = support::moments(&light, noise, Support::Auto)?;
-        let centroid = observation.frame_point(m.centroid_x, m.centroid_y);
-        (
-            frame.field_point(centroid),
-            (-m.centroid_x, -m.centroid_y),
-            false,
-        )
+
+    /// Returns the place of `observation`, whose channels are those `of_lens`.
+    fn place(&self, observation: &Observation, of_lens: &[usize], vergence: f64) -> Place {
+        if let Some(ideal) = observation.ideal {
+            return Place::Known {
+                ideal,
+                registration: Registration::Ideal,
+            };
+        }
+        let reference = self.reference.and_then(|reference| {
+            let channel = of_lens.iter().position(|c| *c == reference)?;
+            let (light, noise) = (observation.light(channel), observation.noise_sigma[channel]);
+            let (m, _) = support::moments(&light, noise.filter(|s| *s > 0.0), Support::Auto)?;
+            let centroid = observation.frame_point(m.centroid_x, m.centroid_y);
+            let (dx, dy) = self.displacement(reference, self.frame.field_point(centroid), vergence);
+            let ideal = ImagePoint::new(centroid.x_px - dx, centroid.y_px - dy);
+            let at = self.frame.field_point(ideal);
+            let pupil = self.channels[reference].pupil_at(at, vergence);
+            Some(Place::Known {
+                ideal,
+                registration: Registration::Reference(Box::new(ReferencePupil {
+                    point: self.channels[reference].scene_point(at, vergence),
+                    centroid: pupil.centroid(),
+                    pupil,
+                })),
+            })
+        });
+        reference.unwrap_or(Place::Unknown)
+    }
+
+    /// Returns the tile of `channel` of `observation`, the channel `of_lens` of the lens; `None` without light.
+    fn tile(
+        &self,
+        observation: &Observation,
+        channel: usize,
+        of_lens: usize,
+        vergence: f64,
+        place: &Place,
+        tally: &mut Tally,
+    ) -> Option<TileData> {
+        let lens = &self.channels[of_lens];
+        let light = observation.light(channel);
+        let size = (light.width(), light.height());
+        let mut samples: Vec<f64> = light.samples().iter().map(|v| f64::from(*v)).collect();
+        let counts = if observation.saturated {
+            tally.clipped += 1;
+            let peak = samples.iter().copied().fold(f64::MIN, f64::max);
+            samples.iter().map(|v| *v < CLIPPED * peak).collect()
+        } else {
+            Vec::new()
+        };
+        for (index, value) in samples.iter_mut().enumerate() {
+            if counts.get(index) == Some(&false) {
+                *value = 0.0;
+            }
+        }
+        let exposure: f64 = samples.iter().sum();
+        if exposure <= 0.0 || !exposure.is_finite() {
+            tally.dark += 1;
+            return None;
+        }
+        let stated = observation.noise_sigma[channel];
+        let noise_sigma = stated.unwrap_or_else(|| {
+            tally.estimated += 1;
+            light.rim_noise()
+        });
+        samples.iter_mut().for_each(|v| *v /= exposure);
+        let norm: f64 = samples.iter().map(|v| v * v).sum();
+        let used = samples.len() - counts.iter().filter(|c| !**c).count();
+        let sigma = noise_sigma / exposure;
+        let noise = TileNoise::new(norm, used as f64, sigma);
+        let measured = || {
+            let known = Some(noise_sigma).filter(|s| *s > 0.0);
+            let (m, _) = support::moments(&light, known, Support::Auto)?;
+            Some([m.centroid_x, m.centroid_y])
+        };
+        let (at, corner, registration, centroid) = match place {
+            Place::Known {
+                ideal,
+                registration,
+            } => {
+                let at = self.frame.field_point(*ideal);
+                let (dx, dy) = self.displacement(of_lens, at, vergence);
+                let of_rays = lens.pupil_at(at, vergence).centroid();
+                // Chief ray: predicted centroid less the centroid of the ray bundle.
+                let chief = (ideal.x_px + dx - of_rays[0], ideal.y_px + dy - of_rays[1]);
+                let (x, y) = observation.tile_point(ImagePoint::new(chief.0, chief.1));
+                match registration {
+                    Registration::Ideal => {}
+                    _ => tally.by_reference += 1,
+                }
+                let centroid = measured().map(|[cx, cy]| [cx - x, cy - y]);
+                (at, (-x, -y), registration.clone(), centroid)
+            }
+            Place::Unknown => {
+                tally.without_ideal += 1;
+                let [x, y] = measured()?;
+                let at = self.frame.field_point(observation.frame_point(x, y));
+                (at, (-x, -y), Registration::Centroid, None)
+            }
+        };
+        Some(TileData {
+            observation: 0,
+            of_lens,
+            distance: observation.distance,
+            centre: observation.centre,
+            point: lens.scene_point(at, vergence),
+            pupil: lens.pupil_at(at, vergence),
+            size,
+            corner,
+            registration,
+            centroid,
+            norm: noise.norm,
+            noise: noise.noise,
+            sigma,
+            light: samples,
+            counts,
+            exposure,
+            fold: 0,
+            free_flux: noise.free_flux,
+        })
+    }
+}
+
+/// Returns whether `lens` states the displacement between its channels: it was designed, or fitted to sets that show it.
+fn knows_displacement(lens: &LensProfile, channels: &[PupilChannel]) -> bool {
+    let is_zero = |series: &VergenceSeries| {
+        series.coefficients.iter().all(|c| *c == 0.0) && series.remainders.is_empty()
     };
-    Some(TileData {
-        observation: 0,
-        of_lens: 0,
-        distance: observation.distance,
-        centre: observation.centre,
-        point: lens.scene_point(at, vergence),
-        pupil: lens.pupil_at(at, vergence),
-        size,
-        corner,
-        has_ideal,
-        norm,
-        noise: used as f64 * sigma * sigma / norm,
-        sigma,
-        light: samples,
-        counts,
-        exposure,
-        fold: 0,
-    })
+    let fitted = lens.held_out.is_some() || lens.provenance.held_nothing_out();
+    let shifted = (channels.iter()).any(|c| !is_zero(&c.magnification) || !is_zero(&c.distortion));
+    shifted || !fitted
 }
 
 /// Share of the peak from which on pixels of a saturated tile count as clipped.

@@ -45,17 +45,17 @@ impl DisplacementTerms {
         along
     }
 
-    /// Fits centroid - ideal by linear least squares.
+    /// Fits centroid - origin by linear least squares.
     ///
-    /// Uses the tiles with a known ideal position; returns `None` for fewer than three, or fewer than the terms.
+    /// Uses the tiles with a known origin; returns `None` for fewer than three, or fewer than the terms.
     pub fn fit(self, frame: &Frame, tiles: &[&MeasuredTile]) -> Option<FittedDisplacement> {
         let (mut rows, mut targets) = (Vec::new(), Vec::new());
         for tile in tiles {
-            let Some(ideal) = tile.ideal else { continue };
-            let ideal = frame.field_point(ideal);
+            let Some(origin) = tile.origin else { continue };
+            let origin = frame.field_point(origin);
             let centroid = frame.field_point(tile.centroid);
-            rows.extend(self.at(ideal));
-            targets.extend([centroid.x - ideal.x, centroid.y - ideal.y]);
+            rows.extend(self.at(origin));
+            targets.extend([centroid.x - origin.x, centroid.y - origin.y]);
         }
         if rows.len() / 2 < self.count().max(3) {
             return None;
@@ -68,9 +68,9 @@ impl DisplacementTerms {
     }
 }
 
-/// Fits centroid - ideal = X (magnification + distortion |X|²) by linear least squares.
+/// Fits centroid - origin = X (magnification + distortion |X|²) by linear least squares.
 ///
-/// Uses the tiles with a known ideal position; returns `None` for fewer than three.
+/// Uses the tiles with a known origin; returns `None` for fewer than three.
 pub fn fit_displacement(frame: &Frame, tiles: &[&MeasuredTile]) -> Option<RadialDisplacement> {
     let fit = DisplacementTerms::Radial.fit(frame, tiles)?;
     Some(RadialDisplacement {

@@ -58,6 +58,7 @@ fn tiles(
                 distance,
                 centroid: ImagePoint::new(0.0, 0.0),
                 ideal: Some(frame().image_point(at)),
+                origin: Some(frame().image_point(at)),
                 optical: numbers.coefficients().moments(at),
                 fourth: numbers.fourth_coefficients().moments(at),
                 noise: [0.0; 7],
