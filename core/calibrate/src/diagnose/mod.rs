@@ -47,8 +47,10 @@ use tiles::TileSet;
 
 /// Random error of ideal positions above which a remark reports it, px.
 const MIN_REPORTED_JITTER_PX: f64 = 0.02;
-/// Single effects refined on more tiles.
+/// Single effects refined on more tiles: at most this many, of those that leave at most this ratio of the gap that the best
+/// leaves.
 const REFINED_SINGLES: usize = 4;
+const REFINED_RATIO: f64 = 4.0;
 /// Single effects from which pairs are formed, and pairs refined on more tiles.
 const PAIRED_SINGLES: usize = 4;
 const REFINED_PAIRS: usize = 3;
@@ -74,10 +76,17 @@ pub fn diagnose(
     let search = HypothesisSearch::new(&first, channels.len(), reference);
     let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| search.can_try(*e));
     let steps = tried.len() as f64 + 4.0;
-    let mut singles: Vec<Candidate> = Vec::new();
+    let mut drafts = Vec::new();
     for (done, effect) in tried.iter().enumerate() {
-        step(progress, done as f64 / steps)?;
-        singles.push(search.single(*effect));
+        step(progress, 0.8 * done as f64 / steps)?;
+        drafts.push(search.draft(*effect));
+    }
+    let best = (drafts.iter().map(|d| d.cost)).fold(f64::INFINITY, f64::min);
+    let mut singles: Vec<Candidate> = Vec::new();
+    for (done, draft) in drafts.into_iter().enumerate() {
+        let share = 0.8 + 0.2 * done as f64 / tried.len() as f64;
+        step(progress, share * tried.len() as f64 / steps)?;
+        singles.push(search.single(draft, best));
     }
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     if let Some(best) = singles.first() {
@@ -89,7 +98,11 @@ pub fn diagnose(
         }
     }
     let search = HypothesisSearch::new(&tiles.tiles, channels.len(), reference);
-    let rest = singles.split_off(REFINED_SINGLES.min(singles.len()));
+    let least = singles
+        .first()
+        .map_or(0.0, |best| best.after.max(posterior::MIN_GAP));
+    let promising = singles.partition_point(|s| s.after <= REFINED_RATIO * least);
+    let rest = singles.split_off(REFINED_SINGLES.min(promising));
     let refined = singles.into_iter().map(|single| search.refined(single));
     let rest = rest.into_iter().map(|single| search.rescored(single));
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();

@@ -45,6 +45,23 @@ pub(super) fn standard_errors(linear: &FoldSums) -> Vec<f64> {
     (0..n).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect()
 }
 
+/// The accuracy of a score.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Scoring {
+    /// On a draft mesh, for hypotheses that are far from the best.
+    Draft,
+    /// Without the error of the mesh.
+    Full,
+}
+
+/// A hypothesis after a few iterations on few tiles.
+pub(super) struct Draft {
+    hypothesis: Hypothesis,
+    theta: Vec<f64>,
+    /// Weighted sum of gaps.
+    pub(super) cost: f64,
+}
+
 /// Search over hypotheses on subsamples of the tiles.
 pub(super) struct HypothesisSearch<'a> {
     /// Tiles for comparing starting points.
@@ -65,6 +82,8 @@ const FIRST_SEARCH_TILES: usize = 36;
 const COMPARISON_TILES: usize = 110;
 /// Mean noise contribution up to which these numbers suffice.
 const MAX_QUIET_NOISE: f64 = 3e-3;
+/// Ratio of the gap that a draft leaves to that of the best draft, from which on it is not refined. It has odds of 1 to 4000.
+const HOPELESS_RATIO: f64 = 4.0;
 /// Lower bound of the reference gap.
 const MIN_EXCESS: f64 = 1e-6;
 /// Partners per effect that are searched in full.
@@ -142,8 +161,8 @@ impl<'a> HypothesisSearch<'a> {
         })
     }
 
-    /// Estimates the parameters of `effect` alone.
-    pub(super) fn single(&self, effect: &'static dyn Effect) -> Candidate {
+    /// Estimates the parameters of `effect` alone, in a few iterations.
+    pub(super) fn draft(&self, effect: &'static dyn Effect) -> Draft {
         let starts = effect.starts().into_iter().map(|start| {
             let hypothesis = Hypothesis::new(vec![(effect, start)], self.channels, self.reference);
             let theta = hypothesis.start();
@@ -152,9 +171,28 @@ impl<'a> HypothesisSearch<'a> {
         self.best(starts.collect(), None)
     }
 
+    /// Refines and scores `draft`; only scores it if it leaves much more of the gap than the best of all drafts, whose cost
+    /// is `best`.
+    pub(super) fn single(&self, draft: Draft, best: f64) -> Candidate {
+        let noise: f64 = self.few.iter().map(|t| weight(t) * t.noise).sum();
+        let floor = MIN_EXCESS * self.few.len() as f64;
+        let excess = |cost: f64| (cost - noise).max(floor);
+        if excess(draft.cost) > HOPELESS_RATIO * excess(best) {
+            return self.scored(draft.hypothesis, draft.theta, &self.few, Scoring::Draft);
+        }
+        self.completed(draft)
+    }
+
     /// Estimates the parameters of both effects jointly, starting from their separate estimates.
     pub(super) fn pair(&self, one: &Candidate, other: &Candidate) -> Candidate {
-        self.best(self.joined(one, other), Some(one.hypothesis.ids()[0]))
+        let draft = self.best(self.joined(one, other), Some(one.hypothesis.ids()[0]));
+        self.completed(draft)
+    }
+
+    fn completed(&self, draft: Draft) -> Candidate {
+        let problem = GapProblem::new(&draft.hypothesis, &self.few, Detail::DRAFT);
+        let fitted = problem.descend(&draft.theta, 4, COARSE_TOLERANCE);
+        self.scored(draft.hypothesis, fitted.theta, &self.few, Scoring::Full)
     }
 
     /// Returns joint starting points: both effects at their separate estimates, and the second at its own
@@ -220,7 +258,7 @@ impl<'a> HypothesisSearch<'a> {
                 });
                 let best = screened.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
                 let (hypothesis, start) = best.expect("effects have starts");
-                let problem = GapProblem::new(&hypothesis, &self.screening, Detail::COARSE);
+                let problem = GapProblem::new(&hypothesis, &self.screening, Detail::DRAFT);
                 (problem.descend(&start.theta, 1, TOLERANCE).cost, *other)
             })
             .collect();
@@ -231,7 +269,7 @@ impl<'a> HypothesisSearch<'a> {
 
     /// Selects among `starts` on few tiles and refines the best. The effect `settled` keeps its values while
     /// starting points are compared.
-    fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>, settled: Option<&str>) -> Candidate {
+    fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>, settled: Option<&str>) -> Draft {
         let mut screened: Vec<(Hypothesis, LocalMinimum)> = starts
             .into_iter()
             .map(|(hypothesis, theta)| {
@@ -244,16 +282,18 @@ impl<'a> HypothesisSearch<'a> {
         let mut tried: Vec<(Hypothesis, LocalMinimum)> = screened
             .into_iter()
             .map(|(hypothesis, start)| {
-                let problem = GapProblem::new(&hypothesis, &self.few, Detail::COARSE);
+                let problem = GapProblem::new(&hypothesis, &self.few, Detail::DRAFT);
                 let fitted = problem.descend(&start.theta, 2, COARSE_TOLERANCE);
                 (hypothesis, fitted)
             })
             .collect();
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let (hypothesis, fitted) = tried.swap_remove(0);
-        let problem = GapProblem::new(&hypothesis, &self.few, Detail::COARSE);
-        let fitted = problem.descend(&fitted.theta, 4, COARSE_TOLERANCE);
-        self.scored(hypothesis, fitted.theta, &self.few)
+        Draft {
+            hypothesis,
+            theta: fitted.theta,
+            cost: fitted.cost,
+        }
     }
 
     /// Line search from the neutral values through `theta`, because the scale of an effect is unknown and a
@@ -270,7 +310,7 @@ impl<'a> HypothesisSearch<'a> {
                 *neutral = *value;
             }
         }
-        let problem = GapProblem::new(hypothesis, &self.screening, Detail::COARSE);
+        let problem = GapProblem::new(hypothesis, &self.screening, Detail::DRAFT);
         // A stop too large to clip has zero gradient, so unchanged cost disqualifies a point.
         let neutral_cost = problem.gap_sum(&neutral);
         let tries = STEP_LENGTHS.iter().filter_map(|stride| {
@@ -304,21 +344,38 @@ impl<'a> HypothesisSearch<'a> {
     pub(super) fn refined(&self, candidate: Candidate) -> Candidate {
         let problem = self.problem(&candidate.hypothesis, Detail::COARSE);
         let theta = problem.descend(&candidate.theta, 5, TOLERANCE).theta;
-        self.scored(candidate.hypothesis, theta, &self.many)
+        self.scored(candidate.hypothesis, theta, &self.many, Scoring::Full)
     }
 
     /// Scores `candidate`, estimated at another noise level, again on few tiles.
     pub(super) fn rescored(&self, candidate: Candidate) -> Candidate {
-        self.scored(candidate.hypothesis, candidate.theta, &self.few)
+        self.scored(
+            candidate.hypothesis,
+            candidate.theta,
+            &self.few,
+            Scoring::Draft,
+        )
     }
 
-    fn scored(&self, hypothesis: Hypothesis, theta: Vec<f64>, tiles: &[&TileData]) -> Candidate {
-        let linear = GapProblem::new(&hypothesis, tiles, Detail::COARSE).linear(&theta);
-        let left = left_out_gap(&linear, &theta, &hypothesis, tiles);
-        // The discretisation error of the coarse mesh is no gap.
-        let fine = GapProblem::new(&hypothesis, tiles, Detail::FULL).gap_sum(&theta);
-        let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
-        let after = left - (linear.total(None).cost - fine) / weights;
+    fn scored(
+        &self,
+        hypothesis: Hypothesis,
+        theta: Vec<f64>,
+        tiles: &[&TileData],
+        scoring: Scoring,
+    ) -> Candidate {
+        let detail = match scoring {
+            Scoring::Draft => Detail::DRAFT,
+            Scoring::Full => Detail::COARSE,
+        };
+        let linear = GapProblem::new(&hypothesis, tiles, detail).linear(&theta);
+        let mut after = left_out_gap(&linear, &theta, &hypothesis, tiles);
+        if scoring == Scoring::Full {
+            // The discretisation error of the coarse mesh is no gap.
+            let fine = GapProblem::new(&hypothesis, tiles, Detail::FULL).gap_sum(&theta);
+            let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
+            after -= (linear.total(None).cost - fine) / weights;
+        }
         // Scores on few tiles are scaled to the gap of the comparison tiles.
         let after = if tiles.len() == self.many.len() {
             after

@@ -56,9 +56,7 @@ impl Effect for Diffraction {
     }
 
     fn starts(&self) -> Vec<SearchStart> {
-        [2.8, 5.6, 11.0]
-            .map(|n| SearchStart::all_free(&[n]))
-            .to_vec()
+        [3.5, 9.0].map(|n| SearchStart::all_free(&[n])).to_vec()
     }
 
     // N = Z2 / (2 R).

@@ -75,6 +75,8 @@ impl Detail {
     pub const FULL: Self = Self(12.0);
     /// For fits: 60 dB with strong caustics, 70 dB with weak ones. Each doubling lowers the error by 12 dB.
     pub const FIT: Self = Self(6.0);
+    /// For comparing starting points: 46 dB with strong caustics.
+    pub const DRAFT: Self = Self(2.5);
     /// For the first iterations of fits.
     pub const COARSE: Self = Self(4.0);
     /// For rendering. With kernels shared within `SHARING_TOLERANCE_PX`, a plate of bright points in the corner of a
