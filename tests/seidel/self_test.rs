@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use seidel::commands::self_test::{self, Plan};
-use seidel_trial::Size;
+use seidel::commands::self_test::{self, Observer, Plan};
+use seidel_trial::{Selection, Size};
 use serde_json::Value;
 
 use crate::support::{listing, seidel_in};
@@ -38,13 +38,23 @@ fn numbers(of: &Value, keys: &[&str]) {
 #[test]
 fn self_test() {
     let plan = Plan {
-        count: 6,
-        seed: 1,
-        size: SMALL,
+        selection: Selection {
+            count: 6,
+            seed: 1,
+            only: None,
+            size: Some(SMALL),
+        },
+        only_case: None,
         library: LIBRARY.map(str::to_owned).to_vec(),
         withhold: false,
     };
-    let test = self_test::run(&plan, &seidel_core::no_progress);
+    let mut finished = Vec::new();
+    let mut observer = Observer {
+        progress: &seidel_core::no_progress,
+        finished: &mut |result| finished.push(result.index),
+    };
+    let test = self_test::run(&plan, None, &mut observer);
+    assert_eq!(finished, [0, 1, 2, 3, 4, 5]);
     // One effect three times, two effects, an unknown cause, nothing.
     let outcomes: Vec<String> = test
         .cases
@@ -63,7 +73,10 @@ fn self_test() {
     assert!(!text.contains("NaN"), "{text}");
     let report: Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(report["format"], "gap-self-test");
-    numbers(&report, &["version", "seed", "count", "right", "failed"]);
+    numbers(
+        &report,
+        &["version", "seed", "count", "run", "right", "failed"],
+    );
     numbers(&report["size"], &["design", "real", "holdout", "tile"]);
     for key in ["single_top1", "pair_both", "false_alarms"] {
         numbers(&report["scores"][key], &["held", "of", "share"]);
@@ -76,7 +89,7 @@ fn self_test() {
     ] {
         numbers(&report["scores"][key], &["value", "of"]);
     }
-    assert_eq!(report["aims"].as_array().map(Vec::len), Some(9));
+    assert_eq!(report["aims"].as_array().map(Vec::len), Some(15));
     let cases = report["cases"].as_array().expect("a list");
     assert_eq!(cases.len(), 6);
     for case in cases {
@@ -103,6 +116,9 @@ fn invalid_command_lines_are_rejected() {
         "diagnose --self-test 3 @set",
         "diagnose --self-test 3 --only vignetting",
         "diagnose --self-test 3 --no-pairs",
+        "diagnose --self-test 3 --kind several",
+        "diagnose --self-test 3 --only-case 3",
+        "diagnose --only-case 3",
         "diagnose --seed 3",
         "diagnose --lens @lens.json @set --out @out --withhold",
         "diagnose --schema --self-test 3",

@@ -65,6 +65,7 @@ pub mod metadata;
 pub mod observation_set;
 pub mod plate;
 pub mod png;
+pub mod processor_time;
 pub mod provenance;
 pub mod raster;
 pub mod residual;

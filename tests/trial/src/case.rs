@@ -7,9 +7,9 @@ use seidel_optics::observations::ObservationSet;
 /// The answer of a case: the causes of its gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// `none`, `single`, `pair` or `unknown`.
+    /// `none`, `single`, `pair`, `triple`, `unknown` or `too_simple`.
     pub kind: String,
-    /// Identifiers of the effects; empty for `none` and `unknown`.
+    /// Identifiers of the effects; empty for `none`, `unknown` and `too_simple`.
     pub effects: Vec<String>,
     /// The family of the unknown cause, if there is one.
     pub unknown: Option<String>,
@@ -23,7 +23,7 @@ pub struct Answer {
 /// A case: three observation sets and the answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// The simulated lens: the bare lens, without noise.
+    /// The simulated lens, without noise.
     pub design: ObservationSet,
     /// The real lens, with noise.
     pub real: ObservationSet,

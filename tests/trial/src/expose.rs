@@ -45,6 +45,8 @@ pub(super) struct Capture {
     pub(super) sigma_stated: bool,
     /// Constant background of every tile, which the set states.
     pub(super) background: f64,
+    /// True if the set states ideal positions.
+    pub(super) ideal_positions: bool,
 }
 
 /// Returns the pencil at `place` with all causes applied.
@@ -83,15 +85,9 @@ pub(super) struct TileOptions {
     pub(super) raw: bool,
 }
 
-/// Computes the tiles of `spot` about `centre`; without one, about the pixel centre nearest to the centroid.
-pub(super) fn spot_tiles(
-    lens: &Lens,
-    causes: &[&Cause],
-    spot: &Spot,
-    options: TileOptions,
-    centre: Option<[f64; 2]>,
-) -> SpotTiles {
-    let pencils: Vec<Pencil> = (0..CHANNELS.len())
+/// Returns the pencils of all channels of `spot` with all causes applied.
+fn pencils(lens: &Lens, causes: &[&Cause], spot: &Spot) -> Vec<Pencil> {
+    (0..CHANNELS.len())
         .map(|channel| {
             let place = Place {
                 ideal: spot.ideal,
@@ -100,16 +96,30 @@ pub(super) fn spot_tiles(
             };
             pencil(lens, causes, &place)
         })
-        .collect();
-    let centre = centre.unwrap_or_else(|| {
-        let mut mean = [0.0; 2];
-        for pencil in &pencils {
-            let (at, shift) = (pencil.centroid(), pencil.sensor.shift());
-            mean[0] += (at[0] + shift[0]) / CHANNELS.len() as f64;
-            mean[1] += (at[1] + shift[1]) / CHANNELS.len() as f64;
-        }
-        mean.map(|m| m.floor() + 0.5)
-    });
+        .collect()
+}
+
+/// Returns the mean over channels of the centroid on the sensor, frame pixels.
+fn mean_centroid(pencils: &[Pencil]) -> [f64; 2] {
+    let mut mean = [0.0; 2];
+    for pencil in pencils {
+        let (at, shift) = (pencil.centroid(), pencil.sensor.shift());
+        mean[0] += (at[0] + shift[0]) / pencils.len() as f64;
+        mean[1] += (at[1] + shift[1]) / pencils.len() as f64;
+    }
+    mean
+}
+
+/// Computes the tiles of `spot` about `centre`; without one, about the pixel centre nearest to the centroid.
+pub(super) fn spot_tiles(
+    lens: &Lens,
+    causes: &[&Cause],
+    spot: &Spot,
+    options: TileOptions,
+    centre: Option<[f64; 2]>,
+) -> SpotTiles {
+    let pencils = pencils(lens, causes, spot);
+    let centre = centre.unwrap_or_else(|| mean_centroid(&pencils).map(|m| m.floor() + 0.5));
     let mut tiles: Vec<Vec<f64>> = pencils
         .iter()
         .map(|pencil| tile_of(pencil, centre, options.tile, options.cells))
@@ -126,18 +136,43 @@ pub(super) fn spot_tiles(
     SpotTiles { centre, tiles }
 }
 
+/// The positions at which the tiles of two lenses are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Alignment {
+    /// The same position of the frame: shifts are part of the gap.
+    Frame,
+    /// The mean centroid of the channels: shifts common to all channels are not part of the gap.
+    Centroid,
+}
+
+/// The computation of gaps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GapOptions {
+    /// Width and height of tiles, pixels.
+    pub(super) tile: usize,
+    pub(super) alignment: Alignment,
+}
+
 /// Returns the mean over `spots` and channels of |o - p|² / |o|², for unit-sum tiles with and without the causes.
-pub(super) fn gap(lens: &Lens, causes: &[&Cause], spots: &[Spot], tile: usize) -> f64 {
-    let options = TileOptions {
-        tile,
+pub(super) fn gap(lens: &Lens, causes: &[&Cause], spots: &[Spot], options: GapOptions) -> f64 {
+    let tiles = TileOptions {
+        tile: options.tile,
         cells: CELLS_COARSE,
         raw: true,
     };
     let gaps: Vec<f64> = spots
         .par_iter()
         .map(|spot| {
-            let real = spot_tiles(lens, causes, spot, options, None);
-            let bare = spot_tiles(lens, &[], spot, options, Some(real.centre));
+            let real = spot_tiles(lens, causes, spot, tiles, None);
+            let mut centre = real.centre;
+            if options.alignment == Alignment::Centroid {
+                let of_real = mean_centroid(&pencils(lens, causes, spot));
+                let of_bare = mean_centroid(&pencils(lens, &[], spot));
+                for axis in 0..2 {
+                    centre[axis] += of_bare[axis] - of_real[axis];
+                }
+            }
+            let bare = spot_tiles(lens, &[], spot, tiles, Some(centre));
             let pairs = real.tiles.iter().zip(&bare.tiles);
             pairs.map(|(o, p)| difference(o, p)).sum::<f64>() / CHANNELS.len() as f64
         })
@@ -145,18 +180,24 @@ pub(super) fn gap(lens: &Lens, causes: &[&Cause], spots: &[Spot], tile: usize) -
     gaps.iter().sum::<f64>() / gaps.len() as f64
 }
 
-/// Returns |o - p|² / |o|² of two tiles after normalisation to unit sum.
+/// Returns |o - p|² / |o|² of two tiles after normalisation to unit sum. A tile p without light counts as dark.
 pub(super) fn difference(o: &[f64], p: &[f64]) -> f64 {
+    const DARK: f64 = 1e-9;
     let (sum_o, sum_p) = (o.iter().sum::<f64>(), p.iter().sum::<f64>());
+    let scale = if sum_p > DARK * sum_o {
+        1.0 / sum_p
+    } else {
+        0.0
+    };
     let apart: f64 = o
         .iter()
         .zip(p)
-        .map(|(o, p)| (o / sum_o - p / sum_p).powi(2))
+        .map(|(o, p)| (o / sum_o - p * scale).powi(2))
         .sum();
     apart / o.iter().map(|o| (o / sum_o).powi(2)).sum::<f64>()
 }
 
-/// Returns `count` spots spread over the frame at each depth, at common positions with random offsets of up to `wander`
+/// Returns `count` spots spread over the frame at each distance, at common positions with random offsets of up to `wander`
 /// pixels.
 pub(super) fn spots(lens: &Lens, count: usize, wander: f64, rng: &mut Rng) -> Vec<Spot> {
     let (width, height) = (
@@ -181,8 +222,8 @@ pub(super) fn spots(lens: &Lens, count: usize, wander: f64, rng: &mut Rng) -> Ve
             ]
         })
         .collect();
-    let mut spots = Vec::with_capacity(2 * count);
-    for depth_m in lens.depths_m {
+    let mut spots = Vec::with_capacity(lens.depths_m.len() * count);
+    for &depth_m in &lens.depths_m {
         for &[x, y] in &places {
             spots.push(Spot {
                 ideal: [
@@ -230,6 +271,15 @@ pub(super) fn set(
     }
 }
 
+/// Largest standard error of the sum of a tile as a share of that sum. A smaller tile would be cut from a noisier image.
+const LARGEST_SUM_ERROR: f64 = 0.2;
+
+/// Returns the standard deviation of the noise of a tile: `peak` over `snr`, unless the light of the tile would drown in it.
+pub(super) fn noise_sigma(pixels: &[f64], peak: f64, snr: f64) -> f64 {
+    let light: f64 = pixels.iter().sum();
+    (peak / snr).min(LARGEST_SUM_ERROR * light / (pixels.len() as f64).sqrt())
+}
+
 fn observation(
     spot: &Spot,
     shot: SpotTiles,
@@ -245,15 +295,17 @@ fn observation(
         .collect();
     let brightest = peaks.iter().copied().fold(0.0, f64::max);
     // Unstated noise is scaled to each channel, so that it is small in the weakest as well.
-    let sigmas: Vec<Option<f64>> = peaks
+    let sigmas: Vec<Option<f64>> = shot
+        .tiles
         .iter()
-        .map(|&peak| {
+        .zip(&peaks)
+        .map(|(pixels, &peak)| {
             let against = if capture.sigma_stated {
                 brightest
             } else {
                 peak
             };
-            capture.snr.map(|snr| against / snr)
+            capture.snr.map(|snr| noise_sigma(pixels, against, snr))
         })
         .collect();
     let tiles = shot
@@ -275,7 +327,9 @@ fn observation(
         file: format!("psf/{index:04}.exr"),
         centre: ImagePoint::new(shot.centre[0], shot.centre[1]),
         distance: ObjectDistance::Metres(spot.depth_m),
-        ideal: Some(ImagePoint::new(spot.ideal[0], spot.ideal[1])),
+        ideal: capture
+            .ideal_positions
+            .then(|| ImagePoint::new(spot.ideal[0], spot.ideal[1])),
         tiles,
         noise_sigma: if capture.sigma_stated {
             sigmas

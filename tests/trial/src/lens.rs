@@ -40,8 +40,8 @@ pub(super) struct Lens {
     pub(super) f_number: f64,
     pub(super) pitch_um: f64,
     pub(super) focus_m: f64,
-    /// The two object distances, metres, the farther first.
-    pub(super) depths_m: [f64; 2],
+    /// The object distances, metres, the farthest first.
+    pub(super) depths_m: Vec<f64>,
     channels: [Seidel; 3],
 }
 
@@ -50,8 +50,12 @@ pub(super) struct Lens {
 pub(super) struct LensConstraints {
     /// True if the aperture is small enough for visible diffraction: q of 1.5 to 4 px.
     pub(super) slow: bool,
-    /// Smallest ratio of the two object distances.
+    /// Smallest ratio of the farthest to the nearest object distance, if there are several.
     pub(super) depth_ratio: f64,
+    /// Number of object distances.
+    pub(super) distances: usize,
+    /// Growth of pencils for which tiles have room.
+    pub(super) room: f64,
 }
 
 /// A point in the scene and a channel.
@@ -69,17 +73,26 @@ impl Lens {
     /// Draws a random lens that meets `constraints` and whose pencils fit well inside tiles of `tile` pixels.
     pub(super) fn draw(rng: &mut Rng, constraints: LensConstraints, tile: usize) -> Self {
         loop {
-            let lens = Self::draw_any(rng, constraints.slow);
+            let lens = Self::draw_any(rng, constraints, tile);
             if let Some(lens) = lens
-                && lens.depths_m[0] > constraints.depth_ratio * lens.depths_m[1]
-                && lens.largest_radius_px() < tile as f64 / 2.0 - 2.0
+                && lens.has_depth_ratio(constraints.depth_ratio)
+                && constraints.room * lens.largest_radius_px() < tile as f64 / 2.0 - 2.0
             {
                 return lens;
             }
         }
     }
 
-    fn draw_any(rng: &mut Rng, slow: bool) -> Option<Self> {
+    /// Returns whether the object distances span `ratio`; a single one always does.
+    fn has_depth_ratio(&self, ratio: f64) -> bool {
+        match self.depths_m[..] {
+            [far, .., near] => far > ratio * near,
+            _ => true,
+        }
+    }
+
+    fn draw_any(rng: &mut Rng, constraints: LensConstraints, tile: usize) -> Option<Self> {
+        let slow = constraints.slow;
         let (width, height) = if rng.chance(0.5) {
             (3840, 2160)
         } else {
@@ -94,7 +107,8 @@ impl Lens {
             [1.4, 1.8, 2.0, 2.8, 4.0, 5.6][rng.below(6)]
         };
         let focus_m = (rng.between(1.5, 4.0) * 10.0).round() / 10.0;
-        let blur = rng.between(3.0, 6.0);
+        // Larger tiles are for larger blur.
+        let blur = rng.between(3.0, 6.0 * (tile as f64 / 33.0).max(1.0));
         let (beta, gamma, delta, phi) = (
             rng.signed(0.8, 2.5),
             rng.signed(0.4, 2.5),
@@ -122,16 +136,23 @@ impl Lens {
             f_number,
             pitch_um,
             focus_m,
-            depths_m: [0.0; 2],
+            depths_m: Vec::new(),
             channels,
         };
-        for (depth, sign) in [-1.0, 1.0].into_iter().enumerate() {
-            let defocus = sign * blur * rng.between(0.85, 1.15);
+        // One distance lies on either side of the focus; several span it evenly.
+        let steps = constraints.distances.saturating_sub(1);
+        let side = rng.sign();
+        for step in 0..constraints.distances {
+            let part = match steps {
+                0 => side,
+                _ => 2.0 * step as f64 / steps as f64 - 1.0,
+            };
+            let defocus = blur * (part + rng.between(-0.15, 0.15));
             let vergence = 1.0 / focus_m + defocus / lens.px_per_dioptre();
             if vergence < 0.04 {
                 return None;
             }
-            lens.depths_m[depth] = (1000.0 / vergence).round() / 1000.0;
+            lens.depths_m.push((1000.0 / vergence).round() / 1000.0);
         }
         Some(lens)
     }
@@ -184,7 +205,7 @@ impl Lens {
         let axis = self.frame.axis();
         let mut most = 0.0_f64;
         for h in [0.0, 0.5, 0.8, 1.12] {
-            for depth_m in self.depths_m {
+            for &depth_m in &self.depths_m {
                 for channel in 0..CHANNELS.len() {
                     let pencil = self.pencil(&Place {
                         ideal: [axis.x_px + h * unit, axis.y_px],

@@ -10,15 +10,29 @@ pub(super) struct Blades {
 }
 
 /// The aperture and transmission of the pupil; by default the open unit disc.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Mask {
-    /// Circles that clip the pencil: centre x, y and radius, pupil radii.
+    /// Radius of the pupil over its nominal radius.
+    pub(super) pupil_scale: f64,
+    /// Circles of other elements that clip the pencil: centre x, y and radius, nominal pupil radii.
     pub(super) clips: Vec<[f64; 3]>,
     pub(super) blades: Option<Blades>,
     /// Coefficient a of the intensity transmission exp(-a |u|²).
     pub(super) fading: f64,
     /// Radius of a central obstruction, pupil radii.
     pub(super) obstruction: f64,
+}
+
+impl Default for Mask {
+    fn default() -> Self {
+        Self {
+            pupil_scale: 1.0,
+            clips: Vec::new(),
+            blades: None,
+            fading: 0.0,
+            obstruction: 0.0,
+        }
+    }
 }
 
 impl Mask {
@@ -30,7 +44,8 @@ impl Mask {
             return 0.0;
         }
         for [x, y, r] in &self.clips {
-            inside = inside.min(r - (u[0] - x).hypot(u[1] - y));
+            let scale = self.pupil_scale;
+            inside = inside.min((r - (scale * u[0] - x).hypot(scale * u[1] - y)) / scale);
         }
         if let Some(blades) = &self.blades {
             let across = blades

@@ -94,9 +94,17 @@ impl Pencil {
         self.linear[2] += px;
     }
 
+    /// Returns the factors from mask points, in units of the actual radius, to pupil points, in units of the nominal one to
+    /// which all coefficients refer.
+    pub(super) fn pupil_axes(&self) -> [f64; 2] {
+        let scale = self.mask.pupil_scale;
+        [scale * self.squeeze_pupil, scale]
+    }
+
     /// Returns the landing point of the ray through the mask point `m`, relative to the chief ray, px.
     pub(super) fn slope(&self, m: [f64; 2]) -> [f64; 2] {
-        let [x, y] = [m[0] * self.squeeze_pupil, m[1]];
+        let [sx, sy] = self.pupil_axes();
+        let [x, y] = [m[0] * sx, m[1] * sy];
         let r2 = x * x + y * y;
         let [fx, fy] = self.field;
         let along = fx * x + fy * y;
@@ -145,7 +153,8 @@ impl Pencil {
     ///
     /// Ripples and warps are not included: they apply to rays only.
     pub(super) fn wavefront(&self, m: [f64; 2]) -> f64 {
-        let [x, y] = [m[0] * self.squeeze_pupil, m[1]];
+        let [sx, sy] = self.pupil_axes();
+        let [x, y] = [m[0] * sx, m[1] * sy];
         let r2 = x * x + y * y;
         let along = self.field[0] * x + self.field[1] * y;
         let coma = self.coma[0] * x + self.coma[1] * y;

@@ -21,6 +21,8 @@ pub(super) struct Change {
     pub(super) scaled: Vec<(&'static str, f64)>,
     /// The function that applies the change.
     pub(super) apply: Perturbation,
+    /// True if it may move PSFs so far that tiles with and without it have no light in common.
+    pub(super) moves_far: bool,
 }
 
 impl Change {
@@ -35,6 +37,7 @@ impl Change {
             fixed: Vec::new(),
             scaled: Vec::new(),
             apply: Box::new(apply),
+            moves_far: false,
         }
     }
 
@@ -71,6 +74,7 @@ pub(super) fn effect(id: &str, lens: &Lens, rng: &mut Rng) -> Change {
         "pixel_footprint" => sensor::pixel_footprint(rng),
         "motion" => sensor::motion(rng),
         "veiling_glare" => sensor::veiling_glare(rng),
+        "pupil_scale" => pupil_scale(rng),
         "tone_curve" => sensor::tone_curve(rng),
         _ => panic!("`{id}` is not on the list of effects"),
     }
@@ -93,7 +97,7 @@ fn refocus(px: f64, tele: f64, lens: &Lens, pencil: &mut Pencil) {
 
 fn defocus_offset(rng: &mut Rng) -> Change {
     let (sign, tele) = (rng.sign(), rng.between(0.3, 1.0));
-    Change::new("defocus_offset", [0.1, 2.5], move |t, lens, _, pencil| {
+    Change::new("defocus_offset", [0.02, 2.5], move |t, lens, _, pencil| {
         refocus(sign * t, tele, lens, pencil);
     })
     .scaled("alpha", sign)
@@ -105,7 +109,7 @@ fn depth_scale(rng: &mut Rng) -> Change {
     // True distances are exp(sign t) times the stated ones.
     Change::new(
         "depth_scale",
-        [0.003, 0.3],
+        [0.001, 0.3],
         move |t, lens, place, pencil| {
             let stated = 1.0 / place.depth_m;
             pencil.defocus(lens.alpha(stated * libm::exp(-sign * t)) - lens.alpha(stated));
@@ -116,7 +120,7 @@ fn depth_scale(rng: &mut Rng) -> Change {
 
 fn sensor_tilt(rng: &mut Rng) -> Change {
     let (d, tele) = (rng.direction(), rng.between(0.3, 1.0));
-    Change::new("sensor_tilt", [0.3, 5.0], move |t, lens, _, pencil| {
+    Change::new("sensor_tilt", [0.05, 5.0], move |t, lens, _, pencil| {
         let [x, y] = pencil.field;
         refocus(t * (d[0] * x + d[1] * y), tele, lens, pencil);
     })
@@ -129,7 +133,7 @@ fn decentre(rng: &mut Rng) -> Change {
     let n = rng.direction();
     let (astigmatism, focus) = (rng.signed(0.3, 1.2), rng.signed(0.3, 1.2));
     let (shift, prism) = (rng.between(0.4, 1.2), rng.signed(0.1, 0.3));
-    Change::new("decentre", [0.1, 2.0], move |t, _, place, pencil| {
+    Change::new("decentre", [0.02, 2.0], move |t, _, place, pencil| {
         let [x, y] = pencil.field;
         let [cx, cy] = [t * n[0], t * n[1]];
         pencil.coma[0] += cx;
@@ -165,7 +169,7 @@ fn vignetting(rng: &mut Rng) -> Change {
     let second = rng
         .chance(0.5)
         .then(|| (rng.between(0.95, 1.1), rng.between(0.5, 1.0)));
-    let change = Change::new("vignetting", [0.4, 1.2], move |t, _, _, pencil| {
+    let change = Change::new("vignetting", [0.15, 1.2], move |t, _, _, pencil| {
         let [x, y] = pencil.field;
         let s = way * t;
         pencil.mask.clips.push([s * x, s * y, r]);
@@ -190,7 +194,7 @@ fn aperture_polygon(rng: &mut Rng) -> Change {
             [cos, sin]
         })
         .collect();
-    Change::new("aperture_polygon", [0.5, 1.0], move |t, _, _, pencil| {
+    Change::new("aperture_polygon", [0.1, 1.0], move |t, _, _, pencil| {
         pencil.mask.blades = Some(Blades {
             normals: normals.clone(),
             straightness: t,
@@ -202,7 +206,7 @@ fn aperture_polygon(rng: &mut Rng) -> Change {
 }
 
 fn apodisation() -> Change {
-    Change::new("apodisation", [0.8, 3.0], |t, _, _, pencil| {
+    Change::new("apodisation", [0.1, 3.0], |t, _, _, pencil| {
         pencil.mask.fading += t;
     })
     .scaled("a", 1.0)
@@ -217,7 +221,7 @@ fn higher_order(rng: &mut Rng) -> Change {
     for &term in &order[..count] {
         size[term] = rng.signed(0.5, 1.0);
     }
-    let change = Change::new("higher_order", [0.4, 5.0], move |t, _, _, pencil| {
+    let change = Change::new("higher_order", [0.1, 5.0], move |t, _, _, pencil| {
         let [x, y] = pencil.field;
         let h2 = x * x + y * y;
         let s = size.map(|s| s * t);
@@ -240,7 +244,7 @@ fn higher_order(rng: &mut Rng) -> Change {
 
 fn axial_colour(rng: &mut Rng) -> Change {
     let (red, green, blue) = (rng.sign(), rng.between(-0.06, 0.06), -rng.between(0.6, 1.1));
-    Change::new("axial_colour", [0.1, 2.5], move |t, _, place, pencil| {
+    Change::new("axial_colour", [0.02, 2.5], move |t, _, place, pencil| {
         pencil.defocus(red * t * colour(place, green, blue));
     })
     .scaled("alpha_r", red)
@@ -250,7 +254,7 @@ fn axial_colour(rng: &mut Rng) -> Change {
 
 fn lateral_colour(rng: &mut Rng) -> Change {
     let (red, blue) = (rng.sign(), -rng.between(0.6, 1.1));
-    Change::new("lateral_colour", [0.2, 1.8], move |t, _, place, pencil| {
+    Change::new("lateral_colour", [0.03, 1.8], move |t, _, place, pencil| {
         let push = red * t * colour(place, 0.0, blue);
         pencil.chief[0] += push * pencil.field[0];
         pencil.chief[1] += push * pencil.field[1];
@@ -259,15 +263,36 @@ fn lateral_colour(rng: &mut Rng) -> Change {
     .scaled("shift_b", red * blue)
 }
 
+/// Share of distortions that are strong, and their range, px at h = 1; 24 px in the corner of the frame, at h = 1.147.
+const STRONG_DISTORTION: f64 = 0.35;
+const STRONG_DISTORTION_PX: [f64; 2] = [3.0, 15.9];
+
 fn distortion(rng: &mut Rng) -> Change {
     let way = rng.sign();
-    Change::new("distortion", [0.5, 3.0], move |t, _, _, pencil| {
+    let strong = rng.chance(STRONG_DISTORTION);
+    let range = if strong {
+        let [least, most] = STRONG_DISTORTION_PX;
+        [rng.between_log(least, most); 2]
+    } else {
+        [0.05, 3.0]
+    };
+    let mut change = Change::new("distortion", range, move |t, _, _, pencil| {
         let [x, y] = pencil.field;
         let push = way * t * (x * x + y * y);
         pencil.chief[0] += push * x;
         pencil.chief[1] += push * y;
     })
-    .scaled("shift", way)
+    .scaled("shift", way);
+    change.moves_far = strong;
+    change
+}
+
+fn pupil_scale(rng: &mut Rng) -> Change {
+    let way = rng.sign();
+    Change::new("pupil_scale", [0.01, 0.26], move |t, _, _, pencil| {
+        pencil.mask.pupil_scale = libm::exp(way * t);
+    })
+    .scaled("log_factor", way)
 }
 
 fn anamorphic(rng: &mut Rng) -> Change {
@@ -278,7 +303,7 @@ fn anamorphic(rng: &mut Rng) -> Change {
         0.0
     };
     // The strength is 1 minus the squeeze; the other parameters are proportional to it.
-    Change::new("anamorphic", [0.05, 0.25], move |t, _, _, pencil| {
+    Change::new("anamorphic", [0.005, 0.25], move |t, _, _, pencil| {
         if by_pupil {
             pencil.squeeze_pupil *= 1.0 - t;
         } else {

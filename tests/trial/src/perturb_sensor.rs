@@ -17,13 +17,13 @@ pub(super) fn line(along: [f64; 2]) -> Vec<[f64; 3]> {
 
 pub(super) fn pixel_footprint(rng: &mut Rng) -> Change {
     if rng.chance(0.4) {
-        return Change::new("pixel_footprint", [0.5, 0.9], |t, _, _, pencil| {
+        return Change::new("pixel_footprint", [0.1, 0.9], |t, _, _, pencil| {
             let copies = [[-t, -t, 0.25], [t, -t, 0.25], [-t, t, 0.25], [t, t, 0.25]];
             pencil.sensor.spread(&copies);
         })
         .scaled("copies_apart_half", 1.0);
     }
-    Change::new("pixel_footprint", [1.2, 2.5], |t, _, _, pencil| {
+    Change::new("pixel_footprint", [0.3, 2.5], |t, _, _, pencil| {
         let count = (t / 0.3).ceil();
         let steps = count as usize;
         let at = |i: usize| ((i as f64 + 0.5) / count - 0.5) * t;
@@ -37,7 +37,7 @@ pub(super) fn pixel_footprint(rng: &mut Rng) -> Change {
 
 pub(super) fn motion(rng: &mut Rng) -> Change {
     let d = rng.direction();
-    Change::new("motion", [1.5, 4.0], move |t, _, _, pencil| {
+    Change::new("motion", [0.3, 4.0], move |t, _, _, pencil| {
         pencil.sensor.spread(&line([t * d[0], t * d[1]]));
     })
     .scaled("x", d[0])
@@ -56,7 +56,7 @@ pub(super) fn veiling_glare(rng: &mut Rng) -> Change {
     } else {
         [1.0; 3]
     };
-    Change::new("veiling_glare", [0.05, 0.25], move |t, _, place, pencil| {
+    Change::new("veiling_glare", [0.01, 0.25], move |t, _, place, pencil| {
         pencil.sensor.halo = Some(Halo {
             share: t * by_channel[place.channel],
             radius_px: radius,
@@ -75,19 +75,19 @@ pub(super) fn veiling_glare(rng: &mut Rng) -> Change {
 
 pub(super) fn tone_curve(rng: &mut Rng) -> Change {
     match rng.below(4) {
-        0 => Change::new("tone_curve", [0.03, 0.36], |t, _, _, pencil| {
+        0 => Change::new("tone_curve", [0.01, 0.36], |t, _, _, pencil| {
             pencil.sensor.tone = Some(Tone::Power(libm::exp(-t)));
         })
         .scaled("log_power", -1.0),
-        1 => Change::new("tone_curve", [0.03, 0.34], |t, _, _, pencil| {
+        1 => Change::new("tone_curve", [0.01, 0.34], |t, _, _, pencil| {
             pencil.sensor.tone = Some(Tone::Power(libm::exp(t)));
         })
         .scaled("log_power", 1.0),
-        2 => Change::new("tone_curve", [0.2, 3.0], |t, _, _, pencil| {
+        2 => Change::new("tone_curve", [0.03, 3.0], |t, _, _, pencil| {
             pencil.sensor.tone = Some(Tone::Compress(t));
         })
         .scaled("compression", 1.0),
-        _ => Change::new("tone_curve", [0.2, 0.5], |t, _, _, pencil| {
+        _ => Change::new("tone_curve", [0.05, 0.5], |t, _, _, pencil| {
             pencil.sensor.tone = Some(Tone::Clip(1.0 - t));
         })
         .scaled("clipped_below_one", 1.0),

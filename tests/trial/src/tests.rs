@@ -2,15 +2,21 @@
 
 use std::f64::consts::PI;
 
-use super::draw::{GAPS, attempt_at, draw};
-use super::expose::{Cause, TileOptions, difference, gap, spot_tiles, tile_of};
+use super::conditions::Size;
+use super::draw::draw;
+use super::expose::{
+    Alignment, Cause, GapOptions, TileOptions, difference, gap, noise_sigma, spot_tiles, tile_of,
+};
 use super::lens::{CHANNELS, Lens, LensConstraints, Place};
 use super::pencil::Pencil;
 use super::perturb::effect;
 use super::perturb_sensor::line;
 use super::rays::CELLS;
-use super::recipe::{EFFECTS, Kind, Recipe, Size, UNKNOWN, recipes};
+use super::recipe::{
+    EFFECTS, Kind, KindClass, Recipe, Selection, Simulator, UNKNOWN, may_pair, recipes,
+};
 use super::rng::Rng;
+use super::third_order::{LARGEST_GAP, LEAST_LIMITS, attempt_at};
 
 const TILE: usize = 33;
 const SMALL: Size = Size {
@@ -19,6 +25,11 @@ const SMALL: Size = Size {
     holdout: 2,
     tile: TILE,
 };
+
+/// Returns a recipe with few tiles.
+fn small(kind: Kind, seed: u64) -> Recipe {
+    Recipe::new(kind, Simulator::ThirdOrder, seed, Some(SMALL))
+}
 
 /// Returns sum, centroid from the centre of the tile, and central second moments xx, xy, yy.
 fn moments(tile: &[f64]) -> (f64, [f64; 2], [f64; 3]) {
@@ -44,6 +55,8 @@ fn any_lens(seed: u64) -> Lens {
     let constraints = LensConstraints {
         slow: false,
         depth_ratio: 1.1,
+        distances: 2,
+        room: 1.0,
     };
     Lens::draw(&mut Rng::new(seed), constraints, TILE)
 }
@@ -219,11 +232,7 @@ fn waves_converge_to_rays() {
 
 #[test]
 fn the_same_recipe_is_the_same_case_on_any_number_of_threads() {
-    let recipe = Recipe {
-        kind: Kind::Single("decentre"),
-        seed: 11,
-        size: SMALL,
-    };
+    let recipe = small(Kind::Single("decentre"), 11);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let pool = pool.build().expect("threads can be started");
@@ -239,51 +248,138 @@ fn every_cause_gives_valid_sets_with_a_gap_in_range() {
     let kinds = EFFECTS.iter().map(|id| Kind::Single(id));
     let families = UNKNOWN.iter().map(|id| Kind::Unknown(id));
     for kind in kinds.chain(families) {
-        let recipe = Recipe {
-            kind,
-            seed: 7,
-            size: SMALL,
-        };
+        let recipe = small(kind, 7);
         let case = draw(&recipe);
         let gap = case.answer.gap;
-        assert!((GAPS[0]..=GAPS[1]).contains(&gap), "{kind:?}: {gap}");
+        let least = LEAST_LIMITS * case.answer.parameters["real.detection_limit"];
+        let most = if kind == Kind::Single("distortion") {
+            2.0
+        } else {
+            LARGEST_GAP
+        };
+        assert!(
+            (least..=most).contains(&gap),
+            "{kind:?}: {gap}, at least {least}"
+        );
         for set in [&case.design, &case.real, &case.holdout] {
             assert_eq!(set.faults(), [], "{kind:?}");
         }
-        assert_eq!(case.real.observations.len(), 2 * SMALL.real);
-        assert_eq!(case.real.distances().len(), 2);
+        let conditions = &recipe.conditions;
+        assert_eq!(
+            case.real.observations.len(),
+            conditions.distances * SMALL.real
+        );
+        assert_eq!(case.real.distances().len(), conditions.distances);
+        let real = &case.real.observations[0];
+        assert_eq!(real.ideal.is_some(), conditions.ideal_positions, "{kind:?}");
+        assert_eq!(
+            real.noise_sigma[0].is_some(),
+            conditions.noise_stated,
+            "{kind:?}"
+        );
     }
 }
 
 #[test]
-fn two_causes_have_comparable_gaps() {
-    for (a, b) in [("motion", "defocus_offset"), ("vignetting", "diffraction")] {
-        let recipe = Recipe {
-            kind: Kind::Pair(a, b),
-            seed: 3,
-            size: SMALL,
-        };
-        let answer = draw(&recipe).answer;
-        let alone = |id: &str| answer.parameters[&format!("{id}.gap_alone")];
-        assert!(alone(a).min(alone(b)) >= 0.03, "{answer:?}");
-        assert!(3.0 * alone(a).min(alone(b)) >= alone(a).max(alone(b)));
-        assert_eq!(answer.effects, [a, b]);
-        assert!(answer.gap <= GAPS[1]);
+fn two_and_three_causes_have_comparable_gaps() {
+    for kind in [
+        Kind::Pair("motion", "defocus_offset"),
+        Kind::Pair("vignetting", "diffraction"),
+        Kind::Triple(["decentre", "veiling_glare", "axial_colour"]),
+    ] {
+        let answer = draw(&small(kind, 3)).answer;
+        let least = LEAST_LIMITS * answer.parameters["real.detection_limit"];
+        let causes = kind.causes();
+        let alone = causes
+            .iter()
+            .map(|id| answer.parameters[&format!("{id}.gap_alone")]);
+        let alone: Vec<f64> = alone.collect();
+        let smallest = alone.iter().copied().fold(f64::INFINITY, f64::min);
+        let greatest = alone.iter().copied().fold(0.0, f64::max);
+        assert!(smallest >= least, "{answer:?}");
+        assert!(3.0 * smallest >= greatest, "{answer:?}");
+        assert_eq!(answer.effects, causes);
+        assert!(answer.gap <= LARGEST_GAP);
     }
+}
+
+#[test]
+fn strong_distortion_moves_psfs_by_many_pixels() {
+    let farthest = |seed: u64| {
+        let case = draw(&small(Kind::Single("distortion"), seed));
+        let answer = &case.answer;
+        // The corner of the frame is at h = 1.147.
+        let corner = answer.parameters["distortion.shift"].abs() * 1.147_f64.powi(3);
+        assert!(corner <= 24.1, "{corner}");
+        assert_eq!(case.real.faults(), []);
+        corner
+    };
+    let most = (0..5).map(farthest).fold(0.0, f64::max);
+    assert!(most > 6.0, "{most}");
+}
+
+#[test]
+fn designs_that_are_too_rich_differ_from_every_third_order_lens() {
+    let recipe = small(Kind::TooSimple, 5);
+    let case = draw(&recipe);
+    assert_eq!((case.answer.gap, case.answer.effects.len()), (0.0, 0));
+    assert_eq!(case.answer.kind, "too_simple");
+    let own = |id: &str| {
+        case.answer
+            .parameters
+            .contains_key(&format!("design.{id}.strength"))
+    };
+    let count = ["decentre", "anamorphic", "higher_order", "vignetting"]
+        .iter()
+        .filter(|id| own(id))
+        .count();
+    assert!(count >= 2, "{:?}", case.answer.parameters);
+    // The design has its own effects; the bare lens of the same plan has none.
+    let (_, plan) = attempt_at(&recipe, 0);
+    let spot = &plan.spots[0][0];
+    let options = TileOptions {
+        tile: TILE,
+        cells: CELLS,
+        raw: false,
+    };
+    let bare = spot_tiles(&plan.lens, &[], spot, options, None);
+    let light = case.design.observations[0].light(1);
+    let seen: Vec<f64> = light.samples().iter().map(|v| f64::from(*v)).collect();
+    let apart = difference(&seen, &bare.tiles[1]);
+    assert!(apart > 0.005, "{apart}");
+}
+
+#[test]
+fn a_wider_iris_scales_pencils_but_not_other_stops() {
+    let (mut pencil, _) = any_pencil(4);
+    let nominal = pencil.clone();
+    pencil.mask.pupil_scale = 1.2;
+    let (wide, same) = (pencil.slope([0.5, -0.25]), nominal.slope([0.6, -0.3]));
+    assert!((wide[0] - same[0]).abs() < 1e-12 && (wide[1] - same[1]).abs() < 1e-12);
+    // A circle about the axis that just lets the nominal pencil pass cuts the wider one to it.
+    pencil.mask.clips.push([0.0, 0.0, 1.0]);
+    let centre = nominal.centroid().map(|c| c.floor() + 0.5);
+    let cut = tile_of(&pencil, centre, TILE, CELLS);
+    let apart = difference(&tile_of(&nominal, centre, TILE, CELLS), &cut);
+    assert!(apart < 1e-4, "{apart:e}");
+    // The Airy disc of an iris 1.2 times as wide is that of q / 1.2.
+    let mut airy = Pencil::sharp([0.0; 2], [10.6, 10.3]);
+    airy.wave_px = Some(3.0 / 1.2);
+    let narrow = tile_of(&airy, [10.5, 10.5], TILE, CELLS);
+    airy.wave_px = Some(3.0);
+    airy.mask.pupil_scale = 1.2;
+    let apart = difference(&narrow, &tile_of(&airy, [10.5, 10.5], TILE, CELLS));
+    assert!(apart < 1e-6, "{apart:e}");
 }
 
 #[test]
 fn cases_without_a_cause_differ_by_noise_only() {
     for seed in 0..4 {
-        let recipe = Recipe {
-            kind: Kind::None,
-            seed,
-            size: SMALL,
-        };
+        let recipe = small(Kind::None, seed);
         let case = draw(&recipe);
         assert_eq!(case.answer.gap, 0.0);
         let (_, plan) = attempt_at(&recipe, 0);
-        let snr = case.answer.parameters["real.snr"];
+        let snr = recipe.conditions.snr;
         let (mut sum, mut count) = (0.0, 0);
         for (spot, seen) in plan.spots[1].iter().zip(&case.real.observations) {
             let options = TileOptions {
@@ -302,7 +398,8 @@ fn cases_without_a_cause_differ_by_noise_only() {
                 let rms = dot(&|i| (samples(i) - scale * pixels[i]).powi(2)) / pixels.len() as f64;
                 let stated = seen.noise_sigma[channel];
                 let peak = scale * pixels.iter().copied().fold(0.0, f64::max);
-                let sigma = stated.unwrap_or(peak / snr);
+                let scaled: Vec<f64> = pixels.iter().map(|v| scale * v).collect();
+                let sigma = stated.unwrap_or_else(|| noise_sigma(&scaled, peak, snr));
                 sum += rms / (sigma * sigma);
                 count += 1;
             }
@@ -321,34 +418,117 @@ fn gaps_grow_with_strength_and_are_zero_without() {
         change: effect("defocus_offset", &lens, &mut rng),
         strength: 0.0,
     };
-    assert!(gap(&lens, &[&cause], &spots, TILE) < 1e-12);
+    let options = GapOptions {
+        tile: TILE,
+        alignment: Alignment::Frame,
+    };
+    assert!(gap(&lens, &[&cause], &spots, options) < 1e-12);
     let mut last = 0.0;
     for strength in [0.1, 0.3, 0.9] {
         cause.strength = strength;
-        let now = gap(&lens, &[&cause], &spots, TILE);
+        let now = gap(&lens, &[&cause], &spots, options);
         assert!(now > last, "{strength}: {now}");
         last = now;
     }
 }
 
 #[test]
+fn gaps_by_shape_leave_common_shifts_out() {
+    let lens = any_lens(9);
+    let mut rng = Rng::new(4);
+    let spots = super::expose::spots(&lens, 3, 0.5, &mut rng);
+    let cause = Cause {
+        change: effect("distortion", &lens, &mut rng),
+        strength: 8.0,
+    };
+    let by = |alignment| {
+        let options = GapOptions {
+            tile: TILE,
+            alignment,
+        };
+        gap(&lens, &[&cause], &spots, options)
+    };
+    assert!(by(Alignment::Frame) > 0.05);
+    assert!(by(Alignment::Centroid) < 1e-9);
+}
+
+fn selection(count: usize, seed: u64) -> Selection {
+    Selection {
+        count,
+        seed,
+        only: None,
+        size: None,
+    }
+}
+
+#[test]
 fn recipes_are_balanced_and_repeatable() {
-    let list = recipes(200, 1, Size::default());
+    let list = recipes(&selection(200, 1));
     let count = |f: &dyn Fn(&Kind) -> bool| list.iter().filter(|r| f(&r.kind)).count();
-    assert_eq!(list.len(), 200);
-    assert_eq!(count(&|k| matches!(k, Kind::None)), 20);
-    assert_eq!(count(&|k| matches!(k, Kind::Pair(..))), 30);
-    assert_eq!(count(&|k| matches!(k, Kind::Unknown(_))), 30);
+    let of = |class: KindClass| count(&|k| k.class() == class);
+    assert_eq!(KindClass::ALL.map(of), [16, 110, 24, 12, 24, 14]);
     for id in EFFECTS {
         let singles = count(&|k| *k == Kind::Single(id));
-        assert!((7..=8).contains(&singles), "{id}: {singles}");
+        assert!((6..=7).contains(&singles), "{id}: {singles}");
     }
     for id in UNKNOWN {
         assert!(count(&|k| *k == Kind::Unknown(id)) >= 3, "{id}");
     }
-    assert_eq!(list, recipes(200, 1, Size::default()));
-    assert_ne!(list, recipes(200, 2, Size::default()));
-    for few in 0..12 {
-        assert_eq!(recipes(few, 1, SMALL).len(), few);
+    for recipe in &list {
+        let causes = recipe.kind.causes();
+        for (index, a) in causes.iter().enumerate() {
+            assert!(causes[..index].iter().all(|b| may_pair(a, b)), "{causes:?}");
+        }
     }
+    assert_eq!(list, recipes(&selection(200, 1)));
+    assert_ne!(list, recipes(&selection(200, 2)));
+    for few in 0..12 {
+        assert_eq!(recipes(&selection(few, 1)).len(), few);
+    }
+}
+
+#[test]
+fn one_kind_can_be_selected() {
+    for class in KindClass::ALL {
+        let only = Selection {
+            only: Some(class),
+            ..selection(9, 1)
+        };
+        let list = recipes(&only);
+        assert_eq!(list.len(), 9);
+        assert!(list.iter().all(|r| r.kind.class() == class), "{class:?}");
+    }
+}
+
+#[test]
+fn conditions_cover_their_ranges() {
+    let list = recipes(&selection(400, 5));
+    let count = |f: &dyn Fn(&Recipe) -> bool| list.iter().filter(|r| f(r)).count();
+    let near = |found: usize, share: f64| {
+        let expected = 400.0 * share;
+        assert!(
+            (found as f64 - expected).abs() < 40.0,
+            "{found}, {expected}"
+        );
+    };
+    near(count(&|r| r.conditions.distances == 1), 0.15);
+    near(count(&|r| r.conditions.distances == 5), 0.15);
+    near(count(&|r| r.conditions.size.tile == 49), 0.2);
+    near(count(&|r| r.conditions.size.tile == 65), 0.1);
+    near(count(&|r| !r.conditions.ideal_positions), 0.2);
+    near(count(&|r| r.conditions.snr < 245.0), 0.5);
+    for recipe in &list {
+        let c = &recipe.conditions;
+        assert!(
+            (30.0..2000.0).contains(&c.snr) && (12..=30).contains(&c.size.real),
+            "{c:?}"
+        );
+        let moves_only = recipe.kind.causes().contains(&"distortion");
+        assert!(c.ideal_positions || !moves_only);
+    }
+    let fixed = Selection {
+        size: Some(SMALL),
+        ..selection(9, 1)
+    };
+    assert!(recipes(&fixed).iter().all(|r| r.conditions.size == SMALL));
 }

@@ -26,7 +26,7 @@ pub(super) fn unknown(id: &str, rng: &mut Rng) -> Change {
 }
 
 fn central_obstruction() -> Change {
-    Change::new("central_obstruction", [0.3, 0.5], |t, _, _, pencil| {
+    Change::new("central_obstruction", [0.15, 0.5], |t, _, _, pencil| {
         pencil.mask.obstruction = t;
     })
     .scaled("radius", 1.0)
@@ -34,7 +34,7 @@ fn central_obstruction() -> Change {
 
 fn trefoil(rng: &mut Rng) -> Change {
     let d = rng.direction();
-    Change::new("trefoil", [0.3, 4.0], move |t, _, _, pencil| {
+    Change::new("trefoil", [0.05, 4.0], move |t, _, _, pencil| {
         pencil.trefoil = [t * d[0], t * d[1]];
     })
     .scaled("re", d[0])
@@ -44,7 +44,7 @@ fn trefoil(rng: &mut Rng) -> Change {
 fn ripple(rng: &mut Rng) -> Change {
     let (cycles, d) = (rng.between(2.0, 5.0), rng.direction());
     let (phase, rings) = (rng.between(0.0, TAU), rng.chance(0.5));
-    Change::new("ripple", [0.3, 3.0], move |t, _, _, pencil| {
+    Change::new("ripple", [0.05, 3.0], move |t, _, _, pencil| {
         let k = TAU * cycles / 2.0;
         pencil.ripple = Some(Ripple {
             slope: t,
@@ -60,7 +60,7 @@ fn ripple(rng: &mut Rng) -> Change {
 
 fn ghost(rng: &mut Rng) -> Change {
     let (d, far) = (rng.direction(), rng.between(3.0, 6.0));
-    Change::new("ghost", [0.05, 0.35], move |t, _, _, pencil| {
+    Change::new("ghost", [0.01, 0.35], move |t, _, _, pencil| {
         let second = [far * d[0], far * d[1], t];
         pencil.sensor.spread(&[[0.0, 0.0, 1.0 - t], second]);
     })
@@ -71,7 +71,7 @@ fn ghost(rng: &mut Rng) -> Change {
 
 fn sharpening(rng: &mut Rng) -> Change {
     let radius = rng.between(0.8, 2.0);
-    Change::new("sharpening", [0.2, 2.5], move |t, _, _, pencil| {
+    Change::new("sharpening", [0.05, 2.5], move |t, _, _, pencil| {
         pencil.sensor.sharpen = Some([t, radius]);
     })
     .scaled("amount", 1.0)
@@ -83,7 +83,7 @@ fn bleeding(rng: &mut Rng) -> Change {
     let (way, along_x) = (rng.sign(), rng.chance(0.5));
     // The tail is a set of copies at the quantiles of an exponential distribution.
     const COPIES: usize = 40;
-    Change::new("bleeding", [0.1, 0.7], move |t, _, _, pencil| {
+    Change::new("bleeding", [0.02, 0.7], move |t, _, _, pencil| {
         let tail = (0..COPIES).map(|i| {
             let part = (i as f64 + 0.5) / COPIES as f64;
             let far = -way * length * libm::log(1.0 - part);
@@ -113,7 +113,7 @@ fn zone_warp(rng: &mut Rng) -> Change {
             cross: std::array::from_fn(|_| 0.7 * rng.normal()),
         })
         .collect();
-    Change::new("zone_warp", [0.15, 1.5], move |t, _, _, pencil| {
+    Change::new("zone_warp", [0.03, 1.5], move |t, _, _, pencil| {
         let zone = |at: f64, half: f64, count: usize| {
             (((at / half + 1.0) / 2.0 * count as f64).max(0.0) as usize).min(count - 1)
         };
@@ -131,7 +131,7 @@ fn zone_warp(rng: &mut Rng) -> Change {
 
 fn radial_smear(rng: &mut Rng) -> Change {
     let by_channel: [f64; 3] = std::array::from_fn(|_| rng.between(0.7, 1.3));
-    Change::new("radial_smear", [1.5, 9.0], move |t, _, place, pencil| {
+    Change::new("radial_smear", [0.4, 9.0], move |t, _, place, pencil| {
         let length = t * by_channel[place.channel];
         let [x, y] = pencil.field;
         pencil.sensor.spread(&line([length * x, length * y]));

@@ -20,7 +20,8 @@ fn phase(angle: f64) -> Complex {
 /// The pencil's light sums to 1.
 pub(super) fn diffract(pencil: &Pencil, wave_px: f64, centre: [f64; 2], fine: &mut FineGrid) {
     // Sampling repeats the PSF at distances of q samples / 2, far outside the grid.
-    let samples = ((3.6 * fine.width_px() / wave_px) as usize).clamp(64, 160);
+    let samples =
+        ((3.6 * pencil.mask.pupil_scale * fine.width_px() / wave_px) as usize).clamp(64, 160);
     let cell = 2.0 / samples as f64;
     let bins = fine.bins();
     let at = |index: usize| (index as f64 + 0.5) * cell - 1.0;
@@ -40,8 +41,9 @@ pub(super) fn diffract(pencil: &Pencil, wave_px: f64, centre: [f64; 2], fine: &m
         }
         (real, imaginary)
     };
-    let (ex_re, ex_im) = kernel(0, pencil.squeeze_pupil);
-    let (ey_re, ey_im) = kernel(1, 1.0);
+    let [scale_x, scale_y] = pencil.pupil_axes();
+    let (ex_re, ex_im) = kernel(0, scale_x);
+    let (ey_re, ey_im) = kernel(1, scale_y);
     let mut field = vec![[0.0; 2]; bins * bins];
     let (mut row_re, mut row_im) = (vec![0.0; bins], vec![0.0; bins]);
     let mut light = 0.0;
@@ -80,10 +82,10 @@ pub(super) fn diffract(pencil: &Pencil, wave_px: f64, centre: [f64; 2], fine: &m
             }
         }
     }
-    // Parseval: the integral of |U|² over x, in px², is q² times the light, with cells of area cell². The squeeze
-    // along x scales the field.
+    // Parseval: the integral of |U|² over x, in px², is q² times the light, with cells of area cell². Size and
+    // squeeze of the pupil scale the field.
     let bin_area = 1.0 / (BINS * BINS) as f64;
-    let squeeze = pencil.squeeze_pupil / pencil.squeeze_blur;
+    let squeeze = scale_x * scale_y / pencil.squeeze_blur;
     let scale = bin_area * cell * cell * squeeze / (light * wave_px * wave_px);
     fine.fill_from_points(|index| {
         let [re, im] = field[index];

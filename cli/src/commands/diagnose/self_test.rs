@@ -8,7 +8,7 @@ mod runner;
 mod samples;
 
 pub use results::{CaseResult, SelfTest, WithheldResult};
-pub use runner::{Plan, run};
+pub use runner::{Observer, Plan, run};
 
 use std::path::Path;
 
@@ -16,18 +16,12 @@ use super::super::{CommandError, write_text};
 use super::DiagnoseArgs;
 use crate::Console;
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rayon::ThreadPool;
 use seidel_image_io::atomic::{check_folder_content, write_folder_atomically};
-use seidel_trial::Size;
+use seidel_trial::{KindClass, Selection};
 
 const REPORT: &str = "self-test.json";
-/// Number of places and tile size of the command's cases.
-const SIZE: Size = Size {
-    design: 25,
-    real: 24,
-    holdout: 8,
-    tile: 33,
-};
 const DEFAULT_SEED: u64 = 1;
 /// Largest integer that JSON readers which parse numbers as doubles keep exactly.
 const LARGEST_SEED: u64 = 1 << 53;
@@ -54,6 +48,23 @@ pub(super) struct SelfTestArgs {
         conflicts_with_all = ["lens", "observations", "reference"]
     )]
     seed: Option<u64>,
+    /// The only kind of the cases; all kinds if omitted
+    #[arg(
+        long,
+        value_name = "KIND",
+        value_parser = PossibleValuesParser::new(KindClass::ALL.map(KindClass::id)).map(|id| kind(&id)),
+        requires = "self_test",
+        conflicts_with_all = ["lens", "observations", "reference"]
+    )]
+    kind: Option<KindClass>,
+    /// Run only the case with this index, from 0, of the N that the seed gives
+    #[arg(
+        long,
+        value_name = "I",
+        requires = "self_test",
+        conflicts_with_all = ["lens", "observations", "reference"]
+    )]
+    only_case: Option<usize>,
     /// Diagnose each case with a single effect again without that effect in the library, and report how often the verdict
     /// is "unexplained"
     #[arg(
@@ -62,6 +73,13 @@ pub(super) struct SelfTestArgs {
         conflicts_with_all = ["lens", "observations", "reference"]
     )]
     withhold: bool,
+}
+
+/// Returns the kind called `id`, which is one of the possible values.
+fn kind(id: &str) -> KindClass {
+    let mut all = KindClass::ALL.into_iter();
+    all.find(|kind| kind.id() == id)
+        .expect("the parser accepts the identifiers of all kinds only")
 }
 
 impl SelfTestArgs {
@@ -82,16 +100,40 @@ pub(super) fn run_command(
     if let Some(out) = out {
         check_folder_content(out, &[REPORT])?;
     }
+    let only_case = args.self_test.only_case;
+    if let Some(index) = only_case.filter(|index| *index >= count) {
+        return Err(CommandError::Usage(format!(
+            "--only-case {index}: there are {count} cases, 0 to {}",
+            count - 1
+        )));
+    }
     let plan = Plan {
-        count,
-        seed: args.self_test.seed.unwrap_or(DEFAULT_SEED),
-        size: SIZE,
+        selection: Selection {
+            count,
+            seed: args.self_test.seed.unwrap_or(DEFAULT_SEED),
+            only: args.self_test.kind,
+            size: None,
+        },
+        only_case,
         library: Vec::new(),
         withhold: args.self_test.withhold,
     };
     let test = {
         let bar = console.progress_bar("diagnosing sealed cases");
-        pool.install(|| run(&plan, &|share| bar.show(share)))
+        let mut observer = Observer {
+            progress: &|share| bar.show(share),
+            finished: &mut |result| {
+                // The standard output holds JSON alone with --json.
+                bar.suspend(|| {
+                    if args.json {
+                        console.note(result.line());
+                    } else {
+                        console.print(result.line());
+                    }
+                });
+            },
+        };
+        run(&plan, Some(pool), &mut observer)
     };
     if let Some(out) = out {
         write(out, &test)?;
@@ -119,7 +161,7 @@ fn print_summary(test: &SelfTest, out: Option<&Path>, console: &mut Console) {
     console.print(format!(
         "self-test: {} cases, seed {}: {} right, {} wrong, {} of these failed",
         test.cases.len(),
-        test.seed,
+        test.selection.seed,
         test.right(),
         test.cases.len() - test.right(),
         test.failed()
@@ -133,9 +175,13 @@ fn print_summary(test: &SelfTest, out: Option<&Path>, console: &mut Console) {
         };
         console.print(format!("{}: {}{state}", aim.name, aim.found()));
     }
-    for (index, result) in test.cases.iter().enumerate() {
+    for result in &test.cases {
         if let Some(error) = &result.error {
-            console.note(format!("case {index} ({}): {error}", result.truth()));
+            console.note(format!(
+                "case {} ({}): {error}",
+                result.index,
+                result.truth()
+            ));
         }
     }
     if let Some(out) = out {

@@ -1,13 +1,15 @@
 //! `self-test.json`: a self-test for programs, with keys in a fixed order.
 
-use seidel_trial::{Rate, Scores, Size};
+use std::collections::BTreeMap;
+
+use seidel_trial::{Conditions, KindClass, Rate, Scores, Size, Strength};
 use serde::Serialize;
 
 use super::aims::{Aim, Bound};
 use super::results::{CaseResult, SelfTest, WithheldResult};
 
 const FORMAT: &str = "gap-self-test";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Causes listed per case.
 const TOP_CAUSES: usize = 3;
 
@@ -18,7 +20,11 @@ struct File<'a> {
     program: &'static str,
     seed: u64,
     count: usize,
-    size: Size,
+    /// The only kind of the cases.
+    kind: Option<&'static str>,
+    /// Size of all cases, if it was not drawn.
+    size: Option<Size>,
+    run: usize,
     right: usize,
     failed: usize,
     aims: Vec<AimFile>,
@@ -44,15 +50,25 @@ struct CaseFile<'a> {
     kind: &'a str,
     effects: &'a [String],
     unknown: Option<&'a str>,
+    parameters: &'a BTreeMap<String, f64>,
+    simulator: &'static str,
+    model: &'static str,
+    conditions: Conditions,
     gap: f64,
+    strength: Option<&'static str>,
     right: bool,
     verdict: &'a str,
     added: &'a [String],
+    odds: Option<f64>,
     top: Vec<CauseFile<'a>>,
+    equivalents: &'a [Vec<String>],
+    own_gap: Option<f64>,
+    detection_limit: Option<f64>,
     /// Null where there is no diagnosis.
     claimed_closed: Option<f64>,
     true_closed: Option<f64>,
     seconds: f64,
+    cpu_seconds: Option<f64>,
     error: Option<&'a str>,
     withheld: Option<&'a WithheldResult>,
 }
@@ -69,18 +85,17 @@ pub(super) fn json(test: &SelfTest) -> String {
         format: FORMAT,
         version: VERSION,
         program: concat!("seidel ", env!("CARGO_PKG_VERSION")),
-        seed: test.seed,
-        count: test.cases.len(),
-        size: test.size,
+        seed: test.selection.seed,
+        count: test.selection.count,
+        kind: test.selection.only.map(KindClass::id),
+        size: test.selection.size,
+        run: test.cases.len(),
         right: test.right(),
         failed: test.failed(),
         aims: test.aims().iter().map(AimFile::new).collect(),
         scores: test.scores(),
         withheld_unexplained: test.withheld_unexplained(),
-        cases: (0..)
-            .zip(&test.cases)
-            .map(|(index, result)| CaseFile::new(index, result))
-            .collect(),
+        cases: test.cases.iter().map(CaseFile::new).collect(),
     };
     serde_json::to_string_pretty(&file).expect("a self-test is plain JSON") + "\n"
 }
@@ -104,29 +119,39 @@ impl AimFile {
 }
 
 impl<'a> CaseFile<'a> {
-    fn new(index: usize, result: &'a CaseResult) -> Self {
+    fn new(result: &'a CaseResult) -> Self {
         let o = &result.outcome;
         let diagnosed = result.error.is_none();
         let top = o.ranked.iter().take(TOP_CAUSES);
         Self {
-            index,
+            index: result.index,
             recipe: result.truth(),
             kind: &o.answer.kind,
             effects: &o.answer.effects,
             unknown: o.answer.unknown.as_deref(),
+            parameters: &o.answer.parameters,
+            simulator: result.recipe.simulator.id(),
+            model: result.recipe.model.id(),
+            conditions: result.recipe.conditions,
             gap: o.answer.gap,
+            strength: Strength::of(o.answer.gap).map(Strength::id),
             right: result.is_right(),
             verdict: &o.verdict,
             added: &o.added,
+            odds: o.probability(),
             top: top
                 .map(|(effect, probability)| CauseFile {
                     effect,
                     probability: *probability,
                 })
                 .collect(),
+            equivalents: &o.equivalents,
+            own_gap: result.own_gap,
+            detection_limit: result.detection_limit,
             claimed_closed: diagnosed.then_some(o.claimed_closed),
             true_closed: diagnosed.then_some(o.true_closed),
             seconds: o.seconds,
+            cpu_seconds: o.cpu_seconds,
             error: result.error.as_deref(),
             withheld: result.withheld.as_ref(),
         }
@@ -144,16 +169,24 @@ mod tests {
         let text = json(&self_test());
         let file: Value = serde_json::from_str(&text).expect("JSON");
         assert_eq!(file["format"], "gap-self-test");
-        assert_eq!((&file["version"], &file["seed"]), (&1.into(), &7.into()));
-        assert_eq!((&file["count"], &file["right"]), (&9.into(), &4.into()));
+        assert_eq!((&file["version"], &file["seed"]), (&2.into(), &7.into()));
+        assert_eq!((&file["count"], &file["right"]), (&12.into(), &6.into()));
         assert_eq!(file["withheld_unexplained"]["of"], 3);
-        assert_eq!(file["aims"][0]["at_least"], 0.9);
+        assert_eq!(file["aims"][0]["at_least"], 0.95);
         assert_eq!(file["scores"]["single_top1"]["held"], 1);
+        let table = &file["scores"]["breakdown"]["simulator"]["third_order"];
+        assert_eq!(table["single_top1"]["of"], 3);
+        assert!(file["kind"].is_null() && file["size"].is_null());
         let cases = file["cases"].as_array().expect("a list");
-        assert_eq!(cases.len(), 9);
+        assert_eq!(cases.len(), 12);
         assert_eq!(cases[0]["top"].as_array().map(Vec::len), Some(3));
         assert_eq!(cases[0]["withheld"]["added"][0], "higher_order");
         assert_eq!(cases[6]["recipe"], "unknown: ghost");
+        assert_eq!(
+            (&cases[0]["strength"], &cases[0]["odds"]),
+            (&"strong".into(), &0.94.into())
+        );
+        assert_eq!(cases[10]["model"], "reduced");
         let failed = &cases[8];
         assert_eq!(
             (&failed["verdict"], &failed["right"]),

@@ -1,6 +1,6 @@
 //! Results of a self-test: the diagnosis of every case beside its true answer.
 
-use seidel_trial::{Outcome, Rate, Scores, Size, scores};
+use seidel_trial::{Outcome, Rate, Recipe, Scores, Selection, scores};
 use serde::Serialize;
 
 /// Verdict on a case that could not be fitted or diagnosed; it counts as wrong whatever the truth.
@@ -11,11 +11,9 @@ const UNEXPLAINED: &str = "unexplained";
 /// The results of a self-test.
 #[derive(Debug, Clone)]
 pub struct SelfTest {
-    /// Seed from which all cases are drawn.
-    pub seed: u64,
-    /// Number of places of each case, and its tile size.
-    pub size: Size,
-    /// All cases, in the order drawn.
+    /// The selection from which the cases are drawn.
+    pub selection: Selection,
+    /// The cases that were run, in the order drawn.
     pub cases: Vec<CaseResult>,
     /// Whether cases with a single effect were diagnosed again without that effect in the library.
     pub withhold: bool,
@@ -24,8 +22,16 @@ pub struct SelfTest {
 /// The result of one case.
 #[derive(Debug, Clone)]
 pub struct CaseResult {
+    /// Index of the case in its selection.
+    pub index: usize,
+    /// The recipe.
+    pub recipe: Recipe,
     /// The diagnosis and the true answer; the verdict is `failed` where there is no diagnosis.
     pub outcome: Outcome,
+    /// Gap that the fitted lens leaves of its own design; `None` where there is no diagnosis.
+    pub own_gap: Option<f64>,
+    /// Detection limit according to the diagnosis; `None` where there is none.
+    pub detection_limit: Option<f64>,
     /// Error of the fit or of the diagnosis.
     pub error: Option<String>,
     /// The second diagnosis, of single effects when [`SelfTest::withhold`] is set.
@@ -79,11 +85,19 @@ impl SelfTest {
 
 impl CaseResult {
     /// Returns whether the diagnosis is right in the sense of the scores: the single effect comes first, both effects of a
-    /// pair are added, no gap is found between equal lenses, or an unknown cause is called unexplained.
+    /// pair are added, two of three effects are named, no gap is found between equal lenses, an unknown cause is called
+    /// unexplained, or a model that is too simple is called so.
     pub fn is_right(&self) -> bool {
-        let own = scores(std::slice::from_ref(&self.outcome));
+        let own = scores(std::slice::from_ref(&self.outcome)).rates;
         let no_alarm = own.false_alarms.of - own.false_alarms.held;
-        own.single_top1.held + own.pair_both.held + own.unknown_unexplained.held + no_alarm == 1
+        let found = [
+            own.single_top1,
+            own.pair_both,
+            own.triple_two,
+            own.unknown_unexplained,
+            own.too_simple_found,
+        ];
+        no_alarm + found.iter().map(|rate| rate.held).sum::<usize>() == 1
     }
 
     /// Returns a description of the difference between the real lens of the case and its design.
@@ -91,9 +105,46 @@ impl CaseResult {
         let answer = &self.outcome.answer;
         match (&answer.unknown, answer.effects.as_slice()) {
             (Some(family), _) => format!("unknown: {family}"),
+            (None, []) if answer.kind == "too_simple" => "model too simple".to_owned(),
             (None, []) => "nothing".to_owned(),
             (None, effects) => effects.join(" and "),
         }
+    }
+
+    /// Returns the result on one line.
+    pub fn line(&self) -> String {
+        let (o, c) = (&self.outcome, &self.recipe.conditions);
+        let right = if self.is_right() { "right" } else { "WRONG" };
+        let number = |value: Option<f64>, digits: usize| {
+            value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
+        };
+        let added = match o.added.as_slice() {
+            [] => "nothing".to_owned(),
+            ids => ids.join(" and "),
+        };
+        let ideal = if c.ideal_positions {
+            ""
+        } else {
+            ", no ideal positions"
+        };
+        format!(
+            "case {}: {right}; {} -> {}, added {added}, odds {}; gap {:.4}, closed {:.3} of {:.3}; {}, {} x {} tiles of {} px, \
+             SNR {:.0}{ideal}; {:.1} s, {} CPU s",
+            self.index,
+            self.truth(),
+            o.verdict,
+            number(o.probability(), 2),
+            o.answer.gap,
+            o.claimed_closed,
+            o.true_closed,
+            o.setting.simulator,
+            c.distances,
+            c.size.real,
+            c.size.tile,
+            c.snr,
+            o.seconds,
+            number(o.cpu_seconds, 1),
+        )
     }
 }
 
@@ -108,12 +159,23 @@ mod tests {
         let right: Vec<bool> = test.cases.iter().map(CaseResult::is_right).collect();
         assert_eq!(
             right,
-            [true, false, true, false, true, false, true, false, false]
+            [
+                true, false, true, false, true, false, true, false, false, true, true, false
+            ]
         );
-        assert_eq!((test.right(), test.failed()), (4, 1));
+        assert_eq!((test.right(), test.failed()), (6, 1));
         let withheld = test.withheld_unexplained().expect("withhold is set");
         assert_eq!((withheld.held, withheld.of), (1, 3));
         assert_eq!(test.cases[2].truth(), "motion and decentre");
+        assert_eq!(test.cases[10].truth(), "model too simple");
+        let line = test.cases[1].line();
+        assert!(
+            line.starts_with(
+                "case 1: WRONG; higher_order -> explained, added vignetting, odds 0.94; gap 0.1200"
+            ),
+            "{line}"
+        );
+        assert!(line.ends_with("12.5 s, 20.0 CPU s"), "{line}");
         test.withhold = false;
         assert!(test.withheld_unexplained().is_none());
     }

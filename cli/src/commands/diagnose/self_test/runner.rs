@@ -2,80 +2,143 @@
 
 use std::time::Instant;
 
+use rayon::ThreadPool;
 use seidel_core::calibrate::diagnose::{Diagnosis, Settings, diagnose};
-use seidel_core::calibrate::fit::{PupilSettings, fit_pupil};
+use seidel_core::calibrate::fit::{PupilModel, PupilSettings, fit_pupil};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_core::{Error, Progress, Result};
-use seidel_trial::{Answer, Case, Outcome, Size, draw, recipes};
+use seidel_image_io::processor_time::processor_seconds;
+use seidel_trial::{Answer, Case, FitModel, Outcome, Recipe, Selection, Setting, draw, recipes};
 
 use super::results::{CaseResult, FAILED, SelfTest, WithheldResult};
 
 /// Settings of a self-test.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Number of cases.
-    pub count: usize,
-    /// Seed from which all cases are drawn.
-    pub seed: u64,
-    /// Number of places of each case, and its tile size.
-    pub size: Size,
+    /// The cases to draw.
+    pub selection: Selection,
+    /// Index of the only case of the selection to run; all if `None`.
+    pub only_case: Option<usize>,
     /// Identifiers of the effects that the diagnosis tries; all if empty.
     pub library: Vec<String>,
     /// Whether cases with a single effect are diagnosed again without that effect in the library.
     pub withhold: bool,
 }
 
-/// Draws and diagnoses the cases in sequence. `progress` receives the share done, 0 to 1; a case that it cancels counts
-/// as failed.
+/// The observer of a running self-test.
+pub struct Observer<'a> {
+    /// Receives the share done, 0 to 1; a case that it cancels counts as failed.
+    pub progress: &'a Progress<'a>,
+    /// Receives each result when its case is finished.
+    pub finished: &'a mut dyn FnMut(&CaseResult),
+}
+
+/// Draws and diagnoses the cases in sequence on the threads of `pool`, or of the global pool.
 ///
 /// # Panics
 /// Sets without places, and tiles smaller than 25 pixels.
-pub fn run(plan: &Plan, progress: &Progress) -> SelfTest {
-    let cases = recipes(plan.count, plan.seed, plan.size)
-        .iter()
+pub fn run(plan: &Plan, pool: Option<&ThreadPool>, observer: &mut Observer) -> SelfTest {
+    let recipes: Vec<(usize, Recipe)> = recipes(&plan.selection)
+        .into_iter()
         .enumerate()
-        .map(|(index, recipe)| {
-            let progress = |share: f64| progress((index as f64 + share) / plan.count as f64);
-            progress(0.0);
-            run_case(draw(recipe), plan, &progress)
-        })
+        .filter(|(index, _)| plan.only_case.is_none_or(|only| only == *index))
         .collect();
+    let count = recipes.len() as f64;
+    let mut cases = Vec::with_capacity(recipes.len());
+    for (done, (index, recipe)) in recipes.iter().enumerate() {
+        let all = observer.progress;
+        let progress = |share: f64| all((done as f64 + share) / count);
+        progress(0.0);
+        let work = || run_case(*index, recipe, plan, &progress);
+        let result = match pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        };
+        (observer.finished)(&result);
+        cases.push(result);
+    }
     SelfTest {
-        seed: plan.seed,
-        size: plan.size,
+        selection: plan.selection,
         cases,
         withhold: plan.withhold,
     }
 }
 
-/// Diagnoses a case from the sets that a user would have, then opens its answer.
-fn run_case(case: Case, plan: &Plan, progress: &Progress) -> CaseResult {
-    let start = Instant::now();
-    let passes = if plan.withhold { 2.0 } else { 1.0 };
-    let first = |share: f64| progress(share / passes);
-    let blind = fit_and_diagnose(&case.design, &case.real, &plan.library, &first);
-    let seconds = start.elapsed().as_secs_f64();
+/// The time that a diagnosis took.
+#[derive(Debug, Clone, Copy)]
+struct TimeTaken {
+    seconds: f64,
+    cpu_seconds: Option<f64>,
+}
+
+/// A running clock.
+struct Stopwatch {
+    start: Instant,
+    cpu_start: Option<f64>,
+}
+
+impl Stopwatch {
+    fn start() -> Self {
+        Self {
+            start: Instant::now(),
+            cpu_start: processor_seconds(),
+        }
+    }
+
+    fn read(&self) -> TimeTaken {
+        let cpu_seconds = processor_seconds()
+            .zip(self.cpu_start)
+            .map(|(now, start)| now - start);
+        TimeTaken {
+            seconds: self.start.elapsed().as_secs_f64(),
+            cpu_seconds,
+        }
+    }
+}
+
+/// Draws a case, diagnoses it from the sets that a user would have, then opens its answer.
+fn run_case(index: usize, recipe: &Recipe, plan: &Plan, progress: &Progress) -> CaseResult {
     let Case {
+        design,
         real,
         holdout,
         answer,
-        ..
-    } = case;
+    } = draw(recipe);
+    let stopwatch = Stopwatch::start();
+    let passes = if plan.withhold { 2.0 } else { 1.0 };
+    let first = |share: f64| progress(share / passes);
+    let blind = fit_and_diagnose(&design, &real, recipe.model, &plan.library, &first);
+    let time = stopwatch.read();
     let withheld = (plan.withhold && answer.kind == "single").then(|| {
         let second = |share: f64| progress((1.0 + share) / passes);
         let library = library_without(&plan.library, &answer.effects);
         diagnose_withheld(&library, &real, blind.as_ref(), &second)
     });
     let scored = blind.and_then(|blind| Ok((closed_share(&blind, &holdout)?, blind)));
+    let own_gap = scored
+        .as_ref()
+        .ok()
+        .map(|(_, blind)| blind.diagnosis.model.own_gap);
+    let limit = scored
+        .as_ref()
+        .ok()
+        .map(|(_, blind)| blind.diagnosis.detection_limit);
     let (outcome, error) = match scored {
-        Ok((closed, blind)) => (outcome(answer, &blind.diagnosis, closed, seconds), None),
-        Err(error) => (failed(answer, seconds), Some(error.to_string())),
+        Ok((closed, blind)) => {
+            let outcome = outcome(recipe, answer, &blind.diagnosis, closed, time);
+            (outcome, None)
+        }
+        Err(error) => (failed(recipe, answer, time), Some(error.to_string())),
     };
     CaseResult {
+        index,
+        recipe: *recipe,
         outcome,
+        own_gap,
+        detection_limit: limit,
         error,
         withheld,
     }
@@ -101,14 +164,22 @@ struct BlindDiagnosis {
     diagnosis: Diagnosis,
 }
 
-/// Fits a lens to the simulated `design` and diagnoses it against `real`.
+/// Fits a lens of the given `model` to the simulated `design` and diagnoses it against `real`.
 fn fit_and_diagnose(
     design: &ObservationSet,
     real: &ObservationSet,
+    model: FitModel,
     library: &[String],
     progress: &Progress,
 ) -> Result<BlindDiagnosis> {
-    let lens = fit_pupil(std::slice::from_ref(design), &PupilSettings::default())?.lens;
+    let settings = PupilSettings {
+        model: match model {
+            FitModel::Reduced => PupilModel::Reduced,
+            FitModel::Extended => PupilModel::Extended,
+        },
+        ..PupilSettings::default()
+    };
+    let lens = fit_pupil(std::slice::from_ref(design), &settings)?.lens;
     let diagnosis = checked_diagnosis(&lens, real, library, progress)?;
     Ok(BlindDiagnosis { lens, diagnosis })
 }
@@ -202,32 +273,42 @@ fn mean_gap(lens: &LensProfile, set: &ObservationSet) -> Result<f64> {
 }
 
 /// Returns the outcome of a case from its diagnosis.
-fn outcome(answer: Answer, diagnosis: &Diagnosis, true_closed: f64, seconds: f64) -> Outcome {
+fn outcome(
+    recipe: &Recipe,
+    answer: Answer,
+    diagnosis: &Diagnosis,
+    true_closed: f64,
+    time: TimeTaken,
+) -> Outcome {
     let causes = diagnosis.causes.iter();
     let ranked = causes.map(|c| (c.effect.to_owned(), c.probability));
     Outcome {
-        answer,
         verdict: diagnosis.verdict.id().to_owned(),
         added: owned(&diagnosis.added),
         ranked: ranked.collect(),
         equivalents: diagnosis.equivalents.iter().map(|e| owned(e)).collect(),
         claimed_closed: diagnosis.gap.closed,
         true_closed,
-        seconds,
+        ..failed(recipe, answer, time)
     }
 }
 
 /// Returns the outcome of a case that could not be fitted or diagnosed.
-fn failed(answer: Answer, seconds: f64) -> Outcome {
+fn failed(recipe: &Recipe, answer: Answer, time: TimeTaken) -> Outcome {
     Outcome {
         answer,
+        setting: Setting {
+            simulator: recipe.simulator.id().to_owned(),
+            distances: recipe.conditions.distances,
+        },
         verdict: FAILED.to_owned(),
         added: Vec::new(),
         ranked: Vec::new(),
         equivalents: Vec::new(),
         claimed_closed: 0.0,
         true_closed: 0.0,
-        seconds,
+        seconds: time.seconds,
+        cpu_seconds: time.cpu_seconds,
     }
 }
 

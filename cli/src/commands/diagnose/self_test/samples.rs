@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use seidel_trial::{Answer, Outcome, Size};
+use seidel_trial::{Answer, Kind, Outcome, Recipe, Selection, Setting, Simulator};
 
 use super::results::{CaseResult, FAILED, SelfTest, WithheldResult};
 
@@ -19,6 +19,8 @@ fn case(
 ) -> CaseResult {
     let unknown = kind == "unknown";
     CaseResult {
+        index: 0,
+        recipe: Recipe::new(Kind::None, Simulator::ThirdOrder, 1, None),
         outcome: Outcome {
             answer: Answer {
                 kind: kind.to_owned(),
@@ -27,6 +29,10 @@ fn case(
                 parameters: BTreeMap::new(),
                 gap: if kind == "none" { 0.0 } else { 0.12 },
             },
+            setting: Setting {
+                simulator: Simulator::ThirdOrder.id().to_owned(),
+                distances: 2,
+            },
             verdict: verdict.to_owned(),
             added: strings(added),
             ranked: ranked.iter().map(|(c, p)| ((*c).to_owned(), *p)).collect(),
@@ -34,7 +40,10 @@ fn case(
             claimed_closed: if added.is_empty() { 0.0 } else { 0.95 },
             true_closed: if added.is_empty() { 0.0 } else { 0.91 },
             seconds: 12.5,
+            cpu_seconds: Some(20.0),
         },
+        own_gap: Some(0.0004),
+        detection_limit: Some(0.002),
         error: None,
         withheld: None,
     }
@@ -49,7 +58,7 @@ fn withheld(verdict: &str, added: &[&str]) -> Option<WithheldResult> {
     })
 }
 
-/// Returns nine cases, of which the second, fourth, sixth, eighth and ninth are wrong.
+/// Returns twelve cases, of which the second, fourth, sixth, eighth, ninth and last are wrong.
 pub(super) fn self_test() -> SelfTest {
     let first = [
         ("vignetting", 0.94),
@@ -115,7 +124,25 @@ pub(super) fn self_test() -> SelfTest {
             &[("decentre", 0.8)],
         ),
         case("single", &["sensor_tilt"], FAILED, &[], &[]),
+        case(
+            "triple",
+            &["motion", "decentre", "vignetting"],
+            "unexplained",
+            &["motion", "decentre"],
+            &[("motion", 0.5), ("decentre", 0.4)],
+        ),
+        case("too_simple", &[], "model_too_simple", &[], &first),
+        case(
+            "too_simple",
+            &[],
+            "no_gap",
+            &[],
+            &[("unknown", 0.4), ("motion", 0.3)],
+        ),
     ];
+    for (index, case) in cases.iter_mut().enumerate() {
+        case.index = index;
+    }
     cases[8].error = Some("tile: <no light>".to_owned());
     cases[0].withheld = withheld("unexplained", &["higher_order"]);
     cases[1].withheld = withheld("explained", &["vignetting"]);
@@ -126,8 +153,12 @@ pub(super) fn self_test() -> SelfTest {
         error: Some("the lens could not be fitted".to_owned()),
     });
     SelfTest {
-        seed: 7,
-        size: Size::default(),
+        selection: Selection {
+            count: cases.len(),
+            seed: 7,
+            only: None,
+            size: None,
+        },
         cases,
         withhold: true,
     }
