@@ -12,6 +12,7 @@ use super::prediction::TilePredictor;
 use super::registration::Registration;
 use super::search::Candidate;
 use super::tiles::TileData;
+use seidel_optics::effects::ScenePoint;
 use seidel_optics::psf::pupil::Detail;
 
 /// Largest correction of a stated position, px; larger shifts count as a gap.
@@ -97,36 +98,59 @@ fn shifts(best: &Candidate, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
         .collect()
 }
 
-/// Subtracts from `shifts` of stated positions, at each distance, their quadratic trend over the field; of few observations,
-/// their mean. Shifts of estimated positions stay.
+/// Subtracts from `shifts` of stated positions their smooth trend over the field, which effects may cause. Shifts of
+/// estimated positions stay.
 fn incoherent(shifts: Vec<(usize, [f64; 2])>, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
-    let (mut rest, mut result): (Vec<_>, Vec<_>) =
+    let (mut stated, estimated): (Vec<_>, Vec<_>) =
         shifts.into_iter().partition(|s| is_stated(s.0, tiles));
-    while let Some(distance) = rest.first().map(|s| tile_of(s.0, tiles).distance) {
-        let (own, others): (Vec<_>, Vec<_>) = rest
-            .into_iter()
-            .partition(|s| tile_of(s.0, tiles).distance == distance);
-        rest = others;
-        let size = if own.len() >= 18 { 6 } else { 1 };
-        let basis = DMatrix::from_fn(own.len(), size, |row, column| {
-            let at = tile_of(own[row].0, tiles).point.at;
-            [1.0, at.x, at.y, at.x * at.x, at.x * at.y, at.y * at.y][column]
+    let points: Vec<ScenePoint> = (stated.iter()).map(|s| tile_of(s.0, tiles).point).collect();
+    for axis in 0..2 {
+        let terms = trend_terms(stated.len());
+        let basis = DMatrix::from_fn(stated.len(), terms.len(), |row, column| {
+            terms[column](points[row], axis)
         });
-        let mut left = own.clone();
-        for axis in 0..2 {
-            let values = DVector::from_fn(own.len(), |row, _| own[row].1[axis]);
-            let normal = basis.transpose() * &basis + DMatrix::identity(size, size) * 1e-9;
-            let Some(inverse) = normal.try_inverse() else {
-                continue;
-            };
-            let smooth = &basis * (inverse * basis.transpose() * values);
-            for (row, shift) in left.iter_mut().enumerate() {
-                shift.1[axis] -= smooth[row];
-            }
+        let values = DVector::from_fn(stated.len(), |row, _| stated[row].1[axis]);
+        let size = terms.len();
+        let normal = basis.transpose() * &basis + DMatrix::identity(size, size) * 1e-9;
+        let Some(inverse) = normal.try_inverse() else {
+            continue;
+        };
+        let smooth = &basis * (inverse * basis.transpose() * values);
+        for (row, shift) in stated.iter_mut().enumerate() {
+            shift.1[axis] -= smooth[row];
         }
-        result.extend(left);
     }
-    result
+    stated.extend(estimated);
+    stated
+}
+
+/// A term of the trend of shifts along an axis.
+type TrendTerm = fn(ScenePoint, usize) -> f64;
+
+/// Terms of the trend, the most needed first: shift, magnification, distortion; change of magnification with vergence; general
+/// quadratic shifts, such as those of tilted elements.
+const TREND_TERMS: [TrendTerm; 8] = [
+    |_, _| 1.0,
+    |p, axis| along(p, axis),
+    |p, axis| along(p, axis) * p.at.radius().powi(2),
+    |p, axis| along(p, axis) * p.vergence_per_m,
+    |p, axis| along(p, 1 - axis),
+    |p, axis| along(p, axis).powi(2),
+    |p, _| p.at.x * p.at.y,
+    |p, axis| along(p, 1 - axis).powi(2),
+];
+/// Observations needed for each term of the trend.
+const OBSERVATIONS_PER_TERM: usize = 3;
+
+/// Returns the field coordinate along `axis`.
+fn along(point: ScenePoint, axis: usize) -> f64 {
+    [point.at.x, point.at.y][axis]
+}
+
+/// Returns the terms of the trend of that many shifts.
+fn trend_terms(count: usize) -> &'static [TrendTerm] {
+    let most = (count / OBSERVATIONS_PER_TERM).clamp(1, TREND_TERMS.len());
+    &TREND_TERMS[..most]
 }
 
 /// Normal equations of a tile's shift, relative to its squared norm.

@@ -1,7 +1,7 @@
 //! Diagnosis of the gap between a lens and observations: the missing effect, and the gap after it is added.
 //!
 //! Tiles are compared with the lens's predictions on their pixel grid (`tiles`, `prediction`). Every effect,
-//! and pairs of them, are fitted by Levenberg-Marquardt (`hypothesis`, `gap_problem`, `search`) and scored
+//! and two or three of them jointly, are fitted by Levenberg-Marquardt (`hypothesis`, `gap_problem`, `search`, `joint`) and scored
 //! by cross-validation over field zones. The scores give posterior probabilities (`posterior`) and a verdict
 //! (`verdict`). The selected effects are fitted to all tiles, and without each zone in turn for the reported
 //! figures (`proof`).
@@ -12,6 +12,7 @@ mod explainable;
 mod gap_problem;
 mod hypothesis;
 mod jitter;
+mod joint;
 mod model_share;
 mod next_capture;
 mod pair;
@@ -51,9 +52,6 @@ const MIN_REPORTED_JITTER_PX: f64 = 0.02;
 /// leaves.
 const REFINED_SINGLES: usize = 4;
 const REFINED_RATIO: f64 = 4.0;
-/// Single effects from which pairs are formed, and pairs refined on more tiles.
-const PAIRED_SINGLES: usize = 4;
-const REFINED_PAIRS: usize = 3;
 
 /// Diagnoses the gap between `lens` and `set`.
 ///
@@ -108,15 +106,15 @@ pub fn diagnose(
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     let statistics = verdict::GapStatistics::new(model.own_gap, &search, &singles);
-    let pairs = if settings.pairs && statistics.wants_pairs() {
-        pairs(&search, &singles, |share| {
+    let joint = if settings.pairs && statistics.wants_pairs() {
+        joint::combinations(&search, &statistics, &singles, |share| {
             step(progress, (tried.len() as f64 + 3.0 * share) / steps)
         })?
     } else {
         Vec::new()
     };
     step(progress, (steps - 1.0) / steps)?;
-    let decision = statistics.decide(&singles, &pairs);
+    let decision = statistics.decide(&singles, &joint);
     if decision.verdict == Verdict::ModelTooSimple {
         model.find_freedom(lens, settings.design.as_ref().unwrap_or(set));
     }
@@ -128,34 +126,11 @@ pub fn diagnose(
         search: &search,
         statistics: &statistics,
         singles: &singles,
-        pairs: &pairs,
+        joint: &joint,
         decision: &decision,
         model,
         left: &left,
     })
-}
-
-/// The pairs worth trying: each of the best singles with every other effect.
-fn pairs(
-    search: &HypothesisSearch,
-    singles: &[Candidate],
-    progress: impl Fn(f64) -> Result<()>,
-) -> Result<Vec<Candidate>> {
-    let mut found: Vec<Candidate> = Vec::new();
-    let first = PAIRED_SINGLES.min(singles.len());
-    for (i, one) in singles[..first].iter().enumerate() {
-        progress(i as f64 / first as f64)?;
-        let others: Vec<&Candidate> = singles.iter().skip(i + 1).collect();
-        for other in search.promising(one, &others) {
-            found.push(search.pair(one, other));
-        }
-    }
-    found.sort_by(|a, b| a.after.total_cmp(&b.after));
-    let rest = found.split_off(REFINED_PAIRS.min(found.len()));
-    let refined = found.into_iter().map(|pair| search.refined(pair));
-    let mut found: Vec<Candidate> = refined.chain(rest).collect();
-    found.sort_by(|a, b| a.after.total_cmp(&b.after));
-    Ok(found)
 }
 
 fn rays(lens: &LensProfile) -> Result<&[PupilChannel]> {

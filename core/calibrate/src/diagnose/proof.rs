@@ -28,7 +28,7 @@ pub(super) struct Findings<'a> {
     pub(super) search: &'a HypothesisSearch<'a>,
     pub(super) statistics: &'a GapStatistics,
     pub(super) singles: &'a [Candidate],
-    pub(super) pairs: &'a [Candidate],
+    pub(super) joint: &'a [Candidate],
     pub(super) decision: &'a Decision,
     pub(super) model: ModelShare,
     /// Effects that this lens and set cannot show.
@@ -325,8 +325,9 @@ fn values(
 
 fn pairs(found: &Findings) -> Vec<Pair> {
     let before = found.statistics.before;
-    let pairs = found.pairs.iter().zip(&found.decision.pairs);
+    let pairs = found.joint.iter().zip(&found.decision.joint);
     pairs
+        .filter(|(joint, _)| joint.hypothesis.parts.len() == 2)
         .map(|(pair, probability)| {
             let ids = pair.hypothesis.ids();
             Pair {

@@ -88,8 +88,9 @@ const HOPELESS_RATIO: f64 = 4.0;
 const MIN_EXCESS: f64 = 1e-6;
 /// Partners per effect that are searched in full.
 const PARTNERS: usize = 2;
-/// Starting points of its own for the second effect of a pair.
-const PARTNER_STARTS: usize = 10;
+/// Starting points of its own for an effect that joins others: while partners are compared, and for the partner chosen.
+const PARTNER_STARTS: usize = 4;
+const JOINT_STARTS: usize = 10;
 /// Starting points that are refined.
 const REFINED_STARTS: usize = 2;
 /// Relative decreases of the cost at which first and later searches stop.
@@ -99,6 +100,31 @@ const TOLERANCE: f64 = 1e-3;
 const LEFT_OUT_DAMPING: f64 = 1e-6;
 /// Positions tried along the line from the neutral values (0) to the starting point (1).
 const STEP_LENGTHS: [f64; 7] = [1.0, 0.3, 0.1, 0.03, -0.03, -0.1, -0.3];
+/// The same for an effect that joins others, of which its separate estimate gives the scale.
+const JOINT_STEP_LENGTHS: [f64; 3] = [1.0, 0.3, -0.3];
+
+/// Positions tried when starting points are compared.
+struct Strides {
+    lengths: &'static [f64],
+    /// Effects that keep their values meanwhile.
+    settled: Vec<&'static str>,
+}
+
+impl Strides {
+    fn of_first() -> Self {
+        Self {
+            lengths: &STEP_LENGTHS,
+            settled: Vec::new(),
+        }
+    }
+
+    fn of_second(one: &Candidate) -> Self {
+        Self {
+            lengths: &JOINT_STEP_LENGTHS,
+            settled: one.hypothesis.ids(),
+        }
+    }
+}
 
 impl<'a> HypothesisSearch<'a> {
     pub(super) fn new(tiles: &'a [TileData], channels: usize, reference: usize) -> Self {
@@ -168,7 +194,7 @@ impl<'a> HypothesisSearch<'a> {
             let theta = hypothesis.start();
             (hypothesis, theta)
         });
-        self.best(starts.collect(), None)
+        self.best(starts.collect(), Strides::of_first())
     }
 
     /// Refines and scores `draft`; only scores it if it leaves much more of the gap than the best of all drafts, whose cost
@@ -183,9 +209,11 @@ impl<'a> HypothesisSearch<'a> {
         self.completed(draft)
     }
 
-    /// Estimates the parameters of both effects jointly, starting from their separate estimates.
-    pub(super) fn pair(&self, one: &Candidate, other: &Candidate) -> Candidate {
-        let draft = self.best(self.joined(one, other), Some(one.hypothesis.ids()[0]));
+    /// Estimates the parameters of the effects of `one` and of the single effect of `other` jointly, starting from their
+    /// separate estimates.
+    pub(super) fn joint(&self, one: &Candidate, other: &Candidate) -> Candidate {
+        let starts = self.joined(one, other, JOINT_STARTS);
+        let draft = self.best(starts, Strides::of_second(one));
         self.completed(draft)
     }
 
@@ -195,32 +223,34 @@ impl<'a> HypothesisSearch<'a> {
         self.scored(draft.hypothesis, fitted.theta, &self.few, Scoring::Full)
     }
 
-    /// Returns joint starting points: both effects at their separate estimates, and the second at its own
+    /// Returns joint starting points: all effects at their separate estimates, and the last at `count` of its own
     /// starting points.
-    fn joined(&self, one: &Candidate, other: &Candidate) -> Vec<(Hypothesis, Vec<f64>)> {
-        let part = |c: &Candidate| c.hypothesis.parts[0].clone();
-        let alone = |c: &Candidate, start: &SearchStart| {
-            let fresh = Hypothesis::new(
-                vec![(part(c).0, start.clone())],
-                self.channels,
-                self.reference,
-            );
+    fn joined(
+        &self,
+        one: &Candidate,
+        other: &Candidate,
+        count: usize,
+    ) -> Vec<(Hypothesis, Vec<f64>)> {
+        let (last, _) = &other.hypothesis.parts[0];
+        let alone = |start: SearchStart| {
+            let fresh = Hypothesis::new(vec![(*last, start)], self.channels, self.reference);
             let theta = fresh.start();
             (fresh, theta)
         };
         let both = |a: (&Hypothesis, &[f64]), b: (&Hypothesis, &[f64])| {
-            let parts = vec![a.0.parts[0].clone(), b.0.parts[0].clone()];
+            let parts = [a.0.parts.clone(), b.0.parts.clone()].concat();
             let joint = Hypothesis::new(parts, self.channels, self.reference);
             let theta = joint
                 .slots
                 .iter()
                 .map(|slot| {
                     let id = joint.parts[slot.part].0.id();
-                    let (from, values) = if a.0.parts[0].0.id() == id { a } else { b };
-                    let same = from
-                        .slots
-                        .iter()
-                        .position(|s| s.parameter == slot.parameter && s.channel == slot.channel);
+                    let (from, values) = if b.0.parts[0].0.id() == id { b } else { a };
+                    let same = from.slots.iter().position(|s| {
+                        from.parts[s.part].0.id() == id
+                            && s.parameter == slot.parameter
+                            && s.channel == slot.channel
+                    });
                     same.map_or(joint.parts[slot.part].1.values[slot.parameter], |k| {
                         values[k]
                     })
@@ -233,8 +263,8 @@ impl<'a> HypothesisSearch<'a> {
             (&other.hypothesis, &other.theta[..]),
         );
         let mut starts = vec![both(a, b)];
-        for start in part(other).0.starts().into_iter().take(PARTNER_STARTS) {
-            let (fresh, theta) = alone(other, &start);
+        for start in last.starts().into_iter().take(count) {
+            let (fresh, theta) = alone(start);
             starts.push(both(a, (&fresh, &theta)));
         }
         starts
@@ -250,10 +280,10 @@ impl<'a> HypothesisSearch<'a> {
         let mut ranked: Vec<(f64, &Candidate)> = others
             .iter()
             .map(|other| {
-                let settled = Some(one.hypothesis.ids()[0]);
-                let starts = self.joined(one, other).into_iter();
+                let strides = Strides::of_second(one);
+                let starts = self.joined(one, other, PARTNER_STARTS).into_iter();
                 let screened = starts.map(|(hypothesis, theta)| {
-                    let fitted = self.screen(&hypothesis, &theta, settled);
+                    let fitted = self.screen(&hypothesis, &theta, &strides);
                     (hypothesis, fitted)
                 });
                 let best = screened.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
@@ -267,13 +297,12 @@ impl<'a> HypothesisSearch<'a> {
         chosen.map(|(_, other)| other).collect()
     }
 
-    /// Selects among `starts` on few tiles and refines the best. The effect `settled` keeps its values while
-    /// starting points are compared.
-    fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>, settled: Option<&str>) -> Draft {
+    /// Selects among `starts` on few tiles and refines the best.
+    fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>, strides: Strides) -> Draft {
         let mut screened: Vec<(Hypothesis, LocalMinimum)> = starts
             .into_iter()
             .map(|(hypothesis, theta)| {
-                let fitted = self.screen(&hypothesis, &theta, settled);
+                let fitted = self.screen(&hypothesis, &theta, &strides);
                 (hypothesis, fitted)
             })
             .collect();
@@ -298,22 +327,20 @@ impl<'a> HypothesisSearch<'a> {
 
     /// Line search from the neutral values through `theta`, because the scale of an effect is unknown and a
     /// gradient search needs overlapping images.
-    fn screen(
-        &self,
-        hypothesis: &Hypothesis,
-        theta: &[f64],
-        settled: Option<&str>,
-    ) -> LocalMinimum {
+    fn screen(&self, hypothesis: &Hypothesis, theta: &[f64], strides: &Strides) -> LocalMinimum {
         let mut neutral = hypothesis.neutral();
         for ((slot, neutral), value) in hypothesis.slots.iter().zip(&mut neutral).zip(theta) {
-            if settled == Some(hypothesis.parts[slot.part].0.id()) {
+            if strides
+                .settled
+                .contains(&hypothesis.parts[slot.part].0.id())
+            {
                 *neutral = *value;
             }
         }
         let problem = GapProblem::new(hypothesis, &self.screening, Detail::DRAFT);
         // A stop too large to clip has zero gradient, so unchanged cost disqualifies a point.
         let neutral_cost = problem.gap_sum(&neutral);
-        let tries = STEP_LENGTHS.iter().filter_map(|stride| {
+        let tries = strides.lengths.iter().filter_map(|stride| {
             let there: Vec<f64> = theta
                 .iter()
                 .zip(&neutral)

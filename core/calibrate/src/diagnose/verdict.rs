@@ -41,10 +41,10 @@ pub(super) struct Decision {
     pub(super) nothing_missing: f64,
     /// The hypothesis added to the lens.
     pub(super) added: Option<Candidate>,
-    /// Probability of every single effect, including half of that of its pairs.
+    /// Probability of every single effect, including its part of that of its combinations.
     pub(super) singles: Vec<f64>,
-    /// Probability of every pair.
-    pub(super) pairs: Vec<f64>,
+    /// Probability of every combination.
+    pub(super) joint: Vec<f64>,
     pub(super) unknown: f64,
     /// Classes of effects that the data do not distinguish.
     pub(super) equivalents: Vec<Vec<&'static str>>,
@@ -109,15 +109,19 @@ impl GapStatistics {
 
     /// Returns whether pairs of effects need to be searched.
     pub(super) fn wants_pairs(&self) -> bool {
-        !self.is_too_simple()
-            && self.none() < 0.5
-            && self.best > SUFFICIENT_REMAINDER * self.before + self.misfit
+        !self.is_too_simple() && self.none() < 0.5 && self.leaves_a_part(self.best)
     }
 
-    pub(super) fn decide(&self, singles: &[Candidate], pairs: &[Candidate]) -> Decision {
+    /// Returns whether effects that leave the gap `after` leave more than the lens's own gap and a small part.
+    pub(super) fn leaves_a_part(&self, after: f64) -> bool {
+        after > SUFFICIENT_REMAINDER * self.before + self.misfit
+    }
+
+    /// Decides between the `singles` and the `joint` candidates of two or three effects.
+    pub(super) fn decide(&self, singles: &[Candidate], joint: &[Candidate]) -> Decision {
         let contenders: Vec<CandidateScore> = singles
             .iter()
-            .chain(pairs)
+            .chain(joint)
             .map(|c| CandidateScore {
                 after: c.after,
                 freedom: c.freedom(),
@@ -127,19 +131,20 @@ impl GapStatistics {
         let least = (contenders.iter().map(|c| c.after)).fold(f64::INFINITY, f64::min);
         let odds = probabilities(&contenders, self.scale(least));
         let (own, rest) = odds.split_at(singles.len());
-        let (of_pairs, unknown) = rest.split_at(pairs.len());
+        let (of_joint, unknown) = rest.split_at(joint.len());
         let unknown = unknown[0];
-        let mut with_pairs = own.to_vec();
-        for (pair, odds) in pairs.iter().zip(of_pairs) {
-            for id in pair.hypothesis.ids() {
-                let single = singles.iter().position(|s| s.hypothesis.ids() == [id]);
+        let mut with_joint = own.to_vec();
+        for (candidate, odds) in joint.iter().zip(of_joint) {
+            let ids = candidate.hypothesis.ids();
+            for id in &ids {
+                let single = singles.iter().position(|s| s.hypothesis.ids() == [*id]);
                 if let Some(k) = single {
-                    with_pairs[k] += odds / 2.0;
+                    with_joint[k] += odds / ids.len() as f64;
                 }
             }
         }
         let none = self.none();
-        let all: Vec<&Candidate> = singles.iter().chain(pairs).collect();
+        let all: Vec<&Candidate> = singles.iter().chain(joint).collect();
         let best = (0..all.len()).max_by(|a, b| odds[*a].total_cmp(&odds[*b]));
         let mut equivalents = Vec::new();
         let (verdict, added) = match best {
@@ -170,8 +175,8 @@ impl GapStatistics {
             verdict,
             nothing_missing: none,
             added,
-            singles: with_pairs,
-            pairs: of_pairs.to_vec(),
+            singles: with_joint,
+            joint: of_joint.to_vec(),
             unknown,
             equivalents,
         }
