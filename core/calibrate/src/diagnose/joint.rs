@@ -4,12 +4,13 @@ use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::Result;
 use seidel_optics::psf::pupil::Detail;
 
-use super::search::{Candidate, HypothesisSearch};
+use super::search::{Candidate, Draft, HypothesisSearch};
 use super::verdict::GapStatistics;
 
-/// Single effects from which pairs are formed, and pairs refined on more tiles.
+/// Single effects from which pairs are formed; pairs refined on few tiles, and then on more.
 const PAIRED_SINGLES: usize = 4;
-const REFINED_PAIRS: usize = 3;
+const COMPLETED_PAIRS: usize = 4;
+const REFINED_PAIRS: usize = 2;
 /// Ratio of the gaps of a channel at a distance from which on an addition makes them worse.
 const WORSE_RATIO: f64 = 1.2;
 
@@ -25,15 +26,19 @@ pub(super) fn combinations(
     singles: &[Candidate],
     progress: impl Fn(f64) -> Result<()>,
 ) -> Result<Vec<Candidate>> {
-    let mut found: Vec<Candidate> = Vec::new();
+    let mut drafts: Vec<Draft> = Vec::new();
     let first = PAIRED_SINGLES.min(singles.len());
     for (i, one) in singles[..first].iter().enumerate() {
         progress(i as f64 / (first + 1) as f64)?;
         let others: Vec<&Candidate> = singles.iter().skip(i + 1).collect();
         for other in search.promising(one, &others) {
-            found.push(search.joint(one, other));
+            drafts.push(search.joint_draft(one, other));
         }
     }
+    drafts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    drafts.truncate(COMPLETED_PAIRS);
+    let completed = drafts.into_iter().map(|draft| search.completed(draft));
+    let mut found: Vec<Candidate> = completed.collect();
     let by_gap = |a: &Candidate, b: &Candidate| a.after.total_cmp(&b.after);
     found.sort_by(by_gap);
     let rest = found.split_off(REFINED_PAIRS.min(found.len()));
@@ -48,11 +53,10 @@ pub(super) fn combinations(
         let others: Vec<&Candidate> = (singles.iter())
             .filter(|s| !ids.contains(&s.hypothesis.ids()[0]))
             .collect();
-        let triples = search.promising(pair, &others);
-        let triples = triples.into_iter().map(|other| search.joint(pair, other));
-        if let Some(best) = triples.min_by(by_gap) {
-            let best = search.refined(best);
-            found.push(best);
+        let partners = search.promising(pair, &others).into_iter();
+        let triples = partners.map(|other| search.joint_draft(pair, other));
+        if let Some(best) = triples.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
+            found.push(search.refined(search.completed(best)));
             found.sort_by(by_gap);
         }
     }

@@ -79,14 +79,7 @@ pub fn diagnose(
         step(progress, 0.8 * done as f64 / steps)?;
         drafts.push(search.draft(*effect));
     }
-    let best = (drafts.iter().map(|d| d.cost)).fold(f64::INFINITY, f64::min);
-    let mut singles: Vec<Candidate> = Vec::new();
-    for (done, draft) in drafts.into_iter().enumerate() {
-        let share = 0.8 + 0.2 * done as f64 / tried.len() as f64;
-        step(progress, share * tried.len() as f64 / steps)?;
-        singles.push(search.single(draft, best));
-    }
-    singles.sort_by(|a, b| a.after.total_cmp(&b.after));
+    let mut singles = search.singles(drafts);
     if let Some(best) = singles.first() {
         let jitter_px = jitter::remove(best, &mut tiles.tiles);
         if jitter_px > MIN_REPORTED_JITTER_PX {

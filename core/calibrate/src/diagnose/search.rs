@@ -84,6 +84,8 @@ const COMPARISON_TILES: usize = 110;
 const MAX_QUIET_NOISE: f64 = 3e-3;
 /// Ratio of the gap that a draft leaves to that of the best draft, from which on it is not refined. It has odds of 1 to 4000.
 const HOPELESS_RATIO: f64 = 4.0;
+/// Number of drafts that are refined at most.
+const MAX_COMPLETED: usize = 7;
 /// Lower bound of the reference gap.
 const MIN_EXCESS: f64 = 1e-6;
 /// Partners per effect that are searched in full.
@@ -197,27 +199,37 @@ impl<'a> HypothesisSearch<'a> {
         self.best(starts.collect(), Strides::of_first())
     }
 
-    /// Refines and scores `draft`; only scores it if it leaves much more of the gap than the best of all drafts, whose cost
-    /// is `best`.
-    pub(super) fn single(&self, draft: Draft, best: f64) -> Candidate {
+    /// Refines and scores the best of `drafts`. Those that leave much more of the gap than the best are only scored.
+    pub(super) fn singles(&self, mut drafts: Vec<Draft>) -> Vec<Candidate> {
+        drafts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let noise: f64 = self.few.iter().map(|t| weight(t) * t.noise).sum();
         let floor = MIN_EXCESS * self.few.len() as f64;
         let excess = |cost: f64| (cost - noise).max(floor);
-        if excess(draft.cost) > HOPELESS_RATIO * excess(best) {
-            return self.scored(draft.hypothesis, draft.theta, &self.few, Scoring::Draft);
-        }
-        self.completed(draft)
+        let most = drafts
+            .first()
+            .map_or(0.0, |best| HOPELESS_RATIO * excess(best.cost));
+        let ranked = drafts.into_iter().enumerate();
+        let scored = ranked.map(|(rank, draft)| {
+            if rank >= MAX_COMPLETED || excess(draft.cost) > most {
+                self.scored(draft.hypothesis, draft.theta, &self.few, Scoring::Draft)
+            } else {
+                self.completed(draft)
+            }
+        });
+        let mut singles: Vec<Candidate> = scored.collect();
+        singles.sort_by(|a, b| a.after.total_cmp(&b.after));
+        singles
     }
 
     /// Estimates the parameters of the effects of `one` and of the single effect of `other` jointly, starting from their
-    /// separate estimates.
-    pub(super) fn joint(&self, one: &Candidate, other: &Candidate) -> Candidate {
+    /// separate estimates, in a few iterations.
+    pub(super) fn joint_draft(&self, one: &Candidate, other: &Candidate) -> Draft {
         let starts = self.joined(one, other, JOINT_STARTS);
-        let draft = self.best(starts, Strides::of_second(one));
-        self.completed(draft)
+        self.best(starts, Strides::of_second(one))
     }
 
-    fn completed(&self, draft: Draft) -> Candidate {
+    /// Refines and scores `draft`.
+    pub(super) fn completed(&self, draft: Draft) -> Candidate {
         let problem = GapProblem::new(&draft.hypothesis, &self.few, Detail::DRAFT);
         let fitted = problem.descend(&draft.theta, 4, COARSE_TOLERANCE);
         self.scored(draft.hypothesis, fitted.theta, &self.few, Scoring::Full)
