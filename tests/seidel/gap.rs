@@ -11,7 +11,7 @@ use seidel_core::no_progress;
 use seidel_core::observations::ObservationSet;
 use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::{LensProfile, Provenance};
-use seidel_trial::{Kind, Recipe, Size};
+use seidel_trial::{Conditions, Kind, Recipe, Simulator, Size};
 use serde_json::Value;
 
 use crate::support::{real_data, succeeds};
@@ -55,13 +55,25 @@ fn diagnosed(lens: &LensProfile, real: &ObservationSet, library: &[&str]) -> Dia
     diagnose(lens, real, &settings, &no_progress).expect("a sound set")
 }
 
+/// Returns the recipe of a case of `kind` under conditions that show every effect.
+fn recipe(kind: Kind, seed: u64) -> Recipe {
+    let drawn = Recipe::new(kind, Simulator::ThirdOrder, seed, Some(SIZE));
+    Recipe {
+        conditions: Conditions {
+            distances: 2,
+            snr: 200.0,
+            noise_stated: true,
+            ideal_positions: true,
+            strength: 0.7,
+            ..drawn.conditions
+        },
+        ..drawn
+    }
+}
+
 /// Fits a case of `kind` and diagnoses it with `library`, without its answer.
 fn blind(kind: Kind, seed: u64, library: &[&str]) -> Diagnosis {
-    let case = seidel_trial::draw(&Recipe {
-        kind,
-        seed,
-        size: SIZE,
-    });
+    let case = seidel_trial::draw(&recipe(kind, seed));
     let fit = fit_pupil(&[case.design], &PupilSettings::default()).expect("a sound design");
     diagnosed(&fit.lens, &case.real, library)
 }
@@ -103,11 +115,7 @@ fn nothing_is_found_where_nothing_is_missing() {
 
 #[test]
 fn a_model_that_is_too_simple_is_to_blame() {
-    let case = seidel_trial::draw(&Recipe {
-        kind: Kind::Single("decentre"),
-        seed: 7003,
-        size: SIZE,
-    });
+    let case = seidel_trial::draw(&recipe(Kind::Single("decentre"), 7003));
     // The lens is fitted to its decentred copy itself, by a symmetric model.
     let fit = fit_pupil(std::slice::from_ref(&case.real), &PupilSettings::default());
     let lens = fit.expect("a sound set").lens;

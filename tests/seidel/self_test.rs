@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use seidel::commands::self_test::{self, Observer, Plan};
-use seidel_trial::{Selection, Size};
+use seidel::commands::self_test::{self, Observer, Plan, SelfTest};
+use seidel_trial::{KindClass, Selection, Size};
 use serde_json::Value;
 
 use crate::support::{listing, seidel_in};
@@ -18,15 +18,43 @@ const SMALL: Size = Size {
 
 /// The effects of the cases and their look-alikes; the whole library would take minutes.
 const LIBRARY: [&str; 8] = [
-    "defocus_offset",
-    "depth_scale",
-    "sensor_tilt",
-    "axial_colour",
-    "lateral_colour",
-    "anamorphic",
-    "motion",
     "veiling_glare",
+    "sensor_tilt",
+    "decentre",
+    "pixel_footprint",
+    "motion",
+    "defocus_offset",
+    "tone_curve",
+    "anamorphic",
 ];
+
+/// Returns a plan of small cases.
+fn plan(count: usize, seed: u64, only: Option<KindClass>) -> Plan {
+    Plan {
+        selection: Selection {
+            count,
+            seed,
+            only,
+            size: Some(SMALL),
+        },
+        only_case: None,
+        library: LIBRARY.map(str::to_owned).to_vec(),
+        withhold: false,
+    }
+}
+
+/// Runs `plan` and checks that the observer gets every case.
+fn run(plan: &Plan) -> SelfTest {
+    let mut finished = Vec::new();
+    let mut observer = Observer {
+        progress: &seidel_core::no_progress,
+        finished: &mut |result| finished.push(result.index),
+    };
+    let test = self_test::run(plan, None, &mut observer);
+    let run: Vec<usize> = test.cases.iter().map(|c| c.index).collect();
+    assert_eq!(finished, run);
+    test
+}
 
 /// Checks that `keys` are numbers; a value that is not finite is written as null.
 fn numbers(of: &Value, keys: &[&str]) {
@@ -37,25 +65,9 @@ fn numbers(of: &Value, keys: &[&str]) {
 
 #[test]
 fn self_test() {
-    let plan = Plan {
-        selection: Selection {
-            count: 6,
-            seed: 1,
-            only: None,
-            size: Some(SMALL),
-        },
-        only_case: None,
-        library: LIBRARY.map(str::to_owned).to_vec(),
-        withhold: false,
-    };
-    let mut finished = Vec::new();
-    let mut observer = Observer {
-        progress: &seidel_core::no_progress,
-        finished: &mut |result| finished.push(result.index),
-    };
-    let test = self_test::run(&plan, None, &mut observer);
-    assert_eq!(finished, [0, 1, 2, 3, 4, 5]);
-    // One effect three times, two effects, an unknown cause, nothing.
+    let test = run(&plan(6, 2008, None));
+    assert_eq!(test.cases.len(), 6);
+    // One effect four times, two effects, an unknown cause.
     let outcomes: Vec<String> = test
         .cases
         .iter()
@@ -78,7 +90,7 @@ fn self_test() {
         &["version", "seed", "count", "run", "right", "failed"],
     );
     numbers(&report["size"], &["design", "real", "holdout", "tile"]);
-    for key in ["single_top1", "pair_both", "false_alarms"] {
+    for key in ["single_top1", "pair_both", "unknown_unexplained"] {
         numbers(&report["scores"][key], &["held", "of", "share"]);
     }
     for key in [
@@ -103,6 +115,24 @@ fn self_test() {
         assert_eq!(top.len(), 3);
         top.iter()
             .for_each(|cause| numbers(cause, &["probability"]));
+    }
+}
+
+#[test]
+fn kinds_and_cases_can_be_selected() {
+    for (kind, verdict) in [
+        (KindClass::None, "no_gap"),
+        (KindClass::TooSimple, "model_too_simple"),
+    ] {
+        let mut plan = plan(3, 5, Some(kind));
+        plan.only_case = Some(1);
+        let test = run(&plan);
+        let [result] = &test.cases[..] else {
+            panic!("one case was asked for, {} were run", test.cases.len());
+        };
+        assert_eq!(result.index, 1);
+        assert_eq!(result.outcome.verdict, verdict, "{}", result.line());
+        assert!(result.is_right(), "{}", result.line());
     }
 }
 

@@ -24,7 +24,7 @@ use statistics::{mean, quantile};
 /// Scores over many outcomes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scores {
-    /// How often diagnoses were right.
+    /// Rates of right diagnoses.
     #[serde(flatten)]
     pub rates: Rates,
     /// Confusion matrix: counts by answer, then by diagnosis. Keys are effects joined by `+` in alphabetical order, `none`,

@@ -1,11 +1,11 @@
-//! How often diagnoses were right, by the kind of case.
+//! Rates of right diagnoses, by the kind of case.
 
 use serde::Serialize;
 
 use super::outcome::{MODEL_TOO_SIMPLE, Outcome, UNEXPLAINED, UNKNOWN};
 use super::statistics::{Rate, rate};
 
-/// How often diagnoses were right. "Single" cases have one effect of the library.
+/// Rates of right diagnoses. "Single" cases have one effect of the library.
 ///
 /// An effect counts as named if it is named itself, or if the data cannot distinguish it (see [`super::Setting`]) and the
 /// verdict `ambiguous` names a class of at most three effects that holds it and the effect that looks alike.
