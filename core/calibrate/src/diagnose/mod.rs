@@ -6,6 +6,10 @@
 //! (`verdict`). The selected effects are fitted to all tiles, and without each zone in turn for the reported
 //! figures (`proof`).
 
+mod amounts;
+mod capture;
+mod cause_words;
+mod coverage;
 mod diagnosis;
 mod explainable;
 mod gap_problem;
@@ -25,6 +29,8 @@ mod shift_basis;
 mod tiles;
 mod verdict;
 
+pub use capture::Capture;
+pub use cause_words::{CauseWords, cause_words};
 pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, Shares, TileGap, Value, Verdict,
     Zone,
@@ -33,6 +39,8 @@ pub use model_share::{ModelShare, OwnGapSource};
 pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
 pub use settings::Settings;
 
+use cause_words::title;
+use coverage::Coverage;
 use search::{Candidate, HypothesisSearch};
 use seidel_optics::Progress;
 use seidel_optics::effects::{self, Effect};
@@ -67,7 +75,19 @@ pub fn diagnose(
     let reference = reference(lens, channels);
     let first = tiles.tiles.clone();
     let search = HypothesisSearch::new(&first, channels.len(), reference);
-    let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| search.can_try(*e));
+    let coverage = Coverage::of(&first);
+    let (shown, mut left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| coverage.shows(*e));
+    tiles.remarks.extend(coverage.remark(&left));
+    let (tried, in_one_channel): (Vec<_>, Vec<_>) =
+        shown.into_iter().partition(|e| search.can_try(*e));
+    if !in_one_channel.is_empty() {
+        let titles: Vec<&str> = in_one_channel.iter().map(|e| title(e.id())).collect();
+        tiles.remarks.push(format!(
+            "effects that one channel cannot show were not tried: {}",
+            titles.join(", ")
+        ));
+        left.extend(in_one_channel);
+    }
     let steps = tried.len() as f64 + 4.0;
     let mut singles: Vec<Candidate> = Vec::new();
     for (done, effect) in tried.iter().enumerate() {
