@@ -225,7 +225,7 @@ mod tests {
             let corrected = !d.added.is_empty();
             assert_eq!(card.contains("corrected lens"), corrected, "{verdict:?}");
             assert_eq!(
-                card.contains(&plain(closed(d.gap.closed))),
+                card.contains(&plain(format!("Closed: {}", closed(d.gap.closed)))),
                 corrected,
                 "{card}"
             );
@@ -249,7 +249,7 @@ mod tests {
     fn no_identifier_stands_in_sentences() {
         for verdict in ALL {
             let page = html(&diagnosis(verdict), &subject());
-            let start = part(&page, "<h1>", "What it means");
+            let start = part(&page, "<h1>", "<section>");
             for id in ["higher_order", "defocus_offset", "pixel_footprint"] {
                 assert!(!start.contains(id), "{verdict:?}: {id}");
             }

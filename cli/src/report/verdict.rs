@@ -11,11 +11,19 @@ pub(super) fn verdict(d: &Diagnosis) -> String {
     let added = list(&titles(&d.added), "and");
     let closes = format!("{} of the gap closes", closed(d.gap.closed));
     match d.verdict {
-        Verdict::NoGap => format!(
-            "No effect is missing: the gap of {} is below the detection limit of {}.",
-            gap(d.gap.before),
-            gap(d.detection_limit)
-        ),
+        Verdict::NoGap => {
+            // The verdict weights PSFs by their noise, so the plain mean may lie above the limit.
+            let side = if d.gap.before <= d.detection_limit {
+                "below"
+            } else {
+                "near"
+            };
+            format!(
+                "No effect is missing: the gap of {} is {side} the detection limit of {}.",
+                gap(d.gap.before),
+                gap(d.detection_limit)
+            )
+        }
         Verdict::ModelTooSimple => format!(
             "The model of the lens is too simple: it leaves {} of the set that it was fitted to; {}.",
             gap(d.model.own_gap),

@@ -70,7 +70,7 @@ fn a_moved_sensor_is_named_by_length_side_and_focus() {
             };
             let alpha = alpha_change(&lens, &moved);
             let words = amount("defocus_offset", &[value("alpha", alpha, 0.01)], &lens);
-            let expected = format!("0.0300 ± 0.0002 mm {side} the stated focus");
+            let expected = format!("0.03000 ± 0.00021 mm {side} the stated focus");
             assert!(words.contains(&expected), "{sign}: {words}");
         }
         let refocused = Controls {
@@ -95,7 +95,7 @@ fn without_camera_data_amounts_are_in_pixels() {
         ..lens(1.0)
     };
     let words = amount("defocus_offset", &[value("alpha", -1.2, 0.02)], &bare);
-    assert!(words.contains("1.20 ± 0.02 px radius"), "{words}");
+    assert!(words.contains("1.200 ± 0.020 px radius"), "{words}");
     let tilt = [value("tilt_x", 0.0, 0.1), value("tilt_y", -2.0, 0.1)];
     let words = amount("sensor_tilt", &tilt, &bare);
     assert!(
@@ -112,7 +112,7 @@ fn a_tilted_sensor_is_named_by_angle_and_side() {
     let change = -shift_um / (2.0 * (2.0 / 0.975) * 5.0);
     let tilt = [value("tilt_x", change, 0.01), value("tilt_y", 0.0, 0.01)];
     let words = amount("sensor_tilt", &tilt, &lens(1.0));
-    assert!(words.contains("0.500 ± 0.004 degrees"), "{words}");
+    assert!(words.contains("0.5000 ± 0.0078 degrees"), "{words}");
     assert!(words.contains("far side towards the right"), "{words}");
 }
 
