@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{Diagnosis, Settings, Verdict, diagnose};
+use seidel_core::calibrate::diagnose::{Diagnosis, Settings, diagnose};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
@@ -97,7 +97,7 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     if args.json {
         console.print(json.trim_end());
     } else {
-        print_summary(&diagnosis, out, console);
+        print_summary(&diagnosis, &subject, out, console);
     }
     for remark in &diagnosis.remarks {
         console.note(remark);
@@ -235,49 +235,11 @@ fn check_channels(lens: &LensProfile, set: &ObservationSet, path: &Path) -> Resu
     ))
 }
 
-/// Returns a line with the own gap of the lens and the effects of a richer model that would close it.
-fn model_too_simple(diagnosis: &Diagnosis) -> String {
-    let model = &diagnosis.model;
-    let own = format!(
-        "model: leaves {:.4} of the set that the lens was fitted to",
-        model.own_gap
-    );
-    if model.freedom.is_empty() {
-        return format!("{own}; no richer model was found that describes it");
-    }
-    format!(
-        "{own}; {} would close {:.0} % of that (fit --model extended)",
-        model.freedom.join(", "),
-        100.0 * model.freedom_closes
-    )
-}
-
 /// Prints the main results, one per line.
-fn print_summary(diagnosis: &Diagnosis, out: &Path, console: &mut Console) {
-    let gap = &diagnosis.gap;
-    let added = match diagnosis.added.as_slice() {
-        [] => "nothing".to_owned(),
-        ids => ids.join(", "),
-    };
-    console.print(format!("verdict: {}", diagnosis.verdict.id()));
-    console.print(format!("added: {added}"));
-    console.print(format!(
-        "gap: {:.4} before, {:.4} after, {:.4} noise floor; closed {:.1} % (95 % interval {:.1} to {:.1} %)",
-        gap.before,
-        gap.after,
-        gap.noise_floor,
-        100.0 * gap.closed,
-        100.0 * gap.closed_ci95[0],
-        100.0 * gap.closed_ci95[1]
-    ));
-    console.print(format!(
-        "of the gap: {:.4} by the lens's own model, {:.4} by a change; detection limit {:.4}",
-        diagnosis.shares.model, diagnosis.shares.change, diagnosis.detection_limit
-    ));
-    if diagnosis.verdict == Verdict::ModelTooSimple {
-        console.print(model_too_simple(diagnosis));
+fn print_summary(diagnosis: &Diagnosis, subject: &Subject, out: &Path, console: &mut Console) {
+    for line in report::summary(diagnosis, subject) {
+        console.print(line);
     }
-    console.print(format!("next capture: {}", diagnosis.next_capture));
     console.print(format!(
         "wrote {} ({})",
         out.display(),

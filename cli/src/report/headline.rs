@@ -3,12 +3,11 @@
 use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
 
 use super::markup::{bar, escape};
-use super::words::{
-    effect_name, effect_summary, gap, list, percent, percent_range, place, probability, sentence,
-};
+use super::verdict::{lead, verdict};
+use super::words::{between, closed, gap, list, place, probability, sentence, title};
 
-/// Number of causes shown on the first screen.
-const TOP_CAUSES: usize = 3;
+/// Number of answers shown on the first screen.
+const TOP_ANSWERS: usize = 3;
 
 /// Returns the first screen.
 pub(super) fn headline(d: &Diagnosis) -> String {
@@ -22,92 +21,34 @@ pub(super) fn headline(d: &Diagnosis) -> String {
     )
 }
 
-/// Returns the verdict as a sentence in plain text.
-fn verdict(d: &Diagnosis) -> String {
-    let names = |ids: &[&str]| ids.iter().map(|id| effect_name(id)).collect::<Vec<_>>();
-    let added = names(&d.added);
-    let closes = format!(
-        "closes {} ({}) of the gap",
-        percent(d.gap.closed),
-        percent_range(d.gap.closed_ci95)
-    );
-    match d.verdict {
-        Verdict::NoGap => "The lens explains these observations: no effect is missing.".to_owned(),
-        Verdict::ModelTooSimple => {
-            let freedom = names(&d.model.freedom);
-            let cure = if freedom.is_empty() {
-                "no richer model was found that describes it".to_owned()
-            } else {
-                format!(
-                    "a model with {} closes {} of that",
-                    list(&freedom, "and"),
-                    percent(d.model.freedom_closes)
-                )
-            };
-            format!(
-                "The model of the lens is too simple: it leaves {} of the set that it was fitted to; {cure}.",
-                gap(d.model.own_gap)
-            )
-        }
-        Verdict::Explained => {
-            let them = match added.len() {
-                1 => "it",
-                2 => "both",
-                _ => "them",
-            };
-            let added = list(&added, "and");
-            format!("The lens lacks {added}: adding {them} {closes}.")
-        }
-        Verdict::Ambiguous => {
-            let equivalent = d
-                .equivalents
-                .first()
-                .map_or(added.clone(), |ids| names(ids));
-            let tried = if added.is_empty() {
-                String::new()
-            } else {
-                format!(": adding {} {closes}", list(&added, "and"))
-            };
-            format!(
-                "The lens lacks {}; these observations cannot distinguish them{tried}.",
-                list(&equivalent, "or")
-            )
-        }
-        Verdict::Unexplained if added.is_empty() => {
-            "There is a gap that no known effect closes.".to_owned()
-        }
-        Verdict::Unexplained => format!(
-            "Adding {} {closes}; the remainder has no known cause.",
-            list(&added, "and")
-        ),
-    }
+/// An answer to the diagnosis: an effect alone, two together, or the unknown cause.
+struct Answer {
+    ids: Vec<&'static str>,
+    probability: f64,
 }
 
-/// Returns a description of the added effects and of the place where the gap is largest.
-fn lead(d: &Diagnosis) -> String {
-    let added = d.added.iter().filter(|id| !effect_summary(id).is_empty());
-    let mut parts: Vec<String> = added
-        .map(|id| format!("{}: {}.", sentence(&effect_name(id)), effect_summary(id)))
-        .collect();
-    if d.verdict == Verdict::NoGap {
-        parts.push(format!(
-            "The gap, {}, is below what could be seen here: {}.",
-            gap(d.gap.before.max(0.0)),
-            gap(d.detection_limit)
-        ));
-    } else if let Some(worst) = d.places.first() {
-        parts.push(format!(
-            "The gap is largest in {}: {}, {:.0} times its uncertainty.",
-            place(worst),
-            gap(worst.excess),
-            worst.z
-        ));
-    }
-    parts.join(" ")
+/// Returns the most probable answers. The probability of a cause includes half of that of its pairs; an answer's does not.
+fn answers(d: &Diagnosis) -> Vec<Answer> {
+    let alone = d.causes.iter().map(|cause| {
+        let pairs = d.pairs.iter().filter(|p| p.effects.contains(&cause.effect));
+        let shared: f64 = pairs.map(|pair| pair.probability / 2.0).sum();
+        Answer {
+            ids: vec![cause.effect],
+            probability: (cause.probability - shared).max(0.0),
+        }
+    });
+    let pairs = d.pairs.iter().map(|pair| Answer {
+        ids: pair.effects.to_vec(),
+        probability: pair.probability,
+    });
+    let mut all: Vec<Answer> = alone.chain(pairs).collect();
+    all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    all.truncate(TOP_ANSWERS);
+    all
 }
 
 fn causes_card(d: &Diagnosis) -> String {
-    let title = match d.verdict {
+    let heading = match d.verdict {
         Verdict::NoGap => "Most probable causes, if an effect were missing",
         Verdict::ModelTooSimple => "Most probable causes, if the lens had also changed",
         _ => "Most probable causes",
@@ -120,48 +61,68 @@ fn causes_card(d: &Diagnosis) -> String {
             probability(d.no_gap_probability)
         ),
     };
-    let bars: String = d
-        .causes
+    let bars: String = answers(d)
         .iter()
-        .take(TOP_CAUSES)
-        .map(|cause| {
-            let added = d.added.contains(&cause.effect);
+        .map(|answer| {
+            let added = answer.ids.iter().all(|id| d.added.contains(id));
             let class = if added { "" } else { "other" };
-            let name = escape(&effect_name(cause.effect));
+            let titles: Vec<String> = answer.ids.iter().map(|id| title(id).to_owned()).collect();
             bar(
-                &name,
-                &probability(cause.probability),
-                cause.probability,
+                &escape(&sentence(&list(&titles, "and"))),
+                &probability(answer.probability),
+                answer.probability,
                 class,
             )
         })
         .collect();
+    let tried = d.causes.iter().filter(|c| !c.parameters.is_empty()).count();
+    let pairs = match d.pairs.len() {
+        0 => String::new(),
+        1 => " and 1 pair".to_owned(),
+        count => format!(" and {count} pairs"),
+    };
     format!(
-        "<div class=\"card\"><h3>{title}</h3>\n{bars}<p class=\"quiet small\">{} effects tried one at a time.{nothing}</p></div>\n",
-        d.causes.iter().filter(|c| c.effect != "unknown").count(),
+        "<div class=\"card\"><h3>{heading}</h3>\n{bars}<p class=\"quiet small\">{tried} effects{pairs} were \
+         tried.{nothing}</p></div>\n"
     )
 }
 
 fn gap_card(d: &Diagnosis) -> String {
     let rows = [
-        ("given lens", d.gap.before, ""),
-        ("corrected lens", d.gap.after, ""),
-        ("noise floor (subtracted)", d.gap.noise_floor, "other"),
-        ("by the lens's own model", d.shares.model, "other"),
-        ("by a change since its own set", d.shares.change, "other"),
-        ("limit of detection", d.detection_limit, "other"),
+        ("given lens", Some(d.gap.before), ""),
+        (
+            "corrected lens",
+            (!d.added.is_empty()).then_some(d.gap.after),
+            "",
+        ),
+        ("by the lens's own model", Some(d.shares.model), "other"),
+        (
+            "by a change since its own set",
+            Some(d.shares.change),
+            "other",
+        ),
+        ("limit of detection", Some(d.detection_limit), "other"),
+        ("noise (subtracted)", Some(d.gap.noise_floor), "other"),
     ];
-    let largest = rows
-        .iter()
-        .map(|row| row.1)
-        .fold(f64::MIN_POSITIVE, f64::max);
-    let bars: String = rows
+    let rows = rows
         .into_iter()
+        .filter_map(|(label, value, class)| Some((label, value?, class)));
+    let largest = (rows.clone().map(|row| row.1)).fold(f64::MIN_POSITIVE, f64::max);
+    let bars: String = rows
         .filter(|(_, value, _)| *value != 0.0)
         .map(|(label, value, class)| bar(label, &gap(value), value / largest, class))
         .collect();
+    let share = if d.added.is_empty() {
+        "Nothing was added to the lens.".to_owned()
+    } else {
+        format!(
+            "Closed: {}, {}.",
+            closed(d.gap.closed),
+            between(d.gap.closed_ci95)
+        )
+    };
     format!(
-        "<div class=\"card\"><h3>Gap, % of the energy of a PSF</h3>\n{bars}\
+        "<div class=\"card\"><h3>Gap, % of the energy of a PSF</h3>\n{bars}<p>{share}</p>\
          <p class=\"quiet small\">On zones of the field that were held out of the fits.</p></div>\n"
     )
 }
@@ -176,8 +137,18 @@ fn next_card(d: &Diagnosis) -> String {
     let residual = if d.residual.is_empty() {
         String::new()
     } else {
-        let residual = text(&d.residual);
-        format!("<h3>Remaining residual</h3><p class=\"small\">{residual}.</p>")
+        let at = d.places_left.first().map_or(String::new(), |worst| {
+            format!(
+                " It is largest in {}: {}.",
+                escape(&place(worst)),
+                gap(worst.excess)
+            )
+        });
+        format!(
+            "<h3>Remaining gap: {}</h3><p class=\"small\">{}.{at}</p>",
+            gap(d.gap.after),
+            text(&d.residual)
+        )
     };
     format!(
         "<div class=\"card\"><h3>Next capture</h3><p class=\"next\">{next}.</p>{residual}</div>\n"

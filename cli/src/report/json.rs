@@ -35,8 +35,14 @@ struct ReportSubject<'a> {
     lens: &'a str,
     /// Name of the observation set, or of the picture it was estimated from.
     observations: &'a str,
-    /// Number of PSFs in the set.
+    /// Number of PSFs in the set, with all channels of a PSF counted once.
     count: usize,
+    /// Number of channels of the set.
+    channels: usize,
+    /// Number of object distances in the set.
+    distances: usize,
+    /// Number of tiles compared; a tile is a PSF in one channel.
+    tiles: usize,
     /// Program and version that wrote the report.
     program: &'static str,
 }
@@ -60,6 +66,9 @@ pub fn json(diagnosis: &Diagnosis, subject: &Subject) -> Result<String> {
             lens: &subject.lens,
             observations: &subject.observations,
             count: subject.count,
+            channels: subject.channels.len(),
+            distances: subject.distances,
+            tiles: diagnosis.tiles.len(),
             program: concat!("seidel ", env!("CARGO_PKG_VERSION")),
         },
     };
@@ -95,8 +104,8 @@ fn null_path(value: &Value) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::samples::{diagnosis, subject};
-    use seidel_core::calibrate::diagnose::Verdict;
+    use crate::report::samples::{ALL, diagnosis, subject};
+    use seidel_core::calibrate::diagnose::{Capture, Verdict};
 
     fn parsed(d: &Diagnosis) -> Value {
         serde_json::from_str(&json(d, &subject()).expect("finite")).expect("JSON")
@@ -120,6 +129,7 @@ mod tests {
             "\"equivalents\"",
             "\"where\"",
             "\"next_capture\"",
+            "\"next_capture_id\"",
             "\"no_gap_probability\"",
             "\"remarks\"",
             "\"subject\"",
@@ -148,14 +158,36 @@ mod tests {
     }
 
     #[test]
+    fn causes_have_plain_words_beside_their_identifiers() {
+        let report = parsed(&diagnosis(Verdict::Explained));
+        let first = &report["causes"][0];
+        assert_eq!(first["effect"], "vignetting");
+        assert_eq!(first["title"], "vignetting");
+        for key in ["meaning", "action", "amount"] {
+            assert!(
+                first[key].as_str().is_some_and(|text| !text.is_empty()),
+                "{key}"
+            );
+        }
+        assert_eq!(report["next_capture_id"], "far_out_of_focus");
+        assert_eq!(report["where_left"].as_array().map(Vec::len), Some(1));
+        assert_eq!(report["subject"]["tiles"], 486);
+        let causes = report["causes"].as_array().expect("a list");
+        assert!(causes.iter().all(|cause| cause["title"].is_string()));
+    }
+
+    #[test]
+    fn captures_are_written_by_their_identifiers() {
+        for capture in Capture::ALL {
+            let mut advised = diagnosis(Verdict::Ambiguous);
+            advised.next_capture_id = capture;
+            assert_eq!(parsed(&advised)["next_capture_id"], capture.id());
+        }
+    }
+
+    #[test]
     fn verdicts_are_written_by_their_identifiers() {
-        for verdict in [
-            Verdict::NoGap,
-            Verdict::Explained,
-            Verdict::Ambiguous,
-            Verdict::Unexplained,
-            Verdict::ModelTooSimple,
-        ] {
+        for verdict in ALL {
             assert_eq!(parsed(&diagnosis(verdict))["verdict"], verdict.id());
         }
     }

@@ -30,6 +30,7 @@ pub(super) fn maps(d: &Diagnosis, subject: &Subject) -> String {
         subject,
         scale: &scale,
         titles: d.tiles.len() <= MOST_TITLES,
+        corrected: !d.added.is_empty(),
     };
     let mut figures = String::new();
     for &at in &distances {
@@ -102,10 +103,12 @@ struct Map<'a> {
     scale: &'a Scale,
     /// Whether dots have tooltips with their numbers.
     titles: bool,
+    /// Whether effects were added, so that the corrected lens is another one.
+    corrected: bool,
 }
 
 impl Map<'_> {
-    /// Returns the pair of maps of a channel at a distance.
+    /// Returns the pair of maps of a channel at a distance; only that of the given lens where no effect was added.
     fn figure(&self, channel: &str, at: ObjectDistance, tiles: &[&TileGap]) -> String {
         let map = |of: &dyn Fn(&TileGap) -> f64| {
             let mean = tiles.iter().map(|t| of(t)).sum::<f64>() / tiles.len() as f64;
@@ -113,10 +116,15 @@ impl Map<'_> {
         };
         let (given, given_mean) = map(&|t| t.before);
         let (corrected, corrected_mean) = map(&|t| t.after);
+        let of_corrected = if self.corrected {
+            format!("<div>{corrected}<span>corrected lens: {corrected_mean}</span></div>")
+        } else {
+            String::new()
+        };
+        let class = if self.corrected { "twins" } else { "single" };
         format!(
-            "<figure><figcaption><b>{}</b> at {}</figcaption><div class=\"twins\">\
-             <div>{given}<span>given lens: {given_mean}</span></div>\
-             <div>{corrected}<span>corrected lens: {corrected_mean}</span></div></div></figure>\n",
+            "<figure><figcaption><b>{}</b> at {}</figcaption><div class=\"{class}\">\
+             <div>{given}<span>given lens: {given_mean}</span></div>{of_corrected}</div></figure>\n",
             escape(channel),
             distance(at)
         )

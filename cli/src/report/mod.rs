@@ -2,6 +2,7 @@
 //!
 //! Pure functions from values to text; commands write the files.
 
+mod advice;
 mod headline;
 mod json;
 mod maps;
@@ -10,10 +11,13 @@ mod page;
 #[cfg(test)]
 pub(crate) mod samples;
 mod subject;
+mod summary;
 mod tables;
 mod tiles;
+mod verdict;
 mod words;
 
 pub use json::{json, schema};
 pub use page::html;
 pub use subject::Subject;
+pub use summary::summary;

@@ -3,19 +3,21 @@
 use seidel_core::calibrate::diagnose::Diagnosis;
 
 use super::Subject;
+use super::advice::advice_section;
 use super::headline::headline;
 use super::maps::maps;
 use super::markup::{document, escape};
 use super::tables::{causes, pairs, places_and_shape};
 use super::tiles::tiles;
-use super::words::{effect_name, percent};
+use super::words::{percent, title};
 
 /// Returns the report as an HTML page with its styles, drawings and pictures embedded.
 pub fn html(d: &Diagnosis, subject: &Subject) -> String {
-    let title = format!("Gap report: {} and {}", subject.lens, subject.observations);
+    let heading = format!("Gap report: {} and {}", subject.lens, subject.observations);
     let body = [
-        about(subject),
+        about(d, subject),
         headline(d),
+        advice_section(d),
         maps(d, subject),
         tiles(d),
         causes(d),
@@ -23,21 +25,18 @@ pub fn html(d: &Diagnosis, subject: &Subject) -> String {
         method_and_pairs(d),
         footer(d),
     ];
-    document(&title, &body.concat())
+    document(&heading, &body.concat())
 }
 
-fn about(subject: &Subject) -> String {
-    let count =
-        |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
+fn about(d: &Diagnosis, subject: &Subject) -> String {
     let facts = [
         "<b>Gap report</b>".to_owned(),
         format!("lens <b>{}</b>", escape(&subject.lens)),
         format!("observations <b>{}</b>", escape(&subject.observations)),
         format!(
-            "{} in {} at {}",
-            count(subject.count, "PSF", "PSFs"),
-            escape(&subject.channels.join(", ")),
-            count(subject.distances, "distance", "distances")
+            "{} ({})",
+            subject.counts(d),
+            escape(&subject.channels.join(", "))
         ),
         format!(
             "frame {} × {} px",
@@ -69,7 +68,7 @@ fn method(d: &Diagnosis) -> String {
     let other = match best_other {
         Some(cause) if !d.added.is_empty() => format!(
             "<li>The best effect that was not added, {}, closes {}.</li>\n",
-            escape(&effect_name(cause.effect)),
+            escape(title(cause.effect)),
             percent(cause.gap_closed)
         ),
         _ => String::new(),
@@ -83,7 +82,7 @@ fn method(d: &Diagnosis) -> String {
          distances.</li>\n\
          <li>A free-form model of the residual, held out in the same way, closes {} of the gap: a lower bound of \
          the share that any model could explain.</li>\n{other}\
-         <li>Ranges in per cent are 95&nbsp;% confidence intervals.</li>\n</ul>\n",
+         <li>A tile is a PSF in one channel. Probabilities of causes are those given a gap.</li>\n</ul>\n",
         percent(d.explainable)
     )
 }
@@ -109,17 +108,10 @@ fn footer(d: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::samples::{diagnosis, subject};
+    use crate::report::samples::{ALL, diagnosis, subject};
+    use crate::report::words::{closed, gap};
     use seidel_core::calibrate::diagnose::Verdict;
     use seidel_image_io::atomic::{Output, write_atomically};
-
-    const ALL: [Verdict; 5] = [
-        Verdict::NoGap,
-        Verdict::Explained,
-        Verdict::Ambiguous,
-        Verdict::Unexplained,
-        Verdict::ModelTooSimple,
-    ];
 
     /// Also writes the pages to the folder in `SEIDEL_PAGES`, for visual inspection.
     #[test]
@@ -163,31 +155,105 @@ mod tests {
         }
     }
 
+    /// Returns the text of the part of `page` from `start` to the next `end`, with plain spaces.
+    fn part(page: &str, start: &str, end: &str) -> String {
+        let from = page.find(start).unwrap_or_else(|| panic!("no {start}"));
+        let rest = &page[from..];
+        let to = rest.find(end).unwrap_or(rest.len());
+        rest[..to].replace('\u{a0}', " ")
+    }
+
+    fn headline(page: &str) -> String {
+        part(page, "<h1>", "</h1>")
+    }
+
     #[test]
     fn the_verdict_is_a_sentence() {
-        let page = |verdict| html(&diagnosis(verdict), &subject());
-        let percent = "94\u{a0}% (92–96\u{a0}%) of the gap";
-        assert!(page(Verdict::Explained).contains(&format!(
-            "<h1>The lens lacks vignetting: adding it closes {percent}.</h1>"
-        )));
-        assert!(page(Verdict::Ambiguous).contains("vignetting or higher order; these"));
-        assert!(page(Verdict::Unexplained).contains("no known cause"));
-        assert!(page(Verdict::NoGap).contains("no effect is missing.</h1>"));
-        let simple = page(Verdict::ModelTooSimple);
-        assert!(
-            simple.contains("The model of the lens is too simple"),
-            "{simple}"
+        let title = |d: &Diagnosis| headline(&html(d, &subject()));
+        let of = |verdict| title(&diagnosis(verdict));
+        assert_eq!(
+            of(Verdict::Explained),
+            "<h1>Explained in part by vignetting: with the correction, 94 % of the gap closes; 0.47 % remains, mostly in \
+             channel B at 1.2 m, the edge of the field, lower right of the axis."
         );
-        assert!(simple.contains("decentre"));
-        let mut two = diagnosis(Verdict::Explained);
-        two.added.push("decentre");
         assert!(
-            html(&two, &subject()).contains("lacks vignetting and decentre: adding both closes")
+            of(Verdict::Ambiguous)
+                .contains("Vignetting or fifth-order aberrations: these observations")
         );
-        assert!(html(&two, &subject()).contains("with its best partner"));
+        assert!(of(Verdict::Unexplained).contains("has no known cause"));
+        assert!(of(Verdict::NoGap).contains("No effect is missing: the gap of 0.11 % is below"));
+        let simple = of(Verdict::ModelTooSimple);
+        assert!(simple.contains("too simple: it leaves 6.1 %"), "{simple}");
+        assert!(simple.contains("a decentred element"), "{simple}");
+        let mut whole = diagnosis(Verdict::Explained);
+        whole.residual.clear();
+        whole.places_left.clear();
+        whole.added.push("decentre");
+        let text = title(&whole);
+        assert!(
+            text.contains("Explained by vignetting and a decentred element:"),
+            "{text}"
+        );
+        assert!(html(&whole, &subject()).contains("with its best partner"));
         let mut none = diagnosis(Verdict::Unexplained);
         none.added.clear();
-        assert!(html(&none, &subject()).contains("a gap that no known effect closes"));
+        assert!(title(&none).contains("a gap of 8.1 % that no known effect closes"));
+    }
+
+    #[test]
+    fn headline_cards_pictures_and_tables_agree() {
+        for verdict in ALL {
+            let d = diagnosis(verdict);
+            let page = html(&d, &subject());
+            let card = part(&page, "Gap, % of the energy", "Next capture");
+            let plain = |text: String| text.replace('\u{a0}', " ");
+            // Every number of the headline stands in the card of the gap.
+            let title = headline(&page);
+            let numbers = title.split(' ').zip(title.split(' ').skip(1));
+            for (number, _) in numbers.filter(|(_, unit)| unit.starts_with('%')) {
+                let stated = format!("{number} %");
+                let of_model = plain(crate::report::words::percent(d.model.freedom_closes));
+                assert!(
+                    card.contains(&stated) || stated == of_model,
+                    "{stated}: {card}"
+                );
+            }
+            // The card gives the gaps that the tiles of the maps have in the mean.
+            let mean = d.tiles.iter().map(|t| t.before).sum::<f64>() / d.tiles.len() as f64;
+            assert!((mean / d.gap.before - 1.0).abs() < 1e-9, "{verdict:?}");
+            assert!(card.contains(&plain(gap(d.gap.before))), "{card}");
+            let corrected = !d.added.is_empty();
+            assert_eq!(card.contains("corrected lens"), corrected, "{verdict:?}");
+            assert_eq!(
+                card.contains(&plain(format!("Closed: {}", closed(d.gap.closed)))),
+                corrected,
+                "{card}"
+            );
+            assert_eq!(
+                page.contains("residual, corrected"),
+                corrected,
+                "{verdict:?}"
+            );
+            // A remainder is shown where it exceeds the limit of detection, and only there.
+            let remains = d.gap.after > d.detection_limit;
+            assert_eq!(page.contains("Remaining gap: "), remains, "{verdict:?}");
+            assert_eq!(verdict == Verdict::NoGap, d.gap.before <= d.detection_limit);
+            // What was added is marked in the table, and nothing else.
+            assert_eq!(page.matches("<tr class=\"added\">").count(), d.added.len());
+            let advice = page.contains("What it means, and what to do");
+            assert_eq!(advice, verdict != Verdict::NoGap);
+        }
+    }
+
+    #[test]
+    fn no_identifier_stands_in_sentences() {
+        for verdict in ALL {
+            let page = html(&diagnosis(verdict), &subject());
+            let start = part(&page, "<h1>", "<section>");
+            for id in ["higher_order", "defocus_offset", "pixel_footprint"] {
+                assert!(!start.contains(id), "{verdict:?}: {id}");
+            }
+        }
     }
 
     #[test]

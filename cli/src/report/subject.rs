@@ -1,5 +1,6 @@
 //! The lens and the observations that a report is about.
 
+use seidel_core::calibrate::diagnose::Diagnosis;
 use seidel_core::field::Frame;
 use seidel_core::observations::ObservationSet;
 
@@ -32,4 +33,26 @@ impl Subject {
             distances: set.distances().len(),
         }
     }
+    /// Returns the counts in words, such as `96 PSFs at 4 distances in 3 channels: 288 tiles`. A tile is a PSF in one
+    /// channel; those of `diagnosis` were compared.
+    pub(super) fn counts(&self, diagnosis: &Diagnosis) -> String {
+        let (compared, all) = (diagnosis.tiles.len(), self.count * self.channels.len());
+        let tiles = if compared == all {
+            number(all, "tile")
+        } else {
+            format!("{compared} of {}", number(all, "tile"))
+        };
+        format!(
+            "{} at {} in {}: {tiles}",
+            number(self.count, "PSF"),
+            number(self.distances, "distance"),
+            number(self.channels.len(), "channel")
+        )
+    }
+}
+
+/// Formats a count with its noun.
+fn number(count: usize, noun: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{plural}")
 }

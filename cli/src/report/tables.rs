@@ -5,8 +5,8 @@ use seidel_core::effects;
 
 use super::markup::{bar, escape, track};
 use super::words::{
-    angle, distance, effect_name, effect_summary, gap, list, percent, percent_range, probability,
-    value,
+    angle, between, distance, gap, gap_interval, list, meaning, percent, probability, sentence,
+    title, value,
 };
 
 /// Number of zones shown; `report.json` has all.
@@ -21,7 +21,7 @@ pub(super) fn causes(d: &Diagnosis) -> String {
         .equivalents
         .iter()
         .map(|ids| {
-            let names: Vec<String> = ids.iter().map(|id| effect_name(id)).collect();
+            let names: Vec<String> = ids.iter().map(|id| title(id).to_owned()).collect();
             format!(
                 "<p><b>These observations cannot distinguish</b> {}.</p>\n",
                 escape(&list(&names, "and"))
@@ -29,16 +29,17 @@ pub(super) fn causes(d: &Diagnosis) -> String {
         })
         .collect();
     let partner = if d.added.len() > 1 {
-        " Two effects were added: each row gives what the effect closes with its best partner."
+        " Two effects were added: each of them has half of the probability of the pair, and each row gives what the effect \
+         closes with its best partner."
     } else {
         ""
     };
     format!(
         "<section><h2>Causes tried</h2>\n<p class=\"quiet\">Posterior probabilities given a gap; with the unknown \
-         cause they sum to 100&nbsp;%. Parameters of the best fit of each effect alone, with standard \
-         errors.{partner}</p>\n{equivalents}\
-         <table><thead><tr><th>Cause</th><th>Probability</th><th class=\"n\">Gap closed</th>\
-         <th class=\"n\">95&nbsp;% interval</th><th>Parameters</th></tr></thead><tbody>\n{rows}</tbody></table>\n\
+         cause they sum to 100&nbsp;%. Parameters of the best fit of each effect alone, ± one standard \
+         error.{partner}</p>\n{equivalents}\
+         <table class=\"causes\"><thead><tr><th>Cause</th><th>Probability</th><th>Gap closed</th>\
+         <th>Parameters</th></tr></thead><tbody>\n{rows}</tbody></table>\n\
          </section>\n"
     )
 }
@@ -55,35 +56,40 @@ fn cause_row(cause: &Cause, added: &[&str]) -> String {
         .map(|v| value_row(cause.effect, v))
         .collect();
     let closes = if cause.effect == "unknown" {
-        "<td class=\"n\">–</td><td class=\"n\">–</td>".to_owned()
+        "<td>–</td>".to_owned()
+    } else if cause.parameters.is_empty() {
+        "<td class=\"quiet\">not tried</td>".to_owned()
     } else {
         format!(
-            "<td class=\"n\">{}</td><td class=\"n quiet\">{}</td>",
+            "<td>{}<br><span class=\"quiet small\">{}</span></td>",
             percent(cause.gap_closed),
-            percent_range(cause.gap_closed_ci95)
+            between(cause.gap_closed_ci95)
         )
     };
     format!(
-        "<tr{row_class}><td><span class=\"name\">{}</span><br><span class=\"quiet small\">{}</span></td>\
+        "<tr{row_class}><td><span class=\"name\">{}</span> <code>{}</code><br>\
+         <span class=\"quiet small\">{}</span></td>\
          <td>{}<div class=\"bar\">{}</div></td>{closes}<td><table class=\"values\">{values}</table></td></tr>\n",
-        escape(&effect_name(cause.effect)),
-        escape(effect_summary(cause.effect)),
+        escape(&sentence(title(cause.effect))),
+        escape(cause.effect),
+        escape(meaning(cause.effect)),
         probability(cause.probability),
         track(cause.probability, bar_class)
     )
 }
 
 fn value_row(effect: &str, v: &Value) -> String {
-    let meaning = effects::by_id(effect).ok().and_then(|e| {
+    let explanation = effects::by_id(effect).ok().and_then(|e| {
         let known = e.parameters().iter().find(|p| p.name == v.name);
         known.map(|p| p.meaning)
     });
     format!(
         "<tr><td title=\"{}\">{}</td><td class=\"n\">{}</td><td class=\"quiet\">{}</td></tr>",
-        escape(meaning.unwrap_or("")),
+        escape(explanation.unwrap_or("")),
         escape(&v.key()),
         value(v),
-        escape(v.unit)
+        // A pure number has no unit.
+        escape(if v.unit == "1" { "" } else { v.unit })
     )
 }
 
@@ -108,21 +114,21 @@ fn places(d: &Diagnosis) -> String {
             let [from, to] = p.zone.radius;
             format!(
                 "<tr><td>{}</td><td>{}</td><td>{from:.2}–{to:.2}, {}</td><td class=\"n\">{}</td>\
-                 <td class=\"n\">{}</td><td class=\"n\">{:.1}</td></tr>\n",
+                 <td>{}<br><span class=\"quiet small\">{}</span></td></tr>\n",
                 escape(&p.channel),
                 distance(p.distance),
                 angle(p.zone.angle_deg),
                 p.tiles,
                 gap(p.excess),
-                p.z
+                gap_interval(p)
             )
         })
         .collect();
     format!(
         "<h2>Zones with a significant gap</h2>\n<p class=\"quiet\">Zones are given by the distance from the optical \
-         axis, in units of the farthest PSF's, and by direction; z is the mean gap in standard errors.</p>\n\
+         axis, in units of the farthest PSF's, and by direction. A PSF is counted in each channel.</p>\n\
          <table><thead><tr><th>Channel</th><th>Distance</th><th>Zone</th><th class=\"n\">PSFs</th>\
-         <th class=\"n\">Gap</th><th class=\"n\">z</th></tr></thead><tbody>\n{rows}</tbody></table>\n{}",
+         <th>Gap</th></tr></thead><tbody>\n{rows}</tbody></table>\n{}",
         omitted(d.places.len(), MOST_PLACES, "zones")
     )
 }
@@ -139,6 +145,15 @@ fn order_meaning(name: &str) -> &'static str {
     }
 }
 
+/// Returns whether a change of `z` standard errors of the noise is real.
+fn significance(z: f64) -> &'static str {
+    match z {
+        z if z >= 5.0 => "clear of noise",
+        z if z >= 2.0 => "close to noise",
+        _ => "within noise",
+    }
+}
+
 fn shape(d: &Diagnosis) -> String {
     let s = &d.shape;
     let width = |share: f64| 100.0 * share.clamp(0.0, 1.0);
@@ -152,9 +167,9 @@ fn shape(d: &Diagnosis) -> String {
                 order_meaning(order.name)
             );
             let number = format!(
-                "{} <span class=\"quiet\">z&nbsp;{:.0}</span>",
+                "{} <span class=\"quiet\">{}</span>",
                 percent(order.share),
-                order.z
+                significance(order.z)
             );
             bar(&label, &number, order.share, "")
         })
@@ -165,8 +180,7 @@ fn shape(d: &Diagnosis) -> String {
          <div class=\"shares\"><div class=\"a\" style=\"width:{:.1}%\"></div>\
          <div class=\"b\" style=\"width:{:.1}%\"></div></div>\
          <p class=\"small\">{} in the core, the circle that holds half the light; {} in the skirt around it.</p>\n\
-         {orders}<p class=\"quiet small\">Each kind of change is fitted after those above it; z is its significance \
-         in standard errors of the noise.</p>",
+         {orders}<p class=\"quiet small\">Each kind of change is fitted after those above it.</p>",
         width(s.core),
         width(s.skirt),
         percent(s.core),
@@ -184,10 +198,10 @@ pub(super) fn pairs(d: &Diagnosis) -> String {
         .iter()
         .take(MOST_PAIRS)
         .map(|pair| {
-            let names = pair.effects.map(effect_name);
+            let names = pair.effects.map(title);
             format!(
                 "<tr><td><span class=\"name\">{}</span></td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
-                escape(&names.join(" and ")),
+                escape(&sentence(&names.join(" and "))),
                 probability(pair.probability),
                 percent(pair.gap_closed)
             )

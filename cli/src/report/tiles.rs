@@ -11,7 +11,8 @@ use crate::pictures::tile_panel::TilePart;
 /// Least side of a panel, px, before the browser scales it to its column.
 const PANEL_PX: usize = 180;
 
-/// Returns the section with a row of panels per example; empty without examples.
+/// Returns the section with a row of panels per example; empty without examples. The corrected lens is left out where it
+/// is the given one.
 pub(super) fn tiles(d: &Diagnosis) -> String {
     let rows: String = d.examples.iter().filter_map(|e| row(d, e)).collect();
     if rows.is_empty() {
@@ -23,15 +24,33 @@ pub(super) fn tiles(d: &Diagnosis) -> String {
             format!("rgb({r} {g} {b})")
         })
         .collect();
+    let corrected = !d.added.is_empty();
+    let (class, heads): (&str, &[&str]) = if corrected {
+        (
+            "tiles",
+            &[
+                "observed",
+                "given lens",
+                "corrected lens",
+                "residual, given",
+                "residual, corrected",
+            ],
+        )
+    } else {
+        ("tiles three", &["observed", "given lens", "residual"])
+    };
+    let heads: String = heads
+        .iter()
+        .map(|head| format!("<div class=\"head\">{head}</div>"))
+        .collect();
     format!(
         "<section><h2>Observed and predicted PSFs</h2>\n<p class=\"quiet\">PSFs with the largest and with typical \
          gaps, normalised to unit sum. Tone: square root of light relative to the brightest pixel of the row.</p>\n\
          <div class=\"legend\"><span>Residual: predicted minus observed light, from \
          <b>too little</b><span class=\"ramp\" style=\"background:linear-gradient(90deg,{})\"></span>\
-         <b>too much</b>. Each row has its own range, stated beside it.</span></div>\n\
-         <div class=\"tiles\"><div class=\"head\">PSF</div><div class=\"head\">observed</div>\
-         <div class=\"head\">given lens</div><div class=\"head\">corrected lens</div>\
-         <div class=\"head\">residual, given</div><div class=\"head\">residual, corrected</div>\n{rows}</div>\n\
+         <b>too much</b>. Each row is scaled to its own range, stated beside it, so that even a gap below the limit of \
+         detection shows.</span></div>\n\
+         <div class=\"{class}\"><div class=\"head\">PSF</div>{heads}\n{rows}</div>\n\
          </section>\n",
         stops.join(",")
     )
@@ -72,22 +91,27 @@ fn row(d: &Diagnosis, example: &Example) -> Option<String> {
             part.residual(corrected, observed, full, times),
         ),
     ];
+    let changed = !d.added.is_empty();
     let panels: String = panels
         .iter()
+        .filter(|(name, _)| changed || !name.contains("corrected"))
         .map(|(name, picture)| {
             let uri = data_uri(picture);
             format!("<div class=\"tile\"><img src=\"{uri}\" alt=\"{name}\"></div>")
         })
         .collect();
+    let gaps = if changed {
+        format!("{} → {}", gap(at.before), gap(at.after))
+    } else {
+        gap(at.before)
+    };
     Some(format!(
-        "<div class=\"what\"><b>{}</b> at {}<br>({:.0}, {:.0}) px<br>gap {} → {}<br>\
+        "<div class=\"what\"><b>{}</b> at {}<br>({:.0}, {:.0}) px<br>gap {gaps}<br>\
          <span class=\"quiet\">residual ±{} of the peak; {} px wide</span></div>{panels}\n",
         escape(&at.channel),
         distance(at.distance),
         at.at.x_px,
         at.at.y_px,
-        gap(at.before),
-        gap(at.after),
         percent(f64::from(full / peak)),
         part.side()
     ))

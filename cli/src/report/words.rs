@@ -1,8 +1,7 @@
 //! Numbers, names and places as text.
 
-use seidel_core::calibrate::diagnose::{Place, Value};
+use seidel_core::calibrate::diagnose::{Place, Value, cause_words};
 use seidel_core::distance::ObjectDistance;
-use seidel_core::effects;
 
 use crate::pictures::{decimals, significant};
 
@@ -20,23 +19,52 @@ fn percent_number(share: f64) -> String {
     minus_sign(&format!("{:.decimals$}", 100.0 * share))
 }
 
-/// Formats an interval of shares.
-pub(super) fn percent_range([from, to]: [f64; 2]) -> String {
-    let dash = if from < 0.0 || to < 0.0 {
-        " to "
+/// Share from which on a gap counts as closed entirely.
+const ALL_CLOSED: f64 = 0.9995;
+
+/// Formats the share of a gap that closes.
+pub(super) fn closed(share: f64) -> String {
+    if share > ALL_CLOSED {
+        format!("more than 99.9{SPACE}%")
     } else {
-        "–"
-    };
-    format!(
-        "{}{dash}{}{SPACE}%",
-        percent_number(from),
-        percent_number(to)
-    )
+        percent(share)
+    }
 }
 
-/// Formats a gap in per cent of the energy of a PSF, to two significant digits.
+/// Formats the 95 % interval of a share of the gap in words.
+pub(super) fn between([from, to]: [f64; 2]) -> String {
+    if from > ALL_CLOSED {
+        format!("{} (95{SPACE}% interval)", closed(from))
+    } else {
+        interval(&percent(from), &percent(to))
+    }
+}
+
+/// Formats the 95 % interval of the gap of a zone in words.
+pub(super) fn gap_interval(place: &Place) -> String {
+    let half = 1.96 * place.excess / place.z.max(f64::MIN_POSITIVE);
+    let bound = |value: f64| {
+        let decimals = decimals(100.0 * place.excess, 2);
+        let share = format!("{:.decimals$}", 100.0 * value.max(0.0));
+        format!("{}{SPACE}%", minus_sign(&share))
+    };
+    interval(&bound(place.excess - half), &bound(place.excess + half))
+}
+
+fn interval(from: &str, to: &str) -> String {
+    if from == to {
+        format!("{from} (95{SPACE}% interval)")
+    } else {
+        format!("between {from} and {to} (95{SPACE}% interval)")
+    }
+}
+
+/// Formats a gap in per cent of the energy of a PSF, to two significant digits. Less than what noise gives is zero.
 pub(super) fn gap(value: f64) -> String {
     let share = 100.0 * value;
+    if share < 0.0 {
+        return format!("0{SPACE}% (within noise)");
+    }
     if share == 0.0 || !share.is_finite() {
         return format!("{share}{SPACE}%");
     }
@@ -91,20 +119,19 @@ pub(super) fn distance(distance: ObjectDistance) -> String {
     }
 }
 
-/// Returns the name of an effect from its identifier.
-pub(super) fn effect_name(id: &str) -> String {
-    match id {
-        "unknown" => "an unknown cause".to_owned(),
-        id => id.replace('_', " "),
-    }
+/// Returns the name of an effect in plain words; its identifier where it has none.
+pub(super) fn title(id: &str) -> &str {
+    cause_words(id).map_or(id, |words| words.title)
 }
 
-/// Returns the description of an effect.
-pub(super) fn effect_summary(id: &str) -> &'static str {
-    match id {
-        "unknown" => "none of the effects in the library",
-        id => effects::by_id(id).map_or("", |effect| effect.summary()),
-    }
+/// Returns the meaning of an effect for the lens or the camera.
+pub(super) fn meaning(id: &str) -> &'static str {
+    cause_words(id).map_or("", |words| words.meaning)
+}
+
+/// Returns the advice on what to do about an effect.
+pub(super) fn action(id: &str) -> &'static str {
+    cause_words(id).map_or("", |words| words.action)
 }
 
 /// Joins names as `a`, `a and b`, or `a, b and c`, with `last` for the conjunction.
@@ -174,8 +201,8 @@ mod tests {
         assert_eq!(percent(0.9942), "99.4\u{a0}%");
         assert_eq!(percent(0.0123), "1.2\u{a0}%");
         assert_eq!(percent(-0.0001), "0.0\u{a0}%");
-        assert_eq!(percent_range([0.921, 0.958]), "92–96\u{a0}%");
-        assert_eq!(percent_range([-0.021, 0.17]), "−2.1 to 17\u{a0}%");
+        assert_eq!(closed(0.942), "94\u{a0}%");
+        assert_eq!(closed(1.02), "more than 99.9\u{a0}%");
         assert_eq!(gap(0.0812), "8.1\u{a0}%");
         assert_eq!(gap(0.004), "0.40\u{a0}%");
         assert_eq!(gap(0.000_047), "0.0047\u{a0}%");
@@ -191,6 +218,27 @@ mod tests {
         assert_eq!(value(&v), "−1.234 ± 0.012");
         v.sigma = 0.0;
         assert_eq!(value(&v), "−1.234");
+    }
+
+    #[test]
+    fn intervals_are_in_words() {
+        let words = |ends| between(ends).replace('\u{a0}', " ");
+        assert_eq!(
+            words([0.921, 0.958]),
+            "between 92 % and 96 % (95 % interval)"
+        );
+        assert_eq!(
+            words([-0.021, 0.17]),
+            "between −2.1 % and 17 % (95 % interval)"
+        );
+        assert_eq!(words([0.9997, 1.0]), "more than 99.9 % (95 % interval)");
+        assert_eq!(words([0.5, 0.501]), "50 % (95 % interval)");
+        let place = &crate::report::samples::places()[0];
+        assert_eq!(
+            gap_interval(place).replace('\u{a0}', " "),
+            "between 13 % and 15 % (95 % interval)"
+        );
+        assert_eq!(gap(-1e-4), "0\u{a0}% (within noise)");
     }
 
     #[test]

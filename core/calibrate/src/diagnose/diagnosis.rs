@@ -9,6 +9,8 @@ use seidel_optics::profile::LensProfile;
 use seidel_optics::tile::Tile;
 use serde::{Serialize, Serializer};
 
+use super::capture::Capture;
+use super::cause_words::cause_words;
 use super::model_share::ModelShare;
 use crate::depth_json;
 
@@ -30,8 +32,10 @@ pub struct Diagnosis {
     /// Parts of field, channel and depth where the gap lies, largest first.
     #[serde(rename = "where")]
     pub places: Vec<Place>,
-    /// The capture that would settle what is still open.
+    /// The capture that would settle what is still open, with what each cause makes of it.
     pub next_capture: String,
+    /// Identifier of that capture.
+    pub next_capture_id: Capture,
     /// Posterior probability that nothing is missing; those of `causes` are conditional on a gap.
     pub no_gap_probability: f64,
     /// Pairs of effects tried, best first.
@@ -47,8 +51,11 @@ pub struct Diagnosis {
     pub shares: Shares,
     /// Gap, less noise, up to which an effect may be missing without being seen.
     pub detection_limit: f64,
-    /// Description of the remaining residual; empty where there is none.
+    /// Description of the remaining residual; empty where it is below the detection limit.
     pub residual: String,
+    /// Parts of field, channel and depth where that residual lies, largest first; empty where `residual` is.
+    #[serde(rename = "where_left")]
+    pub places_left: Vec<Place>,
     /// Remarks about the data and the fits.
     pub remarks: Vec<String>,
     /// The lens with the effects in `added`.
@@ -123,6 +130,8 @@ pub struct Shares {
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Cause {
     /// Identifier of the effect, or `unknown`.
+    #[serde(flatten, serialize_with = "with_words")]
+    #[schemars(with = "NamedEffect")]
     pub effect: &'static str,
     /// Posterior probability that this is the missing effect, given a gap.
     pub probability: f64,
@@ -130,10 +139,36 @@ pub struct Cause {
     pub gap_closed: f64,
     /// 95 % interval of `gap_closed`.
     pub gap_closed_ci95: [f64; 2],
+    /// Fitted values in the user's units, in words; empty where no few words describe them.
+    pub amount: String,
     /// Parameters of the best fit.
     #[serde(flatten, serialize_with = "by_name")]
     #[schemars(with = "NamedParameters")]
     pub parameters: Vec<Value>,
+}
+
+/// An effect with its plain words.
+#[derive(Serialize, JsonSchema)]
+struct NamedEffect {
+    /// Identifier of the effect, or `unknown`.
+    effect: &'static str,
+    /// Name in plain words.
+    title: &'static str,
+    /// Meaning for the lens or the camera.
+    meaning: &'static str,
+    /// Advice on what to do about it.
+    action: &'static str,
+}
+
+fn with_words<S: Serializer>(effect: &&'static str, serializer: S) -> Result<S::Ok, S::Error> {
+    let words = cause_words(effect);
+    NamedEffect {
+        effect,
+        title: words.map_or(effect, |words| words.title),
+        meaning: words.map_or("", |words| words.meaning),
+        action: words.map_or("", |words| words.action),
+    }
+    .serialize(serializer)
 }
 
 /// Parameters by name; `name.channel` where channels do not share them.

@@ -6,7 +6,11 @@
 //! (`verdict`). The selected effects are fitted to all tiles, and without each zone in turn for the reported
 //! figures (`proof`).
 
+mod amounts;
+mod capture;
+mod cause_words;
 mod centroid_start;
+mod coverage;
 mod diagnosis;
 mod explainable;
 mod gap_problem;
@@ -29,6 +33,8 @@ mod tile_noise;
 mod tiles;
 mod verdict;
 
+pub use capture::Capture;
+pub use cause_words::{CauseWords, cause_words};
 pub use diagnosis::{
     Cause, Diagnosis, Example, Gap, Order, Pair, Place, Shape, Shares, TileGap, Value, Verdict,
     Zone,
@@ -38,6 +44,8 @@ pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
 pub use settings::Settings;
 
 use crate::reference_channel::reference_channel;
+use cause_words::title;
+use coverage::Coverage;
 use search::{Candidate, HypothesisSearch};
 use seidel_optics::Progress;
 use seidel_optics::effects::{self, Effect};
@@ -72,7 +80,19 @@ pub fn diagnose(
     let reference = reference_channel(&lens.camera, names);
     let first = tiles.tiles.clone();
     let search = HypothesisSearch::new(&first, channels.len(), reference);
-    let (tried, left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| search.can_try(*e));
+    let coverage = Coverage::of(&first);
+    let (shown, mut left): (Vec<_>, Vec<_>) = library.into_iter().partition(|e| coverage.shows(*e));
+    tiles.remarks.extend(coverage.remark(&left));
+    let (tried, in_one_channel): (Vec<_>, Vec<_>) =
+        shown.into_iter().partition(|e| search.can_try(*e));
+    if !in_one_channel.is_empty() {
+        let titles: Vec<&str> = in_one_channel.iter().map(|e| title(e.id())).collect();
+        tiles.remarks.push(format!(
+            "effects that one channel cannot show were not tried: {}",
+            titles.join(", ")
+        ));
+        left.extend(in_one_channel);
+    }
     let steps = tried.len() as f64 + 4.0;
     let mut drafts = Vec::new();
     for (done, effect) in tried.iter().enumerate() {

@@ -1,165 +1,273 @@
 //! Recommendation of the next capture.
 
+use super::capture::{Capture, SEPARATING, UNCHANGED};
+use super::cause_words::title;
 use super::diagnosis::{Cause, Verdict};
 use super::model_share::ModelShare;
 
-/// A change of the capture, and the response of each effect.
-struct Intervention {
-    /// Instruction to the photographer.
-    act: &'static str,
-    /// Affected effects, each with its response.
-    changes: &'static [(&'static str, &'static str)],
+/// The findings on which the next capture depends.
+pub(super) struct Situation<'a> {
+    pub(super) verdict: Verdict,
+    pub(super) causes: &'a [Cause],
+    pub(super) equivalents: &'a [Vec<&'static str>],
+    pub(super) model: &'a ModelShare,
+    /// Number of object distances of the observations.
+    pub(super) distances: usize,
 }
 
-/// Cheapest first.
-static INTERVENTIONS: [Intervention; 7] = [
-    Intervention {
-        act: "repeat one corner PSF two stops down",
-        changes: &[
-            ("diffraction", "diffraction grows"),
-            ("defocus_offset", "defocus shrinks with the pupil"),
-            ("depth_scale", "defocus shrinks with the pupil"),
-            ("sensor_tilt", "defocus shrinks with the pupil"),
-            (
-                "axial_colour",
-                "the difference in focus shrinks with the pupil",
-            ),
-            ("decentre", "coma shrinks with the square of the pupil"),
-            ("higher_order", "fifth order vanishes first"),
-            ("vignetting", "the cat's eye becomes round"),
-            ("aperture_polygon", "the polygon shows in full"),
-            ("apodisation", "the edge of the disc hardens"),
-            ("anamorphic", "blur shrinks with the pupil"),
-        ],
-    },
-    Intervention {
-        act: "refocus to put the same points as far on the other side of focus",
-        changes: &[
-            (
-                "defocus_offset",
-                "the offset keeps its sign while the blur flips",
-            ),
-            ("sensor_tilt", "the side that is in focus changes"),
-            ("axial_colour", "the colour order of the discs flips"),
-            ("aperture_polygon", "the polygon turns upside down"),
-            ("vignetting", "the cat's eye turns over"),
-            ("decentre", "coma stays as it is while discs flip"),
-            ("anamorphic", "the long axis of the discs changes"),
-            ("higher_order", "bright rims turn into soft ones"),
-            ("apodisation", "soft edges stay soft"),
-        ],
-    },
-    Intervention {
-        act: "add PSFs at a second, much nearer distance",
-        changes: &[
-            ("depth_scale", "a wrong distance grows in dioptres"),
-            ("defocus_offset", "an offset stays the same"),
-        ],
-    },
-    Intervention {
-        act: "turn the camera by 90 degrees about its axis, the target staying",
-        changes: &[
-            ("motion", "the streak turns against the frame"),
-            ("pixel_footprint", "it stays with the sensor's axes"),
-        ],
-    },
-    Intervention {
-        act: "repeat with a quarter of the exposure time",
-        changes: &[
-            ("motion", "the streak shortens"),
-            ("tone_curve", "darker cores are compressed less"),
-        ],
-    },
-    Intervention {
-        act: "repeat one PSF at a quarter and at four times the light",
-        changes: &[("tone_curve", "the shape changes with the light")],
-    },
-    Intervention {
-        act: "photograph one lamp on a wide dark search with long and short exposures",
-        changes: &[("veiling_glare", "its halo goes on far beyond the tile")],
-    },
-];
+/// A recommended capture, with what each cause makes of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct NextCapture {
+    pub(super) capture: Capture,
+    pub(super) text: String,
+}
+
+impl NextCapture {
+    fn new(capture: Capture, text: impl Into<String>) -> Self {
+        Self {
+            capture,
+            text: text.into(),
+        }
+    }
+}
 
 /// Returns the capture that best distinguishes the remaining causes.
-pub(super) fn next(
-    verdict: Verdict,
-    causes: &[Cause],
-    equivalents: &[Vec<&'static str>],
-    model: &ModelShare,
-) -> String {
-    match verdict {
-        Verdict::ModelTooSimple if model.freedom.is_empty() => "none: no capture mends a model that is too simple; look at the residuals of the lens's own set with `seidel eval --shapes`, and fit it again with PSFs at more places".to_owned(),
-        Verdict::ModelTooSimple => "none needed yet: fit the lens again with `seidel fit --model extended`, then diagnose these observations with it".to_owned(),
-        Verdict::NoGap => "none needed: the lens explains these observations; PSFs at another distance or f-number would test it further".to_owned(),
-        Verdict::Unexplained => "repeat three PSFs (middle, edge, corner) two stops down and, apart from that, with the camera turned by 90 degrees: what stays with the sensor is not the lens, what shrinks is in its pupil".to_owned(),
-        Verdict::Ambiguous | Verdict::Explained => {
-            // The effects that are not distinguished come first, then the likeliest others.
-            let class = equivalents.iter().flatten().copied();
-            let mut known: Vec<&str> = Vec::new();
-            for id in class.chain(causes.iter().map(|c| c.effect)) {
-                if id != "unknown" && !known.contains(&id) {
-                    known.push(id);
-                }
-            }
-            match known[..] {
-                [one, other, ..] => between(one, other),
-                _ => "repeat one corner PSF two stops down".to_owned(),
-            }
+pub(super) fn next(situation: &Situation) -> NextCapture {
+    match situation.verdict {
+        Verdict::ModelTooSimple if situation.model.freedom.is_empty() => NextCapture::new(
+            Capture::MorePlaces,
+            format!(
+                "{}, and fit the lens again: its model is too simple, and no richer one was found. `seidel eval --shapes` shows the residuals of the lens's own set",
+                Capture::MorePlaces.instruction()
+            ),
+        ),
+        Verdict::ModelTooSimple => NextCapture::new(
+            Capture::None,
+            "none needed yet: fit the lens again with `seidel fit --model extended`, then diagnose these observations with it",
+        ),
+        Verdict::NoGap => NextCapture::new(
+            Capture::None,
+            "none needed: the lens explains these observations; PSFs at another distance or f-number would test it further",
+        ),
+        Verdict::Unexplained => unknown(),
+        Verdict::Ambiguous => between(&rivals(situation)),
+        Verdict::Explained => {
+            let next = between(&rivals(situation));
+            NextCapture::new(
+                next.capture,
+                format!("only to confirm the cause, {}", next.text),
+            )
         }
     }
 }
 
-/// Returns the first intervention with different responses of two effects.
-fn between(one: &str, other: &str) -> String {
-    let answer = |i: &Intervention, id: &str| {
-        let own = i.changes.iter().find(|(e, _)| *e == id);
-        own.map(|(_, how)| *how)
-    };
-    for intervention in &INTERVENTIONS {
-        match (answer(intervention, one), answer(intervention, other)) {
-            (Some(a), Some(b)) if a != b => {
-                return format!("{}: for {one} {a}, for {other} {b}", intervention.act);
-            }
-            (Some(a), None) => {
-                return format!(
-                    "{}: for {one} {a}, {other} stays as it is",
-                    intervention.act
-                );
-            }
-            (None, Some(b)) => {
-                return format!(
-                    "{}: for {other} {b}, {one} stays as it is",
-                    intervention.act
-                );
-            }
-            _ => {}
+/// Returns the causes to distinguish: the class of the verdict, or the likeliest cause and its nearest rival.
+fn rivals<'a>(situation: &Situation<'a>) -> Vec<&'a str> {
+    let class = situation.equivalents.first();
+    let mut named: Vec<&str> = class.into_iter().flatten().copied().collect();
+    let likeliest = situation.causes.iter().map(|cause| cause.effect);
+    // At one distance these two are the same, so they are rivals whatever their probabilities.
+    const ALIKE: [&str; 2] = ["defocus_offset", "depth_scale"];
+    let first = named.first().copied().or(likeliest.clone().next());
+    if situation.distances == 1 && first.is_some_and(|first| ALIKE.contains(&first)) {
+        return ALIKE.to_vec();
+    }
+    for id in likeliest.filter(|id| *id != "unknown") {
+        if named.len() >= 2 {
+            break;
+        }
+        if !named.contains(&id) {
+            named.push(id);
         }
     }
-    format!("add PSFs towards the corners, where {one} and {other} differ most")
+    named
+}
+
+/// Returns the capture with the most different responses of `ids`, the cheapest of several.
+fn between(ids: &[&str]) -> NextCapture {
+    if ids.contains(&"unknown") || ids.len() < 2 {
+        return unknown();
+    }
+    let kinds = |capture: &Capture| {
+        let responses: Option<Vec<&str>> = ids.iter().map(|id| capture.response(id)).collect();
+        let mut kinds = responses.unwrap_or_default();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds.len()
+    };
+    let most = SEPARATING.iter().map(kinds).max().unwrap_or(0);
+    let best = SEPARATING.iter().find(|capture| kinds(capture) == most);
+    let (Some(capture), true) = (best, most > 1) else {
+        let titles: Vec<&str> = ids.iter().map(|id| title(id)).collect();
+        let capture = Capture::MorePlaces;
+        return NextCapture::new(
+            capture,
+            format!(
+                "{}, where {} differ most",
+                capture.instruction(),
+                titles.join(" and ")
+            ),
+        );
+    };
+    let responses: Vec<String> = ids
+        .iter()
+        .map(|id| {
+            let response = capture.response(id).unwrap_or(UNCHANGED);
+            format!("with {}, {response}", title(id))
+        })
+        .collect();
+    NextCapture::new(
+        *capture,
+        format!("{}: {}", capture.instruction(), responses.join("; ")),
+    )
+}
+
+/// Returns the capture that tells lens, sensor and surroundings apart.
+fn unknown() -> NextCapture {
+    let capture = Capture::StoppedDownAndTurned;
+    NextCapture::new(
+        capture,
+        format!(
+            "{}: what shrinks with the stop lies in the pupil of the lens, what turns with the camera in lens or sensor, and what stays upright in the scene or the support",
+            capture.instruction()
+        ),
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seidel_optics::effects;
+    use crate::diagnose::OwnGapSource;
+    use seidel_optics::effects::{self, Effect};
+
+    const MODEL: ModelShare = ModelShare {
+        own_gap: 0.001,
+        measured_on: OwnGapSource::HeldOut,
+        freedom: Vec::new(),
+        freedom_closes: 0.0,
+    };
+
+    fn cause(effect: &'static str, probability: f64) -> Cause {
+        Cause {
+            effect,
+            probability,
+            gap_closed: 0.9,
+            gap_closed_ci95: [0.8, 0.95],
+            amount: String::new(),
+            parameters: Vec::new(),
+        }
+    }
+
+    fn advised(verdict: Verdict, ids: &[&'static str], distances: usize) -> NextCapture {
+        let causes: Vec<Cause> = ids.iter().map(|id| cause(id, 0.5)).collect();
+        let class = match verdict {
+            Verdict::Ambiguous => vec![ids.to_vec()],
+            _ => Vec::new(),
+        };
+        next(&Situation {
+            verdict,
+            causes: &causes,
+            equivalents: &class,
+            model: &MODEL,
+            distances,
+        })
+    }
 
     #[test]
-    fn every_pair_of_effects_gets_a_capture_that_names_both() {
-        for one in effects::causes() {
-            for other in effects::causes() {
-                if one.id() != other.id() {
-                    let text = between(one.id(), other.id());
-                    assert!(
-                        text.contains(one.id()) && text.contains(other.id()),
-                        "{text}"
-                    );
+    fn every_pair_of_effects_gets_a_capture_that_names_both_by_title() {
+        for one in effects::causes().map(Effect::id) {
+            for other in effects::causes().map(Effect::id).filter(|id| *id != one) {
+                let text = between(&[one, other]).text;
+                for id in [one, other] {
+                    assert!(text.contains(title(id)), "{text}");
+                    assert!(!id.contains('_') || !text.contains(id), "{text}");
                 }
             }
         }
-        for intervention in &INTERVENTIONS {
-            for (id, _) in intervention.changes {
-                assert!(effects::by_id(id).is_ok(), "{id}");
+    }
+
+    #[test]
+    fn known_ambiguities_get_the_capture_that_settles_them() {
+        for (ids, distances, capture) in [
+            (
+                ["defocus_offset", "depth_scale"],
+                1,
+                Capture::SecondDistance,
+            ),
+            (
+                ["defocus_offset", "depth_scale"],
+                4,
+                Capture::SecondDistance,
+            ),
+            (["motion", "decentre"], 3, Capture::ShorterExposure),
+            (["motion", "pixel_footprint"], 3, Capture::ShorterExposure),
+            (
+                ["pupil_scale", "aperture_polygon"],
+                3,
+                Capture::FarOutOfFocus,
+            ),
+            (["pupil_scale", "vignetting"], 3, Capture::FarOutOfFocus),
+            (
+                ["pupil_scale", "defocus_offset"],
+                3,
+                Capture::OtherSideOfFocus,
+            ),
+            (["diffraction", "pixel_footprint"], 3, Capture::TwoStopsDown),
+            (["sensor_tilt", "decentre"], 3, Capture::TwoStopsDown),
+            (
+                ["veiling_glare", "pixel_footprint"],
+                3,
+                Capture::DarkSurround,
+            ),
+            (["distortion", "lateral_colour"], 3, Capture::MorePlaces),
+            (["vignetting", "unknown"], 3, Capture::StoppedDownAndTurned),
+        ] {
+            for order in [[ids[0], ids[1]], [ids[1], ids[0]]] {
+                let next = advised(Verdict::Ambiguous, &order, distances);
+                assert_eq!(next.capture, capture, "{order:?}: {}", next.text);
             }
         }
+    }
+
+    #[test]
+    fn at_one_distance_a_focus_offset_is_confirmed_by_a_second_one() {
+        let ids = ["defocus_offset", "sensor_tilt", "depth_scale"];
+        let next = advised(Verdict::Explained, &ids, 1);
+        assert_eq!(next.capture, Capture::SecondDistance);
+        assert!(next.text.starts_with("only to confirm"), "{}", next.text);
+        let next = advised(Verdict::Explained, &ids, 3);
+        assert_eq!(next.capture, Capture::OtherSideOfFocus);
+        assert!(next.text.contains(title("sensor_tilt")), "{}", next.text);
+    }
+
+    #[test]
+    fn three_rivals_get_the_capture_that_separates_most_of_them() {
+        let ids = ["vignetting", "higher_order", "aperture_polygon"];
+        let next = advised(Verdict::Ambiguous, &ids, 3);
+        assert_eq!(next.capture, Capture::FarOutOfFocus);
+        assert!(
+            ids.iter().all(|id| next.text.contains(title(id))),
+            "{}",
+            next.text
+        );
+    }
+
+    #[test]
+    fn a_lens_without_a_gap_or_with_a_richer_model_needs_no_capture() {
+        assert_eq!(advised(Verdict::NoGap, &[], 3).capture, Capture::None);
+        let poor = advised(Verdict::ModelTooSimple, &[], 3);
+        assert_eq!(poor.capture, Capture::MorePlaces);
+        let model = ModelShare {
+            freedom: vec!["vignetting"],
+            ..MODEL
+        };
+        let rich = next(&Situation {
+            verdict: Verdict::ModelTooSimple,
+            causes: &[],
+            equivalents: &[],
+            model: &model,
+            distances: 3,
+        });
+        assert_eq!(rich.capture, Capture::None);
     }
 }

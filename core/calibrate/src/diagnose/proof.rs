@@ -1,11 +1,13 @@
 //! Final fit of the selected effects, with cross-validated figures.
 
-use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, Shares, TileGap, Value, Verdict};
+use super::amounts::amount;
+use super::cause_words::title;
+use super::diagnosis::{Cause, Diagnosis, Example, Gap, Pair, Shares, TileGap, Value};
 use super::explainable;
 use super::gap_problem::GapProblem;
 use super::hypothesis::Hypothesis;
 use super::model_share::ModelShare;
-use super::next_capture;
+use super::next_capture::{self, Situation};
 use super::places;
 use super::prediction::TilePredictor;
 use super::search::{Candidate, HypothesisSearch, standard_errors};
@@ -65,7 +67,10 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
         (&last.hypothesis, &last.theta[..])
     };
     let decision = found.decision;
-    let causes = causes(&found, &last);
+    let mut causes = causes(&found, &last);
+    for cause in &mut causes {
+        cause.amount = amount(cause.effect, &cause.parameters, found.lens);
+    }
     let tile_gaps: Vec<TileGap> = tiles
         .iter()
         .zip(before.iter().zip(&last.after))
@@ -80,12 +85,20 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
         })
         .collect();
     let left_shape = shape::shape(&tiles, shown.0, shown.1);
-    let residual = match decision.verdict {
-        Verdict::Unexplained | Verdict::ModelTooSimple => {
-            shape::describe(&left_shape, &tiles, &tile_gaps)
-        }
-        _ => String::new(),
+    let limit = found.statistics.detection_limit();
+    let (residual, places_left) = if gap.after > limit {
+        let places = places::places(&tiles, &last.after, found.channels, found.statistics.misfit);
+        (shape::describe(&left_shape, &tiles, &tile_gaps), places)
+    } else {
+        (String::new(), Vec::new())
     };
+    let next = next_capture::next(&Situation {
+        verdict: decision.verdict,
+        causes: &causes,
+        equivalents: &decision.equivalents,
+        model: &found.model,
+        distances: found.set.distances().len(),
+    });
     Ok(Diagnosis {
         verdict: decision.verdict,
         added: decision
@@ -95,12 +108,8 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
             .unwrap_or_default(),
         gap,
         no_gap_probability: decision.nothing_missing,
-        next_capture: next_capture::next(
-            decision.verdict,
-            &causes,
-            &decision.equivalents,
-            &found.model,
-        ),
+        next_capture: next.text,
+        next_capture_id: next.capture,
         causes,
         pairs: pairs(&found),
         equivalents: decision.equivalents.clone(),
@@ -108,9 +117,10 @@ pub(super) fn diagnosis(found: Findings) -> Result<Diagnosis> {
         shape: shape::shape(&tiles, &nothing, &[]),
         explainable: explainable::explainable(&tiles, &nothing),
         shares: shares(&gap, found.model.own_gap),
-        detection_limit: found.statistics.detection_limit(),
+        detection_limit: limit,
         model: found.model.clone(),
         residual,
+        places_left,
         remarks: [remarks(&found), worsened(&found, &tile_gaps)].concat(),
         corrected,
         examples: examples(&tiles, &before, (&nothing, &[]), shown),
@@ -262,6 +272,7 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
                 probability: *probability,
                 gap_closed,
                 gap_closed_ci95: [gap_closed - half, (gap_closed + half).min(1.0)],
+                amount: String::new(),
                 parameters,
             }
         })
@@ -271,6 +282,7 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
         probability: found.decision.unknown,
         gap_closed: 0.0,
         gap_closed_ci95: [0.0; 2],
+        amount: String::new(),
         parameters: Vec::new(),
     });
     for effect in found.left {
@@ -279,6 +291,7 @@ fn causes(found: &Findings, last: &Final) -> Vec<Cause> {
             probability: 0.0,
             gap_closed: 0.0,
             gap_closed_ci95: [0.0; 2],
+            amount: String::new(),
             parameters: Vec::new(),
         });
     }
@@ -389,13 +402,6 @@ const WORSE_RATIO: f64 = 1.2;
 
 fn remarks(found: &Findings) -> Vec<String> {
     let mut remarks = found.tiles.remarks.clone();
-    if !found.left.is_empty() {
-        let ids: Vec<&str> = found.left.iter().map(|e| e.id()).collect();
-        remarks.push(format!(
-            "not to be seen in these data, with one channel: {}",
-            ids.join(", ")
-        ));
-    }
     let mut distances: Vec<f64> = found
         .tiles
         .tiles
@@ -405,9 +411,11 @@ fn remarks(found: &Findings) -> Vec<String> {
     distances.sort_by(f64::total_cmp);
     distances.dedup();
     if distances.len() == 1 {
-        remarks.push(
-            "all tiles are at one distance: defocus_offset and depth_scale look alike".to_owned(),
-        );
+        remarks.push(format!(
+            "all PSFs are at one distance, where {} and {} look alike",
+            title("defocus_offset"),
+            title("depth_scale")
+        ));
     }
     if found.set.channels.len() < found.channels.len() {
         remarks.push("the set lacks some of the lens's channels".to_owned());

@@ -192,8 +192,13 @@ pub(super) fn describe(shape: &Shape, tiles: &[&TileData], gaps: &[TileGap]) -> 
         }
         _ => "alike in every channel".to_owned(),
     };
+    let colour = if channels.len() > 1 {
+        format!(" and is {colour}")
+    } else {
+        String::new()
+    };
     format!(
-        "What is left lies {:.0} % in the cores of the PSFs and {:.0} % in their skirts; {:.0} % of it is a change of {}, {:.0} % of {}. It {field} and is {colour}.",
+        "The remaining residual lies {:.0} % in the cores of the PSFs and {:.0} % in their skirts. {:.0} % of it is {}, {:.0} % {}. It {field}{colour}.",
         100.0 * shape.core,
         100.0 * shape.skirt,
         100.0 * orders[0].share,
@@ -203,9 +208,14 @@ pub(super) fn describe(shape: &Shape, tiles: &[&TileData], gaps: &[TileGap]) -> 
     )
 }
 
+/// Describes a kind of change.
 fn words(order: &str) -> &str {
     match order {
-        "finer" => "finer detail",
+        "position" => "a shift",
+        "size" => "a change of size",
+        "ellipticity" => "elongation",
+        "skew" => "asymmetry",
+        "finer" => "finer detail, such as rings and edges",
         other => other,
     }
 }

@@ -1,11 +1,12 @@
 //! Observed tiles prepared for a diagnosis: unit sum, noise, and the lens's local pupil.
 
+use super::coverage::{Coverage, distinct_folds};
 use super::registration::{ReferencePupil, Registration};
 use super::tile_noise::TileNoise;
 use crate::reference_channel::reference_channel;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::effects::ScenePoint;
-use seidel_optics::error::{Error, Result};
+use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 use seidel_optics::lens::{LocalPupil, VergenceSeries};
 use seidel_optics::moments::support::{self, Support};
@@ -105,7 +106,7 @@ impl TileSet {
             .iter()
             .map(|o| frame.field_point(o.ideal.unwrap_or(o.centre)))
             .collect();
-        let folds = folds(&places);
+        let folds = distinct_folds(folds(&places));
         let mut tally = Tally::default();
         let mut tiles = Vec::new();
         let comparison = LensComparison::new(lens, channels);
@@ -126,22 +127,13 @@ impl TileSet {
                 }
             }
         }
-        if tiles.len() < MIN_TILES {
-            return Err(Error::new(
-                "observations",
-                format!("hold {} usable tiles", tiles.len()),
-                format!("give at least {MIN_TILES}, spread over the frame"),
-            ));
-        }
+        Coverage::of(&tiles).check()?;
         Ok(Self {
             tiles,
             remarks: tally.remarks(),
         })
     }
 }
-
-/// Minimum number of tiles for a diagnosis.
-const MIN_TILES: usize = 6;
 
 #[derive(Default)]
 struct Tally {
