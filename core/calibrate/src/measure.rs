@@ -52,6 +52,8 @@ pub struct MeasuredTile {
     pub optical: CentralMoments,
     /// Fourth central moments before pixel integration, px⁴.
     pub fourth: FourthMoments,
+    /// Whether `centroid` was placed by a fitted lens instead of by pixels.
+    pub is_registered: bool,
     /// Standard deviations of the seven moments from pixel noise; zero where the noise is unknown.
     pub noise: [f64; 7],
 }
@@ -111,14 +113,14 @@ pub fn measure(
 }
 
 /// Sets the origin of every tile to the centroid of its observation in the reference channel.
-fn set_origins(sets: &[ObservationSet], tiles: &mut [MeasuredTile]) {
+pub(crate) fn set_origins(sets: &[ObservationSet], tiles: &mut [MeasuredTile]) {
     let references: Vec<usize> = (sets.iter())
         .map(|set| reference_channel(&set.camera, set.channels.iter().map(String::as_str)))
         .collect();
     for observation in tiles.chunk_by_mut(|a, b| (a.set, a.observation) == (b.set, b.observation)) {
         let reference = references[observation[0].set];
         let origin = (observation.iter())
-            .find(|t| t.channel == reference && !t.centroid_is_unknown())
+            .find(|t| t.channel == reference && (t.is_registered || !t.centroid_is_unknown()))
             .map(|t| t.centroid);
         if observation.len() > 1 {
             observation.iter_mut().for_each(|t| t.origin = origin);
@@ -164,6 +166,7 @@ fn measure_one(
         origin: observation.ideal,
         optical: optical.central,
         fourth: optical.fourth,
+        is_registered: false,
         noise,
     })
 }

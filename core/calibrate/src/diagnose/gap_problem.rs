@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Slot};
 use super::prediction::TilePredictor;
-use super::shift_basis::ShiftBasis;
+use super::shift_basis::{PredictedTile, ShiftBasis};
 use super::tiles::{FOLDS, TileData};
 use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
 use seidel_optics::psf::pupil::Detail;
@@ -49,7 +49,7 @@ pub(super) struct NormalSums {
     pub(super) right: DVector<f64>,
     /// Sum of r'r.
     pub(super) cost: f64,
-    /// Sum over tiles of the outer product of J'r, for the sandwich covariance.
+    /// Sum over observations of the outer product of J'r, for the sandwich covariance.
     pub(super) scores: DMatrix<f64>,
 }
 
@@ -121,21 +121,40 @@ impl<'a> GapProblem<'a> {
     /// Returns the gap of every tile at `theta`.
     pub(super) fn gaps(&self, theta: &[f64]) -> Vec<f64> {
         let by_channel = self.by_channel(theta);
-        self.tiles
+        let gaps: Vec<Vec<f64>> = self
+            .observations()
             .par_iter()
-            .map_init(
-                || (TilePredictor::default(), Vec::new()),
-                |(predictor, picture), tile| {
-                    let values = &by_channel[tile.of_lens];
-                    predictor.predict(self.hypothesis, values, tile, self.detail, picture);
-                    let mut residual = tile.residual(picture);
-                    if tile.registration.is_own_centroid() {
-                        ShiftBasis::new(tile, picture).remove_from(&mut residual);
-                    }
-                    residual.iter().map(|r| r * r).sum::<f64>() / tile.norm
-                },
-            )
-            .collect()
+            .map_init(TilePredictor::default, |predictor, tiles| {
+                let pictures = self.pictures(predictor, tiles, &by_channel);
+                let stack = Stack::new(tiles, &pictures);
+                let residual = stack.residual();
+                let energies = stack.split(&residual).map(energy);
+                energies.zip(*tiles).map(|(e, t)| e / weight(t)).collect()
+            })
+            .collect();
+        gaps.concat()
+    }
+
+    /// Returns the tiles of each observation.
+    fn observations(&self) -> Vec<&'a [&'a TileData]> {
+        let same = |a: &&TileData, b: &&TileData| a.observation == b.observation;
+        self.tiles.chunk_by(same).collect()
+    }
+
+    /// Returns the prediction of each of `tiles`.
+    fn pictures(
+        &self,
+        predictor: &mut TilePredictor,
+        tiles: &[&TileData],
+        by_channel: &[Vec<Vec<f64>>],
+    ) -> Vec<Vec<f64>> {
+        let predict = |tile: &&TileData| {
+            let mut picture = Vec::new();
+            let values = &by_channel[tile.of_lens];
+            predictor.predict(self.hypothesis, values, tile, self.detail, &mut picture);
+            picture
+        };
+        tiles.iter().map(predict).collect()
     }
 
     /// Returns the weighted sum of gaps at `theta`.
@@ -167,78 +186,62 @@ impl<'a> GapProblem<'a> {
                 (h, self.by_channel(&there))
             })
             .collect();
-        let terms: Vec<(usize, Vec<usize>, NormalSums)> = self
-            .tiles
+        let sums: Vec<NormalSums> = self
+            .observations()
             .par_iter()
-            .map_init(
-                || (TilePredictor::default(), Vec::new(), Vec::new()),
-                |(predictor, picture, moved), tile| {
-                    let channel = tile.of_lens;
-                    let hypothesis = self.hypothesis;
-                    predictor.predict(hypothesis, &here[channel], tile, self.detail, picture);
-                    let mut residual = tile.residual(picture);
-                    let own: Vec<usize> = (0..slots.len())
-                        .filter(|k| hypothesis.concerns(*k, channel))
-                        .collect();
-                    let mut columns: Vec<Vec<f64>> = own
-                        .iter()
-                        .map(|&k| {
-                            let (h, values) = &stepped[k];
+            .map_init(TilePredictor::default, |predictor, tiles| {
+                let pictures = self.pictures(predictor, tiles, &here);
+                let stack = Stack::new(tiles, &pictures);
+                let columns: Vec<Vec<f64>> = (stepped.iter().enumerate())
+                    .map(|(k, (h, values))| {
+                        let rates = (tiles.iter().zip(&pictures)).map(|(tile, picture)| {
+                            if !self.hypothesis.concerns(k, tile.of_lens) {
+                                return vec![0.0; picture.len()];
+                            }
+                            let mut moved = Vec::new();
+                            let values = &values[tile.of_lens];
                             predictor.predict(
-                                hypothesis,
-                                &values[channel],
+                                self.hypothesis,
+                                values,
                                 tile,
                                 self.detail,
-                                moved,
+                                &mut moved,
                             );
-                            let pixels = moved.iter().zip(&*picture);
-                            pixels.map(|(there, here)| (there - here) / h).collect()
-                        })
-                        .collect();
-                    for column in &mut columns {
-                        tile.remove_flux(column, picture);
+                            for (there, here) in moved.iter_mut().zip(picture) {
+                                *there = (*there - here) / h;
+                            }
+                            moved
+                        });
+                        stack.column(rates.collect())
+                    })
+                    .collect();
+                let residual = stack.residual();
+                let n = columns.len();
+                let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+                let mut matrix = DMatrix::zeros(n, n);
+                for i in 0..n {
+                    for j in 0..=i {
+                        let product = dot(&columns[i], &columns[j]);
+                        matrix[(i, j)] = product;
+                        matrix[(j, i)] = product;
                     }
-                    if tile.registration.is_own_centroid() {
-                        let shifts = ShiftBasis::new(tile, picture);
-                        shifts.remove_from(&mut residual);
-                        columns.iter_mut().for_each(|c| shifts.remove_from(c));
-                    }
-                    let scale = weight(tile) / tile.norm;
-                    let dot = |a: &[f64], b: &[f64]| {
-                        scale * a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>()
-                    };
-                    let n = own.len();
-                    let mut matrix = DMatrix::zeros(n, n);
-                    for i in 0..n {
-                        for j in 0..=i {
-                            let product = dot(&columns[i], &columns[j]);
-                            matrix[(i, j)] = product;
-                            matrix[(j, i)] = product;
-                        }
-                    }
-                    let right = DVector::from_fn(n, |i, _| dot(&columns[i], &residual));
-                    let cost = dot(&residual, &residual);
-                    let sums = NormalSums {
-                        scores: &right * right.transpose(),
-                        matrix,
-                        right,
-                        cost,
-                    };
-                    (tile.fold, own, sums)
-                },
-            )
+                }
+                let right = DVector::from_fn(n, |i, _| dot(&columns[i], &residual));
+                NormalSums {
+                    scores: &right * right.transpose(),
+                    cost: energy(&residual),
+                    matrix,
+                    right,
+                }
+            })
             .collect();
         let mut folds = vec![NormalSums::zero(slots.len()); FOLDS];
-        for (fold, own, sums) in &terms {
-            let total = &mut folds[*fold];
-            for (i, &row) in own.iter().enumerate() {
-                total.right[row] += sums.right[i];
-                for (j, &column) in own.iter().enumerate() {
-                    total.matrix[(row, column)] += sums.matrix[(i, j)];
-                    total.scores[(row, column)] += sums.scores[(i, j)];
-                }
-            }
+        for (sums, tiles) in sums.iter().zip(self.observations()) {
+            let total = &mut folds[tiles[0].fold];
+            total.matrix += &sums.matrix;
+            total.right += &sums.right;
             total.cost += sums.cost;
+            total.scores += &sums.scores;
         }
         FoldSums { folds }
     }
@@ -327,4 +330,67 @@ fn clamped(theta: &[f64], step: &DVector<f64>, slots: &[Slot]) -> Vec<f64> {
         .zip(slots)
         .map(|(t, slot)| t.clamp(slot.least, slot.most));
     within.collect()
+}
+
+/// The pixels of all tiles of an observation, one tile after the other, each times the root of weight over squared norm.
+struct Stack<'a> {
+    tiles: Vec<PredictedTile<'a>>,
+    shifts: ShiftBasis,
+}
+
+impl<'a> Stack<'a> {
+    fn new(tiles: &[&'a TileData], pictures: &'a [Vec<f64>]) -> Self {
+        let predicted = tiles
+            .iter()
+            .zip(pictures)
+            .map(|(tile, picture)| PredictedTile {
+                tile,
+                prediction: picture,
+                scale: (weight(tile) / tile.norm).sqrt(),
+            });
+        let tiles: Vec<PredictedTile> = predicted.collect();
+        Self {
+            shifts: ShiftBasis::new(&tiles),
+            tiles,
+        }
+    }
+
+    /// Returns the residuals without those of unknown shifts and fluxes.
+    fn residual(&self) -> Vec<f64> {
+        let parts = self.tiles.iter().map(|t| {
+            let mut residual = t.tile.residual(t.prediction);
+            residual.iter_mut().for_each(|r| *r *= t.scale);
+            residual
+        });
+        let mut stacked = parts.collect::<Vec<_>>().concat();
+        self.shifts.remove_from(&mut stacked);
+        stacked
+    }
+
+    /// Returns the derivatives `rates` of the predictions, without those of unknown shifts and fluxes.
+    fn column(&self, rates: Vec<Vec<f64>>) -> Vec<f64> {
+        let parts = self.tiles.iter().zip(rates).map(|(t, mut rate)| {
+            t.tile.remove_flux(&mut rate, t.prediction);
+            rate.iter_mut().for_each(|r| *r *= t.scale);
+            rate
+        });
+        let mut stacked = parts.collect::<Vec<_>>().concat();
+        self.shifts.remove_from(&mut stacked);
+        stacked
+    }
+
+    /// Returns the parts of `stacked` that belong to each tile.
+    fn split<'b>(&'b self, stacked: &'b [f64]) -> impl Iterator<Item = &'b [f64]> {
+        let mut rest = stacked;
+        self.tiles.iter().map(move |t| {
+            let (own, others) = rest.split_at(t.prediction.len());
+            rest = others;
+            own
+        })
+    }
+}
+
+/// Returns the sum of squares of `values`.
+fn energy(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum()
 }

@@ -8,6 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::hypothesis::Hypothesis;
 use super::prediction::TilePredictor;
 use super::registration::Registration;
 use super::search::Candidate;
@@ -24,12 +25,36 @@ const DIFFERENCE_STEP_PX: f64 = 0.1;
 /// Iterations of estimation and correction.
 const ITERATIONS: usize = 2;
 
-/// Removes the random shift of every observation from its tiles. Returns the standard deviation of the shifts
-/// along either axis, px.
+/// Removes the random shift of every observation of stated position from its tiles. Returns the standard deviation of the
+/// shifts along either axis, px.
 pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
+    let moved = shifted(tiles, MAX_SHIFT_PX, |tiles| {
+        let shifts = shifts(&best.hypothesis, &best.theta, tiles);
+        let stated = shifts.into_iter().filter(|s| is_stated(s.0, tiles));
+        incoherent(stated.collect(), tiles)
+    });
+    let squares: f64 = moved.iter().flat_map(|m| m.1).map(|s| s * s).sum();
+    (squares / (2 * moved.len()).max(1) as f64).sqrt()
+}
+
+/// Moves every observation that is placed by the centroid of its reference channel to where `nothing`, the lens as given, agrees
+/// best with its pixels.
+pub(super) fn place_by_pixels(nothing: &Hypothesis, tiles: &mut [TileData]) {
+    shifted(tiles, MAX_CENTROID_ERROR_PX, |tiles| {
+        let shifts = shifts(nothing, &[], tiles).into_iter();
+        shifts.filter(|s| !is_stated(s.0, tiles)).collect()
+    });
+}
+
+/// Shifts observations by what `estimate` returns, at most by `most` px in all, and repeats. Returns the shift of each.
+fn shifted(
+    tiles: &mut [TileData],
+    most: f64,
+    estimate: impl Fn(&[TileData]) -> Vec<(usize, [f64; 2])>,
+) -> Vec<(usize, [f64; 2])> {
     let mut moved: Vec<(usize, [f64; 2])> = Vec::new();
     for _ in 0..ITERATIONS {
-        let shifts = incoherent(shifts(best, tiles), tiles);
+        let shifts = estimate(tiles);
         for (observation, shift) in shifts {
             let total = match moved.iter_mut().find(|m| m.0 == observation) {
                 Some(total) => total,
@@ -40,11 +65,6 @@ pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
             };
             let wanted = [total.1[0] + shift[0], total.1[1] + shift[1]];
             let far = wanted[0].hypot(wanted[1]);
-            let most = if is_stated(observation, tiles) {
-                MAX_SHIFT_PX
-            } else {
-                MAX_CENTROID_ERROR_PX
-            };
             let allowed = if far > most { most / far } else { 1.0 };
             let wanted = wanted.map(|w| w * allowed);
             for tile in tiles.iter_mut().filter(|t| t.observation == observation) {
@@ -54,9 +74,7 @@ pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
             total.1 = wanted;
         }
     }
-    moved.retain(|m| is_stated(m.0, tiles));
-    let squares: f64 = moved.iter().flat_map(|m| m.1).map(|s| s * s).sum();
-    (squares / (2 * moved.len()).max(1) as f64).sqrt()
+    moved
 }
 
 /// Returns a tile of `observation`.
@@ -73,13 +91,15 @@ fn is_stated(observation: usize, tiles: &[TileData]) -> bool {
     )
 }
 
-/// Estimates the shift of each observation, over all its channels, against the prediction of `best`, px.
-fn shifts(best: &Candidate, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
+/// Estimates the shift of each observation, over all its channels, against the prediction of `hypothesis` at `theta`, px.
+fn shifts(hypothesis: &Hypothesis, theta: &[f64], tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
     let equations: Vec<ShiftEquations> = tiles
         .par_iter()
         .map_init(
             || (TilePredictor::default(), [const { Vec::new() }; 3]),
-            |(predictor, pictures), tile| ShiftEquations::of(best, tile, predictor, pictures),
+            |(predictor, pictures), tile| {
+                ShiftEquations::of(hypothesis, theta, tile, predictor, pictures)
+            },
         )
         .collect();
     let mut sums: Vec<(usize, ShiftEquations)> = Vec::new();
@@ -98,11 +118,8 @@ fn shifts(best: &Candidate, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
         .collect()
 }
 
-/// Subtracts from `shifts` of stated positions their smooth trend over the field, which effects may cause. Shifts of
-/// estimated positions stay.
-fn incoherent(shifts: Vec<(usize, [f64; 2])>, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
-    let (mut stated, estimated): (Vec<_>, Vec<_>) =
-        shifts.into_iter().partition(|s| is_stated(s.0, tiles));
+/// Subtracts from the shifts of `stated` positions their smooth trend over the field, which effects may cause.
+fn incoherent(mut stated: Vec<(usize, [f64; 2])>, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
     let points: Vec<ScenePoint> = (stated.iter()).map(|s| tile_of(s.0, tiles).point).collect();
     for axis in 0..2 {
         let terms = trend_terms(stated.len());
@@ -120,7 +137,6 @@ fn incoherent(shifts: Vec<(usize, [f64; 2])>, tiles: &[TileData]) -> Vec<(usize,
             shift.1[axis] -= smooth[row];
         }
     }
-    stated.extend(estimated);
     stated
 }
 
@@ -165,12 +181,13 @@ struct ShiftEquations {
 
 impl ShiftEquations {
     fn of(
-        best: &Candidate,
+        hypothesis: &Hypothesis,
+        theta: &[f64],
         tile: &TileData,
         predictor: &mut TilePredictor,
         pictures: &mut [Vec<f64>; 3],
     ) -> Self {
-        let values = best.hypothesis.values(&best.theta, tile.of_lens);
+        let values = hypothesis.values(theta, tile.of_lens);
         let moves = [
             (0.0, 0.0),
             (DIFFERENCE_STEP_PX, 0.0),
@@ -181,7 +198,7 @@ impl ShiftEquations {
                 corner: (tile.corner.0 - x, tile.corner.1 - y),
                 ..tile.clone()
             };
-            predictor.predict(&best.hypothesis, &values, &moved, Detail::FIT, picture);
+            predictor.predict(hypothesis, &values, &moved, Detail::FIT, picture);
         }
         let [here, right, below] = pictures;
         let mut sums = Self {

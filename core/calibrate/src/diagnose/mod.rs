@@ -46,6 +46,7 @@ pub use settings::Settings;
 use crate::reference_channel::reference_channel;
 use cause_words::title;
 use coverage::Coverage;
+use hypothesis::Hypothesis;
 use search::{Candidate, HypothesisSearch};
 use seidel_optics::Progress;
 use seidel_optics::effects::{self, Effect};
@@ -78,6 +79,8 @@ pub fn diagnose(
     let mut model = ModelShare::of(lens, channels, settings.design.as_ref())?;
     let names = channels.iter().map(|c| c.name.as_str());
     let reference = reference_channel(&lens.camera, names);
+    let nothing = Hypothesis::new(Vec::new(), channels.len(), reference);
+    jitter::place_by_pixels(&nothing, &mut tiles.tiles);
     let first = tiles.tiles.clone();
     let search = HypothesisSearch::new(&first, channels.len(), reference);
     let coverage = Coverage::of(&first);

@@ -5,6 +5,12 @@ use crate::measure::MeasuredTile;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::profile::RadialDisplacement;
 
+/// Passes of the reweighted least squares. Errors beyond this many medians, and at least this many half frame widths (0.001 px
+/// of a common frame), lose weight.
+const REWEIGHTED_PASSES: usize = 4;
+const OUTLIER_MEDIANS: f64 = 4.0;
+const MIN_OUTLIER: f64 = 1e-6;
+
 /// The terms of a displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DisplacementTerms {
@@ -60,7 +66,23 @@ impl DisplacementTerms {
         if rows.len() / 2 < self.count().max(3) {
             return None;
         }
-        let fit = least_squares::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
+        // Reweighted least squares with Huber's weights: a PSF in focus may have its centroid far off.
+        let mut fit = least_squares::solve(&rows, &targets, &vec![1.0; rows.len()]).ok()?;
+        for _ in 0..REWEIGHTED_PASSES {
+            let errors: Vec<f64> = (rows.iter().zip(&targets))
+                .map(|(row, target)| {
+                    let fitted = row.iter().zip(&fit.values).map(|(r, v)| r * v);
+                    (target - fitted.sum::<f64>()).abs()
+                })
+                .collect();
+            let mut sorted = errors.clone();
+            sorted.sort_by(f64::total_cmp);
+            let limit = OUTLIER_MEDIANS * sorted[sorted.len() / 2] + MIN_OUTLIER;
+            let weights: Vec<f64> = (errors.iter())
+                .map(|error| (limit / error.max(limit)).sqrt())
+                .collect();
+            fit = least_squares::solve(&rows, &targets, &weights).ok()?;
+        }
         Some(FittedDisplacement {
             values: fit.values,
             sigma: fit.sigma,

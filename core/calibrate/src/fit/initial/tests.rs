@@ -59,6 +59,7 @@ fn tiles(
                 centroid: ImagePoint::new(0.0, 0.0),
                 ideal: Some(frame().image_point(at)),
                 origin: Some(frame().image_point(at)),
+                is_registered: false,
                 optical: numbers.coefficients().moments(at),
                 fourth: numbers.fourth_coefficients().moments(at),
                 noise: [0.0; 7],

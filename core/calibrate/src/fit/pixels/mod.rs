@@ -20,6 +20,7 @@ mod metric;
 mod parameters;
 mod parts;
 mod pixel_problem;
+mod registered_centroids;
 mod report;
 mod score;
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::context::{FitContext, FittedLens};
 use super::covariance::{Correlation, CovarianceEstimate, PoorlyDetermined};
 use super::metric::Metric;
 use super::parameters::Quantity;
+use super::registered_centroids::registered_tiles;
 use super::vergence_law::Remainder;
 use super::{PupilModel, score};
 use crate::fit::axis::AxisEstimate;
@@ -66,6 +67,7 @@ pub(super) fn assemble(
     rejected: Vec<Rejection>,
 ) -> Result<PupilFit> {
     let first = &context.sets[0];
+    let registered = registered_tiles(context, &fit);
     let channels: Vec<PupilChannel> = context
         .channel_names()
         .iter()
@@ -79,7 +81,7 @@ pub(super) fn assemble(
             channel.effects.sort_by_key(order);
             channel.measured_vergence = context.range;
             channel.wavelength_px = first.wavelength_px(name).unwrap_or(0.0);
-            set_displacement(context, index, &mut channel);
+            set_displacement(context, &registered, index, &mut channel);
             channel
         })
         .collect();
@@ -173,14 +175,19 @@ fn add_remainders(channel: &mut PupilChannel, index: usize, remainders: &[Remain
 }
 
 /// Sets magnification and distortion of a channel as lines in vergence, and those of each plane of an anamorphic lens.
-fn set_displacement(context: &FitContext, index: usize, channel: &mut PupilChannel) {
+fn set_displacement(
+    context: &FitContext,
+    registered: &[MeasuredTile],
+    index: usize,
+    channel: &mut PupilChannel,
+) {
     let is_double = |c: &&mut ProfileEffect| c.effect.id() == effects::DoublePlane.id();
     let planes = channel.effects.iter_mut().find(is_double);
     let terms = match planes {
         Some(_) => DisplacementTerms::TwoPlanes,
         None => DisplacementTerms::Radial,
     };
-    let mut lines = displacement_lines(context, index, terms).into_iter();
+    let mut lines = displacement_lines(context, registered, index, terms).into_iter();
     let zero = || VergenceSeries::constant(0.0);
     channel.magnification = lines.next().unwrap_or_else(zero);
     channel.distortion = lines.next().unwrap_or_else(zero);
@@ -196,6 +203,7 @@ fn set_displacement(context: &FitContext, index: usize, channel: &mut PupilChann
 /// Fits the `terms` of a channel's displacement as lines in vergence; none without ideal positions.
 fn displacement_lines(
     context: &FitContext,
+    registered: &[MeasuredTile],
     channel: usize,
     terms: DisplacementTerms,
 ) -> Vec<VergenceSeries> {
@@ -203,8 +211,7 @@ fn displacement_lines(
         .vergences
         .iter()
         .filter_map(|&v| {
-            let tiles: Vec<&MeasuredTile> = context
-                .measured
+            let tiles: Vec<&MeasuredTile> = registered
                 .iter()
                 .zip(&context.held_out)
                 .filter(|(m, held_out)| !**held_out && m.channel == channel)

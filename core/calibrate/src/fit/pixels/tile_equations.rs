@@ -276,9 +276,21 @@ impl FitTile {
         misfit_settings: MisfitSettings,
         buffers: &mut Buffers,
     ) -> TileParameters {
-        if !self.centroid_unknown {
-            return own;
+        if self.centroid_unknown {
+            self.best_registration(pupil, own, misfit_settings, buffers)
+        } else {
+            own
         }
+    }
+
+    /// Returns `own` with the centroid where `pupil` fits the pixels best.
+    pub(super) fn best_registration(
+        &self,
+        pupil: &LocalPupil,
+        own: TileParameters,
+        misfit_settings: MisfitSettings,
+        buffers: &mut Buffers,
+    ) -> TileParameters {
         let mut best = (self.misfit(pupil, &own, misfit_settings, buffers), own);
         for _ in 0..REGISTRATION_STEPS {
             let Some(step) = self.centroid_step(pupil, &best.1, misfit_settings, buffers) else {
