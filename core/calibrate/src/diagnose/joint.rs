@@ -8,7 +8,7 @@ use super::search::{Candidate, Draft, HypothesisSearch};
 use super::verdict::GapStatistics;
 
 /// Single effects from which pairs are formed; pairs refined on few tiles, and then on more.
-const PAIRED_SINGLES: usize = 4;
+const PAIRED_SINGLES: usize = 3;
 const COMPLETED_PAIRS: usize = 4;
 const REFINED_PAIRS: usize = 2;
 /// Ratio of the gaps of a channel at a distance from which on an addition makes them worse.
@@ -47,7 +47,7 @@ pub(super) fn combinations(
     found.sort_by(by_gap);
     progress(first as f64 / (first + 1) as f64)?;
     if let Some(pair) = found.first()
-        && statistics.leaves_a_part(pair.after)
+        && statistics.wants_third(pair.after)
     {
         let ids = pair.hypothesis.ids();
         let others: Vec<&Candidate> = (singles.iter())

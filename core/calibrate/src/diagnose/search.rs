@@ -91,8 +91,8 @@ const MIN_EXCESS: f64 = 1e-6;
 /// Partners per effect that are searched in full.
 const PARTNERS: usize = 2;
 /// Starting points of its own for an effect that joins others: while partners are compared, and for the partner chosen.
-const PARTNER_STARTS: usize = 4;
-const JOINT_STARTS: usize = 10;
+const PARTNER_STARTS: usize = 3;
+const JOINT_STARTS: usize = 6;
 /// Starting points that are refined.
 const REFINED_STARTS: usize = 2;
 /// Relative decreases of the cost at which first and later searches stop.

@@ -11,6 +11,10 @@ use seidel_optics::psf::pupil::Detail;
 
 /// Share of the gap below which a single effect suffices.
 const SUFFICIENT_REMAINDER: f64 = 0.02;
+/// Largest share of the gap that effects may leave if they explain even the own gap of a lens.
+const MAX_REMAINDER: f64 = 0.1;
+/// Shares of the gap left by the best pair between which a third effect is searched.
+const WANTS_THIRD: [f64; 2] = [0.05, 0.5];
 /// Probability below which a verdict is ambiguous, and the probability that the named rivals reach together with it.
 const MIN_PROBABILITY: f64 = 0.8;
 const NAMED_PROBABILITY: f64 = 0.9;
@@ -117,6 +121,13 @@ impl GapStatistics {
         after > SUFFICIENT_REMAINDER * self.before + self.misfit
     }
 
+    /// Returns whether a third effect is searched beside a pair that leaves the gap `after`: it leaves a part, and not so much
+    /// that a third effect would hardly explain it.
+    pub(super) fn wants_third(&self, after: f64) -> bool {
+        let share = (after - self.misfit).max(0.0) / self.before;
+        (WANTS_THIRD[0]..WANTS_THIRD[1]).contains(&share)
+    }
+
     /// Decides between the `singles` and the `joint` candidates of two or three effects.
     pub(super) fn decide(&self, singles: &[Candidate], joint: &[Candidate]) -> Decision {
         let contenders: Vec<CandidateScore> = singles
@@ -162,7 +173,8 @@ impl GapStatistics {
                 (Verdict::Unexplained, part.map(|k| all[k].clone()))
             }
         };
-        let closed = (added.as_ref()).is_some_and(|a| a.after <= self.detection_limit());
+        let enough = self.detection_limit().min(MAX_REMAINDER * self.before);
+        let closed = (added.as_ref()).is_some_and(|a| a.after <= enough);
         let verdict = if self.is_too_simple() && !closed {
             Verdict::ModelTooSimple
         } else {
