@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{Diagnosis, Settings, Verdict, diagnose};
+use seidel_core::calibrate::diagnose::{Diagnosis, Settings, TileResponse, Verdict, diagnose};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
@@ -87,7 +87,7 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     let design = args.read_design(&profile, lens)?;
     let source = args.read_source(&profile, lens, &pool, console)?;
     let mut diagnosis = args
-        .diagnose(&profile, &source.set, design, &pool, console)
+        .diagnose(&profile, &source, design, &pool, console)
         .map_err(|e| FileError::from_core(&source.path, e))?;
     diagnosis.remarks.extend(source.remarks);
     let subject = Subject::new(short_name(lens), source.name, &source.set);
@@ -108,6 +108,8 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
 /// The observations that the lens is compared with.
 struct Source {
     set: ObservationSet,
+    /// Responses of the estimator, for PSFs estimated from pictures.
+    responses: Vec<Vec<TileResponse>>,
     /// The file or folder that messages name.
     path: PathBuf,
     /// Name in the report.
@@ -136,6 +138,7 @@ impl DiagnoseArgs {
             remarks.extend(estimate.remarks());
             return Ok(Source {
                 set: estimate.set,
+                responses: estimate.responses,
                 path: blurred.clone(),
                 name,
                 remarks,
@@ -150,6 +153,7 @@ impl DiagnoseArgs {
         check_channels(lens, &set, path)?;
         Ok(Source {
             set,
+            responses: Vec::new(),
             path: path.clone(),
             name: short_name(path),
             remarks: Vec::new(),
@@ -187,7 +191,7 @@ impl DiagnoseArgs {
     fn diagnose(
         &self,
         lens: &LensProfile,
-        set: &ObservationSet,
+        source: &Source,
         design: Option<ObservationSet>,
         pool: &ThreadPool,
         console: &Console,
@@ -196,9 +200,10 @@ impl DiagnoseArgs {
             library: self.only.clone(),
             pairs: !self.no_pairs,
             design,
+            responses: source.responses.clone(),
         };
         let bar = console.progress_bar("diagnosing");
-        pool.install(|| diagnose(lens, set, &settings, &|share| bar.show(share)))
+        pool.install(|| diagnose(lens, &source.set, &settings, &|share| bar.show(share)))
     }
 }
 

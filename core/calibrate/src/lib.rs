@@ -10,6 +10,8 @@ mod depth_json;
 pub mod diagnose;
 pub mod eval;
 pub mod fit;
+mod helix;
 mod least_squares;
 pub mod measure;
+pub mod registration;
 pub mod score;

@@ -30,7 +30,10 @@ pub use diagnosis::{
     Zone,
 };
 pub use model_share::{ModelShare, OwnGapSource};
-pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
+pub use pair::{
+    PairEstimate, PairImage, PairSettings, PlateGeometry, Quantisation, StoredCurve, TileResponse,
+    estimate_pair,
+};
 pub use settings::Settings;
 
 use search::{Candidate, HypothesisSearch};
@@ -62,7 +65,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
     let library = library(settings)?;
-    let mut tiles = TileSet::new(lens, channels, set)?;
+    let mut tiles = TileSet::new(lens, channels, set, &settings.responses)?;
     let mut model = ModelShare::of(lens, channels, settings.design.as_ref())?;
     let reference = reference(lens, channels);
     let first = tiles.tiles.clone();

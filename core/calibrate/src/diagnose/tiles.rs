@@ -1,5 +1,8 @@
 //! Observed tiles prepared for a diagnosis: unit sum, noise, and the lens's local pupil.
 
+use std::sync::Arc;
+
+use super::pair::TileResponse;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::effects::ScenePoint;
 use seidel_optics::error::{Error, Result};
@@ -49,6 +52,18 @@ pub(super) struct TileData {
     pub(super) exposure: f64,
     /// Index of the cross-validation fold.
     pub(super) fold: usize,
+    /// Response of the estimator, where the tile was estimated from pictures.
+    pub(super) response: Option<Arc<TileResponse>>,
+}
+
+impl TileData {
+    /// Returns the effective number of independent samples in the noise of the tile.
+    pub(super) fn noise_freedom(&self) -> f64 {
+        match &self.response {
+            Some(response) => response.noise_freedom(),
+            None => self.light.len() as f64,
+        }
+    }
 }
 
 /// All tiles of a set that can be compared with a lens, with remarks on excluded ones.
@@ -59,11 +74,13 @@ pub(super) struct TileSet {
 }
 
 impl TileSet {
-    /// Prepares the tiles of `set` for `lens`.
+    /// Prepares the tiles of `set` for `lens`. `responses` are those of an estimator, by observation and channel; none for
+    /// measured tiles.
     pub(super) fn new(
         lens: &LensProfile,
         channels: &[PupilChannel],
         set: &ObservationSet,
+        responses: &[Vec<TileResponse>],
     ) -> Result<Self> {
         let (frame, predictor) = (lens.frame, Predictor::new(lens)?);
         let names = set.channels.iter();
@@ -98,6 +115,7 @@ impl TileSet {
                         observation: index,
                         of_lens,
                         fold: folds[index],
+                        response: response(responses, index, channel),
                         ..tile
                     });
                 }
@@ -115,6 +133,16 @@ impl TileSet {
             remarks: tally.remarks(),
         })
     }
+}
+
+/// Returns the response of the estimator of a tile.
+fn response(
+    responses: &[Vec<TileResponse>],
+    observation: usize,
+    channel: usize,
+) -> Option<Arc<TileResponse>> {
+    let own = responses.get(observation)?.get(channel)?;
+    Some(Arc::new(own.clone()))
 }
 
 /// Minimum number of tiles for a diagnosis.
@@ -225,6 +253,7 @@ fn prepare_tile(
         counts,
         exposure,
         fold: 0,
+        response: None,
     })
 }
 
