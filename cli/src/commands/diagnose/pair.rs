@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
 use seidel_core::calibrate::diagnose::{
-    PairEstimate, PairImage, PairSettings, PlateGeometry, Quantisation, StoredCurve, estimate_pair,
+    PairEstimate, PairGeometry, PairImage, PairSettings, Quantisation, StoredCurve, estimate_pair,
 };
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
@@ -50,6 +50,10 @@ pub(super) struct PairArgs {
     /// Displacement of light in the plate; measured if omitted
     #[arg(long, value_enum, requires = "reference")]
     plate_geometry: Option<Geometry>,
+    /// Write pictures of where PLATE and a rendering of SHARP differ, with LENS and with the corrected lens: plate-gap.exr and
+    /// plate-gap.png. They show the mean squared difference over the local variance of PLATE
+    #[arg(long, requires = "reference")]
+    pub(super) plate_gap: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -72,6 +76,11 @@ enum Pixels {
 const FULL_SCALE: f32 = 1.0 - 0.5 / 255.0;
 
 impl PairArgs {
+    /// The distance of the scene.
+    pub(super) fn distance(&self) -> ObjectDistance {
+        self.depth_m.unwrap_or(ObjectDistance::Unknown)
+    }
+
     /// Estimates the PSFs that take `sharp` to `blurred`, at the channels of `lens`.
     pub(super) fn estimate(
         &self,
@@ -105,13 +114,13 @@ impl PairArgs {
         let integers = reference.quantisation.is_some() || observed.quantisation.is_some();
         let settings = PairSettings {
             side: self.patch,
-            distance: self.depth_m.unwrap_or(ObjectDistance::Unknown),
+            distance: self.distance(),
             clip: self.clip.or(integers.then_some(FULL_SCALE)),
             area_means: self.reference_pixels == Pixels::Areas,
             geometry: match self.plate_geometry {
-                None => PlateGeometry::Measured,
-                Some(Geometry::Undistorted) => PlateGeometry::Undistorted,
-                Some(Geometry::Distorted) => PlateGeometry::Distorted,
+                None => PairGeometry::Measured,
+                Some(Geometry::Undistorted) => PairGeometry::Undistorted,
+                Some(Geometry::Distorted) => PairGeometry::Distorted,
             },
             ..PairSettings::default()
         };

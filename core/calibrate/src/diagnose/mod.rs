@@ -31,8 +31,8 @@ pub use diagnosis::{
 };
 pub use model_share::{ModelShare, OwnGapSource};
 pub use pair::{
-    PairEstimate, PairImage, PairSettings, PlateGeometry, Quantisation, StoredCurve, TileResponse,
-    estimate_pair,
+    PairEstimate, PairGeometry, PairImage, PairSettings, PlacedPictures, Quantisation, StoredCurve,
+    TileResponse, estimate_pair,
 };
 pub use settings::Settings;
 

@@ -61,7 +61,7 @@ pub struct PairImage<'a> {
 
 /// Displacement of light in a plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum PlateGeometry {
+pub enum PairGeometry {
     /// The one that fits the plate better.
     #[default]
     Measured,
@@ -86,7 +86,7 @@ pub struct PairSettings {
     /// Maximum number of patches.
     pub most_patches: usize,
     /// Displacement of light in the plate.
-    pub geometry: PlateGeometry,
+    pub geometry: PairGeometry,
 }
 
 impl Default for PairSettings {
@@ -97,9 +97,28 @@ impl Default for PairSettings {
             clip: None,
             area_means: false,
             most_patches: 48,
-            geometry: PlateGeometry::Measured,
+            geometry: PairGeometry::Measured,
         }
     }
+}
+
+/// A pair of images on the pixels of the lens's frame; unknown pixels are NaN.
+#[derive(Debug, Clone)]
+pub struct PlacedPictures {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Planes of the sharp image, one a channel.
+    pub sharp: Vec<Vec<f32>>,
+    /// Planes of the plate. Between area means they are integrated over pixels once more, as a rendering is.
+    pub plate: Vec<Vec<f32>>,
+    /// From pixels of the sharp image to ideal positions in the frame of the lens.
+    pub registration: Similarity,
+    /// Whether the plate is distorted by the lens.
+    pub distorted: bool,
+    /// Reach of the blur that the tiles hold, px.
+    pub reach_px: usize,
 }
 
 /// Result of [`estimate_pair`].
@@ -115,8 +134,8 @@ pub struct PairEstimate {
     pub left_out: usize,
     /// Share of the light within two pixels of the tiles' edges.
     pub at_edges: f64,
-    /// From pixels of the sharp image to ideal positions in the frame of the lens, after both were placed there.
-    pub registration: Similarity,
+    /// Both images in the frame of the lens.
+    pub pictures: PlacedPictures,
     remarks: Vec<String>,
 }
 
@@ -195,9 +214,33 @@ pub fn estimate_pair(
         ..view
     };
     let found = job.estimates(&view, &windows)?;
-    let mut result = collected(&view, names, found, windows.len(), settings)?;
-    result.remarks = placed.remark.into_iter().chain(geometry.remark()).collect();
-    Ok(result)
+    let remarks = placed.remark.into_iter().chain(geometry.remark()).collect();
+    let (observed, tried) = (collected(&view, names, found, settings)?, windows.len());
+    if observed.set.observations.is_empty() {
+        return Err(Error::new(
+            "pictures",
+            format!("none of {tried} patches has enough detail to tell its PSF"),
+            "photograph something with fine detail all over, such as a chart of noise, sharply and brightly; \
+             or give smaller tiles",
+        ));
+    }
+    Ok(PairEstimate {
+        tried,
+        left_out: tried - observed.set.observations.len(),
+        at_edges: at_edges(&observed.set),
+        set: observed.set,
+        responses: observed.responses,
+        pictures: PlacedPictures {
+            width: frame.width_px() as usize,
+            height: frame.height_px() as usize,
+            sharp: of_sharp,
+            plate: of_plate,
+            registration: geometry.registration,
+            distorted: geometry.positions == Positions::Lens,
+            reach_px: settings.side / 2,
+        },
+        remarks,
+    })
 }
 
 /// Everything that the windows share.
@@ -268,9 +311,9 @@ impl Job<'_> {
         })?;
         let measured: Vec<_> = measured.into_iter().flatten().collect();
         let wanted = match self.settings.geometry {
-            PlateGeometry::Measured => None,
-            PlateGeometry::Undistorted => Some(Positions::Undistorted),
-            PlateGeometry::Distorted => Some(Positions::Lens),
+            PairGeometry::Measured => None,
+            PairGeometry::Undistorted => Some(Positions::Undistorted),
+            PairGeometry::Distorted => Some(Positions::Lens),
         };
         Ok(geometry::decide(view, &measured, wanted))
     }
@@ -342,14 +385,19 @@ struct WindowEstimate {
     estimates: Vec<Estimate>,
 }
 
-/// Makes an observation set of the estimates.
+/// Estimated PSFs with the responses of their estimator.
+struct EstimatedSet {
+    set: ObservationSet,
+    responses: Vec<Vec<TileResponse>>,
+}
+
+/// Makes an observation set of the estimates; leaves out those that violate the rules of sets.
 fn collected(
     view: &LensView<'_>,
     names: &[String],
     found: Vec<Option<WindowEstimate>>,
-    tried: usize,
     settings: &PairSettings,
-) -> Result<PairEstimate> {
+) -> Result<EstimatedSet> {
     let mut observations = Vec::new();
     let mut responses = Vec::new();
     for window in found.into_iter().flatten() {
@@ -362,23 +410,7 @@ fn collected(
         ..ObservationSet::new(view.frame, names.to_vec(), observations)
     };
     leave_out_unsound(&mut set, &mut responses);
-    if set.observations.is_empty() {
-        return Err(Error::new(
-            "pictures",
-            format!("none of {tried} patches has enough detail to tell its PSF"),
-            "photograph something with fine detail all over, such as a chart of noise, sharply and brightly; \
-             or give smaller tiles",
-        ));
-    }
-    Ok(PairEstimate {
-        tried,
-        left_out: tried - set.observations.len(),
-        at_edges: at_edges(&set),
-        registration: view.registration,
-        responses,
-        set,
-        remarks: Vec::new(),
-    })
+    Ok(EstimatedSet { set, responses })
 }
 
 fn owned(planes: Vec<Cow<'_, [f32]>>) -> Vec<Vec<f32>> {

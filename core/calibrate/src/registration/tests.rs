@@ -12,7 +12,7 @@ impl Waves {
         let mut random = SplitMix64::new(3);
         let mut draw = |least: f64, most: f64| least + (most - least) * random.unit();
         Self(
-            (0..60)
+            (0..150)
                 .map(|_| {
                     [
                         draw(-0.9, 0.9),

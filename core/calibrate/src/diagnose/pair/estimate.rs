@@ -449,7 +449,8 @@ fn power(plans: &Plans, patch: &Patch) -> Vec<f64> {
     for y in 1 - reach..reach {
         for x in 1 - reach..reach {
             let fall = |v: isize| 1.0 - v.abs() as f64 / reach as f64;
-            kept[tile.lag(y, x)] = fall(x) * fall(y) * correlation[window.lag(y, x)];
+            // Lags beyond the period wrap: the spectrum is sampled at fewer frequencies.
+            kept[tile.lag(y, x)] += fall(x) * fall(y) * correlation[window.lag(y, x)];
         }
     }
     let spectrum = tile.spectrum(kept);

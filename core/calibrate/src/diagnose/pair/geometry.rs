@@ -16,6 +16,10 @@ const LEAST_STRETCH_PX: f64 = 0.15;
 const STRETCH_SIGMAS: f64 = 5.0;
 /// Median offset below which all PSFs lie on their source pixels, px.
 const ON_SOURCE_PX: f64 = 0.1;
+/// Largest median offset that a change of shape alone causes, px.
+const APPARENT_PX: f64 = 0.5;
+/// Ratio of the offsets without and with the lens's displacement that tells an undistorted plate from a distorted one.
+const DISTINCT_RATIO: f64 = 0.7;
 /// Iterations of reweighting, and the residual in medians from which a window loses weight.
 const ITERATIONS: usize = 6;
 const OUTLIER_RATIO: f64 = 3.0;
@@ -75,7 +79,10 @@ pub(super) fn decide(
         .collect();
     let positions = wanted.unwrap_or_else(|| {
         let (undistorted, distorted) = (scatter(offsets), scatter(&as_lens));
-        if undistorted < ON_SOURCE_PX || undistorted < distorted {
+        let is_undistorted = undistorted < ON_SOURCE_PX
+            || undistorted < DISTINCT_RATIO * distorted
+            || (undistorted <= distorted && undistorted < APPARENT_PX);
+        if is_undistorted {
             Positions::Undistorted
         } else {
             Positions::Lens

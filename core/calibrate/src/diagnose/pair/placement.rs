@@ -10,8 +10,8 @@ use seidel_optics::field::{Frame, ImagePoint};
 /// Largest difference of scale from 1, and rotation in radians, that windows follow without resampling. Coma moves the peaks
 /// of PSFs along the radius, so that blocks of an undistorted plate match at a scale that is off by some thousandths.
 const MOST_STRETCH: f64 = 0.015;
-/// Largest shift that windows follow without placement, px.
-const MOST_SHIFT_PX: f64 = 4.0;
+/// Shift along an axis from which on windows do not follow without placement, px.
+const MOST_SHIFT_PX: isize = 5;
 /// Scales of the sharp picture that are resampled. Enlarged further it lacks detail.
 const SCALES: std::ops::RangeInclusive<f64> = 0.1..=1.5;
 /// Lobes of the Lanczos kernel.
@@ -110,14 +110,13 @@ fn into_plate<'a>(
     found: &Registration,
 ) -> Result<PlacedPair<'a>> {
     let transform = found.transform;
-    let [x, y] = transform.shift_px;
     let is_same_size = (sharp.width, sharp.height) == (plate.width, plate.height);
     let mut placed = unchanged(sharp, plate);
     if is_shift(&transform) {
-        if is_same_size && x.hypot(y) < MOST_SHIFT_PX {
+        let corner = whole_shift(&transform, sharp);
+        if is_same_size && corner.iter().all(|v| v.abs() < MOST_SHIFT_PX) {
             return Ok(placed);
         }
-        let corner = whole_shift(&transform, sharp);
         let size = (plate.width, plate.height);
         placed.sharp = moved(sharp, corner, size);
         placed.remark = Some(remark("the sharp picture", corner));
@@ -144,8 +143,10 @@ fn into_plate<'a>(
         })
         .collect();
     placed.remark = Some(format!(
-        "registration: the sharp picture was resampled: scale {scale:.4}, rotation {:.3} degrees, its corner at ({x:.2}, {y:.2}) px of the plate",
-        transform.rotation().to_degrees()
+        "registration: the sharp picture was resampled: scale {scale:.4}, rotation {:.3} degrees, its corner at ({:.2}, {:.2}) px of the plate",
+        transform.rotation().to_degrees(),
+        transform.shift_px[0],
+        transform.shift_px[1]
     ));
     Ok(placed)
 }

@@ -49,9 +49,10 @@ impl TileResponse {
     }
 }
 
-/// Returns the transforms that responses of tiles of side `side` need: no tile reaches the next period.
+/// Returns the transforms for tiles of side `side`. The period exceeds the tile by half of it, farther than responses reach.
 pub(super) fn response_helix(side: usize) -> Helix {
-    Helix::new(2 * side, 2 * side)
+    let period = side + side / 2;
+    Helix::new(period, period)
 }
 
 #[cfg(test)]
