@@ -124,10 +124,16 @@ fn pairs_without_information() {
     refused(
         |folder| {
             both(folder);
-            sized(folder, "plate.exr", &ALL, (280, 200), grain);
+            sized(folder, "plate.exr", &ALL, (280, 190), |k| grain(k + 7919));
         },
         PAIR,
-        &["plate.exr", "300 x 200", "280 x 200", "one size"],
+        &[
+            "plate.exr",
+            "300 x 200",
+            "280 x 190",
+            "no common detail",
+            "one scene",
+        ],
     );
     refused(
         |folder| {
@@ -135,7 +141,7 @@ fn pairs_without_information() {
             sized(folder, "plate.exr", &ALL, (280, 200), grain);
         },
         PAIR,
-        &["280 x 200", "300 x 200", "frame"],
+        &["280 x 200", "300 x 200", "frame", "crop"],
     );
     refused(
         |folder| {
@@ -179,15 +185,15 @@ fn rendered_blur_is_estimated_correctly() {
         width: 300,
         height: 200,
         planes,
+        quantisation: None,
     });
     let settings = PairSettings {
         side: 25,
         distance: ObjectDistance::Metres(2.5),
         ..PairSettings::default()
     };
-    let names = ["Y".to_owned()];
-    let found = estimate_pair(&lens.frame, &names, &sharp, &plate, &settings, &no_progress)
-        .expect("grain has detail");
+    let found =
+        estimate_pair(&lens, &sharp, &plate, &settings, &no_progress).expect("grain has detail");
     assert_eq!(found.left_out, 0);
     let predictor = Predictor::new(&lens).expect("a lens");
     let drawn = predict_set(&predictor, &found.set, &Pupil).expect("drawable");
@@ -203,6 +209,80 @@ fn rendered_blur_is_estimated_correctly() {
         let gap = square / energy;
         assert!(gap < 0.002 && gap < 2.0 * noise, "{gap} {noise}");
     }
+}
+
+/// Adds noise of standard deviation `sigma` to the channel Y of an image.
+fn add_noise(path: &Path, sigma: f32) {
+    let light = read_channel(path, "Y");
+    let noisy: Vec<f32> = light
+        .iter()
+        .enumerate()
+        .map(|(k, v)| {
+            let sum: f32 = (0..4).map(|j| grain(4 * k + j + 99_991) - 0.5).sum();
+            v + sigma * 3.0_f32.sqrt() * sum
+        })
+        .collect();
+    write_exr(path, 300, 200, &[("Y", noisy)]);
+}
+
+/// Diagnoses a plate that `apply` rendered through the lens with `planted` effects; returns the report.
+fn diagnosed_pair(planted: &str, apply: &str, options: &str) -> serde_json::Value {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_pupil_lens(folder.path(), &["Y"]);
+    picture(folder.path(), "sharp.exr", &["Y"], grain);
+    let lens = folder.path().join("lens.json");
+    let text = fs::read_to_string(&lens).expect("there");
+    let mut profile: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let held_out = serde_json::json!({
+        "tiles": 20, "rule": "test", "snr_db": 60.0, "pixel_gap": 1e-4, "misplaced_light": 1e-3
+    });
+    profile["held_out"] = held_out;
+    fs::write(&lens, profile.to_string()).expect("writable");
+    profile["channels"][0]["added_effects"] = serde_json::from_str(planted).expect("JSON");
+    fs::write(folder.path().join("planted.json"), profile.to_string()).expect("writable");
+    succeeds(
+        folder.path(),
+        &format!(
+            "apply --lens @planted.json @sharp.exr -o @plate.exr --distance 2.5 --quality exact {apply}"
+        ),
+    );
+    add_noise(&folder.path().join("plate.exr"), 0.002);
+    let line = format!(
+        "diagnose --lens @lens.json --reference @sharp.exr --observed @plate.exr --out @out --depth-m 2.5 \
+         --patch 17 --no-pairs --json {options}"
+    );
+    let report = succeeds(folder.path(), &line).stdout;
+    if options.contains("--plate-gap") {
+        assert!(folder.path().join("out/plate-gap.png").is_file());
+        let mean = |name: &str| {
+            let values = read_channel(&folder.path().join("out/plate-gap.exr"), name);
+            values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64
+        };
+        let (before, after) = (mean("before.Y"), mean("after.Y"));
+        assert!(after < 0.5 * before, "{before} {after}");
+    }
+    serde_json::from_str(&report).expect("JSON")
+}
+
+const CAUSES: &str = "--only sensor_tilt,decentre,pixel_footprint,defocus_offset";
+
+#[test]
+fn a_pair_with_nothing_planted_has_no_gap() {
+    for geometry in ["--geometry lateral", "--geometry full"] {
+        let report = diagnosed_pair("[]", geometry, CAUSES);
+        assert_eq!(report["verdict"], "no_gap", "{geometry}: {}", report["gap"]);
+    }
+}
+
+#[test]
+fn a_planted_tilt_is_named_and_closes_the_gap_of_the_plate() {
+    let tilt = r#"[{"id": "sensor_tilt", "parameters": {
+        "tilt_x": {"coefficients": [2.0], "sigma": [0]},
+        "tilt_y": {"coefficients": [0.0], "sigma": [0]},
+        "keystone": {"coefficients": [0.0], "sigma": [0]}}}]"#;
+    let report = diagnosed_pair(tilt, "", &format!("{CAUSES} --plate-gap"));
+    assert_eq!(report["verdict"], "explained", "{}", report["gap"]);
+    assert_eq!(report["added"], serde_json::json!(["sensor_tilt"]));
 }
 
 #[test]

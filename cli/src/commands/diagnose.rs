@@ -2,13 +2,16 @@
 
 mod output;
 mod pair;
+mod plate_gap;
 pub mod self_test;
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{Diagnosis, Settings, diagnose};
+use seidel_core::calibrate::diagnose::{
+    Diagnosis, PlacedPictures, Settings, TileResponse, diagnose,
+};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
 use seidel_core::profile::{LensDescription, LensProfile};
@@ -18,6 +21,7 @@ use crate::Console;
 use crate::report::{self, Subject};
 use output::OutputFolder;
 use pair::PairArgs;
+use plate_gap::PlateGapMaps;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
@@ -76,28 +80,36 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
         return Err(CommandError::Usage("give --lens and --out".to_owned()));
     };
     let estimates = args.pair.reference.is_some();
-    let entries: &[&str] = if estimates {
-        &output::ENTRIES_OF_PAIR
+    let entries: Vec<&str> = if estimates {
+        // Pictures of an earlier run are replaced, or removed where none are wanted now.
+        [&output::ENTRIES_OF_PAIR[..], &plate_gap::FILES].concat()
     } else {
-        &output::FILES
+        output::FILES.to_vec()
     };
-    let output = OutputFolder::check(out, lens, entries)?;
+    let output = OutputFolder::check(out, lens, &entries)?;
     let profile = lens_profile::read(lens)?;
     check_pupil_lens(&profile, lens)?;
     let design = args.read_design(&profile, lens)?;
     let source = args.read_source(&profile, lens, &pool, console)?;
     let mut diagnosis = args
-        .diagnose(&profile, &source.set, design, &pool, console)
+        .diagnose(&profile, &source, design, &pool, console)
         .map_err(|e| FileError::from_core(&source.path, e))?;
     diagnosis.remarks.extend(source.remarks);
-    let subject = Subject::new(short_name(lens), source.name, &source.set);
+    let maps = args.plate_gap(&profile, &diagnosis, &source, &pool, console)?;
+    let subject = Subject {
+        plate_gap: maps.as_ref().map(|m| m.picture.clone()),
+        ..Subject::new(short_name(lens), source.name, &source.set)
+    };
     let json = report::json(&diagnosis, &subject)?;
     let estimated = estimates.then_some(&source.set);
-    output.write(&diagnosis, &subject, &json, estimated)?;
+    output.write(&diagnosis, &subject, &json, estimated, maps.as_ref())?;
     if args.json {
         console.print(json.trim_end());
     } else {
         print_summary(&diagnosis, &subject, out, console);
+        if let Some(maps) = &maps {
+            console.print(maps.summary());
+        }
     }
     for remark in &diagnosis.remarks {
         console.note(remark);
@@ -108,6 +120,10 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
 /// The observations that the lens is compared with.
 struct Source {
     set: ObservationSet,
+    /// Responses of the estimator, for PSFs estimated from pictures.
+    responses: Vec<Vec<TileResponse>>,
+    /// The pictures that they were estimated from.
+    pictures: Option<PlacedPictures>,
     /// The file or folder that messages name.
     path: PathBuf,
     /// Name in the report.
@@ -136,6 +152,8 @@ impl DiagnoseArgs {
             remarks.extend(estimate.remarks());
             return Ok(Source {
                 set: estimate.set,
+                responses: estimate.responses,
+                pictures: Some(estimate.pictures),
                 path: blurred.clone(),
                 name,
                 remarks,
@@ -150,6 +168,8 @@ impl DiagnoseArgs {
         check_channels(lens, &set, path)?;
         Ok(Source {
             set,
+            responses: Vec::new(),
+            pictures: None,
             path: path.clone(),
             name: short_name(path),
             remarks: Vec::new(),
@@ -184,10 +204,27 @@ impl DiagnoseArgs {
         Ok(Some(set))
     }
 
+    /// Renders the gap in the plate if it is wanted.
+    fn plate_gap(
+        &self,
+        lens: &LensProfile,
+        diagnosis: &Diagnosis,
+        source: &Source,
+        pool: &ThreadPool,
+        console: &Console,
+    ) -> Result<Option<PlateGapMaps>, CommandError> {
+        let Some(pictures) = source.pictures.as_ref().filter(|_| self.pair.plate_gap) else {
+            return Ok(None);
+        };
+        let distance = self.pair.distance();
+        let corrected = &diagnosis.corrected;
+        PlateGapMaps::render(pictures, lens, corrected, distance, pool, console).map(Some)
+    }
+
     fn diagnose(
         &self,
         lens: &LensProfile,
-        set: &ObservationSet,
+        source: &Source,
         design: Option<ObservationSet>,
         pool: &ThreadPool,
         console: &Console,
@@ -196,9 +233,10 @@ impl DiagnoseArgs {
             library: self.only.clone(),
             pairs: !self.no_pairs,
             design,
+            responses: source.responses.clone(),
         };
         let bar = console.progress_bar("diagnosing");
-        pool.install(|| diagnose(lens, set, &settings, &|share| bar.show(share)))
+        pool.install(|| diagnose(lens, &source.set, &settings, &|share| bar.show(share)))
     }
 }
 

@@ -5,6 +5,7 @@
 mod canvas;
 pub mod comparison;
 pub mod display;
+pub mod plate_gap;
 pub mod plot;
 mod psf_panel;
 pub mod shapes;

@@ -6,7 +6,7 @@ use super::Subject;
 use super::advice::advice_section;
 use super::headline::headline;
 use super::maps::maps;
-use super::markup::{document, escape};
+use super::markup::{data_uri, document, escape};
 use super::tables::{causes, pairs, places_and_shape};
 use super::tiles::tiles;
 use super::words::{percent, title};
@@ -19,6 +19,7 @@ pub fn html(d: &Diagnosis, subject: &Subject) -> String {
         headline(d),
         advice_section(d),
         maps(d, subject),
+        plate_gap(subject),
         tiles(d),
         causes(d),
         places_and_shape(d),
@@ -46,6 +47,22 @@ fn about(d: &Diagnosis, subject: &Subject) -> String {
     ];
     let spans: String = facts.iter().map(|f| format!("<span>{f}</span>")).collect();
     format!("<div class=\"subject\">{spans}</div>\n")
+}
+
+/// Returns the maps of the gap in the plate, where it was rendered.
+fn plate_gap(subject: &Subject) -> String {
+    let Some(picture) = &subject.plate_gap else {
+        return String::new();
+    };
+    format!(
+        "<section><h2>Where the plate differs from a rendering</h2>\n\
+         <figure><figcaption>The sharp picture through the given lens (left) and the corrected one (right) against the \
+         plate, in blocks of {} px: mean squared difference over the variance of the plate in the blocks around. 0 is \
+         equal, 1 as different as an even picture. Noise is included. Black frames of a crop are unknown.</figcaption>\
+         <img class=\"plate-gap\" src=\"{}\" alt=\"gap of the plate by channel\"></figure></section>\n",
+        seidel_core::PLATE_GAP_BLOCK_PX,
+        data_uri(picture)
+    )
 }
 
 /// Returns the method of measurement, with the pairs of causes beside it where any were tried.

@@ -69,6 +69,7 @@ pub(crate) fn subject() -> Subject {
         channels: ["R", "G", "B"].map(str::to_owned).to_vec(),
         count: 162,
         distances: DISTANCES.len(),
+        plate_gap: None,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The lens and the observations that a report is about.
 
+use image::RgbImage;
 use seidel_core::calibrate::diagnose::Diagnosis;
 use seidel_core::field::Frame;
 use seidel_core::observations::ObservationSet;
@@ -19,6 +20,8 @@ pub struct Subject {
     pub count: usize,
     /// Number of object distances in the set.
     pub distances: usize,
+    /// Maps of the gap in the plate, where it was rendered.
+    pub plate_gap: Option<RgbImage>,
 }
 
 impl Subject {
@@ -31,6 +34,7 @@ impl Subject {
             channels: set.channels.clone(),
             count: set.observations.len(),
             distances: set.distances().len(),
+            plate_gap: None,
         }
     }
     /// Returns the counts in words, such as `96 PSFs at 4 distances in 3 channels: 288 tiles`. A tile is a PSF in one

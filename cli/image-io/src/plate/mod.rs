@@ -197,6 +197,19 @@ impl Plate {
         self.sample_format().is_integer()
     }
 
+    /// Returns the integer that stores 1.0; `None` for floats.
+    pub fn integer_full_scale(&self) -> Option<u16> {
+        self.sample_format().full_scale()
+    }
+
+    /// Returns the encoding by which samples were decoded; `None` for EXR, which is not encoded.
+    pub fn encoding(&self) -> Option<Encoding> {
+        match &self.source {
+            Source::Exr { .. } => None,
+            Source::Raster { encoding, .. } => Some(*encoding),
+        }
+    }
+
     /// Returns whether samples are stored as integers in a file of format `target`.
     pub fn is_integer_in(&self, target: Format) -> bool {
         let channels = self.names.len() + usize::from(self.has_alpha());

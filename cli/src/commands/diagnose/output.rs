@@ -6,6 +6,7 @@ use seidel_core::calibrate::diagnose::Diagnosis;
 use seidel_core::observations::ObservationSet;
 
 use super::super::{CommandError, write_text};
+use super::plate_gap::PlateGapMaps;
 use crate::report::{self, Subject};
 use seidel_image_io::atomic::{check_folder_content, write_folder_atomically};
 use seidel_image_io::error::FileError;
@@ -58,13 +59,15 @@ impl OutputFolder {
         })
     }
 
-    /// Writes `json` as the report, the HTML page, the corrected lens, and the `estimated` PSFs if any.
+    /// Writes `json` as the report, the HTML page, the corrected lens, and the `estimated` PSFs and the maps of the plate's gap
+    /// if any.
     pub(super) fn write(
         &self,
         diagnosis: &Diagnosis,
         subject: &Subject,
         json: &str,
         estimated: Option<&ObservationSet>,
+        maps: Option<&PlateGapMaps>,
     ) -> Result<(), CommandError> {
         let corrected = diagnosis.corrected.to_json();
         let page = report::html(diagnosis, subject);
@@ -72,6 +75,9 @@ impl OutputFolder {
         write_folder_atomically(&self.path, |at| {
             if let Some(set) = estimated {
                 manifest::write(set, &at.join(ESTIMATED))?;
+            }
+            if let Some(maps) = maps {
+                maps.write(at)?;
             }
             files
                 .iter()
@@ -108,7 +114,7 @@ mod tests {
         let diagnosis = diagnosis(Verdict::Explained);
         let output = OutputFolder::check(&out, Path::new("lens.json"), &FILES).expect("free");
         output
-            .write(&diagnosis, &subject(), "{}\n", None)
+            .write(&diagnosis, &subject(), "{}\n", None, None)
             .expect("writable");
         assert_eq!(
             names(&out),
@@ -124,7 +130,7 @@ mod tests {
         let output = OutputFolder::check(&out, Path::new("lens.json"), &ENTRIES_OF_PAIR)
             .expect("its own files");
         output
-            .write(&diagnosis, &subject(), "{}\n", Some(&set))
+            .write(&diagnosis, &subject(), "{}\n", Some(&set), None)
             .expect("writable");
         let back = read(&out.join(ESTIMATED), ReadOptions::default()).expect("a set");
         assert_eq!(back.set.observations.len(), set.observations.len());

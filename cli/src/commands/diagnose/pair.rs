@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{PairEstimate, PairImage, PairSettings, estimate_pair};
+use seidel_core::calibrate::diagnose::{
+    PairEstimate, PairGeometry, PairImage, PairSettings, Quantisation, StoredCurve, estimate_pair,
+};
 use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
 use seidel_core::predict::Predictor;
@@ -35,9 +37,9 @@ pub(super) struct PairArgs {
     /// Position of the optical axis in frame pixels; that of the lens if omitted
     #[arg(long, value_name = "X,Y", value_parser = parse_point, requires = "reference")]
     axis: Option<ImagePoint>,
-    /// Encoding of integer samples; floats are scene-linear
-    #[arg(long, value_enum, default_value_t = EncodingChoice::Linear)]
-    encoding: EncodingChoice,
+    /// Encoding of integer samples; floats are scene-linear. If omitted: sRGB, except in DPX, where the header decides
+    #[arg(long, value_enum)]
+    encoding: Option<EncodingChoice>,
     /// Level from which pixels are treated as clipped and ignored; if omitted, full scale for integer samples and none for
     /// floats
     #[arg(long, value_name = "LIGHT", requires = "reference")]
@@ -45,6 +47,21 @@ pub(super) struct PairArgs {
     /// Meaning of a pixel of the sharp picture
     #[arg(long, value_enum, default_value_t = Pixels::Points)]
     reference_pixels: Pixels,
+    /// Displacement of light in the plate; measured if omitted
+    #[arg(long, value_enum, requires = "reference")]
+    plate_geometry: Option<Geometry>,
+    /// Write pictures of where PLATE and a rendering of SHARP differ, with LENS and with the corrected lens: plate-gap.exr and
+    /// plate-gap.png. They show the mean squared difference over the local variance of PLATE
+    #[arg(long, requires = "reference")]
+    pub(super) plate_gap: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Geometry {
+    /// Channels are displaced against each other only, as `seidel apply` renders by default
+    Undistorted,
+    /// The plate is distorted by the lens, as a photograph is
+    Distorted,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -59,6 +76,11 @@ enum Pixels {
 const FULL_SCALE: f32 = 1.0 - 0.5 / 255.0;
 
 impl PairArgs {
+    /// The distance of the scene.
+    pub(super) fn distance(&self) -> ObjectDistance {
+        self.depth_m.unwrap_or(ObjectDistance::Unknown)
+    }
+
     /// Estimates the PSFs that take `sharp` to `blurred`, at the channels of `lens`.
     pub(super) fn estimate(
         &self,
@@ -83,24 +105,29 @@ impl PairArgs {
             Some(axis) => lens.frame.with_axis(axis)?,
             None => lens.frame,
         };
+        let lens = &LensProfile {
+            frame,
+            ..lens.clone()
+        };
         let channels = predictor.channel_names();
         let (reference, observed) = (self.read(sharp, channels)?, self.read(blurred, channels)?);
-        let integers = reference.integers || observed.integers;
+        let integers = reference.quantisation.is_some() || observed.quantisation.is_some();
         let settings = PairSettings {
             side: self.patch,
-            distance: self.depth_m.unwrap_or(ObjectDistance::Unknown),
+            distance: self.distance(),
             clip: self.clip.or(integers.then_some(FULL_SCALE)),
             area_means: self.reference_pixels == Pixels::Areas,
+            geometry: match self.plate_geometry {
+                None => PairGeometry::Measured,
+                Some(Geometry::Undistorted) => PairGeometry::Undistorted,
+                Some(Geometry::Distorted) => PairGeometry::Distorted,
+            },
             ..PairSettings::default()
         };
         let bar = console.progress_bar("estimating PSFs");
         let progress = |share| bar.show(share);
         let (reference, observed) = (reference.picture(), observed.picture());
-        let estimate = || {
-            estimate_pair(
-                &frame, channels, &reference, &observed, &settings, &progress,
-            )
-        };
+        let estimate = || estimate_pair(lens, &reference, &observed, &settings, &progress);
         let mut estimate = pool
             .install(estimate)
             .map_err(|e| FileError::from_core(blurred, e))?;
@@ -136,7 +163,7 @@ impl PairArgs {
             width: plate.width(),
             height: plate.height(),
             planes: planes.collect(),
-            integers: plate.has_integer_samples(),
+            quantisation: quantisation(&plate),
         })
     }
 
@@ -145,17 +172,29 @@ impl PairArgs {
         let open = |encoding| {
             let options = PlateOptions {
                 layer: None,
-                encoding: Some(encoding),
+                encoding,
                 ..PlateOptions::default()
             };
             Plate::open(path, &options)
         };
-        let plate = open(Encoding::Linear)?;
-        if self.encoding == EncodingChoice::Srgb && plate.has_integer_samples() {
-            return open(Encoding::Srgb);
+        let plate = open(None)?;
+        match self.encoding {
+            Some(encoding) if plate.has_integer_samples() => open(Some(encoding.into())),
+            _ => Ok(plate),
         }
-        Ok(plate)
     }
+}
+
+/// Returns the rounding of the samples of `plate`, if they are integers.
+fn quantisation(plate: &Plate) -> Option<Quantisation> {
+    let full_scale = plate.integer_full_scale()?;
+    Some(Quantisation {
+        step: 1.0 / f64::from(full_scale),
+        curve: match plate.encoding() {
+            Some(Encoding::Srgb) => StoredCurve::Srgb,
+            Some(Encoding::Linear) | None => StoredCurve::Linear,
+        },
+    })
 }
 
 /// The colour planes of a picture.
@@ -163,8 +202,8 @@ struct Planes {
     width: usize,
     height: usize,
     planes: Vec<Vec<f32>>,
-    /// Whether the file stores integer samples.
-    integers: bool,
+    /// Rounding of the samples, if the file stores integers.
+    quantisation: Option<Quantisation>,
 }
 
 impl Planes {
@@ -173,6 +212,7 @@ impl Planes {
             width: self.width,
             height: self.height,
             planes: &self.planes,
+            quantisation: self.quantisation,
         }
     }
 }

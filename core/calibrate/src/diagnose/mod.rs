@@ -40,7 +40,10 @@ pub use diagnosis::{
     Zone,
 };
 pub use model_share::{ModelShare, OwnGapSource};
-pub use pair::{PairEstimate, PairImage, PairSettings, estimate_pair};
+pub use pair::{
+    PairEstimate, PairGeometry, PairImage, PairSettings, PlacedPictures, Quantisation, StoredCurve,
+    TileResponse, estimate_pair,
+};
 pub use settings::Settings;
 
 use crate::reference_channel::reference_channel;
@@ -75,7 +78,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis> {
     let channels = rays(lens)?;
     let library = library(settings)?;
-    let mut tiles = TileSet::new(lens, channels, set)?;
+    let mut tiles = TileSet::new(lens, channels, set, &settings.responses)?;
     let mut model = ModelShare::of(lens, channels, settings.design.as_ref())?;
     let names = channels.iter().map(|c| c.name.as_str());
     let reference = reference_channel(&lens.camera, names);

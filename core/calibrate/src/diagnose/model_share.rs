@@ -106,7 +106,7 @@ impl ModelShare {
 
 /// Returns the mean gap of `lens` on all tiles of `set`, less noise.
 fn gap(lens: &LensProfile, channels: &[PupilChannel], set: &ObservationSet) -> Result<f64> {
-    let tiles = TileSet::new(lens, channels, set).map_err(|e| e.within("design set"))?;
+    let tiles = TileSet::new(lens, channels, set, &[]).map_err(|e| e.within("design set"))?;
     let tiles: Vec<&TileData> = tiles.tiles.iter().collect();
     let nothing = Hypothesis::new(Vec::new(), channels.len(), 0);
     let gaps = GapProblem::new(&nothing, &tiles, Detail::FULL).gaps(&[]);

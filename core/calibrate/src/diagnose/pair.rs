@@ -1,32 +1,51 @@
 //! PSF estimation from a pair of images: one sharp, and the same seen through a lens.
 //!
-//! The images are registered pixel by pixel. Over a patch small relative to the field the plate is the sharp
-//! image convolved with one tile: O(x) = sum I(x') P(x - x'), the renderer's own model.
+//! Over a patch small relative to the field the plate is the sharp image convolved with one tile: O(x) = sum I(x') P(x - x'),
+//! the renderer's own model. The pictures are placed in the frame of the lens (`placement`), and windows with much texture
+//! are chosen (`windows`). Offsets of the windows (`offsets`) say whether the plate is distorted and how it is registered
+//! (`geometry`). Each window then gives a tile per channel: the PSF that the lens predicts there (`lens_view`) plus an
+//! estimate of the difference from it (`estimate`), with the response of that estimate (`response`).
 
 mod estimate;
-mod helix;
+mod geometry;
+mod lens_view;
+mod offsets;
+mod patch;
+mod placement;
+mod quantisation;
+mod response;
+mod windows;
 
+use crate::reference_channel::reference_channel;
+pub use quantisation::{Quantisation, StoredCurve};
+pub use response::TileResponse;
+
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use estimate::{Estimate, Patch, estimate};
-use helix::Helix;
+use estimate::{Estimate, NoiseCheck, Plans, estimate};
+use geometry::Geometry;
+use lens_view::{Drawing, LensView, Positions, centre};
+use patch::{Patch, Window};
 use seidel_optics::Progress;
 use seidel_optics::distance::ObjectDistance;
-use seidel_optics::error::{Error, ErrorKind, Result};
-use seidel_optics::field::{Frame, ImagePoint};
+use seidel_optics::error::{Error, Result};
+use seidel_optics::field::Frame;
 use seidel_optics::observations::{Observation, ObservationSet};
+use seidel_optics::predict::Predictor;
+use seidel_optics::profile::LensProfile;
 use seidel_optics::tile::Tile;
 
-/// Side of the window from which a tile is estimated, in tiles.
-const WINDOW_TILES: usize = 4;
-/// Share of a window's side over which weights rise from its edges.
-const TAPER: f64 = 0.5;
+use crate::registration::{Similarity, median};
+
 /// Smallest and largest side of tiles, px.
 const SIDES: (usize, usize) = (9, 129);
 /// Share of the light near the tiles' edges above which a remark recommends larger tiles.
 const MOST_AT_EDGES: f64 = 0.05;
+/// One of so many windows is checked with simulated noise.
+const CHECKED_WINDOWS: usize = 4;
 
 /// A scene-linear image.
 #[derive(Debug, Clone, Copy)]
@@ -37,6 +56,20 @@ pub struct PairImage<'a> {
     pub height: usize,
     /// One plane per channel, row-major.
     pub planes: &'a [Vec<f32>],
+    /// Rounding of the samples, for images of integers.
+    pub quantisation: Option<Quantisation>,
+}
+
+/// Displacement of light in a plate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PairGeometry {
+    /// The one that fits the plate better.
+    #[default]
+    Measured,
+    /// The plate is undistorted: channels are displaced against each other only.
+    Undistorted,
+    /// The plate is distorted by the lens.
+    Distorted,
 }
 
 /// Settings of [`estimate_pair`].
@@ -53,6 +86,8 @@ pub struct PairSettings {
     pub area_means: bool,
     /// Maximum number of patches.
     pub most_patches: usize,
+    /// Displacement of light in the plate.
+    pub geometry: PairGeometry,
 }
 
 impl Default for PairSettings {
@@ -62,28 +97,53 @@ impl Default for PairSettings {
             distance: ObjectDistance::Unknown,
             clip: None,
             area_means: false,
-            most_patches: 120,
+            most_patches: 48,
+            geometry: PairGeometry::Measured,
         }
     }
 }
 
+/// A pair of images on the pixels of the lens's frame; unknown pixels are NaN.
+#[derive(Debug, Clone)]
+pub struct PlacedPictures {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Planes of the sharp image, one a channel.
+    pub sharp: Vec<Vec<f32>>,
+    /// Planes of the plate. Between area means they are integrated over pixels once more, as a rendering is.
+    pub plate: Vec<Vec<f32>>,
+    /// From pixels of the sharp image to ideal positions in the frame of the lens.
+    pub registration: Similarity,
+    /// Whether the plate is distorted by the lens.
+    pub distorted: bool,
+    /// Reach of the blur that the tiles hold, px.
+    pub reach_px: usize,
+}
+
 /// Result of [`estimate_pair`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct PairEstimate {
-    /// The estimated PSFs, each with its ideal position at the centre of its patch.
+    /// The estimated PSFs. They have ideal positions where the plate shows the lens's distortion.
     pub set: ObservationSet,
+    /// Response of the estimator for each observation and channel of `set`.
+    pub responses: Vec<Vec<TileResponse>>,
     /// Number of patches tried.
     pub tried: usize,
     /// Number of patches rejected for lack of detail, noise or clipping.
     pub left_out: usize,
     /// Share of the light within two pixels of the tiles' edges.
     pub at_edges: f64,
+    /// Both images in the frame of the lens.
+    pub pictures: PlacedPictures,
+    remarks: Vec<String>,
 }
 
 impl PairEstimate {
     /// Returns remarks on the result.
     pub fn remarks(&self) -> Vec<String> {
-        let mut remarks = Vec::new();
+        let mut remarks = self.remarks.clone();
         if self.left_out > 0 {
             remarks.push(format!(
                 "{} of {} patches were left out: too even, too noisy or clipped to tell their PSF",
@@ -100,64 +160,66 @@ impl PairEstimate {
     }
 }
 
-/// Estimates PSFs over `frame`, which both images fill; `channels` names their planes.
+/// Estimates PSFs in the frame of `lens`, which one of the images fills; its channels name their planes.
 ///
 /// # Errors
-/// Images that differ in size from each other or the frame; an invalid tile size; images too small for the
-/// tiles; no patch with enough detail; cancellation.
+/// A lens described by moments, or one whose blur depends on a distance that is not known; images that cannot be placed in
+/// the frame; an invalid tile size; images too small for the tiles; no patch with enough detail; cancellation.
 pub fn estimate_pair(
-    frame: &Frame,
-    channels: &[String],
+    lens: &LensProfile,
     sharp: &PairImage<'_>,
     plate: &PairImage<'_>,
     settings: &PairSettings,
     progress: &Progress<'_>,
 ) -> Result<PairEstimate> {
-    check(frame, channels, sharp, plate, settings)?;
-    let side = settings.side;
-    let window = WINDOW_TILES * side;
-    let places = places(plate.width, plate.height, side, settings.most_patches)?;
-    let helix = Helix::new(window + side - 1);
-    let done = AtomicUsize::new(0);
-    let cancelled = AtomicBool::new(false);
-    let found: Vec<Option<Vec<Estimate>>> = places
-        .par_iter()
-        .map(|&place| {
-            let estimates = (0..channels.len())
-                .map(|channel| {
-                    if cancelled.load(Ordering::Relaxed) {
-                        return None;
-                    }
-                    let patch = patch(sharp, plate, channel, place, settings);
-                    estimate(&helix, &patch, side)
-                })
-                .collect();
-            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            if !progress(count as f64 / places.len() as f64) {
-                cancelled.store(true, Ordering::Relaxed);
-            }
-            estimates
-        })
-        .collect();
-    if cancelled.load(Ordering::Relaxed) {
-        let error = Error::new("estimation", "was stopped", "start it again");
-        return Err(error.with_kind(ErrorKind::Cancelled));
-    }
-    let mut observations = Vec::new();
-    for (&(left, top), estimates) in places.iter().zip(found) {
-        if let Some(estimates) = estimates {
-            let half = window as f64 / 2.0;
-            let at = ImagePoint::new(left as f64 + half, top as f64 + half);
-            observations.push(observation(observations.len(), at, &estimates, settings)?);
-        }
-    }
-    let mut set = ObservationSet {
-        axis_stated: true,
-        ..ObservationSet::new(*frame, channels.to_vec(), observations)
+    let (channels, predictor) = (super::rays(lens)?, Predictor::new(lens)?);
+    let names = predictor.channel_names();
+    check(names, [sharp, plate], settings)?;
+    let frame = lens.frame;
+    let placed = placement::place(&frame, sharp, plate)?;
+    let (of_sharp, of_plate) = (owned(placed.sharp), owned(placed.plate));
+    let of_plate = if settings.area_means {
+        of_plate.iter().map(|p| over_pixels(p, &frame)).collect()
+    } else {
+        of_plate
     };
-    leave_out_unsound(&mut set);
-    let tried = places.len();
-    if set.observations.is_empty() {
+    let whole = |planes, quantisation| PairImage {
+        width: frame.width_px() as usize,
+        height: frame.height_px() as usize,
+        planes,
+        quantisation,
+    };
+    let sharp = whole(&of_sharp[..], sharp.quantisation);
+    let plate = whole(&of_plate[..], plate.quantisation);
+    let windows = windows::choose(&sharp, settings.side, settings.most_patches, settings.clip)?;
+    let job = Job {
+        plans: Plans::new(settings.side, windows[0].square()),
+        sharp,
+        plate,
+        settings,
+        progress,
+        done: AtomicUsize::new(0),
+        cancelled: AtomicBool::new(false),
+    };
+    let view = LensView {
+        channels,
+        frame,
+        vergence: predictor.vergence(settings.distance)?,
+        positions: Positions::Undistorted,
+        registration: Similarity::IDENTITY,
+    };
+    let known = channels.iter().map(|c| c.name.as_str());
+    let reference = reference_channel(&lens.camera, known);
+    let geometry = job.geometry(&view, &windows, reference)?;
+    let view = LensView {
+        positions: geometry.positions,
+        registration: geometry.registration,
+        ..view
+    };
+    let found = job.estimates(&view, &windows)?;
+    let remarks = placed.remark.into_iter().chain(geometry.remark()).collect();
+    let (observed, tried) = (collected(&view, names, found, settings)?, windows.len());
+    if observed.set.observations.is_empty() {
         return Err(Error::new(
             "pictures",
             format!("none of {tried} patches has enough detail to tell its PSF"),
@@ -167,46 +229,204 @@ pub fn estimate_pair(
     }
     Ok(PairEstimate {
         tried,
-        left_out: tried - set.observations.len(),
-        at_edges: at_edges(&set),
-        set,
+        left_out: tried - observed.set.observations.len(),
+        at_edges: at_edges(&observed.set),
+        set: observed.set,
+        responses: observed.responses,
+        pictures: PlacedPictures {
+            width: frame.width_px() as usize,
+            height: frame.height_px() as usize,
+            sharp: of_sharp,
+            plate: of_plate,
+            registration: geometry.registration,
+            distorted: geometry.positions == Positions::Lens,
+            reach_px: settings.side / 2,
+        },
+        remarks,
     })
 }
 
-fn check(
-    frame: &Frame,
-    channels: &[String],
-    sharp: &PairImage<'_>,
-    plate: &PairImage<'_>,
+/// Everything that the windows share.
+struct Job<'a> {
+    plans: Plans,
+    sharp: PairImage<'a>,
+    plate: PairImage<'a>,
+    settings: &'a PairSettings,
+    progress: &'a Progress<'a>,
+    done: AtomicUsize,
+    cancelled: AtomicBool,
+}
+
+/// Share of the work that measuring offsets is.
+const OFFSET_SHARE: f64 = 0.2;
+
+impl Job<'_> {
+    /// Runs `work` on every window, with progress from `from` to `to`.
+    ///
+    /// # Errors
+    /// Cancellation.
+    fn each<T: Send>(
+        &self,
+        windows: &[Window],
+        shares: [f64; 2],
+        work: impl Fn(usize, Window) -> T + Sync,
+    ) -> Result<Vec<T>> {
+        self.done.store(0, Ordering::Relaxed);
+        let results = windows
+            .par_iter()
+            .enumerate()
+            .map(|(index, window)| {
+                if self.cancelled.load(Ordering::Relaxed) {
+                    return None;
+                }
+                let result = work(index, *window);
+                let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+                let share = done as f64 / windows.len() as f64;
+                if !(self.progress)(shares[0] + share * (shares[1] - shares[0])) {
+                    self.cancelled.store(true, Ordering::Relaxed);
+                }
+                Some(result)
+            })
+            .collect::<Option<Vec<T>>>();
+        match results {
+            Some(results) if !self.cancelled.load(Ordering::Relaxed) => Ok(results),
+            _ => Err(Error::cancelled("estimation")),
+        }
+    }
+
+    /// Measures the geometry of the pair on `channel`.
+    fn geometry(
+        &self,
+        view: &LensView<'_>,
+        windows: &[Window],
+        channel: usize,
+    ) -> Result<Geometry> {
+        let measured = self.each(windows, [0.0, OFFSET_SHARE], |_, window| {
+            let pictures = [&self.sharp, &self.plate];
+            offsets::measure(
+                view,
+                &self.plans,
+                pictures,
+                channel,
+                window,
+                self.settings.clip,
+            )
+        })?;
+        let measured: Vec<_> = measured.into_iter().flatten().collect();
+        let wanted = match self.settings.geometry {
+            PairGeometry::Measured => None,
+            PairGeometry::Undistorted => Some(Positions::Undistorted),
+            PairGeometry::Distorted => Some(Positions::Lens),
+        };
+        Ok(geometry::decide(view, &measured, wanted))
+    }
+
+    /// Estimates the PSFs of all channels of every window; `None` where a channel is not determined.
+    fn estimates(
+        &self,
+        view: &LensView<'_>,
+        windows: &[Window],
+    ) -> Result<Vec<Option<WindowEstimate>>> {
+        let mut found = self.each(windows, [OFFSET_SHARE, 1.0], |index, window| {
+            let offset = view.window_offset(window);
+            let estimates = (0..view.channels.len())
+                .map(|channel| self.estimate(view, index, window, offset, channel))
+                .collect::<Option<Vec<Estimate>>>()?;
+            Some(WindowEstimate {
+                window,
+                offset,
+                estimates,
+            })
+        })?;
+        let checked = found.iter().flatten().flat_map(|w| &w.estimates);
+        let ratios: Vec<f64> = checked.filter_map(|e| e.noise_ratio).collect();
+        let factor = if ratios.is_empty() {
+            1.0
+        } else {
+            median(&ratios).sqrt()
+        };
+        for window in found.iter_mut().flatten() {
+            window.estimates.iter_mut().for_each(|e| e.sigma *= factor);
+        }
+        Ok(found)
+    }
+
+    fn estimate(
+        &self,
+        view: &LensView<'_>,
+        index: usize,
+        window: Window,
+        offset: [isize; 2],
+        channel: usize,
+    ) -> Option<Estimate> {
+        let clip = self.settings.clip;
+        let patch = Patch::cut(&self.sharp, &self.plate, channel, window, offset, clip);
+        let mut drawing = Drawing::default();
+        let mut expected =
+            view.expectation(&self.plans, &patch, channel, window, offset, &mut drawing);
+        if let Some(rounding) = self.plate.quantisation {
+            expected.least_variance = patch.plate_mean(|v| rounding.variance(v));
+        }
+        if let Some(rounding) = self.sharp.quantisation {
+            expected.sharp_variance = patch.sharp_mean(|v| rounding.variance(v));
+        }
+        let check = if index.is_multiple_of(CHECKED_WINDOWS) {
+            NoiseCheck::Simulated((index * view.channels.len() + channel) as u64)
+        } else {
+            NoiseCheck::Skipped
+        };
+        estimate(&self.plans, &patch, &expected, check)
+    }
+}
+
+/// The estimated PSFs of a window.
+struct WindowEstimate {
+    window: Window,
+    /// Whole pixels by which the tiles lie away from the window.
+    offset: [isize; 2],
+    /// One estimate a channel.
+    estimates: Vec<Estimate>,
+}
+
+/// Estimated PSFs with the responses of their estimator.
+struct EstimatedSet {
+    set: ObservationSet,
+    responses: Vec<Vec<TileResponse>>,
+}
+
+/// Makes an observation set of the estimates; leaves out those that violate the rules of sets.
+fn collected(
+    view: &LensView<'_>,
+    names: &[String],
+    found: Vec<Option<WindowEstimate>>,
     settings: &PairSettings,
-) -> Result<()> {
-    if (sharp.width, sharp.height) != (plate.width, plate.height) {
-        return Err(Error::new(
-            "pictures",
-            format!(
-                "differ in size: {} x {} sharp, {} x {} through the lens",
-                sharp.width, sharp.height, plate.width, plate.height
-            ),
-            "give two pictures of one size, registered pixel by pixel",
-        ));
+) -> Result<EstimatedSet> {
+    let mut observations = Vec::new();
+    let mut responses = Vec::new();
+    for window in found.into_iter().flatten() {
+        observations.push(observation(observations.len(), view, &window, settings)?);
+        let estimates = window.estimates.into_iter();
+        responses.push(estimates.map(|e| e.response).collect::<Vec<_>>());
     }
-    let (width, height) = (frame.width_px() as usize, frame.height_px() as usize);
-    if (plate.width, plate.height) != (width, height) {
-        return Err(Error::new(
-            "pictures",
-            format!(
-                "are {} x {} px, the lens's frame is {width} x {height}",
-                plate.width, plate.height
-            ),
-            "give pictures that fill the frame of the lens",
-        ));
-    }
-    for picture in [sharp, plate] {
+    let mut set = ObservationSet {
+        axis_stated: true,
+        ..ObservationSet::new(view.frame, names.to_vec(), observations)
+    };
+    leave_out_unsound(&mut set, &mut responses);
+    Ok(EstimatedSet { set, responses })
+}
+
+fn owned(planes: Vec<Cow<'_, [f32]>>) -> Vec<Vec<f32>> {
+    planes.into_iter().map(Cow::into_owned).collect()
+}
+
+fn check(names: &[String], pictures: [&PairImage<'_>; 2], settings: &PairSettings) -> Result<()> {
+    for picture in pictures {
         let whole = |plane: &Vec<f32>| plane.len() == picture.width * picture.height;
-        if picture.planes.len() != channels.len() || !picture.planes.iter().all(whole) {
+        if picture.planes.len() != names.len() || !picture.planes.iter().all(whole) {
             return Err(Error::new(
                 "pictures",
-                format!("have not one plane for each of {}", channels.join(", ")),
+                format!("have not one plane for each of {}", names.join(", ")),
                 "give one plane a channel with one sample a pixel",
             ));
         }
@@ -222,152 +442,70 @@ fn check(
     Ok(())
 }
 
-/// Returns the top-left corners of windows on a regular grid over the plate.
-fn places(width: usize, height: usize, side: usize, most: usize) -> Result<Vec<(usize, usize)>> {
-    let (window, margin) = (WINDOW_TILES * side, side / 2);
-    let room = |size: usize| size.checked_sub(window + 2 * margin);
-    let (Some(wide), Some(high)) = (room(width), room(height)) else {
-        return Err(Error::new(
-            "pictures",
-            format!(
-                "are {width} x {height} px, too small for tiles of {side} px, which need {} px each way",
-                window + 2 * margin
-            ),
-            "give smaller tiles, or larger pictures",
-        ));
-    };
-    // Windows overlap by half unless that exceeds the number of patches.
-    let mut step = window / 2;
-    let count = |free: usize, step: usize| free / step + 1;
-    while count(wide, step) * count(high, step) > most.max(1) {
-        step += window / 8;
-    }
-    let along = |free: usize| {
-        let count = count(free, step);
-        (0..count).map(move |k| {
-            margin + free * (2 * k + usize::from(count == 1)) / (2 * (count - 1).max(1))
-        })
-    };
-    let rows = along(high);
-    Ok(rows
-        .flat_map(|top| along(wide).map(move |left| (left, top)))
-        .collect())
-}
-
-/// Returns the data of one channel in the window whose left and top are `place`, in the layout of the helix.
-fn patch(
-    sharp: &PairImage<'_>,
-    plate: &PairImage<'_>,
-    channel: usize,
-    place: (usize, usize),
-    settings: &PairSettings,
-) -> Patch {
-    let (left, top) = place;
-    let side = settings.side;
-    let (window, margin) = (WINDOW_TILES * side, side / 2);
-    let square = window + 2 * margin;
-    let cut = |picture: &PairImage<'_>| -> Vec<f64> {
-        let plane = &picture.planes[channel];
-        (0..square)
-            .flat_map(|y| {
-                let start = (top - margin + y) * picture.width + left - margin;
-                plane[start..start + square].iter().map(|&v| f64::from(v))
-            })
-            .collect()
-    };
-    let (sharp, blurred) = (cut(sharp), cut(plate));
-    let clipped = |v: f64| settings.clip.is_some_and(|clip| v >= f64::from(clip));
-    // The value of a clipped pixel is unknown, and so is every plate pixel within its reach.
-    let dark: Vec<bool> = spread(sharp.iter().map(|&v| clipped(v)).collect(), square, margin);
-    let mut patch = Patch {
-        plate: vec![0.0; square * square],
-        weight: vec![0.0; square * square],
-        sharp,
-    };
-    for y in 0..window {
-        for x in 0..window {
-            // Index of the plate's pixel in the square, and its index after the convolution.
-            let from = (y + margin) * square + x + margin;
-            let to = (y + 2 * margin) * square + x + 2 * margin;
-            patch.plate[to] = blurred[from];
-            if !clipped(blurred[from]) && !dark[from] {
-                patch.weight[to] = taper(x, window) * taper(y, window);
-            }
-        }
-    }
-    patch
-}
-
-/// Window function: 1 in the middle, falling smoothly to 0 at the edges.
-fn taper(at: usize, window: usize) -> f64 {
-    let in_from_edge = (at as f64 + 0.5).min(window as f64 - at as f64 - 0.5) / window as f64;
-    let rise = (in_from_edge / TAPER).min(1.0);
-    0.5 - 0.5 * (std::f64::consts::PI * rise).cos()
-}
-
-/// Dilates a mask on a square of side `side` by `reach` pixels along both axes.
-fn spread(mut set: Vec<bool>, side: usize, reach: usize) -> Vec<bool> {
-    // Along rows, then along columns: steps between neighbours, and between lines.
-    for (near, line) in [(1, side), (side, 1)] {
-        let before: Vec<usize> = (0..set.len()).filter(|&k| set[k]).collect();
-        for k in before {
-            let at = k / near % side;
-            let start = k / line % side * line;
-            for other in at.saturating_sub(reach)..(at + reach + 1).min(side) {
-                set[start + other * near] = true;
-            }
-        }
-    }
-    set
-}
-
 fn observation(
     index: usize,
-    at: ImagePoint,
-    estimates: &[Estimate],
+    view: &LensView<'_>,
+    window: &WindowEstimate,
     settings: &PairSettings,
 ) -> Result<Observation> {
     let side = settings.side;
     let tile = |estimate: &Estimate| {
-        let light = if settings.area_means {
-            over_pixels(&estimate.tile, side)
-        } else {
-            estimate.tile.clone()
-        };
-        Tile::new(side, side, light.iter().map(|&v| v as f32).collect())
+        Tile::new(
+            side,
+            side,
+            estimate.tile.iter().map(|&v| v as f32).collect(),
+        )
     };
     let file = format!("psf/{index:04}.exr");
-    let tiles = estimates.iter().map(tile).collect::<Result<_>>()?;
+    let tiles = window.estimates.iter().map(tile).collect::<Result<_>>()?;
+    let at = centre(window.window);
+    let mut middle = at;
+    middle.x_px += window.offset[0] as f64;
+    middle.y_px += window.offset[1] as f64;
+    let ideal = match view.positions {
+        Positions::Lens => Some(view.registration.apply(at)),
+        Positions::Undistorted => None,
+    };
     Ok(Observation {
-        ideal: Some(at),
-        noise_sigma: estimates.iter().map(|e| Some(e.sigma)).collect(),
-        ..Observation::new(file, at, settings.distance, tiles)
+        ideal,
+        noise_sigma: window.estimates.iter().map(|e| Some(e.sigma)).collect(),
+        ..Observation::new(file, middle, settings.distance, tiles)
     })
 }
 
-/// Adds pixel integration to the tile. Between area means the estimate is the PSF alone, whereas tiles
-/// include the integration. A three-tap filter with the variance of a pixel is exact enough on a pixel grid.
-fn over_pixels(tile: &[f64], side: usize) -> Vec<f64> {
-    const SIDE_WEIGHT: f64 = seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2 / 2.0;
-    let along = |from: &[f64], stride: usize, place: fn(usize, usize) -> usize| -> Vec<f64> {
+/// Integrates `plane` over the area of a pixel. Between area means the estimate would be the PSF alone, whereas tiles include
+/// the integration. A three-tap filter with the variance of a pixel is exact enough on a pixel grid.
+fn over_pixels(plane: &[f32], frame: &Frame) -> Vec<f32> {
+    const SIDE_WEIGHT: f32 = (seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2 / 2.0) as f32;
+    let (width, height) = (frame.width_px() as usize, frame.height_px() as usize);
+    let along = |from: &[f32], stride: usize, length: usize| -> Vec<f32> {
         (0..from.len())
             .map(|k| {
-                let at = place(k, side);
-                let before = if at > 0 { from[k - stride] } else { 0.0 };
-                let after = if at + 1 < side { from[k + stride] } else { 0.0 };
+                let at = k / stride % length;
+                let before = if at > 0 { from[k - stride] } else { from[k] };
+                let after = if at + 1 < length {
+                    from[k + stride]
+                } else {
+                    from[k]
+                };
                 (1.0 - 2.0 * SIDE_WEIGHT) * from[k] + SIDE_WEIGHT * (before + after)
             })
             .collect()
     };
-    let across = along(tile, 1, |k, side| k % side);
-    along(&across, side, |k, side| k / side)
+    let across = along(plane, 1, width);
+    along(&across, width, height)
 }
 
 /// Removes observations that violate the rules of sets, such as strongly negative samples.
-fn leave_out_unsound(set: &mut ObservationSet) {
+fn leave_out_unsound(set: &mut ObservationSet, responses: &mut Vec<Vec<TileResponse>>) {
     let unsound: Vec<usize> = set.faults().iter().filter_map(|f| f.observation).collect();
     let mut index = 0;
     set.observations.retain(|_| {
+        index += 1;
+        !unsound.contains(&(index - 1))
+    });
+    index = 0;
+    responses.retain(|_| {
         index += 1;
         !unsound.contains(&(index - 1))
     });

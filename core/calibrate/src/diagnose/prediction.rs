@@ -60,6 +60,9 @@ impl TilePredictor {
         let sum: f64 = out.iter().sum();
         if sum > 0.0 {
             out.iter_mut().for_each(|v| *v /= sum);
+            if let Some(response) = &tile.response {
+                response.apply(out);
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Settings of a diagnosis.
 
+use super::pair::TileResponse;
 use seidel_optics::observations::ObservationSet;
 
 /// Settings of [`super::diagnose`].
@@ -11,6 +12,8 @@ pub struct Settings {
     pub pairs: bool,
     /// The set that the lens was fitted to; needed where its profile does not say what its model leaves.
     pub design: Option<ObservationSet>,
+    /// Responses of the estimator of the tiles, by observation and channel; none for measured tiles.
+    pub responses: Vec<Vec<TileResponse>>,
 }
 
 impl Default for Settings {
@@ -19,6 +22,7 @@ impl Default for Settings {
             library: Vec::new(),
             pairs: true,
             design: None,
+            responses: Vec::new(),
         }
     }
 }

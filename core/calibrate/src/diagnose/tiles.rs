@@ -1,6 +1,9 @@
 //! Observed tiles prepared for a diagnosis: unit sum, noise, and the lens's local pupil.
 
+use std::sync::Arc;
+
 use super::coverage::{Coverage, distinct_folds};
+use super::pair::TileResponse;
 use super::registration::{ReferencePupil, Registration};
 use super::tile_noise::TileNoise;
 use crate::reference_channel::reference_channel;
@@ -57,9 +60,27 @@ pub(super) struct TileData {
     /// Share of the flux error that is removed from residuals, 0 to 1: where noise makes the sum of the tile uncertain, its
     /// flux is fitted to the prediction.
     pub(super) free_flux: f64,
+    /// Response of the estimator, where the tile was estimated from pictures.
+    pub(super) response: Option<Arc<TileResponse>>,
 }
 
 impl TileData {
+    /// Returns the effective number of independent samples in the noise of the tile.
+    pub(super) fn noise_freedom(&self) -> f64 {
+        match &self.response {
+            Some(response) => response.noise_freedom(),
+            None => self.light.len() as f64,
+        }
+    }
+
+    /// Sets the response of the estimator. Its errors do not change the sum of the tile.
+    fn set_response(&mut self, response: Arc<TileResponse>) {
+        self.response = Some(response);
+        self.free_flux = 0.0;
+        self.norm = self.light.iter().map(|v| v * v).sum();
+        self.noise = self.light.len() as f64 * self.sigma * self.sigma / self.norm;
+    }
+
     /// Returns observed minus `predicted`, without the free part of the flux error.
     pub(super) fn residual(&self, predicted: &[f64]) -> Vec<f64> {
         let pixels = self.light.iter().zip(predicted);
@@ -89,11 +110,13 @@ pub(super) struct TileSet {
 }
 
 impl TileSet {
-    /// Prepares the tiles of `set` for `lens`.
+    /// Prepares the tiles of `set` for `lens`. `responses` are those of an estimator, by observation and channel; none for
+    /// measured tiles.
     pub(super) fn new(
         lens: &LensProfile,
         channels: &[PupilChannel],
         set: &ObservationSet,
+        responses: &[Vec<TileResponse>],
     ) -> Result<Self> {
         let (frame, predictor) = (lens.frame, Predictor::new(lens)?);
         let names = set.channels.iter();
@@ -118,7 +141,10 @@ impl TileSet {
             for (channel, &of_lens) in of_lens.iter().enumerate() {
                 let tile =
                     comparison.tile(observation, channel, of_lens, vergence, &place, &mut tally);
-                if let Some(tile) = tile {
+                if let Some(mut tile) = tile {
+                    if let Some(response) = response(responses, index, channel) {
+                        tile.set_response(response);
+                    }
                     tiles.push(TileData {
                         observation: index,
                         fold: folds[index],
@@ -133,6 +159,16 @@ impl TileSet {
             remarks: tally.remarks(),
         })
     }
+}
+
+/// Returns the response of the estimator of a tile.
+fn response(
+    responses: &[Vec<TileResponse>],
+    observation: usize,
+    channel: usize,
+) -> Option<Arc<TileResponse>> {
+    let own = responses.get(observation)?.get(channel)?;
+    Some(Arc::new(own.clone()))
 }
 
 #[derive(Default)]
@@ -328,6 +364,7 @@ impl<'a> LensComparison<'a> {
             exposure,
             fold: 0,
             free_flux: noise.free_flux,
+            response: None,
         })
     }
 }

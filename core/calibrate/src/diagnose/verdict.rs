@@ -66,7 +66,7 @@ impl GapStatistics {
             .map(|(g, t)| weight(t) * (g - t.noise));
         // Variance of a gap: noise squared, and the product of noise and residual.
         let variance = gaps.iter().zip(search.many()).map(|(g, t)| {
-            let pixels = t.light.len() as f64;
+            let pixels = t.noise_freedom();
             let meeting = 4.0 * g.max(0.0) * t.noise / pixels;
             weight(t).powi(2) * (2.0 * t.noise * t.noise / pixels + meeting)
         });

@@ -1,112 +1,231 @@
-//! PSF of one patch by regularised least squares with evidence maximisation.
+//! PSF of one patch by regularised least squares, as a difference from the PSF expected of the lens.
+//!
+//! With S the convolution with the sharp picture, W the weights and e the plate less S p0, where p0 is the expected PSF, the
+//! estimate p0 + d minimises
+//!
+//! ```text
+//! (e - S d)' W (e - S d) + lambda |L d|²
+//! ```
+//!
+//! with L the Laplacian. The regularisation pulls towards p0, not towards smoothness, so it adds no blur where nothing is
+//! missing; otherwise [`TileResponse`] says which share of a difference it leaves. Lambda is the noise variance over the mean
+//! square Laplacian of p0: a Wiener filter for differences as rough as the PSF itself. Noise is estimated from the residual.
 
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Vector3};
 use seidel_fourier::Complex;
+use seidel_optics::numeric::SplitMix64;
 
-use super::helix::Helix;
+use super::patch::Patch;
+use super::response::{TileResponse, response_helix};
+use crate::helix::Helix;
 
-/// Iterations of estimating noise variance and roughness from the patch.
-const ROUNDS: usize = 4;
+/// Iterations of estimating noise variance and difference.
+const ROUNDS: usize = 2;
 /// Conjugate-gradient steps per iteration, and the relative residual at which they stop.
-const STEPS: usize = 80;
-const TOLERANCE: f64 = 1e-5;
-/// Lower bound of the noise relative to the light: plates are quantised.
+const STEPS: usize = 60;
+const TOLERANCE: f64 = 1e-4;
+/// Lower bound of the noise relative to the light.
 const LEAST_NOISE: f64 = 1e-6;
-/// Share of noise energy in the tile's energy above which the patch is rejected.
+/// Share of noise energy in the expected tile's energy above which the patch is rejected.
 const MOST_NOISE: f64 = 0.25;
 /// Minimum number of valid pixels per pixel of the tile.
 const LEAST_PIXELS: f64 = 2.0;
 /// Minimum contrast of a patch.
 const LEAST_CONTRAST: f64 = 1e-3;
+/// Share of the plate's variance that the expected plate must explain.
+const LEAST_EXPLAINED: f64 = 0.1;
 
-/// Data of one patch in one channel.
-pub(super) struct Patch {
-    /// The sharp image on the square of the helix's stride.
-    pub(super) sharp: Vec<f64>,
-    /// The plate in the same layout; only pixels with weight are read.
+/// Planned transforms for tiles of one side.
+#[derive(Debug)]
+pub(super) struct Plans {
+    /// For windows with their margins.
+    pub(super) window: Helix,
+    /// For tiles.
+    tile: Arc<Helix>,
+    pub(super) side: usize,
+    /// Squared response of the Laplacian at the frequencies of `tile`.
+    rough: Vec<f64>,
+}
+
+impl Plans {
+    /// Plans transforms for tiles of side `side` in squares of side `square`.
+    pub(super) fn new(side: usize, square: usize) -> Self {
+        let tile = response_helix(side);
+        Self {
+            window: Helix::new(square, square),
+            side,
+            rough: tile.laplacian_power(),
+            tile: Arc::new(tile),
+        }
+    }
+}
+
+/// The lens's prediction for a patch, and what is known of its noise.
+#[derive(Debug)]
+pub(super) struct Expectation {
+    /// The PSF at the centre, of unit sum.
+    pub(super) tile: Vec<f64>,
+    /// The plate, laid out like [`Patch::plate`].
     pub(super) plate: Vec<f64>,
-    /// Weights of the plate's pixels; zero in the first rows and columns, whose light comes from outside the
-    /// square.
-    pub(super) weight: Vec<f64>,
+    /// Noise variance that the plate has at least, as that of its quantisation.
+    pub(super) least_variance: f64,
+    /// Variance of the quantisation of the sharp picture.
+    pub(super) sharp_variance: f64,
 }
 
 /// An estimated PSF.
+#[derive(Debug, Clone)]
 pub(super) struct Estimate {
     /// Samples, row-major.
     pub(super) tile: Vec<f64>,
-    /// Posterior standard deviation of a sample.
+    /// Standard deviation of the noise of a sample.
     pub(super) sigma: f64,
+    pub(super) response: TileResponse,
+    /// Energy of a simulated noise through the estimator, relative to the circulant approximation.
+    pub(super) noise_ratio: Option<f64>,
 }
 
-/// Estimates the PSF of side `side` that maps the sharp image to the plate; `None` where the patch does not
-/// determine it.
-///
-/// Minimises the weighted squared residual plus lambda times the squared Laplacian. This regularisation acts
-/// on the fourth power of frequency, so it leaves second moments unbiased. Noise variance and lambda maximise
-/// the evidence (MacKay 1992). The returned noise is that of the posterior, and includes frequencies that the
-/// sharp image lacks.
-pub(super) fn estimate(helix: &Helix, patch: &Patch, side: usize) -> Option<Estimate> {
-    let pixels: f64 = patch.weight.iter().sum();
-    let unknowns = (side * side) as f64;
-    if pixels < LEAST_PIXELS * unknowns || contrast(patch) < LEAST_CONTRAST {
+/// Whether noise is simulated to check the noise of the estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum NoiseCheck {
+    /// Noise of this seed is passed through the estimator.
+    Simulated(u64),
+    /// The circulant approximation alone.
+    Skipped,
+}
+
+/// Estimates the PSF that maps the sharp picture to the plate; `None` where the patch does not determine it.
+pub(super) fn estimate(
+    plans: &Plans,
+    patch: &Patch,
+    expected: &Expectation,
+    check: NoiseCheck,
+) -> Option<Estimate> {
+    let pixels = patch.pixels();
+    let unknowns = (plans.side * plans.side) as f64;
+    if pixels < LEAST_PIXELS * unknowns || patch.contrast() < LEAST_CONTRAST {
         return None;
     }
-    let mean_square = weighed(patch, |k| patch.plate[k].powi(2)) / pixels;
-    let least = (LEAST_NOISE * LEAST_NOISE * mean_square).max(f64::MIN_POSITIVE);
-    let problem = Problem::new(helix, patch, side);
-    let mut tile = vec![0.0; side * side];
-    let mut noise = (1e-4 * mean_square).max(least);
-    let mut roughness = first_roughness(side);
-    for round in 0..=ROUNDS {
-        let lambda = noise / roughness;
-        problem.solve(&mut tile, lambda);
-        let known = unknowns * problem.known_share(lambda);
-        if round == ROUNDS {
-            let variance = problem.posterior_variance(noise, lambda);
-            let energy: f64 = tile.iter().map(|v| v * v).sum();
-            let is_determined =
-                unknowns * variance < MOST_NOISE * energy && tile.iter().sum::<f64>() > 0.0;
-            return (is_determined && variance.is_finite()).then(|| Estimate {
-                sigma: variance.sqrt(),
-                tile,
-            });
-        }
-        let misfit = problem.misfit(&tile);
-        noise = (misfit / (pixels - known).max(0.1 * pixels)).max(least);
-        let rough: f64 = laplacian(&tile, side).iter().map(|v| v * v).sum();
-        roughness = (rough / known.max(1.0)).max(f64::MIN_POSITIVE);
-    }
-    None
-}
-
-fn weighed(patch: &Patch, f: impl Fn(usize) -> f64) -> f64 {
-    let weights = patch.weight.iter().enumerate();
-    weights
-        .filter(|(_, w)| **w > 0.0)
-        .map(|(k, w)| w * f(k))
-        .sum()
-}
-
-/// Returns the standard deviation of the sharp image relative to its mean light.
-fn contrast(patch: &Patch) -> f64 {
-    let count = patch.sharp.len() as f64;
-    let mean = patch.sharp.iter().sum::<f64>() / count;
-    let square = patch.sharp.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count;
-    let light = patch.sharp.iter().map(|v| v.abs()).sum::<f64>() / count;
-    square.sqrt() / light.max(f64::MIN_POSITIVE)
-}
-
-/// Returns the mean square Laplacian of a unit-sum Gaussian a tenth of the tile wide, as an initial value.
-fn first_roughness(side: usize) -> f64 {
-    let (sigma, middle) = (side as f64 / 10.0, (side as f64 - 1.0) / 2.0);
-    let bell: Vec<f64> = (0..side * side)
+    let gain = Gain::fit(patch, &expected.plate, plans.window.stride)?;
+    let difference: Vec<f64> = (0..patch.plate.len())
         .map(|k| {
-            let (x, y) = ((k % side) as f64 - middle, (k / side) as f64 - middle);
-            (-(x * x + y * y) / (2.0 * sigma * sigma)).exp()
+            let share = gain.at(k, plans.window.stride);
+            if patch.weight[k] > 0.0 {
+                patch.plate[k] / share - expected.plate[k]
+            } else {
+                0.0
+            }
         })
         .collect();
-    let sum: f64 = bell.iter().sum();
-    let rough: f64 = laplacian(&bell, side).iter().map(|v| v * v).sum();
-    rough / (sum * sum * bell.len() as f64)
+    let mean_square = patch.plate_mean(|v| v * v) / gain.middle().powi(2);
+    let energy: f64 = expected.tile.iter().map(|v| v * v).sum();
+    let known_variance =
+        expected.least_variance / gain.middle().powi(2) + expected.sharp_variance * energy;
+    let least = (LEAST_NOISE * LEAST_NOISE * mean_square)
+        .max(known_variance)
+        .max(f64::MIN_POSITIVE);
+    let problem = Problem::new(plans, patch);
+    let mut target = problem.correlate_weighted(&difference);
+    // Noise of the sharp picture is correlated with itself in the normal matrix (errors in variables).
+    for (value, light) in target.iter_mut().zip(&expected.tile) {
+        *value += pixels * expected.sharp_variance * light;
+    }
+    let rough: f64 = laplacian(&expected.tile, plans.side)
+        .iter()
+        .map(|v| v * v)
+        .sum();
+    let mut tile = vec![0.0; plans.side * plans.side];
+    let mut noise = (patch.weighted(|k| difference[k].powi(2)) / pixels).max(least);
+    let mut lambda = problem.lambda(noise, rough);
+    for _ in 0..ROUNDS {
+        problem.solve(&mut tile, &target, lambda);
+        let misfit = problem.misfit(&difference, &tile);
+        let freedom = problem.residual_freedom(lambda);
+        noise = (misfit / freedom.max(0.1 * pixels)).max(least);
+        lambda = problem.lambda(noise, rough);
+    }
+    problem.solve(&mut tile, &target, lambda);
+    let spectrum = problem.noise_spectrum(lambda);
+    let variance = noise * problem.mean(&spectrum);
+    let is_determined = unknowns * variance < MOST_NOISE * energy && variance.is_finite();
+    if !is_determined {
+        return None;
+    }
+    for (value, light) in tile.iter_mut().zip(&expected.tile) {
+        *value += light;
+    }
+    let noise_ratio = match check {
+        NoiseCheck::Skipped => None,
+        NoiseCheck::Simulated(seed) => {
+            Some(problem.simulated_energy(lambda, seed) / (unknowns * problem.mean(&spectrum)))
+        }
+    };
+    let squares: Vec<f64> = spectrum.iter().map(|v| v * v).collect();
+    let freedom = unknowns * problem.mean(&spectrum).powi(2) / problem.mean(&squares);
+    Some(Estimate {
+        tile,
+        sigma: variance.sqrt(),
+        response: TileResponse {
+            helix: Arc::clone(&plans.tile),
+            side: plans.side,
+            expected: expected.tile.clone(),
+            transfer: problem.transfer(lambda),
+            noise_freedom: freedom.max(1.0),
+        },
+        noise_ratio,
+    })
+}
+
+/// Exposure of the plate relative to the expected one: a plane over the window, for the falloff of light.
+struct Gain {
+    /// Value in the middle, and its change per column and row.
+    plane: Vector3<f64>,
+    middle: f64,
+}
+
+impl Gain {
+    /// Fits the plane; `None` where the expected plate does not explain the patch.
+    fn fit(patch: &Patch, expected: &[f64], stride: usize) -> Option<Self> {
+        let middle = stride as f64 / 2.0;
+        let mut matrix = Matrix3::zeros();
+        let mut right = Vector3::zeros();
+        for (k, weight) in patch.weight.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+            let row = coordinates(k, stride, middle) * expected[k];
+            matrix += *weight * row * row.transpose();
+            right += *weight * patch.plate[k] * row;
+        }
+        let plane = matrix.lu().solve(&right)?;
+        let gain = Self { plane, middle };
+        let mean = patch.plate_mean(|v| v);
+        let variance = patch.plate_mean(|v| (v - mean).powi(2));
+        let left = patch.weighted(|k| (patch.plate[k] - gain.at(k, stride) * expected[k]).powi(2))
+            / patch.pixels();
+        let is_explained = left <= (1.0 - LEAST_EXPLAINED) * variance;
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+        let is_positive = corners
+            .iter()
+            .all(|(x, y)| gain.plane.dot(&Vector3::new(1.0, *x, *y)) > 0.0);
+        (is_explained && is_positive).then_some(gain)
+    }
+
+    fn at(&self, index: usize, stride: usize) -> f64 {
+        self.plane.dot(&coordinates(index, stride, self.middle))
+    }
+
+    fn middle(&self) -> f64 {
+        self.plane[0]
+    }
+}
+
+/// Returns 1 and the position of pixel `index`, from -1 to 1 over the square.
+fn coordinates(index: usize, stride: usize, middle: f64) -> Vector3<f64> {
+    Vector3::new(
+        1.0,
+        ((index % stride) as f64 - middle) / middle,
+        ((index / stride) as f64 - middle) / middle,
+    )
 }
 
 /// Returns the Laplacian of a zero-padded tile, one pixel wider on each side.
@@ -140,66 +259,60 @@ fn laplacian_back(wide_tile: &[f64], side: usize) -> Vec<f64> {
 
 /// The least-squares problem of one patch.
 struct Problem<'a> {
-    helix: &'a Helix,
+    plans: &'a Plans,
     patch: &'a Patch,
-    side: usize,
     sharp: Vec<Complex<f64>>,
-    /// Correlation of the weighted plate with the sharp image.
-    target: Vec<f64>,
-    /// Power spectrum of the sharp image at the resolution of a tile.
+    /// Power spectrum of the weighted sharp picture at the resolution of a tile.
     power: Vec<f64>,
-    rough: Vec<f64>,
+    /// Sum of squared weights over the sum of weights.
+    taper: f64,
 }
 
 impl<'a> Problem<'a> {
-    fn new(helix: &'a Helix, patch: &'a Patch, side: usize) -> Self {
-        let sharp = helix.spectrum(helix.laid_out(&patch.sharp, helix.stride));
-        let mut problem = Self {
-            helix,
+    fn new(plans: &'a Plans, patch: &'a Patch) -> Self {
+        let helix = &plans.window;
+        let squares: f64 = patch.weight.iter().map(|w| w * w).sum();
+        Self {
+            plans,
             patch,
-            side,
-            power: power(helix, patch, side),
-            rough: helix.laplacian_power(),
-            target: Vec::new(),
-            sharp,
-        };
-        let light = patch.weight.iter().zip(&patch.plate);
-        let mut weighed: Vec<f64> = light
-            .map(|(w, v)| if *w > 0.0 { w * v } else { 0.0 })
-            .collect();
-        weighed.resize(helix.length, 0.0);
-        problem.target = problem.correlate(weighed);
-        problem
+            sharp: helix.spectrum(helix.laid_out(&patch.sharp, helix.stride)),
+            power: power(plans, patch),
+            taper: squares / patch.pixels(),
+        }
     }
 
-    /// Convolves the sharp image with `tile`.
+    /// Convolves the sharp picture with `tile`.
     fn blurred(&self, tile: &[f64]) -> Vec<f64> {
-        let laid = self.helix.laid_out(tile, self.side);
-        let mut spectrum = self.helix.spectrum(laid);
+        let helix = &self.plans.window;
+        let mut spectrum = helix.spectrum(helix.laid_out(tile, self.plans.side));
         for (s, i) in spectrum.iter_mut().zip(&self.sharp) {
             *s *= i;
         }
-        self.helix.values(spectrum)
+        helix.values(spectrum)
     }
 
-    /// Applies the transpose of [`Problem::blurred`].
-    fn correlate(&self, values: Vec<f64>) -> Vec<f64> {
-        let mut spectrum = self.helix.spectrum(values);
+    /// Applies the transpose of [`Problem::blurred`] to the weighted `values`.
+    fn correlate_weighted(&self, values: &[f64]) -> Vec<f64> {
+        let helix = &self.plans.window;
+        let mut weighed: Vec<f64> = self
+            .patch
+            .weight
+            .iter()
+            .zip(values)
+            .map(|(w, v)| w * v)
+            .collect();
+        weighed.resize(helix.length, 0.0);
+        let mut spectrum = helix.spectrum(weighed);
         for (s, i) in spectrum.iter_mut().zip(&self.sharp) {
             *s *= i.conj();
         }
-        let values = self.helix.values(spectrum);
-        self.helix.cut_out(&values, self.side)
+        helix.cut_out(&helix.values(spectrum), self.plans.side)
     }
 
     /// Multiplies `tile` by the normal matrix.
     fn normal(&self, tile: &[f64], lambda: f64) -> Vec<f64> {
-        let mut blurred = self.blurred(tile);
-        for (k, value) in blurred.iter_mut().enumerate() {
-            *value *= self.patch.weight.get(k).copied().unwrap_or(0.0);
-        }
-        let mut out = self.correlate(blurred);
-        let smooth = laplacian_back(&laplacian(tile, self.side), self.side);
+        let mut out = self.correlate_weighted(&self.blurred(tile));
+        let smooth = laplacian_back(&laplacian(tile, self.plans.side), self.plans.side);
         for (o, s) in out.iter_mut().zip(&smooth) {
             *o += lambda * s;
         }
@@ -208,29 +321,28 @@ impl<'a> Problem<'a> {
 
     /// Preconditioner: inverse of the circulant approximation of the normal matrix.
     fn nearly_solved(&self, values: &[f64], filter: &[f64]) -> Vec<f64> {
-        let mut spectrum = self.helix.spectrum(self.helix.laid_out(values, self.side));
+        let (helix, side) = (&self.plans.tile, self.plans.side);
+        let mut spectrum = helix.spectrum(helix.laid_out(values, side));
         for (s, f) in spectrum.iter_mut().zip(filter) {
             *s *= f;
         }
-        let values = self.helix.values(spectrum);
-        self.helix.cut_out(&values, self.side)
+        helix.cut_out(&helix.values(spectrum), side)
     }
 
     /// Solves the normal equations by preconditioned conjugate gradients from `tile`.
-    fn solve(&self, tile: &mut [f64], lambda: f64) {
+    fn solve(&self, tile: &mut [f64], target: &[f64], lambda: f64) {
         let floor = 1e-12 * self.power.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let filter: Vec<f64> = self
             .power
             .iter()
-            .zip(&self.rough)
+            .zip(&self.plans.rough)
             .map(|(p, r)| 1.0 / (p + lambda * r + floor))
             .collect();
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         let start = self.normal(tile, lambda);
-        let mut residual: Vec<f64> = self.target.iter().zip(&start).map(|(t, s)| t - s).collect();
+        let mut residual: Vec<f64> = target.iter().zip(&start).map(|(t, s)| t - s).collect();
         let mut solved = self.nearly_solved(&residual, &filter);
-        let goal =
-            TOLERANCE * TOLERANCE * dot(&self.target, &self.nearly_solved(&self.target, &filter));
+        let goal = TOLERANCE * TOLERANCE * dot(target, &self.nearly_solved(target, &filter));
         let mut direction = solved.clone();
         let mut size = dot(&residual, &solved);
         for _ in 0..STEPS {
@@ -253,52 +365,95 @@ impl<'a> Problem<'a> {
     }
 
     /// Returns the weighted squared residual of `tile`.
-    fn misfit(&self, tile: &[f64]) -> f64 {
+    fn misfit(&self, difference: &[f64], tile: &[f64]) -> f64 {
         let blurred = self.blurred(tile);
-        weighed(self.patch, |k| (self.patch.plate[k] - blurred[k]).powi(2))
+        self.patch
+            .weighted(|k| (difference[k] - blurred[k]).powi(2))
     }
 
-    /// Returns the effective share of parameters determined by the data rather than by the prior.
-    fn known_share(&self, lambda: f64) -> f64 {
-        self.mean(|power, rough| power / (power + lambda * rough).max(f64::MIN_POSITIVE))
+    /// Returns the transfer function of the estimator.
+    fn transfer(&self, lambda: f64) -> Vec<f64> {
+        let terms = self.power.iter().zip(&self.plans.rough);
+        terms
+            .map(|(p, r)| p / (p + lambda * r).max(f64::MIN_POSITIVE))
+            .collect()
     }
 
-    /// Returns the mean posterior variance of the samples.
-    fn posterior_variance(&self, noise: f64, lambda: f64) -> f64 {
-        self.mean(|power, rough| noise / (power + lambda * rough).max(f64::MIN_POSITIVE))
+    /// Returns the noise variance over the mean square Laplacian of a tile whose Laplacian has the squared norm `rough`,
+    /// counted over the samples that the data determine.
+    fn lambda(&self, noise: f64, rough: f64) -> f64 {
+        let unknowns = (self.plans.side * self.plans.side) as f64;
+        let mut lambda = noise * unknowns / rough;
+        for _ in 0..4 {
+            let known = unknowns * self.mean(&self.transfer(lambda));
+            lambda = noise * known.max(1.0) / rough;
+        }
+        lambda
     }
 
-    fn mean(&self, f: impl Fn(f64, f64) -> f64) -> f64 {
-        let terms = self.power.iter().zip(&self.rough).enumerate();
-        let sum: f64 = terms
-            .map(|(k, (&p, &r))| self.helix.multiplicity(k) * f(p, r))
-            .sum();
-        sum / self.helix.length as f64
+    /// Returns the expected weighted squared residual of noise of unit variance.
+    fn residual_freedom(&self, lambda: f64) -> f64 {
+        let transfer = self.transfer(lambda);
+        let used: Vec<f64> = transfer.iter().map(|t| 2.0 * t - t * t).collect();
+        let unknowns = (self.plans.side * self.plans.side) as f64;
+        self.patch.pixels() - self.taper * unknowns * self.mean(&used)
+    }
+
+    /// Returns the power spectrum of a tile's noise for noise of unit variance in the plate.
+    fn noise_spectrum(&self, lambda: f64) -> Vec<f64> {
+        let terms = self.power.iter().zip(&self.plans.rough);
+        terms
+            .map(|(p, r)| self.taper * p / (p + lambda * r).powi(2).max(f64::MIN_POSITIVE))
+            .collect()
+    }
+
+    /// Returns the energy of a tile estimated from white noise of unit variance.
+    fn simulated_energy(&self, lambda: f64, seed: u64) -> f64 {
+        let mut random = SplitMix64::new(seed);
+        let noise: Vec<f64> = (0..self.patch.weight.len())
+            .map(|_| {
+                // Four uniform numbers have a variance of a third.
+                let sum: f64 = (0..4).map(|_| random.unit() - 0.5).sum();
+                sum * 3.0_f64.sqrt()
+            })
+            .collect();
+        let mut tile = vec![0.0; self.plans.side * self.plans.side];
+        self.solve(&mut tile, &self.correlate_weighted(&noise), lambda);
+        tile.iter().map(|v| v * v).sum()
+    }
+
+    /// Returns the mean of `spectrum` over all frequencies.
+    fn mean(&self, spectrum: &[f64]) -> f64 {
+        let helix = &self.plans.tile;
+        let terms = spectrum.iter().enumerate();
+        let sum: f64 = terms.map(|(k, v)| helix.multiplicity(k) * v).sum();
+        sum / helix.length as f64
     }
 }
 
-/// Returns the power spectrum of the weighted sharp image, smoothed by a triangular lag window as wide as the
-/// tile (Bartlett): the non-negative spectrum of the normal matrix.
-fn power(helix: &Helix, patch: &Patch, side: usize) -> Vec<f64> {
+/// Returns the power spectrum of the weighted sharp picture, smoothed by a triangular lag window as wide as the tile
+/// (Bartlett): the non-negative spectrum of the normal matrix.
+fn power(plans: &Plans, patch: &Patch) -> Vec<f64> {
+    let (window, tile) = (&plans.window, &plans.tile);
     // Weights are stored half a tile below and right of the sharp pixel at their centre.
-    let half = helix.lag(side as isize / 2, side as isize / 2);
-    let mut seen = vec![0.0; helix.length];
+    let half = window.lag(plans.side as isize / 2, plans.side as isize / 2);
+    let mut seen = vec![0.0; window.length];
     for (k, weight) in patch.weight.iter().enumerate().filter(|(_, w)| **w > 0.0) {
         seen[k] = weight.sqrt() * patch.sharp[k - half];
     }
-    let spectrum = helix.spectrum(seen);
+    let spectrum = window.spectrum(seen);
     let power = spectrum.iter().map(|s| Complex::new(s.norm_sqr(), 0.0));
-    let correlation = helix.values(power.collect());
-    let mut kept = vec![0.0; helix.length];
-    let reach = side as isize;
+    let correlation = window.values(power.collect());
+    let mut kept = vec![0.0; tile.length];
+    let reach = plans.side as isize;
     for y in 1 - reach..reach {
         for x in 1 - reach..reach {
             let fall = |v: isize| 1.0 - v.abs() as f64 / reach as f64;
-            let at = helix.lag(y, x);
-            kept[at] = fall(x) * fall(y) * correlation[at];
+            // Lags beyond the period wrap: the spectrum is sampled at fewer frequencies.
+            kept[tile.lag(y, x)] += fall(x) * fall(y) * correlation[window.lag(y, x)];
         }
     }
-    let spectrum = helix.spectrum(kept);
+    let spectrum = tile.spectrum(kept);
     spectrum.iter().map(|s| s.re.max(0.0)).collect()
 }
 

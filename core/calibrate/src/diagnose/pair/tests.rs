@@ -3,8 +3,12 @@
 use seidel_optics::no_progress;
 
 use super::*;
-use seidel_optics::moments::pixels::TileMoments;
+use seidel_optics::camera::Camera;
+use seidel_optics::error::ErrorKind;
+use seidel_optics::lens::VergenceSeries;
+use seidel_optics::moments::pixels::{PIXEL_VARIANCE_PX2, TileMoments};
 use seidel_optics::numeric::SplitMix64;
+use seidel_optics::profile::{LensDescription, Provenance, PupilChannel};
 
 const SIZE: (usize, usize) = (420, 300);
 const SIDE: usize = 21;
@@ -58,19 +62,49 @@ fn blurred(sharp: &[f32], noise: f64) -> Vec<f32> {
         .collect()
 }
 
-fn run(sharp: Vec<f32>, plate: Vec<f32>, settings: &PairSettings) -> Result<PairEstimate> {
-    let (width, height) = SIZE;
-    let frame = Frame::new(width as u32, height as u32, None).expect("a frame");
-    let (sharp, plate) = ([sharp], [plate]);
-    let picture = |planes| PairImage {
-        width,
-        height,
-        planes,
+/// A lens without aberrations that blurs every point by `variance`, px², besides the pixel.
+fn lens(variance: f64) -> LensProfile {
+    let constant = VergenceSeries::constant;
+    let channel = PupilChannel {
+        name: "Y".to_owned(),
+        alpha: constant(0.0),
+        beta: constant(0.0),
+        gamma: constant(0.0),
+        delta: constant(0.0),
+        phi: constant(0.0),
+        blur_variance_px2: constant(variance),
+        effects: Vec::new(),
+        magnification: constant(0.0),
+        distortion: constant(0.0),
+        measured_vergence: (0.0, 1.0),
+        stop_lever_m: 0.0,
+        added: Vec::new(),
+        wavelength_px: 0.0,
     };
-    let names = ["Y".to_owned()];
+    LensProfile {
+        frame: Frame::new(SIZE.0 as u32, SIZE.1 as u32, None).expect("a frame"),
+        pixel_pitch_um: None,
+        camera: Camera::default(),
+        description: LensDescription::Pupil(vec![channel]),
+        held_out: None,
+        provenance: Provenance::default(),
+    }
+}
+
+fn picture(planes: &[Vec<f32>]) -> PairImage<'_> {
+    PairImage {
+        width: SIZE.0,
+        height: SIZE.1,
+        planes,
+        quantisation: None,
+    }
+}
+
+/// Estimates PSFs for a lens that is a little sharper than the planted blur.
+fn run(sharp: Vec<f32>, plate: Vec<f32>, settings: &PairSettings) -> Result<PairEstimate> {
+    let (sharp, plate) = ([sharp], [plate]);
     estimate_pair(
-        &frame,
-        &names,
+        &lens(2.5),
         &picture(&sharp),
         &picture(&plate),
         settings,
@@ -134,7 +168,7 @@ fn planted_gaussians_return() {
         ..settings()
     };
     let found = run(sharp, plate, &areas).expect("detail");
-    let e = errors(&found.set, 1.0 / 12.0);
+    let e = errors(&found.set, PIXEL_VARIANCE_PX2);
     assert!(e.bias.abs() < 0.005 && e.rms < 0.03, "{e:?}");
 }
 
@@ -210,32 +244,127 @@ fn pictures_that_tell_nothing_are_refused() {
         ..settings()
     };
     assert!(run(flat.clone(), flat.clone(), &even).is_err());
-    let frame = Frame::new(SIZE.0 as u32, SIZE.1 as u32, None).expect("a frame");
-    let planes = [flat];
-    let whole = PairImage {
-        width: SIZE.0,
-        height: SIZE.1,
-        planes: &planes,
+}
+
+/// Returns `plane` moved by whole pixels, with its own samples around it.
+fn moved(plane: &[f32], by: [isize; 2]) -> Vec<f32> {
+    let (width, height) = (SIZE.0 as isize, SIZE.1 as isize);
+    let source = |k: usize| {
+        let x = (k as isize % width - by[0]).rem_euclid(width);
+        let y = (k as isize / width - by[1]).rem_euclid(height);
+        plane[(y * width + x) as usize]
     };
-    let turned = PairImage {
-        width: SIZE.1,
-        height: SIZE.0,
-        planes: &planes,
-    };
-    let names = ["Y".to_owned()];
-    let error = estimate_pair(&frame, &names, &turned, &whole, &settings(), &no_progress)
-        .expect_err("other size");
-    assert!(error.problem.contains("300 x 420 sharp"), "{error}");
-    let error = estimate_pair(&frame, &names, &turned, &turned, &settings(), &no_progress)
-        .expect_err("other frame");
-    assert!(error.problem.contains("frame"), "{error}");
+    (0..plane.len()).map(source).collect()
 }
 
 #[test]
-fn marks_spread_both_ways() {
-    let mut set = vec![false; 49];
-    set[2 * 7 + 1] = true;
-    let spread = spread(set, 7, 2);
-    let want = |k: usize| (0..=4).contains(&(k / 7)) && (0..=3).contains(&(k % 7));
-    assert!((0..49).all(|k| spread[k] == want(k)), "{spread:?}");
+fn a_moved_plate_is_registered() {
+    let sharp = texture();
+    let plate = blurred(&sharp, 0.001);
+    let straight = run(sharp.clone(), plate.clone(), &settings()).expect("detail");
+    assert_eq!(straight.pictures.registration, Similarity::IDENTITY);
+    assert!(straight.remarks().is_empty(), "{:?}", straight.remarks());
+    for by in [[3, -2], [17, 9]] {
+        let found = run(sharp.clone(), moved(&plate, by), &settings()).expect("detail");
+        let remarks = found.remarks().join("; ");
+        assert!(remarks.contains("registration"), "{remarks}");
+        let e = errors(&found.set, 0.0);
+        assert!(e.rms < 0.05 && e.place < 0.1, "{by:?}: {e:?}");
+    }
+}
+
+#[test]
+fn a_crop_is_placed_and_others_are_refused_with_a_remedy() {
+    let sharp = [texture()];
+    let plate = blurred(&sharp[0], 0.001);
+    let crop = |left: usize, top: usize, width: usize, height: usize| -> Vec<f32> {
+        (0..width * height)
+            .map(|k| plate[(top + k / width) * SIZE.0 + left + k % width])
+            .collect()
+    };
+    let part = |planes, width, height| PairImage {
+        width,
+        height,
+        planes,
+        quantisation: None,
+    };
+    let planes = [crop(60, 30, 320, 240)];
+    let cropped = part(&planes, 320, 240);
+    let found = estimate_pair(
+        &lens(2.5),
+        &picture(&sharp),
+        &cropped,
+        &settings(),
+        &no_progress,
+    )
+    .expect("it lies in the frame");
+    let remarks = found.remarks().join("; ");
+    assert!(remarks.contains("(60, 30) px"), "{remarks}");
+    let e = errors(&found.set, 0.0);
+    assert!(e.rms < 0.05 && e.place < 0.1, "{e:?}");
+    let error = estimate_pair(&lens(2.5), &cropped, &cropped, &settings(), &no_progress)
+        .expect_err("none fills the frame");
+    assert!(error.place.contains("320 x 240"), "{error}");
+    assert!(
+        error.problem.contains("420 x 300") && error.remedy.contains("crop"),
+        "{error}"
+    );
+    let mut random = SplitMix64::new(4);
+    let noise = [(0..320 * 240).map(|_| random.unit() as f32).collect()];
+    let other = part(&noise, 320, 240);
+    let error = estimate_pair(
+        &lens(2.5),
+        &picture(&sharp),
+        &other,
+        &settings(),
+        &no_progress,
+    )
+    .expect_err("another scene");
+    assert_eq!(error.kind(), ErrorKind::InsufficientData);
+}
+
+/// The noise that an estimate states covers the rounding of integers, whether or not the residual shows it.
+#[test]
+fn rounded_pictures_widen_the_noise() {
+    let rounding = |levels: f64| Quantisation {
+        step: 1.0 / levels,
+        curve: StoredCurve::Linear,
+    };
+    let round =
+        |plane: &[f32]| -> Vec<f32> { plane.iter().map(|v| (v * 127.0).round() / 127.0).collect() };
+    let sharp: Vec<f32> = texture().iter().map(|v| 0.15 + 0.1 * v).collect();
+    let plate = blurred(&sharp, 0.0);
+    let estimated = |sharp: Vec<f32>, plate: Vec<f32>, quantisation| {
+        let (sharp, plate) = ([sharp], [plate]);
+        let image = |planes| PairImage {
+            quantisation,
+            ..picture(planes)
+        };
+        let (sharp, plate) = (image(&sharp), image(&plate));
+        estimate_pair(&lens(2.9), &sharp, &plate, &settings(), &no_progress).expect("detail")
+    };
+    let sigma = |found: &PairEstimate| {
+        let all = found
+            .set
+            .observations
+            .iter()
+            .filter_map(|o| o.noise_sigma[0]);
+        all.sum::<f64>() / found.set.observations.len() as f64
+    };
+    let fine = estimated(sharp.clone(), plate.clone(), None);
+    let rounded = estimated(round(&sharp), round(&plate), Some(rounding(127.0)));
+    assert!(
+        sigma(&rounded) > 1.5 * sigma(&fine),
+        "{} {}",
+        sigma(&rounded),
+        sigma(&fine)
+    );
+    // A plate that happens to agree with the prediction still has the noise of its rounding.
+    let stated = estimated(sharp, plate, Some(rounding(80.0)));
+    assert!(
+        sigma(&stated) > 1.5 * sigma(&fine),
+        "{} {}",
+        sigma(&stated),
+        sigma(&fine)
+    );
 }

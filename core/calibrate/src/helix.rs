@@ -5,24 +5,26 @@
 //! / length per pixel and 2 pi f stride / length per row.
 
 use std::f64::consts::TAU;
+use std::fmt;
 use std::sync::Arc;
 
 use seidel_fourier::{Complex, ComplexToReal, Planner, RealToComplex, fast_length};
 
 /// Planned transforms of arrays with rows of `stride` samples.
-pub(super) struct Helix {
+#[derive(Clone)]
+pub(crate) struct Helix {
     /// Samples per row.
-    pub(super) stride: usize,
+    pub(crate) stride: usize,
     /// Length of the transform, slightly more than all rows.
-    pub(super) length: usize,
+    pub(crate) length: usize,
     forward: Arc<dyn RealToComplex<f64>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
 impl Helix {
-    /// Plans transforms of square arrays of side `stride`.
-    pub(super) fn new(stride: usize) -> Self {
-        let length = fast_length(stride * stride);
+    /// Plans transforms of `rows` rows of `stride` samples.
+    pub(crate) fn new(stride: usize, rows: usize) -> Self {
+        let length = fast_length(stride * rows);
         let mut planner = Planner::<f64>::new();
         Self {
             stride,
@@ -33,7 +35,7 @@ impl Helix {
     }
 
     /// Returns the transform of `values`.
-    pub(super) fn spectrum(&self, mut values: Vec<f64>) -> Vec<Complex<f64>> {
+    pub(crate) fn spectrum(&self, mut values: Vec<f64>) -> Vec<Complex<f64>> {
         let mut spectrum = self.forward.make_output_vec();
         self.forward
             .process(&mut values, &mut spectrum)
@@ -42,7 +44,7 @@ impl Helix {
     }
 
     /// Returns the inverse transform of `spectrum`.
-    pub(super) fn values(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
+    pub(crate) fn values(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
         // The transform of real values is real at these two frequencies, up to rounding.
         let last = spectrum.len() - 1;
         for k in [0, last] {
@@ -57,29 +59,29 @@ impl Helix {
         values
     }
 
-    /// Lays out the rows of a square `tile` of side `side`, zero-padded.
-    pub(super) fn laid_out(&self, tile: &[f64], side: usize) -> Vec<f64> {
+    /// Lays out the rows of `tile`, `width` samples each, zero-padded.
+    pub(crate) fn laid_out(&self, tile: &[f64], width: usize) -> Vec<f64> {
         let mut values = vec![0.0; self.length];
-        for (row, line) in tile.chunks_exact(side).enumerate() {
-            values[row * self.stride..][..side].copy_from_slice(line);
+        for (row, line) in tile.chunks_exact(width).enumerate() {
+            values[row * self.stride..][..width].copy_from_slice(line);
         }
         values
     }
 
     /// Extracts the square tile of side `side` at the start of `values`.
-    pub(super) fn cut_out(&self, values: &[f64], side: usize) -> Vec<f64> {
+    pub(crate) fn cut_out(&self, values: &[f64], side: usize) -> Vec<f64> {
         let rows = (0..side).flat_map(|row| &values[row * self.stride..][..side]);
         rows.copied().collect()
     }
 
     /// Returns the index of a lag of `rows` and `columns`, of either sign.
-    pub(super) fn lag(&self, rows: isize, columns: isize) -> usize {
+    pub(crate) fn lag(&self, rows: isize, columns: isize) -> usize {
         let flat = rows * self.stride as isize + columns;
         flat.rem_euclid(self.length as isize) as usize
     }
 
     /// Returns the squared response of the Laplacian at every frequency.
-    pub(super) fn laplacian_power(&self) -> Vec<f64> {
+    pub(crate) fn laplacian_power(&self) -> Vec<f64> {
         (0..=self.length / 2)
             .map(|f| {
                 let across = TAU * f as f64 / self.length as f64;
@@ -91,12 +93,21 @@ impl Helix {
     }
 
     /// Returns how many of the `length` frequencies each entry of a spectrum stands for: 1 or 2.
-    pub(super) fn multiplicity(&self, f: usize) -> f64 {
+    pub(crate) fn multiplicity(&self, f: usize) -> f64 {
         if f == 0 || 2 * f == self.length {
             1.0
         } else {
             2.0
         }
+    }
+}
+
+impl fmt::Debug for Helix {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Helix")
+            .field("stride", &self.stride)
+            .field("length", &self.length)
+            .finish_non_exhaustive()
     }
 }
 
@@ -107,7 +118,7 @@ mod tests {
     #[test]
     fn products_of_spectra_are_plane_convolutions() {
         let (stride, side) = (11, 3);
-        let helix = Helix::new(stride);
+        let helix = Helix::new(stride, stride);
         let picture: Vec<f64> = (0..stride * stride)
             .map(|k| ((k * k) as f64 * 0.37).sin())
             .collect();

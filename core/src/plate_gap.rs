@@ -1,0 +1,288 @@
+//! The gap in a plate: where a rendering of the sharp picture through a lens and the photograph differ.
+
+use std::sync::Arc;
+
+use seidel_calibrate::diagnose::PlacedPictures;
+use seidel_optics::Progress;
+use seidel_optics::distance::ObjectDistance;
+use seidel_optics::error::{Error, Result};
+use seidel_optics::field::ImagePoint;
+use seidel_render::Displacement;
+
+use crate::image::Image;
+use crate::lens::Lens;
+use crate::plate::{Depth, Plate};
+use crate::session::LensSession;
+use crate::settings::Settings;
+
+/// Side of a block, px.
+pub const PLATE_GAP_BLOCK_PX: usize = 16;
+/// Lower bound of the contrast of a block's surroundings, relative to the variance of the whole plate.
+const LEAST_CONTRAST: f64 = 1e-3;
+
+/// The gap in a plate, by channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlateGap {
+    /// Columns of blocks.
+    pub columns: usize,
+    /// Rows of blocks.
+    pub rows: usize,
+    /// One entry a channel of the lens.
+    pub channels: Vec<ChannelPlateGap>,
+}
+
+/// The gap in one channel of a plate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelPlateGap {
+    /// Name of the channel.
+    pub channel: String,
+    /// Gap of each block, row-major: the mean squared difference between photograph and rendering over the variance of the
+    /// photograph in the three by three blocks around it. 0 is equal, 1 is as different as a flat picture. NaN where a
+    /// picture is unknown.
+    pub blocks: Vec<f64>,
+    /// The same ratio of the sums over all blocks.
+    pub whole: f64,
+}
+
+/// Renders the sharp picture of `pair` through `lens` at `distance`, and compares it with the photograph.
+///
+/// The exposure of the photograph relative to the rendering is fitted over three by three blocks, so falloff of light is no
+/// gap. Noise is: it sets the least value.
+///
+/// # Errors
+/// A lens that cannot be rendered at `distance`, a pair without one plane a channel, and cancellation.
+pub fn plate_gap(
+    lens: &Lens,
+    pair: &PlacedPictures,
+    distance: ObjectDistance,
+    progress: &Progress,
+) -> Result<PlateGap> {
+    let names = lens.predictor().channel_names();
+    if pair.sharp.len() != names.len() || pair.plate.len() != names.len() {
+        return Err(Error::new(
+            "pictures",
+            format!("have not one plane for each of {}", names.join(", ")),
+            "give one plane a channel",
+        ));
+    }
+    let (width, height) = (pair.width, pair.height);
+    let known = |v: &f32| if v.is_finite() { *v } else { 0.0 };
+    let planes = pair.sharp.iter().map(|p| p.iter().map(known).collect());
+    let image = Image::new(width, height, names.to_vec(), planes.collect())?;
+    let mut settings = Settings::default();
+    settings.displacement = if pair.distorted {
+        Displacement::Full
+    } else {
+        Displacement::Lateral
+    };
+    let session = Arc::new(LensSession::new(lens, &settings)?);
+    let plate = session.prepare(Plate::new(image).with_depth(Depth::Distance(distance)))?;
+    let rendered = plate.to_image(plate.apply(progress)?);
+    let channels = names.iter().enumerate().map(|(k, name)| {
+        let expected = registered(&rendered.colours[k], &pair.sharp[k], pair);
+        compare(name, &pair.plate[k], &expected, width)
+    });
+    Ok(PlateGap {
+        columns: width.div_ceil(PLATE_GAP_BLOCK_PX),
+        rows: height.div_ceil(PLATE_GAP_BLOCK_PX),
+        channels: channels.collect(),
+    })
+}
+
+/// Returns a rendering on the pixels of the plate, unknown where the sharp picture is unknown within reach of the blur.
+fn registered(rendered: &[f32], sharp: &[f32], pair: &PlacedPictures) -> Vec<f32> {
+    let (width, height) = (pair.width, pair.height);
+    let reach = pair.reach_px;
+    let unknown = UnknownCount::new(sharp, width);
+    let back = pair.registration.inverse();
+    let cells = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    cells
+        .map(|(x, y)| {
+            if unknown.any_within(x, y, reach, height) {
+                return f32::NAN;
+            }
+            let at = back.apply(ImagePoint::new(x as f64 + 0.5, y as f64 + 0.5));
+            sample(rendered, (width, height), at)
+        })
+        .collect()
+}
+
+/// Counts of unknown pixels above and left of each pixel.
+struct UnknownCount {
+    stride: usize,
+    sums: Vec<u32>,
+}
+
+impl UnknownCount {
+    fn new(plane: &[f32], width: usize) -> Self {
+        let stride = width + 1;
+        let mut sums = vec![0; stride * (plane.len() / width + 1)];
+        for (y, row) in plane.chunks_exact(width).enumerate() {
+            let mut sum = 0;
+            for (x, value) in row.iter().enumerate() {
+                sum += u32::from(!value.is_finite());
+                sums[(y + 1) * stride + x + 1] = sums[y * stride + x + 1] + sum;
+            }
+        }
+        Self { stride, sums }
+    }
+
+    fn any_within(&self, x: usize, y: usize, reach: usize, height: usize) -> bool {
+        let (left, top) = (x.saturating_sub(reach), y.saturating_sub(reach));
+        let right = (x + reach + 1).min(self.stride - 1);
+        let bottom = (y + reach + 1).min(height);
+        let at = |x: usize, y: usize| self.sums[y * self.stride + x];
+        at(right, bottom) + at(left, top) > at(left, bottom) + at(right, top)
+    }
+}
+
+/// Samples a smooth plane at `at` by the cubic kernel of Catmull and Rom.
+fn sample(plane: &[f32], size: (usize, usize), at: ImagePoint) -> f32 {
+    let (width, height) = size;
+    let (x, y) = (at.x_px - 0.5, at.y_px - 0.5);
+    let weights = |t: f64| {
+        [
+            ((2.0 - t) * t - 1.0) * t / 2.0,
+            ((3.0 * t - 5.0) * t * t + 2.0) / 2.0,
+            (((4.0 - 3.0 * t) * t) + 1.0) * t / 2.0,
+            (t - 1.0) * t * t / 2.0,
+        ]
+    };
+    let (across, down) = (weights(x - x.floor()), weights(y - y.floor()));
+    let clamp = |v: f64, last: usize| v.clamp(0.0, last as f64) as usize;
+    let mut sum = 0.0;
+    for (j, down) in down.iter().enumerate() {
+        let row = clamp(y.floor() + j as f64 - 1.0, height - 1);
+        for (i, across) in across.iter().enumerate() {
+            let column = clamp(x.floor() + i as f64 - 1.0, width - 1);
+            sum += down * across * f64::from(plane[row * width + column]);
+        }
+    }
+    sum as f32
+}
+
+/// Sums over pixels of photograph and rendering.
+#[derive(Debug, Clone, Copy, Default)]
+struct BlockSums {
+    count: f64,
+    seen: f64,
+    seen_squared: f64,
+    product: f64,
+    rendered_squared: f64,
+}
+
+impl BlockSums {
+    fn add(&mut self, other: &Self) {
+        self.count += other.count;
+        self.seen += other.seen;
+        self.seen_squared += other.seen_squared;
+        self.product += other.product;
+        self.rendered_squared += other.rendered_squared;
+    }
+
+    /// Returns the squared difference from the rendering at `exposure`.
+    fn difference(&self, exposure: f64) -> f64 {
+        let squared = self.seen_squared - 2.0 * exposure * self.product
+            + exposure * exposure * self.rendered_squared;
+        squared.max(0.0)
+    }
+
+    fn variance(&self) -> f64 {
+        let mean = self.seen / self.count;
+        self.seen_squared / self.count - mean * mean
+    }
+}
+
+fn compare(name: &str, seen: &[f32], rendered: &[f32], width: usize) -> ChannelPlateGap {
+    let side = PLATE_GAP_BLOCK_PX;
+    let (columns, rows) = (width.div_ceil(side), (seen.len() / width).div_ceil(side));
+    let mut sums = vec![BlockSums::default(); columns * rows];
+    for (k, (o, r)) in seen.iter().zip(rendered).enumerate() {
+        let (o, r) = (f64::from(*o), f64::from(*r));
+        if o.is_finite() && r.is_finite() {
+            sums[k / width / side * columns + k % width / side].add(&BlockSums {
+                count: 1.0,
+                seen: o,
+                seen_squared: o * o,
+                product: o * r,
+                rendered_squared: r * r,
+            });
+        }
+    }
+    let mut all = BlockSums::default();
+    sums.iter().for_each(|s| all.add(s));
+    let least = (LEAST_CONTRAST * all.variance()).max(f64::MIN_POSITIVE);
+    let (mut difference, mut contrast) = (0.0, 0.0);
+    let blocks = (0..sums.len())
+        .map(|k| {
+            let own = &sums[k];
+            if own.count < (side * side) as f64 / 2.0 {
+                return f64::NAN;
+            }
+            let (column, row) = (k % columns, k / columns);
+            let mut around = BlockSums::default();
+            for y in row.saturating_sub(1)..(row + 2).min(rows) {
+                for x in column.saturating_sub(1)..(column + 2).min(columns) {
+                    around.add(&sums[y * columns + x]);
+                }
+            }
+            let exposure = around.product / around.rendered_squared.max(f64::MIN_POSITIVE);
+            let variance = around.variance().max(least);
+            difference += own.difference(exposure);
+            contrast += own.count * variance;
+            own.difference(exposure) / own.count / variance
+        })
+        .collect();
+    ChannelPlateGap {
+        channel: name.to_owned(),
+        blocks,
+        whole: if contrast > 0.0 {
+            difference / contrast
+        } else {
+            f64::NAN
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A texture of `size` px that changes with the pixel.
+    fn texture(size: usize) -> Vec<f32> {
+        let value = |k: usize| 0.5 + 0.3 * ((k * k) as f32 * 0.37).sin();
+        (0..size * size).map(value).collect()
+    }
+
+    #[test]
+    fn the_gap_is_relative_to_the_local_contrast_and_ignores_exposure() {
+        let rendered = texture(96);
+        let darker: Vec<f32> = rendered.iter().map(|v| 0.7 * v).collect();
+        let same = compare("Y", &darker, &rendered, 96);
+        assert!(same.whole < 1e-6, "{}", same.whole);
+        assert_eq!(same.blocks.len(), 36);
+        // In one block the photograph is flat.
+        let mut seen = rendered.clone();
+        for (k, value) in seen.iter_mut().enumerate() {
+            if (32..48).contains(&(k % 96)) && (48..64).contains(&(k / 96)) {
+                *value = 0.5;
+            }
+        }
+        let flat = compare("Y", &seen, &rendered, 96);
+        let worst = (0..36).max_by(|a, b| flat.blocks[*a].total_cmp(&flat.blocks[*b]));
+        assert_eq!(worst, Some(3 * 6 + 2));
+        assert!((0.8..1.3).contains(&flat.blocks[20]), "{}", flat.blocks[20]);
+    }
+
+    #[test]
+    fn smooth_planes_are_sampled_between_pixels() {
+        let wave = |x: f64, y: f64| (0.3 * x).sin() + (0.2 * y).cos();
+        let plane: Vec<f32> = (0..40 * 30)
+            .map(|k| wave(f64::from(k % 40) + 0.5, f64::from(k / 40) + 0.5) as f32)
+            .collect();
+        let got = sample(&plane, (40, 30), ImagePoint::new(17.3, 11.8));
+        assert!((f64::from(got) - wave(17.3, 11.8)).abs() < 2e-3, "{got}");
+        let unknown = UnknownCount::new(&[0.0, f32::NAN, 0.0, 0.0, 0.0, 0.0], 3);
+        assert!(unknown.any_within(0, 0, 1, 2) && !unknown.any_within(0, 0, 0, 2));
+    }
+}
