@@ -94,7 +94,7 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     let mut diagnosis = args
         .diagnose(&profile, &source, design, &pool, console)
         .map_err(|e| FileError::from_core(&source.path, e))?;
-    diagnosis.remarks.extend(source.remarks);
+    diagnosis.remarks.extend(source.remarks.iter().cloned());
     let maps = args.plate_gap(&profile, &diagnosis, &source, &pool, console)?;
     let subject = Subject {
         plate_gap: maps.as_ref().map(|m| m.picture.clone()),

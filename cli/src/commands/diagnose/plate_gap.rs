@@ -12,6 +12,7 @@ use seidel_core::{Lens, PLATE_GAP_BLOCK_PX, PlateGap, plate_gap};
 use super::super::CommandError;
 use crate::Console;
 use crate::pictures::plate_gap::plate_gap_picture;
+use seidel_image_io::error::FileError;
 use seidel_image_io::exr::{NewChannel, write_channels};
 use seidel_image_io::png::write_rgb8;
 use seidel_image_io::windows::ImageWindows;
@@ -67,7 +68,7 @@ impl PlateGapMaps {
 
     /// Writes the maps to `folder`: channels `before.R`, `after.R` and so on in OpenEXR, each pixel with the gap of its
     /// block, and a picture with labels.
-    pub(super) fn write(&self, folder: &Path) -> Result<(), CommandError> {
+    pub(super) fn write(&self, folder: &Path) -> Result<(), FileError> {
         let (width, height) = self.size;
         let mut planes = Vec::new();
         for (when, gap) in [("before", &self.before), ("after", &self.after)] {

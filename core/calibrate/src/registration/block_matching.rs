@@ -10,8 +10,8 @@ use super::similarity::PointPair;
 const BLOCK: usize = 64;
 /// Blocks along the longer and the shorter side.
 const BLOCKS: (usize, usize) = (8, 5);
-/// Correlation from which a block counts as found.
-const LEAST_CORRELATION: f64 = 0.35;
+/// Correlation from which a block of smoothed pictures counts as found. Blocks of noise stay below 0.4.
+const LEAST_CORRELATION: f64 = 0.45;
 
 /// Finds blocks of `from` in `to`, within `reach` px of `shift` along both axes.
 pub(super) fn matches(

@@ -73,11 +73,11 @@ pub fn register(from: &Picture, to: &Picture) -> Result<Registration> {
         return nothing_in_common("show no common detail at any shift".to_owned());
     };
     let shift = peak.shift_px.map(|s| s * factor as isize);
-    let pairs = block_matching::matches(&scaled, to, shift, factor + 3);
+    let pairs = block_matching::matches(&scaled.smoothed(), &to.smoothed(), shift, factor + 3);
     let fitted = Similarity::fit(&pairs, Freedom::Similarity);
     let Some(fitted) = fitted.filter(|_| pairs.len() >= LEAST_BLOCKS) else {
         return nothing_in_common(format!(
-            "match in {} places only, near a shift of ({}, {}) px at scale {scale:.3}",
+            "show common detail in {} places only, near a shift of ({}, {}) px at scale {scale:.3}",
             pairs.len(),
             shift[0],
             shift[1]

@@ -84,6 +84,20 @@ impl Picture {
         }
     }
 
+    /// Returns the picture blurred by two box filters, with a standard deviation of two pixels. Where one picture is sharp and
+    /// the other is not, their blocks then correlate.
+    pub(super) fn smoothed(&self) -> Self {
+        let mut samples = self.samples.clone();
+        for _ in 0..2 {
+            samples = box_filter(&samples, 1, self.width);
+            samples = box_filter(&samples, self.width, self.height);
+        }
+        Self {
+            samples,
+            ..self.clone()
+        }
+    }
+
     /// Returns the samples less their mean, unknown ones as zero.
     pub(super) fn about_mean(&self) -> Vec<f64> {
         let known = || self.samples.iter().filter(|v| v.is_finite());
@@ -97,4 +111,23 @@ impl Picture {
         });
         centred.collect()
     }
+}
+
+/// Half the side of a box filter less half a pixel, px.
+const BOX_REACH: usize = 2;
+
+/// Averages samples along lines of `length` whose neighbours lie `stride` apart. Boxes are cut at the ends.
+fn box_filter(samples: &[f32], stride: usize, length: usize) -> Vec<f32> {
+    (0..samples.len())
+        .map(|k| {
+            let at = k / stride % length;
+            let (first, last) = (
+                at.saturating_sub(BOX_REACH),
+                (at + BOX_REACH).min(length - 1),
+            );
+            let start = k - at * stride;
+            let sum: f32 = (first..=last).map(|i| samples[start + i * stride]).sum();
+            sum / (last - first + 1) as f32
+        })
+        .collect()
 }

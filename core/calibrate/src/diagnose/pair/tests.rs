@@ -262,8 +262,8 @@ fn a_moved_plate_is_registered() {
     let sharp = texture();
     let plate = blurred(&sharp, 0.001);
     let straight = run(sharp.clone(), plate.clone(), &settings()).expect("detail");
-    assert_eq!(straight.pictures.registration, Similarity::IDENTITY);
-    assert!(straight.remarks().is_empty(), "{:?}", straight.remarks());
+    let [x, y] = straight.pictures.registration.shift_px;
+    assert!(x.hypot(y) < 0.07, "({x}, {y})");
     for by in [[3, -2], [17, 9]] {
         let found = run(sharp.clone(), moved(&plate, by), &settings()).expect("detail");
         let remarks = found.remarks().join("; ");
@@ -367,4 +367,30 @@ fn rounded_pictures_widen_the_noise() {
         sigma(&stated),
         sigma(&fine)
     );
+}
+
+#[test]
+fn drawn_psfs_lie_on_their_pixels() {
+    let lens = lens(2.5);
+    let view = LensView {
+        channels: crate::diagnose::rays(&lens).expect("rays"),
+        frame: lens.frame,
+        vergence: 0.5,
+        positions: Positions::Lens,
+        registration: Similarity::IDENTITY,
+    };
+    let at = seidel_optics::field::ImagePoint::new(200.5, 120.5);
+    for offset in [[0.0, 0.0], [0.3, -0.2]] {
+        let tile = view.tile(0, at, offset, SIDE, &mut Drawing::default());
+        let mean = |axis: fn(usize) -> usize| -> f64 {
+            tile.iter()
+                .enumerate()
+                .map(|(k, v)| v * (axis(k) as f64 + 0.5))
+                .sum()
+        };
+        let (x, y) = (mean(|k| k % SIDE), mean(|k| k / SIDE));
+        let half = SIDE as f64 / 2.0;
+        let off = (x - half + offset[0]).hypot(y - half + offset[1]);
+        assert!(off < 0.005, "{off} at {offset:?}");
+    }
 }
