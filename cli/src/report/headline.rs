@@ -2,7 +2,7 @@
 
 use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
 
-use super::markup::{bar, escape};
+use super::markup::{bar, escape, with_code};
 use super::verdict::{lead, verdict};
 use super::words::{between, closed, gap, list, place, probability, sentence, title};
 
@@ -128,7 +128,7 @@ fn gap_card(d: &Diagnosis) -> String {
 }
 
 fn next_card(d: &Diagnosis) -> String {
-    let text = |text: &str| escape(&sentence(text.trim_end_matches('.')));
+    let text = |text: &str| with_code(&sentence(text.trim_end_matches('.')));
     let next = if d.next_capture.is_empty() {
         "Not needed".to_owned()
     } else {
