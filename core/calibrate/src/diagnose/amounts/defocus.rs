@@ -84,7 +84,7 @@ pub(super) fn focus_offset(fitted: &Fitted, lens: &LensProfile) -> Option<String
     let focus = |slope: f64, stated: f64| {
         let found = stated - alpha.value / slope;
         format!(
-            "the lens is in focus at {} instead of {}",
+            "the paraxial focus is at {}, that of the profile at {}",
             metres(found),
             metres(stated)
         )
