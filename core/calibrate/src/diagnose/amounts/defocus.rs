@@ -122,7 +122,7 @@ pub(super) fn sensor_tilt(fitted: &Fitted, lens: &LensProfile) -> Option<String>
         ),
         (Some(angle), None) => format!("the sensor is tilted by {angle}"),
         _ => format!(
-            "defocus changes by {} from the middle to the side of the frame, along {}",
+            "defocus changes by {} from the middle to the side of the frame, towards {}",
             tilt.quantity(1.0, "px"),
             tilt.direction(1.0)
         ),
