@@ -2,7 +2,7 @@
 
 use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
 
-use super::markup::escape;
+use super::markup::{escape, with_code};
 use super::words::{action, list, meaning, sentence, title};
 
 /// A cause with its plain words.
@@ -67,7 +67,7 @@ fn model_advice(d: &Diagnosis) -> Advice {
     Advice {
         id: "model_too_simple",
         title: "A model that is too simple".to_owned(),
-        meaning: "The profile does not describe the set that it was fitted to, so a change of the lens cannot be told \
+        meaning: "The profile does not describe the set that it was fitted to, so a change of the lens cannot be distinguished \
                   from what the model lacks."
             .to_owned(),
         amount: String::new(),
@@ -98,6 +98,6 @@ fn row(advice: &Advice) -> String {
         escape(&advice.title),
         escape(advice.id),
         escape(&advice.meaning),
-        escape(&advice.action)
+        with_code(&advice.action)
     )
 }

@@ -2,9 +2,9 @@
 
 use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
 
-use super::markup::{bar, escape};
+use super::markup::{bar, escape, with_code};
 use super::verdict::{lead, verdict};
-use super::words::{between, closed, gap, list, place, probability, sentence, title};
+use super::words::{closed_between, gap, list, place, probability, sentence, title};
 
 /// Number of answers shown on the first screen.
 const TOP_ANSWERS: usize = 3;
@@ -116,9 +116,8 @@ fn gap_card(d: &Diagnosis) -> String {
         "Nothing was added to the lens.".to_owned()
     } else {
         format!(
-            "Closed: {}, {}.",
-            closed(d.gap.closed),
-            between(d.gap.closed_ci95)
+            "Closed: {}.",
+            closed_between(d.gap.closed, d.gap.closed_ci95)
         )
     };
     format!(
@@ -128,7 +127,7 @@ fn gap_card(d: &Diagnosis) -> String {
 }
 
 fn next_card(d: &Diagnosis) -> String {
-    let text = |text: &str| escape(&sentence(text.trim_end_matches('.')));
+    let text = |text: &str| with_code(&sentence(text.trim_end_matches('.')));
     let next = if d.next_capture.is_empty() {
         "Not needed".to_owned()
     } else {

@@ -17,12 +17,14 @@ const MOST_DISTANCES: usize = 6;
 const MOST_CHANNELS: usize = 4;
 /// Ratio of the largest gap to the smallest that the colour scale resolves.
 const SPAN: f64 = 300.0;
+/// Least ratio of the end of the colour scale to the limit of detection: gaps below the limit are never dark.
+const TOP_OVER_LIMIT: f64 = 10.0;
 /// Largest number of dots with a tooltip each; more would make the page too large.
 const MOST_TITLES: usize = 4000;
 
 /// Returns the section with the maps and their colour scale.
 pub(super) fn maps(d: &Diagnosis, subject: &Subject) -> String {
-    let scale = Scale::of(&d.tiles);
+    let scale = Scale::of(&d.tiles, d.detection_limit);
     let all_distances = distances(&d.tiles);
     let channels = evenly_chosen(&subject.channels, MOST_CHANNELS);
     let distances = evenly_chosen(&all_distances, MOST_DISTANCES);
@@ -180,6 +182,8 @@ impl Map<'_> {
 struct Scale {
     least: f64,
     most: f64,
+    /// Limit of detection of the mean gap.
+    limit: f64,
 }
 
 /// Colours from pale to dark, readable on white and in greyscale print.
@@ -192,16 +196,17 @@ const STOPS: [[f64; 3]; 5] = [
 ];
 
 impl Scale {
-    fn of(tiles: &[TileGap]) -> Self {
+    fn of(tiles: &[TileGap], limit: f64) -> Self {
         let most = tiles
             .iter()
             .flat_map(|t| [t.before, t.after])
             .filter(|v| v.is_finite())
-            .fold(0.0, f64::max);
+            .fold(TOP_OVER_LIMIT * limit, f64::max);
         let most = if most > 0.0 { most } else { 1e-3 };
         Self {
             least: most / SPAN,
             most,
+            limit,
         }
     }
 
@@ -259,11 +264,17 @@ impl Scale {
                 round_gap(tick)
             );
         }
+        let limit = 20.0 + LONG * self.share(self.limit);
+        let _ = write!(
+            svg,
+            "<path d=\"M{limit:.1} 0v12\" stroke=\"#1b1f24\" stroke-width=\"2\"/>"
+        );
         svg += "</svg>";
         format!(
             "<div class=\"legend\"><span>Gap of a PSF</span>{svg}<span><svg width=\"150\" height=\"16\" \
              font-size=\"12\" fill=\"#5b6570\"><circle cx=\"8\" cy=\"8\" r=\"5.5\" {}/>\
-             <text x=\"20\" y=\"12\">within noise</text></svg></span></div>\n",
+             <text x=\"20\" y=\"12\">within noise</text></svg></span>\
+             <span><b>|</b> limit of detection of the mean</span></div>\n",
             self.paint(0.0)
         )
     }
@@ -288,13 +299,16 @@ mod tests {
         let scale = Scale {
             least: 1e-3,
             most: 0.1,
+            limit: 0.002,
         };
         assert_eq!(scale.share(1e-9), 0.0);
         assert!((scale.share(0.01) - 0.5).abs() < 1e-12);
         assert_eq!(scale.share(7.0), 1.0);
         assert_eq!(scale.ticks().len(), 5);
         assert_eq!(Scale::colour(1.0), "#330a4a");
-        assert_eq!(Scale::of(&[]).most, 1e-3);
+        assert_eq!(Scale::of(&[], 0.0).most, 1e-3);
+        assert_eq!(Scale::of(&[], 0.005).most, 0.05);
+        assert!(scale.legend().contains("limit of detection of the mean"));
     }
 
     #[test]

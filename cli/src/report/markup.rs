@@ -36,6 +36,20 @@ pub(super) fn escape(text: &str) -> String {
     safe
 }
 
+/// Escapes text in which commands stand between backticks, and marks them as code.
+pub(super) fn with_code(text: &str) -> String {
+    let parts = escape(text);
+    let mut html = String::with_capacity(parts.len());
+    for (index, part) in parts.split('`').enumerate() {
+        if index % 2 == 1 {
+            html += &format!("<code>{part}</code>");
+        } else {
+            html += part;
+        }
+    }
+    html
+}
+
 /// Returns a labelled bar filled to `share`; `class` is `other` for a muted colour, else empty.
 pub(super) fn bar(label: &str, number: &str, share: f64, class: &str) -> String {
     format!(
@@ -75,6 +89,15 @@ mod tests {
             escape("<b a='1' c=\"2\">&\u{0}µ"),
             "&lt;b a=&#39;1&#39; c=&quot;2&quot;&gt;&amp; µ"
         );
+    }
+
+    #[test]
+    fn commands_between_backticks_are_code() {
+        assert_eq!(
+            with_code("run `seidel <x>` again."),
+            "run <code>seidel &lt;x&gt;</code> again."
+        );
+        assert_eq!(with_code("no command"), "no command");
     }
 
     #[test]

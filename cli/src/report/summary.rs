@@ -5,7 +5,7 @@ use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
 use super::Subject;
 use super::advice::advice;
 use super::verdict::verdict;
-use super::words::{between, closed, gap, percent, title};
+use super::words::{closed_between, gap, percent, title};
 
 /// Returns the lines of the summary.
 pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
@@ -23,10 +23,9 @@ pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
         String::new()
     } else {
         format!(
-            ", {} with it; closed {}, {}",
+            ", {} with it; closed {}",
             gap(d.gap.after),
-            closed(d.gap.closed),
-            between(d.gap.closed_ci95)
+            closed_between(d.gap.closed, d.gap.closed_ci95)
         )
     };
     lines.push(format!(

@@ -2,9 +2,7 @@
 
 use seidel_core::calibrate::diagnose::{Diagnosis, Verdict};
 
-use super::words::{
-    between, closed, gap, gap_interval, list, meaning, percent, place, sentence, title,
-};
+use super::words::{between, closed, gap, gap_interval, list, percent, place, sentence, title};
 
 /// Returns the verdict as one or two sentences.
 pub(super) fn verdict(d: &Diagnosis) -> String {
@@ -64,9 +62,9 @@ pub(super) fn verdict(d: &Diagnosis) -> String {
     }
 }
 
-/// Returns the meaning of what was added, the place of the gap, and its parts.
+/// Returns the interval of the closed share and the place of the gap, or the parts of a gap below the limit.
 pub(super) fn lead(d: &Diagnosis) -> String {
-    let mut parts: Vec<String> = d.added.iter().map(|id| meaning(id).to_owned()).collect();
+    let mut parts: Vec<String> = Vec::new();
     if d.verdict == Verdict::NoGap {
         parts.push(model_share(d));
     } else {
@@ -85,7 +83,6 @@ pub(super) fn lead(d: &Diagnosis) -> String {
             ));
         }
     }
-    parts.retain(|part| !part.is_empty());
     parts.join(" ")
 }
 

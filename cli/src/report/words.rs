@@ -40,6 +40,15 @@ pub(super) fn between([from, to]: [f64; 2]) -> String {
     }
 }
 
+/// Formats the closed share of a gap with its 95 % interval in words.
+pub(super) fn closed_between(share: f64, interval: [f64; 2]) -> String {
+    if interval[0] > ALL_CLOSED {
+        between(interval)
+    } else {
+        format!("{}, {}", closed(share), between(interval))
+    }
+}
+
 /// Formats the 95 % interval of the gap of a zone in words.
 pub(super) fn gap_interval(place: &Place) -> String {
     let half = 1.96 * place.excess / place.z.max(f64::MIN_POSITIVE);
@@ -233,6 +242,11 @@ mod tests {
         );
         assert_eq!(words([0.9997, 1.0]), "more than 99.9 % (95 % interval)");
         assert_eq!(words([0.5, 0.501]), "50 % (95 % interval)");
+        assert_eq!(
+            closed_between(0.942, [0.921, 0.958]).replace('\u{a0}', " "),
+            "94 %, between 92 % and 96 % (95 % interval)"
+        );
+        assert_eq!(closed_between(1.0, [0.9997, 1.0]), between([0.9997, 1.0]));
         let place = &crate::report::samples::places()[0];
         assert_eq!(
             gap_interval(place).replace('\u{a0}', " "),

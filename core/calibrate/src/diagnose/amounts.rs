@@ -55,7 +55,7 @@ fn depth_scale(fitted: &Fitted) -> Option<String> {
 fn decentre(fitted: &Fitted) -> Option<String> {
     let coma = fitted.vector("coma_x", "coma_y")?;
     let mut words = format!(
-        "coma of {} in the middle, along {}",
+        "coma of {} in the middle, towards {}",
         coma.quantity(1.0, "px"),
         coma.direction(1.0)
     );

@@ -17,7 +17,7 @@ pub enum Capture {
     TwoStopsDown,
     /// The same points as far on the other side of focus.
     OtherSideOfFocus,
-    /// PSFs at one more, much nearer distance.
+    /// PSFs at another, much nearer distance.
     SecondDistance,
     /// A lamp on a wide dark surround, by long and short exposures.
     DarkSurround,
@@ -82,7 +82,7 @@ impl Capture {
             Self::OtherSideOfFocus => {
                 "refocus so that the same points lie as far on the other side of focus"
             }
-            Self::SecondDistance => "add PSFs at a second, much nearer distance",
+            Self::SecondDistance => "add PSFs at another, much nearer distance",
             Self::DarkSurround => {
                 "photograph one lamp on a wide dark surround with long and short exposures"
             }

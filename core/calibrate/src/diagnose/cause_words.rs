@@ -149,7 +149,7 @@ static WORDS: [CauseWords; 21] = [
         id: "unknown",
         title: "an unknown cause",
         meaning: "No effect of the library describes this gap.",
-        action: "Make the capture below. Look at the residuals of the PSFs for rings, sides and directions.",
+        action: "Make the next capture. Look at the residuals of the PSFs for rings, sides and directions.",
     },
 ];
 

@@ -4,7 +4,9 @@
 //! and two or three of them jointly, are fitted by Levenberg-Marquardt (`hypothesis`, `gap_problem`, `search`, `joint`) and scored
 //! by cross-validation over field zones. The scores give posterior probabilities (`posterior`) and a verdict
 //! (`verdict`). The selected effects are fitted to all tiles, and without each zone in turn for the reported
-//! figures (`proof`).
+//! figures (`proof`). Every cause gets plain words (`cause_words`) and its fitted values in the units of the camera
+//! (`amounts`); the next capture is chosen by the responses of the remaining causes (`capture`, `next_capture`). Effects that
+//! the observed places cannot show are not tried (`coverage`).
 
 mod amounts;
 mod capture;

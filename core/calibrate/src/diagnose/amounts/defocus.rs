@@ -84,7 +84,7 @@ pub(super) fn focus_offset(fitted: &Fitted, lens: &LensProfile) -> Option<String
     let focus = |slope: f64, stated: f64| {
         let found = stated - alpha.value / slope;
         format!(
-            "the lens is in focus at {} instead of {}",
+            "the paraxial focus is at {}, that of the profile at {}",
             metres(found),
             metres(stated)
         )
@@ -122,7 +122,7 @@ pub(super) fn sensor_tilt(fitted: &Fitted, lens: &LensProfile) -> Option<String>
         ),
         (Some(angle), None) => format!("the sensor is tilted by {angle}"),
         _ => format!(
-            "defocus changes by {} from the middle to the side of the frame, along {}",
+            "defocus changes by {} from the middle to the side of the frame, towards {}",
             tilt.quantity(1.0, "px"),
             tilt.direction(1.0)
         ),

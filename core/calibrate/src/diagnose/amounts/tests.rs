@@ -80,7 +80,7 @@ fn a_moved_sensor_is_named_by_length_side_and_focus() {
         let alpha = alpha_change(&lens, &refocused);
         let words = amount("defocus_offset", &[value("alpha", alpha, 0.01)], &lens);
         assert!(
-            words.ends_with("in focus at 2.10 m instead of 2.00 m")
+            words.ends_with("focus is at 2.10 m, that of the profile at 2.00 m")
                 && words.contains("in front of"),
             "{words}"
         );
