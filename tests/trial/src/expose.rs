@@ -230,7 +230,7 @@ pub(super) fn set(
     }
 }
 
-fn observation(
+pub(super) fn observation(
     spot: &Spot,
     shot: SpotTiles,
     tile: usize,

@@ -136,6 +136,34 @@ impl Lens {
         Some(lens)
     }
 
+    /// Creates a camera with a lens without aberrations. The object distances are those in focus.
+    pub(super) fn ideal(
+        frame: Frame,
+        focal_mm: f64,
+        f_number: f64,
+        pitch_um: f64,
+        focus_m: f64,
+    ) -> Self {
+        let none = Seidel {
+            axial: 0.0,
+            beta: 0.0,
+            gamma: 0.0,
+            delta: 0.0,
+            phi: 0.0,
+            distortion: 0.0,
+            lateral: 0.0,
+        };
+        Self {
+            frame,
+            focal_mm,
+            f_number,
+            pitch_um,
+            focus_m,
+            depths_m: [focus_m; 2],
+            channels: [none; CHANNELS.len()],
+        }
+    }
+
     /// Returns the defocus of one dioptre, px at the rim.
     pub(super) fn px_per_dioptre(&self) -> f64 {
         self.focal_mm * self.image_mm() / (2.0 * self.f_number * self.pitch_um)

@@ -16,6 +16,7 @@
 mod case;
 mod draw;
 mod expose;
+pub mod glass;
 mod lens;
 mod mask;
 mod pencil;

@@ -7,7 +7,7 @@ use super::perturb_sensor as sensor;
 use super::rng::Rng;
 
 /// A function that applies a change of given strength to a pencil.
-type Perturbation = Box<dyn Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync>;
+pub(super) type Perturbation = Box<dyn Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync>;
 
 /// A cause with all parameters drawn except its strength.
 pub(super) struct Change {
