@@ -11,9 +11,9 @@ use crate::rays::{Cell, RayBundle};
 /// Half the width of the region of the entrance pupil that is searched for rays through the stop, pupil radii.
 const SEARCH: f64 = 1.8;
 /// Rays across that region.
-const SEARCH_RAYS: usize = 37;
+const SEARCH_RAYS: usize = 27;
 /// Rays across the beam that determine its centroid and radius.
-const CENTROID_CELLS: usize = 40;
+const CENTROID_CELLS: usize = 28;
 
 /// A beam of one channel.
 pub(super) struct Beam<'a> {

@@ -26,8 +26,10 @@ const LEAST_RATIO: f64 = 1.0 / 3.0;
 const ATTEMPTS: u64 = 100;
 /// Number of positions, each at two distances, that determine strengths.
 const PROBES: usize = 5;
-/// Bisections of the logarithm of the strength.
-const HALVINGS: usize = 8;
+/// Strengths tried after the largest.
+const TRIALS: usize = 6;
+/// Largest logarithm of the ratio of the gap found to the one wanted.
+const CLOSE: f64 = 0.12;
 
 /// Labels of independent random sequences, apart from those of the first simulator.
 mod label {
@@ -160,7 +162,16 @@ fn outside(value: f64, low: f64, high: f64) -> f64 {
     libm::log(low / floor).max(libm::log(floor / high)).max(0.0)
 }
 
-/// Returns the change at the strength within its range whose gap is closest to `wanted`, and that gap.
+/// A strength and its gap.
+#[derive(Debug, Clone, Copy)]
+struct Trial {
+    strength: f64,
+    gap: f64,
+}
+
+/// Returns the change at the strength within its range whose gap is close to `wanted`, and that gap.
+///
+/// Logarithms of the gap are interpolated over those of the strength; small gaps grow with its square.
 fn strengthen(
     lens: &GlassLens,
     change: GlassChange,
@@ -168,34 +179,41 @@ fn strengthen(
     tile: usize,
     wanted: f64,
 ) -> (GlassCause, f64) {
-    let [mut low, mut high] = change.range;
+    let [least, most] = change.range;
     let mut cause = GlassCause {
         change,
-        strength: high,
+        strength: most,
     };
-    let at = |strength: f64, cause: &mut GlassCause| {
+    let mut try_at = |strength: f64| {
         cause.strength = strength;
-        gap(lens, &[&*cause], probes, tile)
+        let gap = gap(lens, &[&cause], probes, tile);
+        Trial { strength, gap }
     };
-    let greatest = at(high, &mut cause);
-    if greatest <= wanted {
-        return (cause, greatest);
-    }
-    let least = at(low, &mut cause);
-    if least >= wanted {
-        return (cause, least);
-    }
-    let mut found = least;
-    for _ in 0..HALVINGS {
-        let middle = (low * high).sqrt();
-        found = at(middle, &mut cause);
-        if found < wanted {
-            low = middle;
+    let mut above = try_at(most);
+    let mut below = None;
+    let mut last = above;
+    for _ in 0..TRIALS {
+        let near = libm::log(last.gap / wanted).abs() < CLOSE;
+        let spent = (above.gap <= wanted && below.is_none()) || last.strength <= least;
+        if near || spent {
+            break;
+        }
+        let guess = match below {
+            _ if !above.gap.is_finite() => (least * above.strength).sqrt(),
+            None => above.strength * (wanted / above.gap).sqrt(),
+            Some(Trial { strength, gap }) => {
+                let part = libm::log(wanted / gap) / libm::log(above.gap / gap);
+                strength * libm::pow(above.strength / strength, part)
+            }
+        };
+        last = try_at(guess.max(least));
+        if last.gap > wanted {
+            above = last;
         } else {
-            high = middle;
+            below = Some(last);
         }
     }
-    (cause, found)
+    (cause, last.gap)
 }
 
 fn expose(recipe: &Recipe, plan: &Plan) -> Case {

@@ -16,9 +16,9 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::observations::ObservationSet;
 
 /// Cells across the beam for tiles of a case.
-pub(super) const CELLS: usize = 160;
+pub(super) const CELLS: usize = 128;
 /// Cells across the beam for the measurement of gaps.
-pub(super) const CELLS_COARSE: usize = 64;
+pub(super) const CELLS_COARSE: usize = 48;
 
 /// A lens with its causes.
 pub(super) struct Built<'a> {
