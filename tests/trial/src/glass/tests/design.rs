@@ -84,21 +84,21 @@ fn spot_sizes_are_those_of_another_program() {
             12.5,
             61.487_536,
             [0.0, 5.0, 10.0],
-            [0.017_747_984, 0.021_287_005, 0.032_621_328],
+            [0.017_747_984, 0.021_260_576, 0.032_611_344],
         ),
         (
             &COOKE_TRIPLET,
             5.0,
             42.207_78,
             [0.0, 7.0, 14.0],
-            [0.004_803_162, 0.007_115_104, 0.015_665_431],
+            [0.004_803_162, 0.006_641_967, 0.015_584_435],
         ),
     ];
     for (lens, pupil_mm, sensor_mm, fields, radii) in spots {
         for (degrees, radius) in fields.into_iter().zip(radii) {
             let found = rms_radius(lens, degrees, pupil_mm, sensor_mm);
             let apart = found / radius - 1.0;
-            assert!(apart.abs() < 1e-3, "{degrees} degrees: {found} {radius}");
+            assert!(apart.abs() < 2e-4, "{degrees} degrees: {found} {radius}");
         }
     }
 }
