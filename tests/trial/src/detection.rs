@@ -1,8 +1,8 @@
 //! The smallest gap that noise and an ordinary fit allow a diagnosis to see.
 
-use super::expose::{Spot, TileOptions, noise_sigma, spot_tiles};
-use super::lens::{CHANNELS, Lens};
-use super::rays::CELLS_COARSE;
+use super::expose::{Spot, noise_sigma};
+use super::lens::CHANNELS;
+use super::simulated::SimulatedLens;
 
 /// Own gap of an adequately fitted lens, and the gap that discretisation allows.
 const OWN_GAP: f64 = 5e-4;
@@ -28,16 +28,11 @@ pub(super) struct SetNoise {
 /// s is the standard error of the mean gap from noise. With P pixels of standard deviation σ, noise adds n = P σ² / |o|² to
 /// the gap |o - p|² / |o|² of a tile. Its variance is (2 n² + 4 g n) / P, where g is the gap itself, here the first part
 /// of the limit. The mean over T tiles has a T-th of that. n is a mean over `probes`, tiles of the bare lens.
-pub(super) fn detection_limit(lens: &Lens, probes: &[Spot], noise: SetNoise) -> f64 {
-    let options = TileOptions {
-        tile: noise.tile,
-        cells: CELLS_COARSE,
-        raw: false,
-    };
+pub(super) fn detection_limit<L: SimulatedLens>(lens: &L, probes: &[Spot], noise: SetNoise) -> f64 {
     let pixels = (noise.tile * noise.tile) as f64;
     let (mut sum, mut count) = (0.0, 0.0);
     for spot in probes {
-        for tile in spot_tiles(lens, &[], spot, options, None).tiles {
+        for tile in lens.bare_tiles(spot, noise.tile) {
             let peak = tile.iter().copied().fold(0.0, f64::max);
             let energy: f64 = tile.iter().map(|v| v * v).sum();
             sum += pixels * noise_sigma(&tile, peak, noise.snr).powi(2) / energy;

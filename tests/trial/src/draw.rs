@@ -1,14 +1,16 @@
 //! Draws cases with the simulator that their recipe asks for.
 
 use super::case::Case;
+use super::glass::GlassLens;
+use super::lens::Lens;
 use super::recipe::{Kind, Recipe, Simulator};
-use super::third_order;
+use super::sets;
 
 /// Draws the case of `recipe`. The result does not depend on the number of threads.
 ///
 /// # Panics
-/// If an identifier of the recipe is neither in [`super::EFFECTS`] nor in [`super::UNKNOWN`], an effect occurs twice, a set
-/// has no positions, there is no distance, or tiles are even or smaller than 25 pixels.
+/// If the simulator has no effect or family of an identifier of the recipe, an effect occurs twice, a set has no positions,
+/// there is no distance, or tiles are even or smaller than 25 pixels.
 pub fn draw(recipe: &Recipe) -> Case {
     let size = &recipe.conditions.size;
     assert!(
@@ -26,6 +28,7 @@ pub fn draw(recipe: &Recipe) -> Case {
         }
     }
     match recipe.simulator {
-        Simulator::ThirdOrder => third_order::draw(recipe),
+        Simulator::ThirdOrder => sets::draw::<Lens>(recipe),
+        Simulator::Glass => sets::draw::<GlassLens>(recipe),
     }
 }

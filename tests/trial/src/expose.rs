@@ -7,19 +7,17 @@ use seidel_optics::field::ImagePoint;
 use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 
+use super::change;
 use super::lens::{CHANNELS, Lens, Place};
 use super::pencil::Pencil;
-use super::perturb::Change;
-use super::rays::{self, CELLS, CELLS_COARSE};
+use super::perturb::Perturbation;
+use super::rays::{self, CELLS_COARSE};
 use super::rng::Rng;
 use super::sensor::FineGrid;
 use super::waves;
 
-/// A cause of given strength.
-pub(super) struct Cause {
-    pub(super) change: Change,
-    pub(super) strength: f64,
-}
+/// A cause of given strength of the third-order simulator.
+pub(super) type Cause = change::Cause<Perturbation>;
 
 /// A point of light in the scene.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +51,7 @@ pub(super) struct Capture {
 pub(super) fn pencil(lens: &Lens, causes: &[&Cause], place: &Place) -> Pencil {
     let mut pencil = lens.pencil(place);
     for cause in causes {
-        (cause.change.apply)(cause.strength, lens, place, &mut pencil);
+        (cause.change.action)(cause.strength, lens, place, &mut pencil);
     }
     pencil
 }
@@ -125,15 +123,20 @@ pub(super) fn spot_tiles(
         .map(|pencil| tile_of(pencil, centre, options.tile, options.cells))
         .collect();
     if options.raw {
-        let peak = tiles.iter().flatten().copied().fold(0.0, f64::max);
-        for (pixels, pencil) in tiles.iter_mut().zip(&pencils) {
-            for pixel in pixels.iter_mut() {
-                let value = *pixel * spot.level / peak;
-                *pixel = pencil.sensor.tone.map_or(value, |tone| tone.apply(value));
-            }
-        }
+        expose(&mut tiles, &pencils, spot.level);
     }
     SpotTiles { centre, tiles }
+}
+
+/// Scales the tiles of all channels of a spot to a peak of `level` and applies the tone curve of their pencils.
+pub(super) fn expose(tiles: &mut [Vec<f64>], pencils: &[Pencil], level: f64) {
+    let peak = tiles.iter().flatten().copied().fold(0.0, f64::max);
+    for (pixels, pencil) in tiles.iter_mut().zip(pencils) {
+        for pixel in pixels.iter_mut() {
+            let value = *pixel * level / peak;
+            *pixel = pencil.sensor.tone.map_or(value, |tone| tone.apply(value));
+        }
+    }
 }
 
 /// The positions at which the tiles of two lenses are compared.
@@ -173,11 +176,16 @@ pub(super) fn gap(lens: &Lens, causes: &[&Cause], spots: &[Spot], options: GapOp
                 }
             }
             let bare = spot_tiles(lens, &[], spot, tiles, Some(centre));
-            let pairs = real.tiles.iter().zip(&bare.tiles);
-            pairs.map(|(o, p)| difference(o, p)).sum::<f64>() / CHANNELS.len() as f64
+            mean_difference(&real.tiles, &bare.tiles)
         })
         .collect();
     gaps.iter().sum::<f64>() / gaps.len() as f64
+}
+
+/// Returns the mean over channels of the difference between tiles.
+pub(super) fn mean_difference(o: &[Vec<f64>], p: &[Vec<f64>]) -> f64 {
+    let pairs = o.iter().zip(p);
+    pairs.map(|(o, p)| difference(o, p)).sum::<f64>() / CHANNELS.len() as f64
 }
 
 /// Returns |o - p|² / |o|² of two tiles after normalisation to unit sum. A tile p without light counts as dark.
@@ -238,27 +246,30 @@ pub(super) fn spots(lens: &Lens, count: usize, wander: f64, rng: &mut Rng) -> Ve
     spots
 }
 
-/// Returns the observation set of `spots` with the settings of `capture`.
-pub(super) fn set(
+/// A set to be captured.
+pub(super) struct SetRequest<'a> {
+    pub(super) spots: &'a [Spot],
+    /// Width and height of tiles, pixels.
+    pub(super) tile: usize,
+    /// Seed of the noise.
+    pub(super) seed: u64,
+    pub(super) capture: Capture,
+}
+
+/// Returns the observation set of `request` on the camera of `lens`. `shoot` computes the tiles of a spot without noise.
+pub(super) fn observation_set(
     lens: &Lens,
-    causes: &[&Cause],
-    spots: &[Spot],
-    tile: usize,
-    seed: u64,
-    capture: &Capture,
+    request: &SetRequest,
+    shoot: impl Fn(&Spot) -> SpotTiles + Sync,
 ) -> ObservationSet {
-    let observations = spots
+    let capture = &request.capture;
+    let observations = request
+        .spots
         .par_iter()
         .enumerate()
         .map(|(index, spot)| {
-            let options = TileOptions {
-                tile,
-                cells: CELLS,
-                raw: capture.raw,
-            };
-            let shot = spot_tiles(lens, causes, spot, options, None);
-            let rng = Rng::stream(seed, capture.label, index as u64);
-            observation(spot, shot, tile, capture, rng, index)
+            let rng = Rng::stream(request.seed, capture.label, index as u64);
+            observation(spot, shoot(spot), request.tile, capture, rng, index)
         })
         .collect();
     ObservationSet {

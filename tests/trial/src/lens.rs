@@ -7,7 +7,9 @@ use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
 
+use super::conditions::Conditions;
 use super::pencil::Pencil;
+use super::recipe::Kind;
 use super::rng::Rng;
 
 /// Channel names, in the order of all tiles.
@@ -58,6 +60,20 @@ pub(super) struct LensConstraints {
     pub(super) room: f64,
 }
 
+impl LensConstraints {
+    /// Returns the constraints of a case.
+    pub(super) fn of(kind: Kind, conditions: &Conditions) -> Self {
+        let depths_matter = kind.holds("defocus_offset") || kind.holds("depth_scale");
+        Self {
+            slow: kind.holds("diffraction"),
+            depth_ratio: if depths_matter { 1.3 } else { 1.1 },
+            distances: conditions.distances,
+            // Blur grows with the pupil.
+            room: if kind.holds("pupil_scale") { 1.4 } else { 1.0 },
+        }
+    }
+}
+
 /// A point in the scene and a channel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
@@ -71,7 +87,7 @@ pub(super) struct Place {
 
 impl Lens {
     /// Draws a random lens that meets `constraints` and whose pencils fit well inside tiles of `tile` pixels.
-    pub(super) fn draw(rng: &mut Rng, constraints: LensConstraints, tile: usize) -> Self {
+    pub(super) fn draw_for(rng: &mut Rng, constraints: LensConstraints, tile: usize) -> Self {
         loop {
             let lens = Self::draw_any(rng, constraints, tile);
             if let Some(lens) = lens
@@ -84,11 +100,38 @@ impl Lens {
     }
 
     /// Returns whether the object distances span `ratio`; a single one always does.
-    fn has_depth_ratio(&self, ratio: f64) -> bool {
+    pub(super) fn has_depth_ratio(&self, ratio: f64) -> bool {
         match self.depths_m[..] {
             [far, .., near] => far > ratio * near,
             _ => true,
         }
+    }
+
+    /// Draws `count` object distances, the farthest first, whose defocus is up to about `blur` px; `None` if one would be
+    /// beyond 25 m.
+    pub(super) fn draw_distances(
+        &self,
+        count: usize,
+        blur: f64,
+        rng: &mut Rng,
+    ) -> Option<Vec<f64>> {
+        // One distance lies on either side of the focus; several span it evenly.
+        let steps = count.saturating_sub(1);
+        let side = rng.sign();
+        let mut depths_m = Vec::with_capacity(count);
+        for step in 0..count {
+            let part = match steps {
+                0 => side,
+                _ => 2.0 * step as f64 / steps as f64 - 1.0,
+            };
+            let defocus = blur * (part + rng.between(-0.15, 0.15));
+            let vergence = 1.0 / self.focus_m + defocus / self.px_per_dioptre();
+            if vergence < 0.04 {
+                return None;
+            }
+            depths_m.push((1000.0 / vergence).round() / 1000.0);
+        }
+        Some(depths_m)
     }
 
     fn draw_any(rng: &mut Rng, constraints: LensConstraints, tile: usize) -> Option<Self> {
@@ -139,22 +182,36 @@ impl Lens {
             depths_m: Vec::new(),
             channels,
         };
-        // One distance lies on either side of the focus; several span it evenly.
-        let steps = constraints.distances.saturating_sub(1);
-        let side = rng.sign();
-        for step in 0..constraints.distances {
-            let part = match steps {
-                0 => side,
-                _ => 2.0 * step as f64 / steps as f64 - 1.0,
-            };
-            let defocus = blur * (part + rng.between(-0.15, 0.15));
-            let vergence = 1.0 / focus_m + defocus / lens.px_per_dioptre();
-            if vergence < 0.04 {
-                return None;
-            }
-            lens.depths_m.push((1000.0 / vergence).round() / 1000.0);
-        }
+        lens.depths_m = lens.draw_distances(constraints.distances, blur, rng)?;
         Some(lens)
+    }
+
+    /// Creates a camera with a lens without aberrations and without object distances.
+    pub(super) fn ideal(
+        frame: Frame,
+        focal_mm: f64,
+        f_number: f64,
+        pitch_um: f64,
+        focus_m: f64,
+    ) -> Self {
+        let none = Seidel {
+            axial: 0.0,
+            beta: 0.0,
+            gamma: 0.0,
+            delta: 0.0,
+            phi: 0.0,
+            distortion: 0.0,
+            lateral: 0.0,
+        };
+        Self {
+            frame,
+            focal_mm,
+            f_number,
+            pitch_um,
+            focus_m,
+            depths_m: Vec::new(),
+            channels: [none; CHANNELS.len()],
+        }
     }
 
     /// Returns the defocus of one dioptre, px at the rim.

@@ -9,26 +9,34 @@
 //! sets). Tiles are computed from dense rays (`rays`) or a sampled wave (`waves`) on grids of their own, without the
 //! lens model, PSF models and effects of `seidel-optics`.
 //!
-//! The steps of a tile of the third-order simulator: `lens` gives a pencil; `perturb` or `unknown` changes it; `rays` or `waves` fills a fine grid;
-//! `sensor` integrates it over pixels.
+//! Two simulators draw lenses, `third_order` and `glass`; `simulated` is their common interface. `plan` chooses a lens and
+//! the strengths of its causes, and `sets` captures the three sets.
+//!
+//! The steps of a tile of the third-order simulator: `lens` gives a pencil; `perturb` or `unknown` changes it; `rays` or
+//! `waves` fills a fine grid; `sensor` integrates it over pixels. The `glass` module names those of the other.
 
 #![forbid(unsafe_code)]
 
 mod case;
+mod change;
 mod conditions;
 mod detection;
 mod draw;
 mod expose;
+mod glass;
 mod lens;
 mod mask;
 mod pencil;
 mod perturb;
 mod perturb_sensor;
+mod plan;
 mod rays;
 mod recipe;
 mod rng;
 mod score;
 mod sensor;
+mod sets;
+mod simulated;
 mod third_order;
 mod unknown;
 mod waves;
@@ -39,7 +47,5 @@ mod tests;
 pub use case::{Answer, Case};
 pub use conditions::{Conditions, Size};
 pub use draw::draw;
-pub use recipe::{
-    EFFECTS, FitModel, Kind, KindClass, Recipe, Selection, Simulator, UNKNOWN, recipes,
-};
+pub use recipe::{FitModel, Kind, KindClass, Recipe, Selection, Simulator, recipes};
 pub use score::{Bin, Breakdown, Measure, Outcome, Rate, Rates, Scores, Setting, Strength, scores};

@@ -1,5 +1,6 @@
 //! Effects on the pencil, one function for each effect, with random parameters.
 
+use super::change;
 use super::lens::{Lens, Place};
 use super::mask::Blades;
 use super::pencil::Pencil;
@@ -7,23 +8,10 @@ use super::perturb_sensor as sensor;
 use super::rng::Rng;
 
 /// A function that applies a change of given strength to a pencil.
-type Perturbation = Box<dyn Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync>;
+pub(super) type Perturbation = Box<dyn Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync>;
 
-/// A cause with all parameters drawn except its strength.
-pub(super) struct Change {
-    /// The identifier.
-    pub(super) id: &'static str,
-    /// Smallest and largest strength.
-    pub(super) range: [f64; 2],
-    /// Parameters independent of the strength, for the answer.
-    pub(super) fixed: Vec<(&'static str, f64)>,
-    /// Parameters proportional to the strength, at strength 1, for the answer.
-    pub(super) scaled: Vec<(&'static str, f64)>,
-    /// The function that applies the change.
-    pub(super) apply: Perturbation,
-    /// True if it may move PSFs so far that tiles with and without it have no light in common.
-    pub(super) moves_far: bool,
-}
+/// A cause of the third-order simulator with all parameters drawn except its strength.
+pub(super) type Change = change::Change<Perturbation>;
 
 impl Change {
     pub(super) fn new(
@@ -31,31 +19,14 @@ impl Change {
         range: [f64; 2],
         apply: impl Fn(f64, &Lens, &Place, &mut Pencil) + Send + Sync + 'static,
     ) -> Self {
-        Self {
-            id,
-            range,
-            fixed: Vec::new(),
-            scaled: Vec::new(),
-            apply: Box::new(apply),
-            moves_far: false,
-        }
-    }
-
-    pub(super) fn fixed(mut self, name: &'static str, value: f64) -> Self {
-        self.fixed.push((name, value));
-        self
-    }
-
-    pub(super) fn scaled(mut self, name: &'static str, value: f64) -> Self {
-        self.scaled.push((name, value));
-        self
+        Self::with_action(id, range, Box::new(apply))
     }
 }
 
 /// Draws the effect `id` for `lens`.
 ///
 /// # Panics
-/// If `id` is not one of [`super::EFFECTS`].
+/// If `id` is not one of [`super::third_order::EFFECTS`].
 pub(super) fn effect(id: &str, lens: &Lens, rng: &mut Rng) -> Change {
     match id {
         "defocus_offset" => defocus_offset(rng),

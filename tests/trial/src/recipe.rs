@@ -1,41 +1,9 @@
 //! Recipes of cases, and balanced lists of them.
 
 use super::conditions::{Conditions, Size};
+use super::glass;
 use super::rng::Rng;
-
-/// Identifiers of the effects that a case can have, as in the effect library.
-pub const EFFECTS: [&str; 18] = [
-    "defocus_offset",
-    "depth_scale",
-    "sensor_tilt",
-    "decentre",
-    "diffraction",
-    "vignetting",
-    "aperture_polygon",
-    "apodisation",
-    "higher_order",
-    "axial_colour",
-    "lateral_colour",
-    "distortion",
-    "anamorphic",
-    "pixel_footprint",
-    "motion",
-    "veiling_glare",
-    "pupil_scale",
-    "tone_curve",
-];
-
-/// Families of causes that are not in the effect library.
-pub const UNKNOWN: [&str; 8] = [
-    "central_obstruction",
-    "trefoil",
-    "ripple",
-    "ghost",
-    "sharpening",
-    "bleeding",
-    "zone_warp",
-    "radial_smear",
-];
+use super::third_order;
 
 /// Pairs of effects too similar to be identified together.
 const SIMILAR: [[&str; 2]; 14] = [
@@ -60,13 +28,13 @@ const SIMILAR: [[&str; 2]; 14] = [
 pub enum Kind {
     /// Noise only.
     None,
-    /// One of [`EFFECTS`].
+    /// One of [`Simulator::effects`].
     Single(&'static str),
-    /// Two different ones of [`EFFECTS`].
+    /// Two different ones of [`Simulator::effects`].
     Pair(&'static str, &'static str),
-    /// Three different ones of [`EFFECTS`].
+    /// Three different ones of [`Simulator::effects`].
     Triple([&'static str; 3]),
-    /// One of [`UNKNOWN`].
+    /// One of [`Simulator::unknown_families`].
     Unknown(&'static str),
     /// Noise only, but the fitted model cannot describe the design.
     TooSimple,
@@ -159,16 +127,35 @@ impl KindClass {
 pub enum Simulator {
     /// A third-order lens with perturbed pencils.
     ThirdOrder,
+    /// Exact rays through a published lens with errors of manufacture.
+    Glass,
 }
 
 impl Simulator {
     /// All simulators, used in turn by [`recipes`].
-    pub const ALL: [Self; 1] = [Self::ThirdOrder];
+    pub const ALL: [Self; 2] = [Self::ThirdOrder, Self::Glass];
 
     /// Returns the identifier used in reports.
     pub fn id(self) -> &'static str {
         match self {
             Self::ThirdOrder => "third_order",
+            Self::Glass => "glass",
+        }
+    }
+
+    /// Returns the identifiers of the effects that its cases can have, as in the effect library.
+    pub fn effects(self) -> &'static [&'static str] {
+        match self {
+            Self::ThirdOrder => &third_order::EFFECTS,
+            Self::Glass => &glass::EFFECTS,
+        }
+    }
+
+    /// Returns its families of causes that are not in the effect library.
+    pub fn unknown_families(self) -> &'static [&'static str] {
+        match self {
+            Self::ThirdOrder => &third_order::UNKNOWN,
+            Self::Glass => &glass::UNKNOWN,
         }
     }
 }
@@ -195,6 +182,7 @@ impl FitModel {
     pub fn of(simulator: Simulator, kind: Kind) -> Self {
         match (simulator, kind) {
             (_, Kind::TooSimple) | (Simulator::ThirdOrder, _) => Self::Reduced,
+            (Simulator::Glass, _) => Self::Extended,
         }
     }
 }
@@ -246,13 +234,48 @@ pub(super) fn may_pair(a: &str, b: &str) -> bool {
     a != b && !SIMILAR.contains(&[a, b]) && !SIMILAR.contains(&[b, a])
 }
 
-/// Draws `N` effects of which no two are too similar.
-fn distinct<const N: usize>(rng: &mut Rng) -> [&'static str; N] {
+/// Draws `N` of `effects` of which no two are too similar.
+fn distinct<const N: usize>(effects: &[&'static str], rng: &mut Rng) -> [&'static str; N] {
     loop {
-        let ids: [&str; N] = std::array::from_fn(|_| EFFECTS[rng.below(EFFECTS.len())]);
+        let ids: [&str; N] = std::array::from_fn(|_| effects[rng.below(effects.len())]);
         let apart = |i: usize| ids[..i].iter().all(|a| may_pair(a, ids[i]));
         if (1..N).all(apart) {
             return ids;
+        }
+    }
+}
+
+/// The effects and families of unknown causes of a simulator in random order.
+struct Deck {
+    simulator: Simulator,
+    effects: Vec<&'static str>,
+    families: Vec<&'static str>,
+}
+
+impl Deck {
+    fn shuffled(simulator: Simulator, rng: &mut Rng) -> Self {
+        let mut deck = Self {
+            simulator,
+            effects: simulator.effects().to_vec(),
+            families: simulator.unknown_families().to_vec(),
+        };
+        rng.shuffle(&mut deck.effects);
+        rng.shuffle(&mut deck.families);
+        deck
+    }
+
+    /// Returns the kind of case number `index` of its class. Single effects and families take turns.
+    fn kind(&self, class: KindClass, index: usize, rng: &mut Rng) -> Kind {
+        match class {
+            KindClass::None => Kind::None,
+            KindClass::Single => Kind::Single(self.effects[index % self.effects.len()]),
+            KindClass::Pair => {
+                let [a, b] = distinct(&self.effects, rng);
+                Kind::Pair(a, b)
+            }
+            KindClass::Triple => Kind::Triple(distinct(&self.effects, rng)),
+            KindClass::Unknown => Kind::Unknown(self.families[index % self.families.len()]),
+            KindClass::TooSimple => Kind::TooSimple,
         }
     }
 }
@@ -276,39 +299,28 @@ fn counts(count: usize, only: Option<KindClass>) -> [usize; KindClass::ALL.len()
     counts
 }
 
-/// Returns a shuffled list of recipes.
+/// Returns a shuffled list of recipes. In each class the simulators take turns.
 ///
-/// Without [`Selection::only`], 55 % have one effect (all in turn), 12 % a pair, 6 % three effects, 12 % an unknown cause
-/// (all families in turn), 8 % none, and 7 % a design for which the fitted model is too simple.
+/// Without [`Selection::only`], 55 % have one effect (all of a simulator in turn), 12 % a pair, 6 % three effects, 12 % an
+/// unknown cause (all families of a simulator in turn), 8 % none, and 7 % a design for which the fitted model is too simple.
 pub fn recipes(selection: &Selection) -> Vec<Recipe> {
     let mut rng = Rng::stream(selection.seed, 0, 0);
-    let mut effects = EFFECTS;
-    let mut families = UNKNOWN;
-    rng.shuffle(&mut effects);
-    rng.shuffle(&mut families);
+    let decks = Simulator::ALL.map(|simulator| Deck::shuffled(simulator, &mut rng));
     let counts = counts(selection.count, selection.only);
-    let mut kinds = Vec::with_capacity(selection.count);
+    let mut drawn = Vec::with_capacity(selection.count);
     for (class, count) in KindClass::ALL.into_iter().zip(counts) {
+        let first = rng.below(decks.len());
         for index in 0..count {
-            kinds.push(match class {
-                KindClass::None => Kind::None,
-                KindClass::Single => Kind::Single(effects[index % effects.len()]),
-                KindClass::Pair => {
-                    let [a, b] = distinct(&mut rng);
-                    Kind::Pair(a, b)
-                }
-                KindClass::Triple => Kind::Triple(distinct(&mut rng)),
-                KindClass::Unknown => Kind::Unknown(families[index % families.len()]),
-                KindClass::TooSimple => Kind::TooSimple,
-            });
+            let deck = &decks[(first + index) % decks.len()];
+            let kind = deck.kind(class, index / decks.len(), &mut rng);
+            drawn.push((deck.simulator, kind));
         }
     }
-    rng.shuffle(&mut kinds);
-    kinds
+    rng.shuffle(&mut drawn);
+    drawn
         .into_iter()
         .enumerate()
-        .map(|(index, kind)| {
-            let simulator = Simulator::ALL[index % Simulator::ALL.len()];
+        .map(|(index, (simulator, kind))| {
             let seed = Rng::stream(selection.seed, 1, index as u64).word();
             Recipe::new(kind, simulator, seed, selection.size)
         })

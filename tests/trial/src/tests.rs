@@ -11,12 +11,11 @@ use super::lens::{CHANNELS, Lens, LensConstraints, Place};
 use super::pencil::Pencil;
 use super::perturb::effect;
 use super::perturb_sensor::line;
+use super::plan::{LARGEST_GAP, LEAST_LIMITS, attempt_at};
 use super::rays::CELLS;
-use super::recipe::{
-    EFFECTS, Kind, KindClass, Recipe, Selection, Simulator, UNKNOWN, may_pair, recipes,
-};
+use super::recipe::{Kind, KindClass, Recipe, Selection, Simulator, may_pair, recipes};
 use super::rng::Rng;
-use super::third_order::{LARGEST_GAP, LEAST_LIMITS, attempt_at};
+use super::third_order::{EFFECTS, UNKNOWN};
 
 const TILE: usize = 33;
 const SMALL: Size = Size {
@@ -58,7 +57,7 @@ fn any_lens(seed: u64) -> Lens {
         distances: 2,
         room: 1.0,
     };
-    Lens::draw(&mut Rng::new(seed), constraints, TILE)
+    Lens::draw_for(&mut Rng::new(seed), constraints, TILE)
 }
 
 /// Returns an off-axis pencil of a random lens, and a pixel centre near its centroid.
@@ -335,7 +334,7 @@ fn designs_that_are_too_rich_differ_from_every_third_order_lens() {
         .count();
     assert!(count >= 2, "{:?}", case.answer.parameters);
     // The design has its own effects; the bare lens of the same plan has none.
-    let (_, plan) = attempt_at(&recipe, 0);
+    let (_, plan) = attempt_at::<Lens>(&recipe, 0);
     let spot = &plan.spots[0][0];
     let options = TileOptions {
         tile: TILE,
@@ -378,7 +377,7 @@ fn cases_without_a_cause_differ_by_noise_only() {
         let recipe = small(Kind::None, seed);
         let case = draw(&recipe);
         assert_eq!(case.answer.gap, 0.0);
-        let (_, plan) = attempt_at(&recipe, 0);
+        let (_, plan) = attempt_at::<Lens>(&recipe, 0);
         let snr = recipe.conditions.snr;
         let (mut sum, mut count) = (0.0, 0);
         for (spot, seen) in plan.spots[1].iter().zip(&case.real.observations) {
@@ -467,17 +466,30 @@ fn recipes_are_balanced_and_repeatable() {
     let count = |f: &dyn Fn(&Kind) -> bool| list.iter().filter(|r| f(&r.kind)).count();
     let of = |class: KindClass| count(&|k| k.class() == class);
     assert_eq!(KindClass::ALL.map(of), [16, 110, 24, 12, 24, 14]);
-    for id in EFFECTS {
-        let singles = count(&|k| *k == Kind::Single(id));
-        assert!((6..=7).contains(&singles), "{id}: {singles}");
-    }
-    for id in UNKNOWN {
-        assert!(count(&|k| *k == Kind::Unknown(id)) >= 3, "{id}");
+    for simulator in Simulator::ALL {
+        let of = |kind: Kind| {
+            let same = |r: &&Recipe| r.kind == kind && r.simulator == simulator;
+            list.iter().filter(same).count()
+        };
+        for id in simulator.effects() {
+            let singles = of(Kind::Single(id));
+            assert!((3..=4).contains(&singles), "{simulator:?}, {id}: {singles}");
+        }
+        for id in simulator.unknown_families() {
+            assert!(of(Kind::Unknown(id)) >= 1, "{simulator:?}, {id}");
+        }
+        let all = list.iter().filter(|r| r.simulator == simulator).count();
+        assert!((97..=103).contains(&all), "{simulator:?}: {all}");
     }
     for recipe in &list {
         let causes = recipe.kind.causes();
         for (index, a) in causes.iter().enumerate() {
             assert!(causes[..index].iter().all(|b| may_pair(a, b)), "{causes:?}");
+            let known = match recipe.kind {
+                Kind::Unknown(_) => recipe.simulator.unknown_families(),
+                _ => recipe.simulator.effects(),
+            };
+            assert!(known.contains(a), "{recipe:?}");
         }
     }
     assert_eq!(list, recipes(&selection(200, 1)));

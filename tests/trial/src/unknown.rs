@@ -10,7 +10,7 @@ use super::rng::Rng;
 /// Draws a cause of the family `id`.
 ///
 /// # Panics
-/// If `id` is not a family of [`super::UNKNOWN`].
+/// If `id` is not a family of [`super::third_order::UNKNOWN`].
 pub(super) fn unknown(id: &str, rng: &mut Rng) -> Change {
     match id {
         "central_obstruction" => central_obstruction(),
