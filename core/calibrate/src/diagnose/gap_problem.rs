@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Slot};
-use super::prediction::TilePredictor;
+use super::prediction::{Linearisation, ParameterStep, TilePredictor};
 use super::shift_basis::{PredictedTile, ShiftBasis};
 use super::tiles::{FOLDS, TileData};
 use crate::least_squares::{Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
@@ -170,7 +170,7 @@ impl<'a> GapProblem<'a> {
             .collect()
     }
 
-    /// Returns the normal sums of every fold at `theta`, by one-sided differences.
+    /// Returns the normal sums of every fold at `theta`.
     pub(super) fn linear(&self, theta: &[f64]) -> FoldSums {
         let slots = &self.hypothesis.slots;
         let here = self.by_channel(theta);
@@ -190,29 +190,34 @@ impl<'a> GapProblem<'a> {
             .observations()
             .par_iter()
             .map_init(TilePredictor::default, |predictor, tiles| {
-                let pictures = self.pictures(predictor, tiles, &here);
+                let linearised: Vec<Linearisation> = (tiles.iter())
+                    .map(|tile| {
+                        let steps: Vec<ParameterStep> = (stepped.iter().enumerate())
+                            .filter(|(k, _)| self.hypothesis.concerns(*k, tile.of_lens))
+                            .map(|(_, (size, values))| ParameterStep {
+                                size: *size,
+                                values: &values[tile.of_lens],
+                            })
+                            .collect();
+                        let values = &here[tile.of_lens];
+                        predictor.linearise(self.hypothesis, values, &steps, tile, self.detail)
+                    })
+                    .collect();
+                let (pictures, mut rates): (Vec<_>, Vec<_>) = (linearised.into_iter())
+                    .map(|l| (l.picture, l.rates.into_iter()))
+                    .unzip();
                 let stack = Stack::new(tiles, &pictures);
-                let columns: Vec<Vec<f64>> = (stepped.iter().enumerate())
-                    .map(|(k, (h, values))| {
-                        let rates = (tiles.iter().zip(&pictures)).map(|(tile, picture)| {
-                            if !self.hypothesis.concerns(k, tile.of_lens) {
-                                return vec![0.0; picture.len()];
+                let columns: Vec<Vec<f64>> = (0..slots.len())
+                    .map(|k| {
+                        let own = (tiles.iter().zip(&pictures)).zip(&mut rates);
+                        let own = own.map(|((tile, picture), rates)| {
+                            if self.hypothesis.concerns(k, tile.of_lens) {
+                                rates.next().expect("one image for each step")
+                            } else {
+                                vec![0.0; picture.len()]
                             }
-                            let mut moved = Vec::new();
-                            let values = &values[tile.of_lens];
-                            predictor.predict(
-                                self.hypothesis,
-                                values,
-                                tile,
-                                self.detail,
-                                &mut moved,
-                            );
-                            for (there, here) in moved.iter_mut().zip(picture) {
-                                *there = (*there - here) / h;
-                            }
-                            moved
                         });
-                        stack.column(rates.collect())
+                        stack.column(own.collect())
                     })
                     .collect();
                 let residual = stack.residual();

@@ -86,6 +86,8 @@ const MAX_QUIET_NOISE: f64 = 3e-3;
 const HOPELESS_RATIO: f64 = 4.0;
 /// Number of drafts that are refined at most.
 const MAX_COMPLETED: usize = 7;
+/// Largest factor of these numbers against noise.
+const MOST_TIMES: f64 = 2.0;
 /// Lower bound of the reference gap.
 const MIN_EXCESS: f64 = 1e-6;
 /// Partners per effect that are searched in full.
@@ -93,15 +95,16 @@ const PARTNERS: usize = 2;
 /// Starting points of its own for an effect that joins others: while partners are compared, and for the partner chosen.
 const PARTNER_STARTS: usize = 3;
 const JOINT_STARTS: usize = 6;
-/// Starting points that are refined.
+/// Starting points that are refined: this many, if their cost is at most this ratio of the best.
 const REFINED_STARTS: usize = 2;
+const START_RATIO: f64 = 1.5;
 /// Relative decreases of the cost at which first and later searches stop.
 const COARSE_TOLERANCE: f64 = 0.01;
 const TOLERANCE: f64 = 1e-3;
 /// Damping of the step that the other folds ask for.
 const LEFT_OUT_DAMPING: f64 = 1e-6;
 /// Positions tried along the line from the neutral values (0) to the starting point (1).
-const STEP_LENGTHS: [f64; 7] = [1.0, 0.3, 0.1, 0.03, -0.03, -0.1, -0.3];
+const STEP_LENGTHS: [f64; 5] = [1.0, 0.3, 0.1, -0.1, -0.3];
 /// The same for an effect that joins others, of which its separate estimate gives the scale.
 const JOINT_STEP_LENGTHS: [f64; 3] = [1.0, 0.3, -0.3];
 
@@ -132,7 +135,7 @@ impl<'a> HypothesisSearch<'a> {
     pub(super) fn new(tiles: &'a [TileData], channels: usize, reference: usize) -> Self {
         // More tiles compensate for noise.
         let noise = tiles.iter().map(|t| t.noise).sum::<f64>() / tiles.len().max(1) as f64;
-        let times = (noise / MAX_QUIET_NOISE).clamp(1.0, 4.0);
+        let times = (noise / MAX_QUIET_NOISE).clamp(1.0, MOST_TIMES);
         let count = |quiet: usize| (quiet as f64 * times) as usize;
         let screening = thinned(tiles, count(SCREENING_TILES));
         let nothing = Hypothesis::new(Vec::new(), channels, reference);
@@ -320,6 +323,8 @@ impl<'a> HypothesisSearch<'a> {
             .collect();
         screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         screened.truncate(REFINED_STARTS);
+        let worst = (screened.first()).map_or(0.0, |best| START_RATIO * best.1.cost);
+        screened.retain(|start| start.1.cost <= worst);
         let mut tried: Vec<(Hypothesis, LocalMinimum)> = screened
             .into_iter()
             .map(|(hypothesis, start)| {

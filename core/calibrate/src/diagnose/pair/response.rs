@@ -38,14 +38,20 @@ impl TileResponse {
         for (value, expected) in tile.iter_mut().zip(&self.expected) {
             *value -= expected;
         }
-        let mut spectrum = self.helix.spectrum(self.helix.laid_out(tile, self.side));
+        self.apply_to_change(tile);
+        for (value, expected) in tile.iter_mut().zip(&self.expected) {
+            *value += expected;
+        }
+    }
+
+    /// Replaces `change`, a difference of two tiles, by that of their estimates.
+    pub(crate) fn apply_to_change(&self, change: &mut [f64]) {
+        let mut spectrum = self.helix.spectrum(self.helix.laid_out(change, self.side));
         for (value, transfer) in spectrum.iter_mut().zip(&self.transfer) {
             *value *= Complex::new(*transfer, 0.0);
         }
         let passed = self.helix.cut_out(&self.helix.values(spectrum), self.side);
-        for (value, (passed, expected)) in tile.iter_mut().zip(passed.iter().zip(&self.expected)) {
-            *value = passed + expected;
-        }
+        change.copy_from_slice(&passed);
     }
 }
 

@@ -60,7 +60,7 @@ impl PupilDerivative {
     }
 
     /// Returns whether the light changes on its way through the pupil: by stops that move, or by the transmission.
-    fn changes_light(&self) -> bool {
+    pub fn changes_light(&self) -> bool {
         let moves = |s: &Stop| s.radius != 0.0 || s.centre != [0.0, 0.0];
         self.transmission != Transmission::default() || self.stops.iter().any(moves)
     }
