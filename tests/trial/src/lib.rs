@@ -8,7 +8,9 @@
 //! sets). Tiles are computed from dense rays (`rays`) or a sampled wave (`waves`) on grids of their own, without the
 //! lens model, PSF models and effects of `seidel-optics`.
 //!
-//! The steps of a tile: `lens` gives a pencil; `perturb` or `unknown` changes it; `rays` or `waves` fills a fine grid;
+//! Two simulators draw cases: the pencils of third order below, and `glass`, which traces published lenses exactly.
+//!
+//! The steps of a tile of pencils: `lens` gives a pencil; `perturb` or `unknown` changes it; `rays` or `waves` fills a fine grid;
 //! `sensor` integrates it over pixels.
 
 #![forbid(unsafe_code)]

@@ -69,7 +69,7 @@ impl<'a> Beam<'a> {
     }
 
     /// Calls `each` with the light and the landing point of every open cell of a grid of `cells` across.
-    fn for_each(&self, cells: usize, mut each: impl FnMut(f64, [f64; 2])) {
+    pub(super) fn for_each(&self, cells: usize, mut each: impl FnMut(f64, [f64; 2])) {
         let width = 2.0 / cells as f64;
         let row_of = |row: usize| -> Vec<BeamRay> {
             let y = row as f64 * width - 1.0;
@@ -113,33 +113,15 @@ impl<'a> Beam<'a> {
         sum.map(|s| s / light)
     }
 
-    /// Returns the spread of the beam on the sensor.
-    pub(super) fn spread(&self) -> Spread {
-        let centroid = self.centroid();
-        let (mut most, mut square, mut light) = (0.0_f64, 0.0, 0.0);
-        self.for_each(CENTROID_CELLS, |weight, at| {
-            let r = (at[0] - centroid[0]).hypot(at[1] - centroid[1]);
-            most = most.max(r);
-            square += weight * r * r;
-            light += weight;
+    /// Returns the largest distance of a ray from the centroid, px.
+    pub(super) fn largest_radius_px(&self) -> f64 {
+        let [x, y] = self.centroid();
+        let mut most = 0.0_f64;
+        self.for_each(CENTROID_CELLS, |_, at| {
+            most = most.max((at[0] - x).hypot(at[1] - y));
         });
-        Spread {
-            centroid,
-            largest_px: most,
-            rms_px: (square / light).sqrt(),
-        }
+        most
     }
-}
-
-/// The spread of a beam on the sensor.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Spread {
-    /// Mean landing point, frame px.
-    pub(super) centroid: [f64; 2],
-    /// Largest distance of a ray from it, px.
-    pub(super) largest_px: f64,
-    /// Root mean square distance from it, px.
-    pub(super) rms_px: f64,
 }
 
 impl RayBundle for Beam<'_> {
