@@ -3,7 +3,6 @@
 use super::figure::Figure;
 use super::surface::{Line, Surface, across};
 use super::vector::{Vector, along, dot, minus, turned, unit};
-use crate::lens::CHANNELS;
 
 /// Index of the channel that the lens is focused in.
 pub(super) const GREEN: usize = 1;
@@ -227,8 +226,8 @@ impl Assembly {
     pub(super) fn disperse(&mut self, surface: usize, factor: f64) {
         let index = &mut self.surfaces[surface].index;
         let green = index[GREEN];
-        for channel in 0..CHANNELS.len() {
-            index[channel] = green + factor * (index[channel] - green);
+        for value in index {
+            *value = green + factor * (*value - green);
         }
     }
 }
