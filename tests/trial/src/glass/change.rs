@@ -7,7 +7,7 @@ use crate::perturb::{Change, Perturbation};
 /// A function that builds an error of given strength into an assembly.
 type Build = Box<dyn Fn(f64, &GlassLens, &mut Assembly) + Send + Sync>;
 
-/// What a cause acts on.
+/// The part that a cause acts on.
 pub(super) enum Action {
     /// The lens.
     Build(Build),

@@ -107,7 +107,7 @@ pub(super) fn lens_and_changes(recipe: &Recipe, rng: &mut Rng) -> (GlassLens, Ve
     (lens, changes)
 }
 
-/// Returns whether an effect is told from others by its change with distance.
+/// Returns whether an effect is identified by its change with distance.
 fn is_focus(id: &str) -> bool {
     id == "defocus_offset" || id == "depth_scale"
 }
