@@ -226,8 +226,8 @@ impl Assembly {
     pub(super) fn disperse(&mut self, surface: usize, factor: f64) {
         let index = &mut self.surfaces[surface].index;
         let green = index[GREEN];
-        for of_channel in index {
-            *of_channel = green + factor * (*of_channel - green);
+        for value in index {
+            *value = green + factor * (*value - green);
         }
     }
 }

@@ -122,51 +122,23 @@ impl<'a> Beam<'a> {
     /// Returns the mean landing point, frame px.
     pub(super) fn centroid(&self) -> [f64; 2] {
         let (mut sum, mut light) = ([0.0; 2], 0.0);
-        self.for_each(
-            CENTROID_CELLS,
-            |OpenCell {
-                 light: weight, at, ..
-             }| {
-                sum[0] += weight * at[0];
-                sum[1] += weight * at[1];
-                light += weight;
-            },
-        );
+        self.for_each(CENTROID_CELLS, |cell| {
+            sum[0] += cell.light * cell.at[0];
+            sum[1] += cell.light * cell.at[1];
+            light += cell.light;
+        });
         sum.map(|s| s / light)
     }
 
-    /// Returns the spread of the beam on the sensor.
-    pub(super) fn spread(&self) -> Spread {
-        let centroid = self.centroid();
-        let (mut most, mut square, mut light) = (0.0_f64, 0.0, 0.0);
-        self.for_each(
-            CENTROID_CELLS,
-            |OpenCell {
-                 light: weight, at, ..
-             }| {
-                let r = (at[0] - centroid[0]).hypot(at[1] - centroid[1]);
-                most = most.max(r);
-                square += weight * r * r;
-                light += weight;
-            },
-        );
-        Spread {
-            centroid,
-            largest_px: most,
-            rms_px: (square / light).sqrt(),
-        }
+    /// Returns the largest distance of a ray from the centroid, px.
+    pub(super) fn largest_radius_px(&self) -> f64 {
+        let [x, y] = self.centroid();
+        let mut most = 0.0_f64;
+        self.for_each(CENTROID_CELLS, |cell| {
+            most = most.max((cell.at[0] - x).hypot(cell.at[1] - y));
+        });
+        most
     }
-}
-
-/// The spread of a beam on the sensor.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Spread {
-    /// Mean landing point, frame px.
-    pub(super) centroid: [f64; 2],
-    /// Largest distance of a ray from it, px.
-    pub(super) largest_px: f64,
-    /// Root mean square distance from it, px.
-    pub(super) rms_px: f64,
 }
 
 impl RayBundle for Beam<'_> {

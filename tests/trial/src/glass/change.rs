@@ -8,7 +8,7 @@ use crate::perturb::{self, Perturbation};
 /// A function that builds an error of given strength into an assembly.
 type Build = Box<dyn Fn(f64, &GlassLens, &mut Assembly) + Send + Sync>;
 
-/// The part of a camera that a cause acts on.
+/// The part that a cause acts on.
 pub(crate) enum Action {
     /// The lens.
     Build(Build),

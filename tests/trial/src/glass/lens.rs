@@ -1,11 +1,11 @@
 //! The designed lens: a published prescription on a realistic camera.
 
 use super::assembly::{Assembly, GREEN, SensorPlane, View};
-use super::beam::{Beam, Spread};
+use super::beam::Beam;
 use super::paraxial;
 use super::prescription::{self, Prescription};
 use super::surface::Surface;
-use crate::lens::{CHANNELS, Lens, LensConstraints, Place, WAVELENGTHS_NM};
+use crate::lens::{CHANNELS, Lens, LensConstraints, WAVELENGTHS_NM};
 use crate::mask::Mask;
 use crate::rng::Rng;
 use seidel_optics::field::{FieldPoint, Frame};
@@ -191,26 +191,17 @@ impl GlassLens {
         )
     }
 
-    /// Returns the spread of the beam at `place` through the design; `None` if no light passes.
-    pub(super) fn spread(&self, place: &Place) -> Option<Spread> {
-        let mask = Mask::default();
-        let object = self.design.object(place.ideal, place.depth_m);
-        Beam::new(&self.design, place.channel, object, &mask).map(|beam| beam.spread())
-    }
-
     /// Returns the largest distance of a ray from the centroid of its beam, px, over sampled positions; `None` if light
     /// does not reach one.
     fn largest_radius_px(&self) -> Option<f64> {
+        let mask = Mask::default();
         let mut most = 0.0_f64;
         for field in FIELDS {
             for &depth_m in &self.camera.depths_m {
                 for channel in 0..CHANNELS.len() {
-                    let spread = self.spread(&Place {
-                        ideal: self.position(field),
-                        depth_m,
-                        channel,
-                    })?;
-                    most = most.max(spread.largest_px);
+                    let object = self.design.object(self.position(field), depth_m);
+                    let beam = Beam::new(&self.design, channel, object, &mask)?;
+                    most = most.max(beam.largest_radius_px());
                 }
             }
         }

@@ -94,7 +94,7 @@ pub(super) fn entrance_pupil(surfaces: &[Surface], stop: usize) -> Pupil {
     }
 }
 
-/// Where light of a channel goes on the sensor, by paraxial rays.
+/// The course of the light of a channel to the sensor, by paraxial rays.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Course {
     /// Height of the marginal ray of an axis point, mm: defocus.

@@ -35,21 +35,6 @@ const fn glass(radius: f64, thickness: f64, nd: f64, vd: f64) -> Row {
     }
 }
 
-/// Paraxial figures of a lens for an object at infinity.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Published {
-    /// Wavelength, nm.
-    pub(super) nm: f64,
-    /// Focal length, length units of the prescription.
-    pub(super) focal: f64,
-    /// Distance from the last surface to the focus.
-    pub(super) back: f64,
-    /// Largest error of the focal length over it: an engraved one is rounded.
-    pub(super) focal_accuracy: f64,
-    /// Largest error of the back focus over the focal length: a sensor stands off the paraxial focus.
-    pub(super) back_accuracy: f64,
-}
-
 /// A lens by its published prescription.
 #[derive(Debug)]
 pub(super) struct Prescription {
@@ -57,7 +42,6 @@ pub(super) struct Prescription {
     pub(super) rows: &'static [Row],
     /// Index of the stop surface.
     pub(super) stop: usize,
-    pub(super) published: Published,
     /// f-numbers at which it is used here.
     pub(super) f_numbers: &'static [f64],
     /// Largest angle of the field to use, degrees from the axis.
@@ -81,13 +65,6 @@ pub(super) static COOKE_TRIPLET: Prescription = Prescription {
         air(-18.39533, 42.20778),
     ],
     stop: 3,
-    published: Published {
-        nm: 550.0,
-        focal: 49.999_783,
-        back: 42.414_858,
-        focal_accuracy: 1e-4,
-        back_accuracy: 1e-4,
-    },
     f_numbers: &[5.0, 5.6, 6.3, 8.0],
     field_deg: 20.0,
     focal_mm: &[35.0, 40.0, 50.0, 65.0, 75.0],
@@ -112,13 +89,6 @@ pub(super) static DOUBLE_GAUSS: Prescription = Prescription {
         air(-79.41143, 61.487_536),
     ],
     stop: 5,
-    published: Published {
-        nm: 587.6,
-        focal: 100.003_748,
-        back: 61.487_546,
-        focal_accuracy: 1e-4,
-        back_accuracy: 1e-4,
-    },
     f_numbers: &[2.8, 3.5, 4.0, 5.6],
     field_deg: 14.0,
     focal_mm: &[40.0, 50.0, 65.0, 75.0, 85.0],
@@ -139,13 +109,6 @@ pub(super) static TESSAR: Prescription = Prescription {
         air(-1.5218, 3.4025),
     ],
     stop: 4,
-    published: Published {
-        nm: 587.5618,
-        focal: 3.997_778,
-        back: 3.418_755,
-        focal_accuracy: 1e-4,
-        back_accuracy: 1e-4,
-    },
     f_numbers: &[4.5, 5.0, 5.6, 8.0],
     field_deg: 18.0,
     focal_mm: &[35.0, 40.0, 50.0, 65.0, 75.0],
@@ -170,13 +133,6 @@ pub(super) static CANON: Prescription = Prescription {
         air(-49.97, 37.93),
     ],
     stop: 6,
-    published: Published {
-        nm: 587.5618,
-        focal: 50.0,
-        back: 37.93,
-        focal_accuracy: 0.04,
-        back_accuracy: 1e-4,
-    },
     f_numbers: &[2.0, 2.8, 4.0, 5.6],
     field_deg: 20.0,
     focal_mm: &[35.0, 40.0, 50.0, 65.0, 75.0, 85.0],
@@ -205,13 +161,6 @@ pub(super) static ANGENIEUX: Prescription = Prescription {
         air(-203.55, 55.724),
     ],
     stop: 7,
-    published: Published {
-        nm: 587.5618,
-        focal: 100.0,
-        back: 55.724,
-        focal_accuracy: 2e-3,
-        back_accuracy: 3e-3,
-    },
     f_numbers: &[2.0, 2.8, 4.0],
     field_deg: 16.0,
     focal_mm: &[40.0, 50.0, 65.0, 75.0],
@@ -249,13 +198,6 @@ pub(super) static US_8879901: Prescription = Prescription {
         air(0.0, 3.153_178_38),
     ],
     stop: 6,
-    published: Published {
-        nm: 587.5618,
-        focal: 35.975_682,
-        back: 3.497_090,
-        focal_accuracy: 1e-4,
-        back_accuracy: 1e-4,
-    },
     f_numbers: &[2.0, 2.8, 4.0, 5.6],
     field_deg: 10.8,
     focal_mm: &[35.0, 40.0, 50.0, 65.0],

@@ -6,7 +6,8 @@ use super::super::lens::surfaces;
 use super::super::paraxial;
 use super::super::prescription::{ALL, COOKE_TRIPLET, DOUBLE_GAUSS, Prescription, TESSAR};
 use super::super::tiles::{Built, CELLS};
-use super::{core, lens_of};
+use super::published::PUBLISHED;
+use super::{core, lens_of, spread};
 use crate::expose::difference;
 use crate::lens::{CHANNELS, Place};
 use crate::mask::Mask;
@@ -15,9 +16,8 @@ use crate::sensor::{FineGrid, Sensor};
 
 #[test]
 fn focal_length_and_back_focus_are_the_published_ones() {
-    for lens in ALL {
-        let figures = lens.published;
-        let found = paraxial::focus(&surfaces(lens, 1.0, [figures.nm; 3]), GREEN);
+    for figures in &PUBLISHED {
+        let found = paraxial::focus(&surfaces(figures.lens, 1.0, [figures.nm; 3]), GREEN);
         let focal = found.focal / figures.focal - 1.0;
         let back = (found.back - figures.back) / figures.focal;
         assert!(
@@ -114,7 +114,7 @@ fn the_axis_point_in_focus_is_small_and_grows_to_both_sides() {
                 depth_m,
                 channel: GREEN,
             };
-            lens.spread(&place).expect("light passes").rms_px
+            spread(&lens, &place).rms_px
         };
         let sharp = rms_at(lens.camera.focus_m);
         assert!(sharp < 1.0, "{sharp} px");
@@ -157,7 +157,7 @@ fn a_designed_lens_has_rotational_symmetry() {
             depth_m: 2.6,
             channel: 2,
         };
-        lens.spread(&place).expect("light passes")
+        spread(&lens, &place)
     };
     let first = spread_at(0.0);
     for angle in [0.6, 1.9, 4.0] {

@@ -7,7 +7,7 @@ use super::super::lens::GlassLens;
 use super::super::prescription::{DOUBLE_GAUSS, TESSAR};
 use super::super::tiles::Built;
 use super::super::unknown::unknown;
-use super::{core, lens_of};
+use super::{core, lens_of, spread};
 use crate::lens::Place;
 use crate::rng::Rng;
 
@@ -84,7 +84,7 @@ fn the_stop_scales_defocused_discs() {
         depth_m: 1.0,
         channel: GREEN,
     };
-    let [bare, scaled] = [&lens, &larger].map(|l| l.spread(&place).expect("light passes").rms_px);
+    let [bare, scaled] = [&lens, &larger].map(|l| spread(l, &place).rms_px);
     assert!(
         (scaled / bare / factor - 1.0).abs() < 0.03,
         "{bare} {scaled} {factor}"
@@ -103,7 +103,7 @@ fn a_hole_clips_the_corner_and_not_the_axis() {
                 depth_m: 1.6,
                 channel: GREEN,
             };
-            lens.spread(&place).expect("light passes").rms_px
+            spread(lens, &place).rms_px
         };
         let axis = rms(&clipped, 0.0) / rms(&lens, 0.0);
         let corner = rms(&clipped, 1.1) / rms(&lens, 1.1);
@@ -160,10 +160,9 @@ fn a_decentred_element_brings_coma_to_the_axis_and_keeps_its_place() {
             depth_m: 2.0,
             channel: GREEN,
         };
-        let (bare, found) = (lens.spread(&place), bad.spread(&place));
-        let (bare, found) = (bare.expect("light passes"), found.expect("light passes"));
+        let (bare, found) = (spread(&lens, &place), spread(&bad, &place));
         for i in 0..2 {
-            assert!((found.centroid[i] - place.ideal[i]).abs() < 1e-6);
+            assert!((found.centroid[i] - place.ideal[i]).abs() < 0.02 * found.rms_px);
         }
         // Coma moves the ray through the middle of the stop off the centroid.
         let chief = core(&bad.design, GREEN, place.ideal, 2.0).chief;
@@ -232,9 +231,7 @@ fn wrong_spaces_and_melts_keep_focus_and_image_size_and_change_the_field() {
             };
             let mut other = lens.clone();
             other.design = built;
-            let rms = |lens: &GlassLens, field: f64| {
-                lens.spread(&place(field)).expect("light passes").rms_px
-            };
+            let rms = |lens: &GlassLens, field: f64| spread(lens, &place(field)).rms_px;
             let change = |field: f64| (rms(&other, field) - rms(&lens, field)).abs();
             assert!(change(0.0) + change(0.9) > 0.02, "{id}: {}", change(0.9));
         }

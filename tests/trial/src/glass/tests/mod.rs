@@ -3,10 +3,14 @@
 mod cases;
 mod design;
 mod errors;
+mod published;
 
 use super::assembly::Assembly;
+use super::beam::{Beam, OpenCell};
 use super::lens::{Choices, GlassLens};
 use super::prescription::Prescription;
+use crate::lens::Place;
+use crate::mask::Mask;
 use seidel_optics::field::Frame;
 
 /// Returns a lens of 50 mm with a frame of 1920 x 1080 pixels of 5 um, focused at 2 m.
@@ -59,5 +63,39 @@ fn core(built: &Assembly, channel: usize, ideal: [f64; 2], depth_m: f64) -> Core
     Core {
         chief: follow(aim).at,
         growth,
+    }
+}
+
+/// The spread of a beam on the sensor.
+#[derive(Debug, Clone, Copy)]
+struct Spread {
+    /// Mean landing point, frame px.
+    centroid: [f64; 2],
+    /// Root mean square distance from it, px.
+    rms_px: f64,
+}
+
+/// Returns the spread at `place` through `lens`.
+fn spread(lens: &GlassLens, place: &Place) -> Spread {
+    let mask = Mask::default();
+    let object = lens.design.object(place.ideal, place.depth_m);
+    let beam = Beam::new(&lens.design, place.channel, object, &mask).expect("light passes");
+    let (mut light, mut sum, mut square) = (0.0, [0.0; 2], 0.0);
+    beam.for_each(
+        40,
+        |OpenCell {
+             light: weight, at, ..
+         }| {
+            let from = [at[0] - place.ideal[0], at[1] - place.ideal[1]];
+            light += weight;
+            sum[0] += weight * from[0];
+            sum[1] += weight * from[1];
+            square += weight * (from[0] * from[0] + from[1] * from[1]);
+        },
+    );
+    let mean = sum.map(|s| s / light);
+    Spread {
+        centroid: [place.ideal[0] + mean[0], place.ideal[1] + mean[1]],
+        rms_px: (square / light - mean[0] * mean[0] - mean[1] * mean[1]).sqrt(),
     }
 }
