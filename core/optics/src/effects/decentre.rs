@@ -2,7 +2,7 @@
 
 use super::{ControlRatios, Effect, Parameter, ScenePoint, Scope, SearchStart};
 use crate::field::Meridian;
-use crate::lens::{LocalPupil, VergenceSeries};
+use crate::lens::{LocalPupil, VergenceSeries, Wavefront};
 
 /// `decentre`: the field centres of the aberrations do not lie on one axis.
 ///
@@ -22,7 +22,15 @@ use crate::lens::{LocalPupil, VergenceSeries};
 /// ```
 ///
 /// with c = phi d, a = -gamma d and f = -2 delta d, in px of slope (per half frame width). a0 and a45 are astigmatism of
-/// second order in d, or of a surface that is not rotationally symmetric.
+/// second order in d, or of a surface that is not rotationally symmetric. Fast lenses need the next order too, the terms
+/// of fifth order centred at d:
+///
+/// ```text
+/// W += |u|⁴ (p.u) + (X.q) |u|⁴/4 + |u|² (X.u)(r.u) + |X|² |u|² (s.u) + (X.t)(X.u) |u|² + (X.u)² (v.u)
+/// ```
+///
+/// Distortion centred at d moves the chief ray by (X.k) X + |X|² b (decentring distortion: Brown, Photogrammetric
+/// Engineering 32, 1966).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Decentre;
 
@@ -30,7 +38,10 @@ const fn term(name: &'static str, unit: &'static str, meaning: &'static str) -> 
     Parameter::new(name, unit, meaning).within(-100.0, 100.0)
 }
 
-const COUNT: usize = 12;
+const COUNT: usize = 28;
+/// Index of the first parameter of decentring distortion, and of the first of fifth order.
+const DISTORTION: usize = 12;
+const FIFTH: usize = 16;
 
 static PARAMETERS: [Parameter; COUNT] = [
     term("coma_x", "px", "coma, constant over the field, along x"),
@@ -63,6 +74,54 @@ static PARAMETERS: [Parameter; COUNT] = [
         "shift relative to the channel of middle wavelength, along y",
     )
     .scope(Scope::Difference),
+    term("keystone_x", "px/h²", "shift along X by X.k, x of k").within(-500.0, 500.0),
+    term("keystone_y", "px/h²", "shift along X by X.k, y of k").within(-500.0, 500.0),
+    term("bend_x", "px/h²", "shift along x quadratic in field").within(-500.0, 500.0),
+    term("bend_y", "px/h²", "shift along y quadratic in field").within(-500.0, 500.0),
+    term(
+        "coma5_x",
+        "px",
+        "fifth-order coma, constant over the field, along x",
+    ),
+    term(
+        "coma5_y",
+        "px",
+        "fifth-order coma, constant over the field, along y",
+    ),
+    term(
+        "spherical_x",
+        "px/h",
+        "spherical aberration linear in field, by x",
+    ),
+    term(
+        "spherical_y",
+        "px/h",
+        "spherical aberration linear in field, by y",
+    ),
+    term(
+        "oblique_x",
+        "px/h",
+        "oblique spherical aberration linear in field, x of its vector",
+    ),
+    term(
+        "oblique_y",
+        "px/h",
+        "oblique spherical aberration linear in field, y of its vector",
+    ),
+    term("coma_bend_x", "px/h²", "coma along x quadratic in field"),
+    term("coma_bend_y", "px/h²", "coma along y quadratic in field"),
+    term("coma_keystone_x", "px/h²", "coma along X by X.t, x of t"),
+    term("coma_keystone_y", "px/h²", "coma along X by X.t, y of t"),
+    term(
+        "elliptical_x",
+        "px/h²",
+        "elliptical coma quadratic in field, x of its vector",
+    ),
+    term(
+        "elliptical_y",
+        "px/h²",
+        "elliptical coma quadratic in field, y of its vector",
+    ),
 ];
 
 impl Effect for Decentre {
@@ -101,13 +160,22 @@ impl Effect for Decentre {
         wave.add_monomial(2, 0, x * a[0] + values[6] / 2.0);
         wave.add_monomial(1, 1, x * a[1] + y * a[0] + values[7]);
         wave.add_monomial(0, 2, y * a[1] - values[6] / 2.0);
+        add_fifth_order(&values[FIFTH..], [x, y], wave);
     }
 
-    fn chief_ray(&self, values: &[f64], _point: ScenePoint) -> [f64; 2] {
-        [values[8] + values[10], values[9] + values[11]]
+    fn chief_ray(&self, values: &[f64], point: ScenePoint) -> [f64; 2] {
+        let (x, y) = (point.at.x, point.at.y);
+        let &[kx, ky, bx, by] = &values[DISTORTION..FIFTH] else {
+            panic!("four parameters of distortion");
+        };
+        let (along, h2) = (kx * x + ky * y, x * x + y * y);
+        [
+            values[8] + values[10] + along * x + h2 * bx,
+            values[9] + values[11] + along * y + h2 * by,
+        ]
     }
 
-    // Coma and shifts alone, then everything.
+    // Coma and shifts alone, then third order, then everything.
     fn starts(&self) -> Vec<SearchStart> {
         let mut values = [0.0; COUNT];
         (values[0], values[1]) = (0.2, 0.2);
@@ -115,7 +183,11 @@ impl Effect for Decentre {
         vec![
             SearchStart {
                 values: values.to_vec(),
-                free: (0..COUNT).map(plain).collect(),
+                free: (0..COUNT).map(|k| plain(k) && k < DISTORTION).collect(),
+            },
+            SearchStart {
+                values: values.to_vec(),
+                free: (0..COUNT).map(|k| k < FIFTH).collect(),
             },
             SearchStart::all_free(&values),
         ]
@@ -129,12 +201,55 @@ impl Effect for Decentre {
             0 | 1 => r * r * k,
             2..=5 => r,
             6 | 7 => r * k,
-            _ => k,
+            8..DISTORTION => k,
+            DISTORTION..FIFTH => 1.0 / k,
+            _ => {
+                let (pupil, field) =
+                    [(5, 0), (4, 1), (4, 1), (3, 2), (3, 2), (3, 2)][(index - FIFTH) / 2];
+                ratios.of_wave_term(pupil, field)
+            }
         };
         let each = values.iter().enumerate();
         each.map(|(index, series)| series.scaled(factor(index)))
             .collect()
     }
+}
+
+/// Adds the terms of fifth order at field point `x` to `wave`; `values` are the components of p, q, r, s, t and v.
+fn add_fifth_order(values: &[f64], x: [f64; 2], wave: &mut Wavefront) {
+    let (vectors, _) = values.as_chunks::<2>();
+    let &[p, q, r, s, t, v] = vectors else {
+        panic!("six vectors");
+    };
+    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+    wave.add(2, 0, Meridian::X, dot(x, q) / 4.0);
+    // |u|⁴ (p.u).
+    wave.add_monomial(5, 0, p[0]);
+    wave.add_monomial(3, 2, 2.0 * p[0]);
+    wave.add_monomial(1, 4, p[0]);
+    wave.add_monomial(4, 1, p[1]);
+    wave.add_monomial(2, 3, 2.0 * p[1]);
+    wave.add_monomial(0, 5, p[1]);
+    // |u|² (X.u)(r.u).
+    let (xx, xy, yy) = (x[0] * r[0], x[0] * r[1] + x[1] * r[0], x[1] * r[1]);
+    wave.add_monomial(4, 0, xx);
+    wave.add_monomial(2, 2, xx + yy);
+    wave.add_monomial(0, 4, yy);
+    wave.add_monomial(3, 1, xy);
+    wave.add_monomial(1, 3, xy);
+    // |u|² ((|X|² s + (X.t) X).u).
+    let (h2, along) = (dot(x, x), dot(x, t));
+    let coma = [0, 1].map(|k| h2 * s[k] + along * x[k]);
+    wave.add_monomial(3, 0, coma[0]);
+    wave.add_monomial(1, 2, coma[0]);
+    wave.add_monomial(2, 1, coma[1]);
+    wave.add_monomial(0, 3, coma[1]);
+    // (X.u)² (v.u).
+    let (xx, xy, yy) = (x[0] * x[0], 2.0 * x[0] * x[1], x[1] * x[1]);
+    wave.add_monomial(3, 0, xx * v[0]);
+    wave.add_monomial(2, 1, xx * v[1] + xy * v[0]);
+    wave.add_monomial(1, 2, xy * v[1] + yy * v[0]);
+    wave.add_monomial(0, 3, yy * v[1]);
 }
 
 #[cfg(test)]
@@ -143,7 +258,7 @@ mod tests {
     use crate::effects::DefocusOffset;
     use crate::effects::tests::{behind, disc, place};
     use crate::field::FieldPoint;
-    use crate::lens::{ReducedNumbers, Wavefront};
+    use crate::lens::ReducedNumbers;
 
     #[test]
     fn coma_at_the_centre_points_along_its_vector() {
@@ -200,10 +315,52 @@ mod tests {
         }
     }
 
+    /// Fifth-order aberrations of a symmetric lens at field point `x`.
+    fn fifth_order(x: [f64; 2]) -> Wavefront {
+        let at = FieldPoint::new(x[0], x[1]);
+        let (h, meridian) = (at.radius(), at.meridian());
+        let mut wave = Wavefront::default();
+        for (round, along, field, size) in [
+            (2, 1, 1, 0.7),
+            (2, 0, 2, 0.4),
+            (1, 2, 2, -0.6),
+            (1, 1, 3, 0.5),
+            (0, 3, 3, -0.3),
+        ] {
+            wave.add(round, along, meridian, size * h.powi(field));
+        }
+        wave
+    }
+
+    #[test]
+    fn fifth_order_terms_are_the_change_by_a_shift_off_the_axis() {
+        let (x, d, step) = ([0.6, -0.4], [0.8, 0.3], 1e-5);
+        let at = |side: f64| fifth_order([0, 1].map(|k| x[k] - side * step * d[k]));
+        let change = at(1.0).add_scaled(-1.0, &at(-1.0));
+        let mut values = Vec::new();
+        for factor in [
+            -0.7,
+            -2.0 * 0.4 * 4.0,
+            2.0 * 0.6,
+            -0.5,
+            -2.0 * 0.5,
+            3.0 * 0.3,
+        ] {
+            values.extend(d.map(|d| factor * d));
+        }
+        let mut got = Wavefront::default();
+        add_fifth_order(&values, x, &mut got);
+        let pairs = got.coefficients().iter().zip(change.coefficients());
+        for (got, change) in pairs {
+            let want = change / (2.0 * step);
+            assert!((got - want).abs() < 1e-7, "{got} {want}");
+        }
+    }
+
     #[test]
     fn shifts_are_constant_over_the_field() {
         let mut values = [0.0; COUNT];
-        values[8..].copy_from_slice(&[3.0, -2.0, 0.1, 0.2]);
+        values[8..DISTORTION].copy_from_slice(&[3.0, -2.0, 0.1, 0.2]);
         for (x, y) in [(0.0, 0.0), (0.9, -0.3)] {
             let chief = Decentre.chief_ray(&values, place(x, y));
             assert_eq!(chief, [3.1, -1.8]);
