@@ -12,22 +12,54 @@ const EFFECTIVE_SAMPLES: f64 = 12.0;
 /// Share of the gap that an unknown cause leaves, and its log prior penalty (nats).
 const UNKNOWN_LEAVES: f64 = 0.14;
 const UNKNOWN_PRICE: f64 = 1.5;
+/// Further log prior penalty of an unknown cause if the best candidate leaves no significant remainder (nats), and the standard
+/// errors up to which a remainder is not significant.
+const UNNEEDED_UNKNOWN_PRICE: f64 = 2.0;
+const SIGNIFICANT_SIGMAS: f64 = 3.0;
+/// Log prior penalty of an effect that only imitates a simpler one (nats).
+const IMITATION_PRICE: f64 = 3.0;
+/// Ratio of the shares that two candidates leave, up to which the simpler one counts as equally good.
+const EQUALLY_GOOD_RATIO: f64 = 1.25;
 /// Log prior penalty of a second effect (nats).
-const PAIR_PRICE: f64 = 2.0;
+const PAIR_PRICE: f64 = 1.5;
 /// Relative uncertainty of the lens's own misfit.
 const MISFIT_UNCERTAINTY: f64 = 0.3;
 /// Smallest gap that model and discretisation errors allow.
 pub(super) const MIN_GAP: f64 = 2e-4;
 
+/// Effects that contain a simpler one: they can describe all that it does. A smaller iris looks like a stop that does not move or
+/// a polygon of arcs of one circle; a tilted sensor like the linear focus of a decentred lens; a focus offset like a
+/// cylinder's mean focus.
+const CONTAINED: [(&str, &[&str]); 3] = [
+    ("pupil_scale", &["vignetting", "aperture_polygon"]),
+    ("sensor_tilt", &["decentre"]),
+    ("defocus_offset", &["anamorphic"]),
+];
+
 /// Score of a hypothesis.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct CandidateScore {
     /// Remaining gap.
     pub(super) after: f64,
     /// Number of free parameters.
     pub(super) freedom: usize,
-    /// Number of effects.
-    pub(super) effects: usize,
+    /// Identifiers of the effects.
+    pub(super) effects: Vec<&'static str>,
+}
+
+impl CandidateScore {
+    /// Returns whether `simpler` has the same effects, but for one that an effect of this candidate contains.
+    fn contains(&self, simpler: &Self) -> bool {
+        let differ = |a: &Self, b: &Self| -> Vec<&'static str> {
+            let own = a.effects.iter().filter(|id| !b.effects.contains(id));
+            own.copied().collect()
+        };
+        match (&differ(self, simpler)[..], &differ(simpler, self)[..]) {
+            (&[container], &[contained]) => (CONTAINED.iter())
+                .any(|(id, containers)| *id == contained && containers.contains(&container)),
+            _ => false,
+        }
+    }
 }
 
 /// Gap of the given lens, with its expected part.
@@ -48,27 +80,40 @@ impl GapScale {
         let excess = |gap: f64| (gap - self.misfit).max(0.0) + floor;
         excess(after) / excess(self.before)
     }
+
+    /// Returns whether the gap `after` exceeds the expected one by more than noise.
+    fn is_significant(&self, after: f64) -> bool {
+        after > self.misfit + MIN_GAP + SIGNIFICANT_SIGMAS * self.sigma
+    }
 }
 
 /// Returns the penalty of `freedom` free parameters (nats).
 fn parameter_price(freedom: usize) -> f64 {
     let k = freedom as f64;
-    0.8 * k.ln_1p() + 0.12 * k
+    0.8 * k.ln_1p() + 0.08 * k
 }
 
 /// Returns the posterior probabilities of `contenders` and, last, of the unknown cause, given that an effect
 /// is missing.
 pub(super) fn probabilities(contenders: &[CandidateScore], scale: GapScale) -> Vec<f64> {
     let unknown = UNKNOWN_LEAVES * scale.before + (1.0 - UNKNOWN_LEAVES) * scale.misfit;
+    let least = (contenders.iter().map(|c| c.after)).fold(f64::INFINITY, f64::min);
+    let unknown_price = if scale.is_significant(least) {
+        UNKNOWN_PRICE
+    } else {
+        UNKNOWN_PRICE + UNNEEDED_UNKNOWN_PRICE
+    };
     let logs: Vec<f64> = contenders
         .iter()
         .map(|c| {
-            let second = PAIR_PRICE * c.effects.saturating_sub(1) as f64;
-            -EFFECTIVE_SAMPLES / 2.0 * scale.share(c.after).ln()
-                - parameter_price(c.freedom)
-                - second
+            let second = PAIR_PRICE * c.effects.len().saturating_sub(1) as f64;
+            let share = scale.share(c.after);
+            let imitates = (contenders.iter())
+                .any(|s| c.contains(s) && scale.share(s.after) <= EQUALLY_GOOD_RATIO * share);
+            let imitation = if imitates { IMITATION_PRICE } else { 0.0 };
+            -EFFECTIVE_SAMPLES / 2.0 * share.ln() - parameter_price(c.freedom) - second - imitation
         })
-        .chain([-EFFECTIVE_SAMPLES / 2.0 * scale.share(unknown).ln() - UNKNOWN_PRICE])
+        .chain([-EFFECTIVE_SAMPLES / 2.0 * scale.share(unknown).ln() - unknown_price])
         .collect();
     let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = logs.iter().map(|l| (l - most).exp()).collect();
@@ -110,8 +155,48 @@ mod tests {
         CandidateScore {
             after,
             freedom,
-            effects: 1,
+            effects: vec!["motion"],
         }
+    }
+
+    fn of(effects: &[&'static str], after: f64, freedom: usize) -> CandidateScore {
+        CandidateScore {
+            after,
+            freedom,
+            effects: effects.to_vec(),
+        }
+    }
+
+    #[test]
+    fn an_effect_that_imitates_a_simpler_one_is_less_likely() {
+        let odds = |other: &'static str, after: f64| {
+            let contenders = [of(&["pupil_scale"], 0.002, 1), of(&[other], after, 2)];
+            probabilities(&contenders, SCALE)[0]
+        };
+        assert!(odds("vignetting", 0.002) > 0.9);
+        assert!(odds("motion", 0.002) < 0.8);
+        assert!(odds("vignetting", 0.0005) < 0.5, "unless it is better");
+        let pair = [
+            of(&["motion", "sensor_tilt"], 0.002, 7),
+            of(&["decentre", "motion"], 0.002, 16),
+        ];
+        let got = probabilities(&pair, SCALE);
+        assert!(got[0] > 20.0 * got[1], "{got:?}");
+    }
+
+    #[test]
+    fn an_unknown_cause_is_less_likely_where_nothing_significant_is_left() {
+        let noisy = GapScale {
+            sigma: 0.002,
+            ..SCALE
+        };
+        let unknown = |after: f64| probabilities(&[contender(after, 12)], noisy)[1];
+        assert!(
+            unknown(0.006) < 0.25 * unknown(0.008),
+            "{} {}",
+            unknown(0.006),
+            unknown(0.008)
+        );
     }
 
     #[test]

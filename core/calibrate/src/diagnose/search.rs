@@ -95,8 +95,10 @@ const PARTNERS: usize = 2;
 /// Starting points of its own for an effect that joins others: while partners are compared, and for the partner chosen.
 const PARTNER_STARTS: usize = 3;
 const JOINT_STARTS: usize = 6;
-/// Starting points that are refined: this many, if their cost is at most this ratio of the best.
-const REFINED_STARTS: usize = 2;
+/// Starting points that are refined: this many, at most so many with the same free parameters, if their cost is at most this
+/// ratio of the best.
+const REFINED_STARTS: usize = 3;
+const STARTS_OF_A_KIND: usize = 2;
 const START_RATIO: f64 = 1.5;
 /// Relative decreases of the cost at which first and later searches stop.
 const COARSE_TOLERANCE: f64 = 0.01;
@@ -322,6 +324,14 @@ impl<'a> HypothesisSearch<'a> {
             })
             .collect();
         screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        // Starts with other free parameters come before further ones with the same.
+        let mut masks: Vec<Vec<Vec<bool>>> = Vec::new();
+        screened.retain(|(hypothesis, _)| {
+            let mask = hypothesis.parts.iter().map(|(_, start)| start.free.clone());
+            masks.push(mask.collect());
+            let (own, before) = masks.split_last().expect("just pushed");
+            before.iter().filter(|m| *m == own).count() < STARTS_OF_A_KIND
+        });
         screened.truncate(REFINED_STARTS);
         let worst = (screened.first()).map_or(0.0, |best| START_RATIO * best.1.cost);
         screened.retain(|start| start.1.cost <= worst);

@@ -136,7 +136,7 @@ impl GapStatistics {
             .map(|c| CandidateScore {
                 after: c.after,
                 freedom: c.freedom(),
-                effects: c.hypothesis.parts.len(),
+                effects: c.hypothesis.ids(),
             })
             .collect();
         let least = (contenders.iter().map(|c| c.after)).fold(f64::INFINITY, f64::min);
