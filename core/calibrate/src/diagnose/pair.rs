@@ -13,6 +13,7 @@ mod offsets;
 mod patch;
 mod placement;
 mod quantisation;
+mod rendering;
 mod response;
 mod windows;
 
@@ -216,7 +217,14 @@ pub fn estimate_pair(
         registration: geometry.registration,
         ..view
     };
-    let found = job.estimates(&view, &windows)?;
+    let rendered = if settings.area_means {
+        None
+    } else {
+        rendering::rendered(&view, &predictor, &job.sharp, &|share| {
+            progress(OFFSET_SHARE + share * (RENDERED_SHARE - OFFSET_SHARE))
+        })?
+    };
+    let found = job.estimates(&view, &windows, rendered.as_deref())?;
     let remarks = placed.remark.into_iter().chain(geometry.remark()).collect();
     let (observed, tried) = (collected(&view, names, found, settings)?, windows.len());
     if observed.set.observations.is_empty() {
@@ -257,8 +265,9 @@ struct Job<'a> {
     cancelled: AtomicBool,
 }
 
-/// Share of the work that measuring offsets is.
+/// Shares of the work that are done once offsets are measured, and the sharp picture is rendered.
 const OFFSET_SHARE: f64 = 0.2;
+const RENDERED_SHARE: f64 = 0.4;
 
 impl Job<'_> {
     /// Runs `work` on every window, with progress from `from` to `to`.
@@ -321,20 +330,26 @@ impl Job<'_> {
         Ok(geometry::decide(view, &measured, wanted))
     }
 
-    /// Estimates the PSFs of all channels of every window; `None` where a channel is not determined.
+    /// Estimates the PSFs of all channels of every window; `None` where a channel is not determined. `rendered` are the planes
+    /// of the sharp picture through the lens by the fast renderer.
     fn estimates(
         &self,
         view: &LensView<'_>,
         windows: &[Window],
+        rendered: Option<&[Vec<f32>]>,
     ) -> Result<Vec<Option<WindowEstimate>>> {
-        let mut found = self.each(windows, [OFFSET_SHARE, 1.0], |index, window| {
-            let offset = view.window_offset(window);
+        let mut found = self.each(windows, [RENDERED_SHARE, 1.0], |index, window| {
+            let place = WindowPlace {
+                index,
+                window,
+                offset: view.window_offset(window),
+            };
             let estimates = (0..view.channels.len())
-                .map(|channel| self.estimate(view, index, window, offset, channel))
+                .map(|channel| self.estimate(view, place, channel, rendered))
                 .collect::<Option<Vec<Estimate>>>()?;
             Some(WindowEstimate {
                 window,
-                offset,
+                offset: place.offset,
                 estimates,
             })
         })?;
@@ -354,16 +369,32 @@ impl Job<'_> {
     fn estimate(
         &self,
         view: &LensView<'_>,
-        index: usize,
-        window: Window,
-        offset: [isize; 2],
+        place: WindowPlace,
         channel: usize,
+        rendered: Option<&[Vec<f32>]>,
     ) -> Option<Estimate> {
+        let WindowPlace {
+            index,
+            window,
+            offset,
+        } = place;
         let clip = self.settings.clip;
         let patch = Patch::cut(&self.sharp, &self.plate, channel, window, offset, clip);
         let mut drawing = Drawing::default();
         let mut expected =
             view.expectation(&self.plans, &patch, channel, window, offset, &mut drawing);
+        if let Some(planes) = rendered {
+            let image = PairImage {
+                planes,
+                ..self.plate
+            };
+            let by_renderer = Patch::cut(&self.sharp, &image, channel, window, offset, None).plate;
+            let misfit =
+                |expected: &[f64]| estimate::misfit(&patch, expected, self.plans.window.stride);
+            if misfit(&by_renderer) < misfit(&expected.plate) {
+                expected.plate = by_renderer;
+            }
+        }
         if let Some(rounding) = self.plate.quantisation {
             expected.least_variance = patch.plate_mean(|v| rounding.variance(v));
         }
@@ -377,6 +408,14 @@ impl Job<'_> {
         };
         estimate(&self.plans, &patch, &expected, check)
     }
+}
+
+/// A window with its number and the whole pixels to its place in the plate.
+#[derive(Debug, Clone, Copy)]
+struct WindowPlace {
+    index: usize,
+    window: Window,
+    offset: [isize; 2],
 }
 
 /// The estimated PSFs of a window.

@@ -219,6 +219,14 @@ impl Gain {
     }
 }
 
+/// Returns the weighted squared difference between a patch and an `expected` plate, with the exposure fitted; infinity where it
+/// explains nothing.
+pub(super) fn misfit(patch: &Patch, expected: &[f64], stride: usize) -> f64 {
+    Gain::fit(patch, expected, stride).map_or(f64::INFINITY, |gain| {
+        patch.weighted(|k| (patch.plate[k] - gain.at(k, stride) * expected[k]).powi(2))
+    })
+}
+
 /// Returns 1 and the position of pixel `index`, from -1 to 1 over the square.
 fn coordinates(index: usize, stride: usize, middle: f64) -> Vector3<f64> {
     Vector3::new(

@@ -1,0 +1,63 @@
+//! The sharp picture through the lens by the fast renderer.
+//!
+//! Its kernels are approximate: on fine texture it leaves about a thousandth of the contrast. Plates that it made are
+//! compared with its own rendering, so that this error is no gap.
+
+use super::PairImage;
+use super::lens_view::{LensView, Positions};
+use crate::registration::Similarity;
+use seidel_optics::Progress;
+use seidel_optics::error::Result;
+use seidel_optics::field::ImagePoint;
+use seidel_optics::predict::Predictor;
+use seidel_render::{
+    Displacement, Edges, Gather, Plane, PlateMap, Quality, Renderer, Scene, VergencePass,
+};
+
+/// Renders `sharp` through the lens. Returns `None` for pictures that no program blurred in place: those with unknown pixels,
+/// and those that were moved.
+///
+/// # Errors
+/// A lens that cannot be rendered, and cancellation.
+pub(super) fn rendered(
+    view: &LensView<'_>,
+    lens: &Predictor,
+    sharp: &PairImage<'_>,
+    progress: &Progress<'_>,
+) -> Result<Option<Vec<Vec<f32>>>> {
+    let is_known = |plane: &Vec<f32>| plane.iter().all(|v| v.is_finite());
+    if view.registration != Similarity::IDENTITY || !sharp.planes.iter().all(is_known) {
+        return Ok(None);
+    }
+    let scene = Scene {
+        lens,
+        model: lens.default_model(),
+        width: sharp.width,
+        height: sharp.height,
+        map: PlateMap {
+            origin: ImagePoint::new(0.0, 0.0),
+            scale: 1.0,
+        },
+        vergence: VergencePass::Constant(view.vergence),
+        edges: Edges::Mirror,
+        displacement: match view.positions {
+            Positions::Lens => Displacement::Full,
+            Positions::Undistorted => Displacement::Lateral,
+        },
+    };
+    let count = sharp.planes.len();
+    let weights: Vec<Vec<f64>> = (0..count)
+        .map(|own| (0..count).map(|k| f64::from(u8::from(k == own))).collect())
+        .collect();
+    let planes: Vec<Plane> = sharp
+        .planes
+        .iter()
+        .zip(&weights)
+        .map(|(samples, weights)| Plane { samples, weights })
+        .collect();
+    let renderer = Gather {
+        quality: Quality::Final,
+    };
+    let result = renderer.render(&scene, &planes, progress)?;
+    Ok(Some(result.planes))
+}
