@@ -69,11 +69,14 @@ pub fn plate_gap(
     let known = |v: &f32| if v.is_finite() { *v } else { 0.0 };
     let planes = pair.sharp.iter().map(|p| p.iter().map(known).collect());
     let image = Image::new(width, height, names.to_vec(), planes.collect())?;
-    let mut settings = Settings::default();
-    settings.displacement = if pair.distorted {
+    let displacement = if pair.distorted {
         Displacement::Full
     } else {
         Displacement::Lateral
+    };
+    let settings = Settings {
+        displacement,
+        ..Settings::default()
     };
     let session = Arc::new(LensSession::new(lens, &settings)?);
     let plate = session.prepare(Plate::new(image).with_depth(Depth::Distance(distance)))?;
@@ -165,8 +168,8 @@ fn sample(plane: &[f32], size: (usize, usize), at: ImagePoint) -> f32 {
 #[derive(Debug, Clone, Copy, Default)]
 struct BlockSums {
     count: f64,
-    seen: f64,
-    seen_squared: f64,
+    observed: f64,
+    observed_squared: f64,
     product: f64,
     rendered_squared: f64,
 }
@@ -174,36 +177,39 @@ struct BlockSums {
 impl BlockSums {
     fn add(&mut self, other: &Self) {
         self.count += other.count;
-        self.seen += other.seen;
-        self.seen_squared += other.seen_squared;
+        self.observed += other.observed;
+        self.observed_squared += other.observed_squared;
         self.product += other.product;
         self.rendered_squared += other.rendered_squared;
     }
 
     /// Returns the squared difference from the rendering at `exposure`.
     fn difference(&self, exposure: f64) -> f64 {
-        let squared = self.seen_squared - 2.0 * exposure * self.product
+        let squared = self.observed_squared - 2.0 * exposure * self.product
             + exposure * exposure * self.rendered_squared;
         squared.max(0.0)
     }
 
     fn variance(&self) -> f64 {
-        let mean = self.seen / self.count;
-        self.seen_squared / self.count - mean * mean
+        let mean = self.observed / self.count;
+        self.observed_squared / self.count - mean * mean
     }
 }
 
-fn compare(name: &str, seen: &[f32], rendered: &[f32], width: usize) -> ChannelPlateGap {
+fn compare(name: &str, observed: &[f32], rendered: &[f32], width: usize) -> ChannelPlateGap {
     let side = PLATE_GAP_BLOCK_PX;
-    let (columns, rows) = (width.div_ceil(side), (seen.len() / width).div_ceil(side));
+    let (columns, rows) = (
+        width.div_ceil(side),
+        (observed.len() / width).div_ceil(side),
+    );
     let mut sums = vec![BlockSums::default(); columns * rows];
-    for (k, (o, r)) in seen.iter().zip(rendered).enumerate() {
+    for (k, (o, r)) in observed.iter().zip(rendered).enumerate() {
         let (o, r) = (f64::from(*o), f64::from(*r));
         if o.is_finite() && r.is_finite() {
             sums[k / width / side * columns + k % width / side].add(&BlockSums {
                 count: 1.0,
-                seen: o,
-                seen_squared: o * o,
+                observed: o,
+                observed_squared: o * o,
                 product: o * r,
                 rendered_squared: r * r,
             });
@@ -262,13 +268,13 @@ mod tests {
         assert!(same.whole < 1e-6, "{}", same.whole);
         assert_eq!(same.blocks.len(), 36);
         // In one block the photograph is flat.
-        let mut seen = rendered.clone();
-        for (k, value) in seen.iter_mut().enumerate() {
+        let mut observed = rendered.clone();
+        for (k, value) in observed.iter_mut().enumerate() {
             if (32..48).contains(&(k % 96)) && (48..64).contains(&(k / 96)) {
                 *value = 0.5;
             }
         }
-        let flat = compare("Y", &seen, &rendered, 96);
+        let flat = compare("Y", &observed, &rendered, 96);
         let worst = (0..36).max_by(|a, b| flat.blocks[*a].total_cmp(&flat.blocks[*b]));
         assert_eq!(worst, Some(3 * 6 + 2));
         assert!((0.8..1.3).contains(&flat.blocks[20]), "{}", flat.blocks[20]);

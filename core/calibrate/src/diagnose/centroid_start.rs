@@ -27,7 +27,11 @@ pub(super) fn are_displaced(nothing: &Hypothesis, tiles: &[&TileData]) -> bool {
 
 /// Returns `theta` with those of its values that shift chief rays set such that the predicted centroids of `tiles` agree with
 /// the observed ones, by reweighted linear least squares.
-pub(super) fn placed(hypothesis: &Hypothesis, theta: &[f64], tiles: &[&TileData]) -> Vec<f64> {
+pub(super) fn with_placed_centroids(
+    hypothesis: &Hypothesis,
+    theta: &[f64],
+    tiles: &[&TileData],
+) -> Vec<f64> {
     let shifting: Vec<usize> = (0..theta.len())
         .filter(|k| shifts_chief_ray(hypothesis, theta, *k, tiles))
         .collect();

@@ -374,7 +374,7 @@ impl<'a> HypothesisSearch<'a> {
                 .map(|(to, from)| from + stride * (to - from))
                 .collect();
             let there = if self.displaced {
-                centroid_start::placed(hypothesis, &there, &self.screening)
+                centroid_start::with_placed_centroids(hypothesis, &there, &self.screening)
             } else {
                 there
             };

@@ -87,7 +87,7 @@ pub(super) struct Estimate {
     pub(super) noise_ratio: Option<f64>,
 }
 
-/// Whether noise is simulated to check the noise of the estimate.
+/// A check of the noise of the estimate by simulated noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum NoiseCheck {
     /// Noise of this seed is passed through the estimator.

@@ -1,4 +1,4 @@
-//! What a lens predicts for a window: PSFs, and the plate.
+//! Predictions of a lens for a window: its PSFs, and the plate.
 
 use super::estimate::{Expectation, Plans};
 use super::patch::{Patch, Window};

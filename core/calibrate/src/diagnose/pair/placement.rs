@@ -249,7 +249,7 @@ impl Plane<'_> {
         let reach = LOBES * stretch;
         let range = |at: f64, length: usize| {
             let (first, last) = ((at - reach).ceil(), (at + reach).floor());
-            (first >= 0.0 && last < length as f64).then(|| first as usize..=last as usize)
+            (first >= 0.0 && last < length as f64).then_some(first as usize..=last as usize)
         };
         let (x, y) = (at.x_px - 0.5, at.y_px - 0.5);
         let (Some(columns), Some(rows)) = (range(x, self.width), range(y, self.height)) else {

@@ -371,7 +371,10 @@ fn rounded_pictures_widen_the_noise() {
 
 #[test]
 fn drawn_psfs_lie_on_their_pixels() {
-    let lens = lens(2.5);
+    let mut lens = lens(2.5);
+    if let LensDescription::Pupil(channels) = &mut lens.description {
+        channels[0].alpha = VergenceSeries::constant(1.5);
+    }
     let view = LensView {
         channels: crate::diagnose::rays(&lens).expect("rays"),
         frame: lens.frame,
