@@ -90,7 +90,7 @@ impl GapScale {
 /// Returns the penalty of `freedom` free parameters (nats).
 fn parameter_price(freedom: usize) -> f64 {
     let k = freedom as f64;
-    0.8 * k.ln_1p() + 0.08 * k
+    0.8 * k.ln_1p() + 0.05 * k
 }
 
 /// Returns the posterior probabilities of `contenders` and, last, of the unknown cause, given that an effect
@@ -210,7 +210,7 @@ mod tests {
             SCALE,
         );
         assert!((odds.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!(odds[0] > 0.8 && odds[2] < 0.2 && odds[1] < 0.01, "{odds:?}");
+        assert!(odds[0] > 0.75 && odds[2] < 0.25 && odds[1] < 0.01, "{odds:?}");
     }
 
     #[test]

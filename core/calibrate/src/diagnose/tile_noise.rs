@@ -1,7 +1,7 @@
 //! The contribution of pixel noise to the gap of a tile, and to its sum.
 
 /// Relative standard error of the sum of a tile at which half of its variance is removed from residuals.
-const FLUX_TOLERANCE: f64 = 0.01;
+const FLUX_TOLERANCE: f64 = 0.1;
 /// Least share of the squared norm of the samples that is taken for light, in very noisy tiles.
 const MIN_LIGHT_SHARE: f64 = 0.05;
 
@@ -13,6 +13,8 @@ pub(super) struct TileNoise {
     pub(super) noise: f64,
     /// Share of the flux error to remove from residuals, 0 to 1.
     pub(super) free_flux: f64,
+    /// Part of `noise` that is the error of the sum.
+    pub(super) of_sum: f64,
 }
 
 impl TileNoise {
@@ -32,6 +34,7 @@ impl TileNoise {
             norm: light,
             noise: variance * (pixels - 1.0 + along) / light,
             free_flux,
+            of_sum: variance * along / light,
         }
     }
 }

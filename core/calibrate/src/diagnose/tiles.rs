@@ -60,6 +60,8 @@ pub(super) struct TileData {
     /// Share of the flux error that is removed from residuals, 0 to 1: where noise makes the sum of the tile uncertain, its
     /// flux is fitted to the prediction.
     pub(super) free_flux: f64,
+    /// Part of `noise` by the error of the sum of the tile.
+    pub(super) noise_of_sum: f64,
     /// Response of the estimator, where the tile was estimated from pictures.
     pub(super) response: Option<Arc<TileResponse>>,
 }
@@ -77,6 +79,7 @@ impl TileData {
     fn set_response(&mut self, response: Arc<TileResponse>) {
         self.response = Some(response);
         self.free_flux = 0.0;
+        self.noise_of_sum = 0.0;
         self.norm = self.light.iter().map(|v| v * v).sum();
         self.noise = self.light.len() as f64 * self.sigma * self.sigma / self.norm;
     }
@@ -364,6 +367,7 @@ impl<'a> LensComparison<'a> {
             exposure,
             fold: 0,
             free_flux: noise.free_flux,
+            noise_of_sum: noise.of_sum,
             response: None,
         })
     }

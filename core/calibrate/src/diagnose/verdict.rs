@@ -64,11 +64,13 @@ impl GapStatistics {
             .iter()
             .zip(tiles)
             .map(|(g, t)| weight(t) * (g - t.noise));
-        // Variance of a gap: noise squared, and the product of noise and residual.
+        // Variance of a gap: noise squared, that of the sum apart, and the product of noise and residual.
         let variance = gaps.iter().zip(search.many()).map(|(g, t)| {
             let pixels = t.noise_freedom();
-            let meeting = 4.0 * g.max(0.0) * t.noise / pixels;
-            weight(t).powi(2) * (2.0 * t.noise * t.noise / pixels + meeting)
+            let of_pixels = t.noise - t.noise_of_sum;
+            let meeting = 4.0 * g.max(0.0) * of_pixels / pixels;
+            let squared = of_pixels * of_pixels / pixels + t.noise_of_sum * t.noise_of_sum;
+            weight(t).powi(2) * (2.0 * squared + meeting)
         });
         Self {
             before: excess.sum::<f64>() / total,
