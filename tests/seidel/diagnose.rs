@@ -131,7 +131,7 @@ fn pairs_without_information() {
             "plate.exr",
             "300 x 200",
             "280 x 190",
-            "no common detail",
+            "common detail in 0 places",
             "one scene",
         ],
     );
@@ -205,9 +205,9 @@ fn rendered_blur_is_estimated_correctly() {
             .map(|(a, b)| (f64::from(*a) / sum - f64::from(*b)).powi(2))
             .sum();
         let energy: f64 = b.samples().iter().map(|b| f64::from(*b).powi(2)).sum();
-        let noise = seen.noise_sigma[0].expect("a noise figure").powi(2) * 625.0 / energy;
+        // Without noise, so that only the renderer's and the estimator's own errors are left.
         let gap = square / energy;
-        assert!(gap < 0.002 && gap < 2.0 * noise, "{gap} {noise}");
+        assert!(gap < 1e-4, "{gap}");
     }
 }
 
@@ -234,7 +234,7 @@ fn diagnosed_pair(planted: &str, apply: &str, options: &str) -> serde_json::Valu
     let text = fs::read_to_string(&lens).expect("there");
     let mut profile: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let held_out = serde_json::json!({
-        "tiles": 20, "rule": "test", "snr_db": 60.0, "pixel_gap": 1e-4, "misplaced_light": 1e-3
+        "tiles": 20, "rule": "test", "snr_db": 60.0, "pixel_gap": 1e-4, "misplaced_light": 1e-3, "groups": []
     });
     profile["held_out"] = held_out;
     fs::write(&lens, profile.to_string()).expect("writable");
