@@ -42,7 +42,7 @@ pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
     if d.verdict == Verdict::ModelTooSimple && !d.model.freedom.is_empty() {
         let freedom: Vec<&str> = d.model.freedom.iter().map(|id| title(id)).collect();
         lines.push(format!(
-            "a richer model: {} would close {} of what the model leaves",
+            "a richer model with {} would close {} of the lens's own gap",
             freedom.join(", "),
             percent(d.model.freedom_closes)
         ));

@@ -159,7 +159,7 @@ fn apodisation(fitted: &Fitted) -> Option<String> {
     fitted.of("square")?;
     let rim = (-(fitted.number("square") + fitted.number("fourth"))).exp();
     Some(format!(
-        "the rim of the pupil passes {:.0} % of what its middle passes",
+        "the pupil transmits {:.0} % as much light at its rim as at its centre",
         100.0 * rim
     ))
 }

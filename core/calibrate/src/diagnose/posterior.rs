@@ -210,10 +210,7 @@ mod tests {
             SCALE,
         );
         assert!((odds.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!(
-            odds[0] > 0.75 && odds[2] < 0.25 && odds[1] < 0.01,
-            "{odds:?}"
-        );
+        assert!(odds[0] > 0.8 && odds[2] < 0.2 && odds[1] < 0.01, "{odds:?}");
     }
 
     #[test]

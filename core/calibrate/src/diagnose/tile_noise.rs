@@ -42,26 +42,12 @@ impl TileNoise {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand_free::Noise;
+    use seidel_optics::numeric::SplitMix64;
 
-    /// Deterministic standard normal numbers.
-    mod rand_free {
-        pub(super) struct Noise(pub(super) u64);
-
-        impl Noise {
-            fn unit(&mut self) -> f64 {
-                self.0 = self
-                    .0
-                    .wrapping_mul(6364136223846793005)
-                    .wrapping_add(1442695040888963407);
-                ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-            }
-
-            pub(super) fn normal(&mut self) -> f64 {
-                let radius = (-2.0 * self.unit().ln()).sqrt();
-                radius * (std::f64::consts::TAU * self.unit()).cos()
-            }
-        }
+    /// Returns a standard normal number by the Box-Muller transform.
+    fn normal(random: &mut SplitMix64) -> f64 {
+        let radius = (-2.0 * random.unit().max(1e-300).ln()).sqrt();
+        radius * (std::f64::consts::TAU * random.unit()).cos()
     }
 
     #[test]
@@ -77,10 +63,13 @@ mod tests {
             let sum: f64 = psf.iter().sum();
             let psf: Vec<f64> = psf.iter().map(|p| p / sum).collect();
             let (mut gaps, mut floors) = (0.0, 0.0);
-            let mut noise = Noise(7);
+            let mut random = SplitMix64::new(7);
             const DRAWS: usize = 200;
             for _ in 0..DRAWS {
-                let noisy: Vec<f64> = psf.iter().map(|p| p + sigma * noise.normal()).collect();
+                let noisy: Vec<f64> = psf
+                    .iter()
+                    .map(|p| p + sigma * normal(&mut random))
+                    .collect();
                 let sum: f64 = noisy.iter().sum();
                 if sum < 0.3 {
                     continue;

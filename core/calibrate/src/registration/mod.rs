@@ -24,6 +24,8 @@ const COARSE_SIDE: usize = 480;
 const LEAST_SIGNIFICANCE: f64 = 9.0;
 /// Relative difference of scales that count as one.
 const SAME_SCALE: f64 = 2e-3;
+/// Ratio of the median residuals of a similarity transform and of a shift below which the transform has a scale and a rotation.
+const WORTHWHILE_RATIO: f64 = 0.5;
 /// Least number of blocks that must match.
 const LEAST_BLOCKS: usize = 4;
 
@@ -74,7 +76,7 @@ pub fn register(from: &Picture, to: &Picture) -> Result<Registration> {
     };
     let shift = peak.shift_px.map(|s| s * factor as isize);
     let pairs = block_matching::matches(&scaled.smoothed(), &to.smoothed(), shift, factor + 3);
-    let fitted = Similarity::fit(&pairs, Freedom::Similarity);
+    let fitted = simplest_fit(&pairs);
     let Some(fitted) = fitted.filter(|_| pairs.len() >= LEAST_BLOCKS) else {
         return nothing_in_common(format!(
             "show common detail in {} places only, near a shift of ({}, {}) px at scale {scale:.3}",
@@ -92,6 +94,23 @@ pub fn register(from: &Picture, to: &Picture) -> Result<Registration> {
         },
         residual_px: median(&residuals),
         blocks: pairs.len(),
+    })
+}
+
+/// Fits a shift to `pairs`, or a similarity transform if that lowers the median residual markedly: errors of a few hundredths of a
+/// pixel are no change of scale.
+fn simplest_fit(pairs: &[PointPair]) -> Option<Similarity> {
+    let of = |freedom| {
+        let fitted = Similarity::fit(pairs, freedom)?;
+        let residuals: Vec<f64> = pairs.iter().map(|p| fitted.residual(p)).collect();
+        Some((fitted, median(&residuals)))
+    };
+    let (shift, left) = of(Freedom::Shift)?;
+    let (similarity, least) = of(Freedom::Similarity)?;
+    Some(if least < WORTHWHILE_RATIO * left {
+        similarity
+    } else {
+        shift
     })
 }
 

@@ -58,7 +58,7 @@ fn registers(truth: Similarity, size: (usize, usize), tolerance_px: f64) {
 
 #[test]
 fn shifts_scales_and_crops_are_found() {
-    registers(Similarity::shift(7.3, -4.6), (420, 300), 0.15);
+    registers(Similarity::shift(7.3, -4.6), (420, 300), 0.1);
     registers(Similarity::shift(-60.0, -41.0), (300, 220), 0.1);
     let (sin, cos) = 0.004_f64.sin_cos();
     let turned = Similarity {
