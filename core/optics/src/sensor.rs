@@ -4,6 +4,8 @@
 //! pixel aperture larger than the pixel ([`Sensor::box_px`]); scattered light ([`Halo`]); the tone curve
 //! ([`Tone`]). All but the tone curve are linear and conserve energy.
 
+use std::f64::consts::LN_2;
+
 use crate::moments::CentralMoments;
 
 /// A sensor, lengths in px. The default is the ideal sensor, which changes nothing.
@@ -70,8 +72,11 @@ pub struct Tone {
     pub clip: f64,
 }
 
-/// Most doublings of the first guess of an exposure, in either direction, before the bisection starts.
+/// Most doublings of the first guess of an exposure, in either direction, before the search starts, and most steps of it.
 const MOST_DOUBLINGS: usize = 40;
+const MOST_SECANTS: usize = 60;
+/// Relative error of an exposure or of its sum at which the search stops.
+const EXPOSURE_TOLERANCE: f64 = 1e-13;
 
 impl Default for Tone {
     fn default() -> Self {
@@ -91,48 +96,97 @@ impl Tone {
 
     /// Returns the factor on `light` at which its pixel values sum to `sum`: the exposure of an image with that sum.
     ///
-    /// Found by bisection, as values grow with light. If clipping keeps every sum below `sum`, returns the largest
-    /// factor tried. `None` if there is no light or `sum` is not positive.
+    /// Found by the Illinois method in the logarithm of the factor, as values grow with light. If clipping keeps every sum
+    /// below `sum`, returns the largest factor tried. `None` if there is no light or `sum` is not positive.
     pub fn exposure(&self, light: &[f64], sum: f64) -> Option<f64> {
         let total: f64 = light.iter().sum();
         let sound = |x: f64| x > 0.0 && x.is_finite();
         if !sound(sum) || !sound(total) {
             return None;
         }
-        let recorded = |factor: f64| light.iter().map(|l| self.apply(factor * l)).sum::<f64>();
-        let (mut low, mut high) = (sum / total, sum / total);
+        // Powers of products are products of powers, and powers take most of the time.
+        let powers: Vec<f64> = light.iter().map(|l| self.power(*l)).collect();
+        let excess = |log: f64| {
+            let factor = self.power(log.exp());
+            let recorded = powers.iter().map(|power| self.compress(factor * power));
+            recorded.sum::<f64>() / sum - 1.0
+        };
+        let start = (sum / total).ln();
+        let (mut low, mut below) = (start, excess(start));
+        let (mut high, mut above) = (low, below);
         for _ in 0..MOST_DOUBLINGS {
-            if recorded(low) <= sum {
+            if below <= 0.0 {
                 break;
             }
-            low /= 2.0;
+            low -= LN_2;
+            below = excess(low);
         }
         for _ in 0..MOST_DOUBLINGS {
-            if recorded(high) >= sum {
+            if above >= 0.0 {
                 break;
             }
-            high *= 2.0;
+            high += LN_2;
+            above = excess(high);
         }
-        for _ in 0..60 {
-            let middle = (low + high) / 2.0;
-            if recorded(middle) < sum {
-                low = middle;
+        if above < 0.0 {
+            return Some(high.exp());
+        }
+        let mut last_side = 0.0;
+        for _ in 0..MOST_SECANTS {
+            if high - low < EXPOSURE_TOLERANCE || above - below <= 0.0 {
+                break;
+            }
+            let middle = (low * above - high * below) / (above - below);
+            let here = excess(middle);
+            if here == 0.0 {
+                return Some(middle.exp());
+            }
+            // An end that stays twice loses half its weight, so that both ends close in.
+            let stays = here.signum() == last_side;
+            last_side = here.signum();
+            if here < 0.0 {
+                (low, below) = (middle, here);
+                above *= if stays { 0.5 } else { 1.0 };
             } else {
-                high = middle;
+                (high, above) = (middle, here);
+                below *= if stays { 0.5 } else { 1.0 };
+            }
+            if here.abs() < EXPOSURE_TOLERANCE {
+                return Some(middle.exp());
             }
         }
-        Some((low + high) / 2.0)
+        Some(((low + high) / 2.0).exp())
     }
 
     /// Returns the pixel value of linear light `l`. Negative light keeps its sign.
     pub fn apply(&self, l: f64) -> f64 {
-        let g = if self.gamma == 1.0 {
-            l.abs()
+        self.compress(self.power(l))
+    }
+
+    /// Returns the derivative of [`Tone::apply`] at light `l`; zero where values are clipped.
+    pub fn slope(&self, l: f64) -> f64 {
+        if l == 0.0 || self.apply(l).abs() >= self.clip {
+            return 0.0;
+        }
+        let g = self.power(l).abs();
+        let rest = (1.0 + self.knee * g).max(1e-9);
+        (1.0 + self.knee) / (rest * rest) * self.gamma * g / l.abs()
+    }
+
+    /// Returns `l` to the power gamma, with its sign.
+    fn power(&self, l: f64) -> f64 {
+        if self.gamma == 1.0 {
+            l
         } else {
-            l.abs().powf(self.gamma)
-        };
+            l.abs().powf(self.gamma).copysign(l)
+        }
+    }
+
+    /// Returns the pixel value of `power`, light to the power gamma with its sign.
+    fn compress(&self, power: f64) -> f64 {
+        let g = power.abs();
         let value = g * (1.0 + self.knee) / (1.0 + self.knee * g).max(1e-9);
-        value.min(self.clip).copysign(l)
+        value.min(self.clip).copysign(power)
     }
 }
 
@@ -241,6 +295,20 @@ mod tests {
         }
         assert!(tone.exposure(&light, 0.0).is_none());
         assert!(tone.exposure(&light, 10.0).is_some_and(f64::is_finite));
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_curve() {
+        let tone = Tone {
+            gamma: 0.7,
+            knee: 0.8,
+            clip: 0.95,
+        };
+        for l in [0.01, 0.2, -0.3, 0.6] {
+            let rate = (tone.apply(l + 1e-6) - tone.apply(l - 1e-6)) / 2e-6;
+            assert!((tone.slope(l) / rate - 1.0).abs() < 1e-6, "{l}");
+        }
+        assert_eq!(tone.slope(0.99), 0.0, "clipped");
     }
 
     #[test]

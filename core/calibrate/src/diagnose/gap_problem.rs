@@ -63,6 +63,21 @@ impl NormalSums {
         }
     }
 
+    /// Returns where the damped step from `theta` leads, with the cost there by the quadratic approximation.
+    pub(super) fn step(&self, theta: &[f64], slots: &[Slot], lambda: f64) -> LocalMinimum {
+        let there = damped_update(self.clone(), theta, slots, lambda);
+        let delta = DVector::from_fn(theta.len(), |k, _| there[k] - theta[k]);
+        LocalMinimum {
+            cost: self.cost_after(&delta),
+            theta: there,
+        }
+    }
+
+    /// Returns the cost after the change `delta` of the parameters, by the quadratic approximation.
+    pub(super) fn cost_after(&self, delta: &DVector<f64>) -> f64 {
+        self.cost - 2.0 * self.right.dot(delta) + (&self.matrix * delta).dot(delta)
+    }
+
     /// Returns the normal equations for the parameters `slots`.
     fn equations(self, slots: &[Slot]) -> NormalEquations {
         let mean = self.matrix.diagonal().sum() / self.right.len() as f64;

@@ -102,14 +102,16 @@ pub fn diagnose(
         left.extend(in_one_channel);
     }
     let steps = tried.len() as f64 + 4.0;
-    let mut drafts = Vec::new();
+    let mut outlines = Vec::new();
     for (done, effect) in tried.iter().enumerate() {
         step(progress, 0.8 * done as f64 / steps)?;
-        drafts.push(search.draft(*effect));
+        outlines.push(search.outline(*effect));
     }
+    let drafts = search.drafts(outlines);
     let mut singles = search.singles(drafts);
+    let mut jitter_px = 0.0;
     if let Some(best) = singles.first() {
-        let jitter_px = jitter::remove(best, &mut tiles.tiles);
+        jitter_px = jitter::remove(best, &mut tiles.tiles);
         if jitter_px > MIN_REPORTED_JITTER_PX {
             tiles.remarks.push(format!(
                 "ideal positions scatter by {jitter_px:.2} px at random: taken off"
@@ -123,7 +125,13 @@ pub fn diagnose(
     let promising = singles.partition_point(|s| s.after <= REFINED_RATIO * least);
     let rest = singles.split_off(REFINED_SINGLES.min(promising));
     let refined = singles.into_iter().map(|single| search.refined(single));
-    let rest = rest.into_iter().map(|single| search.rescored(single));
+    let rest = rest.into_iter().map(|single| {
+        if jitter_px > 0.0 {
+            search.rescored(single)
+        } else {
+            single
+        }
+    });
     let mut singles: Vec<Candidate> = refined.chain(rest).collect();
     singles.sort_by(|a, b| a.after.total_cmp(&b.after));
     let statistics = verdict::GapStatistics::new(model.own_gap, &search, &singles);

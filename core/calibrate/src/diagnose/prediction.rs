@@ -5,6 +5,7 @@ use super::registration::Registration;
 use super::tiles::TileData;
 use seidel_optics::lens::{LocalPupil, Transmission, Wavefront};
 use seidel_optics::psf::pupil::{Detail, PsfImage, PupilDerivative, TileGrid, Workspace, draw};
+use seidel_optics::sensor::Tone;
 
 /// Predicts tiles; holds the working memory of one thread.
 #[derive(Default)]
@@ -42,17 +43,21 @@ impl PlacedPupil {
         }
     }
 
-    /// Returns the derivative of the PSF towards `there`, a step `h` of a parameter away; `None` if it is not one of rays on an
-    /// ideal sensor.
-    fn derivative(&self, there: &Self, h: f64) -> Option<PupilDerivative> {
+    /// Returns how the PSF changes towards `there`, a step `h` of a parameter away.
+    fn change(&self, there: &Self, h: f64) -> Change {
         let (a, b) = (&self.pupil, &there.pupil);
-        let of_rays =
-            |p: &LocalPupil| !p.diffracts() && p.sensor.is_ideal() && p.sensor.tone.is_linear();
+        let mut retoned = *b;
+        retoned.sensor.tone = a.sensor.tone;
+        if retoned == *a && self.shift == there.shift {
+            return Change::Tone;
+        }
+        let of_rays = |p: &LocalPupil| !p.diffracts() && p.sensor.is_ideal();
         let alike = a.stops().len() == b.stops().len()
             && a.squeeze == b.squeeze
+            && a.sensor.tone == b.sensor.tone
             && a.blur_variances_px2() == b.blur_variances_px2();
         if !(of_rays(a) && of_rays(b) && alike) {
-            return None;
+            return Change::Other;
         }
         let rate = |from: f64, to: f64| (to - from) / h;
         let move_by =
@@ -71,8 +76,18 @@ impl PlacedPupil {
             fourth: rate(from.fourth, to.fourth),
             centre: [0, 1].map(|axis| rate(from.centre[axis], to.centre[axis])),
         };
-        Some(derivative)
+        Change::Rays(derivative)
     }
+}
+
+/// How a PSF changes with a parameter.
+enum Change {
+    /// Rays move, of a pupil before a sensor that does not blur.
+    Rays(PupilDerivative),
+    /// Only the tone curve changes.
+    Tone,
+    /// Everything may change.
+    Other,
 }
 
 /// Values of the effects after a step of one free parameter.
@@ -102,7 +117,7 @@ impl TilePredictor {
     ) {
         let placed = PlacedPupil::new(hypothesis, values, tile);
         self.draw(&placed, &[], tile, detail);
-        self.finish(&placed, tile, out);
+        *out = Recording::new(&self.drawn.light, placed.pupil.sensor.tone, tile).picture(tile);
     }
 
     /// Predicts `tile` with its derivatives by the parameters of `steps`: those of the rays where they exist, one-sided
@@ -119,8 +134,14 @@ impl TilePredictor {
         let there: Vec<PlacedPupil> = (steps.iter())
             .map(|step| PlacedPupil::new(hypothesis, step.values, tile))
             .collect();
-        let mut of_rays: Vec<(usize, PupilDerivative)> = (there.iter().enumerate())
-            .filter_map(|(k, there)| Some((k, here.derivative(there, steps[k].size)?)))
+        let changes: Vec<Change> = (there.iter().zip(steps))
+            .map(|(there, step)| here.change(there, step.size))
+            .collect();
+        let mut of_rays: Vec<(usize, PupilDerivative)> = (changes.iter().enumerate())
+            .filter_map(|(k, change)| match change {
+                Change::Rays(derivative) => Some((k, *derivative)),
+                Change::Tone | Change::Other => None,
+            })
             .collect();
         // The drawing takes derivatives that change the light last.
         of_rays.sort_by_key(|(_, derivative)| derivative.changes_light());
@@ -128,24 +149,34 @@ impl TilePredictor {
         self.draw(&here, &derivatives, tile, detail);
         let mut rates = vec![Vec::new(); steps.len()];
         let stride = PsfImage::stride(derivatives.len());
+        let recording = Recording::new(&self.drawn.light, here.pupil.sensor.tone, tile);
         for (column, (k, _)) in of_rays.iter().enumerate() {
             let pixels = 0..self.drawn.light.len();
             let rate = pixels.map(|pixel| self.drawn.derivatives[pixel * stride + column]);
-            rates[*k] = self.finish_rate(rate.collect(), tile);
+            rates[*k] = recording.rate(rate.collect(), tile);
         }
-        let mut picture = Vec::new();
-        self.finish(&here, tile, &mut picture);
-        for (k, there) in there.iter().enumerate() {
-            if of_rays.iter().any(|(own, _)| *own == k) {
-                continue;
-            }
-            self.draw(there, &[], tile, detail);
-            let mut moved = Vec::new();
-            self.finish(there, tile, &mut moved);
+        let picture = recording.picture(tile);
+        let difference = |there: Recording, size: f64| {
+            let mut moved = there.picture(tile);
             for (there, here) in moved.iter_mut().zip(&picture) {
-                *there = (*there - here) / steps[k].size;
+                *there = (*there - here) / size;
             }
-            rates[k] = moved;
+            moved
+        };
+        for (k, change) in changes.iter().enumerate() {
+            if matches!(change, Change::Tone) {
+                let tone = there[k].pupil.sensor.tone;
+                let moved = Recording::new(&self.drawn.light, tone, tile);
+                rates[k] = difference(moved, steps[k].size);
+            }
+        }
+        for (k, change) in changes.iter().enumerate() {
+            if matches!(change, Change::Other) {
+                self.draw(&there[k], &[], tile, detail);
+                let tone = there[k].pupil.sensor.tone;
+                let moved = Recording::new(&self.drawn.light, tone, tile);
+                rates[k] = difference(moved, steps[k].size);
+            }
         }
         Linearisation { picture, rates }
     }
@@ -167,39 +198,85 @@ impl TilePredictor {
             drawn,
         );
     }
+}
 
-    /// Sets `out` to the drawn tile as the sensor and the estimator of the tile give it.
-    fn finish(&self, placed: &PlacedPupil, tile: &TileData, out: &mut Vec<f64>) {
-        out.clear();
-        out.extend_from_slice(&self.drawn.light);
-        mask(tile, out);
-        let tone = placed.pupil.sensor.tone;
-        if !tone.is_linear()
-            && let Some(exposure) = tone.exposure(out, tile.exposure)
-        {
-            out.iter_mut().for_each(|v| *v = tone.apply(exposure * *v));
-        }
-        let sum: f64 = out.iter().sum();
-        if sum > 0.0 {
-            out.iter_mut().for_each(|v| *v /= sum);
-            if let Some(response) = &tile.response {
-                response.apply(out);
-            }
+/// The light of a tile with the tone curve that records it.
+struct Recording {
+    /// Light, zero where pixels do not take part.
+    light: Vec<f64>,
+    tone: Tone,
+    /// Factor on the light before the tone curve; `None` if pixel values are the light.
+    exposure: Option<f64>,
+}
+
+impl Recording {
+    fn new(light: &[f64], tone: Tone, tile: &TileData) -> Self {
+        let mut light = light.to_vec();
+        mask(tile, &mut light);
+        let exposure = if tone.is_linear() {
+            None
+        } else {
+            tone.exposure(&light, tile.exposure)
+        };
+        Self {
+            light,
+            tone,
+            exposure,
         }
     }
 
-    /// Returns the derivative of the finished tile from `rate`, that of the drawn one.
-    fn finish_rate(&self, mut rate: Vec<f64>, tile: &TileData) -> Vec<f64> {
-        let mut light = self.drawn.light.clone();
-        mask(tile, &mut light);
+    /// Returns the pixel values, before the estimator.
+    fn values(&self) -> Vec<f64> {
+        match self.exposure {
+            Some(exposure) => {
+                let values = self.light.iter().map(|l| self.tone.apply(exposure * l));
+                values.collect()
+            }
+            None => self.light.clone(),
+        }
+    }
+
+    /// Returns the picture of unit sum that the estimator of `tile` gives; zero without light.
+    fn picture(&self, tile: &TileData) -> Vec<f64> {
+        let mut picture = self.values();
+        let sum: f64 = picture.iter().sum();
+        if sum > 0.0 {
+            picture.iter_mut().for_each(|v| *v /= sum);
+            if let Some(response) = &tile.response {
+                response.apply(&mut picture);
+            }
+        }
+        picture
+    }
+
+    /// Returns the derivative of the picture from `rate`, that of the light.
+    fn rate(&self, mut rate: Vec<f64>, tile: &TileData) -> Vec<f64> {
         mask(tile, &mut rate);
-        let sum: f64 = light.iter().sum();
+        let values = self.values();
+        let sum: f64 = values.iter().sum();
         if sum <= 0.0 {
             return vec![0.0; rate.len()];
         }
-        let growth = rate.iter().sum::<f64>() / sum;
-        for (rate, light) in rate.iter_mut().zip(&light) {
-            *rate = (*rate - growth * light) / sum;
+        // Change of each value by light, and value by exposure: the sum of values stays.
+        let slopes: Vec<[f64; 2]> = match self.exposure {
+            Some(exposure) => {
+                let slope = |l: &f64| {
+                    let slope = self.tone.slope(exposure * l);
+                    [slope * exposure, slope * l]
+                };
+                self.light.iter().map(slope).collect()
+            }
+            None => self.light.iter().map(|l| [1.0, *l]).collect(),
+        };
+        let by_exposure: f64 = slopes.iter().map(|[_, s]| s).sum();
+        let by_light: f64 = rate.iter().zip(&slopes).map(|(r, [s, _])| r * s).sum();
+        let growth = if by_exposure > 0.0 {
+            by_light / by_exposure
+        } else {
+            0.0
+        };
+        for (rate, [by_light, by_exposure]) in rate.iter_mut().zip(&slopes) {
+            *rate = (*rate * by_light - growth * by_exposure) / sum;
         }
         if let Some(response) = &tile.response {
             response.apply_to_change(&mut rate);

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::centroid_start;
 use super::gap_problem::{FoldSums, GapProblem, LocalMinimum, damped_update, weight};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, Slot};
 use super::tiles::TileData;
 use seidel_optics::effects::{Effect, SearchStart};
 use seidel_optics::psf::pupil::Detail;
@@ -62,14 +62,52 @@ pub(super) struct Draft {
     pub(super) cost: f64,
 }
 
+/// Starting points of an effect on the fewest tiles, best first; the best after a few iterations.
+pub(super) struct Outline {
+    starts: Vec<(Hypothesis, LocalMinimum)>,
+}
+
+impl Outline {
+    fn cost(&self) -> f64 {
+        self.starts[0].1.cost
+    }
+}
+
+/// A part of the tiles, with its sums.
+struct Subsample<'a> {
+    tiles: Vec<&'a TileData>,
+    /// Weighted mean gap of the given lens, without noise.
+    excess: f64,
+    /// Sum of weights.
+    weight: f64,
+    /// Weighted sum of noise contributions.
+    noise: f64,
+}
+
+impl<'a> Subsample<'a> {
+    /// Takes about `count` of `tiles`. `nothing` is the hypothesis that no effect is missing.
+    fn new(tiles: &'a [TileData], count: usize, nothing: &Hypothesis) -> Self {
+        let tiles = thinned(tiles, count);
+        let cost = GapProblem::new(nothing, &tiles, Detail::FULL).gap_sum(&[]);
+        let noise = noise_sum(&tiles);
+        let weight: f64 = tiles.iter().map(|t| weight(t)).sum();
+        Self {
+            excess: ((cost - noise) / weight).max(MIN_EXCESS),
+            tiles,
+            weight,
+            noise,
+        }
+    }
+}
+
 /// Search over hypotheses on subsamples of the tiles.
 pub(super) struct HypothesisSearch<'a> {
     /// Tiles for comparing starting points.
-    screening: Vec<&'a TileData>,
+    screening: Subsample<'a>,
     /// Tiles for first searches.
-    few: Vec<&'a TileData>,
+    few: Subsample<'a>,
     /// Tiles for refined searches and comparisons.
-    many: Vec<&'a TileData>,
+    many: Subsample<'a>,
     channels: usize,
     reference: usize,
     /// Whether PSFs lie far from their predicted positions.
@@ -84,17 +122,25 @@ const COMPARISON_TILES: usize = 110;
 const MAX_QUIET_NOISE: f64 = 3e-3;
 /// Ratio of the gap that a draft leaves to that of the best draft, from which on it is not refined. It has odds of 1 to 4000.
 const HOPELESS_RATIO: f64 = 4.0;
+/// The same ratio for an effect after a few iterations on the fewest tiles, from which on it is not drafted.
+const HOPELESS_OUTLINE_RATIO: f64 = 10.0;
+const OUTLINE_ITERATIONS: usize = 2;
 /// Number of drafts that are refined at most.
 const MAX_COMPLETED: usize = 7;
 /// Largest factor of these numbers against noise.
 const MOST_TIMES: f64 = 2.0;
-/// Lower bound of the reference gap.
+/// Lower bound of the reference gap, and that of gaps that are compared, in standard errors by noise.
 const MIN_EXCESS: f64 = 1e-6;
+const RESOLVED_SIGMAS: f64 = 2.0;
 /// Partners per effect that are searched in full.
 const PARTNERS: usize = 2;
 /// Starting points of its own for an effect that joins others: while partners are compared, and for the partner chosen.
 const PARTNER_STARTS: usize = 3;
 const JOINT_STARTS: usize = 6;
+/// Influence of a parameter on the pictures by its own step, relative to the cost, below which it does not act. Damping of the
+/// step to the linear prediction.
+const LEAST_INFLUENCE: f64 = 1e-6;
+const PARTNER_DAMPING: f64 = 1e-3;
 /// Starting points that are refined: this many, at most so many with the same free parameters, if their cost is at most this
 /// ratio of the best.
 const REFINED_STARTS: usize = 3;
@@ -139,13 +185,14 @@ impl<'a> HypothesisSearch<'a> {
         let noise = tiles.iter().map(|t| t.noise).sum::<f64>() / tiles.len().max(1) as f64;
         let times = (noise / MAX_QUIET_NOISE).clamp(1.0, MOST_TIMES);
         let count = |quiet: usize| (quiet as f64 * times) as usize;
-        let screening = thinned(tiles, count(SCREENING_TILES));
         let nothing = Hypothesis::new(Vec::new(), channels, reference);
+        let part = |quiet: usize| Subsample::new(tiles, count(quiet), &nothing);
+        let screening = part(SCREENING_TILES);
         Self {
-            displaced: centroid_start::are_displaced(&nothing, &screening),
+            displaced: centroid_start::are_displaced(&nothing, &screening.tiles),
             screening,
-            few: thinned(tiles, count(FIRST_SEARCH_TILES)),
-            many: thinned(tiles, count(COMPARISON_TILES)),
+            few: part(FIRST_SEARCH_TILES),
+            many: part(COMPARISON_TILES),
             channels,
             reference,
         }
@@ -153,7 +200,7 @@ impl<'a> HypothesisSearch<'a> {
 
     /// Returns the tiles on which hypotheses are compared.
     pub(super) fn many(&self) -> &[&'a TileData] {
-        &self.many
+        &self.many.tiles
     }
 
     /// Returns the problem of `hypothesis` on the comparison tiles.
@@ -162,21 +209,12 @@ impl<'a> HypothesisSearch<'a> {
         hypothesis: &'b Hypothesis,
         detail: Detail,
     ) -> GapProblem<'b> {
-        GapProblem::new(hypothesis, &self.many, detail)
-    }
-
-    /// Returns the weighted mean gap of the given lens on `tiles`, without noise.
-    pub(super) fn excess(&self, tiles: &[&TileData]) -> f64 {
-        let nothing = self.nothing();
-        let cost = GapProblem::new(&nothing, tiles, Detail::FULL).gap_sum(&[]);
-        let noise: f64 = tiles.iter().map(|t| weight(t) * t.noise).sum();
-        let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
-        ((cost - noise) / weights).max(MIN_EXCESS)
+        GapProblem::new(hypothesis, &self.many.tiles, detail)
     }
 
     /// Returns the sum of weights of the comparison tiles.
     pub(super) fn weight(&self) -> f64 {
-        self.many.iter().map(|t| weight(t)).sum()
+        self.many.weight
     }
 
     /// Returns the null hypothesis: no effect is missing.
@@ -194,29 +232,72 @@ impl<'a> HypothesisSearch<'a> {
         })
     }
 
-    /// Estimates the parameters of `effect` alone, in a few iterations.
-    pub(super) fn draft(&self, effect: &'static dyn Effect) -> Draft {
+    /// Selects the starting points of `effect` alone.
+    pub(super) fn outline(&self, effect: &'static dyn Effect) -> Outline {
         let starts = effect.starts().into_iter().map(|start| {
             let hypothesis = Hypothesis::new(vec![(effect, start)], self.channels, self.reference);
             let theta = hypothesis.start();
             (hypothesis, theta)
         });
-        self.best(starts.collect(), Strides::of_first())
+        let mut starts = self.screened(starts.collect(), &Strides::of_first());
+        let (hypothesis, best) = &mut starts[0];
+        let problem = GapProblem::new(hypothesis, &self.screening.tiles, Detail::DRAFT);
+        *best = problem.descend(&best.theta, OUTLINE_ITERATIONS, COARSE_TOLERANCE);
+        Outline { starts }
+    }
+
+    /// Estimates the parameters of the effects of `outlines` one by one, in a few iterations: the most promising first. Effects
+    /// that leave much more of the gap than the best are left as they are.
+    pub(super) fn drafts(&self, mut outlines: Vec<Outline>) -> Vec<Draft> {
+        outlines.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        let mut least = f64::INFINITY;
+        let draft = |outline: Outline| {
+            // The cost on more tiles.
+            let (from, to) = (&self.screening, &self.few);
+            let share = (outline.cost() - from.noise) / from.weight / from.excess;
+            let excess = share * to.excess * to.weight;
+            let draft = if excess > HOPELESS_OUTLINE_RATIO * least {
+                let (hypothesis, best) = outline.starts.into_iter().next().expect("one start");
+                Draft {
+                    hypothesis,
+                    theta: best.theta,
+                    cost: excess + to.noise,
+                }
+            } else {
+                self.best(outline.starts)
+            };
+            least = least.min(self.resolved_excess(draft.cost));
+            draft
+        };
+        outlines.into_iter().map(draft).collect()
+    }
+
+    /// Returns `cost` on few tiles without noise, and not below what noise hides.
+    fn resolved_excess(&self, cost: f64) -> f64 {
+        let variances = self.few.tiles.iter().map(|t| {
+            let squared = 2.0 * t.noise * t.noise / t.noise_freedom();
+            weight(t).powi(2) * squared
+        });
+        let floor = RESOLVED_SIGMAS * variances.sum::<f64>().sqrt();
+        let floor = floor.max(MIN_EXCESS * self.few.tiles.len() as f64);
+        (cost - self.few.noise).max(floor)
     }
 
     /// Refines and scores the best of `drafts`. Those that leave much more of the gap than the best are only scored.
     pub(super) fn singles(&self, mut drafts: Vec<Draft>) -> Vec<Candidate> {
         drafts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let noise: f64 = self.few.iter().map(|t| weight(t) * t.noise).sum();
-        let floor = MIN_EXCESS * self.few.len() as f64;
-        let excess = |cost: f64| (cost - noise).max(floor);
         let most = drafts
             .first()
-            .map_or(0.0, |best| HOPELESS_RATIO * excess(best.cost));
+            .map_or(0.0, |best| HOPELESS_RATIO * self.resolved_excess(best.cost));
         let ranked = drafts.into_iter().enumerate();
         let scored = ranked.map(|(rank, draft)| {
-            if rank >= MAX_COMPLETED || excess(draft.cost) > most {
-                self.scored(draft.hypothesis, draft.theta, &self.few, Scoring::Draft)
+            if rank >= MAX_COMPLETED || self.resolved_excess(draft.cost) > most {
+                self.scored(
+                    draft.hypothesis,
+                    draft.theta,
+                    &self.screening,
+                    Scoring::Draft,
+                )
             } else {
                 self.completed(draft)
             }
@@ -229,15 +310,52 @@ impl<'a> HypothesisSearch<'a> {
     /// Estimates the parameters of the effects of `one` and of the single effect of `other` jointly, starting from their
     /// separate estimates, in a few iterations.
     pub(super) fn joint_draft(&self, one: &Candidate, other: &Candidate) -> Draft {
-        let starts = self.joined(one, other, JOINT_STARTS);
-        self.best(starts, Strides::of_second(one))
+        let predicted = self.predicted_joint(one, other);
+        let count = if predicted.is_some() {
+            PARTNER_STARTS
+        } else {
+            JOINT_STARTS
+        };
+        let starts = self.joined(one, other, count);
+        let mut screened = self.screened(starts, &Strides::of_second(one));
+        if let Some((joint, there)) = predicted {
+            let problem = GapProblem::new(&joint, &self.screening.tiles, Detail::DRAFT);
+            let cost = problem.gap_sum(&there.theta);
+            let at = screened.partition_point(|s| s.1.cost < cost);
+            if at < screened.len() {
+                let theta = there.theta;
+                screened.insert(at, (joint, LocalMinimum { theta, cost }));
+                screened.truncate(REFINED_STARTS);
+            }
+        }
+        self.best(screened)
     }
 
     /// Refines and scores `draft`.
     pub(super) fn completed(&self, draft: Draft) -> Candidate {
-        let problem = GapProblem::new(&draft.hypothesis, &self.few, Detail::DRAFT);
+        let problem = GapProblem::new(&draft.hypothesis, &self.few.tiles, Detail::DRAFT);
         let fitted = problem.descend(&draft.theta, 4, COARSE_TOLERANCE);
         self.scored(draft.hypothesis, fitted.theta, &self.few, Scoring::Full)
+    }
+
+    /// Returns the joint hypothesis of `a` and `b` with their values.
+    fn both(&self, a: (&Hypothesis, &[f64]), b: (&Hypothesis, &[f64])) -> (Hypothesis, Vec<f64>) {
+        let parts = [a.0.parts.clone(), b.0.parts.clone()].concat();
+        let joint = Hypothesis::new(parts, self.channels, self.reference);
+        let of_slot = |slot: &Slot| {
+            let id = joint.parts[slot.part].0.id();
+            let (from, values) = if b.0.parts[0].0.id() == id { b } else { a };
+            let same = from.slots.iter().position(|s| {
+                from.parts[s.part].0.id() == id
+                    && s.parameter == slot.parameter
+                    && s.channel == slot.channel
+            });
+            same.map_or(joint.parts[slot.part].1.values[slot.parameter], |k| {
+                values[k]
+            })
+        };
+        let theta = joint.slots.iter().map(of_slot).collect();
+        (joint, theta)
     }
 
     /// Returns joint starting points: all effects at their separate estimates, and the last at `count` of its own
@@ -254,72 +372,84 @@ impl<'a> HypothesisSearch<'a> {
             let theta = fresh.start();
             (fresh, theta)
         };
-        let both = |a: (&Hypothesis, &[f64]), b: (&Hypothesis, &[f64])| {
-            let parts = [a.0.parts.clone(), b.0.parts.clone()].concat();
-            let joint = Hypothesis::new(parts, self.channels, self.reference);
-            let theta = joint
-                .slots
-                .iter()
-                .map(|slot| {
-                    let id = joint.parts[slot.part].0.id();
-                    let (from, values) = if b.0.parts[0].0.id() == id { b } else { a };
-                    let same = from.slots.iter().position(|s| {
-                        from.parts[s.part].0.id() == id
-                            && s.parameter == slot.parameter
-                            && s.channel == slot.channel
-                    });
-                    same.map_or(joint.parts[slot.part].1.values[slot.parameter], |k| {
-                        values[k]
-                    })
-                })
-                .collect::<Vec<f64>>();
-            (joint, theta)
-        };
         let (a, b) = (
             (&one.hypothesis, &one.theta[..]),
             (&other.hypothesis, &other.theta[..]),
         );
-        let mut starts = vec![both(a, b)];
+        let mut starts = vec![self.both(a, b)];
         for start in last.starts().into_iter().take(count) {
             let (fresh, theta) = alone(start);
-            starts.push(both(a, (&fresh, &theta)));
+            starts.push(self.both(a, (&fresh, &theta)));
         }
         starts
     }
 
-    /// Returns those of `others` that lower the cost most when joined to `one`, by a single step on few
-    /// tiles.
+    /// Returns those of `others` that lower the cost most when joined to `one`, on the fewest tiles: by the linear prediction
+    /// where the effect acts linearly at its neutral values, and by a step from the best of a few starting points otherwise.
     pub(super) fn promising<'c>(
         &self,
         one: &Candidate,
         others: &[&'c Candidate],
     ) -> Vec<&'c Candidate> {
-        let mut ranked: Vec<(f64, &Candidate)> = others
-            .iter()
-            .map(|other| {
-                let strides = Strides::of_second(one);
-                let starts = self.joined(one, other, PARTNER_STARTS).into_iter();
-                let screened = starts.map(|(hypothesis, theta)| {
-                    let fitted = self.screen(&hypothesis, &theta, &strides);
-                    (hypothesis, fitted)
-                });
-                let best = screened.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-                let (hypothesis, start) = best.expect("effects have starts");
-                let problem = GapProblem::new(&hypothesis, &self.screening, Detail::DRAFT);
-                (problem.descend(&start.theta, 1, TOLERANCE).cost, *other)
-            })
-            .collect();
+        let cost = |other: &Candidate| {
+            if let Some((_, predicted)) = self.predicted_joint(one, other) {
+                return predicted.cost;
+            }
+            let starts = self.joined(one, other, PARTNER_STARTS);
+            let screened = self.screened(starts, &Strides::of_second(one));
+            let (hypothesis, start) = &screened[0];
+            let problem = GapProblem::new(hypothesis, &self.screening.tiles, Detail::DRAFT);
+            problem.descend(&start.theta, 1, TOLERANCE).cost
+        };
+        let mut ranked: Vec<(f64, &Candidate)> =
+            others.iter().map(|other| (cost(other), *other)).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         let chosen = ranked.into_iter().take(PARTNERS);
         chosen.map(|(_, other)| other).collect()
     }
 
-    /// Selects among `starts` on few tiles and refines the best.
-    fn best(&self, starts: Vec<(Hypothesis, Vec<f64>)>, strides: Strides) -> Draft {
+    /// Returns where a linear step leads from `one` with the effect of `other` at its neutral values, and the cost there by the
+    /// linear prediction; `None` if that effect has no derivative there, or if positions are too far off for one.
+    fn predicted_joint(
+        &self,
+        one: &Candidate,
+        other: &Candidate,
+    ) -> Option<(Hypothesis, LocalMinimum)> {
+        if self.displaced {
+            return None;
+        }
+        let neutral = other.hypothesis.neutral();
+        let (joint, theta) =
+            self.both((&one.hypothesis, &one.theta), (&other.hypothesis, &neutral));
+        let id = other.hypothesis.parts[0].0.id();
+        let own = joint.slots.iter().enumerate();
+        let own = own.filter(|(_, slot)| joint.parts[slot.part].0.id() == id);
+        let own: Vec<usize> = own.map(|(k, _)| k).collect();
+        let problem = GapProblem::new(&joint, &self.screening.tiles, Detail::DRAFT);
+        let sums = problem.linear(&theta).total(None);
+        let acts = |k: &usize| {
+            let step = joint.slots[*k].step;
+            sums.matrix[(*k, *k)] * step * step > LEAST_INFLUENCE * sums.cost
+        };
+        if !own.iter().any(acts) {
+            return None;
+        }
+        let predicted = sums.step(&theta, &joint.slots, PARTNER_DAMPING);
+        Some((joint, predicted))
+    }
+
+    /// Returns the best of `starts` on the fewest tiles, best first.
+    fn screened(
+        &self,
+        starts: Vec<(Hypothesis, Vec<f64>)>,
+        strides: &Strides,
+    ) -> Vec<(Hypothesis, LocalMinimum)> {
+        // The same for all starts.
+        let mut neutral_cost = None;
         let mut screened: Vec<(Hypothesis, LocalMinimum)> = starts
             .into_iter()
             .map(|(hypothesis, theta)| {
-                let fitted = self.screen(&hypothesis, &theta, &strides);
+                let fitted = self.screen(&hypothesis, &theta, strides, &mut neutral_cost);
                 (hypothesis, fitted)
             })
             .collect();
@@ -335,10 +465,15 @@ impl<'a> HypothesisSearch<'a> {
         screened.truncate(REFINED_STARTS);
         let worst = (screened.first()).map_or(0.0, |best| START_RATIO * best.1.cost);
         screened.retain(|start| start.1.cost <= worst);
-        let mut tried: Vec<(Hypothesis, LocalMinimum)> = screened
+        screened
+    }
+
+    /// Refines `starts` and returns the best.
+    fn best(&self, starts: Vec<(Hypothesis, LocalMinimum)>) -> Draft {
+        let mut tried: Vec<(Hypothesis, LocalMinimum)> = starts
             .into_iter()
             .map(|(hypothesis, start)| {
-                let problem = GapProblem::new(&hypothesis, &self.few, Detail::DRAFT);
+                let problem = GapProblem::new(&hypothesis, &self.few.tiles, Detail::DRAFT);
                 let fitted = problem.descend(&start.theta, 2, COARSE_TOLERANCE);
                 (hypothesis, fitted)
             })
@@ -354,7 +489,14 @@ impl<'a> HypothesisSearch<'a> {
 
     /// Line search from the neutral values through `theta`, because the scale of an effect is unknown and a
     /// gradient search needs overlapping images.
-    fn screen(&self, hypothesis: &Hypothesis, theta: &[f64], strides: &Strides) -> LocalMinimum {
+    /// `neutral_cost` is the cost at the neutral values, once it is known.
+    fn screen(
+        &self,
+        hypothesis: &Hypothesis,
+        theta: &[f64],
+        strides: &Strides,
+        neutral_cost: &mut Option<f64>,
+    ) -> LocalMinimum {
         let mut neutral = hypothesis.neutral();
         for ((slot, neutral), value) in hypothesis.slots.iter().zip(&mut neutral).zip(theta) {
             if strides
@@ -364,17 +506,21 @@ impl<'a> HypothesisSearch<'a> {
                 *neutral = *value;
             }
         }
-        let problem = GapProblem::new(hypothesis, &self.screening, Detail::DRAFT);
+        let problem = GapProblem::new(hypothesis, &self.screening.tiles, Detail::DRAFT);
         // A stop too large to clip has zero gradient, so unchanged cost disqualifies a point.
-        let neutral_cost = problem.gap_sum(&neutral);
-        let tries = strides.lengths.iter().filter_map(|stride| {
+        let neutral_cost = *neutral_cost.get_or_insert_with(|| problem.gap_sum(&neutral));
+        let is_likely = (hypothesis.parts.iter())
+            .filter(|(effect, _)| !strides.settled.contains(&effect.id()))
+            .all(|(_, start)| start.is_likely);
+        let lengths = &strides.lengths[..if is_likely { 1 } else { strides.lengths.len() }];
+        let tries = lengths.iter().filter_map(|stride| {
             let there: Vec<f64> = theta
                 .iter()
                 .zip(&neutral)
                 .map(|(to, from)| from + stride * (to - from))
                 .collect();
             let there = if self.displaced {
-                centroid_start::with_placed_centroids(hypothesis, &there, &self.screening)
+                centroid_start::with_placed_centroids(hypothesis, &there, &self.screening.tiles)
             } else {
                 there
             };
@@ -401,12 +547,12 @@ impl<'a> HypothesisSearch<'a> {
         self.scored(candidate.hypothesis, theta, &self.many, Scoring::Full)
     }
 
-    /// Scores `candidate`, estimated at another noise level, again on few tiles.
+    /// Scores `candidate`, estimated at another noise level, again on the fewest tiles.
     pub(super) fn rescored(&self, candidate: Candidate) -> Candidate {
         self.scored(
             candidate.hypothesis,
             candidate.theta,
-            &self.few,
+            &self.screening,
             Scoring::Draft,
         )
     }
@@ -415,9 +561,10 @@ impl<'a> HypothesisSearch<'a> {
         &self,
         hypothesis: Hypothesis,
         theta: Vec<f64>,
-        tiles: &[&TileData],
+        part: &Subsample,
         scoring: Scoring,
     ) -> Candidate {
+        let tiles = &part.tiles;
         let detail = match scoring {
             Scoring::Draft => Detail::DRAFT,
             Scoring::Full => Detail::COARSE,
@@ -427,18 +574,12 @@ impl<'a> HypothesisSearch<'a> {
         if scoring == Scoring::Full {
             // The discretisation error of the coarse mesh is no gap.
             let fine = GapProblem::new(&hypothesis, tiles, Detail::FULL).gap_sum(&theta);
-            let weights: f64 = tiles.iter().map(|t| weight(t)).sum();
-            after -= (linear.total(None).cost - fine) / weights;
+            after -= (linear.total(None).cost - fine) / part.weight;
         }
-        // Scores on few tiles are scaled to the gap of the comparison tiles.
-        let after = if tiles.len() == self.many.len() {
-            after
-        } else {
-            after * self.excess(&self.many) / self.excess(tiles)
-        };
         Candidate {
             theta,
-            after,
+            // Scores on few tiles are scaled to the gap of the comparison tiles.
+            after: after * self.many.excess / part.excess,
             linear,
             hypothesis,
         }
@@ -454,16 +595,20 @@ pub(super) fn left_out_gap(
     tiles: &[&TileData],
 ) -> f64 {
     let total_weight: f64 = tiles.iter().map(|t| weight(t)).sum();
-    let noise: f64 = tiles.iter().map(|t| weight(t) * t.noise).sum();
+    let noise = noise_sum(tiles);
     let mut cost = 0.0;
     for (fold, own) in linear.folds.iter().enumerate() {
         let others = linear.total(Some(fold));
         let there = damped_update(others, theta, &hypothesis.slots, LEFT_OUT_DAMPING);
         let delta = nalgebra::DVector::from_fn(theta.len(), |k, _| there[k] - theta[k]);
-        let quadratic = (&own.matrix * &delta).dot(&delta);
-        cost += own.cost - 2.0 * own.right.dot(&delta) + quadratic;
+        cost += own.cost_after(&delta);
     }
     (cost - noise) / total_weight
+}
+
+/// Returns the weighted sum of the noise contributions of `tiles`.
+fn noise_sum(tiles: &[&TileData]) -> f64 {
+    tiles.iter().map(|t| weight(t) * t.noise).sum()
 }
 
 /// Returns about `count` of `tiles`, in whole observations spread over the list.

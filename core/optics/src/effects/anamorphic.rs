@@ -89,9 +89,11 @@ impl Effect for Anamorphic {
 
     // A wider or a narrower image, an elliptical pupil, then everything.
     fn starts(&self) -> Vec<SearchStart> {
-        let from = |squeeze, pupil, free: [bool; 2]| SearchStart {
-            values: vec![squeeze, pupil, 0.0, 0.0, 0.0, 0.0],
-            free: vec![free[0], free[1], true, true, true, true],
+        let from = |squeeze, pupil, free: [bool; 2]| {
+            SearchStart::new(
+                &[squeeze, pupil, 0.0, 0.0, 0.0, 0.0],
+                &[free[0], free[1], true, true, true, true],
+            )
         };
         vec![
             from(0.8, 1.0, [true, false]),

@@ -113,9 +113,11 @@ impl Effect for AperturePolygon {
     fn starts(&self) -> Vec<SearchStart> {
         let each = |blades: usize| {
             // Two orientations, half of the symmetry angle apart.
-            [0.0, 180.0 / blades as f64].map(|rotation| SearchStart {
-                values: vec![blades as f64, rotation, 1.0, 0.2],
-                free: vec![false, true, true, true],
+            [0.0, 180.0 / blades as f64].map(|rotation| {
+                SearchStart::new(
+                    &[blades as f64, rotation, 1.0, 0.2],
+                    &[false, true, true, true],
+                )
             })
         };
         (5..=9).flat_map(each).collect()

@@ -71,18 +71,17 @@ impl Effect for Apodisation {
     }
 
     fn starts(&self) -> Vec<SearchStart> {
-        let centred = |values: [f64; 2], fourth| SearchStart {
-            values: [&values[..], &[0.0, 0.0]].concat(),
-            free: vec![true, fourth, false, false],
+        let centred = |[square, of_fourth]: [f64; 2], fourth| {
+            SearchStart::new(
+                &[square, of_fourth, 0.0, 0.0],
+                &[true, fourth, false, false],
+            )
         };
         vec![
             centred([0.5, 0.0], false),
             centred([-0.3, 0.0], false),
             centred([0.3, 0.3], true),
-            SearchStart {
-                values: vec![0.5, 0.0, 0.0, 0.0],
-                free: vec![true, false, true, true],
-            },
+            SearchStart::new(&[0.5, 0.0, 0.0, 0.0], &[true, false, true, true]),
         ]
     }
 

@@ -181,14 +181,11 @@ impl Effect for Decentre {
         (values[0], values[1]) = (0.2, 0.2);
         let plain = |k: usize| !(2..8).contains(&k);
         vec![
-            SearchStart {
-                values: values.to_vec(),
-                free: (0..COUNT).map(|k| plain(k) && k < DISTORTION).collect(),
-            },
-            SearchStart {
-                values: values.to_vec(),
-                free: (0..COUNT).map(|k| k < FIFTH).collect(),
-            },
+            SearchStart::new(
+                &values,
+                &std::array::from_fn::<_, COUNT, _>(|k| plain(k) && k < DISTORTION),
+            ),
+            SearchStart::new(&values, &std::array::from_fn::<_, COUNT, _>(|k| k < FIFTH)),
             SearchStart::all_free(&values),
         ]
     }

@@ -56,10 +56,7 @@ impl Effect for DepthScale {
     }
 
     fn starts(&self) -> Vec<SearchStart> {
-        let from = |pivot| SearchStart {
-            values: vec![1.05, pivot],
-            free: vec![true, false],
-        };
+        let from = |pivot| SearchStart::new(&[1.05, pivot], &[true, false]);
         vec![from(0.0), from(1.0)]
     }
 

@@ -56,7 +56,9 @@ impl Effect for Diffraction {
     }
 
     fn starts(&self) -> Vec<SearchStart> {
-        [3.5, 9.0].map(|n| SearchStart::all_free(&[n])).to_vec()
+        [2.8, 5.6, 11.0]
+            .map(|n| SearchStart::all_free(&[n]).likely())
+            .to_vec()
     }
 
     // N = Z2 / (2 R).

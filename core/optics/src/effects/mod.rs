@@ -128,14 +128,31 @@ pub struct SearchStart {
     pub values: Vec<f64>,
     /// True for each value that the search may change. Counts, such as blades, are fixed; each has its own start.
     pub free: Vec<bool>,
+    /// Whether the values are likely ones. A search tries weaker and opposite ones too otherwise.
+    pub is_likely: bool,
 }
 
 impl SearchStart {
-    /// Creates a start at `values` that may change all of them.
-    pub fn all_free(values: &[f64]) -> Self {
+    /// Creates a start at `values` that may change those marked in `free`.
+    pub fn new(values: &[f64], free: &[bool]) -> Self {
         Self {
             values: values.to_vec(),
-            free: vec![true; values.len()],
+            free: free.to_vec(),
+            is_likely: false,
+        }
+    }
+
+    /// Creates a start at `values` that may change all of them.
+    pub fn all_free(values: &[f64]) -> Self {
+        Self::new(values, &vec![true; values.len()])
+    }
+
+    /// Returns the start with values that are likely.
+    #[must_use]
+    pub fn likely(self) -> Self {
+        Self {
+            is_likely: true,
+            ..self
         }
     }
 }

@@ -53,14 +53,8 @@ impl Effect for PixelFootprint {
     // The box, the filter, then both.
     fn starts(&self) -> Vec<SearchStart> {
         vec![
-            SearchStart {
-                values: vec![1.5, 0.0, 0.0],
-                free: vec![true, false, false],
-            },
-            SearchStart {
-                values: vec![0.0, 1.0, 1.0],
-                free: vec![false, true, true],
-            },
+            SearchStart::new(&[1.5, 0.0, 0.0], &[true, false, false]),
+            SearchStart::new(&[0.0, 1.0, 1.0], &[false, true, true]),
             SearchStart::all_free(&[1.0, 0.7, 0.7]),
         ]
     }

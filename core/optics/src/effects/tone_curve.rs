@@ -65,10 +65,7 @@ impl Effect for ToneCurve {
 
     // The exponent, the shoulder, clipping, then exponent and shoulder.
     fn starts(&self) -> Vec<SearchStart> {
-        let from = |values: [f64; 3], free: [bool; 3]| SearchStart {
-            values: values.to_vec(),
-            free: free.to_vec(),
-        };
+        let from = |values: [f64; 3], free: [bool; 3]| SearchStart::new(&values, &free);
         vec![
             from([0.9, 0.0, NO_CLIP], [true, false, false]),
             from([1.0, 0.3, NO_CLIP], [false, true, false]),

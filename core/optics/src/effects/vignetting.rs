@@ -89,10 +89,8 @@ impl Effect for Vignetting {
     // One circle, in front of the aperture or behind it, then both.
     fn starts(&self) -> Vec<SearchStart> {
         let one = [true, true, false, false];
-        let single = [0.5, -0.5, 0.2, -0.2].map(|shift| SearchStart {
-            values: vec![1.0, shift, WIDE, 0.0],
-            free: one.to_vec(),
-        });
+        let single =
+            [0.5, -0.5, 0.2, -0.2].map(|shift| SearchStart::new(&[1.0, shift, WIDE, 0.0], &one));
         let both = SearchStart::all_free(&[1.0, 0.5, 1.0, -0.5]);
         single.into_iter().chain([both]).collect()
     }
