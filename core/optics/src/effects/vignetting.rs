@@ -56,6 +56,15 @@ static PARAMETERS: [Parameter; 4] = [
     shift("shift_2", "shift of the second circle with the field"),
 ];
 
+/// Largest difference of a circle from the rim of the pupil, in radius and in shift, that makes it an image of the iris.
+const IRIS_TOLERANCE: f64 = 0.05;
+
+/// Returns whether a circle of this `radius` and `shift` is the iris itself, seen a little deformed from off the axis. It then
+/// opens and closes with the iris; the barrel does not.
+fn is_iris(radius: f64, shift: f64) -> bool {
+    (radius - 1.0).abs() < IRIS_TOLERANCE && shift.abs() < IRIS_TOLERANCE
+}
+
 impl Effect for Vignetting {
     fn id(&self) -> &'static str {
         "vignetting"
@@ -71,18 +80,23 @@ impl Effect for Vignetting {
 
     fn apply(&self, values: &[f64], point: ScenePoint, pupil: &mut LocalPupil) {
         assert_eq!(values.len(), PARAMETERS.len(), "one value a parameter");
-        for circle in values.chunks_exact(2) {
+        for circle in values.chunks_exact(2).filter(|circle| circle[0] < WIDE) {
             // The stop lies L = s times the lever in front of the pupil (behind it if negative). Light that
             // diverges from a near point passes it closer to the axis by the factor 1 - L v.
             let nearer = 1.0 - circle[1] * point.stop_lever_m * point.vergence_per_m;
             let scale = 1.0 / nearer.max(0.1);
-            pupil.clip(Stop {
+            let stop = Stop {
                 centre: [
                     scale * circle[1] * point.at.x,
                     scale * circle[1] * point.at.y,
                 ],
                 radius: scale * circle[0],
-            });
+            };
+            if is_iris(circle[0], circle[1]) {
+                pupil.clip_iris(stop);
+            } else {
+                pupil.clip(stop);
+            }
         }
     }
 
@@ -140,5 +154,16 @@ mod tests {
         let pupil = behind(&Vignetting, &values, place(0.0, 0.8), disc(4.0));
         assert!(pupil.passes([0.0, 0.9]) && !pupil.passes([0.0, -0.9]));
         assert!(pupil.centroid()[1] > 0.5);
+    }
+
+    #[test]
+    fn a_circle_at_the_rim_opens_with_the_iris_and_the_barrel_does_not() {
+        let reaches = |radius| {
+            let at = place(1.0, 0.0);
+            let pupil = behind(&Vignetting, &[radius, 0.01, WIDE, 0.0], at, disc(4.0));
+            pupil.with_pupil(1.5).passes([0.0, 0.98])
+        };
+        assert!(reaches(1.001));
+        assert!(!reaches(1.1));
     }
 }

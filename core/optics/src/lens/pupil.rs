@@ -7,6 +7,8 @@ use crate::sensor::Sensor;
 /// Largest number of circles that bound a pupil: its rim, two of fitted vignetting, two of added vignetting, and
 /// thirteen iris blades.
 pub const MAX_STOPS: usize = 18;
+/// Largest number of circles outside the rim that are kept: two of fitted vignetting, and two of added vignetting.
+const MAX_OUTER_STOPS: usize = 4;
 
 /// The transmission of a filter at pupil point u: `exp(-(square |u - centre|² + fourth |u - centre|⁴))`, one at its centre.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -81,6 +83,9 @@ pub struct LocalPupil {
     stop_count: usize,
     /// Number of leading `stops` that bound the iris: its rim and its blades. They scale with it.
     iris_stop_count: usize,
+    /// Circles outside the rim, which would clip a wider iris.
+    outer: [Stop; MAX_OUTER_STOPS],
+    outer_count: usize,
     /// Variance of the symmetric blur, px²: along any direction, or along y if pixels are not square.
     pub blur_variance_px2: f64,
     /// Variance of the symmetric blur along x over that along y.
@@ -103,6 +108,8 @@ impl LocalPupil {
             stops: [Stop::RIM; MAX_STOPS],
             stop_count: 1,
             iris_stop_count: 1,
+            outer: [Stop::RIM; MAX_OUTER_STOPS],
+            outer_count: 0,
             blur_variance_px2,
             blur_ratio: 1.0,
             transmission: Transmission::default(),
@@ -120,12 +127,16 @@ impl LocalPupil {
         };
     }
 
-    /// Adds `stop`, unless it lies outside the rim.
+    /// Adds `stop`. Outside the rim it clips nothing, until the iris is opened ([`LocalPupil::with_pupil`]).
     ///
     /// # Panics
     /// If there are [`MAX_STOPS`] already.
     pub fn clip(&mut self, stop: Stop) {
-        if stop.radius - stop.centre[0].hypot(stop.centre[1]) >= self.stops[0].radius {
+        if !self.lies_within_rim(stop) {
+            if self.outer_count < MAX_OUTER_STOPS {
+                self.outer[self.outer_count] = stop;
+                self.outer_count += 1;
+            }
             return;
         }
         assert!(self.stop_count < MAX_STOPS, "at most {MAX_STOPS} stops");
@@ -138,12 +149,16 @@ impl LocalPupil {
     /// # Panics
     /// If there are [`MAX_STOPS`] already.
     pub fn clip_iris(&mut self, stop: Stop) {
-        let before = self.stop_count;
-        self.clip(stop);
-        if self.stop_count > before {
+        if self.lies_within_rim(stop) {
+            self.clip(stop);
             self.stops[self.iris_stop_count..self.stop_count].rotate_right(1);
             self.iris_stop_count += 1;
         }
+    }
+
+    /// Returns whether a part of `stop` lies within the rim, so that it clips.
+    fn lies_within_rim(&self, stop: Stop) -> bool {
+        stop.radius - stop.centre[0].hypot(stop.centre[1]) < self.stops[0].radius
     }
 
     /// Returns the circles whose intersection is the pupil; the rim is the first.
@@ -215,7 +230,8 @@ impl LocalPupil {
         changed.stops = self.stops;
         changed.stop_count = self.iris_stop_count;
         changed.iris_stop_count = self.iris_stop_count;
-        for stop in &self.stops()[self.iris_stop_count..] {
+        let outside = &self.stops()[self.iris_stop_count..];
+        for stop in outside.iter().chain(&self.outer[..self.outer_count]) {
             changed.clip(Stop {
                 centre: stop.centre.map(|c| c / ratio),
                 radius: stop.radius / ratio,
