@@ -32,3 +32,12 @@ pub struct Case {
     /// The causes of the gap between the two.
     pub answer: Answer,
 }
+
+/// The sets of a case after a further capture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FurtherSets {
+    /// The simulated lens, without noise.
+    pub design: ObservationSet,
+    /// The real lens, with noise.
+    pub real: ObservationSet,
+}

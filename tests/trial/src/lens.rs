@@ -16,6 +16,8 @@ use super::rng::Rng;
 pub(super) const CHANNELS: [&str; 3] = ["R", "G", "B"];
 /// Wavelengths of the channels, nanometres.
 pub(super) const WAVELENGTHS_NM: [f64; 3] = [620.0, 540.0, 460.0];
+/// Vergence of the farthest objects, 1/m.
+const LEAST_VERGENCE: f64 = 0.04;
 /// Index of the reference channel for colour errors.
 const GREEN: usize = 1;
 
@@ -126,12 +128,28 @@ impl Lens {
             };
             let defocus = blur * (part + rng.between(-0.15, 0.15));
             let vergence = 1.0 / self.focus_m + defocus / self.px_per_dioptre();
-            if vergence < 0.04 {
+            if vergence < LEAST_VERGENCE {
                 return None;
             }
             depths_m.push((1000.0 / vergence).round() / 1000.0);
         }
         Some(depths_m)
+    }
+
+    /// Returns the lens with the object distances as far on the other side of focus; `None` if it has points on both sides, or
+    /// if one would be beyond 25 m.
+    pub(super) fn beyond_focus(&self) -> Option<Self> {
+        let in_focus = 1.0 / self.focus_m;
+        let offsets = self.depths_m.iter().map(|depth| 1.0 / depth - in_focus);
+        let offsets: Vec<f64> = offsets.collect();
+        let on_one_side = offsets.iter().all(|o| *o > 0.0) || offsets.iter().all(|o| *o < 0.0);
+        let vergences = offsets.iter().map(|offset| in_focus - offset);
+        let vergences: Vec<f64> = vergences.collect();
+        let near_enough = vergences.iter().all(|v| *v >= LEAST_VERGENCE);
+        (on_one_side && near_enough).then(|| Self {
+            depths_m: vergences.iter().map(|v| 1.0 / v).collect(),
+            ..self.clone()
+        })
     }
 
     fn draw_any(rng: &mut Rng, constraints: LensConstraints, tile: usize) -> Option<Self> {

@@ -3,7 +3,8 @@
 //! A [`Case`] is three observation sets with the [`Answer`]: `design`, the bare lens without noise; `real`, the same lens
 //! with up to three causes or an unknown one added, with noise; and `holdout`, other positions of the real lens, almost
 //! without noise. Designs that are too rich for the fitted model test whether the diagnosis doubts that model.
-//! [`recipes`] lists cases, [`draw`] draws one, and [`scores`] rates the diagnoses of many.
+//! [`recipes`] lists cases, [`draw`] draws one, [`draw_further`] adds a capture that a diagnosis advises, and [`scores`] rates
+//! the diagnoses of many.
 //!
 //! The simulation is independent of the model that it tests: it shares only the vocabulary (fields, tiles, observation
 //! sets). Tiles are computed from dense rays (`rays`) or a sampled wave (`waves`) on grids of their own, without the
@@ -23,6 +24,7 @@ mod conditions;
 mod detection;
 mod draw;
 mod expose;
+mod further_capture;
 mod glass;
 mod lens;
 mod mask;
@@ -44,8 +46,9 @@ mod waves;
 #[cfg(test)]
 mod tests;
 
-pub use case::{Answer, Case};
+pub use case::{Answer, Case, FurtherSets};
 pub use conditions::{Conditions, Size};
-pub use draw::draw;
+pub use draw::{draw, draw_further};
+pub use further_capture::FurtherCapture;
 pub use recipe::{FitModel, Kind, KindClass, Recipe, Selection, Simulator, recipes};
 pub use score::{Bin, Breakdown, Measure, Outcome, Rate, Rates, Scores, Setting, Strength, scores};

@@ -32,6 +32,7 @@ pub(super) mod label {
     pub(in super::super) const PLACES: u64 = 200;
     pub(in super::super) const REAL: u64 = 300;
     pub(in super::super) const HOLDOUT: u64 = 400;
+    pub(in super::super) const FURTHER: u64 = 500;
 }
 
 /// A case before its tiles are computed.

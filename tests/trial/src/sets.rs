@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::case::{Answer, Case};
+use seidel_optics::observations::ObservationSet;
+
+use super::case::{Answer, Case, FurtherSets};
 use super::change::Cause;
-use super::expose::{Capture, SetRequest, Spot};
+use super::expose::{Capture, SetRequest, Spot, spots};
+use super::further_capture::FurtherCapture;
 use super::plan::{Plan, label, plan};
 use super::recipe::{Kind, Recipe};
 use super::rng::Rng;
@@ -15,55 +18,151 @@ const BACKGROUND_SHARE: f64 = 0.25;
 const BACKGROUND: f64 = 0.015;
 /// Signal-to-noise ratio of held-out sets.
 const HOLDOUT_SNR: f64 = 2500.0;
+/// Further places, in numbers of those of the real set, and side of tiles with a wide surround, pixels.
+const MORE_PLACES: usize = 2;
+const WIDE_TILE: usize = 65;
 
 /// Draws the case of `recipe` with lenses of one simulator.
 pub(super) fn draw<L: SimulatedLens>(recipe: &Recipe) -> Case {
     let plan: Plan<L> = plan(recipe);
-    let mut rng = Rng::stream(recipe.seed, L::FIRST_LABEL + label::REAL, 0);
-    let conditions = &recipe.conditions;
-    let background = if rng.chance(BACKGROUND_SHARE) {
-        BACKGROUND
-    } else {
-        0.0
-    };
-    let nominal: Vec<&Cause<L::Action>> = plan.nominal.iter().collect();
-    let causes: Vec<&Cause<L::Action>> = plan.nominal.iter().chain(&plan.causes).collect();
-    let take = |causes: &[&Cause<L::Action>], spots: &[Spot], capture: Capture| {
-        let request = SetRequest {
-            spots,
-            tile: conditions.size.tile,
-            seed: recipe.seed,
-            capture,
-        };
-        plan.lens.set(causes, &request)
-    };
-    let real = Capture {
-        label: L::FIRST_LABEL + label::REAL + 1,
-        raw: conditions.raw,
-        snr: Some(conditions.snr),
-        sigma_stated: conditions.noise_stated,
-        background,
-        ideal_positions: conditions.ideal_positions,
-    };
-    let holdout = Capture {
-        label: L::FIRST_LABEL + label::HOLDOUT,
-        snr: Some(HOLDOUT_SNR),
-        ..real
-    };
-    let design = Capture {
-        label: 0,
-        raw: false,
-        snr: None,
-        sigma_stated: false,
-        background: 0.0,
-        ideal_positions: true,
-    };
+    let captures = Captures::of::<L>(recipe);
+    let tile = recipe.conditions.size.tile;
     Case {
-        design: take(&nominal, &plan.spots[0], design),
-        real: take(&causes, &plan.spots[1], real),
-        holdout: take(&causes, &plan.spots[2], holdout),
+        design: take(
+            &plan,
+            recipe,
+            &plan.nominal,
+            &plan.spots[0],
+            tile,
+            captures.design,
+        ),
+        real: take_real(&plan, recipe, &plan.spots[1], tile, captures.real),
+        holdout: take_real(&plan, recipe, &plan.spots[2], tile, captures.holdout),
         answer: answer(recipe, &plan),
     }
+}
+
+/// Draws the design and the real set of `recipe` after the further `capture`; `None` if it shows nothing new.
+pub(super) fn draw_further<L: SimulatedLens>(
+    recipe: &Recipe,
+    capture: FurtherCapture,
+) -> Option<FurtherSets> {
+    let plan: Plan<L> = plan(recipe);
+    let mut captures = Captures::of::<L>(recipe);
+    let mut tile = recipe.conditions.size.tile;
+    let size = &recipe.conditions.size;
+    let mut rng = Rng::stream(recipe.seed, L::FIRST_LABEL + label::FURTHER, 0);
+    let [mut design, mut real, _] = plan.spots.clone();
+    match capture {
+        FurtherCapture::MorePlaces => {
+            real.extend(spots(
+                plan.lens.camera(),
+                MORE_PLACES * size.real,
+                0.5,
+                &mut rng,
+            ));
+        }
+        FurtherCapture::OtherSideOfFocus => {
+            let camera = plan.lens.camera().beyond_focus()?;
+            design.extend(spots(&camera, size.design, 0.0, &mut rng));
+            real.extend(spots(&camera, size.real, 0.5, &mut rng));
+        }
+        FurtherCapture::DarkSurround => {
+            if tile >= WIDE_TILE {
+                return None;
+            }
+            tile = WIDE_TILE;
+            captures.real.snr = Some(HOLDOUT_SNR);
+        }
+    }
+    Some(FurtherSets {
+        design: take(
+            &plan,
+            recipe,
+            &plan.nominal,
+            &design,
+            size.tile,
+            captures.design,
+        ),
+        real: take_real(&plan, recipe, &real, tile, captures.real),
+    })
+}
+
+/// How the three sets of a case are captured.
+struct Captures {
+    design: Capture,
+    real: Capture,
+    holdout: Capture,
+}
+
+impl Captures {
+    fn of<L: SimulatedLens>(recipe: &Recipe) -> Self {
+        let mut rng = Rng::stream(recipe.seed, L::FIRST_LABEL + label::REAL, 0);
+        let conditions = &recipe.conditions;
+        let background = if rng.chance(BACKGROUND_SHARE) {
+            BACKGROUND
+        } else {
+            0.0
+        };
+        let real = Capture {
+            label: L::FIRST_LABEL + label::REAL + 1,
+            raw: conditions.raw,
+            snr: Some(conditions.snr),
+            sigma_stated: conditions.noise_stated,
+            background,
+            ideal_positions: conditions.ideal_positions,
+        };
+        Self {
+            design: Capture {
+                label: 0,
+                raw: false,
+                snr: None,
+                sigma_stated: false,
+                background: 0.0,
+                ideal_positions: true,
+            },
+            real,
+            holdout: Capture {
+                label: L::FIRST_LABEL + label::HOLDOUT,
+                snr: Some(HOLDOUT_SNR),
+                ..real
+            },
+        }
+    }
+}
+
+/// Captures the real lens of `plan` at `spots`.
+fn take_real<L: SimulatedLens>(
+    plan: &Plan<L>,
+    recipe: &Recipe,
+    spots: &[Spot],
+    tile: usize,
+    capture: Capture,
+) -> ObservationSet {
+    let causes = plan.nominal.iter().chain(&plan.causes);
+    take(plan, recipe, causes, spots, tile, capture)
+}
+
+/// Captures the lens of `plan` with `causes` at `spots`.
+fn take<'a, L: SimulatedLens>(
+    plan: &Plan<L>,
+    recipe: &Recipe,
+    causes: impl IntoIterator<Item = &'a Cause<L::Action>>,
+    spots: &[Spot],
+    tile: usize,
+    capture: Capture,
+) -> ObservationSet
+where
+    L::Action: 'a,
+{
+    let causes: Vec<&Cause<L::Action>> = causes.into_iter().collect();
+    let request = SetRequest {
+        spots,
+        tile,
+        seed: recipe.seed,
+        capture,
+    };
+    plan.lens.set(&causes, &request)
 }
 
 /// Returns the answer of a case. Parameters of the design's own effects are keyed `design.effect.parameter`, those of the

@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 
 use super::conditions::Size;
-use super::draw::draw;
+use super::draw::{draw, draw_further};
 use super::expose::{
     Alignment, Cause, GapOptions, TileOptions, difference, gap, noise_sigma, spot_tiles, tile_of,
 };
+use super::further_capture::FurtherCapture;
 use super::lens::{CHANNELS, Lens, LensConstraints, Place};
 use super::pencil::Pencil;
 use super::perturb::effect;
@@ -543,4 +544,23 @@ fn conditions_cover_their_ranges() {
         ..selection(9, 1)
     };
     assert!(recipes(&fixed).iter().all(|r| r.conditions.size == SMALL));
+}
+
+#[test]
+fn further_captures_add_to_the_real_set_and_keep_the_lens() {
+    let mut recipe = small(Kind::Single("motion"), 3);
+    recipe.conditions.distances = 1;
+    let first = draw(&recipe);
+    let more = draw_further(&recipe, FurtherCapture::MorePlaces).expect("places");
+    let count = first.real.observations.len();
+    assert_eq!(more.real.observations[..count], first.real.observations[..]);
+    assert_eq!(more.real.observations.len(), 3 * count);
+    assert_eq!(more.design, first.design);
+    let other = draw_further(&recipe, FurtherCapture::OtherSideOfFocus).expect("one distance");
+    assert_eq!(other.real.distances().len(), 2);
+    assert_eq!(other.design.distances(), other.real.distances());
+    let wide = draw_further(&recipe, FurtherCapture::DarkSurround).expect("tiles of 33 px");
+    assert_eq!(wide.real.observations[0].tiles[0].width(), 65);
+    recipe.conditions.distances = 2;
+    assert!(draw_further(&recipe, FurtherCapture::OtherSideOfFocus).is_none());
 }

@@ -7,7 +7,7 @@ mod runner;
 #[cfg(test)]
 mod samples;
 
-pub use results::{CaseResult, SelfTest, WithheldResult};
+pub use results::{AdvisedResult, CaseResult, SelfTest, WithheldResult};
 pub use runner::{Observer, Plan, run};
 
 use std::path::Path;

@@ -15,6 +15,17 @@ pub struct Rate {
     pub share: Option<f64>,
 }
 
+impl Rate {
+    /// Creates the rate of `held` among `of` cases.
+    pub fn new(held: usize, of: usize) -> Self {
+        Self {
+            held,
+            of,
+            share: (of > 0).then(|| held as f64 / of as f64),
+        }
+    }
+}
+
 /// A statistic over cases, such as a mean or a median.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Measure {
@@ -34,11 +45,7 @@ pub(super) fn rate<'a>(
         of += 1;
         held += usize::from(holds(outcome));
     }
-    Rate {
-        held,
-        of,
-        share: (of > 0).then(|| held as f64 / of as f64),
-    }
+    Rate::new(held, of)
 }
 
 /// Returns the mean of `values`.

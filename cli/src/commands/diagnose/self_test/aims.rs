@@ -192,6 +192,12 @@ impl SelfTest {
                 None,
             ),
         ];
+        aims.push(rate(
+            "advised_settled",
+            "ambiguous: settled by the advised capture, of those simulated",
+            self.advised_settled(),
+            None,
+        ));
         aims.extend(self.withheld_unexplained().map(|rate| {
             let name = "withheld effects called unexplained";
             aim("withheld_unexplained", name, Figure::Rate(rate), None)

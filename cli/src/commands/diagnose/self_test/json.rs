@@ -6,7 +6,7 @@ use seidel_trial::{Conditions, KindClass, Rate, Scores, Size, Strength};
 use serde::Serialize;
 
 use super::aims::{Aim, Bound};
-use super::results::{CaseResult, SelfTest, WithheldResult};
+use super::results::{AdvisedResult, CaseResult, SelfTest, WithheldResult};
 
 const FORMAT: &str = "gap-self-test";
 const VERSION: u32 = 2;
@@ -30,6 +30,7 @@ struct File<'a> {
     aims: Vec<AimFile>,
     scores: Scores,
     withheld_unexplained: Option<Rate>,
+    advised_settled: Rate,
     cases: Vec<CaseFile<'a>>,
 }
 
@@ -71,6 +72,7 @@ struct CaseFile<'a> {
     cpu_seconds: Option<f64>,
     error: Option<&'a str>,
     withheld: Option<&'a WithheldResult>,
+    advised: Option<&'a AdvisedResult>,
 }
 
 #[derive(Serialize)]
@@ -95,6 +97,7 @@ pub(super) fn json(test: &SelfTest) -> String {
         aims: test.aims().iter().map(AimFile::new).collect(),
         scores: test.scores(),
         withheld_unexplained: test.withheld_unexplained(),
+        advised_settled: test.advised_settled(),
         cases: test.cases.iter().map(CaseFile::new).collect(),
     };
     serde_json::to_string_pretty(&file).expect("a self-test is plain JSON") + "\n"
@@ -154,6 +157,7 @@ impl<'a> CaseFile<'a> {
             cpu_seconds: o.cpu_seconds,
             error: result.error.as_deref(),
             withheld: result.withheld.as_ref(),
+            advised: result.advised.as_ref(),
         }
     }
 }
@@ -172,6 +176,7 @@ mod tests {
         assert_eq!((&file["version"], &file["seed"]), (&2.into(), &7.into()));
         assert_eq!((&file["count"], &file["right"]), (&12.into(), &6.into()));
         assert_eq!(file["withheld_unexplained"]["of"], 3);
+        assert_eq!(file["advised_settled"]["held"], 1);
         assert_eq!(file["aims"][0]["at_least"], 0.95);
         assert_eq!(file["scores"]["single_top1"]["held"], 1);
         let table = &file["scores"]["breakdown"]["simulator"]["third_order"];

@@ -36,6 +36,21 @@ pub struct CaseResult {
     pub error: Option<String>,
     /// The second diagnosis, of single effects when [`SelfTest::withhold`] is set.
     pub withheld: Option<WithheldResult>,
+    /// The diagnosis with the advised capture, of ambiguous cases.
+    pub advised: Option<AdvisedResult>,
+}
+
+/// The diagnosis of an ambiguous case with the capture that was advised.
+#[derive(Debug, Clone, Serialize)]
+pub struct AdvisedResult {
+    /// Identifier of the capture.
+    pub capture: &'static str,
+    /// The verdict; null if the capture is not simulated.
+    pub verdict: Option<String>,
+    /// Effects that were added.
+    pub added: Vec<String>,
+    /// Whether the true answer is given and nothing else; null if the capture is not simulated.
+    pub settled: Option<bool>,
 }
 
 /// The diagnosis of a case whose true effect was withheld from the library.
@@ -68,6 +83,14 @@ impl SelfTest {
         self.cases.iter().filter(|c| c.error.is_some()).count()
     }
 
+    /// Returns how often the advised capture settled an ambiguity, of those that are simulated.
+    pub fn advised_settled(&self) -> Rate {
+        let advised = self.cases.iter().filter_map(|c| c.advised.as_ref());
+        let settled: Vec<bool> = advised.filter_map(|a| a.settled).collect();
+        let held = settled.iter().filter(|s| **s).count();
+        Rate::new(held, settled.len())
+    }
+
     /// Returns how often a gap was called unexplained while its effect was withheld; `None` unless
     /// [`SelfTest::withhold`] is set.
     pub fn withheld_unexplained(&self) -> Option<Rate> {
@@ -75,11 +98,7 @@ impl SelfTest {
         let verdicts: Vec<&str> = withheld.map(|w| w.verdict.as_str()).collect();
         let of = verdicts.len();
         let held = verdicts.iter().filter(|v| **v == UNEXPLAINED).count();
-        self.withhold.then(|| Rate {
-            held,
-            of,
-            share: (of > 0).then(|| held as f64 / of as f64),
-        })
+        self.withhold.then(|| Rate::new(held, of))
     }
 }
 
@@ -176,6 +195,8 @@ mod tests {
             "{line}"
         );
         assert!(line.ends_with("12.5 s, 20.0 CPU s"), "{line}");
+        let settled = test.advised_settled();
+        assert_eq!((settled.held, settled.of), (1, 2));
         test.withhold = false;
         assert!(test.withheld_unexplained().is_none());
     }

@@ -1,9 +1,12 @@
 //! Runs a self-test: draws the sealed cases one by one, diagnoses each blind, then opens its answer.
 
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 use rayon::ThreadPool;
-use seidel_core::calibrate::diagnose::{Diagnosis, Settings, diagnose};
+use seidel_core::calibrate::diagnose::{
+    Capture as NextCapture, Diagnosis, Settings, Verdict, diagnose,
+};
 use seidel_core::calibrate::fit::{PupilModel, PupilSettings, fit_pupil};
 use seidel_core::effects;
 use seidel_core::observations::ObservationSet;
@@ -11,9 +14,12 @@ use seidel_core::predict::{Predictor, predict_set};
 use seidel_core::profile::LensProfile;
 use seidel_core::{Error, Progress, Result};
 use seidel_image_io::processor_time::processor_seconds;
-use seidel_trial::{Answer, Case, FitModel, Outcome, Recipe, Selection, Setting, draw, recipes};
+use seidel_trial::{
+    Answer, Case, FitModel, FurtherCapture, KindClass, Outcome, Recipe, Selection, Setting, draw,
+    draw_further, recipes,
+};
 
-use super::results::{CaseResult, FAILED, SelfTest, WithheldResult};
+use super::results::{AdvisedResult, CaseResult, FAILED, SelfTest, WithheldResult};
 
 /// Settings of a self-test.
 #[derive(Debug, Clone)]
@@ -117,6 +123,9 @@ fn run_case(index: usize, recipe: &Recipe, plan: &Plan, progress: &Progress) -> 
         let library = library_without(&plan.library, &answer.effects);
         diagnose_withheld(&library, &real, blind.as_ref(), &second)
     });
+    let advised = (blind.as_ref().ok())
+        .filter(|blind| blind.diagnosis.verdict == Verdict::Ambiguous)
+        .map(|blind| diagnose_advised(recipe, blind.diagnosis.next_capture_id, &answer, plan));
     let scored = blind.and_then(|blind| Ok((closed_share(&blind, &holdout)?, blind)));
     let own_gap = scored
         .as_ref()
@@ -141,6 +150,73 @@ fn run_case(index: usize, recipe: &Recipe, plan: &Plan, progress: &Progress) -> 
         detection_limit: limit,
         error,
         withheld,
+        advised,
+    }
+}
+
+/// Takes the advised `capture` of a case and diagnoses it again.
+fn diagnose_advised(
+    recipe: &Recipe,
+    capture: NextCapture,
+    answer: &Answer,
+    plan: &Plan,
+) -> AdvisedResult {
+    let sets = further_capture(capture).and_then(|further| draw_further(recipe, further));
+    let diagnosed = sets.map(|sets| {
+        let nothing = |_| true;
+        fit_and_diagnose(
+            &sets.design,
+            &sets.real,
+            recipe.model,
+            &plan.library,
+            &nothing,
+        )
+    });
+    let mut result = AdvisedResult {
+        capture: capture.id(),
+        verdict: None,
+        added: Vec::new(),
+        settled: None,
+    };
+    match diagnosed {
+        None => {}
+        Some(Err(_)) => {
+            result.verdict = Some(FAILED.to_owned());
+            result.settled = Some(false);
+        }
+        Some(Ok(blind)) => {
+            let diagnosis = &blind.diagnosis;
+            result.verdict = Some(diagnosis.verdict.id().to_owned());
+            result.added = owned(&diagnosis.added);
+            let as_a_set = |ids: &[String]| ids.iter().cloned().collect::<BTreeSet<String>>();
+            result.settled = Some(match diagnosis.verdict {
+                Verdict::Explained => {
+                    answer.unknown.is_none() && as_a_set(&result.added) == as_a_set(&answer.effects)
+                }
+                Verdict::Unexplained => answer.unknown.is_some(),
+                Verdict::NoGap => answer.kind == KindClass::None.id(),
+                Verdict::ModelTooSimple => answer.kind == KindClass::TooSimple.id(),
+                Verdict::Ambiguous => false,
+            });
+        }
+    }
+    result
+}
+
+/// Returns the simulated capture that follows the advice; `None` for those that are not simulated: another exposure time, another
+/// f-number, and discs of another size.
+fn further_capture(capture: NextCapture) -> Option<FurtherCapture> {
+    match capture {
+        NextCapture::MorePlaces => Some(FurtherCapture::MorePlaces),
+        NextCapture::OtherSideOfFocus | NextCapture::SecondDistance => {
+            Some(FurtherCapture::OtherSideOfFocus)
+        }
+        NextCapture::DarkSurround => Some(FurtherCapture::DarkSurround),
+        NextCapture::None
+        | NextCapture::ShorterExposure
+        | NextCapture::FarOutOfFocus
+        | NextCapture::TwoStopsDown
+        | NextCapture::StoppedDownAndTurned => None,
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use seidel_trial::{Answer, Kind, Outcome, Recipe, Selection, Setting, Simulator};
 
-use super::results::{CaseResult, FAILED, SelfTest, WithheldResult};
+use super::results::{AdvisedResult, CaseResult, FAILED, SelfTest, WithheldResult};
 
 fn strings(ids: &[&str]) -> Vec<String> {
     ids.iter().map(|&id| id.to_owned()).collect()
@@ -46,6 +46,7 @@ fn case(
         detection_limit: Some(0.002),
         error: None,
         withheld: None,
+        advised: None,
     }
 }
 
@@ -55,6 +56,15 @@ fn withheld(verdict: &str, added: &[&str]) -> Option<WithheldResult> {
         added: strings(added),
         seconds: 9.0,
         error: None,
+    })
+}
+
+fn advised(capture: &'static str, settled: Option<bool>) -> Option<AdvisedResult> {
+    Some(AdvisedResult {
+        capture,
+        verdict: settled.map(|_| "explained".to_owned()),
+        added: Vec::new(),
+        settled,
     })
 }
 
@@ -146,6 +156,9 @@ pub(super) fn self_test() -> SelfTest {
     cases[8].error = Some("tile: <no light>".to_owned());
     cases[0].withheld = withheld("unexplained", &["higher_order"]);
     cases[1].withheld = withheld("explained", &["vignetting"]);
+    cases[3].advised = advised("more_places", Some(true));
+    cases[5].advised = advised("second_distance", Some(false));
+    cases[7].advised = advised("two_stops_down", None);
     cases[8].withheld = Some(WithheldResult {
         verdict: FAILED.to_owned(),
         added: Vec::new(),
