@@ -4,7 +4,7 @@ use super::diagnosis::Verdict;
 use super::gap_problem::weight;
 use super::model_share::MAX_OWN_GAP;
 use super::posterior::{
-    CandidateScore, GapScale, MIN_GAP, REAL_GAP_RATIO, nothing_missing, probabilities,
+    CandidateScore, GapScale, MIN_GAP, MODEL_ERROR, REAL_GAP_RATIO, nothing_missing, probabilities,
 };
 use super::search::{Candidate, HypothesisSearch};
 use seidel_optics::psf::pupil::Detail;
@@ -83,7 +83,7 @@ impl GapStatistics {
     /// Returns the gap up to which an effect may be missing without being seen: the own gap of the lens, up to the largest
     /// that a model may leave, and noise.
     pub(super) fn detection_limit(&self) -> f64 {
-        let own = REAL_GAP_RATIO * (self.misfit + MIN_GAP);
+        let own = REAL_GAP_RATIO * (self.misfit + MODEL_ERROR);
         own.min(MAX_OWN_GAP) + LIMIT_SIGMAS * self.sigma
     }
 
@@ -161,7 +161,7 @@ impl GapStatistics {
         let best = (0..all.len()).max_by(|a, b| odds[*a].total_cmp(&odds[*b]));
         let mut equivalents = Vec::new();
         let (verdict, added) = match best {
-            _ if none > 0.5 && self.before <= self.detection_limit() => (Verdict::NoGap, None),
+            _ if self.before <= self.detection_limit() => (Verdict::NoGap, None),
             Some(k) if odds[k] > unknown => {
                 if odds[k] < MIN_PROBABILITY {
                     equivalents.push(rivals(&all, &odds, k));
