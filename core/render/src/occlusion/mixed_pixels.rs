@@ -11,7 +11,8 @@
 //!
 //! where v is 16 times the variance of light within the two sides, and the prior a0 is the near side's share of the
 //! surrounding 3 x 3 pixels with weights 1 2 1 along both axes. The prior decides where the two sides look alike. The
-//! residual of a F + (1 - a) B goes to both sides, so that together they equal the pixel.
+//! residual of a F + (1 - a) B goes to both sides, so that together they equal the pixel; each stays within the range of I,
+//! F and B.
 
 use super::cell_pyramid::JUMP;
 use super::disocclusion::{ExtraSamples, LayeredPlate};
@@ -200,17 +201,61 @@ impl CoverageEstimate {
             .zip(self.mean[0].iter().zip(&self.mean[1]));
         let parts = planes.map(|(plane, (far, near))| {
             let (far, near) = (*far as f32, *near as f32);
-            let rest = plane.samples[index] - a * near - (1.0 - a) * far;
+            let light = plane.samples[index];
+            let of_far = far_part(light, a, far, near);
             if edge.near {
-                let light = moved * (far + rest);
-                (-light, light)
+                (-of_far, of_far)
             } else {
-                let light = moved * (near + rest);
-                (moved * far - light, light)
+                let of_near = light - of_far;
+                (moved * far - of_near, of_near)
             }
         });
         let (mut here, there): (Vec<f32>, Vec<f32>) = parts.unzip();
         here.extend(there);
         out.samples.extend(here);
+    }
+}
+
+/// Returns the part of `light` that belongs to the far side, for coverage `a` of the near side: 1 - a times the light of the far
+/// side, with the residual on both sides.
+///
+/// The light of either side, each part over its share, stays within the range of `light`, `far` and `near`. The mean of a side
+/// that holds a lamp says nothing about its other pixels, and without bounds their residual would be a large negative light.
+fn far_part(light: f32, a: f32, far: f32, near: f32) -> f32 {
+    let least = light.min(far).min(near);
+    let most = light.max(far).max(near);
+    let rest = light - a * near - (1.0 - a) * far;
+    let part = (1.0 - a) * (far + rest);
+    // Bounds by the far side itself, then by what they leave to the near side. They meet at the latest where all are alike.
+    let part = part.max((1.0 - a) * least).min((1.0 - a) * most);
+    part.max(light - a * most).min(light - a * least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_sides_of_a_mixed_pixel_stay_within_the_range_around_it() {
+        for (light, a, far, near) in [
+            (0.3, 0.3, 0.0, 1.0),
+            (0.1, 0.5, 0.1, 2e4),
+            (0.1, 0.5, 2e4, 0.1),
+            (1e5, 0.4, 0.2, 0.1),
+            (0.9, 0.5, 0.0, 1.0),
+        ] {
+            let of_far = far_part(light, a, far, near);
+            let sides = [of_far / (1.0 - a), (light - of_far) / a];
+            let least = light.min(far).min(near) - 1e-6;
+            let most = 1.000_001 * light.max(far).max(near);
+            for side in sides {
+                assert!(
+                    (least..=most).contains(&side),
+                    "{light} {a} {far} {near}: {side}"
+                );
+            }
+        }
+        // A pixel that is a mix of both sides is split into them.
+        assert!((far_part(0.44, 0.3, 0.2, 1.0) - 0.7 * 0.2).abs() < 1e-6);
     }
 }

@@ -8,7 +8,7 @@ use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{Gaussian, LocalBlur};
 
 /// Three channels, blur growing from focus at vergence 0.5 at its own rate in each, and with the field.
-struct Lens {
+pub(super) struct Lens {
     field: f64,
 }
 
@@ -37,15 +37,15 @@ impl BlurField for Lens {
     }
 }
 
-const EVEN: Lens = Lens { field: 0.0 };
-const WIDTH: usize = 64;
-const HEIGHT: usize = 48;
-const RED: &[f64] = &[1.0, 0.0, 0.0];
-const GREEN: &[f64] = &[0.0, 1.0, 0.0];
-const BLUE: &[f64] = &[0.0, 0.0, 1.0];
-const ALPHA: &[f64] = &[0.25, 0.5, 0.25];
+pub(super) const EVEN: Lens = Lens { field: 0.0 };
+pub(super) const WIDTH: usize = 64;
+pub(super) const HEIGHT: usize = 48;
+pub(super) const RED: &[f64] = &[1.0, 0.0, 0.0];
+pub(super) const GREEN: &[f64] = &[0.0, 1.0, 0.0];
+pub(super) const BLUE: &[f64] = &[0.0, 0.0, 1.0];
+pub(super) const ALPHA: &[f64] = &[0.25, 0.5, 0.25];
 
-fn scene<'a>(lens: &'a Lens, vergence: VergencePass<'a>) -> Scene<'a> {
+pub(super) fn scene<'a>(lens: &'a Lens, vergence: VergencePass<'a>) -> Scene<'a> {
     Scene {
         lens,
         model: &Gaussian,
@@ -61,7 +61,7 @@ fn scene<'a>(lens: &'a Lens, vergence: VergencePass<'a>) -> Scene<'a> {
     }
 }
 
-fn plane<'a>(samples: &'a [f32], weights: &'a [f64]) -> Plane<'a> {
+pub(super) fn plane<'a>(samples: &'a [f32], weights: &'a [f64]) -> Plane<'a> {
     Plane { samples, weights }
 }
 

@@ -1,0 +1,137 @@
+//! Light and alpha stay within their range, in random scenes of cards, lamps, wires, leaves and soft mattes.
+
+use super::tests::{ALPHA, BLUE, EVEN, GREEN, HEIGHT, RED, WIDTH, plane, scene};
+use super::*;
+use crate::{Gather, Quality, Scatter};
+
+/// Brightness of lamps.
+const LAMP: f32 = 1e5;
+
+/// A linear congruential generator, for scenes that are the same in every run.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
+        self.0 = self.0.wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+
+    fn between(&mut self, least: f32, most: f32) -> f32 {
+        least + (most - least) * self.unit()
+    }
+}
+
+/// A premultiplied plate with vergences.
+struct Plate {
+    red: Vec<f32>,
+    green: Vec<f32>,
+    blue: Vec<f32>,
+    alpha: Vec<f32>,
+    vergence: Vec<f32>,
+}
+
+impl Plate {
+    fn new(background: [f32; 2]) -> Self {
+        let [alpha, vergence] = background;
+        let of = |value: f32| vec![value; WIDTH * HEIGHT];
+        Self {
+            red: of(0.2 * alpha),
+            green: of(0.3 * alpha),
+            blue: of(0.1 * alpha),
+            alpha: of(alpha),
+            vergence: of(vergence),
+        }
+    }
+
+    /// Composites a surface of `colour` at `vergence` over the plate, with the coverage that `cover` returns for a point.
+    fn add(&mut self, colour: [f32; 3], vergence: f32, cover: impl Fn(f32, f32) -> f32) {
+        for index in 0..WIDTH * HEIGHT {
+            let at = |k: usize| k as f32 + 0.5;
+            let a = cover(at(index % WIDTH), at(index / WIDTH)).clamp(0.0, 1.0);
+            let planes = [&mut self.red, &mut self.green, &mut self.blue];
+            for (plane, colour) in planes.into_iter().zip(colour) {
+                plane[index] = (1.0 - a) * plane[index] + a * colour;
+            }
+            self.alpha[index] = (1.0 - a) * self.alpha[index] + a;
+            if a > 0.5 {
+                self.vergence[index] = vergence;
+            }
+        }
+    }
+
+    /// Draws a random scene.
+    fn random(seed: u64) -> Self {
+        let mut random = Random(seed);
+        // Every third scene is an element over nothing.
+        let background = if seed.is_multiple_of(3) { 0.0 } else { 1.0 };
+        let mut plate = Self::new([background, random.between(0.05, 0.4)]);
+        let (width, height) = (WIDTH as f32, HEIGHT as f32);
+        for _ in 0..6 {
+            let colour = [random.unit(), random.unit(), random.unit()];
+            let vergence = random.between(0.2, 1.0);
+            let (x, y) = (random.between(0.0, width), random.between(0.0, height));
+            let size = random.between(2.0, 14.0);
+            match random.between(0.0, 4.0) as usize {
+                // A card with an anti-aliased edge, a soft matte, a wire, a leaf.
+                0 => plate.add(colour, vergence, |u, v| {
+                    size - (u - x).abs().max((v - y).abs()) + 0.5
+                }),
+                1 => plate.add(colour, vergence, |u, v| {
+                    1.0 - ((u - x).hypot(v - y) / size).powi(2)
+                }),
+                2 => plate.add(colour, vergence, |u, v| 1.0 - (u - x + 0.3 * (v - y)).abs()),
+                _ => plate.add(colour, vergence, |u, v| {
+                    size / 2.0 - (u - x).hypot(v - y) + 0.5
+                }),
+            }
+        }
+        for _ in 0..8 {
+            let vergence = random.between(0.1, 1.0);
+            let (x, y) = (random.between(0.0, width), random.between(0.0, height));
+            let radius = random.between(0.5, 1.5);
+            plate.add([LAMP, 0.5 * LAMP, 0.1 * LAMP], vergence, |u, v| {
+                radius - (u - x).hypot(v - y) + 0.5
+            });
+        }
+        plate
+    }
+}
+
+/// Returns the least light over that of a lamp, the least alpha and the largest alpha of `plate` through `inner`.
+fn ranges(plate: &Plate, inner: &dyn Renderer) -> [f32; 3] {
+    let scene = scene(&EVEN, VergencePass::PerPixel(&plate.vergence));
+    let planes = [
+        plane(&plate.red, RED),
+        plane(&plate.green, GREEN),
+        plane(&plate.blue, BLUE),
+        plane(&plate.alpha, ALPHA),
+    ];
+    let layered = LayeredRenderer {
+        inner,
+        settings: Occlusion::default(),
+    };
+    let done = layered.render(&scene, &planes, &|_| true);
+    let done = done.expect("a valid scene").planes;
+    let least = |planes: &[Vec<f32>]| planes.iter().flatten().copied().fold(f32::MAX, f32::min);
+    let most = done[3].iter().copied().fold(f32::MIN, f32::max);
+    [least(&done[..3]), least(&done[3..]), most]
+}
+
+#[test]
+fn light_and_alpha_stay_within_their_range() {
+    let gather = |quality| Gather { quality };
+    let renderers: [&dyn Renderer; 3] =
+        [&Scatter, &gather(Quality::Final), &gather(Quality::Draft)];
+    for seed in 0..24 {
+        let plate = Plate::random(seed);
+        for renderer in renderers {
+            let [light, alpha, most] = ranges(&plate, renderer);
+            println!(
+                "{seed} {} {light:e} {alpha:e} {:e}",
+                renderer.id(),
+                most - 1.0
+            );
+        }
+    }
+}
