@@ -21,14 +21,14 @@ use crate::reference_channel::reference_channel;
 pub use quantisation::{Quantisation, StoredCurve};
 pub use response::TileResponse;
 
-use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
 use estimate::{Estimate, NoiseCheck, Plans, estimate};
-use geometry::Geometry;
-use lens_view::{Drawing, LensView, Positions, centre};
+use geometry::{Movement, Tolerance};
+use lens_view::{Drawing, LensView, Positions};
+use offsets::WindowOffset;
 use patch::{Patch, Window};
 use seidel_optics::Progress;
 use seidel_optics::distance::ObjectDistance;
@@ -115,7 +115,7 @@ pub struct PlacedPictures {
     pub sharp: Vec<Vec<f32>>,
     /// Planes of the plate. Between area means they are integrated over pixels once more, as a rendering is.
     pub plate: Vec<Vec<f32>>,
-    /// From pixels of the sharp image to ideal positions in the frame of the lens.
+    /// From pixels of the sharp image as given to those of the frame, by which it was moved.
     pub registration: Similarity,
     /// Whether the plate is distorted by the lens.
     pub distorted: bool,
@@ -177,55 +177,56 @@ pub fn estimate_pair(
     let names = predictor.channel_names();
     check(names, [sharp, plate], settings)?;
     let frame = lens.frame;
-    let placed = placement::place(&frame, sharp, plate)?;
-    let (of_sharp, of_plate) = (owned(placed.sharp), owned(placed.plate));
-    let of_plate = if settings.area_means {
+    let placement = placement::place(&frame, sharp, plate)?;
+    let [left, top] = placement.plate_corner.map(|v| v as f64);
+    let corner = Similarity::shift(left, top);
+    let of_plate = placement::planes_in_frame(&frame, plate, &corner, None);
+    let of_plate: Vec<Vec<f32>> = if settings.area_means {
         of_plate.iter().map(|p| over_pixels(p, &frame)).collect()
     } else {
         of_plate
     };
-    let whole = |planes, quantisation| PairImage {
+    let in_frame = |planes, quantisation| PairImage {
         width: frame.width_px() as usize,
         height: frame.height_px() as usize,
         planes,
         quantisation,
-    };
-    let sharp = whole(&of_sharp[..], sharp.quantisation);
-    let plate = whole(&of_plate[..], plate.quantisation);
-    let windows = windows::choose(&sharp, settings.side, settings.most_patches, settings.clip)?;
-    let job = Job {
-        plans: Plans::new(settings.side, windows[0].square()),
-        sharp,
-        plate,
-        settings,
-        progress,
-        done: AtomicUsize::new(0),
-        cancelled: AtomicBool::new(false),
     };
     let view = LensView {
         channels,
         frame,
         vergence: predictor.vergence(settings.distance)?,
         positions: Positions::Undistorted,
-        registration: Similarity::IDENTITY,
     };
     let known = channels.iter().map(|c| c.name.as_str());
-    let reference = reference_channel(&lens.camera, known);
-    let geometry = job.geometry(&view, &windows, reference)?;
+    let registering = Registering {
+        view,
+        reference: reference_channel(&lens.camera, known),
+        settings,
+        progress,
+        plate: in_frame(&of_plate, plate.quantisation),
+    };
+    let registered = registering.register(sharp, placement.sharp)?;
     let view = LensView {
-        positions: geometry.positions,
-        registration: geometry.registration,
+        positions: registered.positions,
         ..view
     };
+    let sharp = in_frame(&registered.sharp, sharp.quantisation);
+    let windows = windows::choose(&sharp, settings.side, settings.most_patches, settings.clip)?;
+    let job = registering.job(sharp, &windows);
     let rendered = if settings.area_means {
         None
     } else {
-        rendering::rendered(&view, &predictor, &job.sharp, &|share| {
-            progress(OFFSET_SHARE + share * (RENDERED_SHARE - OFFSET_SHARE))
-        })?
+        Some(rendering::rendered(
+            &view,
+            &predictor,
+            &job.sharp,
+            &|share| progress(OFFSET_SHARE + share * (RENDERED_SHARE - OFFSET_SHARE)),
+        )?)
     };
     let found = job.estimates(&view, &windows, rendered.as_deref())?;
-    let remarks = placed.remark.into_iter().chain(geometry.remark()).collect();
+    let remarks = placement.remark.into_iter();
+    let remarks = remarks.chain(registered.movement.remark()).collect();
     let (observed, tried) = (collected(&view, names, found, settings)?, windows.len());
     if observed.set.observations.is_empty() {
         return Err(Error::new(
@@ -244,14 +245,92 @@ pub fn estimate_pair(
         pictures: PlacedPictures {
             width: frame.width_px() as usize,
             height: frame.height_px() as usize,
-            sharp: of_sharp,
+            registration: registered.transform,
+            distorted: registered.positions == Positions::Lens,
+            sharp: registered.sharp,
             plate: of_plate,
-            registration: geometry.registration,
-            distorted: geometry.positions == Positions::Lens,
             reach_px: settings.side / 2,
         },
         remarks,
     })
+}
+
+/// Rounds of measuring and moving the sharp picture.
+const REGISTRATION_ROUNDS: usize = 3;
+
+/// The registration of a sharp picture to a plate in the frame.
+struct Registering<'a> {
+    /// The lens, as for an undistorted plate.
+    view: LensView<'a>,
+    /// Index of the channel whose offsets are measured.
+    reference: usize,
+    settings: &'a PairSettings,
+    progress: &'a Progress<'a>,
+    plate: PairImage<'a>,
+}
+
+/// A sharp picture moved to ideal positions of the frame.
+struct RegisteredSharp {
+    sharp: Vec<Vec<f32>>,
+    positions: Positions,
+    /// From pixels of the picture as given.
+    transform: Similarity,
+    /// The part of it that was measured by windows.
+    movement: Movement,
+}
+
+impl<'a> Registering<'a> {
+    fn job<'b>(&'b self, sharp: PairImage<'b>, windows: &[Window]) -> Job<'b> {
+        Job {
+            plans: Plans::new(self.settings.side, windows[0].square()),
+            sharp,
+            plate: self.plate,
+            settings: self.settings,
+            progress: self.progress,
+            done: AtomicUsize::new(0),
+            cancelled: AtomicBool::new(false),
+        }
+    }
+
+    /// Moves `sharp` by `placed` into the frame, and measures what is left until nothing is.
+    ///
+    /// The sharp picture is resampled, never the plate: light between its pixels is then where a renderer, which blurs pixel by
+    /// pixel, would have it. PSFs drawn between the pixels of a picture that is not moved would add the aliases of its texture.
+    fn register(&self, sharp: &PairImage<'_>, placed: Similarity) -> Result<RegisteredSharp> {
+        let (view, clip) = (&self.view, self.settings.clip);
+        let wanted = match self.settings.geometry {
+            PairGeometry::Measured => None,
+            PairGeometry::Undistorted => Some(Positions::Undistorted),
+            PairGeometry::Distorted => Some(Positions::Lens),
+        };
+        let (mut transform, mut movement) = (placed, Movement::default());
+        let mut tolerance = Tolerance::ALIGNED;
+        let mut round = 1;
+        loop {
+            let planes = placement::planes_in_frame(&view.frame, sharp, &transform, clip);
+            let image = PairImage {
+                planes: &planes,
+                ..self.plate
+            };
+            let windows =
+                windows::choose(&image, self.settings.side, self.settings.most_patches, clip)?;
+            let job = self.job(image, &windows);
+            let offsets = job.offsets(view, &windows, self.reference)?;
+            let found = geometry::decide(view, &offsets, wanted, tolerance);
+            if found.movement.is_none() || round > REGISTRATION_ROUNDS {
+                return Ok(RegisteredSharp {
+                    sharp: planes,
+                    positions: found.positions,
+                    transform,
+                    movement,
+                });
+            }
+            movement.add(&found.movement);
+            transform = found.movement.transform(&view.frame).after(&transform);
+            tolerance = Tolerance::MOVED;
+            round += 1;
+        }
+    }
 }
 
 /// Everything that the windows share.
@@ -303,31 +382,19 @@ impl Job<'_> {
         }
     }
 
-    /// Measures the geometry of the pair on `channel`.
-    fn geometry(
+    /// Measures the offsets of the windows in `channel`.
+    fn offsets(
         &self,
         view: &LensView<'_>,
         windows: &[Window],
         channel: usize,
-    ) -> Result<Geometry> {
+    ) -> Result<Vec<WindowOffset>> {
+        let clip = self.settings.clip;
         let measured = self.each(windows, [0.0, OFFSET_SHARE], |_, window| {
             let pictures = [&self.sharp, &self.plate];
-            offsets::measure(
-                view,
-                &self.plans,
-                pictures,
-                channel,
-                window,
-                self.settings.clip,
-            )
+            offsets::measure(view, &self.plans, pictures, channel, window, clip)
         })?;
-        let measured: Vec<_> = measured.into_iter().flatten().collect();
-        let wanted = match self.settings.geometry {
-            PairGeometry::Measured => None,
-            PairGeometry::Undistorted => Some(Positions::Undistorted),
-            PairGeometry::Distorted => Some(Positions::Lens),
-        };
-        Ok(geometry::decide(view, &measured, wanted))
+        Ok(measured.into_iter().flatten().collect())
     }
 
     /// Estimates the PSFs of all channels of every window; `None` where a channel is not determined. `rendered` are the planes
@@ -455,10 +522,6 @@ fn collected(
     Ok(EstimatedSet { set, responses })
 }
 
-fn owned(planes: Vec<Cow<'_, [f32]>>) -> Vec<Vec<f32>> {
-    planes.into_iter().map(Cow::into_owned).collect()
-}
-
 fn check(names: &[String], pictures: [&PairImage<'_>; 2], settings: &PairSettings) -> Result<()> {
     for picture in pictures {
         let whole = |plane: &Vec<f32>| plane.len() == picture.width * picture.height;
@@ -497,12 +560,12 @@ fn observation(
     };
     let file = format!("psf/{index:04}.exr");
     let tiles = window.estimates.iter().map(tile).collect::<Result<_>>()?;
-    let at = centre(window.window);
+    let at = window.window.centre;
     let mut middle = at;
     middle.x_px += window.offset[0] as f64;
     middle.y_px += window.offset[1] as f64;
     let ideal = match view.positions {
-        Positions::Lens => Some(view.registration.apply(at)),
+        Positions::Lens => Some(at),
         Positions::Undistorted => None,
     };
     Ok(Observation {
