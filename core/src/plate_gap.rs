@@ -91,7 +91,7 @@ pub fn plate_gap(
     })
 }
 
-/// Returns a rendering, unknown where the sharp picture is unknown within reach of the blur.
+/// Returns a rendering, unknown where the sharp picture is unknown within reach of the blur, as it is outside the frame.
 fn known(rendered: &[f32], sharp: &[f32], pair: &PlacedPictures) -> Vec<f32> {
     let (width, height) = (pair.width, pair.height);
     let unknown = UnknownCount::new(sharp, width);
@@ -125,10 +125,13 @@ impl UnknownCount {
         Self { stride, sums }
     }
 
+    /// Returns whether a pixel within `reach` is unknown, or outside the plane.
     fn any_within(&self, x: usize, y: usize, reach: usize, height: usize) -> bool {
-        let (left, top) = (x.saturating_sub(reach), y.saturating_sub(reach));
-        let right = (x + reach + 1).min(self.stride - 1);
-        let bottom = (y + reach + 1).min(height);
+        let (right, bottom) = (x + reach + 1, y + reach + 1);
+        if x < reach || y < reach || right >= self.stride || bottom > height {
+            return true;
+        }
+        let (left, top) = (x - reach, y - reach);
         let at = |x: usize, y: usize| self.sums[y * self.stride + x];
         at(right, bottom) + at(left, top) > at(left, bottom) + at(right, top)
     }
@@ -254,5 +257,9 @@ mod tests {
     fn pixels_near_unknown_ones_are_found() {
         let unknown = UnknownCount::new(&[0.0, f32::NAN, 0.0, 0.0, 0.0, 0.0], 3);
         assert!(unknown.any_within(0, 0, 1, 2) && !unknown.any_within(0, 0, 0, 2));
+        let known = UnknownCount::new(&[0.0; 12], 4);
+        assert!(known.any_within(0, 1, 1, 3) && known.any_within(3, 1, 1, 3));
+        assert!(known.any_within(1, 0, 1, 3) && known.any_within(1, 2, 1, 3));
+        assert!(!known.any_within(1, 1, 1, 3) && !known.any_within(2, 1, 1, 3));
     }
 }

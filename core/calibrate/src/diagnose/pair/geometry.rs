@@ -49,7 +49,7 @@ impl Tolerance {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Geometry {
     pub(super) positions: Positions,
-    /// What the registration takes away.
+    /// Movement of the plate, taken off by moving the sharp picture.
     pub(super) movement: Movement,
 }
 

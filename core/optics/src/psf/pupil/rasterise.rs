@@ -14,7 +14,7 @@ use super::CellGrid;
 use super::mesh::{LANES, MAX_LIGHT_DERIVATIVES, Pack, Ring, packs};
 use crate::lens::Transmission;
 
-/// How the light of a triangle is distributed over cells.
+/// The distribution of the light of a triangle over cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Deposit {
     /// By exact area coverage.
