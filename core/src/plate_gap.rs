@@ -6,7 +6,6 @@ use seidel_calibrate::diagnose::PlacedPictures;
 use seidel_optics::Progress;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, Result};
-use seidel_optics::field::ImagePoint;
 use seidel_render::Displacement;
 
 use crate::image::Image;
@@ -66,8 +65,8 @@ pub fn plate_gap(
         ));
     }
     let (width, height) = (pair.width, pair.height);
-    let known = |v: &f32| if v.is_finite() { *v } else { 0.0 };
-    let planes = pair.sharp.iter().map(|p| p.iter().map(known).collect());
+    let lit = |v: &f32| if v.is_finite() { *v } else { 0.0 };
+    let planes = pair.sharp.iter().map(|p| p.iter().map(lit).collect());
     let image = Image::new(width, height, names.to_vec(), planes.collect())?;
     let displacement = if pair.distorted {
         Displacement::Full
@@ -82,7 +81,7 @@ pub fn plate_gap(
     let plate = session.prepare(Plate::new(image).with_depth(Depth::Distance(distance)))?;
     let rendered = plate.to_image(plate.apply(progress)?);
     let channels = names.iter().enumerate().map(|(k, name)| {
-        let expected = registered(&rendered.colours[k], &pair.sharp[k], pair);
+        let expected = known(&rendered.colours[k], &pair.sharp[k], pair);
         compare(name, &pair.plate[k], &expected, width)
     });
     Ok(PlateGap {
@@ -92,22 +91,18 @@ pub fn plate_gap(
     })
 }
 
-/// Returns a rendering on the pixels of the plate, unknown where the sharp picture is unknown within reach of the blur.
-fn registered(rendered: &[f32], sharp: &[f32], pair: &PlacedPictures) -> Vec<f32> {
+/// Returns a rendering, unknown where the sharp picture is unknown within reach of the blur, as it is outside the frame.
+fn known(rendered: &[f32], sharp: &[f32], pair: &PlacedPictures) -> Vec<f32> {
     let (width, height) = (pair.width, pair.height);
-    let reach = pair.reach_px;
     let unknown = UnknownCount::new(sharp, width);
-    let back = pair.registration.inverse();
-    let cells = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    cells
-        .map(|(x, y)| {
-            if unknown.any_within(x, y, reach, height) {
-                return f32::NAN;
-            }
-            let at = back.apply(ImagePoint::new(x as f64 + 0.5, y as f64 + 0.5));
-            sample(rendered, (width, height), at)
-        })
-        .collect()
+    let value = |(k, value): (usize, &f32)| {
+        if unknown.any_within(k % width, k / width, pair.reach_px, height) {
+            f32::NAN
+        } else {
+            *value
+        }
+    };
+    rendered.iter().enumerate().map(value).collect()
 }
 
 /// Counts of unknown pixels above and left of each pixel.
@@ -130,38 +125,16 @@ impl UnknownCount {
         Self { stride, sums }
     }
 
+    /// Returns whether a pixel within `reach` is unknown, or outside the plane.
     fn any_within(&self, x: usize, y: usize, reach: usize, height: usize) -> bool {
-        let (left, top) = (x.saturating_sub(reach), y.saturating_sub(reach));
-        let right = (x + reach + 1).min(self.stride - 1);
-        let bottom = (y + reach + 1).min(height);
+        let (right, bottom) = (x + reach + 1, y + reach + 1);
+        if x < reach || y < reach || right >= self.stride || bottom > height {
+            return true;
+        }
+        let (left, top) = (x - reach, y - reach);
         let at = |x: usize, y: usize| self.sums[y * self.stride + x];
         at(right, bottom) + at(left, top) > at(left, bottom) + at(right, top)
     }
-}
-
-/// Samples a smooth plane at `at` by the cubic kernel of Catmull and Rom.
-fn sample(plane: &[f32], size: (usize, usize), at: ImagePoint) -> f32 {
-    let (width, height) = size;
-    let (x, y) = (at.x_px - 0.5, at.y_px - 0.5);
-    let weights = |t: f64| {
-        [
-            ((2.0 - t) * t - 1.0) * t / 2.0,
-            ((3.0 * t - 5.0) * t * t + 2.0) / 2.0,
-            (((4.0 - 3.0 * t) * t) + 1.0) * t / 2.0,
-            (t - 1.0) * t * t / 2.0,
-        ]
-    };
-    let (across, down) = (weights(x - x.floor()), weights(y - y.floor()));
-    let clamp = |v: f64, last: usize| v.clamp(0.0, last as f64) as usize;
-    let mut sum = 0.0;
-    for (j, down) in down.iter().enumerate() {
-        let row = clamp(y.floor() + j as f64 - 1.0, height - 1);
-        for (i, across) in across.iter().enumerate() {
-            let column = clamp(x.floor() + i as f64 - 1.0, width - 1);
-            sum += down * across * f64::from(plane[row * width + column]);
-        }
-    }
-    sum as f32
 }
 
 /// Sums over pixels of photograph and rendering.
@@ -281,14 +254,12 @@ mod tests {
     }
 
     #[test]
-    fn smooth_planes_are_sampled_between_pixels() {
-        let wave = |x: f64, y: f64| (0.3 * x).sin() + (0.2 * y).cos();
-        let plane: Vec<f32> = (0..40 * 30)
-            .map(|k| wave(f64::from(k % 40) + 0.5, f64::from(k / 40) + 0.5) as f32)
-            .collect();
-        let got = sample(&plane, (40, 30), ImagePoint::new(17.3, 11.8));
-        assert!((f64::from(got) - wave(17.3, 11.8)).abs() < 2e-3, "{got}");
+    fn pixels_near_unknown_ones_are_found() {
         let unknown = UnknownCount::new(&[0.0, f32::NAN, 0.0, 0.0, 0.0, 0.0], 3);
         assert!(unknown.any_within(0, 0, 1, 2) && !unknown.any_within(0, 0, 0, 2));
+        let known = UnknownCount::new(&[0.0; 12], 4);
+        assert!(known.any_within(0, 1, 1, 3) && known.any_within(3, 1, 1, 3));
+        assert!(known.any_within(1, 0, 1, 3) && known.any_within(1, 2, 1, 3));
+        assert!(!known.any_within(1, 1, 1, 3) && !known.any_within(2, 1, 1, 3));
     }
 }

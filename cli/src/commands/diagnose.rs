@@ -90,10 +90,17 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     let profile = lens_profile::read(lens)?;
     check_pupil_lens(&profile, lens)?;
     let design = args.read_design(&profile, lens)?;
-    let source = args.read_source(&profile, lens, &pool, console)?;
-    let mut diagnosis = args
-        .diagnose(&profile, &source, design, &pool, console)
-        .map_err(|e| FileError::from_core(&source.path, e))?;
+    let mut source = args.read_source(&profile, lens, &pool, console)?;
+    let mut diagnosis = args.diagnose(&profile, &source, design.clone(), &pool, console)?;
+    if estimates && !diagnosis.added.is_empty() {
+        // Estimates deviate from the PSFs of the lens they start from by what the pictures show, and only by a part of it where
+        // they show little. Started from the corrected lens they deviate less.
+        let again = args.read_source(&diagnosis.corrected, lens, &pool, console);
+        if let Ok(again) = again {
+            diagnosis = args.diagnose(&profile, &again, design, &pool, console)?;
+            source = again;
+        }
+    }
     diagnosis.remarks.extend(source.remarks.iter().cloned());
     let maps = args.plate_gap(&profile, &diagnosis, &source, &pool, console)?;
     let subject = Subject {
@@ -132,7 +139,7 @@ struct Source {
 }
 
 impl DiagnoseArgs {
-    /// Reads the observation set, or estimates one from the picture pair.
+    /// Reads the observation set, or estimates one from the picture pair, starting from the PSFs of `lens`.
     fn read_source(
         &self,
         lens: &LensProfile,
@@ -204,6 +211,17 @@ impl DiagnoseArgs {
         Ok(Some(set))
     }
 
+    /// Returns the effects to try; all if empty. A tone curve acts on the light of a plate, not on its PSFs, so PSFs estimated
+    /// from pictures cannot show it.
+    fn library(&self) -> Vec<String> {
+        if self.only.is_empty() && self.pair.reference.is_some() {
+            let ids = effects::ALL.iter().map(|effect| effect.id().to_owned());
+            ids.filter(|id| id != "tone_curve").collect()
+        } else {
+            self.only.clone()
+        }
+    }
+
     /// Renders the gap in the plate if it is wanted.
     fn plate_gap(
         &self,
@@ -228,15 +246,17 @@ impl DiagnoseArgs {
         design: Option<ObservationSet>,
         pool: &ThreadPool,
         console: &Console,
-    ) -> seidel_core::Result<Diagnosis> {
+    ) -> Result<Diagnosis, CommandError> {
         let settings = Settings {
-            library: self.only.clone(),
+            library: self.library(),
             pairs: !self.no_pairs,
             design,
             responses: source.responses.clone(),
         };
         let bar = console.progress_bar("diagnosing");
-        pool.install(|| diagnose(lens, &source.set, &settings, &|share| bar.show(share)))
+        let diagnosis =
+            pool.install(|| diagnose(lens, &source.set, &settings, &|share| bar.show(share)));
+        diagnosis.map_err(|e| FileError::from_core(&source.path, e).into())
     }
 }
 

@@ -41,11 +41,7 @@ pub fn plate_gap_picture(title: &str, before: &PlateGap, after: &PlateGap) -> Rg
             .enumerate()
         {
             let left = GAP_PX + side as u32 * (width + GAP_PX);
-            let caption = format!(
-                "{}, {name}: {} of the contrast",
-                gap.channel,
-                short_number(gap.whole)
-            );
+            let caption = format!("{}, {name}: {}", gap.channel, short_number(gap.whole));
             canvas.text(left, top, width, 2, TEXT, &caption);
             draw_map(
                 &mut canvas,

@@ -13,6 +13,7 @@ mod offsets;
 mod patch;
 mod placement;
 mod quantisation;
+mod registering;
 mod rendering;
 mod response;
 mod windows;
@@ -21,15 +22,15 @@ use crate::reference_channel::reference_channel;
 pub use quantisation::{Quantisation, StoredCurve};
 pub use response::TileResponse;
 
-use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
 use estimate::{Estimate, NoiseCheck, Plans, estimate};
-use geometry::Geometry;
-use lens_view::{Drawing, LensView, Positions, centre};
+use lens_view::{Drawing, LensView, Positions};
+use offsets::WindowOffset;
 use patch::{Patch, Window};
+use registering::Registering;
 use seidel_optics::Progress;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, Result};
@@ -115,7 +116,7 @@ pub struct PlacedPictures {
     pub sharp: Vec<Vec<f32>>,
     /// Planes of the plate. Between area means they are integrated over pixels once more, as a rendering is.
     pub plate: Vec<Vec<f32>>,
-    /// From pixels of the sharp image to ideal positions in the frame of the lens.
+    /// From pixels of the sharp image as given to those of the frame, by which it was moved.
     pub registration: Similarity,
     /// Whether the plate is distorted by the lens.
     pub distorted: bool,
@@ -177,55 +178,56 @@ pub fn estimate_pair(
     let names = predictor.channel_names();
     check(names, [sharp, plate], settings)?;
     let frame = lens.frame;
-    let placed = placement::place(&frame, sharp, plate)?;
-    let (of_sharp, of_plate) = (owned(placed.sharp), owned(placed.plate));
-    let of_plate = if settings.area_means {
+    let placement = placement::place(&frame, sharp, plate)?;
+    let [left, top] = placement.plate_corner.map(|v| v as f64);
+    let corner = Similarity::shift(left, top);
+    let of_plate = placement::planes_in_frame(&frame, plate, &corner, None);
+    let of_plate: Vec<Vec<f32>> = if settings.area_means {
         of_plate.iter().map(|p| over_pixels(p, &frame)).collect()
     } else {
         of_plate
     };
-    let whole = |planes, quantisation| PairImage {
+    let in_frame = |planes, quantisation| PairImage {
         width: frame.width_px() as usize,
         height: frame.height_px() as usize,
         planes,
         quantisation,
-    };
-    let sharp = whole(&of_sharp[..], sharp.quantisation);
-    let plate = whole(&of_plate[..], plate.quantisation);
-    let windows = windows::choose(&sharp, settings.side, settings.most_patches, settings.clip)?;
-    let job = Job {
-        plans: Plans::new(settings.side, windows[0].square()),
-        sharp,
-        plate,
-        settings,
-        progress,
-        done: AtomicUsize::new(0),
-        cancelled: AtomicBool::new(false),
     };
     let view = LensView {
         channels,
         frame,
         vergence: predictor.vergence(settings.distance)?,
         positions: Positions::Undistorted,
-        registration: Similarity::IDENTITY,
     };
     let known = channels.iter().map(|c| c.name.as_str());
-    let reference = reference_channel(&lens.camera, known);
-    let geometry = job.geometry(&view, &windows, reference)?;
+    let registering = Registering {
+        view,
+        reference: reference_channel(&lens.camera, known),
+        settings,
+        progress,
+        plate: in_frame(&of_plate, plate.quantisation),
+    };
+    let registered = registering.register(sharp, placement.sharp)?;
     let view = LensView {
-        positions: geometry.positions,
-        registration: geometry.registration,
+        positions: registered.positions,
         ..view
     };
+    let sharp = in_frame(&registered.sharp, sharp.quantisation);
+    let windows = windows::choose(&sharp, settings.side, settings.most_patches, settings.clip)?;
+    let job = registering.job(sharp, &windows);
     let rendered = if settings.area_means {
         None
     } else {
-        rendering::rendered(&view, &predictor, &job.sharp, &|share| {
-            progress(OFFSET_SHARE + share * (RENDERED_SHARE - OFFSET_SHARE))
-        })?
+        Some(rendering::rendered(
+            &view,
+            &predictor,
+            &job.sharp,
+            &|share| progress(OFFSET_SHARE + share * (RENDERED_SHARE - OFFSET_SHARE)),
+        )?)
     };
     let found = job.estimates(&view, &windows, rendered.as_deref())?;
-    let remarks = placed.remark.into_iter().chain(geometry.remark()).collect();
+    let remarks = placement.remark.into_iter();
+    let remarks = remarks.chain(registered.movement.remark()).collect();
     let (observed, tried) = (collected(&view, names, found, settings)?, windows.len());
     if observed.set.observations.is_empty() {
         return Err(Error::new(
@@ -244,10 +246,10 @@ pub fn estimate_pair(
         pictures: PlacedPictures {
             width: frame.width_px() as usize,
             height: frame.height_px() as usize,
-            sharp: of_sharp,
+            registration: registered.transform,
+            distorted: registered.positions == Positions::Lens,
+            sharp: registered.sharp,
             plate: of_plate,
-            registration: geometry.registration,
-            distorted: geometry.positions == Positions::Lens,
             reach_px: settings.side / 2,
         },
         remarks,
@@ -303,31 +305,19 @@ impl Job<'_> {
         }
     }
 
-    /// Measures the geometry of the pair on `channel`.
-    fn geometry(
+    /// Measures the offsets of the windows in `channel`.
+    fn offsets(
         &self,
         view: &LensView<'_>,
         windows: &[Window],
         channel: usize,
-    ) -> Result<Geometry> {
+    ) -> Result<Vec<WindowOffset>> {
+        let clip = self.settings.clip;
         let measured = self.each(windows, [0.0, OFFSET_SHARE], |_, window| {
             let pictures = [&self.sharp, &self.plate];
-            offsets::measure(
-                view,
-                &self.plans,
-                pictures,
-                channel,
-                window,
-                self.settings.clip,
-            )
+            offsets::measure(view, &self.plans, pictures, channel, window, clip)
         })?;
-        let measured: Vec<_> = measured.into_iter().flatten().collect();
-        let wanted = match self.settings.geometry {
-            PairGeometry::Measured => None,
-            PairGeometry::Undistorted => Some(Positions::Undistorted),
-            PairGeometry::Distorted => Some(Positions::Lens),
-        };
-        Ok(geometry::decide(view, &measured, wanted))
+        Ok(measured.into_iter().flatten().collect())
     }
 
     /// Estimates the PSFs of all channels of every window; `None` where a channel is not determined. `rendered` are the planes
@@ -455,10 +445,6 @@ fn collected(
     Ok(EstimatedSet { set, responses })
 }
 
-fn owned(planes: Vec<Cow<'_, [f32]>>) -> Vec<Vec<f32>> {
-    planes.into_iter().map(Cow::into_owned).collect()
-}
-
 fn check(names: &[String], pictures: [&PairImage<'_>; 2], settings: &PairSettings) -> Result<()> {
     for picture in pictures {
         let whole = |plane: &Vec<f32>| plane.len() == picture.width * picture.height;
@@ -497,12 +483,12 @@ fn observation(
     };
     let file = format!("psf/{index:04}.exr");
     let tiles = window.estimates.iter().map(tile).collect::<Result<_>>()?;
-    let at = centre(window.window);
+    let at = window.window.centre;
     let mut middle = at;
     middle.x_px += window.offset[0] as f64;
     middle.y_px += window.offset[1] as f64;
     let ideal = match view.positions {
-        Positions::Lens => Some(view.registration.apply(at)),
+        Positions::Lens => Some(at),
         Positions::Undistorted => None,
     };
     Ok(Observation {

@@ -7,11 +7,13 @@
 mod block_matching;
 mod phase_correlation;
 mod picture;
+mod resample;
 mod similarity;
 
 pub use picture::Picture;
 pub use similarity::{Freedom, PointPair, Similarity};
 
+pub(crate) use resample::Planes;
 pub(crate) use similarity::median;
 
 use phase_correlation::peak;

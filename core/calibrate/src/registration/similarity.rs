@@ -64,6 +64,17 @@ impl Similarity {
         )
     }
 
+    /// Returns the transform that applies `first`, then `self`.
+    pub fn after(&self, first: &Self) -> Self {
+        let [x, y] = first.shift_px;
+        let moved = self.apply(ImagePoint::new(x, y));
+        Self {
+            a: self.a * first.a - self.b * first.b,
+            b: self.a * first.b + self.b * first.a,
+            shift_px: [moved.x_px, moved.y_px],
+        }
+    }
+
     /// Returns the inverse transform.
     pub fn inverse(&self) -> Self {
         let square = self.a * self.a + self.b * self.b;
@@ -191,6 +202,9 @@ mod tests {
             .inverse()
             .apply(found.apply(ImagePoint::new(70.0, 20.0)));
         assert!((back.x_px - 70.0).abs() < 1e-9 && (back.y_px - 20.0).abs() < 1e-9);
+        let twice = found.after(&truth).apply(ImagePoint::new(70.0, 20.0));
+        let want = found.apply(truth.apply(ImagePoint::new(70.0, 20.0)));
+        assert!((twice.x_px - want.x_px).hypot(twice.y_px - want.y_px) < 1e-9);
         assert!(Similarity::fit(&[], Freedom::Shift).is_none());
     }
 }

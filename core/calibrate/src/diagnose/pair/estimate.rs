@@ -65,7 +65,7 @@ impl Plans {
 /// The lens's prediction for a patch, and what is known of its noise.
 #[derive(Debug)]
 pub(super) struct Expectation {
-    /// The PSF at the centre, of unit sum.
+    /// The PSF at the centre of the texture, of unit sum.
     pub(super) tile: Vec<f64>,
     /// The plate, laid out like [`Patch::plate`].
     pub(super) plate: Vec<f64>,

@@ -5,38 +5,91 @@ use nalgebra::{DMatrix, DVector};
 use super::lens_view::{LensView, Positions};
 use super::offsets::WindowOffset;
 use crate::registration::{Similarity, median};
+use seidel_optics::field::{FieldPoint, Frame};
 
 /// Windows from which scale and rotation are fitted too.
 const LEAST_WINDOWS: usize = 8;
-/// Smallest shift that counts as one, px, and in standard errors.
-const LEAST_SHIFT_PX: f64 = 0.05;
+/// Standard errors from which a shift, and a movement by scale or rotation, counts.
 const SHIFT_SIGMAS: f64 = 4.0;
-/// Smallest movement at the edge of the frame by scale or rotation that counts, px, and in standard errors.
-const LEAST_STRETCH_PX: f64 = 0.15;
 const STRETCH_SIGMAS: f64 = 5.0;
-/// Median offset below which all PSFs lie on their source pixels, px.
+/// Median offset below which a plate is aligned, px.
 const ON_SOURCE_PX: f64 = 0.1;
 /// Largest median offset that a change of shape alone causes, px.
 const APPARENT_PX: f64 = 0.5;
-/// Ratio of the offsets without and with the lens's displacement that tells an undistorted plate from a distorted one.
+/// Ratio of the offsets without and with the lens's displacement that separates an undistorted plate from a distorted one.
 const DISTINCT_RATIO: f64 = 0.7;
 /// Iterations of reweighting, and the residual in medians from which a window loses weight.
 const ITERATIONS: usize = 6;
 const OUTLIER_RATIO: f64 = 3.0;
 const LEAST_RESIDUAL_PX: f64 = 0.02;
 
+/// The smallest movements that count.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tolerance {
+    /// Shift, px.
+    shift_px: f64,
+    /// Movement at the edge of the frame by scale or rotation, px.
+    stretch_px: f64,
+}
+
+impl Tolerance {
+    /// For pictures that may be aligned: they are not moved needlessly.
+    pub(super) const ALIGNED: Self = Self {
+        shift_px: 0.05,
+        stretch_px: 0.15,
+    };
+    /// For pictures that are moved anyway.
+    pub(super) const MOVED: Self = Self {
+        shift_px: 0.005,
+        stretch_px: 0.015,
+    };
+}
+
 /// The geometry of a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Geometry {
     pub(super) positions: Positions,
-    /// From pixels of the sharp picture to ideal positions in the frame of the lens.
-    pub(super) registration: Similarity,
-    /// Movements that the registration takes away, px: shift (x, y), and at the edge of the frame.
-    pub(super) shift_px: [f64; 2],
-    pub(super) stretch_px: [f64; 2],
+    /// Movement of the plate, taken off by moving the sharp picture.
+    pub(super) movement: Movement,
 }
 
-impl Geometry {
+/// Movements of the plate against the sharp picture.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Movement {
+    /// Shift (x, y), px.
+    shift_px: [f64; 2],
+    /// At the edge of the frame, outwards by scale and around by rotation, px.
+    stretch_px: [f64; 2],
+}
+
+impl Movement {
+    pub(super) fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Adds a further movement.
+    pub(super) fn add(&mut self, further: &Self) {
+        for axis in 0..2 {
+            self.shift_px[axis] += further.shift_px[axis];
+            self.stretch_px[axis] += further.stretch_px[axis];
+        }
+    }
+
+    /// Returns the transform from pixels of the sharp picture to ideal positions in `frame`.
+    pub(super) fn transform(&self, frame: &Frame) -> Similarity {
+        let half = frame.half_width_px();
+        let (scale, turn) = (self.stretch_px[0] / half, self.stretch_px[1] / half);
+        let (cx, cy) = (frame.axis().x_px, frame.axis().y_px);
+        Similarity {
+            a: 1.0 + scale,
+            b: turn,
+            shift_px: [
+                self.shift_px[0] - scale * cx + turn * cy,
+                self.shift_px[1] - turn * cx - scale * cy,
+            ],
+        }
+    }
+
     /// Returns a remark on a registration that moves anything.
     pub(super) fn remark(&self) -> Option<String> {
         let [x, y] = self.shift_px;
@@ -64,10 +117,11 @@ pub(super) fn decide(
     view: &LensView<'_>,
     offsets: &[WindowOffset],
     wanted: Option<Positions>,
+    tolerance: Tolerance,
 ) -> Geometry {
     let by_lens: Vec<[f64; 2]> = offsets
         .iter()
-        .map(|o| view.mean_displacement(view.registration.apply(o.at)))
+        .map(|o| view.mean_displacement(o.at))
         .collect();
     let as_lens: Vec<WindowOffset> = offsets
         .iter()
@@ -77,22 +131,64 @@ pub(super) fn decide(
             ..*o
         })
         .collect();
-    let positions = wanted.unwrap_or_else(|| {
-        let (undistorted, distorted) = (scatter(offsets), scatter(&as_lens));
-        let is_undistorted = undistorted < ON_SOURCE_PX
-            || undistorted < DISTINCT_RATIO * distorted
-            || (undistorted <= distorted && undistorted < APPARENT_PX);
-        if is_undistorted {
-            Positions::Undistorted
-        } else {
-            Positions::Lens
-        }
-    });
+    let positions = wanted.unwrap_or_else(|| positions(view, offsets, &as_lens));
     let moves = match positions {
         Positions::Undistorted => offsets,
         Positions::Lens => &as_lens,
     };
-    registered(view, moves, positions)
+    Geometry {
+        positions,
+        movement: movement(view, moves, tolerance),
+    }
+}
+
+/// Returns the positions that fit the plate, from its `offsets` and what remains of them if the lens displaces it.
+///
+/// A change of scale looks like the linear part of a lens's displacement. Where neither kind of plate would be aligned, the
+/// offsets are therefore compared without their similarity transform: what remains is the lens's distortion.
+fn positions(view: &LensView<'_>, offsets: &[WindowOffset], as_lens: &[WindowOffset]) -> Positions {
+    let (undistorted, distorted) = (scatter(offsets), scatter(as_lens));
+    if undistorted < ON_SOURCE_PX {
+        return Positions::Undistorted;
+    }
+    if distorted < ON_SOURCE_PX {
+        return Positions::Lens;
+    }
+    if let [Some(undistorted), Some(distorted)] =
+        [offsets, as_lens].map(|moves| scatter_about_similarity(view, moves))
+    {
+        if undistorted < DISTINCT_RATIO * distorted {
+            return Positions::Undistorted;
+        }
+        if distorted < DISTINCT_RATIO * undistorted {
+            return Positions::Lens;
+        }
+    }
+    let is_undistorted = undistorted < DISTINCT_RATIO * distorted
+        || (undistorted <= distorted && undistorted < APPARENT_PX);
+    if is_undistorted {
+        Positions::Undistorted
+    } else {
+        Positions::Lens
+    }
+}
+
+/// Returns the median distance of offsets from their fitted shift, scale and rotation; `None` of too few.
+fn scatter_about_similarity(view: &LensView<'_>, moves: &[WindowOffset]) -> Option<f64> {
+    if moves.len() < LEAST_WINDOWS {
+        return None;
+    }
+    let fit = Fit::new(view, moves, 4)?;
+    let left = moves.iter().map(|m| {
+        let at = view.frame.field_point(m.at);
+        let rows = Fit::terms(at);
+        let off = [0, 1].map(|axis| {
+            let fitted: f64 = rows[axis].iter().zip(&fit.values).map(|(t, v)| t * v).sum();
+            m.offset_px[axis] - fitted
+        });
+        off[0].hypot(off[1])
+    });
+    Some(median(&left.collect::<Vec<_>>()))
 }
 
 /// Returns the median distance of offsets from their median.
@@ -108,48 +204,28 @@ fn scatter(offsets: &[WindowOffset]) -> f64 {
 
 /// Fits shift, scale and rotation, with a cubic radial term that protects the scale from distortion; keeps what is
 /// significant.
-fn registered(view: &LensView<'_>, moves: &[WindowOffset], positions: Positions) -> Geometry {
-    let mut geometry = Geometry {
-        positions,
-        registration: view.registration,
-        shift_px: [0.0; 2],
-        stretch_px: [0.0; 2],
-    };
+fn movement(view: &LensView<'_>, moves: &[WindowOffset], tolerance: Tolerance) -> Movement {
+    let mut movement = Movement::default();
     let whole = moves.len() >= LEAST_WINDOWS;
     let Some(mut fit) = Fit::new(view, moves, if whole { 5 } else { 2 }) else {
-        return geometry;
+        return movement;
     };
     if whole {
         let is_real = |k: usize| {
-            fit.values[k].abs() > LEAST_STRETCH_PX
+            fit.values[k].abs() > tolerance.stretch_px
                 && fit.values[k].abs() > STRETCH_SIGMAS * fit.sigma[k]
         };
         if is_real(2) || is_real(3) {
-            geometry.stretch_px = [fit.values[2], fit.values[3]];
+            movement.stretch_px = [fit.values[2], fit.values[3]];
         } else if let Some(shift) = Fit::new(view, moves, 2) {
             fit = shift;
         }
     }
     let size = fit.values[0].hypot(fit.values[1]);
-    if size > LEAST_SHIFT_PX && size > SHIFT_SIGMAS * fit.sigma[0].max(fit.sigma[1]) {
-        geometry.shift_px = [fit.values[0], fit.values[1]];
+    if size > tolerance.shift_px && size > SHIFT_SIGMAS * fit.sigma[0].max(fit.sigma[1]) {
+        movement.shift_px = [fit.values[0], fit.values[1]];
     }
-    let half = view.frame.half_width_px();
-    let (scale, turn) = (geometry.stretch_px[0] / half, geometry.stretch_px[1] / half);
-    let axis = view.frame.axis();
-    let (cx, cy) = (axis.x_px, axis.y_px);
-    let before = view.registration;
-    // The movements follow the transform so far, which is near the identity.
-    let [tx, ty] = before.shift_px;
-    geometry.registration = Similarity {
-        a: before.a + scale,
-        b: before.b + turn,
-        shift_px: [
-            tx + geometry.shift_px[0] - scale * cx + turn * cy,
-            ty + geometry.shift_px[1] - turn * cx - scale * cy,
-        ],
-    };
-    geometry
+    movement
 }
 
 /// A robust fit of movements: shift x and y, outwards, around, and outwards in the cube of the field; the last three at
@@ -160,6 +236,15 @@ struct Fit {
 }
 
 impl Fit {
+    /// Returns the movements (x, y) of a point by each value.
+    fn terms(at: FieldPoint) -> [[f64; 5]; 2] {
+        let square = at.x * at.x + at.y * at.y;
+        [
+            [1.0, 0.0, at.x, -at.y, at.x * square],
+            [0.0, 1.0, at.y, at.x, at.y * square],
+        ]
+    }
+
     /// Fits the first `size` movements; `None` if they are not determined.
     fn new(view: &LensView<'_>, moves: &[WindowOffset], size: usize) -> Option<Self> {
         let rows = 2 * moves.len();
@@ -168,13 +253,7 @@ impl Fit {
         }
         let design = DMatrix::from_fn(rows, size, |row, column| {
             let at = view.frame.field_point(moves[row / 2].at);
-            let square = at.x * at.x + at.y * at.y;
-            let terms = if row % 2 == 0 {
-                [1.0, 0.0, at.x, -at.y, at.x * square]
-            } else {
-                [0.0, 1.0, at.y, at.x, at.y * square]
-            };
-            terms[column]
+            Self::terms(at)[row % 2][column]
         });
         let right = DVector::from_fn(rows, |row, _| moves[row / 2].offset_px[row % 2]);
         let mut weights = vec![1.0; moves.len()];

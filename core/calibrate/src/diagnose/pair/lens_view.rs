@@ -2,7 +2,6 @@
 
 use super::estimate::{Expectation, Plans};
 use super::patch::{Patch, Window};
-use crate::registration::Similarity;
 use seidel_fourier::Complex;
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::profile::PupilChannel;
@@ -22,15 +21,13 @@ pub(super) enum Positions {
     Undistorted,
 }
 
-/// A lens as a pair of pictures sees it.
+/// A lens as a pair of pictures sees it. Pixels of the sharp picture are ideal positions of its frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LensView<'a> {
     pub(super) channels: &'a [PupilChannel],
     pub(super) frame: Frame,
     pub(super) vergence: f64,
     pub(super) positions: Positions,
-    /// From pixels of the sharp picture to the ideal positions of the lens's frame.
-    pub(super) registration: Similarity,
 }
 
 impl LensView<'_> {
@@ -62,16 +59,6 @@ impl LensView<'_> {
         [x, y]
     }
 
-    /// Returns how far the centroid of `channel` lies from the pixel `at` of the sharp picture, px.
-    pub(super) fn offset(&self, channel: usize, at: ImagePoint) -> [f64; 2] {
-        let ideal = self.registration.apply(at);
-        let moved = self.displacement(channel, ideal);
-        [
-            ideal.x_px - at.x_px + moved[0],
-            ideal.y_px - at.y_px + moved[1],
-        ]
-    }
-
     /// Draws the PSF of `channel` for the pixel `at` of the sharp picture, of unit sum, in a tile whose middle lies
     /// `offset` from that pixel.
     pub(super) fn tile(
@@ -82,9 +69,9 @@ impl LensView<'_> {
         side: usize,
         drawing: &mut Drawing,
     ) -> Vec<f64> {
-        let ideal = self.frame.field_point(self.registration.apply(at));
+        let ideal = self.frame.field_point(at);
         let pupil = self.channels[channel].pupil_at(ideal, self.vergence);
-        let (moved, centroid) = (self.offset(channel, at), pupil.centroid());
+        let (moved, centroid) = (self.displacement(channel, at), pupil.centroid());
         let half = side as f64 / 2.0;
         let corner = [0, 1].map(|k| offset[k] - half - (moved[k] - centroid[k]));
         let grid = TileGrid {
@@ -107,9 +94,9 @@ impl LensView<'_> {
 
     /// Returns the whole pixels by which the plate's window lies away from that of the sharp picture.
     pub(super) fn window_offset(&self, window: Window) -> [isize; 2] {
-        let centre = centre(window);
+        let centre = window.centre;
         let share = 1.0 / self.channels.len() as f64;
-        let offsets = (0..self.channels.len()).map(|c| self.offset(c, centre));
+        let offsets = (0..self.channels.len()).map(|c| self.displacement(c, centre));
         let mean = offsets.fold([0.0; 2], |sum, o| {
             [sum[0] + share * o[0], sum[1] + share * o[1]]
         });
@@ -133,7 +120,6 @@ impl LensView<'_> {
         let step = square as f64 / intervals as f64;
         let corner = [window.left, window.top].map(|v| v as f64 - window.margin() as f64);
         let mut sum = vec![Complex::new(0.0, 0.0); helix.length / 2 + 1];
-        let mut middle = Vec::new();
         for row in 0..=intervals {
             for column in 0..=intervals {
                 let at = ImagePoint::new(
@@ -156,27 +142,24 @@ impl LensView<'_> {
                 for (sum, (s, p)) in sum.iter_mut().zip(sharp.iter().zip(&psf)) {
                     *sum += s * p;
                 }
-                if 2 * row == intervals && 2 * column == intervals {
-                    middle = tile;
-                }
             }
         }
         let mut plate = helix.values(sum);
         plate.truncate(square * square);
         Expectation {
-            tile: middle,
+            tile: self.tile(channel, window.centre, offset, side, drawing),
             plate,
             least_variance: 0.0,
             sharp_variance: 0.0,
         }
     }
 
-    /// Returns the even number of intervals between nodes that positions in the window ask for.
+    /// Returns the number of intervals between nodes that positions in the window ask for.
     fn intervals(&self, channel: usize, window: Window) -> usize {
         let square = window.square() as f64;
         let (left, top) = (window.left as f64, window.top as f64);
         let at = |x: f64, y: f64| {
-            self.offset(
+            self.displacement(
                 channel,
                 ImagePoint::new(left + x * window.side as f64, top + y * window.side as f64),
             )
@@ -188,14 +171,8 @@ impl LensView<'_> {
         };
         let change = range(0).max(range(1)) * square / window.side as f64;
         let wanted = (change / MOST_MOVE_PX).ceil() as usize;
-        wanted.next_multiple_of(2).clamp(INTERVALS.0, INTERVALS.1)
+        wanted.clamp(INTERVALS.0, INTERVALS.1)
     }
-}
-
-/// Returns the centre of `window` in the sharp picture.
-pub(super) fn centre(window: Window) -> ImagePoint {
-    let half = window.side as f64 / 2.0;
-    ImagePoint::new(window.left as f64 + half, window.top as f64 + half)
 }
 
 /// Working memory for drawing PSFs.

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::PairImage;
 use super::estimate::Plans;
-use super::lens_view::{Drawing, LensView, centre};
+use super::lens_view::{Drawing, LensView};
 use super::patch::{Patch, Window};
 use seidel_optics::field::ImagePoint;
 
@@ -18,7 +18,7 @@ const LEAST_CORRELATION: f64 = 0.3;
 /// The measured offset of a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct WindowOffset {
-    /// The centre of the window in the sharp picture.
+    /// The centre of the window's texture in the sharp picture.
     pub(super) at: ImagePoint,
     /// Observed minus expected position (x, y), px.
     pub(super) offset_px: [f64; 2],
@@ -36,7 +36,7 @@ pub(super) fn measure(
     clip: Option<f32>,
 ) -> Option<WindowOffset> {
     let [sharp, plate] = pictures;
-    let (at, mut drawing) = (centre(window), Drawing::default());
+    let (at, mut drawing) = (window.centre, Drawing::default());
     let first = view.window_offset(window);
     let patch = Patch::cut(sharp, plate, channel, window, first, clip);
     let scene = Scene::new(plans, &patch);

@@ -1,12 +1,13 @@
 //! The data of one window in one channel.
 
 use super::PairImage;
+use seidel_optics::field::ImagePoint;
 
 /// Share of a window's side over which weights rise from its edges.
 const TAPER: f64 = 0.5;
 
 /// The place of a window in both pictures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Window {
     /// First column and row in the sharp picture.
     pub(super) left: usize,
@@ -15,6 +16,9 @@ pub(super) struct Window {
     pub(super) side: usize,
     /// Side of the tile that is estimated from it, px.
     pub(super) tile: usize,
+    /// Centroid of the texture, in pixels of the sharp picture. A PSF that changes linearly over the window is estimated as
+    /// it is there.
+    pub(super) centre: ImagePoint,
 }
 
 impl Window {
@@ -128,7 +132,7 @@ fn samples(picture: &PairImage<'_>, channel: usize, corner: [isize; 2], side: us
 }
 
 /// Window function: 1 in the middle, falling smoothly to 0 at the edges.
-fn taper(at: usize, window: usize) -> f64 {
+pub(super) fn taper(at: usize, window: usize) -> f64 {
     let in_from_edge = (at as f64 + 0.5).min(window as f64 - at as f64 - 0.5) / window as f64;
     let rise = (in_from_edge / TAPER).min(1.0);
     0.5 - 0.5 * (std::f64::consts::PI * rise).cos()

@@ -1,9 +1,7 @@
 //! Pictures of another size or crop, placed in the frame of the lens.
 
-use std::borrow::Cow;
-
 use super::PairImage;
-use crate::registration::{Picture, Registration, Similarity, register};
+use crate::registration::{Picture, Planes, Registration, Similarity, register};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint};
 
@@ -14,27 +12,55 @@ const MOST_STRETCH: f64 = 0.015;
 const MOST_SHIFT_PX: isize = 5;
 /// Scales of the sharp picture that are resampled. Enlarged further it lacks detail.
 const SCALES: std::ops::RangeInclusive<f64> = 0.1..=1.5;
-/// Lobes of the Lanczos kernel.
-const LOBES: f64 = 3.0;
-
-/// Both pictures on the pixels of the frame; unknown pixels are NaN.
-pub(super) struct PlacedPair<'a> {
-    pub(super) sharp: Vec<Cow<'a, [f32]>>,
-    pub(super) plate: Vec<Cow<'a, [f32]>>,
+/// The places of both pictures in the frame.
+pub(super) struct Placement {
+    /// From pixels of the sharp picture to pixels of the frame.
+    pub(super) sharp: Similarity,
+    /// Corner of the plate, whole px of the frame.
+    pub(super) plate_corner: [isize; 2],
     /// A remark on what was moved.
     pub(super) remark: Option<String>,
 }
 
-/// Registers the pictures and places them in `frame`. One of them must fill it.
+impl Placement {
+    /// Pictures that both lie in the frame.
+    const ALIGNED: Self = Self {
+        sharp: Similarity::IDENTITY,
+        plate_corner: [0; 2],
+        remark: None,
+    };
+}
+
+/// Returns the planes of `picture`, moved by `transform`, on the pixels of `frame`; unknown pixels are NaN.
+pub(super) fn planes_in_frame(
+    frame: &Frame,
+    picture: &PairImage<'_>,
+    transform: &Similarity,
+    clip: Option<f32>,
+) -> Vec<Vec<f32>> {
+    let size = (frame.width_px() as usize, frame.height_px() as usize);
+    if *transform == Similarity::IDENTITY && size == (picture.width, picture.height) {
+        return picture.planes.to_vec();
+    }
+    let planes = Planes {
+        width: picture.width,
+        height: picture.height,
+        planes: picture.planes,
+        clip,
+    };
+    planes.moved(transform, size)
+}
+
+/// Registers the pictures and places them in `frame`, to a pixel. One of them must fill it.
 ///
 /// # Errors
 /// Pictures of another size that have nothing in common, that differ in scale where resampling would blur the plate, or
 /// of which none fills the frame. The message says where one lies in the other, and how to crop.
-pub(super) fn place<'a>(
+pub(super) fn place(
     frame: &Frame,
-    sharp: &PairImage<'a>,
-    plate: &PairImage<'a>,
-) -> Result<PlacedPair<'a>> {
+    sharp: &PairImage<'_>,
+    plate: &PairImage<'_>,
+) -> Result<Placement> {
     let size = (frame.width_px() as usize, frame.height_px() as usize);
     let (of_sharp, of_plate) = ((sharp.width, sharp.height), (plate.width, plate.height));
     let picture = |image: &PairImage<'_>| Picture::mean_of(image.width, image.height, image.planes);
@@ -42,7 +68,7 @@ pub(super) fn place<'a>(
     let fill = of_sharp == size && of_plate == size;
     let found = match found {
         // Windows will say why where the pictures fit but have no detail.
-        Err(_) if fill => return Ok(unchanged(sharp, plate)),
+        Err(_) if fill => return Ok(Placement::ALIGNED),
         other => other.map_err(|e| e.within(&sizes(of_sharp, of_plate)))?,
     };
     if of_plate == size {
@@ -94,33 +120,24 @@ fn cannot_fill(
     )
 }
 
-fn unchanged<'a>(sharp: &PairImage<'a>, plate: &PairImage<'a>) -> PlacedPair<'a> {
-    let all = |image: &PairImage<'a>| image.planes.iter().map(|p| Cow::Borrowed(&p[..])).collect();
-    PlacedPair {
-        sharp: all(sharp),
-        plate: all(plate),
-        remark: None,
-    }
-}
-
 /// Places the sharp picture on the pixels of a plate that fills the frame.
-fn into_plate<'a>(
-    sharp: &PairImage<'a>,
-    plate: &PairImage<'a>,
+fn into_plate(
+    sharp: &PairImage<'_>,
+    plate: &PairImage<'_>,
     found: &Registration,
-) -> Result<PlacedPair<'a>> {
+) -> Result<Placement> {
     let transform = found.transform;
     let is_same_size = (sharp.width, sharp.height) == (plate.width, plate.height);
-    let mut placed = unchanged(sharp, plate);
     if is_shift(&transform) {
         let corner = whole_shift(&transform, sharp);
         if is_same_size && corner.iter().all(|v| v.abs() < MOST_SHIFT_PX) {
-            return Ok(placed);
+            return Ok(Placement::ALIGNED);
         }
-        let size = (plate.width, plate.height);
-        placed.sharp = moved(sharp, corner, size);
-        placed.remark = Some(remark("the sharp picture", corner));
-        return Ok(placed);
+        return Ok(Placement {
+            sharp: Similarity::shift(corner[0] as f64, corner[1] as f64),
+            remark: Some(remark("the sharp picture", corner)),
+            ..Placement::ALIGNED
+        });
     }
     let scale = transform.scale();
     if !SCALES.contains(&scale) {
@@ -130,33 +147,24 @@ fn into_plate<'a>(
             "give a sharp picture of the plate's scale or a finer one, up to ten times",
         ));
     }
-    placed.sharp = sharp
-        .planes
-        .iter()
-        .map(|plane| {
-            let from = Plane {
-                width: sharp.width,
-                height: sharp.height,
-                samples: plane,
-            };
-            Cow::Owned(from.resampled(&transform.inverse(), (plate.width, plate.height)))
-        })
-        .collect();
-    placed.remark = Some(format!(
-        "registration: the sharp picture was resampled: scale {scale:.4}, rotation {:.3} degrees, its corner at ({:.2}, {:.2}) px of the plate",
-        transform.rotation().to_degrees(),
-        transform.shift_px[0],
-        transform.shift_px[1]
-    ));
-    Ok(placed)
+    Ok(Placement {
+        sharp: transform,
+        remark: Some(format!(
+            "registration: the sharp picture was resampled: scale {scale:.4}, rotation {:.3} degrees, its corner at ({:.2}, {:.2}) px of the plate",
+            transform.rotation().to_degrees(),
+            transform.shift_px[0],
+            transform.shift_px[1]
+        )),
+        ..Placement::ALIGNED
+    })
 }
 
 /// Places a plate on the pixels of a sharp picture that fills the frame.
-fn into_sharp<'a>(
-    sharp: &PairImage<'a>,
-    plate: &PairImage<'a>,
+fn into_sharp(
+    sharp: &PairImage<'_>,
+    plate: &PairImage<'_>,
     found: &Registration,
-) -> Result<PlacedPair<'a>> {
+) -> Result<Placement> {
     let transform = found.transform;
     if !is_shift(&transform) {
         return Err(Error::new(
@@ -170,10 +178,11 @@ fn into_sharp<'a>(
         ));
     }
     let corner = whole_shift(&transform, sharp).map(|v| -v);
-    let mut placed = unchanged(sharp, plate);
-    placed.plate = moved(plate, corner, (sharp.width, sharp.height));
-    placed.remark = Some(remark("the plate", corner));
-    Ok(placed)
+    Ok(Placement {
+        plate_corner: corner,
+        remark: Some(remark("the plate", corner)),
+        ..Placement::ALIGNED
+    })
 }
 
 fn remark(what: &str, corner: [isize; 2]) -> String {
@@ -195,92 +204,4 @@ fn whole_shift(transform: &Similarity, picture: &PairImage<'_>) -> [isize; 2] {
         (there.x_px - middle.x_px).round() as isize,
         (there.y_px - middle.y_px).round() as isize,
     ]
-}
-
-/// Returns the planes of `picture` with its corner at `corner` of a picture of `size`.
-fn moved<'a>(
-    picture: &PairImage<'a>,
-    corner: [isize; 2],
-    size: (usize, usize),
-) -> Vec<Cow<'a, [f32]>> {
-    let (width, height) = size;
-    let source = |at: usize, corner: isize, length: usize| {
-        usize::try_from(at as isize - corner)
-            .ok()
-            .filter(|k| *k < length)
-    };
-    picture
-        .planes
-        .iter()
-        .map(|plane| {
-            let cell = |k: usize| {
-                let x = source(k % width, corner[0], picture.width);
-                let y = source(k / width, corner[1], picture.height);
-                x.zip(y)
-                    .map_or(f32::NAN, |(x, y)| plane[y * picture.width + x])
-            };
-            Cow::Owned((0..width * height).map(cell).collect())
-        })
-        .collect()
-}
-
-/// A plane to be resampled.
-struct Plane<'a> {
-    width: usize,
-    height: usize,
-    samples: &'a [f32],
-}
-
-impl Plane<'_> {
-    /// Resamples the plane by a Lanczos kernel at the points that `back` gives for the pixels of a picture of `size`.
-    /// Where pixels grow, the kernel grows with them.
-    fn resampled(&self, back: &Similarity, size: (usize, usize)) -> Vec<f32> {
-        let stretch = back.scale().max(1.0);
-        let cells = (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y)));
-        cells
-            .map(|(x, y)| {
-                let at = back.apply(ImagePoint::new(x as f64 + 0.5, y as f64 + 0.5));
-                self.sample(at, stretch)
-            })
-            .collect()
-    }
-
-    fn sample(&self, at: ImagePoint, stretch: f64) -> f32 {
-        let reach = LOBES * stretch;
-        let range = |at: f64, length: usize| {
-            let (first, last) = ((at - reach).ceil(), (at + reach).floor());
-            (first >= 0.0 && last < length as f64).then_some(first as usize..=last as usize)
-        };
-        let (x, y) = (at.x_px - 0.5, at.y_px - 0.5);
-        let (Some(columns), Some(rows)) = (range(x, self.width), range(y, self.height)) else {
-            return f32::NAN;
-        };
-        let across: Vec<f64> = columns
-            .clone()
-            .map(|k| lanczos((k as f64 - x) / stretch))
-            .collect();
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for row in rows {
-            let down = lanczos((row as f64 - y) / stretch);
-            for (column, across) in columns.clone().zip(&across) {
-                let weight = down * across;
-                sum += weight * f64::from(self.samples[row * self.width + column]);
-                weights += weight;
-            }
-        }
-        (sum / weights) as f32
-    }
-}
-
-/// Lanczos kernel.
-fn lanczos(x: f64) -> f64 {
-    let sinc = |x: f64| {
-        let turn = std::f64::consts::PI * x;
-        if turn == 0.0 { 1.0 } else { turn.sin() / turn }
-    };
-    if x.abs() < LOBES {
-        sinc(x) * sinc(x / LOBES)
-    } else {
-        0.0
-    }
 }

@@ -5,7 +5,6 @@
 
 use super::PairImage;
 use super::lens_view::{LensView, Positions};
-use crate::registration::Similarity;
 use seidel_optics::Progress;
 use seidel_optics::error::Result;
 use seidel_optics::field::ImagePoint;
@@ -14,8 +13,7 @@ use seidel_render::{
     Displacement, Edges, Gather, Plane, PlateMap, Quality, Renderer, Scene, VergencePass,
 };
 
-/// Renders `sharp` through the lens. Returns `None` for pictures that no program blurred in place: those with unknown pixels,
-/// and those that were moved.
+/// Renders `sharp` through the lens. Unknown pixels are dark: values within reach of them mean nothing.
 ///
 /// # Errors
 /// A lens that cannot be rendered, and cancellation.
@@ -24,11 +22,10 @@ pub(super) fn rendered(
     lens: &Predictor,
     sharp: &PairImage<'_>,
     progress: &Progress<'_>,
-) -> Result<Option<Vec<Vec<f32>>>> {
-    let is_known = |plane: &Vec<f32>| plane.iter().all(|v| v.is_finite());
-    if view.registration != Similarity::IDENTITY || !sharp.planes.iter().all(is_known) {
-        return Ok(None);
-    }
+) -> Result<Vec<Vec<f32>>> {
+    let known = |v: &f32| if v.is_finite() { *v } else { 0.0 };
+    let known = |plane: &Vec<f32>| plane.iter().map(known).collect();
+    let all: Vec<Vec<f32>> = sharp.planes.iter().map(known).collect();
     let scene = Scene {
         lens,
         model: lens.default_model(),
@@ -49,8 +46,7 @@ pub(super) fn rendered(
     let weights: Vec<Vec<f64>> = (0..count)
         .map(|own| (0..count).map(|k| f64::from(u8::from(k == own))).collect())
         .collect();
-    let planes: Vec<Plane> = sharp
-        .planes
+    let planes: Vec<Plane> = all
         .iter()
         .zip(&weights)
         .map(|(samples, weights)| Plane { samples, weights })
@@ -59,5 +55,5 @@ pub(super) fn rendered(
         quality: Quality::Final,
     };
     let result = renderer.render(&scene, &planes, progress)?;
-    Ok(Some(result.planes))
+    Ok(result.planes)
 }

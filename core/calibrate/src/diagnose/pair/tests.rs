@@ -263,7 +263,7 @@ fn a_moved_plate_is_registered() {
     let plate = blurred(&sharp, 0.001);
     let straight = run(sharp.clone(), plate.clone(), &settings()).expect("detail");
     let [x, y] = straight.pictures.registration.shift_px;
-    assert!(x.hypot(y) < 0.07, "({x}, {y})");
+    assert!(x.hypot(y) < 0.02, "({x}, {y})");
     for by in [[3, -2], [17, 9]] {
         let found = run(sharp.clone(), moved(&plate, by), &settings()).expect("detail");
         let remarks = found.remarks().join("; ");
@@ -369,31 +369,148 @@ fn rounded_pictures_widen_the_noise() {
     );
 }
 
-#[test]
-fn drawn_psfs_lie_on_their_pixels() {
-    let mut lens = lens(2.5);
-    if let LensDescription::Pupil(channels) = &mut lens.description {
-        channels[0].alpha = VergenceSeries::constant(1.5);
-    }
-    let view = LensView {
-        channels: crate::diagnose::rays(&lens).expect("rays"),
+/// Returns `lens` as a pair of pictures sees it.
+fn view(lens: &LensProfile) -> LensView<'_> {
+    LensView {
+        channels: crate::diagnose::rays(lens).expect("rays"),
         frame: lens.frame,
         vergence: 0.5,
         positions: Positions::Lens,
-        registration: Similarity::IDENTITY,
+    }
+}
+
+/// Returns a scene of random dots, seen after `transform`. They are as small as pixels can show without aliases.
+fn scene(transform: &Similarity) -> Vec<f32> {
+    const VARIANCE: f64 = 0.64;
+    const REACH: isize = 4;
+    let mut random = SplitMix64::new(6);
+    let (width, height) = (SIZE.0 as isize, SIZE.1 as isize);
+    let mut light = vec![0.2_f64; SIZE.0 * SIZE.1];
+    for _ in 0..15_000 {
+        let mut draw = |length: usize| -20.0 + (length as f64 + 40.0) * random.unit();
+        let (x, y) = (draw(SIZE.0), draw(SIZE.1));
+        let at = transform.apply(seidel_optics::field::ImagePoint::new(x, y));
+        let size = 0.2 + random.unit();
+        let (column, row) = (at.x_px.floor() as isize, at.y_px.floor() as isize);
+        for y in (row - REACH).max(0)..(row + REACH + 1).min(height) {
+            for x in (column - REACH).max(0)..(column + REACH + 1).min(width) {
+                let (dx, dy) = (x as f64 + 0.5 - at.x_px, y as f64 + 0.5 - at.y_px);
+                light[(y * width + x) as usize] +=
+                    size * (-(dx * dx + dy * dy) / (2.0 * VARIANCE)).exp();
+            }
+        }
+    }
+    light.iter().map(|v| *v as f32).collect()
+}
+
+/// Returns `sharp` with the light of every pixel spread over `tile`.
+fn spread_by(sharp: &[f32], tile: &[f64]) -> Vec<f32> {
+    let (width, height, half) = (SIZE.0 as isize, SIZE.1 as isize, SIDE as isize / 2);
+    let taps: Vec<(isize, isize, f64)> = (0..SIDE as isize * SIDE as isize)
+        .map(|k| {
+            let (x, y) = (k % SIDE as isize, k / SIDE as isize);
+            (x - half, y - half, tile[k as usize])
+        })
+        .filter(|tap| tap.2 > 1e-7)
+        .collect();
+    let value = |k: usize| {
+        let (x, y) = (k as isize % width, k as isize / width);
+        let sum: f64 = taps
+            .iter()
+            .map(|(dx, dy, light)| {
+                let (from_x, from_y) =
+                    ((x - dx).clamp(0, width - 1), (y - dy).clamp(0, height - 1));
+                light * f64::from(sharp[(from_y * width + from_x) as usize])
+            })
+            .sum();
+        sum as f32
     };
-    let at = seidel_optics::field::ImagePoint::new(200.5, 120.5);
-    for offset in [[0.0, 0.0], [0.3, -0.2]] {
-        let tile = view.tile(0, at, offset, SIDE, &mut Drawing::default());
-        let mean = |axis: fn(usize) -> usize| -> f64 {
-            tile.iter()
-                .enumerate()
-                .map(|(k, v)| v * (axis(k) as f64 + 0.5))
-                .sum()
+    (0..sharp.len()).map(value).collect()
+}
+
+/// A blur with sharp edges passes texture as fine as the pixels, which a picture moved by a fraction of a pixel must not lose or
+/// alias.
+#[test]
+fn fractions_of_a_pixel_and_small_scales_leave_no_gap() {
+    let mut lens = lens(0.06);
+    if let LensDescription::Pupil(channels) = &mut lens.description {
+        let channel = &mut channels[0];
+        channel.alpha = VergenceSeries::constant(1.6);
+        channel.magnification = VergenceSeries::constant(0.003);
+        channel.distortion = VergenceSeries::constant(-0.006);
+    }
+    let at = seidel_optics::field::ImagePoint::new(210.0, 150.0);
+    let psf = view(&lens).tile(0, at, [0.0; 2], SIDE, &mut Drawing::default());
+    let sharp = [scene(&Similarity::IDENTITY)];
+    let scaled = Similarity {
+        a: 1.01,
+        b: 0.0,
+        shift_px: [-0.01 * 210.0, -0.01 * 150.0],
+    };
+    for transform in [Similarity::shift(0.37, -0.61), scaled] {
+        let plate = [spread_by(&scene(&transform), &psf)];
+        let (of_sharp, of_plate) = (picture(&sharp), picture(&plate));
+        let found = estimate_pair(&lens, &of_sharp, &of_plate, &settings(), &no_progress);
+        let found = found.expect("texture");
+        assert!(!found.pictures.distorted, "{transform:?}");
+        for (x, y) in [(0.0, 0.0), (420.0, 300.0)] {
+            let corner = seidel_optics::field::ImagePoint::new(x, y);
+            let (got, want) = (
+                found.pictures.registration.apply(corner),
+                transform.apply(corner),
+            );
+            let off = (got.x_px - want.x_px).hypot(got.y_px - want.y_px);
+            assert!(off < 0.05, "{off} px at ({x}, {y}) of {transform:?}");
+        }
+        assert!(found.left_out < 3, "{} left out", found.left_out);
+        // Less the noise that the estimate states, as a diagnosis takes it. The dots have aliases of 4 %.
+        let pixels = (SIDE * SIDE) as f64;
+        let gap = |observation: &Observation| {
+            let pairs = observation.tiles[0].samples().iter().zip(&psf);
+            let square: f64 = pairs.map(|(a, b)| (f64::from(*a) - b).powi(2)).sum();
+            let noise = pixels * observation.noise_sigma[0].expect("estimated").powi(2);
+            (square - noise) / psf.iter().map(|v| v * v).sum::<f64>()
         };
-        let (x, y) = (mean(|k| k % SIDE), mean(|k| k / SIDE));
-        let half = SIDE as f64 / 2.0;
-        let off = (x - half + offset[0]).hypot(y - half + offset[1]);
-        assert!(off < 0.005, "{off} at {offset:?}");
+        let all = &found.set.observations;
+        let mean = all.iter().map(gap).sum::<f64>() / all.len() as f64;
+        assert!(mean.abs() < 2e-3, "{mean} of {transform:?}");
+    }
+}
+
+#[test]
+fn windows_of_an_aligned_plate_have_no_offset() {
+    let (sharp, plate) = ([texture()], [blurred(&texture(), 0.0)]);
+    let (sharp, plate) = (picture(&sharp), picture(&plate));
+    let lens = lens(2.5);
+    let windows = windows::choose(&sharp, SIDE, 12, None).expect("large enough");
+    let plans = Plans::new(SIDE, windows[0].square());
+    for window in windows {
+        let measured = offsets::measure(&view(&lens), &plans, [&sharp, &plate], 0, window, None);
+        let [x, y] = measured.expect("texture").offset_px;
+        assert!(x.hypot(y) < 0.02, "({x}, {y}) in {window:?}");
+    }
+}
+
+#[test]
+fn drawn_psfs_lie_on_their_pixels() {
+    for alpha in [0.0, 0.2, 1.5] {
+        let mut lens = lens(2.5);
+        if let LensDescription::Pupil(channels) = &mut lens.description {
+            channels[0].alpha = VergenceSeries::constant(alpha);
+        }
+        let at = seidel_optics::field::ImagePoint::new(200.5, 120.5);
+        for offset in [[0.0, 0.0], [0.3, -0.2]] {
+            let tile = view(&lens).tile(0, at, offset, SIDE, &mut Drawing::default());
+            let mean = |axis: fn(usize) -> usize| -> f64 {
+                tile.iter()
+                    .enumerate()
+                    .map(|(k, v)| v * (axis(k) as f64 + 0.5))
+                    .sum()
+            };
+            let (x, y) = (mean(|k| k % SIDE), mean(|k| k / SIDE));
+            let half = SIDE as f64 / 2.0;
+            let off = (x - half + offset[0]).hypot(y - half + offset[1]);
+            assert!(off < 0.005, "{off} at {offset:?} with alpha {alpha}");
+        }
     }
 }

@@ -1,8 +1,9 @@
 //! Choice of the windows from which tiles are estimated: spread over the frame, in the best-textured places.
 
 use super::PairImage;
-use super::patch::Window;
+use super::patch::{Window, taper};
 use seidel_optics::error::{Error, Result};
+use seidel_optics::field::ImagePoint;
 
 /// Side of the window from which a tile is estimated, in tiles.
 const WINDOW_TILES: usize = 4;
@@ -68,6 +69,7 @@ pub(super) fn choose(
                     top,
                     side,
                     tile,
+                    centre: texture_centroid(sharp, clip, [left, top], side),
                 });
             }
         }
@@ -83,6 +85,50 @@ fn blocks(wide: usize, high: usize, step: f64, most: usize) -> (usize, usize) {
         step *= 1.05;
     }
     (count(wide, step), count(high, step))
+}
+
+/// Returns the squared gradient at a pixel, summed over channels; `None` where a sample is clipped or unknown.
+fn squared_gradient(picture: &PairImage<'_>, clip: Option<f32>, x: usize, y: usize) -> Option<f64> {
+    let (width, height) = (picture.width, picture.height);
+    let at = y * width + x;
+    let mut energy = 0.0;
+    for plane in picture.planes {
+        let here = plane[at];
+        let right = plane[if x + 1 < width { at + 1 } else { at }];
+        let below = plane[if y + 1 < height { at + width } else { at }];
+        let gradient = (right - here).powi(2) + (below - here).powi(2);
+        if !gradient.is_finite() || clip.is_some_and(|clip| here >= clip) {
+            return None;
+        }
+        energy += f64::from(gradient);
+    }
+    Some(energy)
+}
+
+/// Returns the centroid of the squared gradients in a square, weighted as the estimate weights its pixels; the middle of an
+/// even square.
+fn texture_centroid(
+    picture: &PairImage<'_>,
+    clip: Option<f32>,
+    [left, top]: [usize; 2],
+    side: usize,
+) -> ImagePoint {
+    let (mut sum, mut moments) = (0.0, [0.0; 2]);
+    for y in 0..side {
+        for x in 0..side {
+            let gradient = squared_gradient(picture, clip, left + x, top + y).unwrap_or(0.0);
+            let weight = taper(x, side) * taper(y, side) * gradient;
+            sum += weight;
+            moments[0] += weight * (x as f64 + 0.5);
+            moments[1] += weight * (y as f64 + 0.5);
+        }
+    }
+    let [x, y] = if sum > 0.0 {
+        moments.map(|m| m / sum)
+    } else {
+        [side as f64 / 2.0; 2]
+    };
+    ImagePoint::new(left as f64 + x, top as f64 + y)
 }
 
 /// Sums of squared gradients over rectangles.
@@ -106,20 +152,9 @@ impl Texture {
         for y in 0..height {
             let (mut sum, mut lost) = (0.0, 0.0);
             for x in 0..width {
-                let at = y * width + x;
-                let (mut energy, mut is_lost) = (0.0, false);
-                for plane in picture.planes {
-                    let here = plane[at];
-                    let right = plane[if x + 1 < width { at + 1 } else { at }];
-                    let below = plane[if y + 1 < height { at + width } else { at }];
-                    let gradient = (right - here).powi(2) + (below - here).powi(2);
-                    is_lost |= !gradient.is_finite() || clip.is_some_and(|clip| here >= clip);
-                    energy += f64::from(gradient);
-                }
-                if is_lost {
-                    lost += 1.0;
-                } else {
-                    sum += energy;
+                match squared_gradient(picture, clip, x, y) {
+                    Some(energy) => sum += energy,
+                    None => lost += 1.0,
                 }
                 let (to, above) = ((y + 1) * stride + x + 1, y * stride + x + 1);
                 texture.sums[to] = texture.sums[above] + sum;
@@ -153,6 +188,33 @@ mod tests {
             quantisation: None,
         };
         choose(&picture, 9, most, Some(0.99)).expect("large enough")
+    }
+
+    #[test]
+    fn the_centre_of_a_window_is_that_of_its_texture() {
+        // Stripes in the lower right quarter.
+        let plane: Vec<f32> = (0..400 * 300)
+            .map(|k| {
+                let is_textured = k % 400 >= 220 && k / 400 >= 170;
+                if is_textured {
+                    (k % 2) as f32 * 0.5
+                } else {
+                    0.3
+                }
+            })
+            .collect();
+        let picture = PairImage {
+            width: 400,
+            height: 300,
+            planes: &[plane],
+            quantisation: None,
+        };
+        let at = texture_centroid(&picture, None, [200, 150], 40);
+        // The centroid of half a raised cosine lies 1/2 - 2 / pi² of half its width from its peak: 6 px here.
+        assert!((at.x_px - 226.0).abs() < 0.5, "{at:?}");
+        assert!((at.y_px - 176.0).abs() < 0.5, "{at:?}");
+        let even = texture_centroid(&picture, None, [20, 30], 40);
+        assert_eq!((even.x_px, even.y_px), (40.0, 50.0));
     }
 
     #[test]

@@ -28,7 +28,7 @@ use fourier::Fourier;
 use gaussian_blur::GaussianBlur;
 use mesh::{Mesh, Ring};
 pub use optical_psf::OpticalPsf;
-use rasterise::{Canvas, Filter, Scratch};
+use rasterise::{Canvas, Deposit, Filter, Scratch};
 
 /// The PSF model that draws [`LocalBlur::pupil`].
 #[derive(Debug, Clone, Copy, Default)]
@@ -185,16 +185,19 @@ fn draw_within(
     let variances = pupil.blur_variances_px2();
     let least = variances[0].min(variances[1]);
     let factor = extent.cells_per_pixel(least);
-    let blur = (factor > 1 || least > 0.0 || !derivatives.is_empty())
-        .then(|| GaussianBlur::new(variances, factor));
-    let margin = blur.as_ref().map_or(0, |blur| blur.margin);
     let (width, height) = (grid.width, grid.height);
     let scale = factor as f64;
+    let deposit = Deposit::choose(scale * extent.radius(), scale * scale * least);
+    let excess = deposit.excess_variance() / (scale * scale);
+    let blur = (factor > 1 || least > 0.0 || !derivatives.is_empty())
+        .then(|| GaussianBlur::new(variances.map(|v| v - excess), factor));
+    let margin = blur.as_ref().map_or(0, |blur| blur.margin);
     let cells = CellGrid {
         origin: grid.corner_px.map(|x| x - margin as f64 / scale),
         columns: width * factor + 2 * margin,
         rows: height * factor + 2 * margin,
         per_pixel: factor,
+        deposit,
     };
     let mesh = Mesh::new(pupil, derivatives, changing, extent.rings(detail));
     rasterise(&mesh, pupil.transmission, &cells, space);
@@ -227,6 +230,7 @@ struct CellGrid {
     rows: usize,
     /// Cells along the side of a pixel.
     per_pixel: usize,
+    deposit: Deposit,
 }
 
 /// Rasterises the light of `mesh` and its derivatives on the canvas of `space`; the sum over the plane is one.

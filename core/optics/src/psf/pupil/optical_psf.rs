@@ -11,6 +11,7 @@ use super::extent::Extent;
 use super::fourier::{C, Fourier, Grid};
 use super::halo::Moffat;
 use super::mesh::Mesh;
+use super::rasterise::Deposit;
 use super::{CellGrid, Detail, TileGrid, Workspace, rasterise, wave};
 use crate::lens::LocalPupil;
 use crate::sensor::{Halo, Sensor};
@@ -251,11 +252,15 @@ fn ray_spectrum(
     let grid = space.fourier.grid(pixels.map(|n| n * cells));
     let origin = [0, 1].map(|axis| view.corner[axis] + first[axis] as f64);
     let mesh = Mesh::new(pupil, &[], 0, extent.rings(detail));
+    let variances = (pupil.blur_variances_px2()).map(|v| v.max(0.0) * (cells * cells) as f64);
+    let least = variances[0].min(variances[1]);
+    let deposit = Deposit::choose(cells as f64 * extent.radius(), least);
     let cell_grid = CellGrid {
         origin,
         columns: grid.columns,
         rows: grid.rows,
         per_pixel: cells,
+        deposit,
     };
     rasterise(&mesh, pupil.transmission, &cell_grid, space);
     let mut lines = space.fourier.buffer(0);
@@ -265,7 +270,7 @@ fn ray_spectrum(
     let passes = |axis: usize, k: i64| {
         let f = k as f64 / pixels[axis] as f64;
         let gathered = sinc(f) / sinc(f / cells as f64);
-        let t = pupil.blur_variances_px2()[axis].max(0.0) * (cells * cells) as f64;
+        let t = variances[axis] - deposit.excess_variance();
         let blurred = (t * ((TAU * f / cells as f64).cos() - 1.0)).exp();
         let middle = TAU * f * ((cells - 1) / 2) as f64 / cells as f64;
         C::from_polar(gathered * blurred, middle)

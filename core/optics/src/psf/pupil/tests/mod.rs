@@ -179,14 +179,22 @@ fn transmission([square, fourth, x, y]: [f64; 4]) -> Transmission {
     }
 }
 
+/// Covers footprints of many cells, and ones smaller than a cell.
 #[test]
 fn derivatives_agree_with_finite_differences() {
+    for scale in [1.0, 0.02] {
+        compare_derivatives(scale);
+    }
+}
+
+/// Compares derivatives with finite differences for a lens whose aberrations are scaled by `scale`.
+fn compare_derivatives(scale: f64) {
     let numbers = ReducedNumbers {
-        alpha: 5.0,
-        beta: 1.5,
-        gamma: -1.6,
-        delta: 0.8,
-        phi: -0.7,
+        alpha: 5.0 * scale,
+        beta: 1.5 * scale,
+        gamma: -1.6 * scale,
+        delta: 0.8 * scale,
+        phi: -0.7 * scale,
     };
     let at = FieldPoint::new(0.7, 0.4);
     let mut pupil = clipped(&numbers, at, 0.2);
@@ -273,7 +281,7 @@ fn derivatives_agree_with_finite_differences() {
         } else {
             0.02
         };
-        assert!(error < bound, "derivative {which}: {error}");
+        assert!(error < bound, "derivative {which} at {scale}: {error}");
     }
     let blurred = |by: f64| plain(&pupil.blurred_by(by));
     let error = relative(
@@ -283,6 +291,68 @@ fn derivatives_agree_with_finite_differences() {
         step,
     );
     assert!(error < 1e-3, "blur: {error}");
+}
+
+/// The error of centroid and variances (x, y) of a light distribution on a square tile, px and px².
+fn moment_errors(
+    light: &[f64],
+    side: usize,
+    centroid: [f64; 2],
+    variances: [f64; 2],
+) -> ([f64; 2], [f64; 2]) {
+    let sum: f64 = light.iter().sum();
+    let mean = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        let terms = light.iter().enumerate();
+        terms
+            .map(|(k, v)| v * f((k % side) as f64 + 0.5, (k / side) as f64 + 0.5))
+            .sum::<f64>()
+            / sum
+    };
+    let place = [mean(&|x, _| x), mean(&|_, y| y)];
+    let spread = [
+        mean(&|x, _| (x - place[0]).powi(2)),
+        mean(&|_, y| (y - place[1]).powi(2)),
+    ];
+    let pixel = crate::moments::pixels::PIXEL_VARIANCE_PX2;
+    (
+        [0, 1].map(|k| (place[k] - centroid[k]).abs()),
+        [0, 1].map(|k| (spread[k] - pixel - variances[k]).abs()),
+    )
+}
+
+#[test]
+fn psfs_smaller_than_a_cell_keep_centroid_and_variance_at_any_place_in_a_pixel() {
+    let side = 31;
+    for (alpha, blur) in [(0.0, 0.4), (0.05, 2.5), (0.3, 0.4), (0.0, 5.0), (0.8, 5.0)] {
+        let numbers = ReducedNumbers {
+            alpha,
+            ..ReducedNumbers::default()
+        };
+        let at = FieldPoint::new(0.0, 0.0);
+        let rays = numbers.coefficients().moments(at);
+        let pupil = LocalPupil::circular(Wavefront::third_order(&numbers, at), blur);
+        for shift in [[0.0, 0.0], [0.1, -0.2], [0.37, 0.25], [-0.45, 0.5]] {
+            let middle = [0, 1].map(|k| side as f64 / 2.0 + shift[k]);
+            let corner = (-middle[0], -middle[1]);
+            let by_spectrum = OpticalPsf::draw(
+                &pupil,
+                &square(corner, side),
+                &pupil.sensor,
+                Detail::FULL,
+                &mut Workspace::default(),
+            );
+            let wanted = [rays.mu20 + blur, rays.mu02 + blur];
+            for light in [
+                drawn(&pupil, corner, side).light,
+                by_spectrum.through(&pupil.sensor),
+            ] {
+                let (place, spread) = moment_errors(&light, side, middle, wanted);
+                let found = format!("{alpha} {blur} {shift:?}: {place:?} px, {spread:?} px²");
+                assert!(place.iter().all(|e| *e < 0.01), "{found}");
+                assert!(spread.iter().all(|e| *e < 0.01), "{found}");
+            }
+        }
+    }
 }
 
 #[test]
