@@ -95,10 +95,14 @@ pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), Comm
     if estimates && !diagnosis.added.is_empty() {
         // Estimates deviate from the PSFs of the lens they start from by what the pictures show, and only by a part of it where
         // they show little. Started from the corrected lens they deviate less.
-        let again = args.read_source(&diagnosis.corrected, lens, &pool, console);
-        if let Ok(again) = again {
-            diagnosis = args.diagnose(&profile, &again, design, &pool, console)?;
-            source = again;
+        match args.read_source(&diagnosis.corrected, lens, &pool, console) {
+            Ok(again) => {
+                diagnosis = args.diagnose(&profile, &again, design, &pool, console)?;
+                source = again;
+            }
+            Err(error) => diagnosis.remarks.push(format!(
+                "PSFs could not be estimated again from the corrected lens: {error}"
+            )),
         }
     }
     diagnosis.remarks.extend(source.remarks.iter().cloned());

@@ -268,8 +268,12 @@ impl LayeredRenderer<'_> {
                 &mattes,
             );
         }
+        let mut rendered = composite.finish();
+        for (out, plane) in rendered.iter_mut().zip(planes) {
+            remove_rounding(out, plane.samples);
+        }
         Ok(Rendered {
-            planes: composite.finish(),
+            planes: rendered,
             statistics,
         })
     }
@@ -330,6 +334,27 @@ impl LayeredRenderer<'_> {
         blurred.statistics.add_part(&presence.statistics);
         Ok(blurred)
     }
+}
+
+/// Error of the inner renderer relative to the brightest light of a plane, up to which a result outside the range of the plane is
+/// rounding.
+const ROUNDING: f32 = 3e-5;
+
+/// Moves results outside the range of `samples` and black, by no more than [`ROUNDING`], to its ends: a composite is an average of
+/// samples and black.
+fn remove_rounding(out: &mut [f32], samples: &[f32]) {
+    let range = samples.par_iter().fold(
+        || [0.0_f32; 2],
+        |[least, most], sample| [least.min(*sample), most.max(*sample)],
+    );
+    let [least, most] = range.reduce(|| [0.0; 2], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    let rounding = ROUNDING * most.max(-least);
+    out.par_iter_mut().for_each(|value| {
+        let nearest = value.clamp(least, most);
+        if (*value - nearest).abs() <= rounding {
+            *value = nearest;
+        }
+    });
 }
 
 /// Returns the presence of hidden samples at every pixel.

@@ -98,7 +98,7 @@ impl Plate {
     }
 }
 
-/// Returns the least light over that of a lamp, the least alpha and the largest alpha of `plate` through `inner`.
+/// Returns the least light, the least alpha and the largest alpha of `plate` through `inner`.
 fn ranges(plate: &Plate, inner: &dyn Renderer) -> [f32; 3] {
     let scene = scene(&EVEN, VergencePass::PerPixel(&plate.vergence));
     let planes = [
@@ -127,11 +127,22 @@ fn light_and_alpha_stay_within_their_range() {
         let plate = Plate::random(seed);
         for renderer in renderers {
             let [light, alpha, most] = ranges(&plate, renderer);
-            println!(
-                "{seed} {} {light:e} {alpha:e} {:e}",
-                renderer.id(),
+            let scene = format!("scene {seed}, {}", renderer.id());
+            assert!(light >= 0.0, "{scene}: least light {light:e}");
+            assert!(alpha >= 0.0, "{scene}: least alpha {alpha:e}");
+            assert!(
+                most <= 1.0 + 1e-6,
+                "{scene}: largest alpha 1 + {:e}",
                 most - 1.0
             );
         }
     }
+}
+
+#[test]
+fn only_rounding_is_removed() {
+    let samples = [0.0, 100.0];
+    let mut out = [-5e-4, -0.1, 50.0, 100.0004, 101.0];
+    remove_rounding(&mut out, &samples);
+    assert_eq!(out, [0.0, -0.1, 50.0, 100.0, 101.0]);
 }
