@@ -88,7 +88,7 @@ pub(super) fn draw_further<L: SimulatedLens>(
     })
 }
 
-/// How the three sets of a case are captured.
+/// The captures of the three sets of a case.
 struct Captures {
     design: Capture,
     real: Capture,

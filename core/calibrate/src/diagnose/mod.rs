@@ -31,6 +31,7 @@ mod search;
 mod settings;
 mod shape;
 mod shift_basis;
+mod subsample;
 mod tile_noise;
 mod tiles;
 mod verdict;

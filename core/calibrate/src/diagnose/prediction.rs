@@ -43,7 +43,7 @@ impl PlacedPupil {
         }
     }
 
-    /// Returns how the PSF changes towards `there`, a step `h` of a parameter away.
+    /// Returns the change of the PSF towards `there`, a step `h` of a parameter away.
     fn change(&self, there: &Self, h: f64) -> Change {
         let (a, b) = (&self.pupil, &there.pupil);
         let mut retoned = *b;
@@ -76,14 +76,14 @@ impl PlacedPupil {
             fourth: rate(from.fourth, to.fourth),
             centre: [0, 1].map(|axis| rate(from.centre[axis], to.centre[axis])),
         };
-        Change::Rays(derivative)
+        Change::Rays(Box::new(derivative))
     }
 }
 
-/// How a PSF changes with a parameter.
+/// The change of a PSF with a parameter.
 enum Change {
     /// Rays move, of a pupil before a sensor that does not blur.
-    Rays(PupilDerivative),
+    Rays(Box<PupilDerivative>),
     /// Only the tone curve changes.
     Tone,
     /// Everything may change.
@@ -139,7 +139,7 @@ impl TilePredictor {
             .collect();
         let mut of_rays: Vec<(usize, PupilDerivative)> = (changes.iter().enumerate())
             .filter_map(|(k, change)| match change {
-                Change::Rays(derivative) => Some((k, *derivative)),
+                Change::Rays(derivative) => Some((k, **derivative)),
                 Change::Tone | Change::Other => None,
             })
             .collect();

@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::centroid_start;
 use super::gap_problem::{FoldSums, GapProblem, LocalMinimum, damped_update, weight};
 use super::hypothesis::{Hypothesis, Slot};
+use super::subsample::{MIN_EXCESS, Subsample, noise_sum};
 use super::tiles::TileData;
 use seidel_optics::effects::{Effect, SearchStart};
 use seidel_optics::psf::pupil::Detail;
@@ -73,33 +74,6 @@ impl Outline {
     }
 }
 
-/// A part of the tiles, with its sums.
-struct Subsample<'a> {
-    tiles: Vec<&'a TileData>,
-    /// Weighted mean gap of the given lens, without noise.
-    excess: f64,
-    /// Sum of weights.
-    weight: f64,
-    /// Weighted sum of noise contributions.
-    noise: f64,
-}
-
-impl<'a> Subsample<'a> {
-    /// Takes about `count` of `tiles`. `nothing` is the hypothesis that no effect is missing.
-    fn new(tiles: &'a [TileData], count: usize, nothing: &Hypothesis) -> Self {
-        let tiles = thinned(tiles, count);
-        let cost = GapProblem::new(nothing, &tiles, Detail::FULL).gap_sum(&[]);
-        let noise = noise_sum(&tiles);
-        let weight: f64 = tiles.iter().map(|t| weight(t)).sum();
-        Self {
-            excess: ((cost - noise) / weight).max(MIN_EXCESS),
-            tiles,
-            weight,
-            noise,
-        }
-    }
-}
-
 /// Search over hypotheses on subsamples of the tiles.
 pub(super) struct HypothesisSearch<'a> {
     /// Tiles for comparing starting points.
@@ -129,8 +103,7 @@ const OUTLINE_ITERATIONS: usize = 2;
 const MAX_COMPLETED: usize = 7;
 /// Largest factor of these numbers against noise.
 const MOST_TIMES: f64 = 2.0;
-/// Lower bound of the reference gap, and that of gaps that are compared, in standard errors by noise.
-const MIN_EXCESS: f64 = 1e-6;
+/// Lower bound of gaps that are compared, in standard errors by noise.
 const RESOLVED_SIGMAS: f64 = 2.0;
 /// Partners per effect that are searched in full.
 const PARTNERS: usize = 2;
@@ -604,30 +577,4 @@ pub(super) fn left_out_gap(
         cost += own.cost_after(&delta);
     }
     (cost - noise) / total_weight
-}
-
-/// Returns the weighted sum of the noise contributions of `tiles`.
-fn noise_sum(tiles: &[&TileData]) -> f64 {
-    tiles.iter().map(|t| weight(t) * t.noise).sum()
-}
-
-/// Returns about `count` of `tiles`, in whole observations spread over the list.
-fn thinned(tiles: &[TileData], count: usize) -> Vec<&TileData> {
-    if tiles.len() <= count {
-        return tiles.iter().collect();
-    }
-    let mut observations: Vec<usize> = tiles.iter().map(|t| t.observation).collect();
-    observations.dedup();
-    let wanted = (count * observations.len() / tiles.len()).max(1);
-    // A golden-ratio sequence covers every distance, whatever the order of the list.
-    let chosen: std::collections::BTreeSet<usize> = (0..wanted)
-        .map(|k| {
-            let turn = (k as f64 + 0.5) * 0.618_033_988_749_895;
-            observations[(turn.fract() * observations.len() as f64) as usize]
-        })
-        .collect();
-    tiles
-        .iter()
-        .filter(|t| chosen.contains(&t.observation))
-        .collect()
 }

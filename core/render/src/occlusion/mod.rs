@@ -14,8 +14,6 @@ mod disocclusion;
 mod layer_samples;
 mod mixed_pixels;
 #[cfg(test)]
-mod range_tests;
-#[cfg(test)]
 mod tests;
 
 pub(crate) use depth_layers::{DepthLayers, LayerSpacing};

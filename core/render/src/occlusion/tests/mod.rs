@@ -1,5 +1,7 @@
 //! Occlusion in small scenes with known results.
 
+mod range;
+
 use super::depth_layers::STEP_SHARE;
 use super::*;
 use crate::{BlurField, DisplacedBlur, Displacement, PlateMap, Scatter};
@@ -8,7 +10,7 @@ use seidel_optics::moments::MeridionalMoments;
 use seidel_optics::psf::{Gaussian, LocalBlur};
 
 /// Three channels, blur growing from focus at vergence 0.5 at its own rate in each, and with the field.
-pub(super) struct Lens {
+struct Lens {
     field: f64,
 }
 
@@ -37,15 +39,15 @@ impl BlurField for Lens {
     }
 }
 
-pub(super) const EVEN: Lens = Lens { field: 0.0 };
-pub(super) const WIDTH: usize = 64;
-pub(super) const HEIGHT: usize = 48;
-pub(super) const RED: &[f64] = &[1.0, 0.0, 0.0];
-pub(super) const GREEN: &[f64] = &[0.0, 1.0, 0.0];
-pub(super) const BLUE: &[f64] = &[0.0, 0.0, 1.0];
-pub(super) const ALPHA: &[f64] = &[0.25, 0.5, 0.25];
+const EVEN: Lens = Lens { field: 0.0 };
+const WIDTH: usize = 64;
+const HEIGHT: usize = 48;
+const RED: &[f64] = &[1.0, 0.0, 0.0];
+const GREEN: &[f64] = &[0.0, 1.0, 0.0];
+const BLUE: &[f64] = &[0.0, 0.0, 1.0];
+const ALPHA: &[f64] = &[0.25, 0.5, 0.25];
 
-pub(super) fn scene<'a>(lens: &'a Lens, vergence: VergencePass<'a>) -> Scene<'a> {
+fn scene<'a>(lens: &'a Lens, vergence: VergencePass<'a>) -> Scene<'a> {
     Scene {
         lens,
         model: &Gaussian,
@@ -61,7 +63,7 @@ pub(super) fn scene<'a>(lens: &'a Lens, vergence: VergencePass<'a>) -> Scene<'a>
     }
 }
 
-pub(super) fn plane<'a>(samples: &'a [f32], weights: &'a [f64]) -> Plane<'a> {
+fn plane<'a>(samples: &'a [f32], weights: &'a [f64]) -> Plane<'a> {
     Plane { samples, weights }
 }
 

@@ -1,8 +1,7 @@
 //! Light and alpha stay within their range, in random scenes of cards, lamps, wires, leaves and soft mattes.
 
-use super::tests::{ALPHA, BLUE, EVEN, GREEN, HEIGHT, RED, WIDTH, plane, scene};
 use super::*;
-use crate::{Gather, Quality, Scatter};
+use crate::{Gather, Quality};
 
 /// Brightness of lamps.
 const LAMP: f32 = 1e5;
