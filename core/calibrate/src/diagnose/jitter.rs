@@ -25,6 +25,24 @@ const DIFFERENCE_STEP_PX: f64 = 0.1;
 /// Iterations of estimation and correction.
 const ITERATIONS: usize = 2;
 
+/// Tiles that share one shift: those of an observation, or a single one that is placed by its own centroid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Group {
+    observation: usize,
+    /// The channel of a single tile.
+    channel: Option<usize>,
+}
+
+impl Group {
+    fn of(tile: &TileData) -> Self {
+        let own = tile.registration.is_own_centroid();
+        Self {
+            observation: tile.observation,
+            channel: own.then_some(tile.of_lens),
+        }
+    }
+}
+
 /// Removes the random shift of every observation of stated position from its tiles. Returns the standard deviation of the
 /// shifts along either axis, px.
 pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
@@ -37,8 +55,8 @@ pub(super) fn remove(best: &Candidate, tiles: &mut [TileData]) -> f64 {
     (squares / (2 * moved.len()).max(1) as f64).sqrt()
 }
 
-/// Moves every observation that is placed by the centroid of its reference channel to where `nothing`, the lens as given, agrees
-/// best with its pixels.
+/// Moves every observation that is placed by the centroid of its reference channel, and every tile that is placed by its own, to where
+/// `nothing`, the lens as given, agrees best with its pixels. Centroids of PSFs in focus are far off.
 pub(super) fn place_by_pixels(nothing: &Hypothesis, tiles: &mut [TileData]) {
     shifted(tiles, MAX_CENTROID_ERROR_PX, |tiles| {
         let shifts = shifts(nothing, &[], tiles).into_iter();
@@ -50,16 +68,16 @@ pub(super) fn place_by_pixels(nothing: &Hypothesis, tiles: &mut [TileData]) {
 fn shifted(
     tiles: &mut [TileData],
     most: f64,
-    estimate: impl Fn(&[TileData]) -> Vec<(usize, [f64; 2])>,
-) -> Vec<(usize, [f64; 2])> {
-    let mut moved: Vec<(usize, [f64; 2])> = Vec::new();
+    estimate: impl Fn(&[TileData]) -> Vec<(Group, [f64; 2])>,
+) -> Vec<(Group, [f64; 2])> {
+    let mut moved: Vec<(Group, [f64; 2])> = Vec::new();
     for _ in 0..ITERATIONS {
         let shifts = estimate(tiles);
-        for (observation, shift) in shifts {
-            let total = match moved.iter_mut().find(|m| m.0 == observation) {
+        for (group, shift) in shifts {
+            let total = match moved.iter_mut().find(|m| m.0 == group) {
                 Some(total) => total,
                 None => {
-                    moved.push((observation, [0.0; 2]));
+                    moved.push((group, [0.0; 2]));
                     moved.last_mut().expect("just pushed")
                 }
             };
@@ -67,7 +85,7 @@ fn shifted(
             let far = wanted[0].hypot(wanted[1]);
             let allowed = if far > most { most / far } else { 1.0 };
             let wanted = wanted.map(|w| w * allowed);
-            for tile in tiles.iter_mut().filter(|t| t.observation == observation) {
+            for tile in tiles.iter_mut().filter(|t| Group::of(t) == group) {
                 tile.corner.0 -= wanted[0] - total.1[0];
                 tile.corner.1 -= wanted[1] - total.1[1];
             }
@@ -77,22 +95,19 @@ fn shifted(
     moved
 }
 
-/// Returns a tile of `observation`.
-fn tile_of(observation: usize, tiles: &[TileData]) -> &TileData {
-    let tile = tiles.iter().find(|t| t.observation == observation);
+/// Returns a tile of `group`.
+fn tile_of(group: Group, tiles: &[TileData]) -> &TileData {
+    let tile = tiles.iter().find(|t| Group::of(t) == group);
     tile.expect("every shift is of a tile")
 }
 
-/// Returns whether the position of `observation` is stated, not estimated by its centroid.
-fn is_stated(observation: usize, tiles: &[TileData]) -> bool {
-    matches!(
-        tile_of(observation, tiles).registration,
-        Registration::Ideal
-    )
+/// Returns whether the position of `group` is stated, not estimated by its centroid.
+fn is_stated(group: Group, tiles: &[TileData]) -> bool {
+    matches!(tile_of(group, tiles).registration, Registration::Ideal)
 }
 
-/// Estimates the shift of each observation, over all its channels, against the prediction of `hypothesis` at `theta`, px.
-fn shifts(hypothesis: &Hypothesis, theta: &[f64], tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
+/// Estimates the shift of each group of tiles against the prediction of `hypothesis` at `theta`, px.
+fn shifts(hypothesis: &Hypothesis, theta: &[f64], tiles: &[TileData]) -> Vec<(Group, [f64; 2])> {
     let equations: Vec<ShiftEquations> = tiles
         .par_iter()
         .map_init(
@@ -102,24 +117,20 @@ fn shifts(hypothesis: &Hypothesis, theta: &[f64], tiles: &[TileData]) -> Vec<(us
             },
         )
         .collect();
-    let mut sums: Vec<(usize, ShiftEquations)> = Vec::new();
-    for (tile, own) in tiles
-        .iter()
-        .zip(&equations)
-        .filter(|(t, _)| !t.registration.is_own_centroid())
-    {
+    let mut sums: Vec<(Group, ShiftEquations)> = Vec::new();
+    for (tile, own) in tiles.iter().zip(&equations) {
         match sums.last_mut() {
-            Some((observation, sum)) if *observation == tile.observation => sum.add(own),
-            _ => sums.push((tile.observation, *own)),
+            Some((group, sum)) if *group == Group::of(tile) => sum.add(own),
+            _ => sums.push((Group::of(tile), *own)),
         }
     }
     sums.iter()
-        .filter_map(|(observation, s)| Some((*observation, s.shift_px()?)))
+        .filter_map(|(group, s)| Some((*group, s.shift_px()?)))
         .collect()
 }
 
 /// Subtracts from the shifts of `stated` positions their smooth trend over the field, which effects may cause.
-fn incoherent(mut stated: Vec<(usize, [f64; 2])>, tiles: &[TileData]) -> Vec<(usize, [f64; 2])> {
+fn incoherent(mut stated: Vec<(Group, [f64; 2])>, tiles: &[TileData]) -> Vec<(Group, [f64; 2])> {
     let points: Vec<ScenePoint> = (stated.iter()).map(|s| tile_of(s.0, tiles).point).collect();
     for axis in 0..2 {
         let terms = trend_terms(stated.len());

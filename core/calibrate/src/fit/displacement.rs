@@ -19,6 +19,9 @@ pub enum DisplacementTerms {
     Radial,
     /// Also x, x³ and x y² along x, and y³ along y: complete to third order for a lens with two planes of symmetry.
     TwoPlanes,
+    /// Also a shift along x and y, and decentring distortion: X (X.k) and |X|² b with k and b along x and y (Brown,
+    /// Photogrammetric Engineering 32, 1966).
+    Decentred,
 }
 
 /// Coefficients of a displacement, half frame widths, in the order of its terms.
@@ -36,6 +39,7 @@ impl DisplacementTerms {
         match self {
             Self::Radial => 2,
             Self::TwoPlanes => 6,
+            Self::Decentred => 8,
         }
     }
 
@@ -44,9 +48,16 @@ impl DisplacementTerms {
         let FieldPoint { x, y, .. } = at;
         let r2 = x * x + y * y;
         let mut along = [vec![x, x * r2], vec![y, y * r2]];
-        if self == Self::TwoPlanes {
-            along[0].extend([x, x * x * x, x * y * y, 0.0]);
-            along[1].extend([0.0, 0.0, 0.0, y * y * y]);
+        match self {
+            Self::Radial => {}
+            Self::TwoPlanes => {
+                along[0].extend([x, x * x * x, x * y * y, 0.0]);
+                along[1].extend([0.0, 0.0, 0.0, y * y * y]);
+            }
+            Self::Decentred => {
+                along[0].extend([1.0, 0.0, x * x, x * y, r2, 0.0]);
+                along[1].extend([0.0, 1.0, x * y, y * y, 0.0, r2]);
+            }
         }
         along
     }

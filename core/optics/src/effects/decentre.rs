@@ -43,6 +43,19 @@ const COUNT: usize = 28;
 const DISTORTION: usize = 12;
 const FIFTH: usize = 16;
 
+impl Decentre {
+    /// Indices of the parameters that shift chief rays in all channels: the shift along x and y, keystone by x and y, and the bend
+    /// along x and y.
+    pub const CHIEF_RAY_TERMS: [usize; 6] = [
+        8,
+        9,
+        DISTORTION,
+        DISTORTION + 1,
+        DISTORTION + 2,
+        DISTORTION + 3,
+    ];
+}
+
 static PARAMETERS: [Parameter; COUNT] = [
     term("coma_x", "px", "coma, constant over the field, along x"),
     term("coma_y", "px", "coma, constant over the field, along y"),

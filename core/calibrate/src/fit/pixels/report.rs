@@ -174,28 +174,34 @@ fn add_remainders(channel: &mut PupilChannel, index: usize, remainders: &[Remain
     }
 }
 
-/// Sets magnification and distortion of a channel as lines in vergence, and those of each plane of an anamorphic lens.
+/// Sets magnification and distortion of a channel as lines in vergence, and the further shifts of chief rays of a decentred lens or
+/// one with two planes of symmetry.
 fn set_displacement(
     context: &FitContext,
     registered: &[MeasuredTile],
     index: usize,
     channel: &mut PupilChannel,
 ) {
-    let is_double = |c: &&mut ProfileEffect| c.effect.id() == effects::DoublePlane.id();
-    let planes = channel.effects.iter_mut().find(is_double);
-    let terms = match planes {
-        Some(_) => DisplacementTerms::TwoPlanes,
-        None => DisplacementTerms::Radial,
+    let at = |id: &str| channel.effects.iter().position(|e| e.effect.id() == id);
+    let (terms, further) = if let Some(decentre) = at(effects::Decentre.id()) {
+        let targets = effects::Decentre::CHIEF_RAY_TERMS.to_vec();
+        (DisplacementTerms::Decentred, Some((decentre, targets)))
+    } else if let Some(planes) = at(effects::DoublePlane.id()) {
+        let count = channel.effects[planes].values.len();
+        let targets = (effects::DoublePlane::WAVEFRONT_TERMS..count).collect();
+        (DisplacementTerms::TwoPlanes, Some((planes, targets)))
+    } else {
+        (DisplacementTerms::Radial, None)
     };
     let mut lines = displacement_lines(context, registered, index, terms).into_iter();
     let zero = || VergenceSeries::constant(0.0);
     channel.magnification = lines.next().unwrap_or_else(zero);
     channel.distortion = lines.next().unwrap_or_else(zero);
-    if let Some(planes) = planes {
-        let shifts = &mut planes.values[effects::DoublePlane::WAVEFRONT_TERMS..];
+    if let Some((effect, targets)) = further {
+        let values = &mut channel.effects[effect].values;
         let unit = context.frame.half_width_px();
-        for (shift, line) in shifts.iter_mut().zip(lines) {
-            *shift = line.scaled(unit);
+        for (target, line) in targets.into_iter().zip(lines) {
+            values[target] = line.scaled(unit);
         }
     }
 }
