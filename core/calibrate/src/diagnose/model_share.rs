@@ -18,7 +18,7 @@ const ASSUMED_GAP: f64 = 5e-4;
 /// Own gap from which on a model is too simple, if noise lets it be seen: the limit of the verdict of `fit`.
 pub(super) const MAX_OWN_GAP: f64 = MAX_EXCESS_DESCRIBED;
 /// PSFs to which richer models are fitted.
-const REFIT_PSFS: usize = 60;
+const REFIT_PSFS: [usize; 2] = [60, 150];
 /// Share of the own gap that a richer model must close to be named.
 const MIN_CLOSED: f64 = 0.3;
 
@@ -80,13 +80,23 @@ impl ModelShare {
         })
     }
 
-    /// Looks for the freedom that the model lacks: fits the extended model to some PSFs of `set`.
+    /// Looks for the freedom that the model lacks: fits the extended model to some PSFs of `set`, and to more if that leaves most of
+    /// the gap, as some parts need many PSFs.
     pub(super) fn find_freedom(&mut self, lens: &LensProfile, set: &ObservationSet) {
+        for count in REFIT_PSFS {
+            self.find_freedom_with(lens, &thinned(set, count));
+            if !self.freedom.is_empty() || set.observations.len() <= count {
+                return;
+            }
+        }
+    }
+
+    fn find_freedom_with(&mut self, lens: &LensProfile, set: &ObservationSet) {
         let settings = PupilSettings {
             model: PupilModel::Extended,
             ..PupilSettings::default()
         };
-        let Ok(fit) = fit_pupil(&[thinned(set)], &settings) else {
+        let Ok(fit) = fit_pupil(std::slice::from_ref(set), &settings) else {
             return;
         };
         let Some(richer) = &fit.lens.held_out else {
@@ -124,11 +134,11 @@ fn effect_ids(lens: &LensProfile) -> Vec<&'static str> {
     parts.into_iter().map(|effect| effect.id()).collect()
 }
 
-/// Returns `set` with at most [`REFIT_PSFS`] of its PSFs, evenly spaced in the list.
-fn thinned(set: &ObservationSet) -> ObservationSet {
+/// Returns `set` with at most `most` of its PSFs, evenly spaced in the list.
+fn thinned(set: &ObservationSet, most: usize) -> ObservationSet {
     let count = set.observations.len();
-    let step = (count as f64 / REFIT_PSFS as f64).max(1.0);
-    let chosen = (0..count.min(REFIT_PSFS)).map(|k| (k as f64 * step) as usize);
+    let step = (count as f64 / most as f64).max(1.0);
+    let chosen = (0..count.min(most)).map(|k| (k as f64 * step) as usize);
     ObservationSet {
         observations: chosen.map(|k| set.observations[k].clone()).collect(),
         ..set.clone()
