@@ -12,7 +12,7 @@
 //! where v is 16 times the variance of light within the two sides, and the prior a0 is the near side's share of the
 //! surrounding 3 x 3 pixels with weights 1 2 1 along both axes. The prior decides where the two sides look alike. The
 //! residual of a F + (1 - a) B goes to both sides, so that together they equal the pixel; each stays within the range of I,
-//! F and B.
+//! F, B, black and white.
 
 use super::cell_pyramid::JUMP;
 use super::disocclusion::{ExtraSamples, LayeredPlate};
@@ -219,11 +219,12 @@ impl CoverageEstimate {
 /// Returns the part of `light` that belongs to the far side, for coverage `a` of the near side: 1 - a times the light of the far
 /// side, with the residual on both sides.
 ///
-/// The light of either side, each part over its share, stays within the range of `light`, `far` and `near`. The mean of a side
-/// that holds a lamp says nothing about its other pixels, and without bounds their residual would be a large negative light.
+/// The light of either side, each part over its share, stays within the range of `light`, `far`, `near`, black and white. The mean
+/// of a side that holds a lamp says nothing about its other pixels, and without bounds their residual would be a large negative
+/// light. Alpha stays below one for the same reason.
 fn far_part(light: f32, a: f32, far: f32, near: f32) -> f32 {
-    let least = light.min(far).min(near);
-    let most = light.max(far).max(near);
+    let least = light.min(far).min(near).min(0.0);
+    let most = light.max(far).max(near).max(1.0);
     let rest = light - a * near - (1.0 - a) * far;
     let part = (1.0 - a) * (far + rest);
     // Bounds by the far side itself, then by what they leave to the near side. They meet at the latest where all are alike.
@@ -246,8 +247,8 @@ mod tests {
         ] {
             let of_far = far_part(light, a, far, near);
             let sides = [of_far / (1.0 - a), (light - of_far) / a];
-            let least = light.min(far).min(near) - 1e-6;
-            let most = 1.000_001 * light.max(far).max(near);
+            let least = light.min(far).min(near).min(0.0) - 1e-6;
+            let most = 1.000_001 * light.max(far).max(near).max(1.0);
             for side in sides {
                 assert!(
                     (least..=most).contains(&side),
