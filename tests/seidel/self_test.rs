@@ -101,7 +101,8 @@ fn self_test() {
     ] {
         numbers(&report["scores"][key], &["value", "of"]);
     }
-    assert_eq!(report["aims"].as_array().map(Vec::len), Some(15));
+    numbers(&report["advised_settled"], &["held", "of"]);
+    assert_eq!(report["aims"].as_array().map(Vec::len), Some(16));
     let cases = report["cases"].as_array().expect("a list");
     assert_eq!(cases.len(), 6);
     for case in cases {
