@@ -2,23 +2,14 @@
 
 use super::*;
 use crate::{Gather, Quality};
+use seidel_optics::numeric::SplitMix64;
 
 /// Brightness of lamps.
 const LAMP: f32 = 1e5;
 
-/// A linear congruential generator, for scenes that are the same in every run.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
-        self.0 = self.0.wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1 << 24) as f32
-    }
-
-    fn between(&mut self, least: f32, most: f32) -> f32 {
-        least + (most - least) * self.unit()
-    }
+/// Returns a random number from `least` to `most`.
+fn between(random: &mut SplitMix64, least: f32, most: f32) -> f32 {
+    least + (most - least) * random.unit() as f32
 }
 
 /// A premultiplied plate with vergences.
@@ -61,17 +52,17 @@ impl Plate {
 
     /// Draws a random scene.
     fn random(seed: u64) -> Self {
-        let mut random = Random(seed);
+        let random = &mut SplitMix64::new(seed);
         // Every third scene is an element over nothing.
         let background = if seed.is_multiple_of(3) { 0.0 } else { 1.0 };
-        let mut plate = Self::new([background, random.between(0.05, 0.4)]);
+        let mut plate = Self::new([background, between(random, 0.05, 0.4)]);
         let (width, height) = (WIDTH as f32, HEIGHT as f32);
         for _ in 0..6 {
-            let colour = [random.unit(), random.unit(), random.unit()];
-            let vergence = random.between(0.2, 1.0);
-            let (x, y) = (random.between(0.0, width), random.between(0.0, height));
-            let size = random.between(2.0, 14.0);
-            match random.between(0.0, 4.0) as usize {
+            let colour = std::array::from_fn(|_| between(random, 0.0, 1.0));
+            let vergence = between(random, 0.2, 1.0);
+            let (x, y) = (between(random, 0.0, width), between(random, 0.0, height));
+            let size = between(random, 2.0, 14.0);
+            match between(random, 0.0, 4.0) as usize {
                 // A card with an anti-aliased edge, a soft matte, a wire, a leaf.
                 0 => plate.add(colour, vergence, |u, v| {
                     size - (u - x).abs().max((v - y).abs()) + 0.5
@@ -86,9 +77,9 @@ impl Plate {
             }
         }
         for _ in 0..8 {
-            let vergence = random.between(0.1, 1.0);
-            let (x, y) = (random.between(0.0, width), random.between(0.0, height));
-            let radius = random.between(0.5, 1.5);
+            let vergence = between(random, 0.1, 1.0);
+            let (x, y) = (between(random, 0.0, width), between(random, 0.0, height));
+            let radius = between(random, 0.5, 1.5);
             plate.add([LAMP, 0.5 * LAMP, 0.1 * LAMP], vergence, |u, v| {
                 radius - (u - x).hypot(v - y) + 0.5
             });
