@@ -187,12 +187,7 @@ fn draw_within(
     let factor = extent.cells_per_pixel(least);
     let (width, height) = (grid.width, grid.height);
     let scale = factor as f64;
-    // Renderers draw even plates evenly with coverage.
-    let deposit = if detail == Detail::RENDER {
-        Deposit::Coverage
-    } else {
-        Deposit::choose(scale * extent.radius(), scale * scale * least)
-    };
+    let deposit = Deposit::choose(detail, scale * extent.radius(), scale * scale * least);
     let excess = deposit.excess_variance() / (scale * scale);
     let blur = (factor > 1 || least > 0.0 || !derivatives.is_empty())
         .then(|| GaussianBlur::new(variances.map(|v| v - excess), factor));

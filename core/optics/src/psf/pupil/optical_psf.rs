@@ -254,11 +254,7 @@ fn ray_spectrum(
     let mesh = Mesh::new(pupil, &[], 0, extent.rings(detail));
     let variances = (pupil.blur_variances_px2()).map(|v| v.max(0.0) * (cells * cells) as f64);
     let least = variances[0].min(variances[1]);
-    let deposit = if detail == Detail::RENDER {
-        Deposit::Coverage
-    } else {
-        Deposit::choose(cells as f64 * extent.radius(), least)
-    };
+    let deposit = Deposit::choose(detail, cells as f64 * extent.radius(), least);
     let cell_grid = CellGrid {
         origin,
         columns: grid.columns,

@@ -7,11 +7,11 @@
 //! The derivative of the light in a cell is the flux through its sides: density times velocity, along each chord that a
 //! side cuts out of a triangle.
 //!
-//! Area coverage of a footprint smaller than a cell loses its position in the cell. Such a footprint is instead
-//! interpolated between cells triangle by triangle ([`Deposit::Interpolated`]).
+//! Area coverage of a footprint smaller than a cell loses its position in the cell. Outside renderers, such a footprint is
+//! instead interpolated between cells triangle by triangle ([`Deposit::Interpolated`]).
 
-use super::CellGrid;
 use super::mesh::{LANES, MAX_LIGHT_DERIVATIVES, Pack, Ring, packs};
+use super::{CellGrid, Detail};
 use crate::lens::Transmission;
 
 /// The distribution of the light of a triangle over cells.
@@ -31,9 +31,11 @@ impl Deposit {
     /// centroid by a hundredth of a cell; smaller ones by up to half a cell.
     const MOST_RADIUS: f64 = 1.5;
 
-    /// Chooses the deposit for a footprint of `radius` cells that is blurred by a `variance` of cells² afterwards.
-    pub(super) fn choose(radius: f64, variance: f64) -> Self {
-        if radius <= Self::MOST_RADIUS && variance >= Self::SPLINE_EXCESS {
+    /// Chooses the deposit for a footprint of `radius` cells that is blurred by a `variance` of cells² afterwards. Renderers use
+    /// coverage alone: with interpolation an even plate through a lens of small PSFs was not even.
+    pub(super) fn choose(detail: Detail, radius: f64, variance: f64) -> Self {
+        let is_small = radius <= Self::MOST_RADIUS && variance >= Self::SPLINE_EXCESS;
+        if is_small && detail != Detail::RENDER {
             Self::Interpolated
         } else {
             Self::Coverage
