@@ -24,6 +24,10 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
         self.inner.id()
     }
 
+    fn overshoot(&self) -> f32 {
+        self.inner.overshoot()
+    }
+
     fn render_window(
         &self,
         scene: &Scene,

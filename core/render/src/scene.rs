@@ -73,6 +73,11 @@ pub trait Renderer: Sync {
     /// Stable identifier, as the command line names it.
     fn id(&self) -> &'static str;
 
+    /// Largest distance of a result beyond the range of its plate and black, as a share of the plate's brightest light.
+    ///
+    /// Every PSF is non-negative and sums to one, so that this is an error of the renderer.
+    fn overshoot(&self) -> f32;
+
     /// Renders the pixels of `window` from all light of the plate.
     ///
     /// The planes come back in the order given, row-major and as large as the window. They equal the same part of

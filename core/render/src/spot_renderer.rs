@@ -85,6 +85,11 @@ impl Renderer for SpotRenderer<'_> {
         "spots"
     }
 
+    /// Rounding of 32-bit sums.
+    fn overshoot(&self) -> f32 {
+        1e-6
+    }
+
     fn render_window(
         &self,
         scene: &Scene,

@@ -62,6 +62,10 @@ impl Renderer for Gather {
         }
     }
 
+    fn overshoot(&self) -> f32 {
+        self.quality.tolerance().overshoot
+    }
+
     fn render_window(
         &self,
         scene: &Scene,

@@ -27,6 +27,8 @@ pub(super) struct Tolerance {
     /// Largest interpolation error of a kernel half way between corners, as a share of its light: on levels that
     /// draw blur of less than 6 px, and on coarser ones.
     pub(super) interpolation_error: [f64; 2],
+    /// Largest negative lobe of the low-pass filters of coarse levels around a bright light, as a share of the light.
+    pub(super) overshoot: f32,
 }
 
 impl Quality {
@@ -38,12 +40,14 @@ impl Quality {
                 min_sigma: 0.9,
                 min_ray_sigma: 2.0,
                 interpolation_error: [4e-2; 2],
+                overshoot: 3e-4,
             },
             Self::Final => Tolerance {
                 truncated_share: 3e-4,
                 min_sigma: 1.15,
                 min_ray_sigma: 4.0,
                 interpolation_error: [4.5e-3, 3.5e-2],
+                overshoot: 3e-5,
             },
         }
     }

@@ -79,6 +79,10 @@ impl Renderer for LayeredRenderer<'_> {
         "layers"
     }
 
+    fn overshoot(&self) -> f32 {
+        self.inner.overshoot()
+    }
+
     fn render_window(
         &self,
         scene: &Scene,
@@ -268,7 +272,7 @@ impl LayeredRenderer<'_> {
         }
         let mut rendered = composite.finish();
         for (out, plane) in rendered.iter_mut().zip(planes) {
-            remove_rounding(out, plane.samples);
+            remove_overshoot(out, plane.samples, self.inner.overshoot());
         }
         Ok(Rendered {
             planes: rendered,
@@ -334,22 +338,18 @@ impl LayeredRenderer<'_> {
     }
 }
 
-/// Error of the inner renderer relative to the brightest light of a plane, up to which a result outside the range of the plane is
-/// rounding.
-const ROUNDING: f32 = 3e-5;
-
-/// Moves results outside the range of `samples` and black, by no more than [`ROUNDING`], to its ends: a composite is an average of
-/// samples and black.
-fn remove_rounding(out: &mut [f32], samples: &[f32]) {
+/// Moves results outside the range of `samples` and black to its ends, where they are beyond it by no more than `overshoot` of the
+/// brightest light: a composite is an average of samples and black.
+fn remove_overshoot(out: &mut [f32], samples: &[f32], overshoot: f32) {
     let range = samples.par_iter().fold(
         || [0.0_f32; 2],
         |[least, most], sample| [least.min(*sample), most.max(*sample)],
     );
     let [least, most] = range.reduce(|| [0.0; 2], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-    let rounding = ROUNDING * most.max(-least);
+    let largest = overshoot * most.max(-least);
     out.par_iter_mut().for_each(|value| {
         let nearest = value.clamp(least, most);
-        if (*value - nearest).abs() <= rounding {
+        if (*value - nearest).abs() <= largest {
             *value = nearest;
         }
     });

@@ -33,6 +33,11 @@ impl Renderer for Scatter {
         "exact"
     }
 
+    /// Rounding of 32-bit sums.
+    fn overshoot(&self) -> f32 {
+        1e-6
+    }
+
     fn render_window(
         &self,
         scene: &Scene,

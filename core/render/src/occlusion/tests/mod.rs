@@ -294,6 +294,10 @@ impl Renderer for Unreachable {
         "unreachable"
     }
 
+    fn overshoot(&self) -> f32 {
+        0.0
+    }
+
     fn render_window(
         &self,
         _: &Scene,
