@@ -173,6 +173,16 @@ pub trait PsfModel: Send + Sync {
         draw_kernel(self, blur, shift_px, &mut kernel);
         rows.copy_from(&kernel);
     }
+
+    /// [`PsfModel::draw_rows`] for kernels that are interpolated between places: the error may be that of interpolation.
+    fn draw_interpolated_rows(
+        &self,
+        blur: &LocalBlur,
+        shift_px: (f64, f64),
+        rows: &mut KernelRows,
+    ) {
+        self.draw_rows(blur, shift_px, rows);
+    }
 }
 
 /// A PSF model that needs moments only: one skew-normal density or the mean of two.

@@ -6,7 +6,10 @@ use crate::psf::KernelBounds;
 
 /// Rings per square root of the radius of the extent (px): keeps the polygon of the rim within a fiftieth of a pixel.
 const RIM_FINENESS: f64 = 2.7;
-/// Smallest number of rings, and the largest for [`Detail::FULL`] and for other details.
+/// The same for kernels that are interpolated: within a seventeenth of a pixel.
+const INTERPOLATED_RIM_FINENESS: f64 = 1.6;
+/// Smallest number of rings, for kernels that are interpolated and for others, and the largest for [`Detail::FULL`] and for other details.
+const LEAST_INTERPOLATED_RINGS: usize = 5;
 const LEAST_RINGS: usize = 8;
 const MOST_RINGS: usize = 1000;
 const MOST_FIT_RINGS: usize = 120;
@@ -96,23 +99,29 @@ impl Extent {
     /// Returns the number of rings of the mesh, from the second derivative of the ray map and the size of the rim.
     pub(super) fn rings(&self, detail: Detail) -> usize {
         let inside = detail.0 * self.second_derivative.sqrt();
-        let rim = RIM_FINENESS * self.radius().sqrt();
+        let (rim_fineness, least) = if detail == Detail::INTERPOLATED {
+            (INTERPOLATED_RIM_FINENESS, LEAST_INTERPOLATED_RINGS)
+        } else {
+            (RIM_FINENESS, LEAST_RINGS)
+        };
+        let rim = rim_fineness * self.radius().sqrt();
         let most = if detail == Detail::FULL {
             MOST_RINGS
         } else {
             MOST_FIT_RINGS
         };
-        (inside.max(rim).ceil() as usize).clamp(LEAST_RINGS, most)
+        (inside.max(rim).ceil() as usize).clamp(least, most)
     }
 
     /// Returns the number of cells along a pixel's side for rasterisation before the blur: more for a small PSF with
-    /// a blur narrow enough to keep detail within a pixel.
-    pub(super) fn cells_per_pixel(&self, blur_variance_px2: f64) -> usize {
+    /// a blur narrow enough to keep detail within a pixel. Without it less than a thousandth of the light of a PSF of some pixels
+    /// moves, less than interpolation moves.
+    pub(super) fn cells_per_pixel(&self, blur_variance_px2: f64, detail: Detail) -> usize {
         if blur_variance_px2 <= 0.0 || blur_variance_px2 > 4.0 {
             1
         } else if self.radius() < 3.0 {
             4
-        } else if self.radius() < 16.0 {
+        } else if self.radius() < 16.0 && detail != Detail::INTERPOLATED {
             2
         } else {
             1

@@ -9,12 +9,14 @@
 //! A pupil that diffracts is drawn by Fourier transform instead (`wave`). The sensor acts on the spectrum of either
 //! ([`OpticalPsf`]).
 
+mod edge_coverage;
 mod extent;
 mod fourier;
 mod gaussian_blur;
 mod halo;
 mod mesh;
 mod optical_psf;
+mod polygon;
 mod rasterise;
 #[cfg(test)]
 mod tests;
@@ -28,7 +30,8 @@ use fourier::Fourier;
 use gaussian_blur::GaussianBlur;
 use mesh::{Mesh, Ring};
 pub use optical_psf::OpticalPsf;
-use rasterise::{Canvas, Deposit, Filter, Scratch};
+use polygon::Scratch;
+use rasterise::{Canvas, Deposit, Filter};
 
 /// The PSF model that draws [`LocalBlur::pupil`].
 #[derive(Debug, Clone, Copy, Default)]
@@ -82,6 +85,13 @@ impl Detail {
     /// For rendering. With kernels shared within `SHARING_TOLERANCE_PX`, a plate of bright points in the corner of a
     /// fast lens is 57 dB from rendering with one fine kernel a pixel; a test holds 45 dB.
     pub const RENDER: Self = Self(3.0);
+    /// For kernels that renderers interpolate: less than a hundredth of the light is misplaced, interpolation misplaces more.
+    pub const INTERPOLATED: Self = Self(2.0);
+
+    /// Returns whether kernels are drawn for a renderer rather than compared with observations.
+    fn is_for_rendering(self) -> bool {
+        self == Self::RENDER || self == Self::INTERPOLATED
+    }
 }
 
 /// Largest difference between the landing points of the rays of two source pixels that share a kernel, px, including
@@ -184,7 +194,7 @@ fn draw_within(
     );
     let variances = pupil.blur_variances_px2();
     let least = variances[0].min(variances[1]);
-    let factor = extent.cells_per_pixel(least);
+    let factor = extent.cells_per_pixel(least, detail);
     let (width, height) = (grid.width, grid.height);
     let scale = factor as f64;
     let deposit = Deposit::choose(detail, scale * extent.radius(), scale * scale * least);
@@ -273,7 +283,7 @@ impl pulp::WithSimd for Rasterising<'_, '_> {
             canvas.add_ring(k, inner, outer, self.origin, &self.filter, &mut scratch);
             std::mem::swap(inner, outer);
         }
-        canvas.normalise(self.filter.rates.len());
+        canvas.finish(self.filter.rates.len());
     }
 }
 
@@ -354,24 +364,40 @@ impl PsfModel for Pupil {
 
     /// Draws with [`Detail::RENDER`].
     fn draw_rows(&self, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
-        let pupil = rays(blur);
-        let centroid = pupil.centroid();
-        let extent = Extent::of(&pupil);
-        let grid = KernelGrid::new(&extent.kernel_bounds(&pupil, centroid), shift_px);
-        let window = grid.samples;
-        let (mut space, mut drawn) = std::mem::take(&mut rows.scratch);
-        draw_within(
-            &extent,
-            &pupil,
-            &tile_grid(&window, centroid),
-            &[],
-            Detail::RENDER,
-            &mut space,
-            &mut drawn,
-        );
-        rows.copy_from_image(&drawn.light, grid.left, grid.top, window.width);
-        rows.scratch = (space, drawn);
+        draw_rows_with(Detail::RENDER, blur, shift_px, rows);
     }
+
+    /// Draws with [`Detail::INTERPOLATED`].
+    fn draw_interpolated_rows(
+        &self,
+        blur: &LocalBlur,
+        shift_px: (f64, f64),
+        rows: &mut KernelRows,
+    ) {
+        draw_rows_with(Detail::INTERPOLATED, blur, shift_px, rows);
+    }
+}
+
+/// Draws the kernel of `blur` with `detail`.
+fn draw_rows_with(detail: Detail, blur: &LocalBlur, shift_px: (f64, f64), rows: &mut KernelRows) {
+    let pupil = rays(blur);
+    let centroid = pupil.centroid();
+    let extent = Extent::of(&pupil);
+    let grid = KernelGrid::new(&extent.kernel_bounds(&pupil, centroid), shift_px);
+    let window = grid.samples;
+    let (mut space, mut drawn) = std::mem::take(&mut rows.scratch);
+    let pixels = tile_grid(&window, centroid);
+    draw_within(
+        &extent,
+        &pupil,
+        &pixels,
+        &[],
+        detail,
+        &mut space,
+        &mut drawn,
+    );
+    rows.copy_from_image(&drawn.light, grid.left, grid.top, window.width);
+    rows.scratch = (space, drawn);
 }
 
 /// Returns the pixels of `window`, which is placed about the centroid, relative to the chief ray.

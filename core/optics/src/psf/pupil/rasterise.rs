@@ -10,7 +10,9 @@
 //! Area coverage of a footprint smaller than a cell loses its position in the cell. Outside renderers, such a footprint is
 //! instead interpolated between cells triangle by triangle ([`Deposit::Interpolated`]).
 
+use super::edge_coverage::{Corners, EdgeCoverage};
 use super::mesh::{LANES, MAX_LIGHT_DERIVATIVES, Pack, Ring, packs};
+use super::polygon::{Point, Scratch};
 use super::{CellGrid, Detail};
 use crate::lens::Transmission;
 
@@ -35,7 +37,7 @@ impl Deposit {
     /// coverage alone: with interpolation an even plate through a lens of small PSFs was not even.
     pub(super) fn choose(detail: Detail, radius: f64, variance: f64) -> Self {
         let is_small = radius <= Self::MOST_RADIUS && variance >= Self::SPLINE_EXCESS;
-        if is_small && detail != Detail::RENDER {
+        if is_small && !detail.is_for_rendering() {
             Self::Interpolated
         } else {
             Self::Coverage
@@ -68,6 +70,7 @@ pub(super) struct Canvas {
     /// Light of the whole plane, and its derivatives by the last parameters.
     total: f64,
     growth: [f64; MAX_LIGHT_DERIVATIVES],
+    edges: EdgeCoverage,
 }
 
 impl Default for Canvas {
@@ -82,6 +85,7 @@ impl Default for Canvas {
             derivatives: Vec::new(),
             total: 0.0,
             growth: [0.0; MAX_LIGHT_DERIVATIVES],
+            edges: EdgeCoverage::default(),
         }
     }
 }
@@ -100,6 +104,14 @@ impl Canvas {
         self.derivatives.clear();
         self.derivatives
             .resize(count * packs(derivative_count), Pack::default());
+        if self.follows_edges() {
+            self.edges.clear(self.width, self.height);
+        }
+    }
+
+    /// Returns whether triangles are rasterised together, by their edges. Derivatives need each triangle alone.
+    fn follows_edges(&self) -> bool {
+        self.derivative_count == 0 && self.deposit == Deposit::Coverage
     }
 
     #[inline(always)]
@@ -135,6 +147,18 @@ pub(super) struct Filter {
     pub(super) rates: Vec<Transmission>,
 }
 
+impl Filter {
+    /// Returns the light of a triangle of the pupil with this `area` and centroid.
+    #[inline(always)]
+    fn light(&self, area: f64, centroid: [f64; 2]) -> f64 {
+        if self.transmission.is_uniform() {
+            area
+        } else {
+            area * self.transmission.at(centroid)
+        }
+    }
+}
+
 /// A triangle of the mesh, mapped to the canvas.
 struct Triangle<'a> {
     /// Landing points of the corners, cells.
@@ -145,96 +169,6 @@ struct Triangle<'a> {
     light: f64,
     /// Relative derivatives of that light by the last parameters.
     growth: &'a [f64],
-}
-
-/// A point of a triangle: its landing point, and its second and third barycentric coordinates.
-#[derive(Debug, Clone, Copy, Default)]
-struct Point {
-    at: [f64; 2],
-    b: f64,
-    c: f64,
-}
-
-impl Point {
-    /// Returns the point between `self` and `other` at which coordinate `axis` is `value`.
-    #[inline(always)]
-    fn cut(&self, other: &Self, axis: usize, value: f64) -> Self {
-        let t = ((value - self.at[axis]) / (other.at[axis] - self.at[axis])).clamp(0.0, 1.0);
-        let between = |a: f64, b: f64| a + t * (b - a);
-        let mut at = [
-            between(self.at[0], other.at[0]),
-            between(self.at[1], other.at[1]),
-        ];
-        at[axis] = value;
-        Self {
-            at,
-            b: between(self.b, other.b),
-            c: between(self.c, other.c),
-        }
-    }
-}
-
-/// A convex polygon of up to eight corners.
-#[derive(Debug, Clone, Copy, Default)]
-struct Polygon {
-    points: [Point; 8],
-    count: usize,
-}
-
-impl Polygon {
-    #[inline(always)]
-    fn push(&mut self, point: Point) {
-        // Two cuts leave at most seven corners of a triangle; rounding adds at most one.
-        if self.count < self.points.len() {
-            self.points[self.count] = point;
-            self.count += 1;
-        }
-    }
-
-    /// Returns twice the area in barycentric coordinates: the share of the light of the triangle.
-    #[inline(always)]
-    fn share(&self) -> f64 {
-        let first = &self.points[0];
-        let mut sum = 0.0;
-        for k in 1..self.count.saturating_sub(1) {
-            let (p, q) = (&self.points[k], &self.points[k + 1]);
-            sum += (p.b - first.b) * (q.c - first.c) - (q.b - first.b) * (p.c - first.c);
-        }
-        sum.abs()
-    }
-
-    /// Cuts the polygon at `value` of coordinate `axis` into the parts below and above; returns the chord between them.
-    #[inline(always)]
-    fn cut(
-        &self,
-        axis: usize,
-        value: f64,
-        below: &mut Self,
-        above: &mut Self,
-    ) -> Option<(Point, Point)> {
-        (below.count, above.count) = (0, 0);
-        let mut chord = [Point::default(); 2];
-        let mut ends = 0;
-        let mut p = &self.points[self.count.saturating_sub(1)];
-        let mut p_below = p.at[axis] < value;
-        for q in &self.points[..self.count] {
-            let q_below = q.at[axis] < value;
-            if p_below != q_below {
-                let cut = p.cut(q, axis, value);
-                below.push(cut);
-                above.push(cut);
-                chord[ends & 1] = cut;
-                ends += 1;
-            }
-            if q_below {
-                below.push(*q);
-            } else {
-                above.push(*q);
-            }
-            (p, p_below) = (q, q_below);
-        }
-        (ends == 2).then_some((chord[0], chord[1]))
-    }
 }
 
 /// Quadratic B-spline weights of three cells in a line.
@@ -263,13 +197,21 @@ impl SplineWeights {
     }
 }
 
-/// Reusable polygons for cutting triangles.
-#[derive(Debug, Default)]
-pub(super) struct Scratch([Polygon; 5]);
+/// Returns the signed area of a triangle.
+#[inline(always)]
+fn area([a, b, c]: [[f64; 2]; 3]) -> f64 {
+    ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2.0
+}
+
+/// Returns the centroid of a triangle.
+#[inline(always)]
+fn centroid([a, b, c]: [[f64; 2]; 3]) -> [f64; 2] {
+    [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
+}
 
 impl Canvas {
     /// Normalises the light of the whole plane to one, the `changing` last derivatives with it.
-    pub(super) fn normalise(&mut self, changing: usize) {
+    fn normalise(&mut self, changing: usize) {
         let share = 1.0 / self.total;
         self.light.iter_mut().for_each(|v| *v *= share);
         let derivatives = self.derivatives.as_flattened_mut();
@@ -299,6 +241,10 @@ impl Canvas {
         filter: &Filter,
         scratch: &mut Scratch,
     ) {
+        if self.follows_edges() {
+            self.add_ring_by_edges(k, [inner, outer], origin, filter, scratch);
+            return;
+        }
         let (inner_count, outer_count) = ((6 * (k - 1)).max(1), 6 * k);
         for sector in 0..6 {
             for j in 0..k {
@@ -316,6 +262,48 @@ impl Canvas {
         }
     }
 
+    /// [`Canvas::add_ring`] by edges.
+    #[inline(always)]
+    fn add_ring_by_edges(
+        &mut self,
+        k: usize,
+        rings: [&Ring; 2],
+        origin: [f64; 2],
+        filter: &Filter,
+        scratch: &mut Scratch,
+    ) {
+        let mut edges = std::mem::take(&mut self.edges);
+        let scale = self.scale;
+        let place = |p: [f64; 2]| [0, 1].map(|axis| (p[axis] - origin[axis]) * scale);
+        let mut total = 0.0;
+        let light = |corners: &Corners| {
+            let u = corners.map(|(ring, k)| ring.u[k]);
+            let light = filter.light(area(u), centroid(u));
+            total += light;
+            light
+        };
+        edges.add_ring(k, rings, place, light, |at, light| {
+            let triangle = Triangle {
+                at,
+                velocity: [&[]; 3],
+                light,
+                growth: &[],
+            };
+            self.add_triangle(&triangle, scratch);
+        });
+        self.total += total;
+        self.edges = edges;
+    }
+
+    /// Ends the rasterisation of a mesh, after its last ring.
+    #[inline(always)]
+    pub(super) fn finish(&mut self, changing: usize) {
+        if self.follows_edges() {
+            self.edges.finish(&mut self.light);
+        }
+        self.normalise(changing);
+    }
+
     /// Rasterises the triangle between three mesh corners, each a ring and an index in it.
     #[inline(always)]
     fn add_corners(
@@ -328,7 +316,7 @@ impl Canvas {
         let u = corners.map(|(ring, k)| ring.u[k]);
         let edge = |a: usize| [u[a][0] - u[0][0], u[a][1] - u[0][1]];
         let (e, f) = (edge(1), edge(2));
-        let area = (e[0] * f[1] - e[1] * f[0]) / 2.0;
+        let area = area(u);
         let at = corners.map(|(ring, k)| {
             let p = ring.landing[k];
             [0, 1].map(|axis| (p[axis] - origin[axis]) * self.scale)
@@ -336,7 +324,7 @@ impl Canvas {
         let width = 2 * packs(self.derivative_count);
         let velocity = corners.map(|(ring, k)| &ring.velocity[k * width..(k + 1) * width]);
         // The transmission at the centroid: exact to second order in the size of the triangle.
-        let middle = [0, 1].map(|axis| (u[0][axis] + u[1][axis] + u[2][axis]) / 3.0);
+        let middle = centroid(u);
         let even = filter.transmission.is_uniform();
         let changing = filter.rates.len();
         let mut growth = [0.0; MAX_LIGHT_DERIVATIVES];
@@ -354,11 +342,7 @@ impl Canvas {
                     (x * (d[0][0] + d[1][0] + d[2][0]) + y * (d[0][1] + d[1][1] + d[2][1])) / 3.0;
             }
         }
-        let light = if even {
-            area
-        } else {
-            area * filter.transmission.at(middle)
-        };
+        let light = filter.light(area, middle);
         let triangle = Triangle {
             at,
             velocity,

@@ -377,3 +377,37 @@ fn points_in_focus_and_large_discs_are_exact() {
     assert!(light[310 * 620 + 611] == 0.0);
     assert!((light.iter().sum::<f64>() - 1.0).abs() < 1e-9);
 }
+
+/// Light drawn edge by edge equals light drawn triangle by triangle, which derivatives need.
+#[test]
+fn edges_and_triangles_draw_the_same_light() {
+    let random = &mut SplitMix64::new(77);
+    for (case, radius) in [0.4, 2.0, 7.0, 30.0, 110.0]
+        .into_iter()
+        .cycle()
+        .take(40)
+        .enumerate()
+    {
+        let (numbers, at) = random_lens(random, radius);
+        let blur = if case % 2 == 0 { 0.3 } else { 5.0 };
+        let pupil = clipped(&numbers, at, blur);
+        let still = PupilDerivative::from_wavefront(Wavefront::default());
+        // Some grids cut the light at every side.
+        let side = [9, 31, 64][case % 3];
+        let grid = square((-0.37 * side as f64, -0.61 * side as f64), side);
+        let (mut edges, mut triangles) = (PsfImage::default(), PsfImage::default());
+        let mut space = Workspace::default();
+        draw(&pupil, &grid, &[], Detail::FIT, &mut space, &mut edges);
+        draw(
+            &pupil,
+            &grid,
+            &[still],
+            Detail::FIT,
+            &mut space,
+            &mut triangles,
+        );
+        for (k, (a, b)) in edges.light.iter().zip(&triangles.light).enumerate() {
+            assert!((a - b).abs() < 1e-9, "case {case}, pixel {k}: {a} {b}");
+        }
+    }
+}
