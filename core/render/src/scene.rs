@@ -1,5 +1,6 @@
 //! The inputs of a renderer: lens, plate geometry, depth and planes of samples.
 
+use crate::LayerContext;
 use crate::{BlurField, PlateMap, Rendered};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::psf::PsfModel;
@@ -110,6 +111,27 @@ pub trait Renderer: Sync {
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {
         self.render_window(scene, planes, RenderWindow::whole(scene), progress)
+    }
+
+    /// Prepares the renders of the depth layers of a plate by [`Renderer::render_layer`].
+    fn layer_context(&self, _scene: &Scene, _planes: &[Plane]) -> LayerContext {
+        LayerContext::default()
+    }
+
+    /// Renders a part of a plate's light that lies at one vergence. `scene` is that of `crop` of the plate; `planes` are those of
+    /// the plate that `context` was made for, and others after them.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render_window`].
+    fn render_layer(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        _crop: RenderWindow,
+        _context: &LayerContext,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Rendered> {
+        self.render(scene, planes, progress)
     }
 }
 

@@ -20,7 +20,7 @@ pub struct RenderStatistics {
     pub exact: usize,
     /// Pyramid levels of the fast renderer, finest first.
     pub levels: Vec<LevelStatistics>,
-    /// Highlight pixels that the fast renderer scattered exactly.
+    /// Highlight pixels that the fast renderer rendered apart from the rest.
     pub highlights: usize,
 }
 
@@ -29,6 +29,8 @@ pub struct RenderStatistics {
 pub struct LevelStatistics {
     /// Tiles gathered at this level.
     pub gathered: usize,
+    /// Tiles whose light was scattered at this level.
+    pub scattered: usize,
     /// Tiles interpolated from the next coarser level.
     pub upsampled: usize,
     /// Side of the smallest tile in any render, pixels of the level.
@@ -60,6 +62,7 @@ impl RenderStatistics {
         let known = self.levels.len().min(part.levels.len());
         for (sum, level) in self.levels.iter_mut().zip(&part.levels) {
             sum.gathered += level.gathered;
+            sum.scattered += level.scattered;
             sum.upsampled += level.upsampled;
             sum.min_tile_px = sum.min_tile_px.min(level.min_tile_px);
             sum.max_tile_px = sum.max_tile_px.max(level.max_tile_px);

@@ -44,7 +44,7 @@ pub(super) fn report(
         return Ok(report);
     }
     line(format!(
-        "small lights scattered exactly: {} px",
+        "small lights rendered apart: {} px",
         statistics.highlights
     ));
     let colours = &planes[..plate.colour_count()];
@@ -92,9 +92,10 @@ fn level_line(index: usize, level: &LevelStatistics) -> String {
         format!("{min} to {max}")
     };
     format!(
-        "level {index} (1/{} resolution): {} tiles gathered, {} from the level above, side {sides} px",
+        "level {index} (1/{} resolution): {} tiles gathered, {} scattered, {} from the level above, side {sides} px",
         1_u64 << index.min(63),
         level.gathered,
+        level.scattered,
         level.upsampled
     )
 }

@@ -108,6 +108,43 @@ pub(super) fn compute(
     Ok(out)
 }
 
+/// Draws the kernels of sources at `nodes` of `grid`, by the offset of a target from its source.
+///
+/// # Errors
+/// A lens that cannot be drawn at some node.
+pub(super) fn source_kernels(
+    lens: &LensProbe,
+    grid: &TileGrid,
+    nodes: &BTreeSet<GridIndex>,
+) -> Result<SparseGrid<MixStencils>> {
+    // Light of the margin of a coarse level spreads like that at the edge of the plate.
+    let inside = |node: &GridIndex| {
+        let [last_column, last_row] = grid.last;
+        GridIndex::new(
+            node.row.clamp(0, last_row),
+            node.column.clamp(0, last_column),
+        )
+    };
+    let all: BTreeSet<GridIndex> = nodes.iter().map(inside).collect();
+    let drawn = draw_all(lens, grid, &all)?;
+    let kernels = drawn.into_par_iter().map(|mut channels| {
+        for stencil in channels.iter_mut().flatten() {
+            stencil.trim(lens.tolerance.truncated_share);
+        }
+        let mixes = lens.mixes.iter();
+        mixes.map(|mix| mixed(&channels, mix).mirrored()).collect()
+    });
+    let kernels: Vec<MixStencils> = kernels.collect();
+    let of_node: BTreeMap<GridIndex, MixStencils> = all.into_iter().zip(kernels).collect();
+    let mut out = SparseGrid::covering(nodes);
+    for node in nodes {
+        if let Some(kernels) = of_node.get(&inside(node)) {
+            out.put(*node, kernels.clone());
+        }
+    }
+    Ok(out)
+}
+
 /// Draws the kernels of all nodes that contribute to `wanted` corners.
 fn node_kernels(
     lens: &LensProbe,
@@ -248,7 +285,7 @@ fn draw(
             source.as_ref().map(|source| {
                 let shift = (source.shift_px.0 * scale, source.shift_px.1 * scale);
                 lens.model
-                    .draw_rows(&source.blur.rescaled(scale), shift, rows);
+                    .draw_interpolated_rows(&source.blur.rescaled(scale), shift, rows);
                 let mut stencil = Stencil::from_kernel(rows);
                 if lens.model.needs_rays() && grid.level > 0 {
                     // Rays are integrated over whole pixels of the level instead of the plate's.

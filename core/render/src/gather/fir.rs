@@ -24,15 +24,15 @@ pub(super) struct BilinearFir {
 
 /// Consecutive taps down one column of sources.
 #[derive(Clone, Copy)]
-struct TapRun {
+pub(super) struct TapRun {
     /// Column of the sources, from the first one.
-    column: usize,
+    pub(super) column: usize,
     /// Row of the first source, from the first one.
-    row: usize,
+    pub(super) row: usize,
     /// Index of the first tap.
-    first: usize,
+    pub(super) first: usize,
     /// Index after the last tap.
-    end: usize,
+    pub(super) end: usize,
 }
 
 impl BilinearFir {
@@ -110,6 +110,16 @@ impl BilinearFir {
             });
         }
         transposed
+    }
+
+    /// The runs of taps, by column.
+    pub(super) fn runs(&self) -> &[TapRun] {
+        &self.runs
+    }
+
+    /// The taps: for each the weight at the tile's top-left outer corner and its change along x, y and both.
+    pub(super) fn taps(&self) -> &[[f32; 4]] {
+        &self.taps
     }
 
     /// Returns the number of taps.

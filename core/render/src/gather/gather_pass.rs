@@ -188,16 +188,27 @@ pub(super) fn set_fir(
     tile: GridIndex,
     fir: &mut BilinearFir,
 ) {
+    set_corners(level.grid.tile, stencils, mix, tile, fir);
+}
+
+/// Sets `fir` to the stencils of channel mix `mix` at the corners of `tile`, of `side` pixels.
+pub(super) fn set_corners(
+    side: usize,
+    stencils: &SparseGrid<MixStencils>,
+    mix: usize,
+    tile: GridIndex,
+    fir: &mut BilinearFir,
+) {
     let Some(stencils) = tile
         .corners()
         .map(|corner| stencils.at(corner).map(|mixes| &mixes[mix]))
         .into_iter()
         .collect::<Option<Vec<_>>>()
     else {
-        unreachable!("stencils exist at the corners of all gathered tiles");
+        unreachable!("stencils exist at the corners of all tiles with work");
     };
     let corners = [stencils[0], stencils[1], stencils[2], stencils[3]];
-    fir.set(corners, level.grid.tile);
+    fir.set(corners, side);
 }
 
 impl BandJob<'_> {

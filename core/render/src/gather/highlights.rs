@@ -4,8 +4,10 @@
 //! visible around it. Pixels that stand out by far are subtracted from the plate and scattered with a kernel each.
 
 use super::edges::add_folded;
+use super::highlight_search::{HighlightBlock, find_highlights};
 use super::image::{Image, Rect, Size};
 use super::lens_probe::LensProbe;
+use crate::scatter::Source;
 use crate::{Plane, RenderWindow, Scene, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
@@ -14,18 +16,11 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Side of the blocks in which highlights are searched, px.
-const BLOCK: usize = 32;
+/// Largest number of highlight pixels of a block in each plane for plates at one vergence; larger areas are left to the fast renderer.
+pub(super) const MAX_PIXELS: usize = 16;
 
-/// Least ratio of a block's brightest pixel to the mean of the block and of the plane for the block to be searched,
-/// and of a highlight to the median of its block.
-const CONTRAST: f32 = 16.0;
-
-/// Largest number of highlight pixels of a block in each plane; larger areas are left to the fast renderer.
-const MAX_PIXELS: usize = 16;
-
-/// Least ratio of a block's brightest pixel to its threshold. Weaker highlights are not worth a kernel per pixel.
-const WORTHWHILE: f32 = 4.0;
+/// Highlights of a tile from which on they are scattered together: it takes the kernels of its corners.
+const CROWD: usize = 5;
 
 /// Blocks scattered before they are added to the plate; bounds the memory taken.
 const WAVE: usize = 64;
@@ -37,46 +32,53 @@ pub(super) struct HighlightSplit<'a> {
     blocks: Vec<HighlightBlock>,
 }
 
-/// The highlights of one block.
-struct HighlightBlock {
-    /// Row and column of each highlight pixel, row by row.
-    pixels: Vec<(usize, usize)>,
-    /// Light subtracted there: one value per plane, pixel by pixel.
-    excess: Vec<f32>,
-}
+/// The highlights of a plate.
+#[derive(Default)]
+pub(super) struct PlateHighlights(Vec<HighlightBlock>);
 
 impl<'a> HighlightSplit<'a> {
-    /// Splits planes that are `width` pixels wide.
-    pub(super) fn new(planes: &[Plane<'a>], width: usize) -> Self {
-        let height = planes
-            .first()
-            .map_or(0, |plane| plane.samples.len() / width);
-        let bands: Vec<Range<usize>> = (0..height)
-            .step_by(BLOCK)
-            .map(|row| row..height.min(row + BLOCK))
-            .collect();
-        let summaries: Vec<Vec<BandSummary>> = bands
-            .par_iter()
-            .map(|rows| {
-                let of = |plane: &Plane| BandSummary::new(plane.samples, width, rows);
-                planes.iter().map(of).collect()
-            })
-            .collect();
-        let means: Vec<f64> = (0..planes.len())
-            .map(|plane| mean(summaries.iter().map(|summaries| &summaries[plane])))
-            .collect();
-        let blocks: Vec<HighlightBlock> = (&bands, &summaries)
-            .into_par_iter()
-            .flat_map_iter(|(rows, summaries)| {
-                highlights_of_band(planes, width, rows, summaries, &means)
-            })
-            .collect();
+    /// Splits planes that are `width` pixels wide; blocks have at most `most` highlights in each plane.
+    pub(super) fn new(planes: &[Plane<'a>], width: usize, most: usize) -> Self {
+        let blocks = find_highlights(planes, width, most);
+        Self::with_blocks(planes, width, blocks)
+    }
+
+    /// Splits the planes of a depth layer in `crop` of a plate with these `highlights`. All light of a highlight is
+    /// scattered exactly. Planes beyond those of the plate have none.
+    pub(super) fn of_layer(
+        planes: &[Plane<'a>],
+        crop: RenderWindow,
+        highlights: &PlateHighlights,
+    ) -> Self {
+        let blocks = highlights.0.iter().filter_map(|block| {
+            let block = block.in_layer(planes, crop);
+            (!block.pixels.is_empty()).then_some(block)
+        });
+        Self::with_blocks(planes, crop.width, blocks.collect())
+    }
+
+    fn with_blocks(planes: &[Plane<'a>], width: usize, blocks: Vec<HighlightBlock>) -> Self {
         let rest = planes
             .iter()
             .enumerate()
             .map(|(index, plane)| without(plane.samples, index, planes.len(), width, &blocks))
             .collect();
         Self { rest, blocks }
+    }
+
+    /// Removes the highlights of tiles of `side` pixels that hold many and returns their light, one image of `size` for each of the
+    /// `count` planes; empty ones for planes without.
+    pub(super) fn take_crowded(&mut self, size: Size, count: usize, side: usize) -> Vec<Image> {
+        let mut light = vec![Image::default(); count];
+        for block in &mut self.blocks {
+            block.take_crowded(size, side, &mut light);
+        }
+        light
+    }
+
+    /// Returns the highlights alone.
+    pub(super) fn into_plate(self) -> PlateHighlights {
+        PlateHighlights(self.blocks)
     }
 
     /// Returns the number of pixels subtracted.
@@ -139,198 +141,70 @@ fn without<'a>(
     rest
 }
 
-/// Lanes of sums that are kept in registers.
-const LANES: usize = 8;
-
-/// Largest value and sum of absolute values of a block, lane by lane.
-#[derive(Clone, Copy, Default)]
-struct BlockStats {
-    max: [f32; LANES],
-    sum: [f32; LANES],
-}
-
-impl BlockStats {
-    #[inline]
-    fn add(&mut self, samples: &[f32]) {
-        let (blocks, rest) = samples.as_chunks::<LANES>();
-        for block in blocks {
-            self.add_lanes(block);
-        }
-        if rest.is_empty() {
-            return;
-        }
-        let mut last = [0.0; LANES];
-        last[..rest.len()].copy_from_slice(rest);
-        self.add_lanes(&last);
-    }
-
-    #[inline(always)]
-    fn add_lanes(&mut self, block: &[f32; LANES]) {
-        for ((max, sum), v) in self.max.iter_mut().zip(&mut self.sum).zip(block) {
-            *max = if *v > *max { *v } else { *max };
-            *sum += v.abs();
-        }
-    }
-
-    fn max(&self) -> f32 {
-        self.max.iter().copied().fold(0.0, f32::max)
-    }
-
-    fn sum(&self) -> f64 {
-        self.sum.iter().map(|sum| f64::from(*sum)).sum()
-    }
-}
-
-/// The light in one row of blocks of a plane.
-#[derive(Default)]
-struct BandSummary {
-    /// Sum of absolute values in blocks that are not black.
-    light: f64,
-    /// Number of pixels in these blocks.
-    pixels: usize,
-    /// Blocks with a value that stands out, and the largest there.
-    candidates: Vec<(usize, f32)>,
-}
-
-impl BandSummary {
-    fn new(samples: &[f32], width: usize, rows: &Range<usize>) -> Self {
-        let mut blocks = vec![BlockStats::default(); width.div_ceil(BLOCK)];
-        for row in samples[rows.start * width..rows.end * width].chunks_exact(width) {
-            for (block, samples) in blocks.iter_mut().zip(row.chunks(BLOCK)) {
-                block.add(samples);
-            }
-        }
-        let mut summary = Self::default();
-        for (block, stats) in blocks.iter().enumerate() {
-            let (max, sum) = (stats.max(), stats.sum());
-            if sum == 0.0 {
-                continue;
-            }
-            let count = columns_of(block, width).len() * rows.len();
-            summary.light += sum;
-            summary.pixels += count;
-            if stands_out(max, sum / count as f64) {
-                summary.candidates.push((block, max));
-            }
-        }
-        summary
-    }
-}
-
-fn stands_out(max: f32, mean: f64) -> bool {
-    f64::from(max) > f64::from(CONTRAST) * mean
-}
-
-/// Returns the mean absolute value of a plane over blocks that are not black.
-fn mean<'a>(bands: impl Iterator<Item = &'a BandSummary>) -> f64 {
-    let sum = |sum: (f64, usize), band: &BandSummary| (sum.0 + band.light, sum.1 + band.pixels);
-    let (light, pixels) = bands.fold((0.0, 0), sum);
-    light / pixels.max(1) as f64
-}
-
-/// Returns the plate columns of a block.
-fn columns_of(block: usize, width: usize) -> Range<usize> {
-    block * BLOCK..width.min((block + 1) * BLOCK)
-}
-
-/// The threshold of a block's highlights in one plane.
-#[derive(Clone, Copy)]
-struct Threshold {
-    /// Brighter pixels are highlights.
-    above: f32,
-    /// The light left at a highlight.
-    remainder: f32,
-}
-
-impl Threshold {
-    /// A plane without highlights.
-    const NONE: Self = Self {
-        above: f32::INFINITY,
-        remainder: 0.0,
-    };
-}
-
-/// Returns the highlights of one row of blocks, given the summary of each plane there and its mean.
-fn highlights_of_band(
-    planes: &[Plane],
-    width: usize,
-    rows: &Range<usize>,
-    summaries: &[BandSummary],
-    means: &[f64],
-) -> Vec<HighlightBlock> {
-    // One threshold per plane for blocks with highlights.
-    let mut thresholds: BTreeMap<usize, Vec<Threshold>> = BTreeMap::new();
-    let mut values = Vec::new();
-    for (index, (plane, summary)) in planes.iter().zip(summaries).enumerate() {
-        for &(block, max) in &summary.candidates {
-            if !stands_out(max, means[index]) {
-                continue;
-            }
-            values.clear();
-            for row in rows.clone() {
-                values.extend(&plane.samples[row * width..][columns_of(block, width)]);
-            }
-            if let Some(threshold) = threshold(&mut values, max) {
-                let none = || vec![Threshold::NONE; planes.len()];
-                thresholds.entry(block).or_insert_with(none)[index] = threshold;
-            }
-        }
-    }
-    thresholds
-        .iter()
-        .map(|(block, thresholds)| {
-            let columns = columns_of(*block, width);
-            HighlightBlock::new(planes, width, &columns, rows, thresholds)
-        })
-        .collect()
-}
-
-/// Returns the threshold of a block with these `values`, `max` the largest; `None` if it has no highlights.
-fn threshold(values: &mut [f32], max: f32) -> Option<Threshold> {
-    let last = MAX_PIXELS.min(values.len().checked_sub(1)?);
-    let (_, next, _) = values.select_nth_unstable_by(last, |a, b| b.total_cmp(a));
-    let remainder = next.max(0.0);
-    values.iter_mut().for_each(|v| *v = v.abs());
-    let (_, median, _) = values.select_nth_unstable_by(values.len() / 2, f32::total_cmp);
-    let above = remainder.max(CONTRAST * *median);
-    // The division keeps the largest finite values finite.
-    (max / WORTHWHILE > above).then_some(Threshold { above, remainder })
-}
-
 impl HighlightBlock {
-    /// Finds the highlights of a block with these `columns` and `rows`, given one threshold per plane.
-    fn new(
-        planes: &[Plane],
-        width: usize,
-        columns: &Range<usize>,
-        rows: &Range<usize>,
-        thresholds: &[Threshold],
-    ) -> Self {
+    /// Returns the highlights with light in `planes`, those of a depth layer in `crop`.
+    fn in_layer(&self, planes: &[Plane], crop: RenderWindow) -> Self {
         let mut block = Self {
             pixels: Vec::new(),
             excess: Vec::new(),
         };
-        for row in rows.clone() {
-            for column in columns.clone() {
-                let excess = planes.iter().zip(thresholds).map(|(plane, threshold)| {
-                    let light = plane.samples[row * width + column];
-                    if light > threshold.above {
-                        light - threshold.remainder
-                    } else {
-                        0.0
-                    }
-                });
-                if excess.clone().any(|light| light != 0.0) {
-                    block.pixels.push((row, column));
-                    block.excess.extend(excess);
+        let count = self.excess.len() / self.pixels.len().max(1);
+        for (&(row, column), excess) in self.pixels.iter().zip(self.excess.chunks(count.max(1))) {
+            let place = row
+                .checked_sub(crop.row)
+                .zip(column.checked_sub(crop.column));
+            let Some((row, column)) = place.filter(|(y, x)| *y < crop.height && *x < crop.width)
+            else {
+                continue;
+            };
+            let light = planes.iter().enumerate().map(|(index, plane)| {
+                if excess.get(index).is_some_and(|excess| *excess != 0.0) {
+                    plane.samples[row * crop.width + column]
+                } else {
+                    0.0
                 }
+            });
+            if light.clone().any(|light| light != 0.0) {
+                block.pixels.push((row, column));
+                block.excess.extend(light);
             }
         }
         block
     }
 
-    /// Scatters the highlights into one image per plane. Every pixel has a kernel of its own, even where the exact
-    /// renderer lets neighbours share one.
+    /// Moves the highlights of tiles of `side` pixels that hold many to `light`, images of `size`.
+    fn take_crowded(&mut self, size: Size, side: usize, light: &mut [Image]) {
+        let tile = |&(row, column): &(usize, usize)| (row / side, column / side);
+        let mut counts: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        for pixel in &self.pixels {
+            *counts.entry(tile(pixel)).or_default() += 1;
+        }
+        let all = std::mem::take(&mut self.pixels);
+        let excess = std::mem::take(&mut self.excess);
+        for (pixel, excess) in all.into_iter().zip(excess.chunks(light.len().max(1))) {
+            if counts[&tile(&pixel)] < CROWD {
+                self.pixels.push(pixel);
+                self.excess.extend(excess);
+                continue;
+            }
+            for (image, excess) in light.iter_mut().zip(excess) {
+                if *excess == 0.0 {
+                    continue;
+                }
+                if image.samples.is_empty() {
+                    *image = Image::zeros(Rect {
+                        left: 0,
+                        top: 0,
+                        width: size.width,
+                        height: size.height,
+                    });
+                }
+                image.samples[pixel.0 * size.width + pixel.1] = *excess;
+            }
+        }
+    }
+
+    /// Scatters the highlights into one image per plane. Neighbours share a kernel as in the exact renderer.
     fn scattered(
         &self,
         lens: &LensProbe,
@@ -338,16 +212,38 @@ impl HighlightBlock {
         kernel: &mut KernelRows,
     ) -> Result<Vec<Image>> {
         let mut images = vec![Image::default(); planes.len()];
-        let mut found = Vec::new();
-        for (index, (row, column)) in self.pixels.iter().enumerate() {
-            lens.sources_at((*column as f64 + 0.5, *row as f64 + 0.5), &mut found)?;
-            for (channel, source) in found.iter().enumerate() {
-                let Some(source) = source else { continue };
-                lens.model.draw_rows(&source.blur, source.shift_px, kernel);
-                self.scatter_pixel(index, channel, planes, kernel, &mut images);
+        for channel in (0..lens.channel_count()).filter(|channel| lens.is_used(*channel)) {
+            let mut rest = self.sources(lens, channel)?;
+            while let Some((drawn, first)) = rest.first().copied() {
+                lens.check_cancelled()?;
+                lens.model.draw_rows(&first.blur, first.shift_px, kernel);
+                rest.retain(|(index, source)| {
+                    let shared = *index == drawn
+                        || lens.model.can_share_kernel(
+                            &first.blur,
+                            first.shift_px,
+                            &source.blur,
+                            source.shift_px,
+                        );
+                    if shared {
+                        self.scatter_pixel(*index, channel, planes, kernel, &mut images);
+                    }
+                    !shared
+                });
             }
         }
         Ok(images)
+    }
+
+    /// Returns the index and the source of each highlight pixel in one lens channel.
+    fn sources(&self, lens: &LensProbe, channel: usize) -> Result<Vec<(usize, Source)>> {
+        let mut sources = Vec::with_capacity(self.pixels.len());
+        let mut found = Vec::new();
+        for (index, (row, column)) in self.pixels.iter().enumerate() {
+            lens.sources_at((*column as f64 + 0.5, *row as f64 + 0.5), &mut found)?;
+            sources.extend(found[channel].map(|source| (index, source)));
+        }
+        Ok(sources)
     }
 
     /// Scatters highlight `index` as one lens channel spreads it.
@@ -428,7 +324,7 @@ mod tests {
 
     fn split(samples: &[f32]) -> HighlightSplit<'_> {
         let weights = &[1.0];
-        HighlightSplit::new(&[Plane { samples, weights }], WIDTH)
+        HighlightSplit::new(&[Plane { samples, weights }], WIDTH, MAX_PIXELS)
     }
 
     /// Uneven light from 0.1 to 0.3.
@@ -498,7 +394,7 @@ mod tests {
             samples,
             weights: &[1.0],
         });
-        let split = HighlightSplit::new(&planes, WIDTH);
+        let split = HighlightSplit::new(&planes, WIDTH, MAX_PIXELS);
         assert_eq!(split.pixel_count(), 1);
         assert_eq!(split.blocks[0].excess[0], 0.0);
         assert!(matches!(split.rest[0], Cow::Borrowed(_)));

@@ -3,8 +3,8 @@
 use super::image::Size;
 use super::stencil::Stencil;
 use super::tolerance::Tolerance;
-use crate::cancelled;
 use crate::scatter::{Source, Sources};
+use crate::{RenderWindow, cancelled};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 use seidel_optics::psf::{KernelRows, PsfModel};
@@ -140,12 +140,12 @@ impl LensProbe<'_> {
         Ok(farthest)
     }
 
-    /// Returns the largest tiles on a plate of `size` whose kernels, interpolated from their corners, are within the
+    /// Measures the largest tiles on a plate of `size` whose kernels, interpolated from their corners, are within the
     /// tolerance.
     ///
     /// # Errors
     /// A lens that cannot be drawn at some point.
-    pub(super) fn tile_sides(&self, size: Size) -> Result<TileSides> {
+    pub(super) fn probed_sides(&self, size: Size) -> Result<ProbedSides> {
         // Cubic interpolation needs four nodes.
         let widest = MAX_TILE.min(size.width.min(size.height) / 3).max(1);
         let widest = widest as f64;
@@ -159,13 +159,8 @@ impl LensProbe<'_> {
             .par_iter()
             .map(|probe| side_at(probe, (first.side as f64).max(1.0)))
             .collect::<Result<Vec<_>>>()?;
-        probed.push(first);
-        let coarsest = probed.iter().map(|probe| probe.level).max().unwrap_or(0);
-        let sides = (0..=coarsest).map(|level| {
-            let there = probed.iter().filter(|probe| probe.level >= level);
-            there.map(|probe| probe.side).min().unwrap_or(MAX_TILE)
-        });
-        Ok(TileSides(sides.collect()))
+        probed.insert(0, first);
+        Ok(ProbedSides { size, probed })
     }
 
     /// Searches the largest tile side around `at`, from `first` and up to `widest`, plate px, at the coarsest level
@@ -222,10 +217,40 @@ impl LensProbe<'_> {
         let drawn = found.iter().flatten().map(|source| {
             let shift = (source.shift_px.0 / step, source.shift_px.1 / step);
             self.model
-                .draw_rows(&source.blur.rescaled(1.0 / step), shift, &mut rows);
+                .draw_interpolated_rows(&source.blur.rescaled(1.0 / step), shift, &mut rows);
             Stencil::from_kernel(&rows)
         });
         Ok(drawn.collect())
+    }
+}
+
+/// The largest tile side at each of [`PROBES`] on a plate.
+pub(super) struct ProbedSides {
+    size: Size,
+    probed: Vec<ProbedSide>,
+}
+
+/// Distance of probes that count for a window, as a share of the plate: none of it lies farther from all of them.
+const NEAR: f64 = 0.3;
+
+impl ProbedSides {
+    /// Returns the sides of tiles in `window` of the plate.
+    pub(super) fn in_window(&self, window: RenderWindow) -> TileSides {
+        let near = |share: f64, size: usize, start: usize, length: usize| {
+            let (at, room) = (share * size as f64, NEAR * size as f64);
+            at >= start as f64 - room && at <= (start + length) as f64 + room
+        };
+        let probes = PROBES.iter().zip(&self.probed).filter(|((x, y), _)| {
+            near(*x, self.size.width, window.column, window.width)
+                && near(*y, self.size.height, window.row, window.height)
+        });
+        let probed: Vec<&ProbedSide> = probes.map(|(_, probed)| probed).collect();
+        let coarsest = probed.iter().map(|probe| probe.level).max().unwrap_or(0);
+        let sides = (0..=coarsest).map(|level| {
+            let there = probed.iter().filter(|probe| probe.level >= level);
+            there.map(|probe| probe.side).min().unwrap_or(MAX_TILE)
+        });
+        TileSides(sides.collect())
     }
 }
 

@@ -5,19 +5,28 @@
 //! (`corner_stencils`, on a `tile_grid`) and interpolated bilinearly between them (`fir`). Wide blur is gathered on a
 //! coarser level of an image `pyramid` and upsampled; a `plan` assigns each tile its level. Small `highlights` far
 //! brighter than their surroundings are subtracted first and scattered exactly.
+//!
+//! Light that fills little of a plate, as that of a depth layer does, is scattered instead: lit tiles (`source_tiles`) spread
+//! their light (`spread`) with kernels interpolated between their own corners, level by level (`scatter_pass`). The
+//! layers of a plate share what `layer_context` keeps.
 
 mod adjoint;
 mod corner_stencils;
 mod edges;
 mod fir;
 mod gather_pass;
+mod highlight_search;
 mod highlights;
 mod image;
+mod layer_context;
 mod lens_probe;
 mod operator;
 mod passband;
 mod plan;
 mod pyramid;
+mod scatter_pass;
+mod source_tiles;
+mod spread;
 mod stencil;
 #[cfg(test)]
 mod tests;
@@ -25,6 +34,7 @@ mod tile_grid;
 mod tolerance;
 mod window;
 
+pub use layer_context::LayerContext;
 pub use operator::Operator;
 pub use tolerance::Quality;
 
@@ -34,15 +44,21 @@ use crate::{
     Scene, VergencePass,
 };
 use edges::fold_early;
+use fir::ROWS;
 use gather_pass::GatherPass;
-use highlights::HighlightSplit;
-use image::{Size, View};
+use highlights::{HighlightSplit, MAX_PIXELS};
+use image::{Image, Size, View};
 use lens_probe::{LensProbe, TileSides};
 use plan::{Level, LitBlocks, PlanInputs, plan};
+use scatter_pass::ScatterPass;
 use seidel_optics::error::Result;
+use source_tiles::{SourceLevel, source_levels};
 use std::collections::BTreeSet;
 use tile_grid::GridIndex;
 use window::prune_to_window;
+
+/// Largest share of lit blocks whose light is scattered tile by tile instead of gathered.
+const SPARSE_SHARE: f64 = 0.6;
 
 /// The fast renderer: gathers light tile by tile.
 ///
@@ -75,15 +91,70 @@ impl Renderer for Gather {
     ) -> Result<Rendered> {
         scene.check(planes)?;
         window.check(scene)?;
-        let vergence = match scene.vergence {
-            VergencePass::Constant(vergence) => vergence,
-            VergencePass::PerPixel(_) => {
-                return Scatter.render_window(scene, planes, window, progress);
-            }
+        let VergencePass::Constant(vergence) = scene.vergence else {
+            return Scatter.render_window(scene, planes, window, progress);
         };
+        self.with_job(scene, planes, vergence, progress, |job| {
+            let job = Job { window, ..job };
+            let Some(sides) = job.tile_sides()? else {
+                return Scatter.render_window(scene, planes, window, progress);
+            };
+            let split = HighlightSplit::new(planes, scene.width, MAX_PIXELS);
+            let views = job.views(&split);
+            let lit = LitBlocks::new(&views);
+            if lit.share() < SPARSE_SHARE {
+                return job.scatter(planes, &sides, &split);
+            }
+            job.gather(planes, &sides, &lit, &split)
+        })
+    }
+
+    fn layer_context(&self, scene: &Scene, planes: &[Plane]) -> LayerContext {
+        LayerContext::new(scene, planes)
+    }
+
+    fn render_layer(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        crop: RenderWindow,
+        context: &LayerContext,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Rendered> {
+        scene.check(planes)?;
+        let VergencePass::Constant(vergence) = scene.vergence else {
+            return Scatter.render(scene, planes, progress);
+        };
+        self.with_job(scene, planes, vergence, progress, |job| {
+            let sides = context.tile_sides(scene, &job.lens, crop)?;
+            if !job.fits(&sides) {
+                return Scatter.render(scene, planes, progress);
+            }
+            let mut split = HighlightSplit::of_layer(planes, crop, &context.highlights);
+            let side = bright_tile(&sides);
+            let highlights = split.pixel_count();
+            let crowded = split.take_crowded(job.size(), planes.len(), side);
+            let mut rendered = job.scatter(planes, &sides, &split)?;
+            job.add_crowded(crowded, side, &mut rendered.planes)?;
+            rendered.statistics.highlights = highlights;
+            Ok(rendered)
+        })
+    }
+}
+
+impl Gather {
+    /// Runs `work` on a render of the whole of `planes` at `vergence`.
+    fn with_job(
+        &self,
+        scene: &Scene,
+        planes: &[Plane],
+        vergence: f64,
+        progress: &(dyn Fn(f64) -> bool + Sync),
+        work: impl FnOnce(Job) -> Result<Rendered>,
+    ) -> Result<Rendered> {
         let sources = Sources::new(scene);
         let mixes = ChannelMixes::new(planes.iter().map(|plane| plane.weights));
-        let job = Job {
+        work(Job {
             scene,
             lens: LensProbe {
                 sources: &sources,
@@ -94,10 +165,9 @@ impl Renderer for Gather {
                 progress,
             },
             mix_of: mixes.mix_of.clone(),
-            window,
+            window: RenderWindow::whole(scene),
             progress,
-        };
-        job.render(planes)
+        })
     }
 }
 
@@ -147,33 +217,78 @@ struct Plan {
 }
 
 impl Job<'_> {
-    fn render(&self, planes: &[Plane]) -> Result<Rendered> {
-        let Some(sides) = self.tile_sides()? else {
-            return Scatter.render_window(self.scene, planes, self.window, self.progress);
-        };
-        let split = HighlightSplit::new(planes, self.scene.width);
-        let size = self.size();
+    /// Returns the planes without their highlights.
+    fn views<'s>(&self, split: &'s HighlightSplit) -> Vec<View<'s>> {
         let rest = split.rest.iter();
-        let views: Vec<View> = rest.map(|samples| View::whole(size, samples)).collect();
-        let pass = self.pass(&LitBlocks::new(&views), &sides)?;
-        let mut plates = pass.forward(&views, self.window, self.progress)?;
+        rest.map(|samples| View::whole(self.size(), samples))
+            .collect()
+    }
+
+    /// Renders dense light: gathers `planes` without the highlights of `split` tile by tile where `lit` blocks are near.
+    fn gather(
+        &self,
+        planes: &[Plane],
+        sides: &TileSides,
+        lit: &LitBlocks,
+        split: &HighlightSplit,
+    ) -> Result<Rendered> {
+        let pass = self.pass(lit, sides)?;
+        let mut plates = pass.forward(&self.views(split), self.window, self.progress)?;
         split.scatter(self.scene, self.window, &self.lens, planes, &mut plates)?;
         let levels = pass.levels.iter().map(|level| LevelStatistics {
             gathered: level.gathered.len(),
+            scattered: 0,
             upsampled: level.upsampled.len(),
             min_tile_px: level.grid.tile,
             max_tile_px: level.grid.tile,
         });
-        Ok(Rendered {
-            planes: plates,
-            statistics: RenderStatistics {
-                layers: 1,
-                renders: 1,
-                exact: 0,
-                levels: levels.collect(),
-                highlights: split.pixel_count(),
-            },
-        })
+        Ok(rendered(plates, levels.collect(), split))
+    }
+
+    /// Renders sparse light: scatters `planes` without the highlights of `split` tile by tile.
+    fn scatter(
+        &self,
+        planes: &[Plane],
+        sides: &TileSides,
+        split: &HighlightSplit,
+    ) -> Result<Rendered> {
+        let pass = ScatterPass {
+            levels: source_levels(&self.lens, &self.views(split), self.size(), sides)?,
+            mix_of: &self.mix_of,
+            size: self.size(),
+            edges: self.scene.edges,
+        };
+        let mut plates = pass.render(self.progress)?;
+        let whole = RenderWindow::whole(self.scene);
+        split.scatter(self.scene, whole, &self.lens, planes, &mut plates)?;
+        let levels = pass.levels.iter().map(|level| LevelStatistics {
+            gathered: 0,
+            scattered: level.tiles.len(),
+            upsampled: 0,
+            min_tile_px: level.grid.tile,
+            max_tile_px: level.grid.tile,
+        });
+        let plates = self.window.cut_planes(self.scene, plates);
+        Ok(rendered(plates, levels.collect(), split))
+    }
+
+    /// Scatters the light of crowded highlights in tiles of `side` pixels and adds it to `planes`.
+    fn add_crowded(&self, light: Vec<Image>, side: usize, planes: &mut [Vec<f32>]) -> Result<()> {
+        if light.iter().all(|image| image.samples.is_empty()) {
+            return Ok(());
+        }
+        let pass = ScatterPass {
+            levels: vec![SourceLevel::finest(&self.lens, light, self.size(), side)?],
+            mix_of: &self.mix_of,
+            size: self.size(),
+            edges: self.scene.edges,
+        };
+        for (plane, light) in planes.iter_mut().zip(pass.render(self.progress)?) {
+            for (sample, light) in plane.iter_mut().zip(light) {
+                *sample += light;
+            }
+        }
+        Ok(())
     }
 
     fn size(&self) -> Size {
@@ -186,9 +301,13 @@ impl Job<'_> {
     /// Returns the largest tiles allowed; `None` where the blur changes too much from pixel to pixel for any, as it
     /// can on small plates only.
     fn tile_sides(&self) -> Result<Option<TileSides>> {
-        let sides = self.lens.tile_sides(self.size())?;
-        let fits = sides.at(0) >= self.min_tile() || self.lens.model.needs_rays();
-        Ok(fits.then_some(sides))
+        let sides = self.lens.probed_sides(self.size())?;
+        let sides = sides.in_window(RenderWindow::whole(self.scene));
+        Ok(self.fits(&sides).then_some(sides))
+    }
+
+    fn fits(&self, sides: &TileSides) -> bool {
+        sides.at(0) >= self.min_tile() || self.lens.model.needs_rays()
     }
 
     fn min_tile(&self) -> usize {
@@ -241,6 +360,30 @@ impl Job<'_> {
             fold_level,
             reach,
         })
+    }
+}
+
+/// Returns the side of tiles of crowded highlights, px: a quarter of the largest tile, whose kernels are interpolated sixteen times
+/// as accurately.
+fn bright_tile(sides: &TileSides) -> usize {
+    (sides.at(0) / 4 / ROWS * ROWS).max(ROWS)
+}
+
+/// Returns a render of one vergence with the work of its levels.
+fn rendered(
+    planes: Vec<Vec<f32>>,
+    levels: Vec<LevelStatistics>,
+    split: &HighlightSplit,
+) -> Rendered {
+    Rendered {
+        planes,
+        statistics: RenderStatistics {
+            layers: 1,
+            renders: 1,
+            exact: 0,
+            levels,
+            highlights: split.pixel_count(),
+        },
     }
 }
 

@@ -57,7 +57,8 @@ impl Operator {
             window: RenderWindow::whole(scene),
             progress: &|_| true,
         };
-        let sides = job.lens.tile_sides(job.size())?;
+        let sides = job.lens.probed_sides(job.size())?;
+        let sides = sides.in_window(RenderWindow::whole(scene));
         Ok(Self {
             pass: job.pass(&LitBlocks::all(job.size()), &sides)?,
         })

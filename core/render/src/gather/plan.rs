@@ -109,7 +109,7 @@ pub(super) fn plan(inputs: &PlanInputs) -> Vec<Level> {
 }
 
 /// Rounds a tile side down to whole blocks of rows; smaller ones to even numbers, as upsampling needs.
-fn tile_within(side: usize) -> usize {
+pub(super) fn tile_within(side: usize) -> usize {
     let unit = if side < ROWS { 2 } else { ROWS };
     side / unit * unit
 }
@@ -203,6 +203,12 @@ impl LitBlocks {
             }
         }
         Self { columns, lit }
+    }
+
+    /// Returns the share of blocks that hold light.
+    pub(super) fn share(&self) -> f64 {
+        let lit = self.lit.iter().filter(|lit| **lit).count();
+        lit as f64 / self.lit.len().max(1) as f64
     }
 
     /// Returns whether any block within `reach` px of a rectangle of columns and rows holds light.

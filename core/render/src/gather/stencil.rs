@@ -50,6 +50,13 @@ impl Stencil {
         stencil
     }
 
+    /// Turns offsets of sources from a target into those of targets from a source.
+    pub(super) fn mirrored(mut self) -> Self {
+        (self.left, self.top) = (1 - self.columns().end, 1 - self.rows().end);
+        self.weights.reverse();
+        self
+    }
+
     /// Returns the column offsets covered.
     pub(super) fn columns(&self) -> Range<i32> {
         self.left..self.left + self.width as i32

@@ -20,8 +20,8 @@ pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
 pub use disocclusion::HIDDEN_REACH_PX;
 
 use crate::{
-    Edges, Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scene, VergencePass,
-    cancelled,
+    Edges, LayerContext, Plane, RenderStatistics, RenderWindow, Rendered, Renderer, Scene,
+    VergencePass, cancelled,
 };
 use composite::{BlurredLayer, Compositor, Outline, SharpMattes};
 use disocclusion::{ExtraSamples, LayeredPlate};
@@ -243,6 +243,12 @@ impl LayeredRenderer<'_> {
             mixes.mix_of.clone(),
         );
         let crops = source.crops(scene, &layers);
+        let layer_blur = LayerBlur {
+            inner: self.inner,
+            mixes: &mixes,
+            planes,
+            context: self.inner.layer_context(scene, planes),
+        };
         let count = crops.iter().flatten().count() as f64;
         let mut statistics = RenderStatistics {
             layers: crops.iter().filter(|crops| !crops.is_empty()).count(),
@@ -256,7 +262,7 @@ impl LayeredRenderer<'_> {
             let progress = |share: f64| progress((done as f64 + share) / count);
             let samples = source.layer(layers.coordinate_of(layer), crop);
             let cropped = layer_samples::cropped_scene(scene, crop, vergence);
-            let blurred = self.blur(&cropped, &mixes, planes, &samples, &progress)?;
+            let blurred = layer_blur.blur(&cropped, &samples, crop, &progress)?;
             statistics.add_part(&blurred.statistics);
             composite.add(
                 &BlurredLayer {
@@ -293,45 +299,61 @@ impl LayeredRenderer<'_> {
         }
         disocclusion::hidden_samples(input, layers, goes_on)
     }
+}
 
+/// The inner renderer with what all layers of a plate share.
+struct LayerBlur<'a> {
+    inner: &'a dyn Renderer,
+    mixes: &'a PresenceMixes,
+    planes: &'a [Plane<'a>],
+    context: LayerContext,
+}
+
+impl LayerBlur<'_> {
     /// Blurs the samples of one layer: the planes, then the presence planes.
     fn blur(
         &self,
         scene: &Scene,
-        mixes: &PresenceMixes,
-        planes: &[Plane],
         samples: &LayerSamples,
+        crop: RenderWindow,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {
         let light = samples
             .planes
             .iter()
-            .zip(planes)
+            .zip(self.planes)
             .map(|(samples, plane)| Plane {
                 samples,
                 weights: plane.weights,
             });
-        let presences = mixes.presence_weights.iter().map(|weights| Plane {
+        let presences = self.mixes.presence_weights.iter().map(|weights| Plane {
             samples: &samples.presence,
             weights,
         });
+        let context = &self.context;
         if scene.edges == Edges::Mirror {
             let all: Vec<_> = light.chain(presences).collect();
-            return self.inner.render(scene, &all, progress);
+            return self
+                .inner
+                .render_layer(scene, &all, crop, context, progress);
         }
         // Light may leave the plate. Presence must not, or the composite would make up for that light.
         let light: Vec<_> = light.collect();
         let presences: Vec<_> = presences.collect();
         let mut blurred = self
             .inner
-            .render(scene, &light, &|done| progress(0.5 * done))?;
+            .render_layer(scene, &light, crop, context, &|done| progress(0.5 * done))?;
         let mirrored = Scene {
             edges: Edges::Mirror,
             ..*scene
         };
-        let presence = self
-            .inner
-            .render(&mirrored, &presences, &|done| progress(0.5 + 0.5 * done))?;
+        let presence = self.inner.render_layer(
+            &mirrored,
+            &presences,
+            crop,
+            &context.without_highlights(),
+            &|done| progress(0.5 + 0.5 * done),
+        )?;
         blurred.planes.extend(presence.planes);
         blurred.statistics.add_part(&presence.statistics);
         Ok(blurred)

@@ -242,6 +242,7 @@ fn statistics_count_the_work_done() {
 fn statistics_of_parts_add_up_level_by_level() {
     let level = |gathered, upsampled, min_tile_px, max_tile_px| LevelStatistics {
         gathered,
+        scattered: 0,
         upsampled,
         min_tile_px,
         max_tile_px,

@@ -4,6 +4,7 @@ mod adjoint;
 mod highlights;
 mod properties;
 mod random_lenses;
+mod sparse;
 mod windows;
 
 use super::{Gather, Quality};

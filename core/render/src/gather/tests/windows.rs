@@ -7,7 +7,11 @@ use seidel_optics::psf::{Gaussian, PsfModel, Pupil, SkewNormal};
 const WEIGHTS: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [0.5, 0.5, 0.0]];
 
 /// Returns whether several windows equal the same part of the whole to the bit.
-fn windows_are_parts(renderer: &dyn Renderer, scene: &Scene, plates: [&[f32]; 2]) -> bool {
+pub(super) fn windows_are_parts(
+    renderer: &dyn Renderer,
+    scene: &Scene,
+    plates: [&[f32]; 2],
+) -> bool {
     let planes: Vec<Plane> = plates
         .iter()
         .zip(&WEIGHTS)
@@ -47,7 +51,7 @@ fn windows_are_parts(renderer: &dyn Renderer, scene: &Scene, plates: [&[f32]; 2]
 }
 
 #[test]
-fn windows_are_parts_of_the_whole() {
+pub(super) fn windows_are_parts_of_the_whole() {
     let mut lit = plate(3);
     // Highlights are scattered separately.
     for at in [41 * WIDTH + 60, WIDTH - 1] {

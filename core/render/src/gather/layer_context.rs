@@ -1,0 +1,98 @@
+//! The knowledge of a plate that the renders of its depth layers share: its highlights, and the tile sides at each vergence.
+
+use super::highlights::{HighlightSplit, PlateHighlights};
+use super::image::Size;
+use super::lens_probe::{LensProbe, ProbedSides, TileSides};
+use crate::scatter::Sources;
+use crate::{Plane, PlateMap, RenderWindow, Scene};
+use seidel_optics::error::Result;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Most highlight pixels of a block of a plate in each plane; what is brighter than its surroundings beyond them is rendered like the
+/// rest.
+const MAX_HIGHLIGHTS: usize = 256;
+
+/// The knowledge that a renderer keeps of a plate while it renders the plate's depth layers one by one.
+///
+/// Highlights stand out from the plate, not from the dark of a layer; and how fast the blur changes over the plate is measured once a
+/// vergence, not once a crop.
+#[derive(Default)]
+pub struct LayerContext {
+    pub(super) highlights: PlateHighlights,
+    plate: Option<(PlateMap, Size)>,
+    /// By the bits of the vergence.
+    sides: Arc<Mutex<BTreeMap<u64, Arc<ProbedSides>>>>,
+}
+
+impl LayerContext {
+    /// Measures the plate `planes` of `scene`.
+    pub(super) fn new(scene: &Scene, planes: &[Plane]) -> Self {
+        let split = HighlightSplit::new(planes, scene.width, MAX_HIGHLIGHTS);
+        Self {
+            highlights: split.into_plate(),
+            plate: Some((
+                scene.map,
+                Size {
+                    width: scene.width,
+                    height: scene.height,
+                },
+            )),
+            sides: Arc::default(),
+        }
+    }
+
+    /// Returns the context for planes without highlights.
+    pub(crate) fn without_highlights(&self) -> Self {
+        Self {
+            highlights: PlateHighlights::default(),
+            plate: self.plate,
+            sides: Arc::clone(&self.sides),
+        }
+    }
+
+    /// Returns the tile sides of `lens` for sources in `crop`; `scene` is the scene of the crop.
+    ///
+    /// # Errors
+    /// A lens that cannot be drawn at some point.
+    pub(super) fn tile_sides(
+        &self,
+        scene: &Scene,
+        lens: &LensProbe,
+        crop: RenderWindow,
+    ) -> Result<TileSides> {
+        let Some((map, size)) = self.plate else {
+            let size = Size {
+                width: scene.width,
+                height: scene.height,
+            };
+            return Ok(lens
+                .probed_sides(size)?
+                .in_window(RenderWindow::whole(scene)));
+        };
+        let key = lens.vergence.to_bits();
+        let known = self.known_sides().get(&key).map(Arc::clone);
+        if let Some(known) = known {
+            return Ok(known.in_window(crop));
+        }
+        let plate = Scene {
+            width: size.width,
+            height: size.height,
+            map,
+            ..*scene
+        };
+        let sources = Sources::new(&plate);
+        let probe = LensProbe {
+            sources: &sources,
+            ..*lens
+        };
+        let found = Arc::new(probe.probed_sides(size)?);
+        let sides = found.in_window(crop);
+        self.known_sides().insert(key, found);
+        Ok(sides)
+    }
+
+    fn known_sides(&self) -> MutexGuard<'_, BTreeMap<u64, Arc<ProbedSides>>> {
+        self.sides.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

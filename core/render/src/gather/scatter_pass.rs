@@ -1,0 +1,236 @@
+//! The scattering of sparse light: lit tiles spread their light, level by level, and the levels are upsampled and added.
+//!
+//! A depth layer lights a small part of what its blur reaches. Its cost grows with the lit area alone.
+
+use super::edges::{add_folded, folded, with_mirrored_margin};
+use super::fir::BilinearFir;
+use super::gather_pass::set_corners;
+use super::image::{Image, Rect, Size, View};
+use super::pyramid::{MARGIN, UpsampleBuffers, upsample_tile};
+use super::source_tiles::SourceLevel;
+use super::spread::{TileLight, spread};
+use crate::{Edges, RenderWindow, cancelled};
+use rayon::prelude::*;
+use seidel_optics::error::Result;
+
+/// Tiles scattered before they are added to their level; bounds the memory taken.
+const WAVE: usize = 64;
+
+/// Side of the squares that are upsampled, px.
+const SQUARE: usize = 64;
+
+/// Light to scatter over a plate.
+pub(super) struct ScatterPass<'a> {
+    /// Finest first.
+    pub(super) levels: Vec<SourceLevel>,
+    /// Index of each plane's channel mix.
+    pub(super) mix_of: &'a [usize],
+    pub(super) size: Size,
+    pub(super) edges: Edges,
+}
+
+impl ScatterPass<'_> {
+    /// Returns the blurred plates.
+    ///
+    /// # Errors
+    /// A cancelled render, if `progress` returned false.
+    pub(super) fn render(&self, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Vec<Vec<f32>>> {
+        let count = self
+            .levels
+            .iter()
+            .map(|level| level.tiles.len())
+            .sum::<usize>();
+        let mut done = 0;
+        let mut coarser: Vec<Image> = vec![Image::default(); self.mix_of.len()];
+        for (index, level) in self.levels.iter().enumerate().rev() {
+            let mut images = vec![Image::zeros(level.reached); self.mix_of.len()];
+            for wave in level.tiles.chunks(WAVE) {
+                self.add_wave(level, wave, &mut images);
+                done += wave.len();
+                if !progress(done as f64 / count as f64) {
+                    return Err(cancelled());
+                }
+            }
+            let images = images.par_iter().zip(&coarser);
+            coarser = images
+                .map(|(image, coarser)| self.joined(index, image, coarser))
+                .collect();
+        }
+        Ok(coarser.into_iter().map(|image| image.samples).collect())
+    }
+
+    /// Scatters the tiles of a wave into `images`.
+    fn add_wave(
+        &self,
+        level: &SourceLevel,
+        wave: &[super::tile_grid::GridIndex],
+        images: &mut [Image],
+    ) {
+        let side = level.grid.tile;
+        let patches: Vec<Vec<Option<Image>>> = wave
+            .par_iter()
+            .map_init(
+                || (BilinearFir::default(), TileLight::default()),
+                |(fir, light), tile| {
+                    let (left, top) = (tile.column * side as i32, tile.row * side as i32);
+                    let mut set = None;
+                    let planes = level.light.iter().zip(self.mix_of);
+                    planes
+                        .map(|(image, mix)| {
+                            if image.samples.is_empty() || !light.take(image, left, top, side) {
+                                return None;
+                            }
+                            if set != Some(*mix) {
+                                set_corners(side, &level.kernels, *mix, *tile, fir);
+                                set = Some(*mix);
+                            }
+                            (fir.len() > 0).then(|| spread(fir, light, left, top))
+                        })
+                        .collect()
+                },
+            )
+            .collect();
+        images
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(plane, image)| {
+                for patch in patches.iter().filter_map(|patches| patches[plane].as_ref()) {
+                    image.add(patch);
+                }
+            });
+    }
+
+    /// Adds the upsampled `coarser` level to `image` and cuts both to what the next finer level needs.
+    fn joined(&self, level: usize, image: &Image, coarser: &Image) -> Image {
+        let size = Size {
+            width: self.size.width.div_ceil(1 << level),
+            height: self.size.height.div_ceil(1 << level),
+        };
+        let whole = RenderWindow::from_size(size.width, size.height);
+        // Light may be folded back where the plate's edges lie between pixels of the level.
+        let divides = (self.size.width | self.size.height).trailing_zeros() as usize >= level;
+        let folds = level == 0 || (divides && self.edges == Edges::Mirror);
+        if folds {
+            let mut plate = Image {
+                left: 0,
+                top: 0,
+                width: size.width,
+                height: size.height,
+                samples: folded(image, size, self.edges, whole),
+            };
+            if self.is_closed(level + 1) {
+                add_upsampled(&mut plate, &coarser.view());
+            } else if !coarser.samples.is_empty() {
+                let mut finer = Image::zeros(upsampled_rect(coarser));
+                add_upsampled(&mut finer, &coarser.view());
+                add_folded(&finer, size, self.edges, whole, &mut plate.samples);
+            }
+            if level == 0 {
+                return plate;
+            }
+            return with_mirrored_margin(&plate.samples, size);
+        }
+        let mut rect = joined_rect(image.rect(), upsampled_rect(coarser));
+        if self.edges == Edges::Black {
+            // What lies farther beyond the plate is dropped in the end.
+            rect = within_margin(rect, size);
+        }
+        let mut all = image.cropped(rect);
+        add_upsampled(&mut all, &coarser.view());
+        all
+    }
+
+    /// Returns whether the image of `level` holds a plate with mirrored margins.
+    fn is_closed(&self, level: usize) -> bool {
+        let divides = (self.size.width | self.size.height).trailing_zeros() as usize >= level;
+        level < self.levels.len() && divides && self.edges == Edges::Mirror
+    }
+}
+
+/// Returns the pixels of the next finer level that upsampling `coarse` lights.
+fn upsampled_rect(coarse: &Image) -> Rect {
+    if coarse.samples.is_empty() {
+        return Rect {
+            left: 0,
+            top: 0,
+            width: 0,
+            height: 0,
+        };
+    }
+    let margin = 2 * MARGIN as usize;
+    Rect {
+        left: 2 * (coarse.left - MARGIN),
+        top: 2 * (coarse.top - MARGIN),
+        width: 2 * (coarse.width + margin),
+        height: 2 * (coarse.height + margin),
+    }
+}
+
+/// Returns the bounding rectangle of both; empty ones do not count.
+fn joined_rect(a: Rect, b: Rect) -> Rect {
+    if a.width == 0 {
+        return b;
+    }
+    if b.width == 0 {
+        return a;
+    }
+    let (left, top) = (a.left.min(b.left), a.top.min(b.top));
+    let end = |start: i32, size: usize| start + size as i32;
+    Rect {
+        left,
+        top,
+        width: (end(a.left, a.width).max(end(b.left, b.width)) - left) as usize,
+        height: (end(a.top, a.height).max(end(b.top, b.height)) - top) as usize,
+    }
+}
+
+/// Returns the part of `rect` within the margin of a plate of `size` that upsampling reads.
+fn within_margin(rect: Rect, size: Size) -> Rect {
+    let cut = |start: i32, length: usize, size: usize| {
+        let low = start.max(-MARGIN);
+        let high = (start + length as i32).min(size as i32 + MARGIN);
+        (low, (high - low).max(0) as usize)
+    };
+    let (left, width) = cut(rect.left, rect.width, size.width);
+    let (top, height) = cut(rect.top, rect.height, size.height);
+    Rect {
+        left,
+        top,
+        width,
+        height,
+    }
+}
+
+/// Adds the next coarser level, upsampled, to `image`.
+fn add_upsampled(image: &mut Image, coarse: &View) {
+    if coarse.samples.is_empty() || image.samples.is_empty() {
+        return;
+    }
+    // Upsampled squares begin at even pixels.
+    let even = |at: i32| at.div_euclid(2) * 2;
+    let (left, width) = (image.left, image.width);
+    let top = image.top;
+    let bands = image.samples.par_chunks_mut(width * SQUARE).enumerate();
+    bands.for_each_init(
+        || (UpsampleBuffers::default(), vec![0.0; 4 * SQUARE * SQUARE]),
+        |(buffers, square), (band, lines)| {
+            let first_row = top + (band * SQUARE) as i32;
+            // One more pixel where the band begins at an odd one.
+            let side = SQUARE + 2;
+            let square = &mut square[..side * side];
+            for column in (0..width).step_by(SQUARE) {
+                let first = left + column as i32;
+                let (x, y) = (even(first), even(first_row));
+                upsample_tile(coarse, x, y, side, buffers, square);
+                let (skip_x, skip_y) = ((first - x) as usize, (first_row - y) as usize);
+                for (row, line) in lines.chunks_exact_mut(width).enumerate() {
+                    let from = &square[(row + skip_y) * side + skip_x..];
+                    let end = (column + SQUARE).min(width);
+                    for (out, value) in line[column..end].iter_mut().zip(from) {
+                        *out += value;
+                    }
+                }
+            }
+        },
+    );
+}
