@@ -156,11 +156,11 @@ impl ImageChannel {
         })
     }
 
-    /// Fits the channel to the data window of a plate: cropped if it covers the plate, taken as it is if it has the
-    /// same size, and extended by its edge pixels, with a warning, if it belongs to the same frame.
+    /// Fits the channel to the data window of a plate. If both have one display window it is cropped to the plate, or extended by
+    /// its edge pixels, with a warning. If not, it must have the plate's size and is taken as it is.
     ///
     /// # Errors
-    /// A channel that does neither cover the plate nor belong to the same frame.
+    /// A channel of another size that does not belong to the plate's frame or lies beside the plate.
     pub fn fit_to(&self, plate: ImageWindows) -> Result<FittedSamples> {
         fit_to_plate(
             &self.samples,

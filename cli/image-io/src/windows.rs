@@ -141,11 +141,11 @@ pub struct FittedSamples {
 
 /// Fits one channel of `file` (`channel` for messages) to the data window of a plate.
 ///
-/// The channel is cropped if it covers the plate, and taken as it is if only its position differs. If both have one
-/// display window and overlap, it is extended by its edge pixels, with a warning.
+/// A channel of the plate's frame, which has its display window, is cropped if it covers the plate, and extended by its
+/// edge pixels, with a warning, if it overlaps. A channel of another frame is taken as it is if it has the plate's size.
 ///
 /// # Errors
-/// A channel of another size that neither covers the plate nor belongs to the same frame.
+/// A channel of another size that does not belong to the plate's frame or lies beside the plate.
 pub(crate) fn fit_to_plate(
     samples: &[f32],
     from: ImageWindows,
@@ -155,24 +155,37 @@ pub(crate) fn fit_to_plate(
 ) -> Result<FittedSamples> {
     let (own, wanted) = (from.data, plate.data);
     let fitted = |samples, warning| Ok(FittedSamples { samples, warning });
-    if own.contains(wanted) {
+    let is_same_frame = from.display == plate.display;
+    if is_same_frame && own.contains(wanted) {
         return fitted(crop_or_extend(samples, own, wanted), None);
     }
     if (own.width, own.height) == (wanted.width, wanted.height) {
         return fitted(samples.to_vec(), None);
     }
-    if from.display == plate.display && own.intersects(wanted) {
+    if is_same_frame && own.intersects(wanted) {
         let warning = format!(
             "{}, channel {channel}: covers {own}, the plate {wanted}; extended by its edge pixels",
             file.display()
         );
         return fitted(crop_or_extend(samples, own, wanted), Some(warning));
     }
+    let (problem, remedy) = if is_same_frame {
+        (
+            format!("covers {own}, the plate {wanted}"),
+            "render both at one size and data window",
+        )
+    } else {
+        let (frame, wanted) = (from.display, plate.display);
+        (
+            format!("belongs to a frame of {frame}, the plate to one of {wanted}"),
+            "render both for one frame, or crop or scale one of them to the other's display window",
+        )
+    };
     Err(FileError::new(
         file,
         format!("channel {channel}"),
-        format!("covers {own}, the plate {wanted}"),
-        "render both at one size and data window",
+        problem,
+        remedy,
     ))
 }
 

@@ -329,6 +329,15 @@ fn film_key_codes_are_kept() {
     assert!(bytes.windows(whole.len()).any(|part| part == whole));
 }
 
+/// Returns a display window of half the size.
+fn display_of_half(display: PixelWindow) -> PixelWindow {
+    PixelWindow {
+        width: display.width / 2,
+        height: display.height / 2,
+        ..display
+    }
+}
+
 #[test]
 fn depth_passes_are_fitted_to_the_plate() {
     let folder = tempfile::tempdir().expect("temporary folder");
@@ -357,6 +366,12 @@ fn depth_passes_are_fitted_to_the_plate() {
     let wider = PixelWindow { width: 7, ..moved };
     let error = fit(wider, wider).expect_err("not covered");
     assert!(error.to_string().contains("7x4"), "{error}");
+    // It would cover a plate of a smaller frame, but shows another part of the scene or another scale of it.
+    let smaller = display_of_half(display);
+    let error = fit(inner, smaller).expect_err("another frame").to_string();
+    for window in [display, smaller] {
+        assert!(error.contains(&window.to_string()), "{error}");
+    }
     // Overscan of the same frame.
     let expanded = pass.windows.data.expanded(2, 1);
     let extended = fit(expanded, display).expect("the same frame");
