@@ -116,6 +116,10 @@ impl FrameWork for Job<'_> {
         plate.memory_bytes() + apply_bytes(pixels, planes)
     }
 
+    fn warnings(&self, frame: &LoadedFrame) -> Vec<String> {
+        frame.loaded.warnings.clone()
+    }
+
     fn process(&self, index: usize, frame: LoadedFrame) -> Result<FinishedFrame, CommandError> {
         let LoadedFrame {
             mut loaded,

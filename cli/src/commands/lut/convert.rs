@@ -109,6 +109,10 @@ impl FrameWork for Job<'_> {
         plate.memory_bytes() + planes * pixels * size_of::<f32>() as u64
     }
 
+    fn warnings(&self, picture: &LoadedPicture) -> Vec<String> {
+        picture.warnings.clone()
+    }
+
     fn process(&self, index: usize, picture: LoadedPicture) -> Result<FinishedFrame, CommandError> {
         let LoadedPicture {
             mut plate,

@@ -30,12 +30,33 @@ pub(crate) trait FrameWork: Sync {
     /// Returns an upper bound of the memory that the frame takes, bytes.
     fn memory_bytes(&self, frame: &Self::Loaded) -> u64;
 
+    /// Returns the warnings about a frame that was read. They are reported even if it cannot be processed, since they may
+    /// say why.
+    fn warnings(&self, frame: &Self::Loaded) -> Vec<String>;
+
     /// Processes a frame.
     fn process(&self, index: usize, frame: Self::Loaded) -> Result<Self::Processed, CommandError>;
 }
 
 /// The result of a frame: warnings, or the error that stopped it.
-pub(super) type FrameResult = Result<Vec<String>, CommandError>;
+pub(super) type FrameResult = Result<Vec<String>, FailedFrame>;
+
+/// A frame that an error stopped.
+#[derive(Debug)]
+pub(super) struct FailedFrame {
+    pub(super) error: CommandError,
+    /// Warnings from before the error.
+    pub(super) warnings: Vec<String>,
+}
+
+impl<E: Into<CommandError>> From<E> for FailedFrame {
+    fn from(error: E) -> Self {
+        Self {
+            error: error.into(),
+            warnings: Vec::new(),
+        }
+    }
+}
 
 /// The threads and the memory of a run.
 pub(super) struct Resources {
@@ -73,7 +94,7 @@ pub(super) fn run_pipeline<W: FrameWork>(
                         claim.resize(work.memory_bytes(&frame));
                         loaded.send((index, frame, claim)).is_ok()
                     }
-                    Err(error) => failed.send((index, Err(error))).is_ok(),
+                    Err(error) => failed.send((index, Err(error.into()))).is_ok(),
                 };
                 if !sent {
                     break;
@@ -84,9 +105,13 @@ pub(super) fn run_pipeline<W: FrameWork>(
         scope.spawn(|| {
             let (to_process, processed, failed) = (to_process, processed, failed);
             for (index, frame, claim) in to_process {
+                let warnings = work.warnings(&frame);
                 let sent = match (resources.processing).install(|| work.process(index, frame)) {
                     Ok(frame) => processed.send((index, frame, claim)).is_ok(),
-                    Err(error) => failed.send((index, Err(error))).is_ok(),
+                    Err(error) => {
+                        let frame = FailedFrame { error, warnings };
+                        failed.send((index, Err(frame))).is_ok()
+                    }
                 };
                 if !sent {
                     break;
@@ -180,6 +205,10 @@ mod tests {
             10
         }
 
+        fn warnings(&self, _: &CountedFrame) -> Vec<String> {
+            vec!["read, but ".to_owned()]
+        }
+
         fn process(
             &self,
             index: usize,
@@ -191,7 +220,8 @@ mod tests {
 
     fn write(index: usize, _frame: CountedFrame) -> FrameResult {
         std::thread::sleep(Duration::from_millis(20 - index.min(20) as u64));
-        fail_at(2, index).map(|()| vec![format!("{index} done")])
+        fail_at(2, index)?;
+        Ok(vec![format!("{index} done")])
     }
 
     #[test]
@@ -208,14 +238,16 @@ mod tests {
             run_pipeline(&&count, write, 20, &resources, |index, result| {
                 let message = match result {
                     Ok(warnings) => warnings.concat(),
-                    Err(error) => error.to_string(),
+                    Err(frame) => format!("{}{}", frame.warnings.concat(), frame.error),
                 };
                 reports.push((index, message));
             });
             let want = (0..20).map(|index| {
                 let fails = index % 5 == 4 && index < 15;
                 let end = if fails { "fails" } else { "done" };
-                (index, format!("{index} {end}"))
+                // Every fifth frame fails, the second of them when it is processed.
+                let before = if index == 9 { "read, but " } else { "" };
+                (index, format!("{before}{index} {end}"))
             });
             assert!(reports.into_iter().eq(want));
             assert!(count.largest.load(SeqCst) <= most, "{memory}");

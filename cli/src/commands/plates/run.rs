@@ -180,23 +180,27 @@ fn report_frame(
     let prefix = frame
         .number
         .map_or_else(String::new, |number| format!("frame {number}: "));
+    let warnings = match &result {
+        Ok(warnings) => warnings,
+        Err(failed) => &failed.warnings,
+    };
+    for warning in warnings {
+        console.note(format!("{prefix}{warning}"));
+    }
     match result {
-        Ok(warnings) => {
-            for warning in warnings {
-                console.note(format!("{prefix}{warning}"));
-            }
+        Ok(_) => {
             for path in frame.outputs() {
                 console.print(format!("wrote {}", path.display()));
             }
             None
         }
-        Err(error) => {
+        Err(failed) => {
             if frame.number.is_some() {
                 console.note(format!(
                     "{prefix}failed; the error is printed at the end of the run"
                 ));
             }
-            Some((frame.number.unwrap_or(0), error))
+            Some((frame.number.unwrap_or(0), failed.error))
         }
     }
 }

@@ -130,6 +130,10 @@ impl FrameWork for Job<'_> {
         self.removal.memory_bytes(loaded)
     }
 
+    fn warnings(&self, loaded: &LoadedPlate) -> Vec<String> {
+        loaded.warnings.clone()
+    }
+
     fn process(
         &self,
         index: usize,

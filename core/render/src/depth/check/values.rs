@@ -11,6 +11,9 @@ const NEAREST_M: f64 = 0.01;
 const FARTHEST_M: f64 = 1e4;
 /// Largest ratio of a scene's distances to those at which the lens was measured, and the reverse.
 const BEYOND_LENS: f64 = 20.0;
+/// Least distance of the nearest object, metres, from which a scene is unusual for a lens that was measured at infinity: blur is the same
+/// in all of it.
+const ALL_FAR_M: f64 = 500.0;
 /// Number of levels of 8 bits.
 const MAX_LEVELS: usize = 256;
 /// Least number of levels reported: fewer may be flat cards.
@@ -97,7 +100,12 @@ pub(super) fn unit(check: &DepthCheck) -> Option<DepthFinding> {
         });
     }
     let measured_m = check.lens.measured_m?;
-    let off = near_m > BEYOND_LENS * measured_m.1 || far_m * BEYOND_LENS < measured_m.0;
+    let farthest_m = if measured_m.1.is_finite() {
+        BEYOND_LENS * measured_m.1
+    } else {
+        ALL_FAR_M.max(measured_m.0)
+    };
+    let off = near_m > farthest_m || far_m * BEYOND_LENS < measured_m.0;
     off.then(|| DepthFinding {
         problem: DepthProblem::OffTheLens {
             near_m,
@@ -288,4 +296,47 @@ fn count_steps(check: &DepthCheck, levels: &[f32]) -> Steps {
         }
     }
     steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CameraPerspective, LensDistances};
+    use seidel_optics::field::ImagePoint;
+
+    /// Returns whether distances from `near_m` to twice that are found to be off a lens measured from 1.2 m to `measured_to_m`.
+    fn is_off(near_m: f32, measured_to_m: f64) -> bool {
+        let samples: Vec<f32> = (0..100).map(|k| near_m * (1.0 + k as f32 / 99.0)).collect();
+        let vergence: Vec<f32> = samples.iter().map(|z| 1.0 / z).collect();
+        let finding = unit(&DepthCheck {
+            samples: &samples,
+            vergence: &vergence,
+            width: 10,
+            height: 10,
+            convention: DepthConvention::Distance {
+                metres_per_unit: 1.0,
+            },
+            alpha: None,
+            view: CameraPerspective {
+                axis: ImagePoint::new(5.0, 5.0),
+                focal_px: None,
+                pixel_aspect: 1.0,
+            },
+            lens: LensDistances {
+                measured_m: Some((1.2, measured_to_m)),
+                focal_length_m: Some(0.05),
+            },
+        });
+        finding.is_some_and(|finding| finding.remedy.contains("--depth-unit"))
+    }
+
+    #[test]
+    fn millimetres_are_noticed_for_lenses_measured_at_infinity_too() {
+        // Two to four metres, and a hundred: in millimetres, and as they are.
+        for measured_to_m in [4.0, f64::INFINITY] {
+            assert!(is_off(2000.0, measured_to_m), "{measured_to_m}");
+            assert!(!is_off(2.0, measured_to_m), "{measured_to_m}");
+        }
+        assert!(!is_off(100.0, f64::INFINITY));
+    }
 }
