@@ -178,7 +178,7 @@ pub(crate) fn fit_to_plate(
         let (frame, wanted) = (from.display, plate.display);
         (
             format!("belongs to a frame of {frame}, the plate to one of {wanted}"),
-            "render both for one frame, or crop or scale one of them to the other's display window",
+            "render both at one size, or crop or scale one of them to the other's display window",
         )
     };
     Err(FileError::new(
