@@ -225,7 +225,8 @@ fn add<S: pulp::Simd, const N: usize, const M: usize>(
     }
 }
 
+/// Loads a vector of `samples` from `start` on.
 #[inline(always)]
-fn load<S: pulp::Simd>(samples: &[f32], start: usize) -> S::f32s {
+pub(super) fn load<S: pulp::Simd>(samples: &[f32], start: usize) -> S::f32s {
     S::as_simd_f32s(&samples[start..start + S::F32_LANES]).0[0]
 }

@@ -19,7 +19,7 @@ use std::ops::Range;
 /// Largest number of highlight pixels of a block in each plane for plates at one vergence; larger areas are left to the fast renderer.
 pub(super) const MAX_PIXELS: usize = 16;
 
-/// Highlights of a tile from which on they are scattered together: it takes the kernels of its corners.
+/// Least number of highlights of a tile that are scattered together. One more than the kernels that this takes, at the corners of the tile.
 const CROWD: usize = 5;
 
 /// Blocks scattered before they are added to the plate; bounds the memory taken.
@@ -35,6 +35,13 @@ pub(super) struct HighlightSplit<'a> {
 /// The highlights of a plate.
 #[derive(Default)]
 pub(super) struct PlateHighlights(Vec<HighlightBlock>);
+
+impl PlateHighlights {
+    /// Finds the highlights of planes that are `width` pixels wide; blocks have at most `most` in each plane.
+    pub(super) fn find(planes: &[Plane], width: usize, most: usize) -> Self {
+        Self(find_highlights(planes, width, most))
+    }
+}
 
 impl<'a> HighlightSplit<'a> {
     /// Splits planes that are `width` pixels wide; blocks have at most `most` highlights in each plane.
@@ -74,11 +81,6 @@ impl<'a> HighlightSplit<'a> {
             block.take_crowded(size, side, &mut light);
         }
         light
-    }
-
-    /// Returns the highlights alone.
-    pub(super) fn into_plate(self) -> PlateHighlights {
-        PlateHighlights(self.blocks)
     }
 
     /// Returns the number of pixels subtracted.

@@ -1,6 +1,6 @@
 //! The knowledge of a plate that the renders of its depth layers share: its highlights, and the tile sides at each vergence.
 
-use super::highlights::{HighlightSplit, PlateHighlights};
+use super::highlights::PlateHighlights;
 use super::image::Size;
 use super::lens_probe::{LensProbe, ProbedSides, TileSides};
 use crate::scatter::Sources;
@@ -9,14 +9,13 @@ use seidel_optics::error::Result;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Most highlight pixels of a block of a plate in each plane; what is brighter than its surroundings beyond them is rendered like the
-/// rest.
+/// Largest number of highlight pixels of a block in each plane, for plates in depth; further bright pixels are rendered like the rest.
 const MAX_HIGHLIGHTS: usize = 256;
 
 /// The knowledge that a renderer keeps of a plate while it renders the plate's depth layers one by one.
 ///
-/// Highlights stand out from the plate, not from the dark of a layer; and how fast the blur changes over the plate is measured once a
-/// vergence, not once a crop.
+/// A highlight stands out from the plate; in a layer, which is mostly dark, every pixel would. The tile sides are measured once for each
+/// vergence, not for each crop.
 #[derive(Default)]
 pub struct LayerContext {
     pub(super) highlights: PlateHighlights,
@@ -28,9 +27,8 @@ pub struct LayerContext {
 impl LayerContext {
     /// Measures the plate `planes` of `scene`.
     pub(super) fn new(scene: &Scene, planes: &[Plane]) -> Self {
-        let split = HighlightSplit::new(planes, scene.width, MAX_HIGHLIGHTS);
         Self {
-            highlights: split.into_plate(),
+            highlights: PlateHighlights::find(planes, scene.width, MAX_HIGHLIGHTS),
             plate: Some((
                 scene.map,
                 Size {

@@ -1,6 +1,6 @@
 //! The scattering of sparse light: lit tiles spread their light, level by level, and the levels are upsampled and added.
 //!
-//! A depth layer lights a small part of what its blur reaches. Its cost grows with the lit area alone.
+//! The cost grows with the lit area, not with the area that the blur reaches.
 
 use super::edges::{add_folded, folded, with_mirrored_margin};
 use super::fir::BilinearFir;

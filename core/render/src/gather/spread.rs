@@ -1,6 +1,6 @@
 //! The inner loop of scattering: a tile's light spread by taps that vary bilinearly between the kernels at its corners.
 
-use super::fir::{BilinearFir, LANES, ROWS, TapRun};
+use super::fir::{BilinearFir, LANES, ROWS, TapRun, load};
 use super::image::{Image, Rect};
 use std::ops::Range;
 
@@ -139,11 +139,6 @@ fn add<S: pulp::Simd>(
         *sum = simd.mul_add_f32s(weight, load::<S>(sources, i * stride), *sum);
         weight = simd.add_f32s(weight, change);
     }
-}
-
-#[inline(always)]
-fn load<S: pulp::Simd>(samples: &[f32], start: usize) -> S::f32s {
-    S::as_simd_f32s(&samples[start..start + S::F32_LANES]).0[0]
 }
 
 #[cfg(test)]
