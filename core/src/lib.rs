@@ -90,6 +90,7 @@
 mod apply;
 mod channel_weights;
 mod diagnose;
+mod expansion;
 mod image;
 mod lens;
 mod memory;
@@ -98,6 +99,7 @@ mod planes;
 mod plate;
 mod plate_gap;
 mod prepared;
+mod prepared_background;
 mod prepared_depth;
 mod relens;
 mod remove;
@@ -105,6 +107,7 @@ mod removed;
 mod rendering;
 mod session;
 mod settings;
+mod undershoot;
 
 pub use seidel_calibrate as calibrate;
 pub use seidel_optics as optics;
@@ -118,13 +121,15 @@ pub use seidel_optics::{
 
 pub use apply::apply;
 pub use diagnose::diagnose;
+pub use expansion::Margins;
 pub use image::{AlphaKind, Image};
 pub use lens::Lens;
 pub use memory::{apply_bytes, remove_bytes};
 pub use placement::{PlatePlacement, Rectangle};
-pub use plate::{Depth, DepthMeaning, DepthPass, HoldoutMatte, Plate, PlateGeometry};
+pub use plate::{Background, Depth, DepthMeaning, DepthPass, HoldoutMatte, Plate, PlateGeometry};
 pub use plate_gap::{ChannelPlateGap, PLATE_GAP_BLOCK_PX, PlateGap, plate_gap};
 pub use prepared::PreparedPlate;
+pub use prepared_background::PreparedBackground;
 pub use prepared_depth::{PreparedDepth, PreparedHoldout};
 pub use relens::relens;
 pub use remove::remove;
@@ -142,7 +147,7 @@ pub use seidel_render::remove::Saturation;
 pub use seidel_render::{DepthConvention, Displacement, FocusControls};
 pub use session::LensSession;
 pub use settings::{
-    ChannelScale, Edges, Grain, OcclusionSettings, Quality, RemovalSettings, Settings,
+    ChannelScale, Edges, Expand, Grain, OcclusionSettings, Quality, RemovalSettings, Settings,
 };
 
 /// The Rust code of the README, compiled as a test.

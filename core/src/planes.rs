@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 use seidel_optics::BlurField;
 use seidel_optics::apply_tone;
-use seidel_optics::error::Result;
+use seidel_optics::error::{Error, Result};
 use seidel_optics::predict::Predictor;
 use seidel_render::Plane;
 
+use crate::expansion::Margins;
 use crate::image::{AlphaKind, Image};
 
 /// The planes of an image: premultiplied colours, then alpha where there is one, then the alpha of each colour where
@@ -98,6 +99,56 @@ impl PremultipliedPlanes {
             planes,
             layout: self.layout.clone(),
             ..*self
+        }
+    }
+
+    /// Returns the planes as those of an image of `layout`: without alpha where it has none, and opaque where only it has
+    /// alpha.
+    ///
+    /// # Errors
+    /// An image without one of its colours.
+    pub(crate) fn with_layout(&self, layout: &PlaneLayout) -> Result<Self> {
+        let plane = |name: &String| {
+            let own = self.layout.colour_names.iter();
+            let index = own.into_iter().position(|own| own == name);
+            index.map(|index| &self.planes[index]).ok_or_else(|| {
+                Error::new(
+                    "image",
+                    format!(
+                        "has no channel {name}, but {}",
+                        self.layout.colour_names.join(", ")
+                    ),
+                    "give one with the colours of the plate",
+                )
+            })
+        };
+        let colours = layout.colour_names.iter().map(plane);
+        let mut planes: Vec<Vec<f32>> = colours.map(|p| p.cloned()).collect::<Result<_>>()?;
+        let opaque = || vec![1.0; self.width * self.height];
+        let alpha = (self.layout.has_alpha).then(|| &self.planes[self.colour_count()]);
+        let alphas = if layout.has_channel_alphas {
+            layout.colour_names.len()
+        } else {
+            0
+        };
+        for _ in 0..usize::from(layout.has_alpha) + alphas {
+            planes.push(alpha.cloned().unwrap_or_else(opaque));
+        }
+        Ok(Self {
+            planes,
+            layout: layout.clone(),
+            ..*self
+        })
+    }
+
+    /// The image with `margins` of transparent black about it.
+    pub(crate) fn padded(&self, margins: Margins) -> Self {
+        let padded = |plane: &Vec<f32>| margins.padded(plane, self.width, |_| 0.0);
+        Self {
+            width: self.width + margins.left + margins.right,
+            height: self.height + margins.top + margins.bottom,
+            planes: self.planes.iter().map(padded).collect(),
+            layout: self.layout.clone(),
         }
     }
 

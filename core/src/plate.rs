@@ -20,6 +20,8 @@ pub struct Plate {
     pub depth: Depth,
     /// Matte of something that will be composited in front, used by [`apply`](crate::apply).
     pub holdout: Option<HoldoutMatte>,
+    /// The plate without its foreground, used by [`apply`](crate::apply) where blur uncovers it.
+    pub background: Option<Background>,
 }
 
 impl Plate {
@@ -34,6 +36,7 @@ impl Plate {
             geometry,
             depth: Depth::Distance(ObjectDistance::Unknown),
             holdout: None,
+            background: None,
         }
     }
 
@@ -55,6 +58,13 @@ impl Plate {
     #[must_use]
     pub fn with_holdout(mut self, holdout: Option<HoldoutMatte>) -> Self {
         self.holdout = holdout;
+        self
+    }
+
+    /// The same plate with this `background`.
+    #[must_use]
+    pub fn with_background(mut self, background: Option<Background>) -> Self {
+        self.background = background;
         self
     }
 }
@@ -176,6 +186,15 @@ impl DepthPass {
         }
         Ok(reading)
     }
+}
+
+/// What a plate shows without its foreground, such as a clean plate: an image of the plate's size, and its depth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Background {
+    /// The image, with the colours of the plate.
+    pub image: Image,
+    /// Distance of the objects in it.
+    pub depth: Depth,
 }
 
 /// Matte of something that will be composited in front of a blurred plate.

@@ -3,16 +3,21 @@
 use std::sync::Arc;
 
 use seidel_optics::error::{Error, Result};
-use seidel_render::{Holdout, Occlusion, Plane, RenderWindow, Scene};
+use seidel_render::{
+    Background, ClampedLens, Holdout, Occlusion, Plane, RenderWindow, Scene, VergencePass,
+};
 
 use crate::channel_weights::channel_weights;
+use crate::expansion::Margins;
 use crate::image::Image;
 use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
 use crate::plate::{Plate, PlateGeometry};
+use crate::prepared_background::PreparedBackground;
 use crate::prepared_depth::{PreparedDepth, PreparedHoldout};
 use crate::rendering::Rendering;
 use crate::session::{LensSession, PlateOptics, Refocused, refocus};
+use crate::settings::Edges;
 use seidel_optics::Progress;
 
 /// A plate prepared for rendering through a lens: premultiplied planes, channel weights and vergences.
@@ -28,6 +33,9 @@ pub struct PreparedPlate {
     weights: Vec<Vec<f64>>,
     depth: PreparedDepth,
     holdout: Option<PreparedHoldout>,
+    background: Option<PreparedBackground>,
+    /// The pixels of the plate before it was expanded; the lens beyond them is that of the nearest one.
+    own: Option<RenderWindow>,
 }
 
 impl LensSession {
@@ -42,7 +50,13 @@ impl LensSession {
             let holdout = PreparedHoldout::new(self, &plate.geometry, matte);
             holdout.map_err(|e| e.within("holdout"))
         });
-        self.prepare_parts(plate.image, plate.geometry, depth, holdout.transpose()?)
+        let background = plate.background.map(|background| {
+            let background = PreparedBackground::new(self, &plate.geometry, background);
+            background.map_err(|e| e.within("background"))
+        });
+        let prepared =
+            self.prepare_parts(plate.image, plate.geometry, depth, holdout.transpose()?)?;
+        prepared.with_background(background.transpose()?)
     }
 
     /// As [`LensSession::prepare`], of parts whose depth and holdout were prepared before.
@@ -76,6 +90,8 @@ impl LensSession {
             planes,
             depth,
             holdout,
+            background: None,
+            own: None,
         })
     }
 }
@@ -84,6 +100,11 @@ impl PreparedPlate {
     /// The lens and its settings.
     pub fn session(&self) -> &Arc<LensSession> {
         &self.session
+    }
+
+    /// Data and display windows of the plate.
+    pub fn geometry(&self) -> &PlateGeometry {
+        &self.geometry
     }
 
     /// The place of the plate in the frame of the lens.
@@ -106,6 +127,18 @@ impl PreparedPlate {
         self.planes.colour_count()
     }
 
+    /// The alpha plane, where there is one.
+    pub(crate) fn alpha(&self) -> Option<&[f32]> {
+        let has_alpha = self.planes.layout().has_alpha;
+        has_alpha.then(|| self.planes.planes()[self.colour_count()].as_slice())
+    }
+
+    /// The edges that the plate is rendered with: those of the settings, or of its border.
+    pub fn edges(&self) -> Edges {
+        let chosen = self.session.settings().edges;
+        chosen.unwrap_or_else(|| Edges::of_plate(self.alpha(), self.placement.width))
+    }
+
     /// Largest magnitude of a colour sample.
     pub fn peak(&self) -> f64 {
         self.planes.peak()
@@ -125,6 +158,50 @@ impl PreparedPlate {
     #[must_use]
     pub fn with_holdout(self, holdout: Option<PreparedHoldout>) -> Self {
         Self { holdout, ..self }
+    }
+
+    /// Adds a background.
+    ///
+    /// # Errors
+    /// A background without a colour of the plate.
+    pub fn with_background(self, background: Option<PreparedBackground>) -> Result<Self> {
+        let background = background.map(|background| {
+            let ordered = background.with_layout(self.planes.layout());
+            ordered.map_err(|e| e.within("background"))
+        });
+        let background = background.transpose()?;
+        Ok(Self { background, ..self })
+    }
+
+    /// Returns the plate with `margins` of transparent black about it, whose depth and lens are those of the nearest pixel.
+    /// Its data window grows alike.
+    ///
+    /// # Errors
+    /// Those of [`LensSession::place`].
+    pub fn expanded(&self, margins: Margins) -> Result<Self> {
+        let geometry = PlateGeometry {
+            data: margins.around(self.geometry.data),
+            ..self.geometry
+        };
+        let width = self.placement.width;
+        let own = RenderWindow {
+            column: margins.left,
+            row: margins.top,
+            width,
+            height: self.placement.height,
+        };
+        Ok(Self {
+            session: Arc::clone(&self.session),
+            placement: self.session.place(&geometry)?,
+            planes: self.planes.padded(margins),
+            weights: self.weights.clone(),
+            depth: self.depth.padded(margins, width),
+            holdout: (self.holdout.as_ref()).map(|holdout| holdout.padded(margins, width)),
+            background: (self.background.as_ref())
+                .map(|background| background.padded(margins, width)),
+            own: Some(own),
+            geometry,
+        })
     }
 
     /// Returns premultiplied `planes` of the plate's size as an image in the plate's own relation of colour and alpha.
@@ -183,8 +260,14 @@ impl PreparedPlate {
             weights: &weights,
         }];
         self.with_rendering(|rendering| {
+            // The background holds the plate's own planes.
+            let occlusion = rendering.occlusion.map(|occlusion| Occlusion {
+                background: None,
+                ..occlusion
+            });
             let rendering = Rendering {
                 planes: &planes,
+                occlusion,
                 ..*rendering
             };
             Ok(rendering.render(None, progress)?.planes.swap_remove(0))
@@ -206,23 +289,59 @@ impl PreparedPlate {
                         .map(Refocused::pass)
                         .or(holdout.vergence()),
                 });
+                let background = self.background.as_ref();
+                let background_planes = background.map(PreparedBackground::planes);
+                let background_vergence = background.map(PreparedBackground::vergence);
+                let remapped = background_vergence.and_then(|pass| {
+                    let range = optics.focus_remap?;
+                    Some(refocus(range, pass))
+                });
+                let background_vergence =
+                    (remapped.as_ref().map(Refocused::pass)).or(background_vergence);
+                let background = background_planes.as_deref().zip(background_vergence);
+                let background =
+                    background.map(|(planes, vergence)| Background { planes, vergence });
                 let occlusion = settings.occlusion.map(|occlusion| Occlusion {
                     fill_foreground: occlusion.fill_foreground,
                     blur_inside: occlusion.blur_inside,
                     holdout,
+                    background,
                 });
+                let edges = self.edges();
+                let clamped = (self.own).map(|own| ClampedLens::new(&optics.scene, own));
                 let scene = Scene {
-                    edges: settings.edges.of_renderer(),
+                    edges: edges.of_renderer(),
+                    lens: match &clamped {
+                        Some(lens) => lens,
+                        None => optics.scene.lens,
+                    },
                     ..optics.scene
                 };
                 then(&Rendering {
                     scene: &scene,
                     planes: &self.planes.weighted(&self.weights),
                     occlusion,
-                    edges: settings.edges,
+                    edges,
                     renderer: &*settings.quality.renderer(),
+                    quality: settings.quality,
                 })
             })
+    }
+
+    /// Returns how far the light of lit pixels reaches along x and along y, plate pixels.
+    pub(crate) fn reach_of_light(&self) -> Result<(f64, f64)> {
+        let lit_vergences: Vec<f32>;
+        let vergence = match self.depth.vergence() {
+            VergencePass::PerPixel(pass) => {
+                let is_lit = |index: usize| self.planes().iter().any(|plane| plane[index] != 0.0);
+                let lit = pass.iter().enumerate().filter(|(index, _)| is_lit(*index));
+                lit_vergences = lit.map(|(_, vergence)| *vergence).collect();
+                VergencePass::PerPixel(&lit_vergences)
+            }
+            constant => constant,
+        };
+        let reach = |optics: &PlateOptics| Ok(optics.scene.reach_px());
+        self.session.with_optics(&self.placement, vergence, reach)
     }
 
     pub(crate) fn with_optics<T>(&self, then: impl FnOnce(&PlateOptics) -> Result<T>) -> Result<T> {
@@ -250,7 +369,7 @@ impl PreparedPlate {
         planes
     }
 
-    /// Returns the same plate, without its holdout, prepared for the lens of another `session`.
+    /// Returns the same plate, without its holdout and background, prepared for the lens of another `session`.
     ///
     /// # Errors
     /// Those of [`LensSession::prepare`].
@@ -263,6 +382,8 @@ impl PreparedPlate {
             session: Arc::clone(session),
             geometry: self.geometry,
             holdout: None,
+            background: None,
+            own: self.own,
         })
     }
 

@@ -3,6 +3,7 @@
 use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_render::{DepthReading, VergencePass};
 
+use crate::expansion::Margins;
 use crate::plate::{Depth, DepthPass, HoldoutMatte, PlateGeometry};
 use crate::session::LensSession;
 
@@ -62,6 +63,25 @@ impl PreparedDepth {
         }
     }
 
+    /// Returns the depth of a plate `width` columns wide with `margins` about it, which have the depth of the nearest pixel.
+    pub(crate) fn padded(&self, margins: Margins, width: usize) -> Self {
+        let vergence = match &self.vergence {
+            PlateVergence::Constant(vergence) => PlateVergence::Constant(*vergence),
+            PlateVergence::PerPixel(reading) => PlateVergence::PerPixel(DepthReading {
+                vergence: margins.padded(&reading.vergence, width, |v| v),
+                ..*reading
+            }),
+        };
+        let source = match &self.source {
+            Depth::Distance(distance) => Depth::Distance(*distance),
+            Depth::Pass(pass) => Depth::Pass(DepthPass {
+                samples: margins.padded(&pass.samples, width, |v| v),
+                meaning: pass.meaning,
+            }),
+        };
+        Self { source, vergence }
+    }
+
     pub(crate) fn source(&self) -> &Depth {
         &self.source
     }
@@ -98,6 +118,15 @@ impl PreparedHoldout {
             matte: matte.samples,
             vergence: reading.map(|reading| reading.vergence),
         })
+    }
+
+    /// Returns the holdout of a plate `width` columns wide with `margins` about it, which repeat the nearest pixel.
+    pub(crate) fn padded(&self, margins: Margins, width: usize) -> Self {
+        let padded = |samples: &Vec<f32>| margins.padded(samples, width, |v| v);
+        Self {
+            matte: padded(&self.matte),
+            vergence: self.vergence.as_ref().map(padded),
+        }
     }
 
     pub(crate) fn matte(&self) -> &[f32] {

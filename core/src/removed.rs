@@ -11,7 +11,7 @@ use crate::image::Image;
 use crate::planes::PremultipliedPlanes;
 use crate::prepared::PreparedPlate;
 use crate::rendering::Rendering;
-use crate::settings::{Edges, Grain, RemovalSettings};
+use crate::settings::{Edges, Grain, Quality, RemovalSettings};
 use seidel_optics::Progress;
 
 /// A plate without the blur of its lens: the solution of each plane on a canvas somewhat larger than the plate.
@@ -200,6 +200,7 @@ impl RemovedPlate {
                 occlusion: Some(Occlusion::default()),
                 edges: Edges::Mirror,
                 renderer: &Gather::default(),
+                quality: Quality::Final,
             };
             Ok(rendering.render(None, progress)?.planes)
         })?;

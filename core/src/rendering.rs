@@ -7,7 +7,8 @@ use seidel_render::{
     Scene,
 };
 
-use crate::settings::Edges;
+use crate::settings::{Edges, Quality};
+use crate::undershoot::remove_undershoot;
 
 /// A rendering request: scene, planes, occlusion, edges and renderer.
 #[derive(Clone, Copy)]
@@ -22,6 +23,8 @@ pub struct Rendering<'a> {
     pub edges: Edges,
     /// The renderer of each depth layer, or of the whole plate where there is no occlusion.
     pub renderer: &'a dyn Renderer,
+    /// The accuracy of `renderer`, within which negative results of planes without negative light are set to zero.
+    pub quality: Quality,
 }
 
 impl Rendering<'_> {
@@ -43,9 +46,17 @@ impl Rendering<'_> {
             Edges::Extend => &replicating,
             Edges::Mirror | Edges::Black => renderer,
         };
-        match window {
-            Some(window) => renderer.render_window(self.scene, self.planes, window, progress),
-            None => renderer.render(self.scene, self.planes, progress),
+        let Scene { width, height, .. } = *self.scene;
+        let window = window.unwrap_or(RenderWindow {
+            column: 0,
+            row: 0,
+            width,
+            height,
+        });
+        let mut rendered = renderer.render_window(self.scene, self.planes, window, progress)?;
+        for (out, plane) in rendered.planes.iter_mut().zip(self.planes) {
+            remove_undershoot(plane.samples, width, out, window, self.quality);
         }
+        Ok(rendered)
     }
 }

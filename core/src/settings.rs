@@ -25,8 +25,10 @@ pub struct Settings {
     pub focus: FocusControls,
     /// Accuracy against the exact renderer.
     pub quality: Quality,
-    /// Light beyond the edges of the plate.
-    pub edges: Edges,
+    /// Light beyond the edges of the plate; `None` chooses by the alpha along the plate's border, see [`Edges::of_plate`].
+    pub edges: Option<Edges>,
+    /// Sides on which the plate is expanded by [`PreparedPlate::expand`](crate::PreparedPlate::expand).
+    pub expand: Expand,
     /// Occlusion of far surfaces by near ones where depth varies. `None` adds the light of all depths, and keeps its sum.
     pub occlusion: Option<OcclusionSettings>,
     /// Noise and clipping of the plate, strength and grain, for [`remove`](crate::remove) and [`relens`](crate::relens).
@@ -44,7 +46,8 @@ impl Default for Settings {
             displacement: Displacement::Lateral,
             focus: FocusControls::default(),
             quality: Quality::Final,
-            edges: Edges::Mirror,
+            edges: None,
+            expand: Expand::Auto,
             occlusion: Some(OcclusionSettings::default()),
             removal: RemovalSettings::default(),
         }
@@ -84,11 +87,13 @@ impl Quality {
     }
 }
 
+/// Least alpha of an opaque pixel: 1, with room for half floats and filters of a renderer.
+const OPAQUE: f32 = 0.999;
+
 /// Light beyond the edges of a plate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edges {
     /// The mirrored plate: no light is lost.
-    #[default]
     Mirror,
     /// Black: light that leaves the plate is lost.
     Black,
@@ -97,6 +102,32 @@ pub enum Edges {
 }
 
 impl Edges {
+    /// Returns the edges for a plate whose `alpha` is a plane of `width` columns: those of a full frame where there is no
+    /// alpha or the border is opaque, black where the border is transparent, and the nearest pixel where an element is cut by
+    /// the border.
+    pub fn of_plate(alpha: Option<&[f32]>, width: usize) -> Self {
+        let Some(alpha) = alpha.filter(|alpha| !alpha.is_empty()) else {
+            return Self::Mirror;
+        };
+        let last_row = alpha.len() - width;
+        let columns = [0, width - 1].into_iter();
+        let columns = columns.flat_map(|first| alpha[first..].iter().step_by(width));
+        let border = (alpha[..width].iter())
+            .chain(&alpha[last_row..])
+            .chain(columns);
+        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        for sample in border {
+            (least, most) = (least.min(*sample), most.max(*sample));
+        }
+        if least >= OPAQUE {
+            Self::Mirror
+        } else if most <= 0.0 {
+            Self::Black
+        } else {
+            Self::Extend
+        }
+    }
+
     /// The edges that the inner renderer uses; [`Edges::Extend`] pads the plate before it.
     pub(crate) fn of_renderer(self) -> seidel_render::Edges {
         match self {
@@ -104,6 +135,19 @@ impl Edges {
             Self::Black | Self::Extend => seidel_render::Edges::Black,
         }
     }
+}
+
+/// Expansion of a plate by the reach of the blur, so that light that leaves the plate is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Expand {
+    /// Sides beyond which nothing is known to be, as about an element over nothing; see
+    /// [`PreparedPlate::expansion`](crate::PreparedPlate::expansion).
+    #[default]
+    Auto,
+    /// All sides.
+    Always,
+    /// No side.
+    Never,
 }
 
 /// Occlusion of far surfaces by near ones.
@@ -158,4 +202,26 @@ pub enum Grain {
     Keep,
     /// The solution as it is, nearly without grain.
     Solved,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_are_chosen_by_the_alpha_of_the_border() {
+        let mut alpha = vec![1.0; 4 * 3];
+        assert_eq!(Edges::of_plate(None, 4), Edges::Mirror);
+        assert_eq!(Edges::of_plate(Some(&alpha), 4), Edges::Mirror);
+        alpha[5] = 0.0;
+        assert_eq!(Edges::of_plate(Some(&alpha), 4), Edges::Mirror);
+        for index in [0, 3, 4, 7, 11] {
+            let mut cut = alpha.clone();
+            cut[index] = 0.5;
+            assert_eq!(Edges::of_plate(Some(&cut), 4), Edges::Extend, "{index}");
+        }
+        let mut element = vec![0.0; 4 * 3];
+        element[6] = 1.0;
+        assert_eq!(Edges::of_plate(Some(&element), 4), Edges::Black);
+    }
 }

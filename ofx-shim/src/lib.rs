@@ -11,6 +11,7 @@ mod colour;
 mod depth;
 mod entry;
 mod errors;
+mod expansion;
 mod file_cache;
 mod geometry;
 mod host;

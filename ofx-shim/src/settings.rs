@@ -82,9 +82,10 @@ pub(crate) fn settings(
         settings.quality = Quality::Draft;
     }
     settings.edges = match knobs.choice(&render::EDGES) {
-        0 => Edges::Mirror,
-        1 => Edges::Black,
-        _ => Edges::Extend,
+        0 => Some(Edges::Mirror),
+        1 => Some(Edges::Black),
+        2 => Some(Edges::Extend),
+        _ => None,
     };
     settings.occlusion = knobs.is_on(&render::OCCLUSION).then(|| OcclusionSettings {
         fill_foreground: knobs.is_on(&render::FILL_FOREGROUND),

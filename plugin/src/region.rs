@@ -12,7 +12,7 @@ use crate::settings::{SeidelSettings, Settings};
 use crate::status::{Failure, Result, SeidelStatus};
 
 /// Writes to `*region` the pixels of the source that seidel_apply needs for a bit-identical result in `window`. With
-/// SEIDEL_QUALITY_EXACT, one distance and a PSF model that needs no rays, these are `window` and the reach of the
+/// SEIDEL_QUALITY_EXACT, edges that are not SEIDEL_EDGES_AUTO, one distance and a PSF model that needs no rays, these are `window` and the reach of the
 /// kernels about it. Otherwise they are the whole extent: the fast renderer chooses its highlights, and occlusion its
 /// depth layers, from the whole plate. seidel_remove, seidel_relens and seidel_check_lens always need the whole
 /// extent. Of the plate, `format`, `extent` and the presence of `depth` matter. `settings` may be NULL for the
@@ -61,7 +61,11 @@ fn region_of_interest(
     if settings.raw.amount == 0.0 {
         return Ok(window.intersection(extent));
     }
-    if !settings.is_exact() || session.psf_model().needs_rays() || layout.has_depth {
+    if !settings.is_exact()
+        || settings.has_automatic_edges()
+        || session.psf_model().needs_rays()
+        || layout.has_depth
+    {
         return Ok(extent);
     }
     let distance = if session.lens().predictor().depends_on_depth() {

@@ -20,12 +20,15 @@ pub const SEIDEL_GEOMETRY_LATERAL: u32 = 1;
 /// Blur, lateral colour and distortion.
 pub const SEIDEL_GEOMETRY_FULL: u32 = 2;
 
-/// The mirrored plate lies beyond the plate, so that no light is lost. The default.
+/// The mirrored plate lies beyond the plate, so that no light is lost.
 pub const SEIDEL_EDGES_MIRROR: u32 = 0;
 /// Black lies beyond the plate: light that leaves it is lost.
 pub const SEIDEL_EDGES_BLACK: u32 = 1;
 /// The nearest pixel of the plate lies beyond it, with its depth and blur.
 pub const SEIDEL_EDGES_NEAREST: u32 = 2;
+/// The edges are chosen by the alpha along the border: mirrored for full frames, black for elements over nothing,
+/// nearest for elements that the border cuts. The default.
+pub const SEIDEL_EDGES_AUTO: u32 = 3;
 
 /// For previews: 45 dB peak signal-to-noise ratio against SEIDEL_QUALITY_EXACT.
 pub const SEIDEL_QUALITY_DRAFT: u32 = 0;
@@ -169,7 +172,7 @@ unsafe impl Versioned for SeidelSettings {
         back_multiplier: 1.0,
         maximum_size: f64::NAN,
         quality: SEIDEL_QUALITY_FINAL,
-        edges: SEIDEL_EDGES_MIRROR,
+        edges: SEIDEL_EDGES_AUTO,
         occlusion: 1,
         fill_foreground: 1,
         blur_inside: 1,
@@ -271,7 +274,7 @@ impl Settings {
         for (name, value, last) in [
             ("geometry", raw.geometry, SEIDEL_GEOMETRY_FULL),
             ("quality", raw.quality, SEIDEL_QUALITY_EXACT),
-            ("edges", raw.edges, SEIDEL_EDGES_NEAREST),
+            ("edges", raw.edges, SEIDEL_EDGES_AUTO),
             ("occlusion", raw.occlusion, 1),
             ("fill_foreground", raw.fill_foreground, 1),
             ("blur_inside", raw.blur_inside, 1),
@@ -350,9 +353,10 @@ impl Settings {
             _ => Quality::Final,
         };
         settings.edges = match raw.edges {
-            SEIDEL_EDGES_MIRROR => Edges::Mirror,
-            SEIDEL_EDGES_BLACK => Edges::Black,
-            _ => Edges::Extend,
+            SEIDEL_EDGES_MIRROR => Some(Edges::Mirror),
+            SEIDEL_EDGES_BLACK => Some(Edges::Black),
+            SEIDEL_EDGES_NEAREST => Some(Edges::Extend),
+            _ => None,
         };
         settings.occlusion = (raw.occlusion == 1).then_some(OcclusionSettings {
             fill_foreground: raw.fill_foreground == 1,
@@ -419,6 +423,11 @@ impl Settings {
     /// Returns whether every source pixel is scattered with its own kernel.
     pub(crate) fn is_exact(&self) -> bool {
         self.raw.quality == SEIDEL_QUALITY_EXACT
+    }
+
+    /// Returns whether the edges depend on the border of the whole plate.
+    pub(crate) fn has_automatic_edges(&self) -> bool {
+        self.raw.edges == SEIDEL_EDGES_AUTO
     }
 
     /// The relation of colour and alpha.

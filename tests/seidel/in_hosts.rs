@@ -278,3 +278,54 @@ fn opencolorio_configs_equal_the_command() {
         }
     }
 }
+
+/// The region of an element over nothing grows by the reach of the blur, and shows what the command writes about it.
+#[test]
+fn an_element_grows_as_with_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["R", "G", "B"]);
+    let disc = |k: usize| {
+        let (x, y) = ((k % WIDTH) as f32 + 0.5, (k / WIDTH) as f32 + 0.5);
+        let distance = (x - WIDTH as f32 / 2.0).hypot(y - HEIGHT as f32 / 2.0);
+        (31.0 - distance).clamp(0.0, 1.0)
+    };
+    let plane = |shade: f32| (0..WIDTH * HEIGHT).map(|k| shade * disc(k)).collect();
+    let channels: [(&str, Vec<f32>); 4] = [
+        ("R", plane(1.0)),
+        ("G", plane(0.8)),
+        ("B", plane(0.6)),
+        ("A", plane(1.0)),
+    ];
+    write_exr(&folder.join("plate.exr"), WIDTH, HEIGHT, &channels);
+    let knobs = [("distance", "1"), ("quality", "Exact")];
+    // The source fills the project, so nothing grows by itself.
+    let own = in_host(folder, false, &knobs);
+    assert_eq!((own.bounds.width(), own.bounds.height()), (WIDTH, HEIGHT));
+    let grown = in_host(folder, false, &[&knobs[..], &[("expand", "On")]].concat());
+    let (left, below) = (grown.bounds.x1, grown.bounds.y1);
+    assert!(left < 0 && below < 0, "{:?}", grown.bounds);
+    let line = "apply --lens @lens.json --distance 1 --quality exact --expand on";
+    succeeds(folder, &format!("{line} @plate.exr -o @out.exr"));
+    let image = exr::prelude::read_first_flat_layer_from_file(folder.join("out.exr"));
+    let layer = image.expect("an EXR").layer_data;
+    let (corner, size) = (layer.attributes.layer_position, layer.size);
+    assert!(size.0 > WIDTH || size.1 > HEIGHT, "{size:?}");
+    let mut outside = 0.0_f32;
+    for (c, name) in NAMES.iter().enumerate() {
+        let command = read_channel(&folder.join("out.exr"), name);
+        for (k, wanted) in command.iter().enumerate() {
+            let x = corner.0 + (k % size.0) as i32;
+            let y = corner.1 + (k / size.0) as i32;
+            let got = grown.pixel(x, HEIGHT as i32 - 1 - y)[c];
+            assert!(
+                (got - wanted).abs() < 1e-5,
+                "{name} ({x}, {y}): {got}, not {wanted}"
+            );
+            if y < 0 || y >= HEIGHT as i32 {
+                outside = outside.max(got);
+            }
+        }
+    }
+    assert!(outside > 0.01, "light beyond the plate: {outside}");
+}

@@ -14,6 +14,7 @@ mod depth;
 mod depth_check;
 mod depth_scenes;
 mod diagnose;
+mod elements;
 mod eval;
 mod fit;
 mod fit_pupil;

@@ -1,5 +1,6 @@
 //! `seidel apply`: blurs a plate with a lens, by field position, channel and depth.
 
+mod background;
 mod frame;
 mod occlusion;
 mod residual;
@@ -9,11 +10,12 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use seidel_core::{Edges, Quality, Settings};
+use seidel_core::{Edges, Expand, Quality, Settings};
 
 use super::plates::{Files, PlateCommandArgs, PlateReader, SettingsRecord, setting};
 use super::{CommandError, value_name};
 use crate::Console;
+use background::BackgroundArgs;
 use frame::Job;
 use occlusion::OcclusionArgs;
 
@@ -27,9 +29,14 @@ pub struct ApplyArgs {
     shared: PlateCommandArgs,
     #[command(flatten)]
     occlusion: OcclusionArgs,
+    #[command(flatten)]
+    background: BackgroundArgs,
     /// Light beyond the edges of the plate
-    #[arg(long, value_enum, default_value_t = EdgeChoice::Mirror)]
+    #[arg(long, value_enum, default_value_t = EdgeChoice::Auto)]
     edges: EdgeChoice,
+    /// Sides on which the data window grows by the reach of the blur, so that an element keeps its blurred rim (EXR only)
+    #[arg(long, value_enum, default_value_t = ExpandChoice::Auto)]
+    expand: ExpandChoice,
     /// Accuracy of the render, as PSNR against the exact renderer
     #[arg(long, value_enum, default_value_t = QualityChoice::Final)]
     quality: QualityChoice,
@@ -69,6 +76,8 @@ impl From<QualityChoice> for Quality {
 /// The light beyond the edges of the plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EdgeChoice {
+    /// By alpha: mirror for full frames, black for elements over nothing, extend for elements that the border cuts
+    Auto,
     /// The mirrored plate: no light is lost
     Mirror,
     /// Black: light that leaves the plate is lost
@@ -77,20 +86,58 @@ enum EdgeChoice {
     Extend,
 }
 
-impl From<EdgeChoice> for Edges {
-    fn from(choice: EdgeChoice) -> Self {
+impl EdgeChoice {
+    /// Returns the chosen edges; `None` leaves the choice to the plate.
+    fn edges(self) -> Option<Edges> {
+        match self {
+            Self::Auto => None,
+            Self::Mirror => Some(Edges::Mirror),
+            Self::Black => Some(Edges::Black),
+            Self::Extend => Some(Edges::Extend),
+        }
+    }
+
+    /// Returns the choice that stands for `edges`.
+    fn of_edges(edges: Edges) -> Self {
+        match edges {
+            Edges::Mirror => Self::Mirror,
+            Edges::Black => Self::Black,
+            Edges::Extend => Self::Extend,
+        }
+    }
+}
+
+/// The sides on which the data window grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ExpandChoice {
+    /// Sides beyond which nothing is known to be: those of a plate with alpha whose border is transparent or that lie
+    /// within the display window
+    Auto,
+    /// All sides
+    On,
+    /// No side: light beyond the data window is cropped
+    Off,
+}
+
+impl From<ExpandChoice> for Expand {
+    fn from(choice: ExpandChoice) -> Self {
         match choice {
-            EdgeChoice::Mirror => Self::Mirror,
-            EdgeChoice::Black => Self::Black,
-            EdgeChoice::Extend => Self::Extend,
+            ExpandChoice::Auto => Self::Auto,
+            ExpandChoice::On => Self::Always,
+            ExpandChoice::Off => Self::Never,
         }
     }
 }
 
 impl ApplyArgs {
-    /// Returns the settings of the render by name, without those of lens and plate.
-    fn record(&self) -> SettingsRecord {
-        rendering_record(self.quality, self.edges, &self.occlusion.record())
+    /// Returns the settings of a render with these `edges` by name, without those of lens and plate.
+    fn record(&self, edges: Edges) -> SettingsRecord {
+        let edges = EdgeChoice::of_edges(edges);
+        let mut occlusion = self.occlusion.record();
+        if self.background.is_used() {
+            occlusion.push_str(", background");
+        }
+        rendering_record(self.quality, edges, &occlusion)
     }
 }
 
@@ -115,15 +162,29 @@ pub(super) fn run(
 ) -> Result<(), CommandError> {
     let mut settings = Settings::default();
     settings.quality = args.quality.into();
-    settings.edges = args.edges.into();
+    settings.edges = args.edges.edges();
+    settings.expand = args.expand.into();
+    if args.residual.is_some() {
+        // The residual is the rest of a render of the plate's own pixels with mirrored edges.
+        settings.edges = settings.edges.or(Some(Edges::Mirror));
+        settings.expand = Expand::Never;
+    }
     settings.occlusion = args.occlusion.settings();
+    let settings_occlusion = settings.occlusion;
     let reader = PlateReader::open(&args.lens, &args.shared, settings, console)?;
     let holdout = args.occlusion.holdout()?;
+    let background = args.background.source();
+    if args.background.is_used() && settings_occlusion.is_none() {
+        return Err(CommandError::Usage(
+            "--background needs occlusion: leave out --occlusion off".to_owned(),
+        ));
+    }
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
         read: (reader.depth_pattern().into_iter())
             .chain(holdout.file_patterns())
+            .chain(background.file_patterns())
             .chain(args.residual.as_deref())
             .collect(),
         written: Vec::new(),
@@ -135,6 +196,7 @@ pub(super) fn run(
         args,
         reader: &reader,
         holdout: &holdout,
+        background: &background,
         run: &run,
     };
     run.process(&job, console)

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use seidel_core::Settings;
+use seidel_core::{Edges, Settings};
 
 use super::CommandError;
 use super::plates::{Files, PlateCommandArgs, PlateReader};
@@ -36,6 +36,7 @@ pub(super) fn run(
     console: &mut Console,
 ) -> Result<(), CommandError> {
     let mut settings = Settings::default();
+    settings.edges = Some(Edges::Mirror);
     settings.removal = args.removal.settings();
     let from = PlateReader::open(&args.from, &args.shared, settings.clone(), console)?;
     let to = PlateReader::open(&args.to, &args.shared, settings, console)?;

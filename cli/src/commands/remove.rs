@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use seidel_core::{Grain, RemovalSettings, Settings};
+use seidel_core::{Edges, Grain, RemovalSettings, Settings};
 
 use super::CommandError;
 use super::plates::{Files, PlateCommandArgs, PlateReader};
@@ -97,6 +97,8 @@ pub(super) fn run(
     console: &mut Console,
 ) -> Result<(), CommandError> {
     let mut settings = Settings::default();
+    // Those of the removal itself, which the residual is measured against.
+    settings.edges = Some(Edges::Mirror);
     settings.removal = RemovalSettings {
         strength: args.strength,
         grain: args.grain.into(),

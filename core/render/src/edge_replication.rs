@@ -1,13 +1,8 @@
 //! A renderer that replicates the plate's edge pixels beyond its edges.
 
-use crate::{
-    BlurField, DisplacedBlur, Edges, Plane, PlateMap, RenderWindow, Rendered, Renderer, Scene,
-    VergencePass,
-};
+use crate::{ClampedLens, Edges, Plane, RenderWindow, Rendered, Renderer, Scene, VergencePass};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
-use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
-use seidel_optics::sensor::Tone;
 
 /// A renderer for which every pixel beyond an edge repeats the nearest one on the plate: its light, depth and blur.
 ///
@@ -54,7 +49,7 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
             VergencePass::Constant(_) => Vec::new(),
             VergencePass::PerPixel(pass) => margin.padded(pass),
         };
-        let lens = ClampedLens::new(scene);
+        let lens = ClampedLens::new(scene, RenderWindow::whole(scene));
         let padded = Scene {
             lens: &lens,
             width: scene.width + 2 * margin.x,
@@ -111,58 +106,14 @@ impl Margin {
     }
 }
 
-/// A lens whose blur beyond the plate is that at the plate's edge.
-struct ClampedLens<'a> {
-    lens: &'a dyn BlurField,
-    /// Field point of the plate's top-left outer corner.
-    first: FieldPoint,
-    /// Field point of its bottom-right outer corner.
-    last: FieldPoint,
-}
-
-impl<'a> ClampedLens<'a> {
-    fn new(scene: &Scene<'a>) -> Self {
-        let PlateMap { origin, scale } = scene.map;
-        let corner = |x: usize, y: usize| {
-            scene.lens.frame().field_point(ImagePoint::new(
-                origin.x_px + x as f64 / scale,
-                origin.y_px + y as f64 / scale,
-            ))
-        };
-        Self {
-            lens: scene.lens,
-            first: corner(0, 0),
-            last: corner(scene.width, scene.height),
-        }
-    }
-}
-
-impl BlurField for ClampedLens<'_> {
-    fn frame(&self) -> Frame {
-        self.lens.frame()
-    }
-
-    fn channel_count(&self) -> usize {
-        self.lens.channel_count()
-    }
-
-    fn blur_at(&self, channel: usize, at: FieldPoint, vergence_per_m: f64) -> DisplacedBlur {
-        let at = FieldPoint::new(
-            at.x.clamp(self.first.x, self.last.x),
-            at.y.clamp(self.first.y, self.last.y),
-        );
-        self.lens.blur_at(channel, at, vergence_per_m)
-    }
-
-    fn tone(&self, channel: usize) -> Tone {
-        self.lens.tone(channel)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Displacement, Gather, LayeredRenderer, Occlusion, Scatter};
+    use crate::{
+        BlurField, DisplacedBlur, Displacement, Gather, LayeredRenderer, Occlusion, PlateMap,
+        Scatter,
+    };
+    use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
     use seidel_optics::moments::MeridionalMoments;
     use seidel_optics::psf::{Gaussian, LocalBlur};
 

@@ -24,14 +24,15 @@
 //! | [`EdgeReplicatingRenderer`] | pads the plate with its edge pixels and renders that |
 //! | [`SpotRenderer`] | exact at chosen pixels only: a reference for the error of the others |
 //!
-//! [`Operator`] is the fast renderer as a linear operator with its adjoint. [`AdjustedLens`] and
-//! [`NonSquarePixelLens`] wrap a lens; [`FocusRemap`] applies focus controls to vergences; [`DepthConvention`] and
+//! [`Operator`] is the fast renderer as a linear operator with its adjoint. [`AdjustedLens`],
+//! [`ClampedLens`] and [`NonSquarePixelLens`] wrap a lens; [`FocusRemap`] applies focus controls to vergences; [`DepthConvention`] and
 //! [`DepthCheck`] read and check depth passes.
 //!
 //! [`remove`] is the inverse of rendering.
 #![forbid(unsafe_code)]
 
 mod adjusted_lens;
+mod clamped_lens;
 mod depth;
 mod edge_replication;
 mod gather;
@@ -45,6 +46,7 @@ mod spot_renderer;
 mod statistics;
 
 pub use adjusted_lens::{AdjustedLens, MAX_AMOUNT};
+pub use clamped_lens::ClampedLens;
 pub use depth::{
     CameraPerspective, DepthCheck, DepthConvention, DepthFinding, DepthProblem, DepthReading,
     FocusControls, FocusRemap, LensDistances, MAX_MULTIPLIER, PlateExtent, Severity,
@@ -53,8 +55,8 @@ pub use depth::{
 pub use edge_replication::EdgeReplicatingRenderer;
 pub use gather::{Gather, LayerContext, Operator, Quality};
 pub use non_square_pixel_lens::{MAX_PIXEL_ASPECT, NonSquarePixelLens};
+pub use occlusion::{Background, HIDDEN_REACH_PX, Holdout, LayeredRenderer, Occlusion};
 pub(crate) use occlusion::{DepthLayers, LayerSpacing};
-pub use occlusion::{HIDDEN_REACH_PX, Holdout, LayeredRenderer, Occlusion};
 pub use plate_map::PlateMap;
 pub(crate) use scatter::kernel_reach;
 pub use scatter::{LocalKernel, LocalKernels, Scatter, exact_at_pixels};

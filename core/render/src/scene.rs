@@ -277,7 +277,7 @@ impl Scene<'_> {
         Ok(())
     }
 
-    fn check_samples(&self, name: &str, samples: &[f32]) -> Result<()> {
+    pub(crate) fn check_samples(&self, name: &str, samples: &[f32]) -> Result<()> {
         if samples.len() != self.pixel_count() {
             return Err(Error::new(
                 name,

@@ -15,7 +15,7 @@ pub(super) fn update(effect: &Effect, time: f64) {
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
     let by_ocio = knobs.choice(&colour::SOURCE_ENCODING) == colour::BY_OCIO;
     let focused = knobs.choice(&focus::FOCUS);
-    let states: [(&Knob, bool); 20] = [
+    let states: [(&Knob, bool); 22] = [
         (&lens::PROFILE, from_file(&lens::LENS)),
         (&lens::TO_LENS, relens),
         (&lens::TO_PROFILE, relens && from_file(&lens::TO_LENS)),
@@ -26,6 +26,8 @@ pub(super) fn update(effect: &Effect, time: f64) {
         (&colour::CONFIG, by_ocio),
         (&colour::SOURCE_SPACE, by_ocio),
         (&colour::WORKING_SPACE, by_ocio),
+        (&render::EDGES, !has_removal),
+        (&render::EXPAND, !has_removal),
         (&render::OCCLUSION, !has_removal),
         (&render::FILL_FOREGROUND, !has_removal),
         (&render::BLUR_INSIDE, !has_removal),

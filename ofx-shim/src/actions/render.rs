@@ -139,6 +139,7 @@ impl Render<'_, '_> {
                 .with_geometry(geometry)
                 .with_depth(inputs.depth(knobs, &profile, frame.scale, &geometry)?)
                 .with_holdout(inputs.holdout(knobs, frame.scale, &geometry)?),
+            margins: frame.margins,
             window,
         };
         let Some(mut rendered) = job.run(&self.call.effect)? else {

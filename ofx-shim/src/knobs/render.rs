@@ -22,10 +22,25 @@ pub(crate) static AUTO_DRAFT: Knob = Knob {
 pub(crate) static EDGES: Knob = Knob {
     name: c"edge",
     label: c"Edges",
-    hint: c"Light beyond the edges of the plate: its mirror image, black, or the nearest pixel.",
+    hint: c"Light beyond the edges of the plate: its mirror image, black, or the nearest pixel. Auto chooses by alpha: Mirror for full frames, Black for elements over nothing, Nearest for elements that the border cuts.",
     kind: Kind::Choice {
-        default: 0,
-        options: &[c"Mirror", c"Black", c"Nearest"],
+        default: 3,
+        options: &[c"Mirror", c"Black", c"Nearest", c"Auto"],
+    },
+};
+
+/// The options of [`EXPAND`].
+pub(crate) const EXPAND_AUTO: i32 = 0;
+/// As above.
+pub(crate) const EXPAND_ON: i32 = 1;
+
+pub(crate) static EXPAND: Knob = Knob {
+    name: c"expand",
+    label: c"Expand",
+    hint: c"Grows the region of definition by the reach of the blur, so that an element keeps its blurred rim. Auto: on the sides of a source with alpha that lie within the project. With a depth input the reach is that of the distances at which the lens was measured.",
+    kind: Kind::Choice {
+        default: EXPAND_AUTO,
+        options: &[c"Auto", c"On", c"Off"],
     },
 };
 
@@ -103,6 +118,7 @@ pub(crate) static GROUP: Group = Group {
         &QUALITY,
         &AUTO_DRAFT,
         &EDGES,
+        &EXPAND,
         &OCCLUSION,
         &FILL_FOREGROUND,
         &BLUR_INSIDE,

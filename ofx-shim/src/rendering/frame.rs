@@ -1,8 +1,9 @@
 //! The place of the rendered frame in the host's coordinates and in those of the plate.
 
-use seidel_core::Rectangle;
+use seidel_core::{Margins, Rectangle};
 
 use super::Source;
+use crate::expansion::expanded_region;
 use crate::geometry::{Field, PixelMap, PlateScale, Scale, bounding_box, intersection, is_empty};
 use crate::host::{Call, Failure, Result};
 use crate::knobs::{Knobs, lens};
@@ -21,6 +22,8 @@ pub(crate) struct Frame {
     pub(crate) format: Rectangle,
     /// All pixels of the source.
     pub(crate) extent: Rectangle,
+    /// Pixels by which the result is larger than the source.
+    pub(crate) margins: Margins,
     /// Pixels to render.
     pub(crate) window: Rectangle,
 }
@@ -69,7 +72,10 @@ impl Frame {
         let extent = region_pixels
             .filter(|pixels| !is_empty(*pixels))
             .unwrap_or(bounds);
-        let project = project_region(call).map(|project| {
+        let project_region = project_region(call);
+        let expanded =
+            region.map(|region| expanded_region(call, knobs, &source.clip, region, project_region));
+        let project = project_region.map(|project| {
             if region == Some(project) {
                 region_scale.pixels_of(project)
             } else {
@@ -84,7 +90,10 @@ impl Frame {
         // Infinite regions end where the format and the images do.
         let limit = bounding_box(bounding_box(format, bounds), output);
         let map = PixelMap::new(format, field);
+        let own = map.rectangle(extent);
+        let grown = expanded.map_or(own, |region| map.rectangle(region_scale.pixels_of(region)));
         Self {
+            margins: margins(own, grown),
             scale: PlateScale::new(scale, field),
             map,
             format: map.rectangle(format),
@@ -93,9 +102,20 @@ impl Frame {
         }
     }
 
-    /// Returns the pixels of the window that the source has, or `None` if it has none.
+    /// Returns the pixels of the window that the result has, or `None` if it has none.
     pub(crate) fn covered_window(&self) -> Option<Rectangle> {
-        self.window.intersection(&self.extent)
+        self.window.intersection(&self.margins.around(self.extent))
+    }
+}
+
+/// Returns the margins of `grown` about `own`.
+fn margins(own: Rectangle, grown: Rectangle) -> Margins {
+    let margin = |inner: i32, outer: i32| (inner - outer).max(0) as usize;
+    Margins {
+        left: margin(own.x, grown.x),
+        top: margin(own.y, grown.y),
+        right: margin(grown.columns().end, own.columns().end),
+        bottom: margin(grown.rows().end, own.rows().end),
     }
 }
 

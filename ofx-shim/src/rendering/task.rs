@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use seidel_core::render::RenderWindow;
-use seidel_core::{Image, LensSession, NoiseGain, Plate, PreparedPlate, Progress, Rectangle};
+use seidel_core::{
+    Image, LensSession, Margins, NoiseGain, Plate, PreparedPlate, Progress, Rectangle,
+};
 
 use crate::host::{Effect, Result};
 use crate::interleaved::Interleaved;
@@ -35,6 +37,8 @@ pub(crate) struct RenderJob {
     pub(crate) task: Task,
     pub(crate) session: Arc<LensSession>,
     pub(crate) plate: Plate,
+    /// Pixels by which the result is larger than the plate.
+    pub(crate) margins: Margins,
     /// Pixels of the plate that are needed.
     pub(crate) window: Rectangle,
 }
@@ -49,6 +53,7 @@ impl RenderJob {
             task,
             session,
             plate,
+            margins,
             window,
         } = self;
         let extent = plate.geometry.data;
@@ -66,6 +71,11 @@ impl RenderJob {
         let prepared = session.prepare(plate)?;
         let (image, origin) = match task {
             Task::Apply => {
+                let (prepared, extent) = if margins.is_none() {
+                    (prepared, extent)
+                } else {
+                    (prepared.expanded(margins)?, margins.around(extent))
+                };
                 let part = RenderWindow {
                     column: (window.x - extent.x) as usize,
                     row: (window.y - extent.y) as usize,

@@ -3,14 +3,16 @@
 use std::path::Path;
 
 use seidel_core::render::VergencePass;
-use seidel_core::{Rendering, apply_bytes};
+use seidel_core::{Edges, Rendering, apply_bytes};
 
+use super::background::BackgroundSource;
 use super::occlusion::HoldoutSource;
-use super::{ApplyArgs, QualityChoice, residual, verbose};
+use super::{ApplyArgs, EdgeChoice, ExpandChoice, QualityChoice, residual, verbose};
 use crate::commands::CommandError;
 use crate::commands::plates::{
     FinishedFrame, FrameFiles, FrameWork, LoadedPlate, PlateReader, Run, SettingsRecord,
 };
+use seidel_image_io::error::FileError;
 use seidel_image_io::residual::Residual;
 
 /// The work on the frames of a run.
@@ -18,6 +20,7 @@ pub(super) struct Job<'a> {
     pub(super) args: &'a ApplyArgs,
     pub(super) reader: &'a PlateReader<'a>,
     pub(super) holdout: &'a HoldoutSource,
+    pub(super) background: &'a BackgroundSource,
     pub(super) run: &'a Run,
 }
 
@@ -31,6 +34,8 @@ pub(super) struct LoadedFrame {
 struct FrameInputs<'s> {
     matte: Option<&'s Path>,
     matte_depth: Option<&'s Path>,
+    background: Option<&'s Path>,
+    background_depth: Option<&'s Path>,
     residual: Option<&'s Path>,
 }
 
@@ -45,6 +50,8 @@ impl Job<'_> {
         FrameInputs {
             matte: next_if(self.holdout.matte.is_some()),
             matte_depth: next_if(self.holdout.depth.is_some()),
+            background: next_if(self.background.plate.is_some()),
+            background_depth: next_if(self.background.depth.is_some()),
             residual: next_if(self.args.residual.is_some()),
         }
     }
@@ -52,8 +59,27 @@ impl Job<'_> {
     /// Returns the settings of the frame by name.
     fn record(&self, loaded: &LoadedPlate) -> Result<SettingsRecord, CommandError> {
         let mut record = self.reader.record(&loaded.lens, &loaded.plate)?;
-        record.extend(self.args.record());
+        record.extend(self.args.record(loaded.prepared.edges()));
         Ok(record)
+    }
+
+    /// Returns a note about the edges and the data window, where they were chosen by the plate and are not those of a full
+    /// frame.
+    fn edges_note(&self, loaded: &LoadedPlate) -> Option<String> {
+        if loaded.is_neutral() {
+            return None;
+        }
+        let edges = match loaded.prepared.edges() {
+            _ if self.args.edges != EdgeChoice::Auto => None,
+            Edges::Mirror => None,
+            Edges::Black => Some("element over nothing: rendered with --edges black"),
+            Edges::Extend => Some("element cut by the border: rendered with --edges extend"),
+        };
+        let grown = loaded.own_window.is_some() && self.args.expand == ExpandChoice::Auto;
+        let grown = grown
+            .then_some("the data window grows by the reach of the blur (--expand off keeps it)");
+        let notes: Vec<&str> = edges.into_iter().chain(grown).collect();
+        (!notes.is_empty()).then(|| notes.join("; "))
     }
 
     /// Renders the planes of the frame at `index`. Adds to `warnings`.
@@ -99,6 +125,16 @@ impl FrameWork for Job<'_> {
                 .read(&mut loaded, &geometry, matte, matte_depth)?;
             loaded.prepared = loaded.prepared.with_holdout(Some(holdout));
         }
+        if let Some(file) = inputs.background {
+            let depth = inputs.background_depth;
+            let background = (self.background).read(self.reader, &mut loaded, file, depth)?;
+            let prepared = loaded.prepared.with_background(Some(background));
+            loaded.prepared = prepared.map_err(|e| FileError::from_core(file, e))?;
+        }
+        loaded.expand()?;
+        if index == 0 {
+            loaded.warnings.extend(self.edges_note(&loaded));
+        }
         let residual = match inputs.residual {
             Some(file) => {
                 let record = self.record(&loaded)?;
@@ -141,7 +177,11 @@ impl FrameWork for Job<'_> {
                 residual::add(residual, &loaded.prepared, &mut blurred)
                     .map_err(|e| loaded.in_file(e))?;
             }
+            let window = loaded.trimmed_window(&blurred);
             loaded.put_planes(&mut plate, blurred)?;
+            if let Some(window) = window {
+                plate.set_data_window(window);
+            }
         }
         if let Some(residual) = &residual {
             plate.set_data_window(residual.plate);

@@ -8,7 +8,7 @@ use seidel_core::render::{
 };
 use seidel_core::{PreparedPlate, Rendering, Result, no_progress};
 
-use super::{ApplyArgs, QualityChoice};
+use super::{ApplyArgs, EdgeChoice, QualityChoice};
 use crate::commands::value_name;
 
 /// Number of pixels at which the exact render is computed.
@@ -61,7 +61,7 @@ fn heading(rendering: &Rendering, args: &ApplyArgs) -> String {
         "rendered by {method}, quality {}, psf {}, edges {}, geometry {}",
         value_name(args.quality),
         rendering.scene.model.id(),
-        value_name(args.edges),
+        value_name(EdgeChoice::of_edges(rendering.edges)),
         value_name(args.shared.geometry),
     )
 }

@@ -136,12 +136,6 @@ impl PlateArgs {
     /// # Errors
     /// Those of [`Self::pixel_aspect`].
     pub(super) fn geometry(&self, plate: &Plate) -> Result<PlateGeometry, CommandError> {
-        let rectangle = |window: PixelWindow| Rectangle {
-            x: window.x,
-            y: window.y,
-            width: window.width,
-            height: window.height,
-        };
         Ok(PlateGeometry {
             display: rectangle(plate.display_window()),
             data: rectangle(plate.data_window()),
@@ -219,6 +213,26 @@ impl PlateArgs {
         }
         let remedy = "check --in-space, or give --scrub to replace such samples by zero";
         Err(FileError::new(plate.path(), "colour", problem, remedy).into())
+    }
+}
+
+/// Returns a window of a file as a rectangle of the core.
+pub(super) fn rectangle(window: PixelWindow) -> Rectangle {
+    Rectangle {
+        x: window.x,
+        y: window.y,
+        width: window.width,
+        height: window.height,
+    }
+}
+
+/// Returns a rectangle of the core as a window of a file.
+pub(super) fn pixel_window(rectangle: Rectangle) -> PixelWindow {
+    PixelWindow {
+        x: rectangle.x,
+        y: rectangle.y,
+        width: rectangle.width,
+        height: rectangle.height,
     }
 }
 

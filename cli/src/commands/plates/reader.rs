@@ -4,19 +4,21 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use seidel_core::profile::{Adequacy, LensProfile, Verdict};
-use seidel_core::{DepthMeaning, PlateGeometry, PreparedPlate, Settings};
+use seidel_core::{DepthMeaning, Image, PlateGeometry, PreparedPlate, Settings};
 
 use super::colour::{ColourPipeline, PlateColour};
 use super::depth::{DepthSource, FrameOrder};
 use super::frame_lens::{FrameLens, check_columns};
-use super::plate::put_image;
+use super::plate::{pixel_window, put_image, rectangle};
 use super::{FrameFiles, PlateCommandArgs, Run, SettingsRecord, setting};
 use crate::Console;
 use crate::commands::{CommandError, value_name};
 use seidel_image_io::animation::Animation;
 use seidel_image_io::error::FileError;
+use seidel_image_io::format::Format;
 use seidel_image_io::lens_profile;
 use seidel_image_io::plate::Plate;
+use seidel_image_io::windows::{ImageWindows, PixelWindow};
 
 /// A reader of the plates of a run, which prepares them for the lens of their frame.
 pub(crate) struct PlateReader<'a> {
@@ -41,6 +43,8 @@ pub(crate) struct LoadedPlate {
     pub(crate) lens: FrameLens,
     pub(crate) plate: Plate,
     pub(crate) prepared: PreparedPlate,
+    /// The data window of the file, if the plate was expanded.
+    pub(crate) own_window: Option<PixelWindow>,
     colour: Option<PlateColour>,
     pub(crate) warnings: Vec<String>,
 }
@@ -186,9 +190,48 @@ impl<'a> PlateReader<'a> {
             lens,
             plate,
             prepared,
+            own_window: None,
             colour,
             warnings,
         })
+    }
+
+    /// Reads the `file` of another image of the frame of `loaded`, over the data window of its plate. Adds warnings to the
+    /// plate.
+    ///
+    /// # Errors
+    /// An image of another display window, or that does not cover the plate.
+    pub(crate) fn read_beside(
+        &self,
+        loaded: &mut LoadedPlate,
+        file: &Path,
+    ) -> Result<(Plate, Image), CommandError> {
+        let mut image = Plate::open(file, &self.args.plate.options())?;
+        let (own, plate) = (image.windows(), loaded.plate.windows());
+        if own.display != plate.display || !own.data.contains(plate.data) {
+            let describe = |windows: ImageWindows| {
+                format!("{} in a frame of {}", windows.data, windows.display)
+            };
+            return Err(FileError::new(
+                file,
+                "dataWindow",
+                format!(
+                    "is {}, that of the plate {}",
+                    describe(own),
+                    describe(plate)
+                ),
+                "render both at one size and data window",
+            )
+            .into());
+        }
+        if own.data != plate.data {
+            image.set_data_window(plate.data);
+        }
+        let warnings = &mut loaded.warnings;
+        let colour = self.colour.as_ref();
+        let colour = colour.map(|colour| colour.of_plate(&image, warnings));
+        let samples = (self.args.plate).image(&image, colour.transpose()?.as_ref(), warnings)?;
+        Ok((image, samples))
     }
 
     /// Returns the place of `plate` in the frame of the lens.
@@ -235,6 +278,36 @@ impl LoadedPlate {
     /// Returns whether the amount is zero, so that the plate is unchanged.
     pub(crate) fn is_neutral(&self) -> bool {
         self.lens.session.is_neutral()
+    }
+
+    /// Expands the plate by the reach of its blur, as the settings say. A plate of a format without data windows stays as it is,
+    /// with a note.
+    pub(crate) fn expand(&mut self) -> Result<(), CommandError> {
+        let margins = self.prepared.expansion().map_err(|e| self.in_file(e))?;
+        if margins.is_none() {
+            return Ok(());
+        }
+        let format = self.plate.format();
+        if format != Format::Exr {
+            self.warnings.push(format!(
+                "{format} has no data window: blur that leaves the plate is cropped; give an EXR, or pad the plate"
+            ));
+            return Ok(());
+        }
+        let expanded = self.prepared.expanded(margins);
+        self.prepared = expanded.map_err(|e| self.in_file(e))?;
+        self.own_window = Some(self.plate.data_window());
+        let window = pixel_window(self.prepared.geometry().data);
+        self.plate.set_data_window(window);
+        Ok(())
+    }
+
+    /// Returns the data window of the result of an expanded plate, whose blurred planes are `planes`: its own pixels and
+    /// all light about them.
+    pub(crate) fn trimmed_window(&self, planes: &[Vec<f32>]) -> Option<PixelWindow> {
+        let own = self.own_window?;
+        let trimmed = self.prepared.trimmed(planes, rectangle(own));
+        Some(pixel_window(trimmed))
     }
 
     /// Replaces the lens by another setting of it, such as one of a smaller amount.

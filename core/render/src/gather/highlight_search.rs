@@ -16,15 +16,15 @@ const CONTRAST: f32 = 16.0;
 const WORTHWHILE: f32 = 4.0;
 
 /// The highlights of one block.
-pub(super) struct HighlightBlock {
+pub(crate) struct HighlightBlock {
     /// Row and column of each highlight pixel, row by row.
-    pub(super) pixels: Vec<(usize, usize)>,
+    pub(crate) pixels: Vec<(usize, usize)>,
     /// Light subtracted there: one value per plane, pixel by pixel.
-    pub(super) excess: Vec<f32>,
+    pub(crate) excess: Vec<f32>,
 }
 
 /// Returns the highlights of planes that are `width` pixels wide; blocks have at most `most` in each plane.
-pub(super) fn find_highlights(planes: &[Plane], width: usize, most: usize) -> Vec<HighlightBlock> {
+pub(crate) fn find_highlights(planes: &[Plane], width: usize, most: usize) -> Vec<HighlightBlock> {
     let height = planes
         .first()
         .map_or(0, |plane| plane.samples.len() / width);

@@ -34,6 +34,7 @@ mod tile_grid;
 mod tolerance;
 mod window;
 
+pub(crate) use highlight_search::find_highlights;
 pub use layer_context::LayerContext;
 pub use operator::Operator;
 pub use tolerance::Quality;

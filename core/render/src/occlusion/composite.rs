@@ -241,6 +241,22 @@ impl MixRow {
 }
 
 impl SharpMattes<'_> {
+    /// Returns the share of light at a vergence and layer coordinate that passes all mattes at pixel `index`.
+    pub(super) fn transmittance(&self, vergence: f64, coordinate: f32, index: usize) -> f32 {
+        let holdout = self
+            .holdout
+            .map_or(1.0, |h| h.transmittance(vergence, index));
+        let outline = self.outline.map_or(1.0, |outline| {
+            let is_behind = coordinate <= outline.coordinates[index] - 1.0;
+            if is_behind {
+                1.0 - outline.held[index]
+            } else {
+                1.0
+            }
+        });
+        holdout * outline
+    }
+
     /// Computes the transmittance in front of a layer at the plate's pixels `range`.
     fn fill(&self, layer: &BlurredLayer, range: std::ops::Range<usize>, scratch: &mut Scratch) {
         let Scratch {

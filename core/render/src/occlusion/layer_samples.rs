@@ -232,7 +232,7 @@ fn add_extra(
 }
 
 /// Returns the share of a sample at coordinate `own` that belongs to the layer at `coordinate`.
-fn share(own: f32, coordinate: f32) -> f32 {
+pub(super) fn share(own: f32, coordinate: f32) -> f32 {
     (1.0 - (own - coordinate).abs()).max(0.0)
 }
 

@@ -6,16 +6,20 @@
 //! `cell_pyramid`). Anti-aliased edges of the depth pass are made sharp (`depth_edges`); those of the plate are split
 //! between both sides (`mixed_pixels`).
 
+mod background;
 mod cell_pyramid;
 mod composite;
+mod cut_lights;
 mod depth_edges;
 mod depth_layers;
 mod disocclusion;
+mod farthest_nearby;
 mod layer_samples;
 mod mixed_pixels;
 #[cfg(test)]
 mod tests;
 
+pub use background::Background;
 pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
 pub use disocclusion::HIDDEN_REACH_PX;
 
@@ -24,6 +28,7 @@ use crate::{
     VergencePass, cancelled,
 };
 use composite::{BlurredLayer, Compositor, Outline, SharpMattes};
+use cut_lights::{CutLights, LightCut, SignedBlur, SurfaceBlocks};
 use disocclusion::{ExtraSamples, LayeredPlate};
 use layer_samples::{LayerSamples, LayerSource};
 use rayon::prelude::*;
@@ -50,6 +55,8 @@ pub struct Occlusion<'a> {
     pub blur_inside: bool,
     /// An object composited in front later.
     pub holdout: Option<Holdout<'a>>,
+    /// What the plate shows without its foreground. It replaces the fill of uncovered areas.
+    pub background: Option<Background<'a>>,
 }
 
 impl Default for Occlusion<'_> {
@@ -58,6 +65,7 @@ impl Default for Occlusion<'_> {
             fill_foreground: true,
             blur_inside: true,
             holdout: None,
+            background: None,
         }
     }
 }
@@ -92,7 +100,7 @@ impl Renderer for LayeredRenderer<'_> {
     ) -> Result<Rendered> {
         scene.check(planes)?;
         window.check(scene)?;
-        self.settings.check(scene)?;
+        self.settings.check(scene, planes.len())?;
         let mut rendered = match scene.vergence {
             VergencePass::Constant(vergence) => {
                 let mut rendered = self.inner.render(scene, planes, progress)?;
@@ -113,7 +121,10 @@ impl Renderer for LayeredRenderer<'_> {
 }
 
 impl Occlusion<'_> {
-    fn check(&self, scene: &Scene) -> Result<()> {
+    fn check(&self, scene: &Scene, planes: usize) -> Result<()> {
+        if let Some(background) = self.background {
+            background.check(scene, planes)?;
+        }
         let Some(holdout) = self.holdout else {
             return Ok(());
         };
@@ -181,10 +192,14 @@ impl LayeredRenderer<'_> {
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Rendered> {
         let fold = |start: f32, pick: fn(f32, f32) -> f32| pass.iter().copied().fold(start, pick);
-        let (least, largest) = (
-            fold(f32::INFINITY, f32::min),
-            fold(f32::NEG_INFINITY, f32::max),
+        let (mut least, mut largest) = (
+            f64::from(fold(f32::INFINITY, f32::min)),
+            f64::from(fold(f32::NEG_INFINITY, f32::max)),
         );
+        if let Some(background) = &self.settings.background {
+            let (low, high) = background.vergence_range();
+            (least, largest) = (least.min(low), largest.max(high));
+        }
         // A holdout separates surfaces that may be equally blurred.
         let spacing = match self.settings.holdout {
             Some(Holdout {
@@ -192,19 +207,24 @@ impl LayeredRenderer<'_> {
             }) => LayerSpacing::Fine,
             _ => LayerSpacing::ByBlur,
         };
-        let layers = DepthLayers::new(scene, f64::from(least), f64::from(largest), spacing);
+        let layers = DepthLayers::new(scene, least, largest, spacing);
         let coordinates: Vec<f32> = pass
             .par_iter()
             .map(|v| layers.coordinate(f64::from(*v)))
             .collect();
         let coordinates = depth_edges::snapped(&coordinates, scene.width, scene.height);
-        let input = LayeredPlate {
+        let whole = LayeredPlate {
             width: scene.width,
             height: scene.height,
             origin: disocclusion::grid_origin(scene.map),
             coordinates: &coordinates,
             planes,
         };
+        let blur = SignedBlur::new(scene, &layers);
+        let cut_lights = CutLights::find(&whole, &layers, &blur);
+        let rest = cut_lights.rest(planes);
+        let planes = rest.as_slice();
+        let input = LayeredPlate { planes, ..whole };
         let check_cancelled = || {
             if progress(0.0) {
                 Ok(())
@@ -221,7 +241,7 @@ impl LayeredRenderer<'_> {
         let source = LayerSource {
             planes,
             coordinates: &coordinates,
-            extra: if self.settings.fill_foreground {
+            extra: if self.settings.fill_foreground || self.settings.background.is_some() {
                 &[&corrections, &hidden]
             } else {
                 &[&corrections]
@@ -280,13 +300,25 @@ impl LayeredRenderer<'_> {
         for (out, plane) in rendered.iter_mut().zip(planes) {
             remove_overshoot(out, plane.samples, self.inner.overshoot());
         }
+        let cut = LightCut {
+            scene,
+            layers: &layers,
+            blur: &blur,
+            coordinates: &coordinates,
+            surfaces: SurfaceBlocks::new(&whole),
+            planes,
+        };
+        let transmittance = |vergence: f64, coordinate: f32, index: usize| {
+            mattes.transmittance(vergence, coordinate, index)
+        };
+        cut_lights.add_to(&mut rendered, &cut, &transmittance, progress)?;
         Ok(Rendered {
             planes: rendered,
             statistics,
         })
     }
 
-    /// Estimates the samples hidden behind near sides of edges, if the settings need them; `None` once `goes_on` returns
+    /// Returns the samples hidden behind near sides of edges, given or estimated, if the settings need them; `None` once `goes_on` returns
     /// false.
     fn hidden_samples(
         &self,
@@ -294,6 +326,9 @@ impl LayeredRenderer<'_> {
         layers: &DepthLayers,
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Option<Vec<ExtraSamples>> {
+        if let Some(background) = &self.settings.background {
+            return Some(background.hidden_samples(input, layers));
+        }
         if !self.settings.fill_foreground && self.settings.blur_inside {
             return Some(Vec::new());
         }

@@ -1,0 +1,110 @@
+//! The range of depth in each block of a plate.
+
+use super::super::disocclusion::LayeredPlate;
+use super::signed_blur::SignedBlur;
+use rayon::prelude::*;
+
+/// Side of the blocks whose range of depth is known, px.
+const BLOCK_PX: usize = 16;
+
+/// The surfaces nearer than a light that its rays pass.
+pub(super) struct NearerSurfaces<'a> {
+    /// Least layer coordinate.
+    pub(super) from: f32,
+    pub(super) blur: &'a SignedBlur,
+    pub(super) own_radius_px: f64,
+    /// Reach of the light's kernel.
+    pub(super) reach_px: f64,
+}
+
+/// The nearest and the farthest surface of each block of a plate.
+pub(in super::super) struct SurfaceBlocks {
+    columns: usize,
+    rows: usize,
+    /// Layer coordinates of the farthest and the nearest pixel, row-major.
+    ranges: Vec<(f32, f32)>,
+    /// Layer coordinate of the nearest pixel of the plate.
+    nearest: f32,
+}
+
+impl SurfaceBlocks {
+    pub(in super::super) fn new(input: &LayeredPlate) -> Self {
+        let columns = input.width.div_ceil(BLOCK_PX);
+        let bands = input.coordinates.par_chunks(input.width * BLOCK_PX);
+        let band = |band: &[f32]| {
+            let mut ranges = vec![(f32::INFINITY, f32::NEG_INFINITY); columns];
+            for line in band.chunks_exact(input.width) {
+                for (range, block) in ranges.iter_mut().zip(line.chunks(BLOCK_PX)) {
+                    for at in block {
+                        *range = (range.0.min(*at), range.1.max(*at));
+                    }
+                }
+            }
+            ranges
+        };
+        let bands: Vec<_> = bands.map(band).collect();
+        let ranges = bands.concat();
+        let nearest = ranges.iter().map(|range| range.1);
+        Self {
+            columns,
+            rows: bands.len(),
+            nearest: nearest.fold(f32::NEG_INFINITY, f32::max),
+            ranges,
+        }
+    }
+
+    /// Returns whether rays of a light at `middle` may meet any of the surfaces.
+    pub(super) fn any_within(&self, middle: (f64, f64), nearer: &NearerSurfaces) -> bool {
+        // A surface as blurred as the light, on the other side of focus, lies at twice the distance from the light.
+        if self.nearest < nearer.from {
+            return false;
+        }
+        let ratio = |at: f32| (1.0 - nearer.blur.radius_px(at) / nearer.own_radius_px).abs();
+        let widest = ratio(self.nearest).max(ratio(nearer.from)).max(1.0) * nearer.reach_px;
+        let blocks = |at: f64, count: usize| {
+            let block = |at: f64| (at.max(0.0) as usize / BLOCK_PX).min(count - 1);
+            block(at - widest)..block(at + widest) + 1
+        };
+        for row in blocks(middle.1, self.rows) {
+            for column in blocks(middle.0, self.columns) {
+                let (_, high) = self.ranges[row * self.columns + column];
+                if high < nearer.from {
+                    continue;
+                }
+                // The nearest point of the block, seen from the light.
+                let distance = |block: usize, at: f64| {
+                    let first = (block * BLOCK_PX) as f64;
+                    (first - at).max(at - first - BLOCK_PX as f64).max(0.0)
+                };
+                let apart = distance(column, middle.0).max(distance(row, middle.1));
+                if apart <= ratio(high).max(ratio(nearer.from)) * nearer.reach_px {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// Returns which of the `layers` hold pixels within `reach_px` of a point.
+    pub(super) fn layers_within(
+        &self,
+        middle: (f64, f64),
+        reach_px: f64,
+        layers: &[f32],
+    ) -> Vec<bool> {
+        let blocks = |at: f64, count: usize| {
+            let block = |at: f64| (at.max(0.0) as usize / BLOCK_PX).min(count - 1);
+            block(at - reach_px)..block(at + reach_px) + 1
+        };
+        let mut found = vec![false; layers.len()];
+        for row in blocks(middle.1, self.rows) {
+            for column in blocks(middle.0, self.columns) {
+                let (low, high) = self.ranges[row * self.columns + column];
+                for (found, at) in found.iter_mut().zip(layers) {
+                    *found |= *at > low - 1.0 && *at < high + 1.0;
+                }
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,230 @@
+//! Expansion of a plate by the reach of its blur, so that an element keeps its blurred rim.
+
+use seidel_optics::error::Result;
+
+use crate::placement::Rectangle;
+use crate::prepared::PreparedPlate;
+use crate::settings::Expand;
+
+/// Samples below this share of the brightest light are not worth a larger data window: less than half floats resolve beside it.
+const NEGLIGIBLE_SHARE: f32 = 1e-6;
+
+/// Pixels to add on each side of a plate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Margins {
+    /// Columns on the left.
+    pub left: usize,
+    /// Rows at the top.
+    pub top: usize,
+    /// Columns on the right.
+    pub right: usize,
+    /// Rows at the bottom.
+    pub bottom: usize,
+}
+
+impl Margins {
+    /// Returns whether nothing is added.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Returns `window` with these margins around it.
+    pub fn around(&self, window: Rectangle) -> Rectangle {
+        Rectangle {
+            x: window.x - self.left as i32,
+            y: window.y - self.top as i32,
+            width: window.width + self.left + self.right,
+            height: window.height + self.top + self.bottom,
+        }
+    }
+
+    /// Returns `samples`, row-major and `width` columns wide, with the margins around them: each pixel of a margin is
+    /// `fill` of the nearest pixel of the plate.
+    pub(crate) fn padded(
+        &self,
+        samples: &[f32],
+        width: usize,
+        fill: impl Fn(f32) -> f32,
+    ) -> Vec<f32> {
+        let height = samples.len() / width.max(1);
+        let rows = height + self.top + self.bottom;
+        let mut out = Vec::with_capacity((width + self.left + self.right) * rows);
+        for row in 0..rows {
+            let nearest = row.saturating_sub(self.top).min(height - 1);
+            let line = &samples[nearest * width..][..width];
+            out.extend(std::iter::repeat_n(fill(line[0]), self.left));
+            if nearest + self.top == row {
+                out.extend_from_slice(line);
+            } else {
+                out.extend(line.iter().map(|sample| fill(*sample)));
+            }
+            out.extend(std::iter::repeat_n(fill(line[width - 1]), self.right));
+        }
+        out
+    }
+}
+
+/// A side of a plate.
+#[derive(Clone, Copy)]
+enum Side {
+    Left,
+    Top,
+    Right,
+    Bottom,
+}
+
+impl PreparedPlate {
+    /// Returns the margins by which [`Settings::expand`](crate::Settings::expand) expands the plate: the reach of its
+    /// lit pixels beyond each side that is expanded.
+    ///
+    /// With [`Expand::Auto`] these are the sides beyond which nothing is known to be: those of a plate with alpha whose
+    /// border is transparent or that lie within the display window, and those of a plate without alpha for which both
+    /// hold. A full frame is not expanded.
+    ///
+    /// # Errors
+    /// Focus settings that cannot be followed.
+    pub fn expansion(&self) -> Result<Margins> {
+        let settings = self.session().settings();
+        if settings.expand == Expand::Never || self.session().is_neutral() {
+            return Ok(Margins::default());
+        }
+        let Some(lit) = self.lit_window() else {
+            return Ok(Margins::default());
+        };
+        let (x, y) = self.reach_of_light()?;
+        let longest = self.placement().width.max(self.placement().height);
+        let cells = |px: f64| (px.ceil() as usize).min(longest);
+        let margin = |side: Side, reach: usize, distance: usize| {
+            if settings.expand == Expand::Always || self.ends_at(side) {
+                reach.saturating_sub(distance)
+            } else {
+                0
+            }
+        };
+        let (x, y) = (cells(x), cells(y));
+        let placement = self.placement();
+        let after = |size: usize, first: i32, count: usize| size - first as usize - count;
+        Ok(Margins {
+            left: margin(Side::Left, x, lit.x as usize),
+            top: margin(Side::Top, y, lit.y as usize),
+            right: margin(Side::Right, x, after(placement.width, lit.x, lit.width)),
+            bottom: margin(Side::Bottom, y, after(placement.height, lit.y, lit.height)),
+        })
+    }
+
+    /// Returns the part of the data window that holds the plate's own pixels and every pixel of `planes` with light, both
+    /// over the data window. Elsewhere nothing is lost by a crop.
+    pub fn trimmed(&self, planes: &[Vec<f32>], own: Rectangle) -> Rectangle {
+        let data = self.geometry().data;
+        let peak = self.planes().iter().flatten();
+        let peak = peak.fold(0.0_f32, |most, v| most.max(v.abs()));
+        let Some(lit) = lit_window(planes, data.width, NEGLIGIBLE_SHARE * peak) else {
+            return own;
+        };
+        let (left, top) = ((data.x + lit.x).min(own.x), (data.y + lit.y).min(own.y));
+        let right = (data.x + lit.x + lit.width as i32).max(own.x + own.width as i32);
+        let bottom = (data.y + lit.y + lit.height as i32).max(own.y + own.height as i32);
+        Rectangle {
+            x: left,
+            y: top,
+            width: (right - left) as usize,
+            height: (bottom - top) as usize,
+        }
+    }
+
+    /// The smallest window with all light of the plate, in plate pixels.
+    fn lit_window(&self) -> Option<Rectangle> {
+        lit_window(self.planes(), self.placement().width, 0.0)
+    }
+
+    /// Returns whether nothing is known to be beyond a side of the plate; see [`Self::expansion`].
+    fn ends_at(&self, side: Side) -> bool {
+        let (display, data) = (self.geometry().display, self.geometry().data);
+        let is_within_display = match side {
+            Side::Left => data.x > display.x,
+            Side::Top => data.y > display.y,
+            Side::Right => data.columns().end < display.columns().end,
+            Side::Bottom => data.rows().end < display.rows().end,
+        };
+        let is_empty = || {
+            let planes = self.planes().iter();
+            let (width, height) = (data.width, data.height);
+            planes.into_iter().all(|plane| match side {
+                Side::Left => plane.iter().step_by(width).all(|v| *v == 0.0),
+                Side::Right => plane[width - 1..].iter().step_by(width).all(|v| *v == 0.0),
+                Side::Top => plane[..width].iter().all(|v| *v == 0.0),
+                Side::Bottom => plane[(height - 1) * width..].iter().all(|v| *v == 0.0),
+            })
+        };
+        if self.alpha().is_some() {
+            is_within_display || is_empty()
+        } else {
+            is_within_display && is_empty()
+        }
+    }
+}
+
+/// Returns the smallest window with all samples of `planes`, `width` columns wide, whose magnitude is above `limit`.
+fn lit_window(planes: &[Vec<f32>], width: usize, limit: f32) -> Option<Rectangle> {
+    let is_lit = |v: &f32| v.abs() > limit;
+    let (mut left, mut right, mut top, mut bottom) = (usize::MAX, 0, usize::MAX, 0);
+    for plane in planes {
+        for (row, line) in plane.chunks_exact(width.max(1)).enumerate() {
+            let Some(first) = line.iter().position(is_lit) else {
+                continue;
+            };
+            let last = line.iter().rposition(is_lit).unwrap_or(first);
+            (left, right) = (left.min(first), right.max(last));
+            (top, bottom) = (top.min(row), bottom.max(row));
+        }
+    }
+    (left != usize::MAX).then(|| Rectangle {
+        x: left as i32,
+        y: top as i32,
+        width: right - left + 1,
+        height: bottom - top + 1,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn margins_surround_the_plate_and_its_samples() {
+        let margins = Margins {
+            left: 1,
+            top: 0,
+            right: 2,
+            bottom: 1,
+        };
+        let padded = margins.padded(&[1.0, 2.0, 3.0, 4.0], 2, |v| -v);
+        let wanted = [
+            [-1.0, 1.0, 2.0, -2.0, -2.0],
+            [-3.0, 3.0, 4.0, -4.0, -4.0],
+            [-3.0, -3.0, -4.0, -4.0, -4.0],
+        ];
+        assert_eq!(padded, wanted.concat());
+        let window = Rectangle {
+            x: 5,
+            y: 6,
+            width: 2,
+            height: 2,
+        };
+        let around = margins.around(window);
+        assert_eq!((around.x, around.y), (4, 6));
+        assert_eq!((around.width, around.height), (5, 3));
+    }
+
+    #[test]
+    fn the_lit_window_holds_all_light() {
+        let mut plane = vec![0.0; 5 * 4];
+        assert_eq!(lit_window(&[plane.clone()], 5, 0.0), None);
+        plane[5 + 3] = 1.0;
+        let mut other = vec![0.0; 5 * 4];
+        other[2 * 5 + 1] = -2.0;
+        other[3 * 5 + 4] = 1e-7;
+        let lit = lit_window(&[plane, other], 5, 1e-6).expect("light");
+        assert_eq!((lit.x, lit.y, lit.width, lit.height), (1, 1, 3, 2));
+    }
+}
