@@ -90,8 +90,10 @@
 mod apply;
 mod channel_weights;
 mod diagnose;
+mod finite;
 mod image;
 mod lens;
+mod light_scale;
 mod memory;
 mod placement;
 mod planes;

@@ -128,12 +128,23 @@ impl PreparedPlate {
     }
 
     /// Returns premultiplied `planes` of the plate's size as an image in the plate's own relation of colour and alpha.
-    pub fn to_image(&self, planes: Vec<Vec<f32>>) -> Image {
+    ///
+    /// # Errors
+    /// The first sample that is not finite, by channel and pixel: the computation overflowed.
+    pub fn to_image(&self, planes: Vec<Vec<f32>>) -> Result<Image> {
         self.planes.to_image(planes)
     }
 
     /// As [`Self::to_image`], of planes of `width` x `height` pixels.
-    pub fn to_image_of_size(&self, width: usize, height: usize, planes: Vec<Vec<f32>>) -> Image {
+    ///
+    /// # Errors
+    /// Those of [`Self::to_image`].
+    pub fn to_image_of_size(
+        &self,
+        width: usize,
+        height: usize,
+        planes: Vec<Vec<f32>>,
+    ) -> Result<Image> {
         self.planes.to_image_of_size(width, height, planes)
     }
 
@@ -165,8 +176,14 @@ impl PreparedPlate {
         &self,
         render: impl FnOnce(&Rendering) -> Result<Vec<Vec<f32>>>,
     ) -> Result<Vec<Vec<f32>>> {
-        self.with_rendering(|rendering| {
+        let reduced = self.planes.reduced();
+        let light = reduced.as_ref().map_or(&self.planes, |r| &r.planes);
+        self.with_rendering(light, |rendering| {
             let mut planes = render(rendering)?;
+            if let Some(reduced) = &reduced {
+                let colours = planes.iter_mut().take(self.colour_count());
+                colours.for_each(|plane| reduced.scale.restore(plane));
+            }
             self.develop(&mut planes);
             Ok(planes)
         })
@@ -182,7 +199,7 @@ impl PreparedPlate {
             samples,
             weights: &weights,
         }];
-        self.with_rendering(|rendering| {
+        self.with_rendering(&self.planes, |rendering| {
             let rendering = Rendering {
                 planes: &planes,
                 ..*rendering
@@ -191,7 +208,11 @@ impl PreparedPlate {
         })
     }
 
-    fn with_rendering<T>(&self, then: impl FnOnce(&Rendering) -> Result<T>) -> Result<T> {
+    fn with_rendering<T>(
+        &self,
+        light: &PremultipliedPlanes,
+        then: impl FnOnce(&Rendering) -> Result<T>,
+    ) -> Result<T> {
         let settings = self.session.settings();
         self.session
             .with_optics(&self.placement, self.depth.vergence(), |optics| {
@@ -217,7 +238,7 @@ impl PreparedPlate {
                 };
                 then(&Rendering {
                     scene: &scene,
-                    planes: &self.planes.weighted(&self.weights),
+                    planes: &light.weighted(&self.weights),
                     occlusion,
                     edges: settings.edges,
                     renderer: &*settings.quality.renderer(),
