@@ -38,6 +38,8 @@ mod batch;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod config;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
+mod limits;
+#[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod processor;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod suggestions;
