@@ -101,3 +101,17 @@ fn lens() -> seidel_core::profile::LensProfile {
         provenance: Provenance::default(),
     }
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written_is_a_failure() {
+    for args in [&["lens", "schema"][..], &["--help"], &["apply", "--help"]] {
+        let full = std::fs::File::create("/dev/full").expect("a full device");
+        let output = Command::new(SEIDEL).args(args).stdout(full).output();
+        let output = output.expect("it starts");
+        assert_eq!(output.status.code(), Some(1), "{args:?}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        let expected = "error: standard output: cannot be written (";
+        assert!(message.starts_with(expected), "{message}");
+    }
+}
