@@ -9,7 +9,7 @@ use super::finished_frame::FinishedFrame;
 use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
 use super::queue::{FrameResult, FrameWork, Resources, run_pipeline};
-use crate::commands::{CommandError, thread_pool};
+use crate::commands::{CommandError, parse_threads, thread_pool};
 use crate::{Console, ProgressBar};
 use seidel_image_io::provenance::Provenance;
 use seidel_image_io::sequence::{FramePattern, expand_frames};
@@ -21,7 +21,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     frames: Option<String>,
     /// Number of threads; all cores if omitted
-    #[arg(long)]
+    #[arg(long, value_parser = parse_threads)]
     threads: Option<usize>,
     /// Memory for the frames in flight, such as 500M or 4G; one frame is always in flight
     #[arg(long, value_name = "SIZE", default_value = DEFAULT_MEMORY, value_parser = parse_size)]
