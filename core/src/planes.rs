@@ -101,9 +101,8 @@ impl PremultipliedPlanes {
     pub(crate) fn peak(&self) -> f64 {
         // Bits of magnitudes compare as integers, which takes vector instructions.
         let largest = |plane: &Vec<f32>| plane.iter().map(|v| v.abs().to_bits()).max();
-        let bits = self.planes[..self.colour_count()]
-            .iter()
-            .filter_map(largest);
+        let colours = self.planes[..self.colour_count()].par_iter();
+        let bits = colours.filter_map(largest);
         f64::from(f32::from_bits(bits.max().unwrap_or(0)))
     }
 
