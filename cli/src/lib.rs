@@ -9,9 +9,13 @@ mod console;
 pub mod demo;
 pub mod pictures;
 pub mod report;
+#[cfg(unix)]
+mod signals;
 mod terminal;
 
 pub use console::{Console, ProgressBar};
+#[cfg(unix)]
+pub use signals::remove_partial_outputs_on_signals;
 
 use clap::Parser;
 use std::ffi::OsString;

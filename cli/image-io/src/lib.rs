@@ -63,6 +63,7 @@ pub mod lens_profile;
 pub mod lut;
 pub mod metadata;
 pub mod observation_set;
+pub mod partial;
 pub mod plate;
 pub mod png;
 pub mod processor_time;

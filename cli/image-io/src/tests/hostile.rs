@@ -121,7 +121,10 @@ fn absurd_sizes_in_dwa_chunks_are_refused_before_memory_is_allocated() {
         };
         let names = ["A", "B", "G", "R", "Z"].map(|name| (name, smooth(0.01)));
         let channels = names.into_iter().collect();
-        save(&image(vec![part(None, (64, 40), (0, 0), method, channels)]), &path);
+        save(
+            &image(vec![part(None, (64, 40), (0, 0), method, channels)]),
+            &path,
+        );
         let sound = fs::read(&path).expect("reads");
         Plate::open(&path, &PlateOptions::default()).expect("a sound file");
         let leader = dwa_leader(&sound);
