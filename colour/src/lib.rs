@@ -49,5 +49,5 @@ pub use config::Config;
 pub use engine::{Display, FileSpace, Space};
 pub use error::{ColourError, Result};
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
-pub use processor::{Alphas, ConversionReport, PixelLayout, Processor};
+pub use processor::{Alphas, ConversionReport, PixelLayout, Processor, SamplePlace};
 pub use source::{EMBEDDED_CONFIG, Source};
