@@ -3,10 +3,11 @@
 use std::thread;
 
 use seidel_image_io::partial;
+use seidel_image_io::process_status::ignored_signals;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
-/// What shells add to the number of a signal for the exit status.
+/// Difference of exit status and number of a signal, by the convention of shells.
 const STATUS_OF_SIGNALS: i32 = 128;
 
 /// Removes partial outputs when SIGINT, SIGTERM or SIGHUP arrives, and ends the process with the exit status 128 + number.
@@ -37,29 +38,9 @@ pub fn remove_partial_outputs_on_signals() {
 /// Returns whether the process was started with `signal` ignored. Where the system does not say, SIGHUP counts as ignored,
 /// so that `nohup` works.
 fn is_ignored(signal: i32) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status");
-    let mask = status.ok().and_then(|status| ignored_mask(&status));
-    match mask {
+    match ignored_signals() {
         // Bit 0 is signal 1.
         Some(mask) => (mask >> (signal - 1)) & 1 == 1,
         None => signal == SIGHUP,
-    }
-}
-
-/// Returns the mask of ignored signals in the status of a process, as Linux writes it.
-fn ignored_mask(status: &str) -> Option<u64> {
-    let line = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    u64::from_str_radix(line?.trim(), 16).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_mask_of_ignored_signals_is_found() {
-        let status = "Name:\tx\nSigBlk:\t0000000000000002\nSigIgn:\t0000000000001001\nSigCgt:\t0\n";
-        assert_eq!(ignored_mask(status), Some(0x1001));
-        assert_eq!(ignored_mask("Name:\tx\n"), None);
     }
 }

@@ -66,6 +66,7 @@ pub mod observation_set;
 pub mod partial;
 pub mod plate;
 pub mod png;
+pub mod process_status;
 pub mod processor_time;
 pub mod provenance;
 pub mod raster;

@@ -12,7 +12,7 @@ use seidel_image_io::error::FileError;
 use seidel_image_io::format::Format;
 use seidel_image_io::provenance::Provenance;
 
-/// What a user can do about an output that another run made.
+/// Remedy for an output that another run made.
 const REMEDY: &str = "give --overwrite to render the frame again, or name another OUT";
 
 /// An existing frame of a run.
