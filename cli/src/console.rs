@@ -15,7 +15,7 @@ pub struct Console<'a> {
 }
 
 impl Console<'_> {
-    /// Prints a line of results. A closed pipe (`seidel ... | head`) is not an error.
+    /// Prints a line of results. [`run`](crate::run) reports output that cannot be written.
     pub fn print(&mut self, line: impl AsRef<str>) {
         let _ = writeln!(self.stdout, "{}", line.as_ref());
     }

@@ -9,17 +9,47 @@ mod console;
 pub mod demo;
 pub mod pictures;
 pub mod report;
+#[cfg(unix)]
+mod signals;
+mod terminal;
 
 pub use console::{Console, ProgressBar};
+#[cfg(unix)]
+pub use signals::remove_partial_outputs_on_signals;
 
 use clap::Parser;
 use std::ffi::OsString;
+use std::io::Write as _;
+
+use terminal::TerminalStream;
 
 /// Runs the command line `args` (program name first). Returns the exit status: 0 for success, 1 for failure, 2 for an
-/// invalid command line.
+/// invalid command line. Output that cannot be written is a failure.
 pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u8 {
     let command_line: Vec<OsString> = args.into_iter().collect();
-    let cli = match commands::Cli::try_parse_from(&command_line) {
+    let mut stderr = TerminalStream::new(&mut *console.stderr);
+    let mut stdout = TerminalStream::new(&mut *console.stdout);
+    let mut streams = Console {
+        stdout: &mut stdout,
+        stderr: &mut stderr,
+        show_progress: console.show_progress,
+    };
+    let status = run_command(&command_line, &mut streams);
+    match stdout.finish() {
+        Err(error) if status == 0 => {
+            let remedy = "free some space or write elsewhere";
+            let _ = writeln!(
+                stderr,
+                "error: standard output: cannot be written ({error}); {remedy}"
+            );
+            1
+        }
+        _ => status,
+    }
+}
+
+fn run_command(command_line: &[OsString], console: &mut Console) -> u8 {
+    let cli = match commands::Cli::try_parse_from(command_line) {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version arrive here too, with exit status 0.
@@ -34,7 +64,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u
             return u8::try_from(status).unwrap_or(2);
         }
     };
-    let Err(error) = cli.command.run(&command_line, console) else {
+    let Err(error) = cli.command.run(command_line, console) else {
         return 0;
     };
     let _ = writeln!(console.stderr, "error: {error}");

@@ -4,6 +4,8 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    #[cfg(unix)]
+    seidel::remove_partial_outputs_on_signals();
     let mut stdout = std::io::stdout();
     let mut stderr = std::io::stderr();
     let status = seidel::run(

@@ -101,3 +101,104 @@ fn lens() -> seidel_core::profile::LensProfile {
         provenance: Provenance::default(),
     }
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written_is_a_failure() {
+    for args in [&["lens", "schema"][..], &["--help"], &["apply", "--help"]] {
+        let full = std::fs::File::create("/dev/full").expect("a full device");
+        let output = Command::new(SEIDEL).args(args).stdout(full).output();
+        let output = output.expect("it starts");
+        assert_eq!(output.status.code(), Some(1), "{args:?}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        let expected = "error: standard output: cannot be written (";
+        assert!(message.starts_with(expected), "{message}");
+    }
+}
+
+/// Writes a sequence of frames that takes some seconds, and the lens for it. Returns the arguments of the command.
+#[cfg(target_os = "linux")]
+fn slow_sequence(folder: &Path) -> Vec<String> {
+    std::fs::write(folder.join("lens.json"), lens().to_json()).expect("writable");
+    let grain = |x: usize, y: usize| ((x * 7919 + y * 104_729) % 1009) as f32 / 1009.0;
+    for frame in 1..=60 {
+        exr::prelude::write_rgb_file(folder.join(format!("in.{frame}.exr")), 160, 160, |x, y| {
+            (grain(x, y), grain(y, x), grain(x + y, x))
+        })
+        .expect("writable");
+    }
+    let at = |name: &str| folder.join(name).to_string_lossy().into_owned();
+    let words = "apply --distance 2 --quality exact --frames 1-60 --lens";
+    let words = words.split(' ').map(str::to_owned);
+    let files = [
+        at("lens.json"),
+        at("in.%d.exr"),
+        "-o".to_owned(),
+        at("out.%d.exr"),
+    ];
+    words.chain(files).collect()
+}
+
+/// The names of partial outputs in a folder.
+#[cfg(target_os = "linux")]
+fn partial_outputs(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder").flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    names.filter(|name| name.ends_with(".part")).collect()
+}
+
+/// Starts the command and sends it `signal` while a partial output exists. Returns its exit status.
+#[cfg(target_os = "linux")]
+fn stop_while_writing(folder: &Path, args: &[String], signal: &str) -> std::process::ExitStatus {
+    use std::time::{Duration, Instant};
+    let mut child = Command::new(SEIDEL)
+        .args(args)
+        .arg("--overwrite")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    let started = Instant::now();
+    while partial_outputs(folder).is_empty() && started.elapsed() < Duration::from_secs(20) {
+        std::hint::spin_loop();
+    }
+    let sent = Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill runs").success());
+    child.wait().expect("it ends")
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn signals_remove_partial_outputs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let args = slow_sequence(folder.path());
+    for (signal, status) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+        let ended = stop_while_writing(folder.path(), &args, signal);
+        assert_eq!(ended.code(), Some(status), "{signal}");
+        assert_eq!(partial_outputs(folder.path()), [""; 0], "{signal}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn outputs_of_a_killed_run_are_removed_by_the_next_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut args = slow_sequence(folder.path());
+    // A kill may come a moment after the file got its name.
+    let left = (0..20).any(|_| {
+        stop_while_writing(folder.path(), &args, "-KILL");
+        !partial_outputs(folder.path()).is_empty()
+    });
+    assert!(left, "no kill left a partial output");
+    // All frames, because any of them may have been the one.
+    args.push("--overwrite".to_owned());
+    let quick = args
+        .iter()
+        .map(|word| if word == "exact" { "draft" } else { word });
+    let args: Vec<&str> = quick.collect();
+    let output = run(&args);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert_eq!(partial_outputs(folder.path()), [""; 0]);
+}

@@ -1,7 +1,7 @@
 //! A batch of pixels for an engine, with alpha and non-finite samples handled around its transform.
 
 use crate::engine::{EngineProcessor, Pixel};
-use crate::processor::ConversionReport;
+use crate::processor::{ConversionReport, SamplePlace};
 
 /// Pixels on their way through a transform.
 pub(crate) struct PixelBatch {
@@ -57,15 +57,24 @@ impl PixelBatch {
         processor.apply(&mut self.pixels);
         let mut report = self.report;
         let converted = self.pixels.iter().zip(&self.factors);
-        let colours = converted.map(|(pixel, factors)| {
+        let colours = converted.enumerate().map(|(index, (pixel, factors))| {
             let mut colour = [0.0; 3];
             for k in 0..3 {
-                if !pixel[k].is_finite() {
-                    report.unrepresentable += 1;
-                } else if factors[k] != 0.0 {
-                    // The condition avoids -0.0, which 0 times a negative value would give.
-                    colour[k] = pixel[k] * factors[k];
+                // An empty pixel stays zero: 0 times a negative value would give -0.0.
+                let value = if factors[k] == 0.0 && pixel[k].is_finite() {
+                    0.0
+                } else {
+                    pixel[k] * factors[k]
+                };
+                if value.is_finite() {
+                    colour[k] = value;
+                    continue;
                 }
+                report.unrepresentable += 1;
+                report.first_unrepresentable.get_or_insert(SamplePlace {
+                    pixel: index,
+                    channel: k,
+                });
             }
             colour
         });

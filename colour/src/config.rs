@@ -8,6 +8,7 @@ use crate::engine::{
     ColourEngine, Display, EngineConfig, EngineProcessor, EngineResult, FileSpace, Space,
     default_engine,
 };
+use crate::limits;
 use crate::processor::Processor;
 use crate::suggestions::suggestions;
 use crate::{ColourError, Result, Source};
@@ -231,6 +232,7 @@ fn read(engine: &dyn ColourEngine, source: &Source) -> Result<Box<dyn EngineConf
         Source::File(path) if path.exists() => "correct the config, or give another",
         Source::File(_) => "check --ocio and the environment variable OCIO",
     };
+    limits::check(source)?;
     engine.load(source).map_err(|message| {
         let problem = format!("the config cannot be read ({})", message.trim_end());
         ColourError::new(source.to_string(), "", problem, remedy)

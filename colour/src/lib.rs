@@ -38,6 +38,8 @@ mod batch;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod config;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
+mod limits;
+#[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod processor;
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
 mod suggestions;
@@ -47,5 +49,5 @@ pub use config::Config;
 pub use engine::{Display, FileSpace, Space};
 pub use error::{ColourError, Result};
 #[cfg(any(feature = "ocio", feature = "ocio-native"))]
-pub use processor::{Alphas, ConversionReport, PixelLayout, Processor};
+pub use processor::{Alphas, ConversionReport, PixelLayout, Processor, SamplePlace};
 pub use source::{EMBEDDED_CONFIG, Source};

@@ -65,6 +65,27 @@ pub struct ConversionReport {
     pub non_finite: usize,
     /// Samples that have no finite value in the target space.
     pub unrepresentable: usize,
+    /// The first of these, in the order of pixels.
+    pub first_unrepresentable: Option<SamplePlace>,
+}
+
+/// The place of a sample in an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SamplePlace {
+    /// Index of the pixel, row-major.
+    pub pixel: usize,
+    /// Index of the channel: 0 is R or grey.
+    pub channel: usize,
+}
+
+impl ConversionReport {
+    /// Returns the report of pixels that begin at index `first` of an image.
+    fn starting_at(mut self, first: usize) -> Self {
+        if let Some(place) = &mut self.first_unrepresentable {
+            place.pixel += first;
+        }
+        self
+    }
 }
 
 impl Add for ConversionReport {
@@ -74,6 +95,9 @@ impl Add for ConversionReport {
         Self {
             non_finite: self.non_finite + other.non_finite,
             unrepresentable: self.unrepresentable + other.unrepresentable,
+            first_unrepresentable: (self.first_unrepresentable.into_iter())
+                .chain(other.first_unrepresentable)
+                .min(),
         }
     }
 }
@@ -142,11 +166,13 @@ impl Processor {
                     for (sample, colour) in grey.iter_mut().zip(colours) {
                         *sample = colour[1];
                     }
-                    // Each sample was counted in three channels.
+                    // Each sample was counted in up to three channels.
                     ConversionReport {
                         non_finite: report.non_finite / 3,
-                        unrepresentable: report.unrepresentable / 3,
+                        unrepresentable: report.unrepresentable.div_ceil(3),
+                        ..report
                     }
+                    .starting_at(first)
                 });
                 reports.reduce(ConversionReport::default, Add::add)
             }
@@ -161,7 +187,7 @@ impl Processor {
                     for (i, colour) in colours.into_iter().enumerate() {
                         [red[i], green[i], blue[i]] = colour;
                     }
-                    report
+                    report.starting_at(first)
                 });
                 reports.reduce(ConversionReport::default, Add::add)
             }
@@ -180,8 +206,13 @@ impl Processor {
         layout: PixelLayout,
     ) -> Result<ConversionReport> {
         self.check_pixels(samples, layout)?;
-        let chunks = samples.par_chunks_mut(CHUNK * layout.channels());
-        let reports = chunks.map(|chunk| self.convert_pixel_chunk(chunk, layout));
+        let chunks = samples
+            .par_chunks_mut(CHUNK * layout.channels())
+            .enumerate();
+        let reports = chunks.map(|(index, chunk)| {
+            let report = self.convert_pixel_chunk(chunk, layout);
+            report.starting_at(index * CHUNK)
+        });
         Ok(reports.reduce(ConversionReport::default, Add::add))
     }
 
@@ -195,8 +226,11 @@ impl Processor {
         layout: PixelLayout,
     ) -> Result<ConversionReport> {
         self.check_pixels(samples, layout)?;
-        let chunks = samples.chunks_mut(CHUNK * layout.channels());
-        let reports = chunks.map(|chunk| self.convert_pixel_chunk(chunk, layout));
+        let chunks = samples.chunks_mut(CHUNK * layout.channels()).enumerate();
+        let reports = chunks.map(|(index, chunk)| {
+            let report = self.convert_pixel_chunk(chunk, layout);
+            report.starting_at(index * CHUNK)
+        });
         Ok(reports.fold(ConversionReport::default(), Add::add))
     }
 

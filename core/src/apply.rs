@@ -48,5 +48,5 @@ pub fn apply(
         return Ok(plate.image.clone());
     }
     let plate = session.prepare(plate.clone())?;
-    Ok(plate.to_image(plate.apply(progress)?))
+    plate.to_image(plate.apply(progress)?)
 }

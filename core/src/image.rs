@@ -2,6 +2,8 @@
 
 use seidel_optics::error::{Error, Result};
 
+use crate::finite::{ComputedPlane, first_non_finite};
+
 /// An image of scene-linear samples in separate planes, row-major, all of one size.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Image {
@@ -205,7 +207,7 @@ impl Image {
     /// The first sample that is not, by channel and pixel.
     pub fn check_finite(&self) -> Result<()> {
         for (name, plane) in self.named_planes() {
-            if let Some(at) = plane.iter().position(|sample| !sample.is_finite()) {
+            if let Some(at) = first_non_finite(plane) {
                 return Err(Error::new(
                     format!(
                         "channel {name}, pixel ({}, {})",
@@ -218,6 +220,22 @@ impl Image {
             }
         }
         Ok(())
+    }
+
+    /// Checks that all samples of a computed image are finite.
+    ///
+    /// # Errors
+    /// The first sample that is not, by channel and pixel.
+    pub(crate) fn check_computed(&self) -> Result<()> {
+        self.named_planes().try_for_each(|(name, samples)| {
+            let plane = ComputedPlane {
+                name: format!("channel {name}"),
+                samples,
+                width: self.width,
+                margin: [0; 2],
+            };
+            plane.check()
+        })
     }
 
     /// Planes and their names: colours, `A`, then `alpha.R` and so on.

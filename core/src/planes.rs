@@ -8,7 +8,9 @@ use seidel_optics::predict::Predictor;
 use seidel_render::Plane;
 
 use crate::expansion::Margins;
+use crate::finite::first_non_finite;
 use crate::image::{AlphaKind, Image};
+use crate::light_scale::LightScale;
 
 /// The planes of an image: premultiplied colours, then alpha where there is one, then the alpha of each colour where
 /// there are those.
@@ -18,6 +20,12 @@ pub(crate) struct PremultipliedPlanes {
     height: usize,
     planes: Vec<Vec<f32>>,
     layout: PlaneLayout,
+}
+
+/// Planes whose colours were multiplied by a scale.
+pub(crate) struct ReducedPlanes {
+    pub(crate) planes: PremultipliedPlanes,
+    pub(crate) scale: LightScale,
 }
 
 /// The names and kinds of an image's planes.
@@ -51,11 +59,33 @@ impl PremultipliedPlanes {
         let mut planes = image.colours;
         planes.extend(image.alpha);
         planes.extend(image.channel_alphas);
-        if all.is_unpremultiplied() {
+        let multiplies = all.is_unpremultiplied();
+        if multiplies {
             all.map_colours(&mut planes, |colour, alpha| colour * alpha);
         }
         all.planes = planes;
+        if multiplies {
+            all.check_products()?;
+        }
         Ok(all)
+    }
+
+    /// Checks that colours multiplied by alpha are finite.
+    fn check_products(&self) -> Result<()> {
+        for (name, plane) in self.names().iter().zip(&self.planes) {
+            if let Some(at) = first_non_finite(plane) {
+                return Err(Error::new(
+                    format!(
+                        "channel {name}, pixel ({}, {})",
+                        at % self.width,
+                        at / self.width
+                    ),
+                    "times its alpha is too large for 32-bit floats",
+                    "scale the plate down, or correct its alpha, which is 0 to 1",
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The names and kinds of the planes.
@@ -70,8 +100,11 @@ impl PremultipliedPlanes {
 
     /// Largest magnitude of a colour sample.
     pub(crate) fn peak(&self) -> f64 {
-        let samples = self.planes[..self.colour_count()].iter().flatten();
-        f64::from(samples.fold(0.0, |most: f32, v| most.max(v.abs())))
+        // Bits of magnitudes compare as integers, which takes vector instructions.
+        let largest = |plane: &Vec<f32>| plane.iter().map(|v| v.abs().to_bits()).max();
+        let colours = self.planes[..self.colour_count()].par_iter();
+        let bits = colours.filter_map(largest);
+        f64::from(f32::from_bits(bits.max().unwrap_or(0)))
     }
 
     /// All planes.
@@ -152,6 +185,24 @@ impl PremultipliedPlanes {
         }
     }
 
+    /// Returns the planes with colours multiplied by a scale.
+    pub(crate) fn reduced_by(&self, scale: LightScale) -> Self {
+        let mut planes = self.clone();
+        let colours = self.colour_count();
+        for plane in &mut planes.planes[..colours] {
+            scale.reduce(plane);
+        }
+        planes
+    }
+
+    /// Returns the scale that the colours need so that arithmetic on them cannot overflow, and the planes with scaled
+    /// colours; `None` if they need none.
+    pub(crate) fn reduced(&self) -> Option<ReducedPlanes> {
+        let scale = LightScale::for_peak(self.peak())?;
+        let planes = self.reduced_by(scale);
+        Some(ReducedPlanes { planes, scale })
+    }
+
     /// The planes with their channel `weights`, as renderers take them.
     pub(crate) fn weighted<'a>(&'a self, weights: &'a [Vec<f64>]) -> Vec<Plane<'a>> {
         self.planes
@@ -187,17 +238,23 @@ impl PremultipliedPlanes {
 
     /// Returns `planes`, as large as those of this image, as an image with its relation of colour and alpha. The colour
     /// of a pixel that is not covered is zero where colours are not premultiplied.
-    pub(crate) fn to_image(&self, planes: Vec<Vec<f32>>) -> Image {
+    ///
+    /// # Errors
+    /// Those of [`Self::to_image_of_size`].
+    pub(crate) fn to_image(&self, planes: Vec<Vec<f32>>) -> Result<Image> {
         self.to_image_of_size(self.width, self.height, planes)
     }
 
     /// As [`Self::to_image`], of planes of another size.
+    ///
+    /// # Errors
+    /// The first sample that is not finite, by channel and pixel: the computation overflowed.
     pub(crate) fn to_image_of_size(
         &self,
         width: usize,
         height: usize,
         mut planes: Vec<Vec<f32>>,
-    ) -> Image {
+    ) -> Result<Image> {
         if self.is_unpremultiplied() {
             self.map_colours(
                 &mut planes,
@@ -207,7 +264,7 @@ impl PremultipliedPlanes {
             );
         }
         let mut rest = planes.into_iter();
-        Image::from_planes(
+        let image = Image::from_planes(
             width,
             height,
             self.layout.colour_names.clone(),
@@ -221,7 +278,9 @@ impl PremultipliedPlanes {
             },
             rest.collect(),
             self.layout.alpha_kind,
-        )
+        );
+        image.check_computed()?;
+        Ok(image)
     }
 
     fn is_unpremultiplied(&self) -> bool {
@@ -296,7 +355,7 @@ mod tests {
         let planes = PremultipliedPlanes::new(image.clone())?;
         assert_eq!(planes.names(), ["R", "G", "A", "alpha.R", "alpha.G"]);
         assert_eq!(planes.planes()[..2], [vec![0.125, 0.4], vec![0.5, 0.0]]);
-        let back = planes.to_image(planes.planes().to_vec());
+        let back = planes.to_image(planes.planes().to_vec())?;
         assert_eq!(back.colours, [vec![0.5, 0.8], vec![0.5, 0.0]]);
         assert_eq!(back.channel_alphas, image.channel_alphas);
         Ok(())

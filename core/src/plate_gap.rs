@@ -79,7 +79,7 @@ pub fn plate_gap(
     };
     let session = Arc::new(LensSession::new(lens, &settings)?);
     let plate = session.prepare(Plate::new(image).with_depth(Depth::Distance(distance)))?;
-    let rendered = plate.to_image(plate.apply(progress)?);
+    let rendered = plate.to_image(plate.apply(progress)?)?;
     let channels = names.iter().enumerate().map(|(k, name)| {
         let expected = known(&rendered.colours[k], &pair.sharp[k], pair);
         compare(name, &pair.plate[k], &expected, width)

@@ -10,6 +10,7 @@ use seidel_render::{
 use crate::channel_weights::channel_weights;
 use crate::expansion::Margins;
 use crate::image::Image;
+use crate::light_scale::LightScale;
 use crate::placement::PlatePlacement;
 use crate::planes::PremultipliedPlanes;
 use crate::plate::{Plate, PlateGeometry};
@@ -205,12 +206,23 @@ impl PreparedPlate {
     }
 
     /// Returns premultiplied `planes` of the plate's size as an image in the plate's own relation of colour and alpha.
-    pub fn to_image(&self, planes: Vec<Vec<f32>>) -> Image {
+    ///
+    /// # Errors
+    /// The first sample that is not finite, by channel and pixel: the computation overflowed.
+    pub fn to_image(&self, planes: Vec<Vec<f32>>) -> Result<Image> {
         self.planes.to_image(planes)
     }
 
     /// As [`Self::to_image`], of planes of `width` x `height` pixels.
-    pub fn to_image_of_size(&self, width: usize, height: usize, planes: Vec<Vec<f32>>) -> Image {
+    ///
+    /// # Errors
+    /// Those of [`Self::to_image`].
+    pub fn to_image_of_size(
+        &self,
+        width: usize,
+        height: usize,
+        planes: Vec<Vec<f32>>,
+    ) -> Result<Image> {
         self.planes.to_image_of_size(width, height, planes)
     }
 
@@ -242,8 +254,23 @@ impl PreparedPlate {
         &self,
         render: impl FnOnce(&Rendering) -> Result<Vec<Vec<f32>>>,
     ) -> Result<Vec<Vec<f32>>> {
-        self.with_rendering(|rendering| {
+        let background = self.background.as_ref();
+        let peak = background.map_or(0.0, PreparedBackground::peak);
+        let scale = LightScale::for_peak(self.peak().max(peak));
+        let reduced = scale.map(|scale| {
+            let background = background.map(|background| background.reduced_by(scale));
+            (self.planes.reduced_by(scale), background)
+        });
+        let light = match &reduced {
+            Some((planes, background)) => (planes, background.as_ref()),
+            None => (&self.planes, background),
+        };
+        self.with_rendering(light.0, light.1, |rendering| {
             let mut planes = render(rendering)?;
+            if let Some(scale) = scale {
+                let colours = planes.iter_mut().take(self.colour_count());
+                colours.for_each(|plane| scale.restore(plane));
+            }
             self.develop(&mut planes);
             Ok(planes)
         })
@@ -259,22 +286,22 @@ impl PreparedPlate {
             samples,
             weights: &weights,
         }];
-        self.with_rendering(|rendering| {
-            // The background holds the plate's own planes.
-            let occlusion = rendering.occlusion.map(|occlusion| Occlusion {
-                background: None,
-                ..occlusion
-            });
+        // The background has no such plane.
+        self.with_rendering(&self.planes, None, |rendering| {
             let rendering = Rendering {
                 planes: &planes,
-                occlusion,
                 ..*rendering
             };
             Ok(rendering.render(None, progress)?.planes.swap_remove(0))
         })
     }
 
-    fn with_rendering<T>(&self, then: impl FnOnce(&Rendering) -> Result<T>) -> Result<T> {
+    fn with_rendering<T>(
+        &self,
+        light: &PremultipliedPlanes,
+        background: Option<&PreparedBackground>,
+        then: impl FnOnce(&Rendering) -> Result<T>,
+    ) -> Result<T> {
         let settings = self.session.settings();
         self.session
             .with_optics(&self.placement, self.depth.vergence(), |optics| {
@@ -289,7 +316,6 @@ impl PreparedPlate {
                         .map(Refocused::pass)
                         .or(holdout.vergence()),
                 });
-                let background = self.background.as_ref();
                 let background_planes = background.map(PreparedBackground::planes);
                 let background_vergence = background.map(PreparedBackground::vergence);
                 let remapped = background_vergence.and_then(|pass| {
@@ -319,7 +345,7 @@ impl PreparedPlate {
                 };
                 then(&Rendering {
                     scene: &scene,
-                    planes: &self.planes.weighted(&self.weights),
+                    planes: &light.weighted(&self.weights),
                     occlusion,
                     edges,
                     renderer: &*settings.quality.renderer(),

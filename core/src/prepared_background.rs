@@ -3,6 +3,7 @@
 use seidel_optics::error::{Error, Result};
 
 use crate::expansion::Margins;
+use crate::light_scale::LightScale;
 use crate::planes::{PlaneLayout, PremultipliedPlanes};
 use crate::plate::{Background, PlateGeometry};
 use crate::prepared_depth::PreparedDepth;
@@ -61,6 +62,19 @@ impl PreparedBackground {
         Self {
             planes: self.planes.padded(margins),
             depth: self.depth.padded(margins, width),
+        }
+    }
+
+    /// Largest magnitude of a colour sample.
+    pub(crate) fn peak(&self) -> f64 {
+        self.planes.peak()
+    }
+
+    /// Returns the background with colours multiplied by a scale.
+    pub(crate) fn reduced_by(&self, scale: LightScale) -> Self {
+        Self {
+            planes: self.planes.reduced_by(scale),
+            depth: self.depth.clone(),
         }
     }
 

@@ -69,6 +69,6 @@ impl PreparedPlate {
         let planes = removed.apply_other(other, &|share| {
             progress(REMOVAL_SHARE + (1.0 - REMOVAL_SHARE) * share)
         })?;
-        Ok(self.to_image(planes))
+        self.to_image(planes)
     }
 }

@@ -7,8 +7,10 @@ use seidel_render::remove::{
 };
 use seidel_render::{Gather, Occlusion, VergencePass};
 
+use crate::finite::ComputedPlane;
 use crate::image::Image;
-use crate::planes::PremultipliedPlanes;
+use crate::light_scale::LightScale;
+use crate::planes::{PremultipliedPlanes, ReducedPlanes};
 use crate::prepared::PreparedPlate;
 use crate::rendering::Rendering;
 use crate::settings::{Edges, Grain, Quality, RemovalSettings};
@@ -39,9 +41,13 @@ impl PreparedPlate {
     /// # Errors
     /// Those of [`Deconvolver::remove`], cancellation by `progress` among them.
     pub fn remove(&self, noise_gain: NoiseGain, progress: &Progress) -> Result<RemovedPlate> {
-        let light = self.undeveloped();
-        let settings = &self.session().settings().removal;
-        self.with_optics(|optics| {
+        let RemovalInputs {
+            light,
+            settings,
+            scale,
+        } = self.removal_inputs();
+        let settings = &settings;
+        let mut removed = self.with_optics(|optics| {
             let planes = light.weighted(self.weights());
             let colour_count = light.colour_count();
             let measures = noise_gain == NoiseGain::Measure;
@@ -74,7 +80,34 @@ impl PreparedPlate {
                 found.planes.extend(removed);
             }
             Ok(found)
-        })
+        })?;
+        if let Some(scale) = scale {
+            removed.restore(scale);
+        }
+        removed.check(&self.names())?;
+        Ok(removed)
+    }
+
+    /// The light of the plate and the settings of its removal, scaled where arithmetic could overflow.
+    fn removal_inputs(&self) -> RemovalInputs {
+        let light = self.undeveloped();
+        let mut settings = self.session().settings().removal.clone();
+        let Some(ReducedPlanes { planes, scale }) = light.reduced() else {
+            return RemovalInputs {
+                light,
+                settings,
+                scale: None,
+            };
+        };
+        settings.noise.iter_mut().for_each(|v| *v *= scale.factor());
+        if let Saturation::Level(level) = &mut settings.saturation {
+            *level *= scale.factor();
+        }
+        RemovalInputs {
+            light: planes,
+            settings,
+            scale: Some(scale),
+        }
     }
 
     /// Returns the blur that the plate shows as a share of the lens's blur: 1 where nothing speaks against the lens.
@@ -82,8 +115,10 @@ impl PreparedPlate {
     /// # Errors
     /// Those of [`estimate_blur_share`].
     pub fn blur_share(&self, progress: &Progress) -> Result<f64> {
-        let light = self.undeveloped();
-        let settings = &self.session().settings().removal;
+        let RemovalInputs {
+            light, settings, ..
+        } = self.removal_inputs();
+        let settings = &settings;
         self.with_optics(|optics| {
             let colour_count = light.colour_count();
             let planes = light.weighted(self.weights()).into_iter().enumerate();
@@ -93,6 +128,14 @@ impl PreparedPlate {
             estimate_blur_share(&optics.scene, &planes, progress)
         })
     }
+}
+
+/// The inputs of a removal.
+struct RemovalInputs {
+    light: PremultipliedPlanes,
+    settings: RemovalSettings,
+    /// The scale of the light, if it is not that of the plate.
+    scale: Option<LightScale>,
 }
 
 /// The settings of one plane: alpha is never clipped, and its noise is estimated from itself.
@@ -117,6 +160,40 @@ fn deconvolver_of_plane(
 }
 
 impl RemovedPlate {
+    /// Brings the colours of a removal from scaled light back to the light of the plate.
+    fn restore(&mut self, scale: LightScale) {
+        for plane in &mut self.planes[..self.colour_count] {
+            scale.restore(&mut plane.sharp);
+            scale.restore(&mut plane.residual);
+            plane.noise /= scale.factor();
+            if let Some(clipping) = &mut plane.clipping {
+                clipping.level /= scale.factor();
+            }
+        }
+    }
+
+    /// Checks that all results are finite; the planes have `names`.
+    fn check(&self, names: &[String]) -> Result<()> {
+        for (index, (plane, name)) in self.planes.iter().zip(names).enumerate() {
+            let canvas = plane.canvas;
+            let maps = [&plane.residual, &plane.confidence];
+            let maps = maps.into_iter().chain(self.noise_gain.get(index));
+            let maps = maps.map(|samples| (samples, canvas.plate.0, [0; 2]));
+            let margin = [canvas.margin_x, canvas.margin_y];
+            let sharp = (&plane.sharp, canvas.size().0, margin);
+            for (samples, width, margin) in [sharp].into_iter().chain(maps) {
+                let computed = ComputedPlane {
+                    name: format!("channel {name}"),
+                    samples,
+                    width,
+                    margin,
+                };
+                computed.check()?;
+            }
+        }
+        Ok(())
+    }
+
     /// The solution of each colour plane.
     pub fn colours(&self) -> &[SharpPlane] {
         &self.planes[..self.colour_count]
@@ -178,7 +255,7 @@ impl RemovedPlate {
         let canvas = self.canvas()?;
         let planes = self.sharp_planes(plate)?;
         let cropped = planes.iter().map(|plane| canvas.crop(plane)).collect();
-        Ok(plate.to_image(cropped))
+        plate.to_image(cropped)
     }
 
     /// Returns the premultiplied planes of the plate as the lens of `other`, the same plate prepared for another lens,
@@ -188,8 +265,10 @@ impl RemovedPlate {
     /// Those of [`PreparedPlate::apply`].
     pub fn apply_other(&self, other: &PreparedPlate, progress: &Progress) -> Result<Vec<Vec<f32>>> {
         let canvas = self.canvas()?;
-        let light: PremultipliedPlanes = other.premultiplied().with_planes(self.solution());
-        let blurred = other.with_optics(|optics| {
+        let light = other.premultiplied().with_planes(self.solution());
+        let reduced = light.reduced();
+        let light = reduced.as_ref().map_or(&light, |r| &r.planes);
+        let mut blurred = other.with_optics(|optics| {
             let pass = match optics.scene.vergence {
                 VergencePass::PerPixel(pass) => Some(canvas.extend_by_replication(pass)),
                 VergencePass::Constant(_) => None,
@@ -204,6 +283,10 @@ impl RemovedPlate {
             };
             Ok(rendering.render(None, progress)?.planes)
         })?;
+        if let Some(reduced) = &reduced {
+            let colours = blurred.iter_mut().take(self.colour_count);
+            colours.for_each(|plane| reduced.scale.restore(plane));
+        }
         let mut planes: Vec<_> = blurred.iter().map(|plane| canvas.crop(plane)).collect();
         self.clamp_alpha(&mut planes);
         self.add_grain(&mut planes, |removed| canvas.crop(&removed.grain()));

@@ -178,3 +178,68 @@ fn progress_that_says_stop_cancels() {
     let error = apply(&lens(), &plate, &Settings::default(), &|_| false);
     assert!(error.expect_err("cancelled").is_cancelled());
 }
+
+/// An image of small light with the sample `light` in the 4 x 4 pixels from (40, 24), in each colour.
+fn with_light(light: f32) -> Image {
+    let mut image = image(3);
+    for plane in &mut image.colours {
+        for at in (24..28).flat_map(|y| (40..44).map(move |x| WIDTH * y + x)) {
+            plane[at] = light;
+        }
+    }
+    image
+}
+
+#[test]
+fn no_light_that_a_plate_can_hold_overflows() {
+    let lens = lens();
+    for light in [1e10, 1e15, 1e19, 1e30, f32::MAX] {
+        let plate = Plate::new(with_light(light)).with_depth(at_metres(4.0));
+        let sum = |image: &Image| -> f64 { image.colours[1].iter().map(|v| f64::from(*v)).sum() };
+        for quality in [Quality::Draft, Quality::Final, Quality::Exact] {
+            let settings = with(|s| s.quality = quality);
+            let blurred = apply(&lens, &plate, &settings, &no_progress).expect("a render");
+            blurred.check_finite().expect("finite");
+            let kept = sum(&blurred) / sum(&plate.image);
+            assert!((kept - 1.0).abs() < 0.01, "{light} {quality:?}: {kept}");
+        }
+        if light > 1e19 {
+            // A removal divides by the noise, which is lost beside such light.
+            continue;
+        }
+        let settings = Settings::default();
+        let sharp = remove(&lens, &plate, &settings, &no_progress).expect("a removal");
+        sharp.check_finite().expect("finite");
+        let same = relens(&lens, &lens, &plate, &settings, &no_progress).expect("a render");
+        same.check_finite().expect("finite");
+    }
+}
+
+#[test]
+fn an_overflow_of_a_removal_is_refused_by_channel_and_pixel() {
+    let plate = Plate::new(with_light(f32::MAX)).with_depth(at_metres(4.0));
+    let settings = Settings::default();
+    for result in [
+        remove(&lens(), &plate, &settings, &no_progress),
+        relens(&lens(), &lens(), &plate, &settings, &no_progress),
+    ] {
+        let refused = result.expect_err("an overflow");
+        assert!(refused.place.starts_with("channel R, pixel ("), "{refused}");
+        assert!(refused.place.ends_with(") of the result"), "{refused}");
+        assert!(refused.remedy.contains("clip"), "{refused}");
+    }
+}
+
+#[test]
+fn a_product_of_colour_and_alpha_that_overflows_is_refused() {
+    let mut image = image(4);
+    image.alpha_kind = AlphaKind::Unpremultiplied;
+    image.colours[2][WIDTH * 3 + 5] = 1e30;
+    if let Some(alpha) = &mut image.alpha {
+        alpha[WIDTH * 3 + 5] = 1e30;
+    }
+    let plate = Plate::new(image).with_depth(at_metres(4.0));
+    let refused = apply(&lens(), &plate, &Settings::default(), &no_progress);
+    let place = refused.expect_err("an overflow").place;
+    assert_eq!(place, "channel B, pixel (5, 3)");
+}

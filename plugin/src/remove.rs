@@ -200,7 +200,7 @@ fn sharpen(
     let planes = removed.sharp_planes(plate)?;
     let (width, height) = canvas.size();
     Ok(SharpPlate {
-        image: plate.to_image_of_size(width, height, planes),
+        image: plate.to_image_of_size(width, height, planes)?,
         canvas,
         removed,
     })

@@ -93,14 +93,15 @@ fn sequences_are_converted() {
     }
     // A run resumes where it stopped; --overwrite starts again.
     fs::remove_file(folder.join("log.0002.exr")).expect("there");
-    fs::write(folder.join("log.0003.exr"), "kept").expect("writable");
+    // A picture of other content, to see that it is left alone.
+    fs::copy(folder.join("light.0003.exr"), folder.join("log.0003.exr")).expect("copies");
     let done = succeeds(folder, &run);
     assert!(
         done.stderr.contains("2 of 3 frames exist already"),
         "{}",
         done.stderr
     );
-    assert!(out("log", 2) == out("one", 2) && out("log", 3) == b"kept");
+    assert!(out("log", 2) == out("one", 2) && out("log", 3) == out("light", 3));
     succeeds(folder, &format!("{run} --overwrite --memory 1 --threads 1"));
     assert!(out("log", 3) == out("one", 3));
     // A missing frame does not stop the others, and is reported at the end.

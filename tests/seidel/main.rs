@@ -22,6 +22,7 @@ mod focus;
 mod formats;
 mod gap;
 mod golden;
+mod hostile;
 mod in_hosts;
 mod info;
 mod lens_command;

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{
-    listing, read_channel, seidel_in, succeeds, write_exr, write_moments_lens, write_plate,
+    listing, must_refuse, read_channel, seidel_in, succeeds, write_exr, write_moments_lens,
+    write_plate,
 };
 
 const RUN: &str = "apply --lens @lens.json @plate.%04d.exr -o @out.%04d.exr --frames 1-5";
@@ -36,7 +37,9 @@ fn a_run_resumes_where_it_stopped() {
     for frame in [2, 4] {
         fs::remove_file(folder.join(format!("out.{frame:04}.exr"))).expect("removable");
     }
-    fs::write(folder.join("out.0003.exr"), "kept").expect("writable");
+    // A frame of other content, to see that it is left alone.
+    let kept = all[0].clone();
+    fs::write(folder.join("out.0003.exr"), &kept).expect("writable");
     let outcome = succeeds(folder, RUN);
     assert!(
         outcome.stderr.contains("3 of 5 frames exist already"),
@@ -46,7 +49,7 @@ fn a_run_resumes_where_it_stopped() {
     let written: Vec<_> = outcome.stdout.lines().collect();
     assert_eq!(written.len(), 2, "{}", outcome.stdout);
     assert!(written[0].ends_with("out.0002.exr") && written[1].ends_with("out.0004.exr"));
-    assert_eq!(out(folder, 3), b"kept");
+    assert_eq!(out(folder, 3), kept);
     assert_eq!(out(folder, 4), all[3]);
     let outcome = succeeds(folder, &format!("{RUN} --overwrite"));
     assert_eq!(outcome.stdout.matches("wrote").count(), 5);
@@ -139,4 +142,42 @@ fn a_missing_folder_is_reported_before_anything_is_rendered() {
         "apply --lens @lens.json @plate.%04d.exr -o @no/out.%04d.exr --frames 1-5",
         &["folder", "does not exist"],
     );
+}
+
+#[test]
+fn a_run_does_not_resume_what_another_run_made() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_test_files(folder);
+    succeeds(folder, RUN);
+    let at = |frame: usize| folder.join(format!("out.{frame:04}.exr"));
+    let before = out(folder, 2);
+    // An empty file is no frame.
+    fs::write(at(2), "").expect("writable");
+    let outcome = succeeds(folder, RUN);
+    let note = "out.0002.exr: is empty; the frame is rendered again";
+    assert!(outcome.stderr.contains(note), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("4 of 5 frames exist already"));
+    assert_eq!(out(folder, 2), before);
+    // Neither is another file, which is left alone.
+    fs::write(at(3), "precious").expect("writable");
+    must_refuse(
+        folder,
+        RUN,
+        &["out.0003.exr: exists but is no frame", "--overwrite"],
+    );
+    succeeds(folder, &format!("{RUN} --overwrite"));
+    // Frames of other options are named.
+    let other = succeeds(folder, &format!("{RUN} --amount 0.5"));
+    let note = "5 of them were made with other options, first frame 1";
+    assert!(other.stderr.contains(note), "{}", other.stderr);
+    // So is another lens of the same name.
+    let lens = folder.join("lens.json");
+    let text = fs::read_to_string(&lens).expect("readable");
+    fs::write(&lens, format!("{text}\n")).expect("writable");
+    let expected = [
+        "out.0001.exr: seidelLens: is lens.json sha256:",
+        "--overwrite",
+    ];
+    must_refuse(folder, RUN, &expected);
 }

@@ -6,6 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::{FileError, Result};
+use crate::partial::{PartialFile, PartialFolder, ReplaceError, folder_of};
 
 /// The buffered, seekable writer that [`write_atomically`] passes to its closure.
 pub type Output<'a> = BufWriter<&'a mut File>;
@@ -21,21 +22,13 @@ pub fn write_atomically<E: Display>(
     write: impl FnOnce(&mut Output<'_>) -> std::result::Result<(), E>,
 ) -> Result<()> {
     let target = check_target(path)?;
-    let folder = folder_of(&target);
     let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".seidel-").suffix(".part");
-    // Temporary files are private by default, but the result must be as readable as any new file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut temporary = builder.tempfile_in(folder).map_err(|e| failed(&e))?;
+    let mut partial = PartialFile::create(&target).map_err(|e| failed(&e))?;
+    let file = partial.as_file_mut().map_err(|e| failed(&e))?;
     if let Ok(existing) = fs::metadata(&target) {
-        temporary
-            .as_file()
-            .set_permissions(existing.permissions())
-            .map_err(|e| failed(&e))?;
+        keep_access(file, &existing).map_err(|e| failed(&e))?;
     }
-    let mut output = BufWriter::new(temporary.as_file_mut());
+    let mut output = BufWriter::new(&mut *file);
     write(&mut output).map_err(|error| {
         FileError::new(
             path,
@@ -47,15 +40,29 @@ pub fn write_atomically<E: Display>(
     output.flush().map_err(|e| failed(&e))?;
     drop(output);
     // Some file systems report a full disk only here.
-    temporary.as_file().sync_all().map_err(|e| failed(&e))?;
-    temporary.persist(&target).map_err(|e| failed(&e.error))?;
-    Ok(())
+    file.sync_all().map_err(|e| failed(&e))?;
+    partial.complete(&target).map_err(|e| failed(&e))
+}
+
+/// Gives a new file the owner, where that is allowed, and the permissions of the file that it replaces.
+fn keep_access(file: &File, existing: &fs::Metadata) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt, fchown};
+        let own = file.metadata()?;
+        if (own.uid(), own.gid()) != (existing.uid(), existing.gid()) {
+            // Only the superuser may give a file away; a user may at least keep a group that he is in.
+            let _ = fchown(file, Some(existing.uid()), Some(existing.gid()))
+                .or_else(|_| fchown(file, None, Some(existing.gid())));
+        }
+    }
+    file.set_permissions(existing.permissions())
 }
 
 /// Checks, before the work begins, that a file can be written to `path`. Returns its path with links resolved.
 ///
 /// # Errors
-/// A missing folder, and a target that is not a regular file.
+/// A missing folder, a target that is not a regular file, and one that is write-protected.
 pub fn check_target(path: &Path) -> Result<PathBuf> {
     let target = regular_target(path)?;
     let folder = folder_of(&target);
@@ -87,7 +94,7 @@ pub fn write_folder_atomically(path: &Path, write: impl FnOnce(&Path) -> Result<
     };
     let parent = folder_of(&target).to_path_buf();
     let created = create_parents(&parent).map_err(|e| failed(&e))?;
-    let result = write_and_replace(path, &target, &parent, write);
+    let result = write_and_replace(path, &target, write);
     if result.is_err() {
         for folder in created.iter().rev() {
             // Best effort: a parent that is no longer empty remains.
@@ -138,40 +145,31 @@ fn foreign_content(path: &Path, foreign: &Path) -> FileError {
 fn write_and_replace(
     path: &Path,
     target: &Path,
-    parent: &Path,
     write: impl FnOnce(&Path) -> Result<()>,
 ) -> Result<()> {
     let failed = |error: &std::io::Error| FileError::io(path, "be written", error);
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".seidel-").suffix(".part");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-    let temporary = builder.tempdir_in(parent).map_err(|e| failed(&e))?;
-    let fresh = temporary.path().join("new");
+    let partial = PartialFolder::create(target).map_err(|e| failed(&e))?;
+    let fresh = partial.path().join("new");
     fs::create_dir(&fresh).map_err(|e| failed(&e))?;
-    write(&fresh)?;
+    // The user knows the folder by its final name.
+    write(&fresh).map_err(|error| error.moved(&fresh, path))?;
     if !target.exists() {
         return fs::rename(&fresh, target).map_err(|e| failed(&e));
     }
     if let Some(foreign) = foreign_entry(target, &fresh).map_err(|e| failed(&e))? {
         return Err(foreign_content(path, &foreign));
     }
-    let old = temporary.path().join("old");
-    fs::rename(target, &old).map_err(|e| failed(&e))?;
-    if let Err(error) = fs::rename(&fresh, target) {
-        // The old folder is moved back. If even that fails, it keeps its temporary name.
-        if fs::rename(&old, target).is_err() {
-            let kept = temporary.keep();
-            return Err(FileError::new(
+    partial
+        .replace(&fresh, target)
+        .map_err(|refused| match refused {
+            ReplaceError::Unchanged(error) => failed(&error),
+            ReplaceError::Moved { error, old } => FileError::new(
                 path,
                 "",
                 format!("cannot be replaced ({error})"),
-                format!("the old folder is now {}", kept.join("old").display()),
-            ));
-        }
-        return Err(failed(&error));
-    }
-    Ok(())
+                format!("the old folder is now {}", old.display()),
+            ),
+        })
 }
 
 /// Returns the file that a write to `path` replaces or creates, with links resolved.
@@ -185,7 +183,7 @@ fn regular_target(path: &Path) -> Result<PathBuf> {
                 "give a file name",
             ));
         }
-        return Ok(path.to_path_buf());
+        return Ok(link_target(path));
     };
     if !existing.is_file() {
         return Err(FileError::new(
@@ -195,15 +193,29 @@ fn regular_target(path: &Path) -> Result<PathBuf> {
             "give the name of a new or an ordinary file",
         ));
     }
+    if existing.permissions().readonly() {
+        return Err(FileError::new(
+            path,
+            "",
+            "exists and is write-protected",
+            "make it writable, or give another name",
+        ));
+    }
     fs::canonicalize(path).map_err(|e| FileError::io(path, "be resolved", &e))
 }
 
-/// Returns the folder that holds `path`; the current one for a bare name.
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
+/// Returns the file that a write through the link `path` creates; `path` itself if it is no link.
+fn link_target(path: &Path) -> PathBuf {
+    /// Links to links that systems follow.
+    const MAX_LINKS: usize = 40;
+    let mut target = path.to_path_buf();
+    for _ in 0..MAX_LINKS {
+        let Ok(next) = fs::read_link(&target) else {
+            break;
+        };
+        target = folder_of(&target).join(next);
     }
+    target
 }
 
 /// Creates the missing parents of `folder` and itself. Returns the created folders, outermost first.
@@ -299,6 +311,43 @@ mod tests {
         assert!(write_atomically(Path::new("/dev/null"), |out| out.write_all(b"x")).is_err());
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn dangling_links_are_followed_and_protected_files_are_refused() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("deep")).expect("creates");
+        symlink("second", at("first")).expect("links");
+        symlink("deep/real", at("second")).expect("links");
+        write_atomically(&at("first"), |out| out.write_all(b"new")).expect("writes");
+        assert_eq!(fs::read(at("deep/real")).expect("reads"), b"new");
+        assert!(
+            fs::symlink_metadata(at("first"))
+                .expect("link")
+                .is_symlink()
+        );
+        assert!(
+            fs::symlink_metadata(at("second"))
+                .expect("link")
+                .is_symlink()
+        );
+        symlink("nowhere/real", at("lost")).expect("links");
+        let error = write_atomically(&at("lost"), |out| out.write_all(b"new"));
+        let error = error.expect_err("no folder").to_string();
+        assert!(error.contains("lost: its folder"), "{error}");
+
+        fs::write(at("kept"), "old").expect("writes");
+        fs::set_permissions(at("kept"), fs::Permissions::from_mode(0o444)).expect("sets");
+        let error = write_atomically(&at("kept"), |out| out.write_all(b"new"));
+        let error = error.expect_err("protected").to_string();
+        assert!(
+            error.contains("kept: exists and is write-protected; make it"),
+            "{error}"
+        );
+        assert_eq!(fs::read(at("kept")).expect("reads"), b"old");
+    }
+
     #[test]
     fn folders_are_written_completely_or_not_at_all() {
         let root = tempfile::tempdir().expect("temporary folder");
@@ -312,7 +361,8 @@ mod tests {
             put("half", "x")(at)?;
             Err(FileError::new(at, "", "no more space", "free some"))
         };
-        write_folder_atomically(&target, fails).expect_err("fails midway");
+        let error = write_folder_atomically(&target, fails).expect_err("fails midway");
+        assert_eq!(error.file(), target, "the name that the user gave");
         assert!(names(root.path()).is_empty());
 
         write_folder_atomically(&target, put("a", "1")).expect("new");

@@ -87,6 +87,20 @@ impl FileError {
         )
     }
 
+    /// Returns the same error, with the folder `to` in place of `from` at the start of its path.
+    pub(crate) fn moved(mut self, from: &Path, to: &Path) -> Self {
+        let (Self::One { file, .. } | Self::Many { file, .. }) = &mut self;
+        if let Ok(within) = file.strip_prefix(from) {
+            // Joining nothing would add a slash.
+            *file = if within.as_os_str().is_empty() {
+                to.to_path_buf()
+            } else {
+                to.join(within)
+            };
+        }
+        self
+    }
+
     /// Returns the path of the file.
     pub fn file(&self) -> &Path {
         match self {

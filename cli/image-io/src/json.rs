@@ -13,12 +13,18 @@ use crate::error::{FileError, Result};
 /// Limit of the length of text files, bytes: far above any real manifest or profile.
 pub const TEXT_LIMIT_BYTES: u64 = 256 * 1024 * 1024;
 
-/// Reads a text file of at most `limit_bytes`.
+/// The byte order mark of UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Reads a text file of at most `limit_bytes`, without the byte order mark that some editors write first.
 ///
 /// # Errors
 /// A file that cannot be read, is longer, or is not UTF-8.
 pub fn read_text(path: &Path, limit_bytes: u64) -> Result<String> {
-    let bytes = read_bytes(path, limit_bytes)?;
+    let mut bytes = read_bytes(path, limit_bytes)?;
+    if bytes.starts_with(BYTE_ORDER_MARK) {
+        bytes.drain(..BYTE_ORDER_MARK.len());
+    }
     String::from_utf8(bytes).map_err(|error| {
         FileError::new(
             path,

@@ -1,5 +1,6 @@
 //! Frame sequences: path patterns such as `plate.%04d.exr` or `plate.####.exr`, and frame lists.
 
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use crate::error::{FileError, Result};
@@ -7,51 +8,27 @@ use crate::error::{FileError, Result};
 /// Limit of the frames of a run; more are certainly a mistake.
 const MAX_FRAMES: usize = 1_000_000;
 
-/// A path that may contain frame numbers.
+/// A path that may contain frame numbers. It need not be Unicode.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FramePattern {
-    text: String,
+    path: PathBuf,
     pieces: Vec<Piece>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Piece {
-    Text(String),
+    Text(OsString),
     /// The frame number, padded with zeros to this many characters.
     Frame(usize),
 }
 
 impl FramePattern {
     /// Parses a path. `%d`, `%4d`, `%04d` and runs of `#` stand for the frame number, `%%` for a percent sign.
-    pub fn parse(path: &str) -> Self {
+    pub fn parse(path: impl AsRef<Path>) -> Self {
+        let path = path.as_ref().to_path_buf();
         let mut pieces = Vec::new();
-        let mut text = String::new();
-        let mut rest = path;
-        while let Some(first) = rest.chars().next() {
-            let (length, width) = if let Some(escaped) = rest.strip_prefix("%%") {
-                text.push('%');
-                rest = escaped;
-                continue;
-            } else if first == '#' {
-                let run = rest.len() - rest.trim_start_matches('#').len();
-                (run, Some(run))
-            } else {
-                parse_percent(rest).map_or((first.len_utf8(), None), |(l, w)| (l, Some(w)))
-            };
-            match width {
-                Some(width) => {
-                    pieces.push(Piece::Text(std::mem::take(&mut text)));
-                    pieces.push(Piece::Frame(width));
-                }
-                None => text.push(first),
-            }
-            rest = &rest[length..];
-        }
-        pieces.push(Piece::Text(text));
-        Self {
-            text: path.to_owned(),
-            pieces,
-        }
+        push_pieces(path.as_os_str(), &mut pieces);
+        Self { path, pieces }
     }
 
     /// Returns whether the path contains the frame number.
@@ -61,18 +38,63 @@ impl FramePattern {
 
     /// Returns the path of a frame.
     pub fn path(&self, frame: i64) -> PathBuf {
-        let mut path = String::new();
+        let mut path = OsString::new();
         for piece in &self.pieces {
             match piece {
-                Piece::Text(text) => path.push_str(text),
+                Piece::Text(text) => path.push(text),
                 Piece::Frame(width) => {
                     let width = *width;
-                    path.push_str(&format!("{frame:0width$}"));
+                    path.push(format!("{frame:0width$}"));
                 }
             }
         }
         path.into()
     }
+}
+
+/// Adds the pieces of a path that need not be Unicode.
+#[cfg(unix)]
+fn push_pieces(path: &OsStr, pieces: &mut Vec<Piece>) {
+    use std::os::unix::ffi::OsStrExt;
+    for chunk in path.as_bytes().utf8_chunks() {
+        push_pieces_of_text(chunk.valid(), pieces);
+        pieces.push(Piece::Text(OsStr::from_bytes(chunk.invalid()).to_owned()));
+    }
+}
+
+/// Adds the pieces of a path. One that is not Unicode has no frame number.
+#[cfg(not(unix))]
+fn push_pieces(path: &OsStr, pieces: &mut Vec<Piece>) {
+    match path.to_str() {
+        Some(text) => push_pieces_of_text(text, pieces),
+        None => pieces.push(Piece::Text(path.to_owned())),
+    }
+}
+
+fn push_pieces_of_text(path: &str, pieces: &mut Vec<Piece>) {
+    let mut text = String::new();
+    let mut rest = path;
+    while let Some(first) = rest.chars().next() {
+        let (length, width) = if let Some(escaped) = rest.strip_prefix("%%") {
+            text.push('%');
+            rest = escaped;
+            continue;
+        } else if first == '#' {
+            let run = rest.len() - rest.trim_start_matches('#').len();
+            (run, Some(run))
+        } else {
+            parse_percent(rest).map_or((first.len_utf8(), None), |(l, w)| (l, Some(w)))
+        };
+        match width {
+            Some(width) => {
+                pieces.push(Piece::Text(std::mem::take(&mut text).into()));
+                pieces.push(Piece::Frame(width));
+            }
+            None => text.push(first),
+        }
+        rest = &rest[length..];
+    }
+    pieces.push(Piece::Text(text.into()));
 }
 
 /// Returns the length and field width of a `%d`, `%4d` or `%04d` at the start of `rest`.
@@ -161,13 +183,13 @@ pub struct FramePaths {
 ///
 /// # Errors
 /// A pattern without frames, frames without a pattern, and an invalid frame list.
-pub fn expand_frames(patterns: &[&str], frames: Option<&str>) -> Result<Vec<FramePaths>> {
-    let parsed: Vec<FramePattern> = patterns.iter().map(|p| FramePattern::parse(p)).collect();
+pub fn expand_frames(patterns: &[&Path], frames: Option<&str>) -> Result<Vec<FramePaths>> {
+    let parsed: Vec<FramePattern> = patterns.iter().map(FramePattern::parse).collect();
     let Some(list) = frames else {
-        let input_is_file = patterns.first().is_some_and(|p| Path::new(p).is_file());
+        let input_is_file = patterns.first().is_some_and(|p| p.is_file());
         if !input_is_file && let Some(pattern) = parsed.iter().find(|p| p.has_frame()) {
             return Err(FileError::new(
-                &pattern.text,
+                &pattern.path,
                 "",
                 "contains a frame pattern, but no frames were given",
                 "give them by --frames, such as --frames 1001-1100",
@@ -175,14 +197,14 @@ pub fn expand_frames(patterns: &[&str], frames: Option<&str>) -> Result<Vec<Fram
         }
         return Ok(vec![FramePaths {
             frame: None,
-            paths: patterns.iter().map(PathBuf::from).collect(),
+            paths: patterns.iter().map(|p| p.to_path_buf()).collect(),
         }]);
     };
     let frames = parse_frames(list)?;
     for pattern in parsed.iter().take(2) {
         if !pattern.has_frame() {
             return Err(FileError::new(
-                &pattern.text,
+                &pattern.path,
                 "",
                 format!("contains no frame pattern, but --frames {list} was given"),
                 "put %04d or #### where the frame number goes, or leave out --frames",
@@ -220,6 +242,19 @@ mod tests {
         assert!(!FramePattern::parse("100%.exr").has_frame());
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn patterns_need_not_be_unicode() {
+        use std::os::unix::ffi::OsStrExt;
+        let os = |bytes: &'static [u8]| OsStr::from_bytes(bytes);
+        let pattern = FramePattern::parse(os(b"caf\xe9/\xff.%04d.exr"));
+        assert!(pattern.has_frame());
+        assert_eq!(pattern.path(7).as_os_str(), os(b"caf\xe9/\xff.0007.exr"));
+        let plain = FramePattern::parse(os(b"\xe9%%.exr"));
+        assert!(!plain.has_frame());
+        assert_eq!(plain.path(7).as_os_str(), os(b"\xe9%.exr"));
+    }
+
     #[test]
     fn frame_lists_are_parsed() {
         assert_eq!(parse_frames("3").expect("one"), [3]);
@@ -250,23 +285,20 @@ mod tests {
 
     #[test]
     fn patterns_need_frames_and_frames_need_patterns() {
-        let steps =
-            expand_frames(&["in.%04d.exr", "out.%04d.exr", "z.exr"], Some("1-2")).expect("two");
+        let expand = |patterns: &[&str], frames: Option<&str>| {
+            let patterns: Vec<&Path> = patterns.iter().map(Path::new).collect();
+            expand_frames(&patterns, frames)
+        };
+        let steps = expand(&["in.%04d.exr", "out.%04d.exr", "z.exr"], Some("1-2")).expect("two");
         assert_eq!(steps.len(), 2);
         assert_eq!(steps[1].paths[1], Path::new("out.0002.exr"));
         assert_eq!(steps[1].paths[2], Path::new("z.exr"));
-        assert_eq!(
-            expand_frames(&["a.exr", "b.exr"], None)
-                .expect("single")
-                .len(),
-            1
-        );
-        let error = expand_frames(&["in.%04d.exr", "out.%04d.exr"], None).expect_err("no frames");
+        assert_eq!(expand(&["a.exr", "b.exr"], None).expect("single").len(), 1);
+        let error = expand(&["in.%04d.exr", "out.%04d.exr"], None).expect_err("no frames");
         assert!(error.to_string().contains("--frames"), "{error}");
-        let error =
-            expand_frames(&["in.%04d.exr", "out.exr"], Some("1-2")).expect_err("no pattern");
+        let error = expand(&["in.%04d.exr", "out.exr"], Some("1-2")).expect_err("no pattern");
         assert!(error.to_string().contains("out.exr"), "{error}");
-        assert!(expand_frames(&["in.exr", "out.exr"], Some("1-2")).is_err());
+        assert!(expand(&["in.exr", "out.exr"], Some("1-2")).is_err());
     }
 
     proptest::proptest! {

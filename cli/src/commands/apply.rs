@@ -7,7 +7,7 @@ mod residual;
 mod verbose;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use seidel_core::{Edges, Expand, Quality, Settings};
@@ -44,7 +44,7 @@ pub struct ApplyArgs {
     ///
     /// It is added where IN was not changed, which restores the original plate there. OUT has the pixels of that plate.
     #[arg(long, value_name = "FILE")]
-    residual: Option<String>,
+    residual: Option<PathBuf>,
     /// Report the method and the accuracy of every render; takes longer
     ///
     /// Accuracy is the PSNR in dB of the plate's peak against the exact renderer, at 64 pixels spread over the plate.
@@ -185,6 +185,7 @@ pub(super) fn run(
         read: (reader.depth_pattern().into_iter())
             .chain(holdout.file_patterns())
             .chain(background.file_patterns())
+            .map(Path::new)
             .chain(args.residual.as_deref())
             .collect(),
         written: Vec::new(),

@@ -1,5 +1,6 @@
 //! Selection of the observations of a set by lists of names.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -62,41 +63,47 @@ impl ChoiceArgs {
 /// A list of observation names from a file.
 struct Names {
     path: PathBuf,
-    names: Vec<String>,
+    names: HashSet<String>,
+    /// The names with their lines, counted from 1.
+    lines: Vec<(usize, String)>,
 }
 
 fn names(path: &Path) -> Result<Names, CommandError> {
     let text = read_text(path, TEXT_LIMIT_BYTES)?;
-    let lines = text.lines().map(str::trim);
+    let lines = text.lines().enumerate();
+    let lines = lines.map(|(index, line)| (index + 1, line.trim().to_owned()));
+    let lines: Vec<(usize, String)> = lines
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .collect();
     Ok(Names {
         path: path.to_path_buf(),
-        names: lines
-            .filter(|line| !line.is_empty() && !line.starts_with('#'))
-            .map(str::to_owned)
-            .collect(),
+        names: lines.iter().map(|(_, name)| name.clone()).collect(),
+        lines,
     })
 }
 
 impl Names {
-    /// Rejects names that no set has.
+    /// Rejects names that no set has. The message gives the line and not the name: the file may be another one by mistake,
+    /// whose content does not belong in a log.
     fn check(&self, sets: &[ObservationSet]) -> Result<(), CommandError> {
-        let known: std::collections::HashSet<&str> = sets
+        let known: HashSet<&str> = sets
             .iter()
             .flat_map(|set| &set.observations)
             .map(|o| o.file.as_str())
             .collect();
-        let mut unknown = self.names.iter().filter(|n| !known.contains(n.as_str()));
-        let Some(first) = unknown.next() else {
+        let mut unknown = (self.lines.iter()).filter(|(_, name)| !known.contains(name.as_str()));
+        let Some((line, _)) = unknown.next() else {
             return Ok(());
         };
         let more = match unknown.count() {
             0 => String::new(),
-            count => format!(" and {count} more"),
+            1 => ", and neither does 1 more line".to_owned(),
+            count => format!(", and neither do {count} more lines"),
         };
         Err(FileError::new(
             &self.path,
-            "",
-            format!("names `{first}`{more}, which is not an observation of any set"),
+            format!("line {line}"),
+            format!("names no observation of any set{more}"),
             "write the names as `file` has them in the manifest",
         )
         .into())

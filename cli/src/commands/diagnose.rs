@@ -54,7 +54,7 @@ pub struct DiagnoseArgs {
     #[arg(long)]
     no_pairs: bool,
     /// Number of threads; all cores if omitted
-    #[arg(long)]
+    #[arg(long, value_parser = super::parse_threads)]
     threads: Option<usize>,
     /// Print report.json (self-test.json with --self-test) instead of a summary
     #[arg(long)]

@@ -5,7 +5,7 @@ mod convert;
 mod list;
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
@@ -21,10 +21,10 @@ pub struct LutArgs {
     /// Picture to convert: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; or a frame pattern such as plate.%04d.exr; omit
     /// it to write a table
     #[arg(value_name = "IN", requires = "output")]
-    input: Option<String>,
+    input: Option<PathBuf>,
     /// Picture to write (EXR, PNG, TIFF, DPX or HDR), or table (.cube or .spi1d), by its extension
     #[arg(short, long, value_name = "OUT", required_unless_present = "list")]
-    output: Option<String>,
+    output: Option<PathBuf>,
     /// List the config's spaces, roles, displays and views
     #[arg(long, conflicts_with_all = ["input", "output", "in_space", "out_space", "view"])]
     list: bool,
@@ -95,7 +95,7 @@ pub(super) fn run(
         ));
     }
     match &args.output {
-        Some(output) => bake::run(args, &config, Path::new(output), console),
+        Some(output) => bake::run(args, &config, output, console),
         None => {
             list::run(&config, console);
             Ok(())

@@ -149,6 +149,17 @@ fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
     write_atomically(path, |out| out.write_all(text.as_bytes()))
 }
 
+/// Largest number of threads. More than this take longer to start and to synchronise than any machine gains by them.
+const MAX_THREADS: usize = 1024;
+
+/// Parses a number of threads; 0 is one per core.
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|count| *count <= MAX_THREADS);
+    number.ok_or_else(|| {
+        format!("give a number from 1 to {MAX_THREADS}, or leave it out for one per core")
+    })
+}
+
 /// Returns a pool of as many threads as `--threads` says, or one per core.
 fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
     ThreadPoolBuilder::new()

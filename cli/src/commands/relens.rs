@@ -3,7 +3,7 @@
 mod frame;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -43,7 +43,7 @@ pub(super) fn run(
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: from.depth_pattern().into_iter().collect(),
+        read: from.depth_pattern().into_iter().map(Path::new).collect(),
         written: Vec::new(),
         lenses: vec![("FromLens", &args.from), ("ToLens", &args.to)],
     };

@@ -3,7 +3,7 @@
 mod frame;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
@@ -42,14 +42,14 @@ pub struct RemoveArgs {
     ///
     /// With it, `seidel apply --residual` restores the plate where OUT was not changed. OUT must have the format of IN.
     #[arg(long, value_name = "FILE")]
-    residual: Option<String>,
+    residual: Option<PathBuf>,
     /// Confidence map to write: the share of each pixel's detail that the plate determines, 0 to 1, one channel per colour
     /// (OpenEXR; a frame pattern if OUT is one)
     #[arg(long, value_name = "FILE")]
-    confidence: Option<String>,
+    confidence: Option<PathBuf>,
     /// Map of the amplification of noise to write, one channel per colour (OpenEXR; a frame pattern if OUT is one)
     #[arg(long, value_name = "FILE")]
-    noise_gain: Option<String>,
+    noise_gain: Option<PathBuf>,
 }
 
 /// The grain of the sharp image.
@@ -79,7 +79,7 @@ fn parse_share(text: &str) -> Result<f64, String> {
 
 impl RemoveArgs {
     /// Returns the files to write beside the plate, each with its option.
-    fn side_files(&self) -> Vec<(&'static str, &str)> {
+    fn side_files(&self) -> Vec<(&'static str, &Path)> {
         let options = [
             ("--residual", &self.residual),
             ("--confidence", &self.confidence),
@@ -108,7 +108,7 @@ pub(super) fn run(
     let files = Files {
         input: &args.shared.input,
         output: &args.shared.output,
-        read: reader.depth_pattern().into_iter().collect(),
+        read: reader.depth_pattern().into_iter().map(Path::new).collect(),
         written: args.side_files(),
         lenses: vec![("Lens", &args.lens)],
     };

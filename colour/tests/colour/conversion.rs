@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use seidel_colour::PixelLayout::{Rgb, RgbaPremultiplied, RgbaStraight};
-use seidel_colour::{Alphas, Config, ConversionReport, Processor, Source};
+use seidel_colour::{Alphas, Config, ConversionReport, Processor, SamplePlace, Source};
 
 /// The report of a conversion in which every sample had a value.
 const CLEAN: ConversionReport = ConversionReport {
     non_finite: 0,
     unrepresentable: 0,
+    first_unrepresentable: None,
 };
 
 fn processor(from: &str, to: &str) -> Arc<Processor> {
@@ -50,6 +51,39 @@ fn samples_without_a_value_in_the_target_space_are_counted() {
     let report = convert(&to_linear, &mut planes, Alphas::Straight);
     assert_eq!((report.non_finite, report.unrepresentable), (0, 1));
     assert!(planes[0][0] > 0.0 && planes[1][0] == 0.0 && planes[2][0] > 0.0);
+}
+
+#[test]
+fn the_first_sample_without_a_value_is_named() {
+    let to_linear = processor("ARRI LogC4", "Linear ARRI Wide Gamut 4");
+    // In several chunks, which threads convert in any order.
+    let mut planes = vec![vec![0.4; 20_000]; 3];
+    planes[2][4100] = 1e6;
+    planes[1][19_000] = 1e6;
+    let mut pixels: Vec<f32> = (0..20_000)
+        .flat_map(|i| [planes[0][i], planes[1][i], planes[2][i]])
+        .collect();
+    let report = convert(&to_linear, &mut planes, Alphas::Straight);
+    assert_eq!(report.unrepresentable, 2);
+    let first = Some(SamplePlace {
+        pixel: 4100,
+        channel: 2,
+    });
+    assert_eq!(report.first_unrepresentable, first);
+    let interleaved = to_linear.convert_pixels(&mut pixels, Rgb);
+    assert_eq!(interleaved.unwrap(), report);
+}
+
+#[test]
+fn light_times_alpha_that_overflows_has_no_value() {
+    let to_linear = processor("ARRI LogC4", "ACEScg");
+    let mut planes = [vec![1e30], vec![1e30], vec![1e30]];
+    let report = convert(&to_linear, &mut planes, Alphas::Shared(&[1e30]));
+    assert_eq!(report, CLEAN, "code 1 is light of 470");
+    let mut planes = [vec![1e38], vec![1e38], vec![1e38]];
+    let report = convert(&to_linear, &mut planes, Alphas::Shared(&[1e38]));
+    assert_eq!(report.unrepresentable, 3);
+    assert!(planes.iter().all(|plane| plane[0] == 0.0));
 }
 
 #[test]

@@ -48,6 +48,75 @@ fn use_all(config: &Config) {
     }
 }
 
+/// Returns the error of a config file of this text.
+fn refusal(text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bomb.ocio");
+    fs::write(&path, text).unwrap();
+    let refused = Config::load(&Source::File(path));
+    refused.map(|_| ()).expect_err("refused").to_string()
+}
+
+#[test]
+fn aliases_of_aliases_are_counted_and_refused() {
+    let mut text = "a0: &a0 [x, x]\n".to_owned();
+    for level in 1..40 {
+        let nine = vec![format!("*a{}", level - 1); 9].join(", ");
+        text += &format!("a{level}: &a{level} [{nine}]\n");
+    }
+    let error = refusal(&text);
+    assert!(
+        error.contains("bomb.ocio: line 7: its aliases make"),
+        "{error}"
+    );
+    // By mappings, and by a value that is no list.
+    let mapped = text.replace('[', "{p: [").replace(']', "]}");
+    let error = refusal(&mapped);
+    assert!(
+        error.contains("bomb.ocio: line 7: its aliases make"),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_archive_with_aliases_of_aliases_is_refused() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bomb.ocioz");
+    let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
+    let options = zip::write::SimpleFileOptions::default();
+    archive.start_file("config.ocio", options).unwrap();
+    let mut text = "a0: &a0 [x, x]\n".to_owned();
+    for level in 1..12 {
+        let nine = vec![format!("*a{}", level - 1); 9].join(", ");
+        text += &format!("a{level}: &a{level} [{nine}]\n");
+    }
+    archive.write_all(text.as_bytes()).unwrap();
+    archive.finish().unwrap();
+    let error = Config::load(&Source::File(path)).map(|_| ());
+    let error = error.expect_err("refused").to_string();
+    assert!(error.contains("bomb.ocioz: line 7: its aliases"), "{error}");
+}
+
+#[test]
+fn values_nested_without_end_are_refused() {
+    let error = refusal(&"- ".repeat(100_000));
+    assert!(error.contains("more than 100 lists"), "{error}");
+}
+
+#[test]
+fn a_config_may_use_aliases() {
+    let plain = "  - !<ColorSpace>\n    name: Extra\n    aliases: &names [one, two]\n  - !<ColorSpace>\n    \
+                 name: Other\n    categories: *names\n";
+    load_and_use(format!("{EMBEDDED_CONFIG}\n{plain}"));
+    let source = Source::Text {
+        name: "aliases.ocio".to_owned(),
+        yaml: format!("{}\n{plain}", EMBEDDED_CONFIG.trim_end()),
+    };
+    let _ =
+        Config::load(&source).map_err(|e| assert!(!e.to_string().contains("aliases make"), "{e}"));
+}
+
 /// Returns a config with a space `Camera` that is defined by the table in `file`.
 fn config_with_table(folder: &Path, file: &str) -> Source {
     let yaml = format!(

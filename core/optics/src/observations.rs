@@ -1,5 +1,7 @@
 //! Observation sets: measured or simulated PSFs at known positions of a frame.
 
+use std::collections::HashSet;
+
 use crate::camera::Camera;
 use crate::distance::ObjectDistance;
 use crate::error::{Error, Fault, Result};
@@ -149,8 +151,22 @@ impl ObservationSet {
                 "give a positive number of micrometres, or leave it out",
             ));
         }
+        let channels: Vec<&str> = self.channels.iter().map(String::as_str).collect();
+        if let Err(error) = self.camera.check_wavelengths(&channels) {
+            faults.push(set_fault(&error.place, error.problem, &error.remedy));
+        }
+        let mut earlier = HashSet::new();
         for (index, observation) in self.observations.iter().enumerate() {
             observation.check(index, &self.channels, &mut faults);
+            if !observation.file.is_empty() && !earlier.insert(observation.identity()) {
+                faults.push(Fault {
+                    observation: Some(index),
+                    file: observation.file.clone(),
+                    field: "file".into(),
+                    problem: "is listed before with the same position and distance".into(),
+                    remedy: "list every observation once; a second one would count twice".into(),
+                });
+            }
         }
         faults
     }
@@ -219,6 +235,13 @@ fn distance_rank(distance: ObjectDistance) -> f64 {
 }
 
 impl Observation {
+    /// Returns what two observations have in common only if they are the same: file, position and distance.
+    fn identity(&self) -> (&str, [u64; 3]) {
+        let distance = distance_rank(self.distance);
+        let numbers = [self.centre.x_px, self.centre.y_px, distance];
+        (&self.file, numbers.map(f64::to_bits))
+    }
+
     fn check(&self, index: usize, channels: &[String], faults: &mut Vec<Fault>) {
         let mut push = |field: String, problem: String, remedy: &str| {
             faults.push(Fault {

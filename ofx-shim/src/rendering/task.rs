@@ -84,7 +84,7 @@ impl RenderJob {
                 };
                 let work = move |progress: &Progress<'_>| {
                     let planes = prepared.apply_window(part, progress)?;
-                    Ok(prepared.to_image_of_size(part.width, part.height, planes))
+                    prepared.to_image_of_size(part.width, part.height, planes)
                 };
                 (threads::run(effect, work)?, window)
             }

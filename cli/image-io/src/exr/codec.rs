@@ -15,6 +15,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use rayon::prelude::*;
 
+use super::dwa;
 use super::header::correct_headers;
 use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
@@ -95,6 +96,9 @@ pub(super) fn read_exr(input: &InputFile) -> Result<AnyImage> {
 }
 
 fn decompress(input: &InputFile, chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock> {
+    if let Some(header) = meta.headers.get(chunk.layer_index) {
+        dwa::check_chunk(header, &chunk.compressed_block).map_err(|why| input.damaged(&why))?;
+    }
     match catch_panic(|| UncompressedBlock::decompress_chunk(chunk, meta, false)) {
         Ok(result) => result.map_err(|error| refusal(input, &error)),
         Err(panic) => Err(input.damaged(&panic)),

@@ -5,6 +5,7 @@ mod channels;
 mod codec;
 mod compression;
 mod describe;
+mod dwa;
 mod header;
 mod image;
 pub(crate) mod key_code;

@@ -1,6 +1,7 @@
 //! Provenance: the version, command, lens and settings that made a file, and its history, stored in it as texts.
 
 pub(crate) mod header_lines;
+mod paths;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -11,6 +12,7 @@ use crate::error::Result;
 use crate::json::{TEXT_LIMIT_BYTES, read_bytes};
 use crate::metadata::TextAttributes;
 use crate::sequence::FramePattern;
+use paths::{text_without_folders, without_folders, words_without_folders};
 
 /// The prefix of the names of all provenance texts.
 pub const PREFIX: &str = "seidel";
@@ -19,20 +21,37 @@ const COMMAND: &str = "seidelCommand";
 const SETTINGS: &str = "seidelSettings";
 const HISTORY: &str = "seidelBefore";
 
+/// Settings whose values are paths.
+const PATH_SETTINGS: [&str; 1] = ["config"];
+
 /// Options that do not change the resulting files, and whether they take a value. They are left out of the provenance,
 /// so that the same image makes the same file.
-const RUN_OPTIONS: [(&str, bool); 4] = [
+const RUN_OPTIONS: [(&str, bool); 6] = [
     ("--frames", true),
     ("--threads", true),
     ("--memory", true),
     ("--overwrite", false),
+    ("--provenance", true),
+    ("--no-provenance", false),
 ];
+
+/// Paths in the provenance of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ProvenancePaths {
+    /// As on the command line.
+    Full,
+    /// The names of files alone, so that folders stay private when the file is published. Earlier provenance in the file is
+    /// shortened too.
+    #[default]
+    Names,
+}
 
 /// The provenance of the files of a run: its command line and the files it used.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Provenance {
     words: Vec<String>,
     files: TextAttributes,
+    paths: ProvenancePaths,
 }
 
 impl Provenance {
@@ -54,6 +73,44 @@ impl Provenance {
         Self {
             words: command,
             files: TextAttributes::new(),
+            paths: ProvenancePaths::Full,
+        }
+    }
+
+    /// Returns the same provenance with its `paths` in another form.
+    #[must_use]
+    pub fn with_paths(mut self, paths: ProvenancePaths) -> Self {
+        if paths == ProvenancePaths::Names {
+            self.words = words_without_folders(&self.words);
+        }
+        self.paths = paths;
+        self
+    }
+
+    /// Returns the name and the texts, of a file and of this run, of the first file such as the lens that differ.
+    pub fn differing_file<'t>(
+        &'t self,
+        texts: &'t [(String, String)],
+    ) -> Option<DifferingFile<'t>> {
+        self.files.iter().find_map(|(name, now)| {
+            let (_, before) = texts.iter().find(|(other, _)| other == name)?;
+            // The name of the file may change, its content may not.
+            (hash_of(before) != hash_of(now)).then_some(DifferingFile { name, before, now })
+        })
+    }
+
+    /// Returns whether a file with these `texts`, of frame `frame`, was made by another command line.
+    pub fn is_other_command(&self, frame: Option<i64>, texts: &[(String, String)]) -> bool {
+        let command = texts.iter().find(|(name, _)| name == COMMAND);
+        let short = |text: &str| text_without_folders(text);
+        command.is_some_and(|(_, text)| short(text) != short(&self.command(frame)))
+    }
+
+    /// Returns a text of an earlier provenance, or the value of a setting, with paths in the form of this one.
+    fn shortened(&self, text: &str, shorten: impl Fn(&str) -> String) -> String {
+        match self.paths {
+            ProvenancePaths::Full => text.to_owned(),
+            ProvenancePaths::Names => shorten(text),
         }
     }
 
@@ -97,7 +154,7 @@ impl Provenance {
             (old.iter().cloned()).partition(|(name, _)| is_provenance(name));
         let find = |wanted: &str| own.iter().find(|(name, _)| name == wanted);
         let mut history: Vec<String> = find(HISTORY)
-            .map(|(_, text)| text.clone())
+            .map(|(_, text)| self.shortened(text, text_without_folders))
             .into_iter()
             .collect();
         if let Some((_, command)) = find(COMMAND) {
@@ -105,12 +162,19 @@ impl Provenance {
                 .iter()
                 .filter(|(name, text)| name != HISTORY && text.contains(" sha256:"));
             let files: String = files.map(|(_, text)| format!(" [{text}]")).collect();
+            let command = self.shortened(command, text_without_folders);
             let version = find(VERSION).map_or("?", |(_, text)| text);
             history.push(format!("{version}: {command}{files}"));
         }
-        let settings = settings
-            .iter()
-            .map(|(name, value)| format!("{name}: {value}"));
+        let settings = settings.iter().map(|(name, value)| {
+            let is_path = PATH_SETTINGS.contains(&name.as_str());
+            let value = if is_path {
+                self.shortened(value, without_folders)
+            } else {
+                value.clone()
+            };
+            format!("{name}: {value}")
+        });
         let settings: Vec<String> = settings.collect();
         let mut all = others;
         all.push((VERSION.to_owned(), env!("CARGO_PKG_VERSION").to_owned()));
@@ -124,6 +188,22 @@ impl Provenance {
         }
         all
     }
+}
+
+/// A file whose content is not that of the run that made another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DifferingFile<'t> {
+    /// Name of the text, such as `seidelLens`.
+    pub name: &'t str,
+    /// The file that was used before.
+    pub before: &'t str,
+    /// The file of this run.
+    pub now: &'t str,
+}
+
+/// Returns the hash in the text of a file.
+fn hash_of(text: &str) -> &str {
+    text.rsplit(" sha256:").next().unwrap_or(text)
 }
 
 /// Returns whether a text of that name belongs to the provenance of a file.
@@ -174,6 +254,45 @@ mod tests {
             text(&texts, COMMAND),
             "seidel apply p.0007.exr -o o.07.exr --amount 1"
         );
+    }
+
+    #[test]
+    fn folders_of_paths_are_left_out_everywhere() {
+        let words = [
+            "s",
+            "apply",
+            "/show/in.%04d.exr",
+            "-o",
+            "/show/out.%04d.exr",
+        ];
+        let settings = [
+            ("config".to_owned(), "/show/config.ocio".to_owned()),
+            ("working-space".to_owned(), "a/b".to_owned()),
+        ];
+        let old = [
+            (COMMAND.to_owned(), "seidel lut /old/a.exr".to_owned()),
+            (HISTORY.to_owned(), "0.1.0: seidel demo /older/x".to_owned()),
+        ];
+        let full = provenance(&words);
+        let texts = full.texts(Some(3), &settings, &old);
+        let all = format!("{texts:?}");
+        assert!(
+            all.contains("/show/in.0003.exr") && all.contains("/older/x"),
+            "{all}"
+        );
+        let names = full.clone().with_paths(ProvenancePaths::Names);
+        let texts = names.texts(Some(3), &settings, &old);
+        let command = "seidel apply in.0003.exr -o out.0003.exr";
+        assert_eq!(text(&texts, COMMAND), command);
+        assert_eq!(
+            text(&texts, SETTINGS),
+            "config: config.ocio\nworking-space: a/b"
+        );
+        let history = "0.1.0: seidel demo x\n?: seidel lut a.exr";
+        assert_eq!(text(&texts, HISTORY), history);
+        // Where files lie is no other command.
+        assert!(!full.is_other_command(Some(3), &texts));
+        assert!(provenance(&["s", "remove"]).is_other_command(Some(3), &texts));
     }
 
     #[test]

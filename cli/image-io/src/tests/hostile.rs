@@ -102,6 +102,48 @@ fn read_in_every_way(path: &Path) {
     let _ = tile_image::read(path, &["Y".to_owned()]);
 }
 
+/// Returns the offset of the leader of the first DWA chunk of a file.
+fn dwa_leader(bytes: &[u8]) -> usize {
+    // Row 0 as 32 bits, the length of the chunk as 32 bits, and version 2 as 64 bits.
+    let is_chunk = |w: &[u8]| w[..4] == [0; 4] && w[4] > 0 && w[8..] == [2, 0, 0, 0, 0, 0, 0, 0];
+    let chunk = bytes.windows(16).position(is_chunk);
+    chunk.expect("a compressed chunk") + 8
+}
+
+#[test]
+fn absurd_sizes_in_dwa_chunks_are_refused_before_memory_is_allocated() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("a.exr");
+    for method in [Compression::DWAA(None), Compression::DWAB(None)] {
+        let smooth = |scale: f32| {
+            let samples = (0..64 * 40).map(|k| half::f16::from_f32(scale * (k % 64) as f32));
+            exr::image::FlatSamples::F16(samples.collect())
+        };
+        let names = ["A", "B", "G", "R", "Z"].map(|name| (name, smooth(0.01)));
+        let channels = names.into_iter().collect();
+        save(
+            &image(vec![part(None, (64, 40), (0, 0), method, channels)]),
+            &path,
+        );
+        let sound = fs::read(&path).expect("reads");
+        Plate::open(&path, &PlateOptions::default()).expect("a sound file");
+        let leader = dwa_leader(&sound);
+        // All counters but the version and the kind of entropy coding.
+        for counter in 1..10 {
+            for claim in [1 << 40, 1 << 62, u64::MAX] {
+                let at = leader + 8 * counter;
+                let mut bytes = sound.clone();
+                bytes[at..at + 8].copy_from_slice(&u64::to_le_bytes(claim));
+                fs::write(&path, bytes).expect("writes");
+                let error = Plate::open(&path, &PlateOptions::default()).expect_err("absurd");
+                let text = error.to_string();
+                assert!(text.contains("a.exr: is damaged"), "{text}");
+                assert!(text.contains(" of a DWA chunk is "), "{counter}: {text}");
+            }
+        }
+    }
+}
+
 #[test]
 fn absurd_sizes_are_refused_before_memory_is_allocated() {
     let folder = tempfile::tempdir().expect("temporary folder");

@@ -230,6 +230,34 @@ fn all_faults_are_reported_together_and_bad_observations_can_be_skipped() {
 }
 
 #[test]
+fn an_observation_that_is_listed_twice_is_a_fault_of_the_second() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let at = folder.path();
+    for name in ["a.exr", "b.exr"] {
+        tile(&at.join(name), |_| {});
+    }
+    let mut elsewhere = observation("a.exr");
+    elsewhere["x"] = json!(300.5);
+    let mut farther = observation("a.exr");
+    farther["depth_m"] = json!(9.0);
+    let list = vec![
+        observation("a.exr"),
+        observation("b.exr"),
+        elsewhere,
+        farther,
+    ];
+    put(at, &set(list.clone()));
+    assert!(read(at, ReadOptions::default()).is_ok(), "places differ");
+    put(at, &set([list, vec![observation("a.exr")]].concat()));
+    let text = refused(at);
+    let expected = "observation 4 (a.exr) file: is listed before with the same position";
+    assert!(text.contains(expected), "{text}");
+    let loaded = read(at, ReadOptions { skip_bad: true }).expect("four are left");
+    assert_eq!(loaded.set.observations.len(), 4);
+    assert_eq!(loaded.skipped[0].index, 4);
+}
+
+#[test]
 fn faults_of_the_set_itself_are_never_skipped() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let at = folder.path();
@@ -270,6 +298,16 @@ fn faults_of_the_set_itself_are_never_skipped() {
             "camera",
             json!({"focus_distance_m": 0.0}),
             "camera.focus_distance_m: is 0",
+        ),
+        (
+            "camera",
+            json!({"wavelength_nm": {"R": 620.0, "X": 620.0}}),
+            "camera.wavelength_nm.X: is of a channel that does not exist; name one of the channels: R, G, B",
+        ),
+        (
+            "camera",
+            json!({"wavelength_nm": {"R": 0.62}}),
+            "camera.wavelength_nm.R: is 0.62; give nanometres",
         ),
         ("observations", json!([]), "observations: is empty"),
         ("observations", json!({}), "observations: is an object"),

@@ -150,7 +150,10 @@ fn sparse_rows(group: &GroupEvaluation) -> Vec<Vec<String>> {
 
 fn table(title: &str, header: &[String], rows: &[Vec<String>], form: Form) -> String {
     if form == Form::Markdown {
-        let line = |cells: &[String]| format!("| {} |", cells.join(" | "));
+        let line = |cells: &[String]| {
+            let cells: Vec<String> = cells.iter().map(|cell| markdown(cell)).collect();
+            format!("| {} |", cells.join(" | "))
+        };
         let rule: Vec<String> = header.iter().map(|_| "---".to_owned()).collect();
         let mut lines = vec![
             format!("**{title}**"),
@@ -180,6 +183,22 @@ fn table(title: &str, header: &[String], rows: &[Vec<String>], form: Form) -> St
     let mut lines = vec![title.to_owned(), line(header)];
     lines.extend(rows.iter().map(|row| line(row)));
     lines.join("\n")
+}
+
+/// Returns `text` as a cell of a Markdown table: names of channels come from files, and must not become markup.
+fn markdown(text: &str) -> String {
+    let mut cell = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => cell.push_str("&amp;"),
+            '<' => cell.push_str("&lt;"),
+            '>' => cell.push_str("&gt;"),
+            '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '~' | '!' => cell.extend(['\\', c]),
+            c if c.is_whitespace() => cell.push(' '),
+            c => cell.push(c),
+        }
+    }
+    cell
 }
 
 /// An evaluation as a JSON document.
@@ -240,4 +259,18 @@ pub(super) fn plot(evaluation: &Evaluation) -> Result<String, CommandError> {
         "forward-blur SNR on PSFs not fitted, dB",
         &series,
     )?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::markdown;
+
+    #[test]
+    fn names_of_channels_do_not_become_markup() {
+        assert_eq!(
+            markdown("<img src=x onerror=a&b>|[x](y)\n`c`"),
+            r"&lt;img src=x onerror=a&amp;b&gt;\|\[x\](y) \`c\`"
+        );
+        assert_eq!(markdown("mu20 px², 1.2 / -3"), "mu20 px², 1.2 / -3");
+    }
 }

@@ -1,6 +1,7 @@
 //! Conversion of pictures from one space to another, one or the frames of a sequence.
 
 use std::ffi::OsString;
+use std::path::Path;
 use std::sync::Arc;
 
 use seidel_colour::{Alphas, Config, Processor};
@@ -9,7 +10,7 @@ use super::LutArgs;
 use crate::Console;
 use crate::commands::CommandError;
 use crate::commands::plates::{
-    AUTO, ChangeFilter, Files, FinishedFrame, FrameWork, Run, setting, space_of,
+    AUTO, ChangeFilter, Files, FinishedFrame, FrameWork, Run, setting, space_of, unrepresentable,
 };
 use seidel_image_io::error::FileError;
 use seidel_image_io::plate::{Plate, PlateOptions};
@@ -34,8 +35,8 @@ struct LoadedPicture {
 pub(super) fn run(
     args: &LutArgs,
     config: &Config,
-    input: &str,
-    output: &str,
+    input: &Path,
+    output: &Path,
     command_line: &[OsString],
     console: &mut Console,
 ) -> Result<(), CommandError> {
@@ -143,12 +144,8 @@ impl FrameWork for Job<'_> {
             _ => Alphas::Straight,
         };
         let report = processor.convert_planes(&mut colours, alphas)?;
-        if report.unrepresentable > 0 {
-            let problem = format!(
-                "{} samples have no finite value in `{}`",
-                report.unrepresentable,
-                processor.to()
-            );
+        let space = format!("value in `{}`", processor.to());
+        if let Some(problem) = unrepresentable(&report, &plate, &space) {
             if !self.args.scrub {
                 let remedy = "check --in-space, or give --scrub to replace such samples by zero";
                 return Err(FileError::new(plate.path(), "colour", problem, remedy).into());

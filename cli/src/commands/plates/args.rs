@@ -1,5 +1,7 @@
 //! The options that all commands on plates share.
 
+use std::path::PathBuf;
+
 use clap::{Args, ValueEnum};
 use seidel_core::Displacement;
 
@@ -13,7 +15,7 @@ use super::plate::PlateArgs;
 pub(crate) struct PlateCommandArgs {
     /// Plate to read: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; or a frame pattern such as plate.%04d.exr
     #[arg(value_name = "IN")]
-    pub(crate) input: String,
+    pub(crate) input: PathBuf,
     /// Plate to write: EXR, PNG, TIFF, DPX or HDR by its extension; or a frame pattern
     ///
     /// In the format of IN, everything else in the file is kept. In another format: EXR gets scene-linear, premultiplied
@@ -22,7 +24,7 @@ pub(crate) struct PlateCommandArgs {
     /// colour. HDR gets shared exponents. Integers are sRGB-encoded unless --encoding says otherwise. Warnings name
     /// everything that OUT cannot store.
     #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: String,
+    pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) depth: DepthArgs,
     #[command(flatten)]

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Args;
-use seidel_colour::{Alphas, ColourError, Config, Processor, Source, Space};
+use seidel_colour::{Alphas, ColourError, Config, ConversionReport, Processor, Source, Space};
 
 use crate::commands::CommandError;
 use seidel_image_io::error::FileError;
@@ -80,7 +80,7 @@ impl ColourArgs {
     /// colour is used. Adds to `warnings`.
     pub(super) fn pipeline<'a>(
         &self,
-        output: &'a str,
+        output: &'a Path,
         warnings: &mut Vec<String>,
     ) -> Result<Option<ColourPipeline<'a>>, CommandError> {
         if !self.is_used() {
@@ -105,7 +105,7 @@ impl ColourArgs {
             output_space: find(self.out_space.as_ref())?,
             input_space: find(self.in_space.as_ref().filter(|name| *name != AUTO))?,
             working,
-            output: Path::new(output),
+            output,
             config,
             reported: ChangeFilter::default(),
         }))
@@ -284,7 +284,7 @@ impl PlateColour {
         plate: &Plate,
         colours: &mut [Vec<f32>],
         alphas: Alphas,
-    ) -> Result<usize, CommandError> {
+    ) -> Result<ConversionReport, CommandError> {
         convert(&self.decoder, plate, colours, alphas)
     }
 
@@ -298,31 +298,43 @@ impl PlateColour {
         colours: &mut [Vec<f32>],
         alphas: Alphas,
     ) -> Result<(), CommandError> {
-        let unrepresentable = convert(&self.encoder, plate, colours, alphas)?;
-        if unrepresentable == 0 {
-            return Ok(());
+        let report = convert(&self.encoder, plate, colours, alphas)?;
+        let space = format!("value in `{}`", self.encoder.to());
+        match unrepresentable(&report, plate, &space) {
+            Some(problem) => {
+                let remedy = "give another --out-space";
+                Err(FileError::new(plate.path(), "colour", problem, remedy).into())
+            }
+            None => Ok(()),
         }
-        Err(FileError::new(
-            plate.path(),
-            "colour",
-            format!(
-                "{unrepresentable} samples have no finite value in `{}`",
-                self.encoder.to()
-            ),
-            "give another --out-space",
-        )
-        .into())
     }
 }
 
-/// Converts colours in place. Returns the number of samples without a finite value in the other space.
+/// Describes the samples of `plate` without a finite `value`, such as `value in ACEScg`; `None` if there are none.
+pub(crate) fn unrepresentable(
+    report: &ConversionReport,
+    plate: &Plate,
+    value: &str,
+) -> Option<String> {
+    let first = report.first_unrepresentable?;
+    let names = plate.colour_names();
+    let name = names.get(first.channel).or(names.first());
+    Some(format!(
+        "{} samples have no finite {value}, the first in channel {}, pixel ({}, {})",
+        report.unrepresentable,
+        name.map_or("", String::as_str),
+        first.pixel % plate.width(),
+        first.pixel / plate.width()
+    ))
+}
+
+/// Converts colours in place.
 fn convert(
     processor: &Processor,
     plate: &Plate,
     colours: &mut [Vec<f32>],
     alphas: Alphas,
-) -> Result<usize, CommandError> {
+) -> Result<ConversionReport, CommandError> {
     let report = processor.convert_planes(colours, alphas);
-    let report = report.map_err(|e| FileError::new(plate.path(), e.field, e.problem, e.remedy))?;
-    Ok(report.unrepresentable)
+    Ok(report.map_err(|e| FileError::new(plate.path(), e.field, e.problem, e.remedy))?)
 }

@@ -11,13 +11,13 @@ use seidel_image_io::sequence::FramePaths;
 /// The files of a run: paths or frame patterns.
 pub(crate) struct Files<'a> {
     /// Plate to read.
-    pub(crate) input: &'a str,
+    pub(crate) input: &'a Path,
     /// Plate to write.
-    pub(crate) output: &'a str,
+    pub(crate) output: &'a Path,
     /// Other images to read; each may be one file for all frames.
-    pub(crate) read: Vec<&'a str>,
+    pub(crate) read: Vec<&'a Path>,
     /// Other images to write, each with its option.
-    pub(crate) written: Vec<(&'static str, &'a str)>,
+    pub(crate) written: Vec<(&'static str, &'a Path)>,
     /// Lens profiles, each with its role in the provenance.
     pub(crate) lenses: Vec<(&'static str, &'a Path)>,
 }

@@ -13,11 +13,12 @@ mod memory;
 mod plate;
 mod queue;
 mod reader;
+mod resume;
 mod run;
 
 pub(crate) use adjust::scaled_amount;
 pub(crate) use args::PlateCommandArgs;
-pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of};
+pub(crate) use colour::{AUTO, ChangeFilter, ConfigArgs, space_of, unrepresentable};
 pub(crate) use finished_frame::{FinishedFrame, Map, SideFile};
 pub(crate) use frames::{Files, FrameFiles};
 pub(crate) use queue::FrameWork;

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use seidel_colour::Alphas;
+use seidel_colour::{Alphas, ConversionReport};
 use seidel_core::render::MAX_PIXEL_ASPECT;
 use seidel_core::{AlphaKind, Image, PlateGeometry, Rectangle};
 
-use super::colour::{ColourArgs, PlateColour};
+use super::colour::{ColourArgs, PlateColour, unrepresentable};
 use crate::commands::{CommandError, EncodingChoice};
 use seidel_image_io::error::FileError;
 use seidel_image_io::exr::ExrCompression;
@@ -97,13 +97,14 @@ impl PlateArgs {
     }
 
     /// Rejects `--compression` for an `output` that is not an EXR file.
-    pub(super) fn check_output(&self, output: &str) -> Result<(), CommandError> {
-        let is_exr = Format::from_path(Path::new(output)) == Some(Format::Exr);
+    pub(super) fn check_output(&self, output: &Path) -> Result<(), CommandError> {
+        let is_exr = Format::from_path(output) == Some(Format::Exr);
         if self.compression.is_none() || is_exr {
             return Ok(());
         }
         Err(CommandError::Usage(format!(
-            "--compression applies to EXR files, but {output} has another extension; leave it out or name OUT .exr"
+            "--compression applies to EXR files, but {} has another extension; leave it out or name OUT .exr",
+            output.display()
         )))
     }
 
@@ -182,8 +183,8 @@ impl PlateArgs {
         let channel_alphas = plate.channel_alphas();
         if let Some(colour) = colour {
             let alphas = alphas(kind, alpha.as_deref(), &channel_alphas);
-            let unrepresentable = colour.decode(plate, &mut colours, alphas)?;
-            self.check_unrepresentable(plate, unrepresentable, warnings)?;
+            let report = colour.decode(plate, &mut colours, alphas)?;
+            self.check_unrepresentable(plate, &report, warnings)?;
         }
         let names = plate.colour_names().to_vec();
         let mut image = Image::new(plate.width(), plate.height(), names, colours)?.with_alpha(
@@ -196,17 +197,16 @@ impl PlateArgs {
         Ok(image)
     }
 
-    /// Rejects samples without a finite scene-linear value, `count` of them, unless `--scrub` replaces them.
+    /// Rejects samples without a finite scene-linear value unless `--scrub` replaces them.
     fn check_unrepresentable(
         &self,
         plate: &Plate,
-        count: usize,
+        report: &ConversionReport,
         warnings: &mut Vec<String>,
     ) -> Result<(), CommandError> {
-        if count == 0 {
+        let Some(problem) = unrepresentable(report, plate, "scene-linear value") else {
             return Ok(());
-        }
-        let problem = format!("{count} samples have no finite scene-linear value");
+        };
         if self.scrub {
             warnings.push(format!("{problem}; replaced by zero"));
             return Ok(());

@@ -336,6 +336,7 @@ impl LoadedPlate {
     ) -> Result<(), CommandError> {
         let (width, height) = (target.width(), target.height());
         let image = self.prepared.to_image_of_size(width, height, planes);
+        let image = image.map_err(|e| self.in_file(e))?;
         put_image(target, image, self.colour.as_ref())
     }
 }

@@ -1,17 +1,17 @@
 //! A run over a single plate or the frames of a sequence.
 
 use std::ffi::OsString;
-use std::path::Path;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::finished_frame::FinishedFrame;
 use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
 use super::queue::{FrameResult, FrameWork, Resources, run_pipeline};
-use crate::commands::{CommandError, thread_pool};
+use super::resume::unfinished;
+use crate::commands::{CommandError, parse_threads, thread_pool};
 use crate::{Console, ProgressBar};
-use seidel_image_io::provenance::Provenance;
+use seidel_image_io::provenance::{Provenance, ProvenancePaths};
 use seidel_image_io::sequence::{FramePattern, expand_frames};
 
 /// Options about frames, threads, memory and provenance.
@@ -21,7 +21,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     frames: Option<String>,
     /// Number of threads; all cores if omitted
-    #[arg(long)]
+    #[arg(long, value_parser = parse_threads)]
     threads: Option<usize>,
     /// Memory for the frames in flight, such as 500M or 4G; one frame is always in flight
     #[arg(long, value_name = "SIZE", default_value = DEFAULT_MEMORY, value_parser = parse_size)]
@@ -29,9 +29,23 @@ pub(crate) struct RunArgs {
     /// Process all frames of a sequence; otherwise those whose outputs exist are skipped
     #[arg(long)]
     overwrite: bool,
-    /// Leave version, command, lens and settings out of the metadata of OUT, where `seidel info` shows them
-    #[arg(long)]
+    /// Version, command, lens and settings in the metadata of OUT, where `seidel info` shows them
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = ProvenanceChoice::Names)]
+    provenance: ProvenanceChoice,
+    /// The same as --provenance none
+    #[arg(long, conflicts_with = "provenance")]
     no_provenance: bool,
+}
+
+/// The provenance in the metadata of outputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ProvenanceChoice {
+    /// With paths as on the command line
+    Full,
+    /// With the names of files alone, without their folders, also in the history that IN holds
+    Names,
+    /// Nothing is added
+    None,
 }
 
 impl RunArgs {
@@ -53,21 +67,20 @@ impl RunArgs {
         command_line: &[OsString],
         console: &mut Console,
     ) -> Result<Run, CommandError> {
-        let all = self.expand(files)?;
-        let count = all.len();
-        let frames: Vec<FrameFiles> = all.into_iter().filter(|f| !self.is_done(f)).collect();
-        if frames.len() < count {
-            console.note(format!(
-                "{} of {count} frames exist already and are skipped; give --overwrite to render them again",
-                count - frames.len(),
-            ));
-        }
-        let mut provenance = (!self.no_provenance).then(|| Provenance::new(command_line));
+        let mut frames = self.expand(files)?;
+        let mut provenance = Provenance::new(command_line);
         for (role, path) in &files.lenses {
-            provenance = provenance
-                .map(|provenance| provenance.with_file(role, path))
-                .transpose()?;
+            provenance = provenance.with_file(role, path)?;
         }
+        if self.has_frames() && !self.overwrite {
+            frames = unfinished(frames, &provenance, console)?;
+        }
+        let provenance = match self.provenance {
+            _ if self.no_provenance => None,
+            ProvenanceChoice::None => None,
+            ProvenanceChoice::Names => Some(provenance.with_paths(ProvenancePaths::Names)),
+            ProvenanceChoice::Full => Some(provenance),
+        };
         Ok(Run {
             resources: Resources {
                 reading: thread_pool(self.threads)?,
@@ -102,12 +115,6 @@ impl RunArgs {
             frame.check(&files.lenses)?;
         }
         Ok(frames)
-    }
-
-    /// Returns whether an earlier run finished a frame of a sequence. Its outputs are complete if they exist, because files are
-    /// written whole or not at all.
-    fn is_done(&self, frame: &FrameFiles) -> bool {
-        frame.number.is_some() && !self.overwrite && frame.outputs().all(Path::exists)
     }
 }
 

@@ -6,6 +6,9 @@ use crate::effects;
 use crate::error::{Error, Result};
 use crate::lens::VergenceSeries;
 
+/// Largest variance of the symmetric blur of a lens. Real ones are below 10 px²; a PSF of this one takes 10 MB.
+const MAX_BLUR_VARIANCE_PX2: f64 = 1e4;
+
 /// The effect that fitted and added effects can have only once in all.
 const IRIS: &str = "aperture_polygon";
 
@@ -13,6 +16,7 @@ impl LensProfile {
     /// Checks the conditions that involve more than one key.
     pub(super) fn check(&self) -> Result<()> {
         names(&self.channel_names())?;
+        self.camera.check_wavelengths(&self.channel_names())?;
         match &self.description {
             LensDescription::Moments(channels) => {
                 for (index, channel) in channels.iter().enumerate() {
@@ -92,6 +96,7 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
     for (name, values) in channel.series() {
         series(values).map_err(|e| e.within(name))?;
     }
+    blur_variance(channel).map_err(|e| e.within("blur_variance_px2"))?;
     let order = |carried: &ProfileEffect| effects::acting_position(carried.effect);
     for (list, name) in [
         (&channel.effects, "effects"),
@@ -128,10 +133,29 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
     Ok(())
 }
 
-fn effect(carried: &ProfileEffect, measured_vergence: (f64, f64)) -> Result<()> {
-    let (low, high) = measured_vergence;
-    /// Steps over the measured range at which a series is checked.
+/// Checks that the symmetric blur can be drawn: the memory of a PSF grows with its variance.
+fn blur_variance(channel: &PupilChannel) -> Result<()> {
+    for v in checked_vergences(channel.measured_vergence) {
+        let variance = channel.blur_variance_px2.at(v);
+        if variance > MAX_BLUR_VARIANCE_PX2 {
+            return Err(Error::new(
+                "coefficients",
+                format!("give a variance of {variance} px² at vergence {v} 1/m"),
+                format!("keep it up to {MAX_BLUR_VARIANCE_PX2} px², or fit the lens again"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the vergences at which a series is checked, over the measured range.
+fn checked_vergences(measured: (f64, f64)) -> impl Iterator<Item = f64> {
     const STEPS: usize = 8;
+    let (low, high) = measured;
+    (0..=STEPS).map(move |step| low + (high - low) * step as f64 / STEPS as f64)
+}
+
+fn effect(carried: &ProfileEffect, measured_vergence: (f64, f64)) -> Result<()> {
     let parameters = carried.effect.parameters();
     if parameters.len() != carried.values.len() {
         return Err(Error::new(
@@ -144,8 +168,7 @@ fn effect(carried: &ProfileEffect, measured_vergence: (f64, f64)) -> Result<()> 
         series(values).map_err(|e| e.within(parameter.name))?;
         // A fit that ended at a limit may exceed it by rounding.
         let slack = 1e-9 * (parameter.most - parameter.least);
-        for step in 0..=STEPS {
-            let v = low + (high - low) * step as f64 / STEPS as f64;
+        for v in checked_vergences(measured_vergence) {
             let value = values.at(v);
             if !(parameter.least - slack..=parameter.most + slack).contains(&value) {
                 return Err(Error::new(

@@ -1,5 +1,7 @@
 //! Profiles of both kinds round-trip; damaged ones are rejected with the place.
 
+use std::collections::BTreeMap;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -225,6 +227,32 @@ fn damaged_pupils_are_rejected_with_the_place() {
 }
 
 /// The one channel of a pupil profile.
+#[test]
+fn a_blur_too_large_to_draw_is_rejected() {
+    for coefficients in [[1.001e4, 0.0], [0.0, 1.1e4], [5.6e8, 0.0]] {
+        let mut profile = pupil_profile();
+        only_channel(&mut profile).blur_variance_px2 = series(&coefficients);
+        let error = LensProfile::from_json(&profile.to_json()).expect_err("too large");
+        let place = "channels[0] (G): blur_variance_px2: coefficients";
+        assert_eq!(error.place, place);
+        assert!(error.remedy.contains("10000 px²"), "{error}");
+    }
+    // 100 px standard deviation at the nearest measured distance.
+    let mut largest = pupil_profile();
+    only_channel(&mut largest).blur_variance_px2 = series(&[0.0, 1e4]);
+    LensProfile::from_json(&largest.to_json()).expect("drawable");
+}
+
+#[test]
+fn wavelengths_of_no_light_and_of_no_channel_are_rejected() {
+    for (name, nm) in [("G", 0.0), ("G", -1.0), ("G", 0.55), ("X", 540.0)] {
+        let mut profile = pupil_profile();
+        profile.camera.wavelength_nm = BTreeMap::from([(name.to_owned(), nm)]);
+        let error = LensProfile::from_json(&profile.to_json()).expect_err("no wavelength");
+        assert_eq!(error.place, format!("camera.wavelength_nm.{name}"));
+    }
+}
+
 fn only_channel(profile: &mut LensProfile) -> &mut PupilChannel {
     match &mut profile.description {
         LensDescription::Pupil(channels) => &mut channels[0],
