@@ -14,6 +14,10 @@ const BORDER_PX: usize = 20;
 /// Least signal-to-noise ratios for depth with anti-aliased edges and with noise.
 const SMOOTH_DB: f64 = 36.0;
 const NOISY_DB: f64 = 36.0;
+/// The scenes whose first card is a blurred foreground, and the least signal-to-noise ratio at their edges with the background
+/// given.
+const FOREGROUNDS: [&str; 2] = ["near-card-blurred", "dark-card-blurred"];
+const GIVEN_DB: f64 = 41.6;
 /// Half width of the band around depth edges that is scored separately, px.
 const BAND_PX: usize = 16;
 
@@ -189,6 +193,11 @@ fn lights_behind_the_edge_of_a_sharp_card() {
     must_agree("light-behind-sharp-card", (33.4, 29.5));
 }
 
+#[test]
+fn lights_behind_the_edge_of_a_blurred_card_are_cut() {
+    must_agree("light-behind-blurred-card", (36.5, 34.5));
+}
+
 /// Without occlusion the same scenes have far larger errors.
 #[test]
 fn occlusion_is_worth_ten_decibels_at_an_edge() {
@@ -203,7 +212,7 @@ fn occlusion_is_worth_ten_decibels_at_an_edge() {
 /// With its background given, a blurred foreground is right at its edge, where an estimate is not.
 #[test]
 fn a_given_background_is_shown_behind_a_blurred_card() {
-    for (name, least) in [("near-card-blurred", 41.6), ("dark-card-blurred", 41.6)] {
+    for name in FOREGROUNDS {
         let scenes = depth_scenes::all();
         let scene = scenes.iter().find(|scene| scene.name == name);
         let scene = scene.expect("a scene of that name");
@@ -212,7 +221,7 @@ fn a_given_background_is_shown_behind_a_blurred_card() {
         let (_, band) = compared(&all.vergence);
         let with = psnr(&given, &all.reference, &band);
         let gain = with - psnr(&all.ours, &all.reference, &band);
-        assert!(with > least && gain > 8.0, "{name}: {with}, {gain} more");
+        assert!(with > GIVEN_DB && gain > 8.0, "{name}: {with}, {gain} more");
     }
 }
 
@@ -252,6 +261,12 @@ fn write_images_for_the_docs() {
     for (line, scene) in scenes.iter().enumerate() {
         let all = pictures(scene);
         print_row(scene.name, &all);
+        if FOREGROUNDS.contains(&scene.name) {
+            let given = rendered_with_background(scene, &all.plate, &all.vergence);
+            let (_, band) = compared(&all.vergence);
+            let edges = psnr(&given, &all.reference, &band);
+            println!("{}, edges, with --background: {edges:.1}", scene.name);
+        }
         let error: Vec<f32> = (all.ours.iter().zip(&all.reference))
             .map(|(a, b)| (0.5 + 2.0 * (a - b)).clamp(0.0, 1.0).powf(2.2))
             .collect();
