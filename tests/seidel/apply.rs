@@ -32,7 +32,7 @@ fn energy_and_depth_are_preserved() {
     write_plate(&plate, 90, 60);
     let outcome = succeeds(
         folder.path(),
-        "apply --lens @lens.json @plate.exr -o @out.exr --quality exact --occlusion off",
+        "apply --lens @lens.json @plate.exr -o @out.exr --quality exact --occlusion off --edges mirror",
     );
     assert!(
         outcome.stderr.contains("spans 1.0000 m"),
@@ -326,6 +326,8 @@ fn measured_plates_keep_their_energy_and_their_other_channels() {
             "exact".as_ref(),
             "--occlusion".as_ref(),
             "off".as_ref(),
+            "--edges".as_ref(),
+            "mirror".as_ref(),
             "--no-provenance".as_ref(),
         ]);
         assert_eq!(outcome.status, 0, "{}", outcome.stderr);

@@ -175,7 +175,10 @@ fn alpha_and_clipped_light() {
         ("A", covered.clone()),
     ];
     write_exr(&folder.join("truth.exr"), WIDTH, HEIGHT, &channels);
-    succeeds(folder, &format!("apply @truth.exr -o @plate.exr {LENS}"));
+    succeeds(
+        folder,
+        &format!("apply @truth.exr -o @plate.exr {LENS} --edges mirror"),
+    );
     let outcome = removed(folder, "sharp.exr", "--noise 0.001,0.002,0.003 --clip 2.5");
     assert!(
         outcome

@@ -115,7 +115,10 @@ fn memory_and_threads_change_nothing_and_messages_are_in_order() {
         "--memory 300K --threads 3",
         "--memory 2G --threads 2",
     ] {
-        let outcome = succeeds(folder, &format!("{RUN} --overwrite {options}"));
+        let outcome = succeeds(
+            folder,
+            &format!("{RUN} --overwrite --edges mirror {options}"),
+        );
         let frames: Vec<_> = outcome
             .stderr
             .lines()
