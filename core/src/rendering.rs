@@ -37,14 +37,14 @@ impl Rendering<'_> {
             inner: self.renderer,
             settings,
         });
-        let renderer: &dyn Renderer = match &layered {
-            Some(layered) => layered,
-            None => self.renderer,
+        let replicating = EdgeReplicatingRenderer {
+            inner: self.renderer,
+            occlusion: self.occlusion,
         };
-        let replicating = EdgeReplicatingRenderer { inner: renderer };
-        let renderer = match self.edges {
-            Edges::Extend => &replicating,
-            Edges::Mirror | Edges::Black => renderer,
+        let renderer: &dyn Renderer = match (self.edges, &layered) {
+            (Edges::Extend, _) => &replicating,
+            (Edges::Mirror | Edges::Black, Some(layered)) => layered,
+            (Edges::Mirror | Edges::Black, None) => self.renderer,
         };
         let Scene { width, height, .. } = *self.scene;
         let window = window.unwrap_or(RenderWindow {

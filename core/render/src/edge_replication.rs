@@ -1,6 +1,9 @@
 //! A renderer that replicates the plate's edge pixels beyond its edges.
 
-use crate::{ClampedLens, Edges, Plane, RenderWindow, Rendered, Renderer, Scene, VergencePass};
+use crate::{
+    Background, ClampedLens, Edges, Holdout, LayeredRenderer, Occlusion, Plane, RenderWindow,
+    Rendered, Renderer, Scene, VergencePass,
+};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 
@@ -10,8 +13,10 @@ use seidel_optics::error::Result;
 /// what leaves. The scene's own [`Edges`] are ignored.
 #[derive(Clone, Copy)]
 pub struct EdgeReplicatingRenderer<'r> {
-    /// The renderer of the plate with its margin.
+    /// The renderer of the plate with its margin, or of its depth layers.
     pub inner: &'r dyn Renderer,
+    /// Occlusion, by layers around `inner`. Its holdout and its background repeat their edge pixels too.
+    pub occlusion: Option<Occlusion<'r>>,
 }
 
 impl Renderer for EdgeReplicatingRenderer<'_> {
@@ -32,6 +37,9 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
     ) -> Result<Rendered> {
         scene.check(planes)?;
         window.check(scene)?;
+        if let Some(occlusion) = &self.occlusion {
+            occlusion.check(scene, planes.len())?;
+        }
         let margin = Margin::new(scene);
         let samples: Vec<Vec<f32>> = planes
             .par_iter()
@@ -67,7 +75,64 @@ impl Renderer for EdgeReplicatingRenderer<'_> {
             row: window.row + margin.y,
             ..window
         };
-        self.inner.render_window(&padded, &planes, window, progress)
+        let Some(settings) = self.occlusion else {
+            return self.inner.render_window(&padded, &planes, window, progress);
+        };
+        let mattes = PaddedMattes::new(&margin, &settings);
+        let background_planes: Vec<&[f32]> = mattes.background.iter().map(Vec::as_slice).collect();
+        let layered = LayeredRenderer {
+            inner: self.inner,
+            settings: mattes.occlusion(&settings, &background_planes),
+        };
+        layered.render_window(&padded, &planes, window, progress)
+    }
+}
+
+/// The planes of a holdout and a background with their margin; empty where there are none.
+struct PaddedMattes {
+    matte: Vec<f32>,
+    matte_vergence: Vec<f32>,
+    background: Vec<Vec<f32>>,
+    background_vergence: Vec<f32>,
+}
+
+impl PaddedMattes {
+    fn new(margin: &Margin, settings: &Occlusion) -> Self {
+        let pass = |vergence: Option<VergencePass>| match vergence {
+            Some(VergencePass::PerPixel(pass)) => margin.padded(pass),
+            Some(VergencePass::Constant(_)) | None => Vec::new(),
+        };
+        let background = settings.background.map(|background| background.planes);
+        let planes = background.unwrap_or_default().iter();
+        Self {
+            matte: (settings.holdout).map_or_else(Vec::new, |h| margin.padded(h.matte)),
+            matte_vergence: pass(settings.holdout.and_then(|holdout| holdout.vergence)),
+            background: planes.map(|plane| margin.padded(plane)).collect(),
+            background_vergence: pass(settings.background.map(|b| b.vergence)),
+        }
+    }
+
+    /// Returns `settings` with these planes; `background` are those of the background.
+    fn occlusion<'a>(
+        &'a self,
+        settings: &Occlusion<'a>,
+        background: &'a [&'a [f32]],
+    ) -> Occlusion<'a> {
+        let pass = |own: VergencePass<'a>, padded: &'a [f32]| match own {
+            VergencePass::PerPixel(_) => VergencePass::PerPixel(padded),
+            constant => constant,
+        };
+        Occlusion {
+            holdout: settings.holdout.map(|holdout| Holdout {
+                matte: &self.matte,
+                vergence: holdout.vergence.map(|own| pass(own, &self.matte_vergence)),
+            }),
+            background: settings.background.map(|own| Background {
+                planes: background,
+                vergence: pass(own.vergence, &self.background_vergence),
+            }),
+            ..*settings
+        }
     }
 }
 
@@ -109,10 +174,7 @@ impl Margin {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        BlurField, DisplacedBlur, Displacement, Gather, LayeredRenderer, Occlusion, PlateMap,
-        Scatter,
-    };
+    use crate::{BlurField, DisplacedBlur, Displacement, Gather, PlateMap, Scatter};
     use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
     use seidel_optics::moments::MeridionalMoments;
     use seidel_optics::psf::{Gaussian, LocalBlur};
@@ -166,7 +228,11 @@ mod tests {
             samples,
             weights: &[1.0],
         };
-        let rendered = EdgeReplicatingRenderer { inner }.render(scene, &[plane], &|_| true);
+        let rendered = EdgeReplicatingRenderer {
+            inner,
+            occlusion: None,
+        }
+        .render(scene, &[plane], &|_| true);
         rendered.expect("a valid scene").planes.remove(0)
     }
 
@@ -214,5 +280,50 @@ mod tests {
             let worst = got.iter().map(|v| (v - 0.7).abs()).fold(0.0, f32::max);
             assert!(worst < limit, "{}: {worst}", renderer.id());
         }
+    }
+
+    /// A holdout that covers the left half also covers what lies beyond the left edge, and nothing on the right.
+    #[test]
+    fn holdouts_are_replicated_with_the_plate() {
+        let even = vec![0.7_f32; 60 * 40];
+        let pass: Vec<f32> = (0..60 * 40).map(|k| (k % 60) as f32 / 60.0).collect();
+        let matte: Vec<f32> = (0..60 * 40)
+            .map(|k| f32::from(u8::from(k % 60 < 30)))
+            .collect();
+        let plane = Plane {
+            samples: &even,
+            weights: &[1.0],
+        };
+        let renderer = EdgeReplicatingRenderer {
+            inner: &Scatter,
+            occlusion: Some(Occlusion {
+                holdout: Some(Holdout {
+                    matte: &matte,
+                    vergence: None,
+                }),
+                ..Occlusion::default()
+            }),
+        };
+        let scene = scene(VergencePass::PerPixel(&pass));
+        let done = renderer.render(&scene, &[plane], &|_| true);
+        let out = done.expect("a valid scene").planes.remove(0);
+        assert_eq!(out[20 * 60], 0.0);
+        assert!(
+            (out[20 * 60 + 59] - 0.7).abs() < 0.03,
+            "{}",
+            out[20 * 60 + 59]
+        );
+        let small = Occlusion {
+            holdout: Some(Holdout {
+                matte: &matte[..60],
+                vergence: None,
+            }),
+            ..Occlusion::default()
+        };
+        let renderer = EdgeReplicatingRenderer {
+            inner: &Scatter,
+            occlusion: Some(small),
+        };
+        assert!(renderer.render(&scene, &[plane], &|_| true).is_err());
     }
 }

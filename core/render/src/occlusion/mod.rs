@@ -121,7 +121,7 @@ impl Renderer for LayeredRenderer<'_> {
 }
 
 impl Occlusion<'_> {
-    fn check(&self, scene: &Scene, planes: usize) -> Result<()> {
+    pub(crate) fn check(&self, scene: &Scene, planes: usize) -> Result<()> {
         if let Some(background) = self.background {
             background.check(scene, planes)?;
         }

@@ -95,7 +95,10 @@ fn rendered(
         inner,
         settings: Occlusion::default(),
     };
-    let replicating = EdgeReplicatingRenderer { inner: &layered };
+    let replicating = EdgeReplicatingRenderer {
+        inner: &layered,
+        occlusion: None,
+    };
     let renderer: &dyn Renderer = match extension {
         Extension::None => &layered,
         Extension::Replicate => &replicating,
