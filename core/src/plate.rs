@@ -188,7 +188,7 @@ impl DepthPass {
     }
 }
 
-/// What a plate shows without its foreground, such as a clean plate: an image of the plate's size, and its depth.
+/// A plate without its foreground, such as a clean plate: an image of the plate's size, and its depth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Background {
     /// The image, with the colours of the plate.

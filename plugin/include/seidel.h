@@ -51,7 +51,7 @@
 #define SEIDEL_GEOMETRY_FULL 2
 
 /**
- * The mirrored plate lies beyond the plate, so that no light is lost. The default.
+ * The mirrored plate lies beyond the plate, so that no light is lost.
  */
 #define SEIDEL_EDGES_MIRROR 0
 
@@ -64,6 +64,12 @@
  * The nearest pixel of the plate lies beyond it, with its depth and blur.
  */
 #define SEIDEL_EDGES_NEAREST 2
+
+/**
+ * The edges are chosen by the alpha along the border: mirrored for full frames, black for elements over nothing,
+ * nearest for elements that the border cuts. The default.
+ */
+#define SEIDEL_EDGES_AUTO 3
 
 /**
  * For previews: 45 dB peak signal-to-noise ratio against SEIDEL_QUALITY_EXACT.
@@ -846,7 +852,7 @@ enum SeidelStatus seidel_kernel(const struct SeidelLens *lens,
 
 /**
  * Writes to `*region` the pixels of the source that seidel_apply needs for a bit-identical result in `window`. With
- * SEIDEL_QUALITY_EXACT, one distance and a PSF model that needs no rays, these are `window` and the reach of the
+ * SEIDEL_QUALITY_EXACT, edges that are not SEIDEL_EDGES_AUTO, one distance and a PSF model that needs no rays, these are `window` and the reach of the
  * kernels about it. Otherwise they are the whole extent: the fast renderer chooses its highlights, and occlusion its
  * depth layers, from the whole plate. seidel_remove, seidel_relens and seidel_check_lens always need the whole
  * extent. Of the plate, `format`, `extent` and the presence of `depth` matter. `settings` may be NULL for the

@@ -176,7 +176,7 @@ fn invalid_members_are_refused_by_name() {
     refuses(Argument, "output.channels", |_, _, output, _| {
         output.channels = 3
     });
-    refuses(Argument, "settings.edges", |s, _, _, _| s.edges = 3);
+    refuses(Argument, "settings.edges", |s, _, _, _| s.edges = 4);
     refuses(Argument, "settings.quality", |s, _, _, _| s.quality = 3);
     refuses(Argument, "amount", |s, _, _, _| s.amount = -1.0);
     refuses(Argument, "pixel_aspect", |s, _, _, _| s.pixel_aspect = 0.0);

@@ -55,7 +55,7 @@ pub struct Occlusion<'a> {
     pub blur_inside: bool,
     /// An object composited in front later.
     pub holdout: Option<Holdout<'a>>,
-    /// What the plate shows without its foreground. It replaces the fill of uncovered areas.
+    /// The background: shown where the foreground is taken away. It replaces the fill of uncovered areas.
     pub background: Option<Background<'a>>,
 }
 
