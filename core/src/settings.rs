@@ -27,7 +27,7 @@ pub struct Settings {
     pub quality: Quality,
     /// Light beyond the edges of the plate; `None` chooses by the alpha along the plate's border, see [`Edges::of_plate`].
     pub edges: Option<Edges>,
-    /// Sides on which the plate is expanded by [`PreparedPlate::expand`](crate::PreparedPlate::expand).
+    /// Sides on which the plate is expanded by [`PreparedPlate::expanded`](crate::PreparedPlate::expanded).
     pub expand: Expand,
     /// Occlusion of far surfaces by near ones where depth varies. `None` adds the light of all depths, and keeps its sum.
     pub occlusion: Option<OcclusionSettings>,

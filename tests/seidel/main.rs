@@ -27,6 +27,7 @@ mod in_hosts;
 mod info;
 mod lens_command;
 mod lut;
+mod measure_lights;
 mod occlusion;
 mod pinholes;
 mod psf_command;

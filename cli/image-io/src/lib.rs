@@ -64,6 +64,7 @@ pub mod lut;
 pub mod metadata;
 pub mod observation_set;
 pub mod partial;
+pub mod photograph;
 pub mod plate;
 pub mod png;
 pub mod process_status;

@@ -9,8 +9,8 @@ use seidel_core::eval::{EvalSettings, SparseSettings, evaluate, shapes};
 use seidel_core::score::TestImage;
 
 use super::choice::ChoiceArgs;
-use super::measure::MeasureArgs;
 use super::picture::read_image;
+use super::tile_moments::MomentArgs;
 use super::{CommandError, short_name, write_text};
 use crate::Console;
 use crate::pictures::shapes::shapes_picture;
@@ -50,7 +50,7 @@ pub struct EvalArgs {
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(2..))]
     splits: u16,
     #[command(flatten)]
-    measure: MeasureArgs,
+    measure: MomentArgs,
     /// Format of the tables
     #[arg(long, value_enum, default_value_t = Form::Text)]
     form: Form,

@@ -13,8 +13,8 @@ use seidel_core::profile::LensProfile;
 use serde_json::{Value, json};
 
 use super::choice::ChoiceArgs;
-use super::measure::MeasureArgs;
 use super::picture::read_image;
+use super::tile_moments::MomentArgs;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
 use seidel_image_io::lens_profile;
@@ -36,7 +36,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "free|X,Y", value_parser = parse_axis)]
     axis: Option<AxisChoice>,
     #[command(flatten)]
-    measure: MeasureArgs,
+    measure: MomentArgs,
     /// Fit all PSFs and hold none out to score the lens (reduced, extended)
     #[arg(long)]
     use_all: bool,

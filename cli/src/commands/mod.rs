@@ -17,6 +17,7 @@ mod psf;
 mod relens;
 mod removal;
 mod remove;
+mod tile_moments;
 
 pub use diagnose::self_test;
 
@@ -48,6 +49,9 @@ pub struct Cli {
 pub enum Command {
     /// Fit a lens and blur a plate on synthetic data
     Demo(demo::DemoArgs),
+    /// Measure point-spread functions in photographs
+    #[command(subcommand)]
+    Measure(measure::MeasureCommand),
     /// Fit a lens to measured point-spread functions
     Fit(fit::FitArgs),
     /// Evaluate a lens on a set of point-spread functions
@@ -79,6 +83,7 @@ impl Command {
     pub fn run(self, command_line: &[OsString], console: &mut Console) -> Result<(), CommandError> {
         match self {
             Self::Demo(args) => demo::run(&args, console),
+            Self::Measure(command) => measure::run(&command, console),
             Self::Fit(args) => fit::run(&args, console),
             Self::Eval(args) => eval::run(&args, console),
             Self::Psf(args) => psf::run(&args, console),

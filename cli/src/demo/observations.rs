@@ -34,6 +34,7 @@ pub fn measured(lens: &LensProfile) -> Result<ObservationSet> {
     let template = ObservationSet {
         frame: lens.frame,
         axis_stated: true,
+        mosaic: None,
         pixel_pitch_um: lens.pixel_pitch_um,
         channels: predictor.channel_names().to_vec(),
         camera: lens.camera.clone(),
@@ -85,6 +86,9 @@ fn blank(
         noise_sigma: vec![None; channels],
         background: vec![0.0; channels],
         saturated: false,
+        gain: None,
+        weight_mask: None,
+        measurement: None,
     })
 }
 

@@ -5,6 +5,7 @@
 mod canvas;
 pub mod comparison;
 pub mod display;
+pub mod light_sheet;
 pub mod plate_gap;
 pub mod plot;
 mod psf_panel;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::reference_channel::reference_channel;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
-use seidel_optics::moments::support::{self, Support};
+use seidel_optics::moments::support::{Support, TilePixels};
 use seidel_optics::moments::{CentralMoments, FourthMoments};
 use seidel_optics::observations::ObservationSet;
 
@@ -54,6 +54,8 @@ pub struct MeasuredTile {
     pub fourth: FourthMoments,
     /// Whether `centroid` was placed by a fitted lens instead of by pixels.
     pub is_registered: bool,
+    /// Whether the pixels are those of one colour of a mosaic, which show the centroid only roughly.
+    pub is_mosaic: bool,
     /// Standard deviations of the seven moments from pixel noise; zero where the noise is unknown.
     pub noise: [f64; 7],
 }
@@ -65,7 +67,7 @@ const DETAIL_VARIANCE_PX2: f64 = 2.0;
 impl MeasuredTile {
     /// Returns whether the PSF is too narrow for its pixels to tell its centroid.
     pub(crate) fn centroid_is_unknown(&self) -> bool {
-        self.optical.mu20.min(self.optical.mu02) < MIN_VARIANCE_PX2
+        self.is_mosaic || self.optical.mu20.min(self.optical.mu02) < MIN_VARIANCE_PX2
     }
 
     /// Returns the field position of the ideal image point where known, and of the centroid otherwise. The
@@ -148,12 +150,25 @@ fn measure_one(
     }
     let light = observation.light(channel);
     let sigma = observation.noise_sigma[channel];
-    let (plain, mask) = support::moments(&light, sigma, support)
+    let counted = sets[set].counted(observation, channel);
+    let pixels = TilePixels {
+        tile: &light,
+        counted: counted.as_deref(),
+        noise_sigma: sigma,
+    };
+    let (plain, mask) = pixels
+        .moments(support)
         .ok_or_else(|| reject("holds no light above its noise"))?;
     let noise = match sigma {
-        Some(sigma) if sigma > 0.0 => plain.noise(&light, mask.as_deref(), sigma),
+        Some(sigma) if sigma > 0.0 => {
+            let gain = observation.gain.unwrap_or(0.0);
+            plain.photon_noise(&light, mask.as_deref(), sigma, gain)
+        }
         _ => [0.0; 7],
     };
+    let measured =
+        (observation.measurement.as_ref()).and_then(|m| m.channels.get(channel)?.as_ref());
+    let centroid = measured.map(|m| m.centroid);
     let optical = plain.without_pixel_area();
     Ok(MeasuredTile {
         set,
@@ -161,12 +176,14 @@ fn measure_one(
         file: observation.file.clone(),
         channel,
         distance: observation.distance,
-        centroid: observation.frame_point(plain.centroid_x, plain.centroid_y),
+        centroid: centroid
+            .unwrap_or_else(|| observation.frame_point(plain.centroid_x, plain.centroid_y)),
         ideal: observation.ideal,
         origin: observation.ideal,
         optical: optical.central,
         fourth: optical.fourth,
         is_registered: false,
+        is_mosaic: sets[set].mosaic.is_some(),
         noise,
     })
 }

@@ -13,7 +13,7 @@
 //! | [`psf`] | PSF models, kernels and sampling |
 //! | [`profile`] | fitted lenses as values and as JSON |
 //! | [`predict`] | the blur of a profile at any point; predicted observation sets |
-//! | [`observations`], [`tile`], [`camera`] | measured PSFs |
+//! | [`observations`], [`tile`], [`mosaic`], [`camera`] | measured PSFs |
 //! | [`moments`] | central moments, and their measurement from tiles |
 //!
 //! # Frames and units
@@ -31,6 +31,7 @@ pub mod error;
 pub mod field;
 pub mod lens;
 pub mod moments;
+pub mod mosaic;
 pub mod numeric;
 pub mod observations;
 pub mod predict;

@@ -6,6 +6,7 @@ use crate::camera::Camera;
 use crate::distance::ObjectDistance;
 use crate::error::{Error, Fault, Result};
 use crate::field::{Frame, ImagePoint};
+use crate::mosaic::Mosaic;
 use crate::tile::Tile;
 
 /// An observed point of light: one tile a channel.
@@ -27,6 +28,34 @@ pub struct Observation {
     pub background: Vec<f64>,
     /// True if a pixel of the tile is saturated.
     pub saturated: bool,
+    /// Counts per photo-electron, if known. The noise variance of a pixel is then `noise_sigma`² + `gain` x signal.
+    pub gain: Option<f64>,
+    /// Pixels to use (true) and to leave out (false), row-major; all are used if `None`.
+    pub weight_mask: Option<Vec<bool>>,
+    /// Figures of the measurement, if the tile was cut from a photograph.
+    pub measurement: Option<Measurement>,
+}
+
+/// Figures of the measurement of a light in a photograph.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// File of the photograph.
+    pub source: String,
+    /// One entry a channel, in the channel order of the set; `None` where the light is too faint in the channel.
+    pub channels: Vec<Option<ChannelMeasurement>>,
+}
+
+/// Figures of the measurement of a light in one channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChannelMeasurement {
+    /// Frame position of the centroid.
+    pub centroid: ImagePoint,
+    /// Standard deviation of the centroid along x and along y, px.
+    pub centroid_sigma_px: f64,
+    /// Total light, counts.
+    pub flux: f64,
+    /// Flux over its standard deviation.
+    pub snr: f64,
 }
 
 impl Observation {
@@ -48,7 +77,18 @@ impl Observation {
             background: vec![0.0; tiles.len()],
             tiles,
             saturated: false,
+            gain: None,
+            weight_mask: None,
+            measurement: None,
         }
+    }
+
+    /// Returns the frame column and row of the tile's top-left pixel; `None` if the tile's pixels are not those of the
+    /// frame's grid.
+    pub fn frame_corner(&self) -> Option<(usize, usize)> {
+        let corner = self.frame_point(0.0, 0.0);
+        let whole = |v: f64| (v >= 0.0 && v.fract() == 0.0 && v < 1e9).then_some(v as usize);
+        Some((whole(corner.x_px)?, whole(corner.y_px)?))
     }
 
     /// Returns the tile of `channel` with its background subtracted.
@@ -92,6 +132,9 @@ pub struct ObservationSet {
     pub channels: Vec<String>,
     /// Known settings of the camera.
     pub camera: Camera,
+    /// The colour filter mosaic, if tiles are raw pixels of a sensor. All channels of an observation then have the same
+    /// tile, and the pixels of a channel are those of its colour ([`ObservationSet::counted`]).
+    pub mosaic: Option<Mosaic>,
     /// The observations.
     pub observations: Vec<Observation>,
 }
@@ -105,8 +148,26 @@ impl ObservationSet {
             pixel_pitch_um: None,
             channels,
             camera: Camera::default(),
+            mosaic: None,
             observations,
         }
+    }
+
+    /// Returns which pixels of the tile of `channel` count, row-major: those of its colour in the mosaic that the weight
+    /// mask does not leave out. `None` if all do.
+    pub fn counted(&self, observation: &Observation, channel: usize) -> Option<Vec<bool>> {
+        let mask = observation.weight_mask.as_deref();
+        let Some(mosaic) = &self.mosaic else {
+            return mask.map(<[bool]>::to_vec);
+        };
+        let tile = &observation.tiles[channel];
+        let (left, top) = observation.frame_corner().unwrap_or_default();
+        let name = &self.channels[channel];
+        let of_channel = |k: usize| {
+            mosaic.is_of(name, left + k % tile.width(), top + k / tile.width())
+                && mask.is_none_or(|m| m[k])
+        };
+        Some((0..tile.samples().len()).map(of_channel).collect())
     }
 
     /// Returns every fault of the set that would fail or mislead a fit; empty if the set is valid.
@@ -151,13 +212,22 @@ impl ObservationSet {
                 "give a positive number of micrometres, or leave it out",
             ));
         }
+        if let Some(mosaic) = &self.mosaic {
+            for name in (self.channels.iter()).filter(|name| mosaic.share_of(name) == 0.0) {
+                faults.push(set_fault(
+                    "channels",
+                    format!("names `{name}`, which the mosaic {mosaic} does not have"),
+                    "name colours of the mosaic: R, G or B",
+                ));
+            }
+        }
         let channels: Vec<&str> = self.channels.iter().map(String::as_str).collect();
         if let Err(error) = self.camera.check_wavelengths(&channels) {
             faults.push(set_fault(&error.place, error.problem, &error.remedy));
         }
         let mut earlier = HashSet::new();
         for (index, observation) in self.observations.iter().enumerate() {
-            observation.check(index, &self.channels, &mut faults);
+            self.check_observation(index, &mut faults);
             if !observation.file.is_empty() && !earlier.insert(observation.identity()) {
                 faults.push(Fault {
                     observation: Some(index),
@@ -241,20 +311,23 @@ impl Observation {
         let numbers = [self.centre.x_px, self.centre.y_px, distance];
         (&self.file, numbers.map(f64::to_bits))
     }
+}
 
-    fn check(&self, index: usize, channels: &[String], faults: &mut Vec<Fault>) {
+impl ObservationSet {
+    fn check_observation(&self, index: usize, faults: &mut Vec<Fault>) {
+        let (observation, channels) = (&self.observations[index], &self.channels);
         let mut push = |field: String, problem: String, remedy: &str| {
             faults.push(Fault {
                 observation: Some(index),
-                file: self.file.clone(),
+                file: observation.file.clone(),
                 field,
                 problem,
                 remedy: remedy.into(),
             });
         };
         let points = [
-            ("x, y", Some(self.centre)),
-            ("ideal_x, ideal_y", self.ideal),
+            ("x, y", Some(observation.centre)),
+            ("ideal_x, ideal_y", observation.ideal),
         ];
         for (field, point) in points {
             if let Some(p) = point
@@ -268,28 +341,65 @@ impl Observation {
             }
         }
         let count = channels.len();
-        if self.tiles.len() != count
-            || self.noise_sigma.len() != count
-            || self.background.len() != count
+        if observation.tiles.len() != count
+            || observation.noise_sigma.len() != count
+            || observation.background.len() != count
         {
             push(
                 "channels".into(),
-                format!("{} tiles for {count} channels", self.tiles.len()),
+                format!("{} tiles for {count} channels", observation.tiles.len()),
                 "give one tile a channel",
             );
             return;
         }
+        if self.mosaic.is_some() && observation.frame_corner().is_none() {
+            push(
+                "x, y".into(),
+                format!(
+                    "is ({}, {}), which does not put the tile's pixels on the frame's grid",
+                    observation.centre.x_px, observation.centre.y_px
+                ),
+                "give the centre of a tile of whole frame pixels, such as 20.5 for an odd width",
+            );
+            return;
+        }
+        let pixels = observation.tiles.first().map(|tile| tile.samples().len());
+        if let Some(mask) = &observation.weight_mask
+            && pixels.is_some_and(|pixels| mask.len() != pixels)
+        {
+            push(
+                "weight_mask".into(),
+                format!(
+                    "has {} pixels for a tile of {}",
+                    mask.len(),
+                    pixels.unwrap_or(0)
+                ),
+                "store the mask at the size of the tile",
+            );
+            return;
+        }
+        if let Some(gain) = observation.gain
+            && !(gain.is_finite() && gain > 0.0)
+        {
+            push(
+                "gain".into(),
+                format!("is {gain}"),
+                "give a positive number of counts per electron, or leave it out",
+            );
+        }
         for (channel, name) in channels.iter().enumerate() {
             let field = format!("channel {name}");
-            let tile = &self.tiles[channel];
-            if (tile.width(), tile.height()) != (self.tiles[0].width(), self.tiles[0].height()) {
+            let tile = &observation.tiles[channel];
+            if (tile.width(), tile.height())
+                != (observation.tiles[0].width(), observation.tiles[0].height())
+            {
                 push(
                     field.clone(),
                     "its tile differs in size from the first channel's".into(),
                     "store all channels of an observation at one size",
                 );
             }
-            let background = self.background[channel];
+            let background = observation.background[channel];
             if !background.is_finite() {
                 push(
                     "background".into(),
@@ -298,7 +408,7 @@ impl Observation {
                 );
                 continue;
             }
-            if let Some(sigma) = self.noise_sigma[channel]
+            if let Some(sigma) = observation.noise_sigma[channel]
                 && !(sigma.is_finite() && sigma >= 0.0)
             {
                 push(
@@ -308,20 +418,28 @@ impl Observation {
                 );
                 continue;
             }
-            self.check_light(channel, &field, &mut push);
+            let counted = self.counted(observation, channel);
+            observation.check_light(channel, counted.as_deref(), &field, &mut push);
         }
     }
+}
 
+impl Observation {
     fn check_light(
         &self,
         channel: usize,
+        counted: Option<&[bool]>,
         field: &str,
         push: &mut impl FnMut(String, String, &str),
     ) {
         let light = self.light(channel);
-        let peak = light.samples().iter().copied().fold(f32::MIN, f32::max);
-        let lowest = light.samples().iter().copied().fold(f32::MAX, f32::min);
-        let sum = light.sum();
+        let samples = || {
+            let pixels = light.samples().iter().enumerate();
+            pixels.filter_map(|(k, v)| counted.is_none_or(|c| c[k]).then_some(*v))
+        };
+        let peak = samples().fold(f32::MIN, f32::max);
+        let lowest = samples().fold(f32::MAX, f32::min);
+        let sum: f64 = samples().map(f64::from).sum();
         if peak <= 0.0 || sum <= 0.0 {
             push(
                 field.into(),

@@ -275,6 +275,7 @@ pub(super) fn observation_set(
     ObservationSet {
         frame: lens.frame,
         axis_stated: true,
+        mosaic: None,
         pixel_pitch_um: Some(lens.pitch_um),
         channels: CHANNELS.iter().map(|&name| name.to_owned()).collect(),
         camera: lens.camera(),
@@ -349,5 +350,8 @@ fn observation(
         },
         background: vec![capture.background; CHANNELS.len()],
         saturated: false,
+        gain: None,
+        weight_mask: None,
+        measurement: None,
     }
 }

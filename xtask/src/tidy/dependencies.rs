@@ -3,7 +3,7 @@
 use crate::workspace::{Package, Tree};
 
 /// The packages of this project that each package may depend on, its tests included.
-const ALLOWED: [(&str, &[&str]); 16] = [
+const ALLOWED: [(&str, &[&str]); 17] = [
     ("seidel-fourier", &[]),
     (
         "seidel-core",
@@ -15,6 +15,7 @@ const ALLOWED: [(&str, &[&str]); 16] = [
         "seidel-calibrate",
         &["seidel-fourier", "seidel-optics", "seidel-render"],
     ),
+    ("seidel-measure", &["seidel-optics"]),
     ("seidel-colour", &[]),
     ("seidel-threads", &[]),
     ("seidel-plugin", &["seidel-core", "seidel-threads"]),
@@ -35,6 +36,7 @@ const ALLOWED: [(&str, &[&str]); 16] = [
             "seidel-colour",
             "seidel-core",
             "seidel-image-io",
+            "seidel-measure",
             "seidel-trial",
         ],
     ),

@@ -6,12 +6,14 @@ use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::Fault;
 use seidel_optics::field::{Frame, ImagePoint};
+use seidel_optics::mosaic::Mosaic;
+use seidel_optics::observations::Measurement;
 use serde_json::Value;
 
 use super::fields::{Fields, abbreviated};
-use super::{FORMAT, VERSION};
+use super::{FORMAT, MOSAIC_VERSION, VERSION, measurement};
 
-const SET_KEYS: [&str; 8] = [
+const SET_KEYS: [&str; 9] = [
     "format",
     "version",
     "image_size",
@@ -19,6 +21,7 @@ const SET_KEYS: [&str; 8] = [
     "pixel_pitch_um",
     "channels",
     "camera",
+    "mosaic",
     "observations",
 ];
 
@@ -30,7 +33,7 @@ const CAMERA_KEYS: [&str; 5] = [
     "squeeze",
 ];
 
-const OBSERVATION_KEYS: [&str; 9] = [
+const OBSERVATION_KEYS: [&str; 11] = [
     "file",
     "x",
     "y",
@@ -40,6 +43,8 @@ const OBSERVATION_KEYS: [&str; 9] = [
     "noise_sigma",
     "background",
     "saturated",
+    "gain",
+    "weight_mask",
 ];
 
 /// The entry of the set as a whole.
@@ -49,6 +54,7 @@ pub(super) struct SetEntry<'a> {
     pub(super) pixel_pitch_um: Option<f64>,
     pub(super) channels: Vec<String>,
     pub(super) camera: Camera,
+    pub(super) mosaic: Option<Mosaic>,
     pub(super) observations: &'a [Value],
 }
 
@@ -61,6 +67,8 @@ pub(super) struct ObservationEntry {
     pub(super) noise_sigma: Vec<Option<f64>>,
     pub(super) background: Vec<f64>,
     pub(super) saturated: bool,
+    pub(super) gain: Option<f64>,
+    pub(super) measurement: Option<Measurement>,
 }
 
 /// Reads the keys of the set; `None` if a fault prevents reading the observations.
@@ -78,12 +86,16 @@ pub(super) fn read_set<'a>(root: &'a Value, faults: &mut Vec<Fault>) -> Option<S
         return None;
     }
     let version = fields.required("version", &VERSION.to_string())?;
-    if version.as_u64() != Some(VERSION) {
-        let remedy = format!("only version {VERSION} is read; write the set in that version");
+    let is_mosaic = version.as_u64() == Some(MOSAIC_VERSION);
+    if !is_mosaic && version.as_u64() != Some(VERSION) {
+        let remedy = format!(
+            "only versions {VERSION} and {MOSAIC_VERSION} are read; write the set in one of them"
+        );
         fields.fault("version", format!("is {}", abbreviated(version)), remedy);
         return None;
     }
     fields.check_keys(&SET_KEYS);
+    let mosaic = mosaic(&mut fields, is_mosaic);
     let size = image_size(&mut fields);
     let axis = optical_axis(&mut fields);
     let axis_stated = fields.get("optical_axis").is_some();
@@ -120,8 +132,32 @@ pub(super) fn read_set<'a>(root: &'a Value, faults: &mut Vec<Fault>) -> Option<S
         pixel_pitch_um,
         channels: channels?,
         camera,
+        mosaic,
         observations: observations?,
     })
+}
+
+/// Reads the mosaic, which sets of [`MOSAIC_VERSION`] have and no others.
+fn mosaic(fields: &mut Fields<'_, '_>, is_needed: bool) -> Option<Mosaic> {
+    const WHAT: &str = "the colours of the frame's top-left 2 x 2 pixels, such as \"RGGB\"";
+    let value = if is_needed {
+        fields.required("mosaic", WHAT)?
+    } else {
+        let value = fields.get("mosaic")?;
+        let remedy = format!("write the set as version {MOSAIC_VERSION}, or leave the key out");
+        fields.fault(
+            "mosaic",
+            format!("is not a key of version {VERSION}"),
+            remedy,
+        );
+        value
+    };
+    let parsed = value.as_str().and_then(|text| Mosaic::parse(text).ok());
+    if parsed.is_none() {
+        let problem = format!("is {}", abbreviated(value));
+        fields.fault("mosaic", problem, format!("give {WHAT}"));
+    }
+    parsed
 }
 
 fn image_size(fields: &mut Fields<'_, '_>) -> Option<(u32, u32)> {
@@ -244,7 +280,11 @@ pub(super) fn read_observation(
         return None;
     };
     let mut fields = Fields::new(object, "", Some(index), faults);
-    fields.check_keys(&OBSERVATION_KEYS);
+    let known: Vec<&str> = (OBSERVATION_KEYS.iter())
+        .chain(&measurement::KEYS)
+        .copied()
+        .collect();
+    fields.check_keys(&known);
     let file = match fields.required("file", "the tile's path, relative to the manifest") {
         Some(Value::String(name)) if is_inside(name) => Some(name.clone()),
         Some(Value::String(name)) => {
@@ -285,6 +325,8 @@ pub(super) fn read_observation(
             false
         }
     };
+    let gain = fields.positive("gain", "counts per electron");
+    let measurement = measurement::read(&mut fields, channels);
     if faults.len() > before {
         return None;
     }
@@ -296,6 +338,8 @@ pub(super) fn read_observation(
         noise_sigma: noise,
         background: background.iter().map(|b| b.unwrap_or(0.0)).collect(),
         saturated,
+        gain,
+        measurement,
     })
 }
 

@@ -2,6 +2,7 @@
 
 mod entry;
 mod fields;
+mod measurement;
 mod read;
 mod write;
 
@@ -14,5 +15,11 @@ pub const MANIFEST: &str = "manifest.json";
 /// Value of the key `format`.
 const FORMAT: &str = "psf-observations";
 
-/// The supported value of the key `version`.
+/// Value of the key `version` of sets whose tiles hold every channel at every pixel.
 const VERSION: u64 = 1;
+
+/// Value of the key `version` of sets whose tiles are raw pixels of a colour filter mosaic.
+const MOSAIC_VERSION: u64 = 2;
+
+/// Name of the only plane of a mosaic's tile, and of a weight mask.
+const PLANE: &str = "Y";

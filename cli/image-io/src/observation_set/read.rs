@@ -8,8 +8,9 @@ use seidel_optics::observations::{Observation, ObservationSet};
 use seidel_optics::tile::Tile;
 use serde_json::Value;
 
+use super::entry::SetEntry;
 use super::fields::quote_non_finite;
-use super::{MANIFEST, entry};
+use super::{MANIFEST, PLANE, entry, measurement};
 use crate::error::{FileError, Result};
 use crate::json::{TEXT_LIMIT_BYTES, parse_json, read_text};
 use crate::tile_image;
@@ -62,7 +63,7 @@ pub fn read(path: &Path, options: ReadOptions) -> Result<LoadedSet> {
         .observations
         .par_iter()
         .enumerate()
-        .map(|(index, value)| read_observation(&folder, value, index, &set.channels))
+        .map(|(index, value)| read_observation(&folder, value, index, &set))
         .collect();
     let mut faults: Vec<Vec<Fault>> = vec![Vec::new(); read.len()];
     let mut indices = Vec::new();
@@ -82,6 +83,7 @@ pub fn read(path: &Path, options: ReadOptions) -> Result<LoadedSet> {
         pixel_pitch_um: set.pixel_pitch_um,
         channels: set.channels,
         camera: set.camera,
+        mosaic: set.mosaic,
         observations,
     };
     for mut fault in loaded.faults() {
@@ -137,8 +139,9 @@ fn read_observation(
     folder: &Path,
     value: &Value,
     index: usize,
-    channels: &[String],
+    set: &SetEntry<'_>,
 ) -> std::result::Result<Observation, Vec<Fault>> {
+    let channels = &set.channels;
     let mut faults = Vec::new();
     let entry = entry::read_observation(value, index, channels, &mut faults);
     // The tile is read even if another field is bad, so that its faults are reported too.
@@ -148,9 +151,15 @@ fn read_observation(
         .unwrap_or_default();
     let mut tiles = Vec::new();
     if entry::is_inside(name) {
-        match tile_image::read(&folder.join(name), channels) {
+        // All channels of a mosaic share its only plane.
+        let plane = [PLANE.to_owned()];
+        let stored = match set.mosaic {
+            Some(_) => &plane[..],
+            None => &channels[..],
+        };
+        match tile_image::read(&folder.join(name), stored) {
             Ok(planes) => {
-                for (channel, plane) in channels.iter().zip(planes) {
+                for (channel, plane) in stored.iter().zip(planes) {
                     match Tile::new(plane.width, plane.height, plane.samples) {
                         Ok(tile) => tiles.push(tile),
                         Err(error) => faults.push(Fault {
@@ -166,6 +175,23 @@ fn read_observation(
             Err(error) => faults.extend(error.into_faults(index, name)),
         }
     }
+    if let (Some(_), [tile]) = (set.mosaic, tiles.as_slice()) {
+        tiles = vec![tile.clone(); channels.len()];
+    }
+    let weight_mask = match measurement::weight_mask_name(value, index) {
+        Ok(Some(name)) => match tile_image::read(&folder.join(name), &[PLANE.to_owned()]) {
+            Ok(planes) => Some(planes[0].samples.iter().map(|v| *v > 0.0).collect()),
+            Err(error) => {
+                faults.extend(error.into_faults(index, name));
+                None
+            }
+        },
+        Ok(None) => None,
+        Err(fault) => {
+            faults.push(fault);
+            None
+        }
+    };
     match entry {
         Some(entry) if faults.is_empty() => Ok(Observation {
             file: entry.file,
@@ -176,6 +202,9 @@ fn read_observation(
             noise_sigma: entry.noise_sigma,
             background: entry.background,
             saturated: entry.saturated,
+            gain: entry.gain,
+            weight_mask,
+            measurement: entry.measurement,
         }),
         _ => Err(faults),
     }

@@ -6,10 +6,11 @@ use std::path::Path;
 use rayon::prelude::*;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::observations::{Observation, ObservationSet};
+use seidel_optics::tile::Tile;
 use serde_json::{Map, Value, json};
 
 use super::entry::is_inside;
-use super::{FORMAT, MANIFEST, VERSION};
+use super::{FORMAT, MANIFEST, MOSAIC_VERSION, PLANE, VERSION, measurement};
 use crate::atomic::write_folder_atomically;
 use crate::error::{FileError, Result};
 use crate::format::Format;
@@ -32,23 +33,39 @@ pub fn write(set: &ObservationSet, folder: &Path) -> Result<()> {
 /// Those of [`write()`].
 pub fn write_into(set: &ObservationSet, folder: &Path) -> Result<()> {
     let names = tile_names(set);
-    for name in &names {
+    let masks = mask_names(set);
+    for name in names.iter().chain(masks.iter().flatten()) {
         let tile = folder.join(name);
         if let Some(parent) = tile.parent() {
             std::fs::create_dir_all(parent).map_err(|e| FileError::io(parent, "be created", &e))?;
         }
     }
+    let plane = [PLANE.to_owned()];
     set.observations
         .par_iter()
-        .zip(&names)
-        .try_for_each(|(observation, name)| {
-            tile_image::write(&folder.join(name), &set.channels, &observation.tiles)
+        .zip(names.par_iter().zip(&masks))
+        .try_for_each(|(observation, (name, mask_name))| {
+            let path = folder.join(name);
+            match set.mosaic {
+                None => tile_image::write(&path, &set.channels, &observation.tiles)?,
+                Some(_) => tile_image::write(&path, &plane, &observation.tiles[..1])?,
+            }
+            if let (Some(name), Some(mask)) = (mask_name, &observation.weight_mask) {
+                let path = folder.join(name);
+                let samples = mask.iter().map(|used| f32::from(u8::from(*used)));
+                let tile = &observation.tiles[0];
+                let mask = Tile::new(tile.width(), tile.height(), samples.collect())
+                    .map_err(|error| FileError::from_core(&path, error))?;
+                tile_image::write(&path, &plane, &[mask])?;
+            }
+            Ok(())
         })?;
-    write_json(&folder.join(MANIFEST), &manifest(set, &names))
+    write_json(&folder.join(MANIFEST), &manifest(set, &names, &masks))
 }
 
 /// Returns a file name for every observation: its own if that is valid and free.
 fn tile_names(set: &ObservationSet) -> Vec<String> {
+    let fits_tiff = set.mosaic.is_some() || fits_tiff(&set.channels);
     let mut taken = HashSet::new();
     // New names are chosen last, so that they take none of these.
     let own: Vec<Option<String>> = set
@@ -57,7 +74,7 @@ fn tile_names(set: &ObservationSet) -> Vec<String> {
         .map(|o| {
             let name = match Format::from_path(Path::new(&o.file)) {
                 Some(Format::Exr) => o.file.clone(),
-                Some(Format::Tiff) if fits_tiff(&set.channels) => o.file.clone(),
+                Some(Format::Tiff) if fits_tiff => o.file.clone(),
                 _ => Path::new(&o.file)
                     .with_extension("exr")
                     .to_string_lossy()
@@ -84,16 +101,29 @@ fn tile_names(set: &ObservationSet) -> Vec<String> {
         .collect()
 }
 
+/// Returns the file name of every observation's weight mask.
+fn mask_names(set: &ObservationSet) -> Vec<Option<String>> {
+    let name = |(index, observation): (usize, &Observation)| {
+        let mask = observation.weight_mask.as_ref();
+        mask.map(|_| format!("mask/{index:04}.tif"))
+    };
+    set.observations.iter().enumerate().map(name).collect()
+}
+
 /// Returns whether TIFF can store the channels, which have no names there.
 fn fits_tiff(channels: &[String]) -> bool {
     channels.len() == 1 || channels == ["R", "G", "B"]
 }
 
-fn manifest(set: &ObservationSet, names: &[String]) -> Value {
+fn manifest(set: &ObservationSet, names: &[String], masks: &[Option<String>]) -> Value {
     let mut root = Map::new();
     let mut put = |key: &str, value: Value| root.insert(key.to_owned(), value);
     put("format", json!(FORMAT));
-    put("version", json!(VERSION));
+    let version = match set.mosaic {
+        Some(_) => MOSAIC_VERSION,
+        None => VERSION,
+    };
+    put("version", json!(version));
     put(
         "image_size",
         json!([set.frame.width_px(), set.frame.height_px()]),
@@ -106,6 +136,9 @@ fn manifest(set: &ObservationSet, names: &[String]) -> Value {
         put("pixel_pitch_um", json!(pitch));
     }
     put("channels", json!(set.channels));
+    if let Some(mosaic) = &set.mosaic {
+        put("mosaic", json!(mosaic.to_string()));
+    }
     let camera = camera(set);
     if !camera.is_empty() {
         put("camera", Value::Object(camera));
@@ -113,8 +146,14 @@ fn manifest(set: &ObservationSet, names: &[String]) -> Value {
     let observations: Vec<Value> = set
         .observations
         .iter()
-        .zip(names)
-        .map(|(o, name)| observation(o, name, &set.channels))
+        .zip(names.iter().zip(masks))
+        .map(|(o, (name, mask))| {
+            let mut entry = observation(o, name, &set.channels);
+            if let Some(mask) = mask {
+                entry.insert("weight_mask".into(), json!(mask));
+            }
+            Value::Object(entry)
+        })
         .collect();
     put("observations", Value::Array(observations));
     Value::Object(root)
@@ -138,7 +177,7 @@ fn camera(set: &ObservationSet) -> Map<String, Value> {
     map
 }
 
-fn observation(o: &Observation, name: &str, channels: &[String]) -> Value {
+fn observation(o: &Observation, name: &str, channels: &[String]) -> Map<String, Value> {
     let mut map = Map::new();
     map.insert("file".into(), json!(name));
     map.insert("x".into(), json!(o.centre.x_px));
@@ -158,7 +197,11 @@ fn observation(o: &Observation, name: &str, channels: &[String]) -> Value {
     if o.saturated {
         map.insert("saturated".into(), json!(true));
     }
-    Value::Object(map)
+    if let Some(gain) = o.gain {
+        map.insert("gain".into(), json!(gain));
+    }
+    measurement::write(&mut map, o, channels);
+    map
 }
 
 fn put_distance(map: &mut Map<String, Value>, key: &str, distance: ObjectDistance) {

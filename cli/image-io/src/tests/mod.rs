@@ -8,6 +8,7 @@ mod exr_new;
 mod hostile;
 mod metadata;
 mod observation_sets;
+mod photographs;
 mod raster_images;
 
 use std::path::Path;

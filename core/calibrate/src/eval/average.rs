@@ -87,7 +87,9 @@ mod tests {
             centroid: (x, y),
             measured: truth,
             centroid_unknown: false,
+            total: 1.0,
             noise_power: 0.0,
+            gaps: None,
         }
     }
 

@@ -153,8 +153,8 @@ pub(super) fn score(
             let measured = |moments| LocalBlur::from_moments(moments, tile.field.meridian());
             let against = |kernel: &[f64]| {
                 [
-                    scorer.snr_db(&tile.measured, square, kernel),
-                    misplaced_light(&tile.measured, kernel),
+                    tile.snr_db(scorer, square, kernel),
+                    misplaced_light(&tile.compared_with(kernel), kernel),
                 ]
             };
             let of_method = |method: &&Method| match method.way {

@@ -125,7 +125,7 @@ pub fn shapes(
                 let samples = render_kernel(model, &blur, tile, side);
                 ShapePrediction {
                     title,
-                    snr_db: scorer.snr_db(&tile.measured, square, &samples),
+                    snr_db: tile.snr_db(&scorer, square, &samples),
                     samples,
                 }
             });

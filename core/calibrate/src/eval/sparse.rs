@@ -112,7 +112,7 @@ pub(super) fn curve(
                                     LocalBlur::from_moments(s.moments(field), field.meridian());
                                 let blur = with_pixel_integration(of_lens);
                                 let kernel = render_kernel(model, &blur, &placed[k], scorer.side());
-                                scorer.snr_db(&placed[k].measured, signal_powers[k], &kernel)
+                                placed[k].snr_db(scorer, signal_powers[k], &kernel)
                             })
                             .sum();
                         total / test_tiles as f64

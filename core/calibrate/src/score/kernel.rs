@@ -76,8 +76,10 @@ fn registered_kernel(
     side: usize,
 ) -> Vec<f64> {
     let at = |shift| render_shifted(model, blur, tile, shift, side);
+    // Samples of other colours of a mosaic are filled in, which would smooth the kernel.
+    let counted = tile.counted();
     let error = |kernel: &[f64]| -> f64 {
-        let pairs = tile.measured.iter().zip(kernel);
+        let pairs = counted.iter().map(|&k| (tile.measured[k], kernel[k]));
         pairs.map(|(m, k)| (m - k).powi(2)).sum()
     };
     let mut shift = [0.0; 2];
@@ -87,7 +89,8 @@ fn registered_kernel(
         let along_x = at([shift[0] + DIFFERENCE_PX, shift[1]]);
         let along_y = at([shift[0], shift[1] + DIFFERENCE_PX]);
         let mut sums = RegistrationSums::default();
-        for (k, value) in kernel.iter().enumerate() {
+        for &k in counted.iter() {
+            let value = kernel[k];
             let slopes = [&along_x, &along_y].map(|moved| (moved[k] - value) / DIFFERENCE_PX);
             sums.add(tile.measured[k] - value, slopes);
         }

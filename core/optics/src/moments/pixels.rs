@@ -140,13 +140,29 @@ impl TileMoments {
     /// The noise is independent between pixels, with standard deviation `noise_sigma` in the units of the tile. `mask`
     /// selects pixels. The noise of the centroid is included.
     pub fn noise(&self, tile: &Tile, mask: Option<&[bool]>, noise_sigma: f64) -> [f64; 7] {
+        self.photon_noise(tile, mask, noise_sigma, 0.0)
+    }
+
+    /// Returns [`TileMoments::noise`] for pixels of variance `noise_sigma`² + `gain` x signal, with a positive `noise_sigma`.
+    pub fn photon_noise(
+        &self,
+        tile: &Tile,
+        mask: Option<&[bool]>,
+        noise_sigma: f64,
+        gain: f64,
+    ) -> [f64; 7] {
         let width = tile.width();
         let m = &self.central;
         let mut squares = [0.0; 7];
-        for index in 0..tile.samples().len() {
+        for (index, &sample) in tile.samples().iter().enumerate() {
             if mask.is_some_and(|mask| !mask[index]) {
                 continue;
             }
+            let photons = if gain > 0.0 {
+                gain * f64::from(sample).max(0.0) / (noise_sigma * noise_sigma)
+            } else {
+                0.0
+            };
             let x = (index % width) as f64 + 0.5 - self.centroid_x;
             let y = (index / width) as f64 + 0.5 - self.centroid_y;
             let influence = [
@@ -159,7 +175,7 @@ impl TileMoments {
                 y * y * y - m.mu03 - 3.0 * m.mu02 * y,
             ];
             for (square, influence) in squares.iter_mut().zip(influence) {
-                *square += influence * influence;
+                *square += influence * influence * (1.0 + photons);
             }
         }
         squares.map(|square| noise_sigma * square.sqrt() / self.total)

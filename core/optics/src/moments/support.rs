@@ -31,10 +31,7 @@ pub enum Support {
 ///
 /// `noise_sigma` is the standard deviation of the pixel noise.
 pub fn mask(tile: &Tile, noise_sigma: Option<f64>, support: Support) -> Option<Vec<bool>> {
-    match (support, noise_sigma) {
-        (Support::Auto, Some(sigma)) if sigma > 0.0 => Some(lit_region(tile, sigma)),
-        _ => None,
-    }
+    TilePixels::all(tile, noise_sigma).mask(support)
 }
 
 /// Returns the plain moments over the support, and its mask; `None` if it holds no light.
@@ -43,14 +40,67 @@ pub fn moments(
     noise_sigma: Option<f64>,
     support: Support,
 ) -> Option<(TileMoments, Option<Vec<bool>>)> {
-    let mask = mask(tile, noise_sigma, support);
-    let moments = TileMoments::plain(tile, mask.as_deref())?;
-    Some((moments, mask))
+    TilePixels::all(tile, noise_sigma).moments(support)
 }
 
-fn lit_region(tile: &Tile, noise_sigma: f64) -> Vec<bool> {
+/// The pixels of a tile that count, and their noise.
+#[derive(Debug, Clone, Copy)]
+pub struct TilePixels<'a> {
+    /// The tile, without its background.
+    pub tile: &'a Tile,
+    /// Pixels that count, such as those of one colour of a mosaic, row-major; all if `None`.
+    pub counted: Option<&'a [bool]>,
+    /// Standard deviation of the pixel noise, if known.
+    pub noise_sigma: Option<f64>,
+}
+
+impl<'a> TilePixels<'a> {
+    /// Returns all pixels of `tile`.
+    pub fn all(tile: &'a Tile, noise_sigma: Option<f64>) -> Self {
+        Self {
+            tile,
+            counted: None,
+            noise_sigma,
+        }
+    }
+
+    /// Returns the mask of the counted pixels that `support` selects; `None` for all pixels of the tile.
+    pub fn mask(&self, support: Support) -> Option<Vec<bool>> {
+        self.mask_with_margin(support, 0)
+    }
+
+    /// Returns [`TilePixels::mask`] with the region above the noise dilated by `margin_px` more.
+    pub fn mask_with_margin(&self, support: Support, margin_px: usize) -> Option<Vec<bool>> {
+        let lit = match (support, self.noise_sigma) {
+            (Support::Auto, Some(sigma)) if sigma > 0.0 => {
+                let mut lit = lit_region(self.tile, self.counted, sigma);
+                for _ in 0..margin_px {
+                    lit = dilated(&lit, self.tile.width(), self.tile.height());
+                }
+                lit
+            }
+            _ => return self.counted.map(<[bool]>::to_vec),
+        };
+        Some(match self.counted {
+            None => lit,
+            Some(counted) => lit.iter().zip(counted).map(|(l, c)| *l && *c).collect(),
+        })
+    }
+
+    /// Returns the plain moments over the support, and its mask; `None` if it holds no light.
+    pub fn moments(&self, support: Support) -> Option<(TileMoments, Option<Vec<bool>>)> {
+        let mask = self.mask(support);
+        let moments = TileMoments::plain(self.tile, mask.as_deref())?;
+        Some((moments, mask))
+    }
+}
+
+fn lit_region(tile: &Tile, counted: Option<&[bool]>, noise_sigma: f64) -> Vec<bool> {
     let (width, height) = (tile.width(), tile.height());
-    let smooth = smoothed(tile);
+    let smooth = match counted {
+        None => smoothed(tile),
+        Some(counted) => smoothed_where_counted(tile, counted),
+    };
     let peak = (0..smooth.len())
         .max_by(|&a, &b| smooth[a].total_cmp(&smooth[b]))
         .expect("a tile has at least one pixel");
@@ -66,13 +116,55 @@ fn lit_region(tile: &Tile, noise_sigma: f64) -> Vec<bool> {
             }
         }
     }
-    let mut grown = region.clone();
+    dilated(&region, width, height)
+}
+
+fn dilated(region: &[bool], width: usize, height: usize) -> Vec<bool> {
+    let mut grown = region.to_vec();
     for index in (0..region.len()).filter(|&i| region[i]) {
         for next in neighbours(index, width, height) {
             grown[next] = true;
         }
     }
     grown
+}
+
+/// Smooths the counted pixels by normalised convolution: a weighted mean of those within reach, zero where there are none.
+/// The fewer pixels count, the wider the kernel, so that as many take part as in a tile whose pixels all count.
+fn smoothed_where_counted(tile: &Tile, counted: &[bool]) -> Vec<f64> {
+    let share = counted.iter().filter(|c| **c).count() as f64 / counted.len() as f64;
+    let sigma_px = SMOOTHING_PX / share.max(0.05).sqrt();
+    let (weights, reach) = gaussian_taps(sigma_px);
+    let (width, height) = (tile.width() as i64, tile.height() as i64);
+    let sum_at = |column: i64, row: i64| {
+        let (mut sum, mut norm) = (0.0, 0.0);
+        for y in (row - reach).max(0)..(row + reach + 1).min(height) {
+            for x in (column - reach).max(0)..(column + reach + 1).min(width) {
+                let index = (y * width + x) as usize;
+                if counted[index] {
+                    let weight = weights[(y - row + reach) as usize]
+                        * weights[(x - column + reach) as usize];
+                    sum += weight * f64::from(tile.samples()[index]);
+                    norm += weight;
+                }
+            }
+        }
+        if norm > 0.0 { sum / norm } else { 0.0 }
+    };
+    (0..width * height)
+        .map(|index| sum_at(index % width, index / width))
+        .collect()
+}
+
+/// Returns the taps of a Gaussian of unit sum, and the index of the middle one.
+fn gaussian_taps(sigma_px: f64) -> (Vec<f64>, i64) {
+    let reach = (4.0 * sigma_px).round() as i64;
+    let mut weights: Vec<f64> = (-reach..=reach)
+        .map(|k| (-0.5 * (k as f64 / sigma_px).powi(2)).exp())
+        .collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter_mut().for_each(|w| *w /= sum);
+    (weights, reach)
 }
 
 /// Returns the pixels that share an edge with pixel `index`.
@@ -89,12 +181,7 @@ fn neighbours(index: usize, width: usize, height: usize) -> impl Iterator<Item =
 }
 
 fn smoothed(tile: &Tile) -> Vec<f64> {
-    let reach = (4.0 * SMOOTHING_PX).round() as i64;
-    let mut weights: Vec<f64> = (-reach..=reach)
-        .map(|k| (-0.5 * (k as f64 / SMOOTHING_PX).powi(2)).exp())
-        .collect();
-    let sum: f64 = weights.iter().sum();
-    weights.iter_mut().for_each(|w| *w /= sum);
+    let (weights, reach) = gaussian_taps(SMOOTHING_PX);
     let (width, height) = (tile.width(), tile.height());
     let pass = |source: &[f64], across: bool| -> Vec<f64> {
         let size = if across { width } else { height } as i64;

@@ -7,7 +7,7 @@ use crate::blur_field::BlurField;
 use crate::error::{Error, Result};
 use crate::field::FieldPoint;
 use crate::moments::pixels::PIXEL_VARIANCE_PX2;
-use crate::moments::support::{self, Support};
+use crate::moments::support::{Support, TilePixels};
 use crate::observations::{Observation, ObservationSet};
 use crate::psf::{LocalBlur, PsfModel, SampleGrid};
 use crate::tile::Tile;
@@ -44,7 +44,9 @@ pub fn predict_set(
             let tiles = channels
                 .iter()
                 .enumerate()
-                .map(|(channel, &of_lens)| tile(lens, observation, channel, of_lens, model))
+                .map(|(channel, &of_lens)| {
+                    tile(lens, template, observation, channel, of_lens, model)
+                })
                 .collect::<Result<_>>()
                 .map_err(|e| e.within(&format!("observation {index} ({})", observation.file)))?;
             Ok(Observation {
@@ -52,11 +54,15 @@ pub fn predict_set(
                 noise_sigma: vec![None; channels.len()],
                 background: vec![0.0; channels.len()],
                 saturated: false,
+                gain: None,
+                weight_mask: None,
+                measurement: None,
                 ..observation.clone()
             })
         })
         .collect::<Result<_>>()?;
     Ok(ObservationSet {
+        mosaic: None,
         observations,
         ..template.clone()
     })
@@ -64,6 +70,7 @@ pub fn predict_set(
 
 fn tile(
     lens: &Predictor,
+    template: &ObservationSet,
     observation: &Observation,
     channel: usize,
     of_lens: usize,
@@ -79,8 +86,13 @@ fn tile(
         (at, observation.tile_point(landing))
     } else {
         let light = observation.light(channel);
-        let noise = observation.noise_sigma[channel];
-        let (m, _) = support::moments(&light, noise, Support::Auto).ok_or_else(|| {
+        let counted = template.counted(observation, channel);
+        let pixels = TilePixels {
+            tile: &light,
+            counted: counted.as_deref(),
+            noise_sigma: observation.noise_sigma[channel],
+        };
+        let (m, _) = pixels.moments(Support::Auto).ok_or_else(|| {
             Error::new(
                 "tile",
                 "holds no light to centre the prediction on",

@@ -60,6 +60,7 @@ fn tiles(
                 ideal: Some(frame().image_point(at)),
                 origin: Some(frame().image_point(at)),
                 is_registered: false,
+                is_mosaic: false,
                 optical: numbers.coefficients().moments(at),
                 fourth: numbers.fourth_coefficients().moments(at),
                 noise: [0.0; 7],

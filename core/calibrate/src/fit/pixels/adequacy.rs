@@ -43,13 +43,14 @@ pub(super) struct Group {
 impl TileResidual {
     /// Compares `tile` with the predicted `kernel`, both on squares of `side` px.
     pub(super) fn new(tile: &PreparedTile, kernel: &[f64], side: usize) -> Self {
-        let power: f64 = tile.measured.iter().map(|v| v * v).sum();
+        let compared = tile.compared_with(kernel);
+        let power: f64 = compared.iter().map(|v| v * v).sum();
         let norm = power.sqrt();
         let rings = side / 2 + 1;
         let mut harmonics = vec![Complex::new(0.0, 0.0); rings * (MAX_PERIODS + 1)];
         let mut counts = vec![0_u32; rings];
         let mut gap = 0.0;
-        for (k, (measured, predicted)) in tile.measured.iter().zip(kernel).enumerate() {
+        for (k, (measured, predicted)) in compared.iter().zip(kernel).enumerate() {
             let residual = (measured - predicted) / norm;
             gap += residual * residual;
             let x = (k % side) as f64 + 0.5 - tile.centroid.0;

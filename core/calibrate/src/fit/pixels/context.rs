@@ -1,6 +1,7 @@
 //! Data of a pixel fit, and the fitting steps shared by all models.
 
 use super::metric::Metric;
+use super::noise_weights;
 use super::parameters::{ModelStructure, ParameterLayout, Quantity};
 use super::pixel_problem::{PixelPoint, PixelProblem};
 use super::tile_equations::{FitTile, MisfitSettings, TileParameters};
@@ -11,7 +12,7 @@ use crate::measure::MeasuredTile;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::{VergencePoint, VergenceSeries};
-use seidel_optics::moments::support;
+use seidel_optics::moments::support::TilePixels;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::psf::pupil::Detail;
 
@@ -31,6 +32,9 @@ const CHECK_TILES: usize = 60;
 const NOISE_LIMITED_CHI2: f64 = 1.02;
 /// Chi squared per degree of freedom above which model error dominates over noise.
 const NOISE_DOMINATED_CHI2: f64 = 1.5;
+
+/// Dark pixels fitted around the light of a mosaic tile, px.
+const DARK_MARGIN_PX: usize = 3;
 
 /// Stop criteria on few tiles (quick) and on all tiles (thorough).
 pub(super) const QUICK: Stop = Stop::at_decrease(8, 1e-2);
@@ -143,7 +147,7 @@ impl<'a> FitContext<'a> {
                 let m = &self.measured[tile.measured];
                 let (x, y) = self.sets[m.set].observations[m.observation].tile_point(m.centroid);
                 TileParameters {
-                    flux: tile.light.iter().sum(),
+                    flux: tile.light.iter().sum::<f64>() / tile.counted_share(),
                     centroid: [x, y],
                 }
             })
@@ -256,7 +260,9 @@ impl<'a> FitContext<'a> {
             return Ok((fit, tries));
         };
         let best = self.descend(&layout, &self.all(), &best.theta, pixels, THOROUGH);
-        let noise_decides = best.point.mean_log_misfit() < NOISE_DOMINATED_CHI2.ln();
+        // Correlations between neighbours, on which the other metric rests, are not there in a mosaic.
+        let is_mosaic = self.tiles.iter().any(|t| t.is_mosaic);
+        let noise_decides = is_mosaic || best.point.mean_log_misfit() < NOISE_DOMINATED_CHI2.ln();
         let mut theta = best.point.theta;
         layout.normalise_signs(&mut theta);
         if noise_decides {
@@ -407,20 +413,43 @@ fn fit_tile(
     let observation = &sets[measured.set].observations[measured.observation];
     let light = observation.light(measured.channel);
     let sigma = observation.noise_sigma[measured.channel];
-    let counts = support::mask(&light, sigma, support);
+    let counted = sets[measured.set].counted(observation, measured.channel);
+    let pixels = TilePixels {
+        tile: &light,
+        counted: counted.as_deref(),
+        noise_sigma: sigma,
+    };
+    // The pixels around the light of a mosaic tile are few, and say that no light falls there.
+    let margin = if measured.is_mosaic {
+        DARK_MARGIN_PX
+    } else {
+        0
+    };
+    let counts = pixels.mask_with_margin(support, margin);
     let samples = light.samples().iter().enumerate().map(|(k, v)| {
         let counted = counts.as_ref().is_none_or(|c| c[k]);
         if counted { f64::from(*v) } else { 0.0 }
     });
+    let samples: Vec<f64> = samples.collect();
+    let size = (light.width(), light.height());
+    let weights = match (observation.gain, sigma) {
+        (Some(gain), Some(sigma)) if sigma > 0.0 => {
+            let expected = noise_weights::smoothed(&samples, counts.as_deref(), size);
+            Some(noise_weights::relative(&expected, sigma, gain))
+        }
+        _ => None,
+    };
     FitTile {
         measured: index,
         channel: measured.channel,
         at: measured.field_point(frame),
         vergence: measured.distance.vergence_per_m().unwrap_or(0.0),
-        size: (light.width(), light.height()),
-        light: samples.collect(),
+        size,
+        light: samples,
         counts,
+        weights,
         sigma: sigma.unwrap_or(0.0),
+        is_mosaic: measured.is_mosaic,
         centroid_unknown: measured.centroid_is_unknown(),
     }
 }

@@ -17,6 +17,7 @@ mod covariance;
 mod extended;
 mod jacobian;
 mod metric;
+mod noise_weights;
 mod parameters;
 mod parts;
 mod pixel_problem;

@@ -71,9 +71,9 @@ pub(super) fn held_out(context: &FitContext, lens: &LensProfile) -> Result<Optio
                     let score = (k < held.len()).then(|| {
                         let square = scorer.blurred_power(&tile.measured);
                         TileScore {
-                            snr_db: scorer.snr_db(&tile.measured, square, &kernel),
+                            snr_db: tile.snr_db(&scorer, square, &kernel),
                             pixel_gap: residual.gap,
-                            misplaced_light: misplaced_light(&tile.measured, &kernel),
+                            misplaced_light: misplaced_light(&tile.compared_with(&kernel), &kernel),
                         }
                     });
                     (score, residual)

@@ -38,8 +38,12 @@ pub(super) struct FitTile {
     pub(super) light: Vec<f64>,
     /// Pixels that take part; all if `None`.
     pub(super) counts: Option<Vec<bool>>,
-    /// Standard deviation of pixel noise; zero where unknown.
+    /// Weights of the residuals relative to that of a dark pixel, where noise grows with the signal; all one if `None`.
+    pub(super) weights: Option<Vec<f64>>,
+    /// Standard deviation of the noise of a dark pixel; zero where unknown.
     pub(super) sigma: f64,
+    /// Whether the pixels are those of one colour of a mosaic.
+    pub(super) is_mosaic: bool,
     /// Whether the PSF is too narrow for its pixels to tell its centroid.
     pub(super) centroid_unknown: bool,
 }
@@ -226,6 +230,30 @@ impl FitTile {
         1.0 / dot(weighed, weighed).sqrt()
     }
 
+    /// Returns the weight of pixel `k`: zero where it does not count.
+    fn weight(&self, k: usize) -> f64 {
+        if self.counts.as_ref().is_some_and(|c| !c[k]) {
+            return 0.0;
+        }
+        self.weights.as_ref().map_or(1.0, |w| w[k])
+    }
+
+    /// Returns the share of the lit pixels that count: that of the channel's colour in a mosaic.
+    pub(super) fn counted_share(&self) -> f64 {
+        if !self.is_mosaic {
+            return 1.0;
+        }
+        let (Some(counts), width) = (&self.counts, self.size.0) else {
+            return 1.0;
+        };
+        // The pixels of a colour repeat every second column and row.
+        let phases = (0..4).filter(|phase| {
+            (counts.iter().enumerate())
+                .any(|(k, c)| *c && [k % width % 2, k / width % 2] == [phase % 2, phase / 2])
+        });
+        phases.count().max(1) as f64 / 4.0
+    }
+
     fn pixels(&self) -> usize {
         let all = self.light.len();
         self.counts
@@ -253,9 +281,9 @@ impl FitTile {
         draw(pupil, &grid, &[], misfit_settings.detail, space, drawn);
         rows.clear();
         for (k, &model) in drawn.light.iter().enumerate() {
-            let counts = self.counts.as_ref().is_none_or(|c| c[k]);
-            let residual = if counts {
-                self.light[k] - own.flux * model
+            let weight = self.weight(k);
+            let residual = if weight > 0.0 {
+                (self.light[k] - own.flux * model) * weight
             } else {
                 0.0
             };
@@ -283,6 +311,37 @@ impl FitTile {
         }
     }
 
+    /// Returns `own` with the flux at which `pupil` fits the pixels of a mosaic best. The sum of other tiles is their flux.
+    fn with_best_flux(
+        &self,
+        pupil: &LocalPupil,
+        own: TileParameters,
+        misfit_settings: MisfitSettings,
+        buffers: &mut Buffers,
+    ) -> TileParameters {
+        if !self.is_mosaic {
+            return own;
+        }
+        let grid = self.grid(pupil, own.centroid);
+        let Buffers { space, drawn, .. } = buffers;
+        draw(pupil, &grid, &[], misfit_settings.detail, space, drawn);
+        let (mut product, mut power) = (0.0, 0.0);
+        for (k, &model) in drawn.light.iter().enumerate() {
+            let weight = self.weight(k).powi(2);
+            product += weight * self.light[k] * model;
+            power += weight * model * model;
+        }
+        let flux = product / power;
+        TileParameters {
+            flux: if flux.is_finite() && flux > 0.0 {
+                flux
+            } else {
+                own.flux
+            },
+            ..own
+        }
+    }
+
     /// Returns `own` with the centroid where `pupil` fits the pixels best.
     pub(super) fn best_registration(
         &self,
@@ -291,6 +350,7 @@ impl FitTile {
         misfit_settings: MisfitSettings,
         buffers: &mut Buffers,
     ) -> TileParameters {
+        let own = self.with_best_flux(pupil, own, misfit_settings, buffers);
         let mut best = (self.misfit(pupil, &own, misfit_settings, buffers), own);
         for _ in 0..REGISTRATION_STEPS {
             let Some(step) = self.centroid_step(pupil, &best.1, misfit_settings, buffers) else {
@@ -300,6 +360,7 @@ impl FitTile {
             for ((to, by), start) in moved.centroid.iter_mut().zip(step).zip(own.centroid) {
                 *to = (*to + by).clamp(start - MAX_SHIFT_PX, start + MAX_SHIFT_PX);
             }
+            let moved = self.with_best_flux(pupil, moved, misfit_settings, buffers);
             let misfit = self.misfit(pupil, &moved, misfit_settings, buffers);
             if misfit >= best.0 {
                 break;
@@ -330,10 +391,10 @@ impl FitTile {
         let stride = PsfImage::stride(tilts.len());
         rows.clear();
         for (k, light) in drawn.light.iter().enumerate() {
-            let counts = self.counts.as_ref().is_none_or(|c| c[k]);
+            let weight = self.weight(k);
             let slopes = &drawn.derivatives[k * stride..][..2];
             let row = [self.light[k] - own.flux * light, slopes[0], slopes[1]];
-            rows.extend(row.map(|v| if counts { v } else { 0.0 }));
+            rows.extend(row.map(|v| if weight > 0.0 { v * weight } else { 0.0 }));
         }
         let (width, height) = self.size;
         (misfit_settings.metric).apply(rows, 1 + tilts.len(), width, height, weighed);
@@ -388,7 +449,8 @@ impl FitTile {
         rows.clear();
         rows.resize(self.light.len() * width, 0.0);
         for (k, row) in rows.chunks_exact_mut(width).enumerate() {
-            if self.counts.as_ref().is_some_and(|c| !c[k]) {
+            let unit = unit * self.weight(k);
+            if unit == 0.0 {
                 continue;
             }
             row[0] = (self.light[k] - own.flux * drawn.light[k]) * unit;

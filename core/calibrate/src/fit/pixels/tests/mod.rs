@@ -85,12 +85,16 @@ fn observed(
                 noise_sigma: vec![(snr > 0.0).then_some(sigma)],
                 background: vec![0.0],
                 saturated: false,
+                gain: None,
+                weight_mask: None,
+                measurement: None,
             });
         }
     }
     ObservationSet {
         frame,
         axis_stated: false,
+        mosaic: None,
         pixel_pitch_um: None,
         channels: vec!["Y".into()],
         camera: Camera::default(),

@@ -6,7 +6,7 @@ use seidel_core::moments::support::Support;
 
 /// Options about the moments of tiles.
 #[derive(Debug, Args)]
-pub(super) struct MeasureArgs {
+pub(super) struct MomentArgs {
     /// Weight all moments equally and reject nothing, as in the paper (fit: with --model moments; eval: in Figure 13)
     #[arg(long)]
     pub(super) unweighted: bool,
@@ -15,7 +15,7 @@ pub(super) struct MeasureArgs {
     all_pixels: bool,
 }
 
-impl MeasureArgs {
+impl MomentArgs {
     /// Returns the weighting of moments.
     pub(super) fn weighting(&self) -> Weighting {
         if self.unweighted {

@@ -1,0 +1,136 @@
+//! Options that all kinds of photographs share.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use seidel_core::calibrate::fit::AxisChoice;
+use seidel_core::distance::ObjectDistance;
+use seidel_core::mosaic::Mosaic;
+use seidel_image_io::photograph::{ColourFilter, PhotographOptions};
+
+use crate::commands::{CommandError, EncodingChoice, parse_distance, parse_point};
+
+/// Options about photographs, the set that is written, and the fit.
+#[derive(Debug, Args)]
+pub(super) struct CommonArgs {
+    /// Photographs of one camera and lens at one setting: DNG, 16-bit TIFF, PNG or PGM mosaics, FITS, linear OpenEXR or TIFF
+    #[arg(required = true, value_name = "PHOTO")]
+    pub(super) photographs: Vec<PathBuf>,
+    /// Folder to write the observation set to
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: PathBuf,
+    /// Distance of the scene in metres from the entrance pupil, or `inf`: one for each photograph, or one for all
+    #[arg(long, value_name = "Z", value_delimiter = ',', value_parser = parse_distance)]
+    pub(super) distance_m: Vec<ObjectDistance>,
+    /// Channels to measure, all if omitted
+    #[arg(long, value_name = "R,G,B", value_delimiter = ',')]
+    pub(super) channels: Vec<String>,
+    /// Position of the optical axis: X,Y in frame pixels, or `free` to estimate it with --fit (the default there)
+    #[arg(long, value_name = "free|X,Y", value_parser = parse_axis)]
+    pub(super) axis: Option<AxisChoice>,
+    /// Dark frames: photographs with the cap on, at the same exposure
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub(super) dark: Vec<PathBuf>,
+    /// Flat frames: photographs of an evenly lit surface
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub(super) flat: Vec<PathBuf>,
+    /// Colours of the mosaic's top-left 2 x 2 pixels, such as RGGB, or `none`; from the file if omitted
+    #[arg(long, value_name = "RGGB|none", value_parser = parse_colour_filter)]
+    cfa: Option<ColourFilter>,
+    /// Black level in counts, or `auto` for that of the file
+    #[arg(long, value_name = "N|auto", value_parser = parse_level)]
+    black: Option<Level>,
+    /// Level in counts at which samples clip, or `auto` for that of the file
+    #[arg(long, value_name = "N|auto", value_parser = parse_level)]
+    white: Option<Level>,
+    /// Transfer function of images that are not raw
+    #[arg(long, value_enum)]
+    encoding: Option<EncodingChoice>,
+    /// Also fit a lens to the set and write it
+    #[arg(long, value_name = "LENS")]
+    pub(super) fit: Option<PathBuf>,
+    /// Observation set whose observations to add: other distances, other photographs
+    #[arg(long, value_name = "OBS")]
+    pub(super) also: Option<PathBuf>,
+    /// Draw the lights over the frame into this file too
+    #[arg(long, value_name = "FILE.png")]
+    pub(super) sheet: Option<PathBuf>,
+    /// Print the report as JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// A level of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Level {
+    Auto,
+    Counts(f32),
+}
+
+fn parse_level(text: &str) -> Result<Level, String> {
+    if text == "auto" {
+        return Ok(Level::Auto);
+    }
+    let counts = text.parse().ok().filter(|v: &f32| v.is_finite());
+    counts
+        .map(Level::Counts)
+        .ok_or_else(|| "give counts, or `auto`".to_owned())
+}
+
+fn parse_colour_filter(text: &str) -> Result<ColourFilter, String> {
+    if text.eq_ignore_ascii_case("none") {
+        return Ok(ColourFilter::None);
+    }
+    let mosaic = Mosaic::parse(&text.to_ascii_uppercase());
+    mosaic
+        .map(ColourFilter::Mosaic)
+        .map_err(|error| format!("{}, or `none`", error.remedy))
+}
+
+fn parse_axis(text: &str) -> Result<AxisChoice, String> {
+    if text == "free" {
+        return Ok(AxisChoice::Free);
+    }
+    parse_point(text)
+        .map(AxisChoice::At)
+        .map_err(|problem| format!("{problem}, or `free`"))
+}
+
+impl CommonArgs {
+    /// Checks the options that do not go together.
+    pub(super) fn check(&self) -> Result<(), CommandError> {
+        let (photographs, distances) = (self.photographs.len(), self.distance_m.len());
+        if distances > 1 && distances != photographs {
+            return Err(CommandError::Usage(format!(
+                "--distance-m gives {distances} distances for {photographs} photographs; give one for each, or one for all"
+            )));
+        }
+        if self.axis == Some(AxisChoice::Free) && self.fit.is_none() {
+            return Err(CommandError::Usage(
+                "--axis free estimates the axis by the fit of a lens; add --fit LENS, or give X,Y"
+                    .to_owned(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Returns the distance of photograph `index`.
+    pub(super) fn distance(&self, index: usize) -> ObjectDistance {
+        let given = self.distance_m.get(index).or(self.distance_m.first());
+        given.copied().unwrap_or(ObjectDistance::Unknown)
+    }
+
+    /// Returns what the user states about the photographs.
+    pub(super) fn photograph_options(&self) -> PhotographOptions {
+        let counts = |level: Option<Level>| match level {
+            Some(Level::Counts(counts)) => Some(counts),
+            Some(Level::Auto) | None => None,
+        };
+        PhotographOptions {
+            cfa: self.cfa,
+            black: counts(self.black),
+            white: counts(self.white),
+            encoding: self.encoding.map(Into::into),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! The lens fitted to a measured set.
+
+use seidel_core::calibrate::fit::{self, AxisChoice, Fit, FitSettings, Model};
+use seidel_core::observations::ObservationSet;
+use seidel_core::profile::LensProfile;
+use seidel_core::score::pixel_residuals;
+use seidel_measure::photon_transfer::{self, Residual};
+use serde_json::{Value, json};
+
+use super::common::CommonArgs;
+use crate::Console;
+use crate::commands::{CommandError, short_name};
+
+/// Electrons at the clipping level of a typical sensor, from which a first fit takes its weights.
+const TYPICAL_FULL_WELL: f64 = 30_000.0;
+/// Observations from which on the extended model is fitted.
+const MIN_EXTENDED: usize = 24;
+
+/// Fits a lens to `set` in two steps. The first holds a fifth of the lights out, for the score; where the set states no gain,
+/// its residuals give one by photon transfer. The second fits all lights with that gain. It weights the pixels and is not
+/// kept, because the residuals hold errors of the model as well as noise. `white` is the clipping level in counts, infinite
+/// if unknown.
+pub(super) fn fit_lens(
+    args: &CommonArgs,
+    set: &mut ObservationSet,
+    white: f64,
+) -> Result<Fit, CommandError> {
+    let model = if set.observations.len() >= MIN_EXTENDED {
+        Model::Extended
+    } else {
+        Model::Auto
+    };
+    let settings = FitSettings {
+        model,
+        axis: args.axis.unwrap_or(AxisChoice::Free),
+        ..FitSettings::default()
+    };
+    let stated: Vec<Option<f64>> = set.observations.iter().map(|o| o.gain).collect();
+    if white.is_finite() {
+        for observation in &mut set.observations {
+            observation.gain = observation.gain.or(Some(white / TYPICAL_FULL_WELL));
+        }
+    }
+    let first = fit::fit(std::slice::from_ref(set), &settings)?;
+    let gain = if stated.iter().all(Option::is_some) {
+        None
+    } else {
+        estimated_gain(first.lens(), set)?
+    };
+    for (observation, stated) in set.observations.iter_mut().zip(&stated) {
+        observation.gain = stated.or(gain);
+    }
+    let all = FitSettings {
+        use_all: true,
+        axis: AxisChoice::At(first.lens().frame.axis()),
+        ..settings
+    };
+    let mut fit = fit::fit(std::slice::from_ref(set), &all)?;
+    for (observation, stated) in set.observations.iter_mut().zip(stated) {
+        observation.gain = stated;
+    }
+    fit.lens_mut().held_out = first.lens().held_out.clone().map(|mut held_out| {
+        held_out.rule += "; scored by a fit without them, before all were fitted";
+        held_out
+    });
+    fit.lens_mut().provenance.sources = args.photographs.iter().map(|p| short_name(p)).collect();
+    Ok(fit)
+}
+
+/// Returns the gain that the residuals of `lens` show; `None` if they do not determine it.
+fn estimated_gain(lens: &LensProfile, set: &ObservationSet) -> Result<Option<f64>, CommandError> {
+    let residuals: Vec<Residual> = (pixel_residuals(lens, set)?.into_iter())
+        .map(|r| Residual {
+            signal: r.signal,
+            peak: r.peak,
+            square: r.residual * r.residual,
+            dark_variance: r.sigma * r.sigma,
+        })
+        .collect();
+    let gain = photon_transfer::estimate(&residuals);
+    Ok(gain.map(|gain| gain.counts_per_electron))
+}
+
+/// Prints the figures of the lens.
+pub(super) fn print_report(fit: &Fit, console: &mut Console) {
+    let lens = fit.lens();
+    let axis = lens.frame.axis();
+    console.print(format!(
+        "optical axis ({:.1}, {:.1}) px",
+        axis.x_px, axis.y_px
+    ));
+    if let Some(held_out) = &lens.held_out {
+        console.print(format!(
+            "lens: {:.1} dB forward-blur SNR on {} held-out tiles",
+            held_out.snr_db, held_out.tiles
+        ));
+    }
+    for warning in fit.warnings() {
+        console.note(warning);
+    }
+}
+
+/// Returns the figures of the lens as JSON.
+pub(super) fn report_json(lens: &LensProfile) -> Value {
+    let axis = lens.frame.axis();
+    let held_out = lens.held_out.as_ref();
+    json!({
+        "axis": [axis.x_px, axis.y_px],
+        "held_out": held_out.map(|h| json!({"tiles": h.tiles, "snr_db": h.snr_db})),
+    })
+}

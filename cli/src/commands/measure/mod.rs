@@ -1,0 +1,25 @@
+//! `seidel measure`: from photographs to an observation set, one kind of photograph per file.
+
+mod common;
+mod fitted;
+mod left_out;
+mod lights;
+mod photographs;
+
+use clap::Subcommand;
+
+use super::CommandError;
+use crate::Console;
+
+/// The kinds of photographs.
+#[derive(Debug, Subcommand)]
+pub enum MeasureCommand {
+    /// Find point lights (pinholes, LEDs, stars) and cut a PSF tile around each
+    Lights(Box<lights::LightsArgs>),
+}
+
+pub(super) fn run(command: &MeasureCommand, console: &mut Console) -> Result<(), CommandError> {
+    match command {
+        MeasureCommand::Lights(args) => lights::run(args, console),
+    }
+}
