@@ -71,7 +71,8 @@ enum Model {
     Moments,
 }
 
-fn parse_axis(text: &str) -> Result<AxisChoice, String> {
+/// Parses an optical axis: `X,Y` or `free`.
+pub(super) fn parse_axis(text: &str) -> Result<AxisChoice, String> {
     if text == "free" {
         return Ok(AxisChoice::Free);
     }

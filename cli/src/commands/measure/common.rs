@@ -8,7 +8,8 @@ use seidel_core::distance::ObjectDistance;
 use seidel_core::mosaic::Mosaic;
 use seidel_image_io::photograph::{ColourFilter, PhotographOptions};
 
-use crate::commands::{CommandError, EncodingChoice, parse_distance, parse_point};
+use crate::commands::fit::parse_axis;
+use crate::commands::{CommandError, EncodingChoice, parse_distance};
 
 /// Options about photographs, the set that is written, and the fit.
 #[derive(Debug, Args)]
@@ -85,15 +86,6 @@ fn parse_colour_filter(text: &str) -> Result<ColourFilter, String> {
     mosaic
         .map(ColourFilter::Mosaic)
         .map_err(|error| format!("{}, or `none`", error.remedy))
-}
-
-fn parse_axis(text: &str) -> Result<AxisChoice, String> {
-    if text == "free" {
-        return Ok(AxisChoice::Free);
-    }
-    parse_point(text)
-        .map(AxisChoice::At)
-        .map_err(|problem| format!("{problem}, or `free`"))
 }
 
 impl CommonArgs {
