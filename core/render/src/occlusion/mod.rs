@@ -28,7 +28,7 @@ use crate::{
     VergencePass, cancelled,
 };
 use composite::{BlurredLayer, Compositor, Outline, SharpMattes};
-use cut_lights::{CutLights, LightCut, SignedBlur, SurfaceBlocks};
+use cut_lights::{CutLights, LightCut, SignedBlur};
 use disocclusion::{ExtraSamples, LayeredPlate};
 use layer_samples::{LayerSamples, LayerSource};
 use rayon::prelude::*;
@@ -305,7 +305,6 @@ impl LayeredRenderer<'_> {
             layers: &layers,
             blur: &blur,
             coordinates: &coordinates,
-            surfaces: SurfaceBlocks::new(&whole),
             planes,
         };
         let transmittance = |vergence: f64, coordinate: f32, index: usize| {

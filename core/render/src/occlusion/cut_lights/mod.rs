@@ -15,7 +15,6 @@ mod signed_blur;
 mod surface_blocks;
 
 pub(super) use signed_blur::SignedBlur;
-pub(super) use surface_blocks::SurfaceBlocks;
 
 use super::depth_layers::DepthLayers;
 use super::disocclusion::LayeredPlate;
@@ -27,7 +26,7 @@ use rayon::prelude::*;
 use seidel_optics::error::Result;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use surface_blocks::NearerSurfaces;
+use surface_blocks::{NearerSurfaces, SurfaceBlocks};
 
 /// Most highlights of a block of 32 x 32 px in each plane.
 const MAX_HIGHLIGHTS: usize = 256;
@@ -63,6 +62,8 @@ pub(super) struct CutLights<'a> {
     /// The planes without these lights.
     rest: Vec<Cow<'a, [f32]>>,
     cells: Vec<CellLights>,
+    /// Surfaces of the plate; none where it has no highlights.
+    surfaces: SurfaceBlocks,
 }
 
 impl<'a> CutLights<'a> {
@@ -80,6 +81,7 @@ impl<'a> CutLights<'a> {
             return Self {
                 rest,
                 cells: Vec::new(),
+                surfaces: SurfaceBlocks::default(),
             };
         }
         let surfaces = SurfaceBlocks::new(input);
@@ -113,7 +115,11 @@ impl<'a> CutLights<'a> {
                 }
             }
         }
-        Self { rest, cells }
+        Self {
+            rest,
+            cells,
+            surfaces,
+        }
     }
 
     /// The planes without these lights.
@@ -143,7 +149,7 @@ impl<'a> CutLights<'a> {
         for wave in self.cells.chunks(WAVE) {
             let discs: Vec<Vec<LightDisc>> = wave
                 .par_iter()
-                .map(|cell| cut.discs(cell))
+                .map(|cell| cut.discs(cell, &self.surfaces))
                 .collect::<Result<_>>()?;
             out.par_iter_mut().enumerate().for_each(|(plane, out)| {
                 for (cell, discs) in wave.iter().zip(&discs) {
@@ -209,7 +215,6 @@ pub(super) struct LightCut<'a> {
     pub(super) blur: &'a SignedBlur,
     /// Layer coordinate of every pixel.
     pub(super) coordinates: &'a [f32],
-    pub(super) surfaces: SurfaceBlocks,
     /// Channel weights of each plane.
     pub(super) planes: &'a [Plane<'a>],
 }
@@ -219,7 +224,7 @@ impl LightCut<'_> {
     ///
     /// # Errors
     /// A lens that cannot be drawn there.
-    fn discs(&self, cell: &CellLights) -> Result<Vec<LightDisc>> {
+    fn discs(&self, cell: &CellLights, surfaces: &SurfaceBlocks) -> Result<Vec<LightDisc>> {
         let (low, _) = self.layers.around(cell.coordinate);
         let share = f64::from(cell.coordinate - self.layers.coordinate_of(low));
         let (far, near) = (self.layers.vergence(low), self.layers.vergence(low + 1));
@@ -257,13 +262,24 @@ impl LightCut<'_> {
                 }
             }
             let pixels = group.iter().map(|(pixel, _)| *pixel);
-            self.cut(cell.coordinate, middle(pixels), &mut discs[first..]);
+            self.cut(
+                surfaces,
+                cell.coordinate,
+                middle(pixels),
+                &mut discs[first..],
+            );
         }
         Ok(discs)
     }
 
     /// Multiplies the discs of a light at a point and a layer coordinate by the share that nearer surfaces let pass.
-    fn cut(&self, coordinate: f32, at: (f64, f64), discs: &mut [LightDisc]) {
+    fn cut(
+        &self,
+        surfaces: &SurfaceBlocks,
+        coordinate: f32,
+        at: (f64, f64),
+        discs: &mut [LightDisc],
+    ) {
         let (x, y) = at;
         let reach = discs.iter().map(|disc| disc.reach_px(at));
         let reach = reach.fold(0.0, f64::max);
@@ -274,7 +290,7 @@ impl LightCut<'_> {
             .filter(|at| *at >= coordinate + LEAST_DISTANCE)
             .collect();
         let widest = all.iter().map(|at| ratio(*at).abs()).fold(1.0, f64::max);
-        let present = self.surfaces.layers_within(at, widest * reach, &all);
+        let present = surfaces.layers_within(at, widest * reach, &all);
         let present = all.iter().zip(present).filter(|(_, present)| *present);
         let nearer: Vec<(f32, f64)> = present.map(|(at, _)| (*at, ratio(*at))).collect();
         let passing = |column: i32, row: i32| {

@@ -18,7 +18,8 @@ pub(super) struct NearerSurfaces<'a> {
 }
 
 /// The nearest and the farthest surface of each block of a plate.
-pub(in super::super) struct SurfaceBlocks {
+#[derive(Default)]
+pub(super) struct SurfaceBlocks {
     columns: usize,
     rows: usize,
     /// Layer coordinates of the farthest and the nearest pixel, row-major.
@@ -28,7 +29,7 @@ pub(in super::super) struct SurfaceBlocks {
 }
 
 impl SurfaceBlocks {
-    pub(in super::super) fn new(input: &LayeredPlate) -> Self {
+    pub(super) fn new(input: &LayeredPlate) -> Self {
         let columns = input.width.div_ceil(BLOCK_PX);
         let bands = input.coordinates.par_chunks(input.width * BLOCK_PX);
         let band = |band: &[f32]| {
