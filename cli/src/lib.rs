@@ -17,7 +17,7 @@ pub use console::{Console, ProgressBar};
 #[cfg(unix)]
 pub use signals::remove_partial_outputs_on_signals;
 
-use clap::Parser;
+use clap::FromArgMatches;
 use std::ffi::OsString;
 use std::io::Write as _;
 
@@ -49,9 +49,12 @@ pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u
 }
 
 fn run_command(command_line: &[OsString], console: &mut Console) -> u8 {
-    let cli = match commands::Cli::try_parse_from(command_line) {
+    let parsed = (commands::command().try_get_matches_from(command_line))
+        .and_then(|matches| commands::Cli::from_arg_matches(&matches));
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => {
+            let error = commands::suggest_by_meaning(error, command_line);
             // Help and version arrive here too, with exit status 0.
             let text = error.render().to_string();
             let status = error.exit_code();

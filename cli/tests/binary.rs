@@ -153,7 +153,6 @@ fn stop_while_writing(folder: &Path, args: &[String], signal: &str) -> std::proc
     use std::time::{Duration, Instant};
     let mut child = Command::new(SEIDEL)
         .args(args)
-        .arg("--overwrite")
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -185,15 +184,13 @@ fn signals_remove_partial_outputs() {
 #[test]
 fn outputs_of_a_killed_run_are_removed_by_the_next_one() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mut args = slow_sequence(folder.path());
+    let args = slow_sequence(folder.path());
     // A kill may come a moment after the file got its name.
     let left = (0..20).any(|_| {
         stop_while_writing(folder.path(), &args, "-KILL");
         !partial_outputs(folder.path()).is_empty()
     });
     assert!(left, "no kill left a partial output");
-    // All frames, because any of them may have been the one.
-    args.push("--overwrite".to_owned());
     let quick = args
         .iter()
         .map(|word| if word == "exact" { "draft" } else { word });

@@ -18,10 +18,7 @@ fn write_frames(folder: &Path) {
 
 /// Renders three frames with the options `extra`.
 fn frames(folder: &Path, extra: &str) -> [Vec<f32>; 3] {
-    succeeds(
-        folder,
-        &format!("{APPLY} --overwrite --lens-scale 1 {extra}"),
-    );
+    succeeds(folder, &format!("{APPLY} --lens-scale 1 {extra}"));
     [1, 2, 3].map(|frame| read_channel(&folder.join(format!("out.{frame:02}.exr")), "G"))
 }
 

@@ -91,23 +91,22 @@ fn sequences_are_converted() {
         succeeds(folder, &line);
         assert!(out("one", frame) == out("log", frame), "{frame}");
     }
-    // A run resumes where it stopped; --overwrite starts again.
+    // A run goes on where it stopped with --skip-existing, and starts again without.
     fs::remove_file(folder.join("log.0002.exr")).expect("there");
-    // A picture of other content, to see that it is left alone.
-    fs::copy(folder.join("light.0003.exr"), folder.join("log.0003.exr")).expect("copies");
-    let done = succeeds(folder, &run);
+    let done = succeeds(folder, &format!("{run} --skip-existing"));
     assert!(
-        done.stderr.contains("2 of 3 frames exist already"),
+        done.stderr.contains("2 of 3 frames are finished and kept"),
         "{}",
         done.stderr
     );
-    assert!(out("log", 2) == out("one", 2) && out("log", 3) == out("light", 3));
-    succeeds(folder, &format!("{run} --overwrite --memory 1 --threads 1"));
+    assert!(done.stdout.matches("wrote ").count() == 1 && out("log", 2) == out("one", 2));
+    fs::copy(folder.join("light.0003.exr"), folder.join("log.0003.exr")).expect("copies");
+    succeeds(folder, &format!("{run} --memory 1 --threads 1"));
     assert!(out("log", 3) == out("one", 3));
     // A missing frame does not stop the others, and is reported at the end.
     fs::remove_file(folder.join("light.0002.exr")).expect("there");
     fs::remove_file(folder.join("log.0001.exr")).expect("there");
-    let done = seidel_in(folder, &format!("{run} --overwrite"));
+    let done = seidel_in(folder, &run);
     assert_eq!(done.status, 1);
     let (_, end) = (done.stderr)
         .split_once("error: 1 of 3 frames failed:")

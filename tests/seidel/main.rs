@@ -8,6 +8,7 @@ mod c_abi;
 mod choice;
 mod colour;
 mod colour_picture;
+mod command_line;
 mod controls;
 mod demo;
 mod depth;

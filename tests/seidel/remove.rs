@@ -371,16 +371,13 @@ fn sequences_resume_and_failed_frames_do_not_stop_others() {
         assert_eq!(listing(folder).len(), before + 2, "nothing half-written");
         // The order of chunks depends on threads, so files may differ and samples may not.
         let first = read_channel(&folder.join("out.0001.exr"), "Y");
-        let again = seidel_in(folder, &line);
+        let again = seidel_in(folder, &format!("{line} --skip-existing"));
         assert!(
-            again.stderr.contains("2 of 3 frames exist already"),
+            again.stderr.contains("2 of 3 frames are finished and kept"),
             "{}",
             again.stderr
         );
-        seidel_in(
-            folder,
-            &format!("{line} --overwrite --memory 1 --threads 1"),
-        );
+        seidel_in(folder, &format!("{line} --memory 1 --threads 1"));
         let anew = read_channel(&folder.join("out.0001.exr"), "Y");
         assert!(
             anew == first,

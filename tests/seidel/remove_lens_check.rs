@@ -202,7 +202,7 @@ fn the_first_frame_decides_for_all() {
         of("alone.exr")
     };
     let run = |options: &str| {
-        let line = format!("remove @plate.%d.exr -o @out.%d.exr {LENS} --overwrite {options}");
+        let line = format!("remove @plate.%d.exr -o @out.%d.exr {LENS} {options}");
         succeeds(folder, &line).stderr
     };
     let message = run("--frames 7-8 --animate @table.csv");

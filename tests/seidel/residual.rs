@@ -202,9 +202,11 @@ fn sequences_have_one_residual_per_frame() {
     assert_eq!(outcome.stdout.matches("wrote").count(), 4);
     // A frame is complete when all its files exist.
     fs::remove_file(folder.join("r.0002.exr")).expect("removable");
-    let outcome = succeeds(folder, &line);
+    let outcome = succeeds(folder, &format!("{line} --skip-existing"));
     assert!(
-        outcome.stderr.contains("1 of 2 frames exist already"),
+        outcome
+            .stderr
+            .contains("1 of 2 frames are finished and kept"),
         "{}",
         outcome.stderr
     );

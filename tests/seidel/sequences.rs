@@ -5,8 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{
-    listing, must_refuse, read_channel, seidel_in, succeeds, write_exr, write_moments_lens,
-    write_plate,
+    listing, read_channel, seidel_in, succeeds, write_exr, write_moments_lens, write_plate,
 };
 
 const RUN: &str = "apply --lens @lens.json @plate.%04d.exr -o @out.%04d.exr --frames 1-5";
@@ -37,28 +36,39 @@ fn a_run_resumes_where_it_stopped() {
     for frame in [2, 4] {
         fs::remove_file(folder.join(format!("out.{frame:04}.exr"))).expect("removable");
     }
-    // A frame of other content, to see that it is left alone.
-    let kept = all[0].clone();
-    fs::write(folder.join("out.0003.exr"), &kept).expect("writable");
-    let outcome = succeeds(folder, RUN);
+    let written_at = |frame: usize| {
+        let path = folder.join(format!("out.{frame:04}.exr"));
+        let file = path.metadata().expect("a file");
+        file.modified().expect("a time")
+    };
+    let before = written_at(3);
+    let resumed = format!("{RUN} --skip-existing");
+    let outcome = succeeds(folder, &format!("{resumed} --threads 1"));
     assert!(
-        outcome.stderr.contains("3 of 5 frames exist already"),
+        outcome
+            .stderr
+            .contains("3 of 5 frames are finished and kept"),
         "{}",
         outcome.stderr
     );
     let written: Vec<_> = outcome.stdout.lines().collect();
     assert_eq!(written.len(), 2, "{}", outcome.stdout);
     assert!(written[0].ends_with("out.0002.exr") && written[1].ends_with("out.0004.exr"));
-    assert_eq!(out(folder, 3), kept);
+    assert_eq!(written_at(3), before);
     assert_eq!(out(folder, 4), all[3]);
-    let outcome = succeeds(folder, &format!("{RUN} --overwrite"));
+    // Without the option all are written again.
+    let outcome = succeeds(folder, RUN);
     assert_eq!(outcome.stdout.matches("wrote").count(), 5);
     assert_eq!(out(folder, 3), all[2]);
-    // A single image is always written again.
+    // The same holds for a single image.
     let single = "apply --lens @lens.json @plate.0001.exr -o @out.0001.exr";
     fs::write(folder.join("out.0001.exr"), "old").expect("writable");
     succeeds(folder, single);
     assert_eq!(out(folder, 1), all[0]);
+    let outcome = succeeds(folder, &format!("{single} --skip-existing"));
+    assert_eq!(outcome.stdout.matches("wrote").count(), 0);
+    let outcome = succeeds(folder, &format!("{single} --skip-existing --amount 0.5"));
+    assert_eq!(outcome.stdout.matches("wrote").count(), 1);
 }
 
 #[test]
@@ -91,10 +101,14 @@ fn failed_frames_do_not_stop_others_and_are_listed_at_the_end() {
     for frame in [1, 3, 5] {
         assert!(!out(folder, frame).is_empty());
     }
-    // The next run renders the corrected frame, and nothing else.
-    let outcome = seidel_in(folder, &format!("{RUN} --scrub"));
+    // The next run tries the failed frames alone; other options render all that can be read.
+    let outcome = seidel_in(folder, &format!("{RUN} --skip-existing"));
     assert_eq!(outcome.status, 1);
-    assert_eq!(outcome.stdout.matches("wrote").count(), 1);
+    assert_eq!(outcome.stdout.matches("wrote").count(), 0);
+    assert!(outcome.stderr.contains("2 of 2 frames failed"));
+    let outcome = seidel_in(folder, &format!("{RUN} --scrub --skip-existing"));
+    assert_eq!(outcome.status, 1);
+    assert_eq!(outcome.stdout.matches("wrote").count(), 4);
     assert!(outcome.stdout.contains("out.0004.exr"));
     // Also without any blur.
     let line = "apply --lens @lens.json @plate.0004.exr -o @same.exr --scrub --amount 0";
@@ -115,10 +129,7 @@ fn memory_and_threads_change_nothing_and_messages_are_in_order() {
         "--memory 300K --threads 3",
         "--memory 2G --threads 2",
     ] {
-        let outcome = succeeds(
-            folder,
-            &format!("{RUN} --overwrite --edges mirror {options}"),
-        );
+        let outcome = succeeds(folder, &format!("{RUN} --edges mirror {options}"));
         let frames: Vec<_> = outcome
             .stderr
             .lines()
@@ -154,33 +165,40 @@ fn a_run_does_not_resume_what_another_run_made() {
     write_test_files(folder);
     succeeds(folder, RUN);
     let at = |frame: usize| folder.join(format!("out.{frame:04}.exr"));
-    let before = out(folder, 2);
-    // An empty file is no frame.
+    let before = [out(folder, 2), out(folder, 3), out(folder, 4)];
+    // Neither an empty file is a frame, nor another one, nor an image that does not say what made it.
     fs::write(at(2), "").expect("writable");
-    let outcome = succeeds(folder, RUN);
-    let note = "out.0002.exr: is empty; the frame is rendered again";
-    assert!(outcome.stderr.contains(note), "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("4 of 5 frames exist already"));
-    assert_eq!(out(folder, 2), before);
-    // Neither is another file, which is left alone.
     fs::write(at(3), "precious").expect("writable");
-    must_refuse(
-        folder,
-        RUN,
-        &["out.0003.exr: exists but is no frame", "--overwrite"],
+    fs::copy(folder.join("plate.0004.exr"), at(4)).expect("writable");
+    let again = |options: &str, rendered: usize, reason: &str| {
+        let outcome = succeeds(folder, &format!("{RUN} --skip-existing {options}"));
+        let note = format!("{rendered} of 5 frames exist but are not of this run");
+        assert!(
+            outcome.stderr.contains(&note) && outcome.stderr.contains(reason),
+            "{}",
+            outcome.stderr
+        );
+        assert_eq!(outcome.stdout.matches("wrote").count(), rendered);
+    };
+    again("", 3, "out.0002.exr is no image that can be read");
+    assert!(before == [out(folder, 2), out(folder, 3), out(folder, 4)]);
+    // Nor are frames of other options.
+    again(
+        "--amount 0.5",
+        5,
+        "out.0001.exr was made with other options",
     );
-    succeeds(folder, &format!("{RUN} --overwrite"));
-    // Frames of other options are named.
-    let other = succeeds(folder, &format!("{RUN} --amount 0.5"));
-    let note = "5 of them were made with other options, first frame 1";
-    assert!(other.stderr.contains(note), "{}", other.stderr);
-    // So is another lens of the same name.
+    again("", 5, "out.0001.exr was made with other options");
+    // Nor those of another lens of the same name.
     let lens = folder.join("lens.json");
     let text = fs::read_to_string(&lens).expect("readable");
     fs::write(&lens, format!("{text}\n")).expect("writable");
-    let expected = [
-        "out.0001.exr: seidelLens: is lens.json sha256:",
-        "--overwrite",
-    ];
-    must_refuse(folder, RUN, &expected);
+    again("", 5, "out.0001.exr was made with lens.json sha256:");
+    // Formats that do not say what made them count as finished, with a note.
+    let run = RUN.replace("out.%04d.exr", "out.%04d.png");
+    succeeds(folder, &run);
+    let outcome = succeeds(folder, &format!("{run} --skip-existing"));
+    let note = "5 of them do not say what made them";
+    assert!(outcome.stderr.contains(note), "{}", outcome.stderr);
+    assert_eq!(outcome.stdout.matches("wrote").count(), 0);
 }

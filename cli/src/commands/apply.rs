@@ -23,7 +23,7 @@ use occlusion::OcclusionArgs;
 #[derive(Debug, Args)]
 pub struct ApplyArgs {
     /// Lens profile
-    #[arg(long)]
+    #[arg(long, help_heading = "Input")]
     lens: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,
@@ -32,23 +32,23 @@ pub struct ApplyArgs {
     #[command(flatten)]
     background: BackgroundArgs,
     /// Light beyond the edges of the plate
-    #[arg(long, value_enum, default_value_t = EdgeChoice::Auto)]
+    #[arg(long, value_enum, help_heading = "Output", default_value_t = EdgeChoice::Auto)]
     edges: EdgeChoice,
     /// Sides on which the data window grows by the reach of the blur, so that an element keeps its blurred rim (EXR only)
-    #[arg(long, value_enum, default_value_t = ExpandChoice::Auto)]
+    #[arg(long, value_enum, help_heading = "Output", default_value_t = ExpandChoice::Auto)]
     expand: ExpandChoice,
     /// Accuracy of the render, as PSNR against the exact renderer
-    #[arg(long, value_enum, default_value_t = QualityChoice::Final)]
+    #[arg(long, value_enum, help_heading = "Output", default_value_t = QualityChoice::Final)]
     quality: QualityChoice,
     /// Residual that `seidel remove --residual` wrote beside IN, or a frame pattern
     ///
     /// It is added where IN was not changed, which restores the original plate there. OUT has the pixels of that plate.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Input", value_name = "FILE")]
     residual: Option<PathBuf>,
     /// Report the method and the accuracy of every render; takes longer
     ///
     /// Accuracy is the PSNR in dB of the plate's peak against the exact renderer, at 64 pixels spread over the plate.
-    #[arg(long)]
+    #[arg(long, help_heading = "Run")]
     verbose: bool,
 }
 

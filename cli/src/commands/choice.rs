@@ -12,6 +12,7 @@ use seidel_image_io::json::{TEXT_LIMIT_BYTES, read_text};
 
 /// Options that select observations.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Choice of observations")]
 pub(super) struct ChoiceArgs {
     /// Text file with the observations to use, one per line, such as psf/0003.exr; empty lines and lines that start with #
     /// are ignored

@@ -15,19 +15,30 @@ use seidel_image_io::lens_profile;
 /// Options that set a lens and choose its PSF model.
 #[derive(Debug, Clone, Args)]
 pub(super) struct DrawingArgs {
-    #[arg(long, value_name = "MODEL", help = model_help())]
-    psf: Option<String>,
     /// Focus distance, metres or `inf`; as measured if omitted
     ///
     /// Focus distance, f-number and sensor shift need a lens fitted with --model reduced or extended.
-    #[arg(long, visible_alias = "focus-plane", value_name = "METRES", value_parser = parse_distance)]
+    #[arg(long, help_heading = "Focus", visible_alias = "focus-plane", value_name = "METRES", value_parser = parse_distance)]
     pub(super) focus_distance: Option<ObjectDistance>,
-    /// F-number to stop the lens down to; as measured if omitted
-    #[arg(long, value_name = "N")]
+    /// F-number to stop the lens down to, such as 2.8 or f/2.8; as measured if omitted
+    #[arg(long, help_heading = "Focus", value_name = "N", value_parser = parse_f_number)]
     pub(super) f_number: Option<f64>,
     /// Shift of the sensor away from the lens, micrometres; negative towards it
-    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    #[arg(long, help_heading = "Focus", value_name = "UM")]
     pub(super) sensor_shift_um: Option<f64>,
+    #[arg(long, help_heading = "Look", value_name = "MODEL", help = model_help())]
+    psf: Option<String>,
+}
+
+/// Parses an f-number, with or without `f/` before it.
+fn parse_f_number(text: &str) -> Result<f64, String> {
+    let lower = text.trim().to_ascii_lowercase();
+    let number = lower.strip_prefix('f').unwrap_or(&lower);
+    let number = number.strip_prefix('/').unwrap_or(number);
+    number
+        .trim()
+        .parse()
+        .map_err(|_| "give an f-number, such as 2.8 or f/2.8".to_owned())
 }
 
 /// Returns the help of `--psf`, which lists the models.

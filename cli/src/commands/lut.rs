@@ -89,10 +89,10 @@ pub(super) fn run(
     if let (Some(input), Some(output)) = (&args.input, &args.output) {
         return convert::run(args, &config, input, output, command_line, console);
     }
-    if args.run.has_frames() {
-        return Err(CommandError::Usage(
-            "--frames applies to pictures only: give IN, or leave it out".to_owned(),
-        ));
+    if let Some(option) = args.run.plate_option() {
+        return Err(CommandError::Usage(format!(
+            "{option} applies to pictures only: give IN, or leave it out"
+        )));
     }
     match &args.output {
         Some(output) => bake::run(args, &config, output, console),

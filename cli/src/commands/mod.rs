@@ -2,14 +2,17 @@
 
 mod apply;
 mod choice;
+mod completions;
 mod demo;
 mod diagnose;
 mod drawing;
 mod eval;
 mod fit;
+mod help;
 mod info;
 mod lens;
 mod lut;
+mod man;
 mod measure;
 mod picture;
 mod plates;
@@ -17,9 +20,12 @@ mod psf;
 mod relens;
 mod removal;
 mod remove;
+mod suggestion;
 mod tile_moments;
 
 pub use diagnose::self_test;
+pub use help::command;
+pub(crate) use suggestion::suggest_by_meaning;
 
 use std::ffi::OsString;
 use std::io::Write as _;
@@ -73,6 +79,10 @@ pub enum Command {
     Lut(Box<lut::LutArgs>),
     /// Find the effects that a lens lacks against measured point-spread functions, and add them
     Diagnose(Box<diagnose::DiagnoseArgs>),
+    /// Print a script that completes commands and options in a shell
+    Completions(completions::CompletionsArgs),
+    /// Write manual pages
+    Man(man::ManArgs),
 }
 
 impl Command {
@@ -94,6 +104,8 @@ impl Command {
             Self::Info(args) => info::run(&args, console),
             Self::Lut(args) => lut::run(&args, command_line, console),
             Self::Diagnose(args) => diagnose::run(&args, console),
+            Self::Completions(args) => completions::run(&args, console),
+            Self::Man(args) => man::run(&args, console),
         }
     }
 }

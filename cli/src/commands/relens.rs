@@ -19,10 +19,10 @@ use frame::Job;
 #[derive(Debug, Args)]
 pub struct RelensArgs {
     /// Profile of the lens that the plate was taken with
-    #[arg(long, value_name = "LENS")]
+    #[arg(long, help_heading = "Input", value_name = "LENS")]
     from: PathBuf,
     /// Profile of the lens whose blur the plate gets; options about the lens apply to both
-    #[arg(long, value_name = "LENS")]
+    #[arg(long, help_heading = "Input", value_name = "LENS")]
     to: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,

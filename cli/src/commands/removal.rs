@@ -25,6 +25,7 @@ const CHECK_SHARE: f64 = 0.3;
 
 /// Options about noise and clipping of the plate.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Noise and clipping")]
 pub(super) struct RemovalArgs {
     /// Standard deviation of the plate's noise, in linear units of the plate; estimated if omitted
     ///

@@ -20,35 +20,35 @@ use seidel_image_io::format::{Format, check_output_name};
 #[derive(Debug, Args)]
 pub struct RemoveArgs {
     /// Profile of the lens that the plate was taken with
-    #[arg(long)]
+    #[arg(long, help_heading = "Input")]
     lens: PathBuf,
     #[command(flatten)]
     shared: PlateCommandArgs,
     #[command(flatten)]
     removal: RemovalArgs,
     /// Mix of the plate and the sharp image, 0 to 1: 0 leaves the plate unchanged
-    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = parse_share)]
+    #[arg(long, help_heading = "Look", value_name = "S", default_value_t = 1.0, value_parser = parse_share)]
     strength: f64,
     /// Grain of the sharp image
-    #[arg(long, value_enum, default_value_t = GrainChoice::Keep)]
+    #[arg(long, value_enum, help_heading = "Look", default_value_t = GrainChoice::Keep)]
     grain: GrainChoice,
     /// Write the plate's own pixels only
     ///
     /// Otherwise the data window of an EXR written from EXR grows by the light found beyond the plate's edges. `seidel
     /// apply` then restores the plate up to its edges.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     no_overscan: bool,
     /// Residual to write: the plate minus the re-blurred OUT, and a copy of OUT (OpenEXR; a frame pattern if OUT is one)
     ///
     /// With it, `seidel apply --residual` restores the plate where OUT was not changed. OUT must have the format of IN.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Output", value_name = "FILE")]
     residual: Option<PathBuf>,
     /// Confidence map to write: the share of each pixel's detail that the plate determines, 0 to 1, one channel per colour
     /// (OpenEXR; a frame pattern if OUT is one)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Output", value_name = "FILE")]
     confidence: Option<PathBuf>,
     /// Map of the amplification of noise to write, one channel per colour (OpenEXR; a frame pattern if OUT is one)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Output", value_name = "FILE")]
     noise_gain: Option<PathBuf>,
 }
 

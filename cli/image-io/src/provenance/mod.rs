@@ -30,7 +30,7 @@ const RUN_OPTIONS: [(&str, bool); 6] = [
     ("--frames", true),
     ("--threads", true),
     ("--memory", true),
-    ("--overwrite", false),
+    ("--skip-existing", false),
     ("--provenance", true),
     ("--no-provenance", false),
 ];
@@ -99,11 +99,12 @@ impl Provenance {
         })
     }
 
-    /// Returns whether a file with these `texts`, of frame `frame`, was made by another command line.
-    pub fn is_other_command(&self, frame: Option<i64>, texts: &[(String, String)]) -> bool {
-        let command = texts.iter().find(|(name, _)| name == COMMAND);
+    /// Returns whether a file with these `texts`, of frame `frame`, was made by another command line; nothing if the texts
+    /// do not say.
+    pub fn is_other_command(&self, frame: Option<i64>, texts: &[(String, String)]) -> Option<bool> {
+        let (_, text) = texts.iter().find(|(name, _)| name == COMMAND)?;
         let short = |text: &str| text_without_folders(text);
-        command.is_some_and(|(_, text)| short(text) != short(&self.command(frame)))
+        Some(short(text) != short(&self.command(frame)))
     }
 
     /// Returns a text of an earlier provenance, or the value of a setting, with paths in the form of this one.
@@ -247,7 +248,7 @@ mod tests {
 
     #[test]
     fn the_command_of_a_frame_does_not_depend_on_the_run() {
-        let words = "s apply p.%04d.exr -o o.##.exr --frames 1-9 --threads=2 --overwrite --memory 1G --amount 1";
+        let words = "s apply p.%04d.exr -o o.##.exr --frames 1-9 --threads=2 --skip-existing --memory 1G --amount 1";
         let words: Vec<&str> = words.split(' ').collect();
         let texts = provenance(&words).texts(Some(7), &[], &[]);
         assert_eq!(
@@ -291,8 +292,10 @@ mod tests {
         let history = "0.1.0: seidel demo x\n?: seidel lut a.exr";
         assert_eq!(text(&texts, HISTORY), history);
         // Where files lie is no other command.
-        assert!(!full.is_other_command(Some(3), &texts));
-        assert!(provenance(&["s", "remove"]).is_other_command(Some(3), &texts));
+        assert_eq!(full.is_other_command(Some(3), &texts), Some(false));
+        let other = provenance(&["s", "remove"]);
+        assert_eq!(other.is_other_command(Some(3), &texts), Some(true));
+        assert_eq!(other.is_other_command(Some(3), &[]), None);
     }
 
     #[test]

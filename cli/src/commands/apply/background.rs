@@ -12,6 +12,7 @@ use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
 
 /// Options about the background.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Depth")]
 pub(super) struct BackgroundArgs {
     /// The plate without its foreground (a clean plate), or a frame pattern: shown where the blur of the foreground uncovers
     /// it, instead of an estimate

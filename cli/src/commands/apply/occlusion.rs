@@ -14,6 +14,7 @@ use seidel_image_io::image_channel::{ChannelSpec, ImageChannel};
 
 /// Options about occlusion.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Depth")]
 pub(super) struct OcclusionArgs {
     /// Occlusion of far surfaces by near ones where depth varies
     #[arg(long, value_enum, default_value_t = Switch::On)]

@@ -21,6 +21,7 @@ use seidel_image_io::samples::Encoding;
 
 /// Options of a picture pair.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Picture pair")]
 pub(super) struct PairArgs {
     /// Sharp picture of a flat scene with fine texture, instead of OBS (OpenEXR, PNG, TIFF, DPX, HDR or JPEG)
     #[arg(long, value_name = "SHARP", requires = "observed")]

@@ -28,6 +28,7 @@ const LARGEST_SEED: u64 = 1 << 53;
 
 /// Options of the self-test.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Self-test")]
 pub(super) struct SelfTestArgs {
     /// Number of sealed cases with known causes to draw and diagnose blind, instead of a lens and OBS
     ///

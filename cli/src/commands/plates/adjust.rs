@@ -9,14 +9,10 @@ use crate::commands::parse_point;
 
 /// Options about the strength of the lens and its axis.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Look")]
 pub(crate) struct AdjustArgs {
     /// Strength of the lens's blur and displacement, 0 to 16: 0 leaves the plate unchanged, 1 is as measured
-    #[arg(
-        long,
-        value_name = "A",
-        default_value_t = 1.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "A", default_value_t = 1.0)]
     pub(crate) amount: f64,
     /// Factors on the blur of single channels of the lens, such as R=1.1,B=0.9; 1 if omitted
     #[arg(long, value_name = "CHANNEL=SCALE", value_delimiter = ',', value_parser = parse_scale)]

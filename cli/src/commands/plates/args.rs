@@ -16,6 +16,15 @@ pub(crate) struct PlateCommandArgs {
     /// Plate to read: OpenEXR, PNG, TIFF, DPX, Radiance HDR or JPEG; or a frame pattern such as plate.%04d.exr
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) depth: DepthArgs,
+    #[command(flatten)]
+    pub(crate) lens: LensArgs,
+    /// Displacement of light by the lens
+    #[arg(long, value_enum, help_heading = "Look", default_value_t = Geometry::Lateral)]
+    pub(crate) geometry: Geometry,
+    #[command(flatten)]
+    pub(crate) plate: PlateArgs,
     /// Plate to write: EXR, PNG, TIFF, DPX or HDR by its extension; or a frame pattern
     ///
     /// In the format of IN, everything else in the file is kept. In another format: EXR gets scene-linear, premultiplied
@@ -23,17 +32,8 @@ pub(crate) struct PlateCommandArgs {
     /// TIFF gets the 8 or 16 bits of IN, or float. DPX gets 10 bits, or the 12 or 16 of IN, or 16 with alpha or without
     /// colour. HDR gets shared exponents. Integers are sRGB-encoded unless --encoding says otherwise. Warnings name
     /// everything that OUT cannot store.
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, help_heading = "Output", value_name = "OUT")]
     pub(crate) output: PathBuf,
-    #[command(flatten)]
-    pub(crate) depth: DepthArgs,
-    #[command(flatten)]
-    pub(crate) plate: PlateArgs,
-    #[command(flatten)]
-    pub(crate) lens: LensArgs,
-    /// Displacement of light by the lens
-    #[arg(long, value_enum, default_value_t = Geometry::Lateral)]
-    pub(crate) geometry: Geometry,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

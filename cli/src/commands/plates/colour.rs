@@ -25,6 +25,7 @@ const SRGB: [&str; 5] = [
 
 /// Options about the config.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Colour")]
 pub(crate) struct ConfigArgs {
     /// OpenColorIO config: a file, ocio://NAME for one built into OpenColorIO, or seidel for Seidel's own; if omitted,
     /// that of the environment variable OCIO, else Seidel's own
@@ -34,6 +35,7 @@ pub(crate) struct ConfigArgs {
 
 /// Options about colour spaces.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Colour")]
 pub(crate) struct ColourArgs {
     #[command(flatten)]
     config: ConfigArgs,

@@ -27,6 +27,7 @@ pub(super) enum FrameOrder {
 
 /// Options about depth.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Depth")]
 pub(crate) struct DepthArgs {
     /// Depth pass, or a frame pattern; the plate's own Z channel if omitted
     #[arg(long, value_name = "FILE[:CHANNEL]", conflicts_with = "distance")]

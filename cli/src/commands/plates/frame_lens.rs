@@ -23,7 +23,7 @@ pub(crate) struct LensArgs {
     /// Table of values by frame of --amount, --focus-distance, --f-number and others; interpolated between its frames
     ///
     /// CSV with a column `frame` and one column per option, or JSON.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Look", value_name = "FILE")]
     pub(super) animate: Option<PathBuf>,
 }
 
@@ -33,9 +33,9 @@ pub(super) struct LensOptions {
     #[command(flatten)]
     drawing: DrawingArgs,
     #[command(flatten)]
-    adjust: AdjustArgs,
-    #[command(flatten)]
     focus: FocusArgs,
+    #[command(flatten)]
+    adjust: AdjustArgs,
 }
 
 /// The lens of a frame.

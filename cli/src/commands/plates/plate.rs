@@ -20,45 +20,45 @@ use seidel_image_io::windows::PixelWindow;
 #[derive(Debug, Args)]
 pub(crate) struct PlateArgs {
     /// EXR layer or part to process; the root R, G, B (or Y) and A if omitted
-    #[arg(long)]
+    #[arg(long, help_heading = "Input")]
     layer: Option<String>,
-    /// Encoding of integer samples, in IN and in an OUT of another format; floats are linear
-    ///
-    /// If omitted: sRGB, except in DPX, where the header decides and unknown values are read as linear.
-    #[arg(long, value_enum, conflicts_with_all = ["in_space", "out_space", "working_space", "ocio"])]
-    encoding: Option<EncodingChoice>,
-    /// Relation of colour and alpha; from the file if omitted (EXR and DPX premultiplied, PNG unpremultiplied, TIFF by
-    /// its tag)
-    #[arg(long, value_enum)]
-    alpha: Option<AlphaChoice>,
-    /// Write the blurred alpha of each colour as alpha.R, alpha.G, alpha.B beside A, so that colour fringes survive a
-    /// merge (EXR only)
-    ///
-    /// Each alpha is blurred as its colour is. If the plate has such channels, they are read as the alphas of its colours.
-    #[arg(long)]
-    alpha_per_channel: bool,
-    /// Compression of an EXR output; that of the plate if omitted, or ZIP if that is lossy
-    ///
-    /// dwaa, dwab, b44 and b44a are lossy; pxr24 is lossy for floats. With these, parts that hold more than colour and
-    /// alpha are compressed with zip.
-    #[arg(long, value_enum)]
-    compression: Option<ExrCompression>,
     /// Replace NaN and infinite samples by zero, with a warning, instead of stopping
-    #[arg(long)]
+    #[arg(long, help_heading = "Input")]
     scrub: bool,
     /// Plate pixels per pixel of the lens's frame, along y; if omitted, the display window is as wide as the lens's full
     /// frame, pixel aspect included
-    #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
+    #[arg(long, help_heading = "Input", value_name = "RATIO", value_parser = parse_ratio)]
     pub(super) lens_scale: Option<f64>,
     /// Width of a plate pixel over its height in the scene, such as 2 for an anamorphic plate before desqueezing
     ///
     /// If omitted: the EXR's pixelAspectRatio or the value of the DPX header, else 1. Blur and displacement along x are
     /// 1/P as many pixels; S/P for an anamorphic lens of squeeze S. A plate of such a lens with P = 1 counts as squeezed if its
     /// shape is nearer to that of the sensor than to that of the desqueezed picture.
-    #[arg(long, value_name = "P", value_parser = parse_ratio)]
+    #[arg(long, help_heading = "Input", value_name = "P", value_parser = parse_ratio)]
     pixel_aspect: Option<f64>,
+    /// Encoding of integer samples, in IN and in an OUT of another format; floats are linear
+    ///
+    /// If omitted: sRGB, except in DPX, where the header decides and unknown values are read as linear.
+    #[arg(long, help_heading = "Colour", value_enum, conflicts_with_all = ["in_space", "out_space", "working_space", "ocio"])]
+    encoding: Option<EncodingChoice>,
+    /// Relation of colour and alpha; from the file if omitted (EXR and DPX premultiplied, PNG unpremultiplied, TIFF by
+    /// its tag)
+    #[arg(long, help_heading = "Colour", value_enum)]
+    alpha: Option<AlphaChoice>,
     #[command(flatten)]
     pub(super) colour: ColourArgs,
+    /// Write the blurred alpha of each colour as alpha.R, alpha.G, alpha.B beside A, so that colour fringes survive a
+    /// merge (EXR only)
+    ///
+    /// Each alpha is blurred as its colour is. If the plate has such channels, they are read as the alphas of its colours.
+    #[arg(long, help_heading = "Output")]
+    alpha_per_channel: bool,
+    /// Compression of an EXR output; that of the plate if omitted, or ZIP if that is lossy
+    ///
+    /// dwaa, dwab, b44 and b44a are lossy; pxr24 is lossy for floats. With these, parts that hold more than colour and
+    /// alpha are compressed with zip.
+    #[arg(long, help_heading = "Output", value_enum)]
+    compression: Option<ExrCompression>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,115 +1,128 @@
-//! Frames of a sequence that an earlier run finished.
+//! Frames that an earlier run finished.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayon::prelude::*;
 
 use super::frames::FrameFiles;
 use crate::Console;
-use crate::commands::CommandError;
 use seidel_image_io::description::Description;
 use seidel_image_io::error::FileError;
 use seidel_image_io::format::Format;
 use seidel_image_io::provenance::Provenance;
 
-/// Remedy for an output that another run made.
-const REMEDY: &str = "give --overwrite to render the frame again, or name another OUT";
-
-/// An existing frame of a run.
+/// The outputs of a frame before a run.
 enum FrameState {
-    /// Its outputs are those of this run.
+    /// They are those of this run.
     Finished,
-    /// Its outputs were made by another command line, of the same lens.
-    OtherOptions,
-    /// An output is missing.
+    /// They exist, in a format that does not say what made them.
+    Unknown,
+    /// One is missing.
     Missing,
-    /// An output has no content.
-    Empty(PathBuf),
-    /// An output was made with another lens, or is no image that can be read.
-    Foreign(FileError),
+    /// One is not of this run, for this reason.
+    Other(String),
 }
 
-/// Returns the frames that are to be processed: those of `all` without finished outputs. Prints notes about the others.
+/// Returns the frames of `all` that are to be processed: those without finished outputs. Prints notes about the others.
 ///
-/// # Errors
-/// An output that was made with another lens than that of `provenance`, or is no image.
+/// Outputs are finished if they have the `provenance` of the run. A run without provenance keeps all images.
 pub(super) fn unfinished(
     all: Vec<FrameFiles>,
-    provenance: &Provenance,
+    provenance: Option<&Provenance>,
     console: &mut Console,
-) -> Result<Vec<FrameFiles>, CommandError> {
+) -> Vec<FrameFiles> {
     let count = all.len();
     // In parallel, because each header takes a round trip where files lie on another machine.
     let states = all
         .into_par_iter()
         .map(|frame| (state(&frame, provenance), frame));
     let states: Vec<(FrameState, FrameFiles)> = states.collect();
-    let mut frames = Vec::new();
-    let mut other_options = Vec::new();
+    let (mut frames, mut others) = (Vec::new(), Vec::new());
+    let mut unknown = 0;
     for (state, frame) in states {
         match state {
-            FrameState::Finished => {}
-            FrameState::OtherOptions => other_options.extend(frame.number),
-            FrameState::Missing => frames.push(frame),
-            FrameState::Empty(path) => {
-                let path = path.display();
-                console.note(format!("{path}: is empty; the frame is rendered again"));
-                frames.push(frame);
+            FrameState::Finished => continue,
+            FrameState::Unknown => {
+                unknown += 1;
+                continue;
             }
-            FrameState::Foreign(error) => return Err(error.into()),
+            FrameState::Missing => {}
+            FrameState::Other(reason) => others.push(reason),
         }
+        frames.push(frame);
     }
     if frames.len() < count {
+        let kept = count - frames.len();
+        console.note(format!("{kept} of {count} frames are finished and kept"));
+    }
+    if unknown > 0 {
         console.note(format!(
-            "{} of {count} frames exist already and are skipped; give --overwrite to render them again",
-            count - frames.len(),
+            "{unknown} of them do not say what made them; leave out --skip-existing to render them again"
         ));
     }
-    if let Some(first) = other_options.first() {
+    if let Some(first) = others.first() {
         console.note(format!(
-            "{} of them were made with other options, first frame {first}; `seidel info` shows these",
-            other_options.len()
+            "{} of {count} frames exist but are not of this run and are rendered again; the first: {first}",
+            others.len(),
         ));
     }
-    Ok(frames)
+    frames
 }
 
-fn state(frame: &FrameFiles, provenance: &Provenance) -> FrameState {
-    // Outputs are complete if they exist, because files are written whole or not at all: but other programs write too.
+fn state(frame: &FrameFiles, provenance: Option<&Provenance>) -> FrameState {
     if !frame.outputs().all(Path::exists) {
         return FrameState::Missing;
     }
-    let is_empty = |path: &Path| path.metadata().is_ok_and(|file| file.len() == 0);
-    if let Some(path) = frame.outputs().find(|path| is_empty(path)) {
-        return FrameState::Empty(path.to_path_buf());
-    }
-    let mut state = FrameState::Finished;
-    for path in frame.outputs() {
-        let texts = match read_texts(path) {
-            Ok(texts) => texts,
-            Err(error) => {
-                let problem = format!("exists but is no frame of an earlier run ({error})");
-                return FrameState::Foreign(FileError::new(path, "", problem, REMEDY));
-            }
+    let mut state = FrameState::Unknown;
+    for (index, path) in frame.outputs().enumerate() {
+        let reason = match (read_texts(path), provenance) {
+            // Outputs are whole if they exist, because files are written whole or not at all: but other programs write
+            // too.
+            (Err(_), _) => Some("is no image that can be read".to_owned()),
+            (Ok(Some(texts)), Some(provenance)) => match index {
+                0 => {
+                    state = FrameState::Finished;
+                    difference(&texts, frame.number, provenance)
+                }
+                // Maps beside OUT say nothing.
+                _ => None,
+            },
+            _ => None,
         };
-        if let Some(file) = provenance.differing_file(&texts) {
-            let problem = format!("is {}, but this run's is {}", file.before, file.now);
-            return FrameState::Foreign(FileError::new(path, file.name, problem, REMEDY));
-        }
-        if provenance.is_other_command(frame.number, &texts) {
-            state = FrameState::OtherOptions;
+        if let Some(reason) = reason {
+            return FrameState::Other(format!("{} {reason}", path.display()));
         }
     }
     state
 }
 
-/// Returns the provenance of an image file. Only that of OpenEXR files can be read without their pixels; others are
-/// only recognised.
-fn read_texts(path: &Path) -> Result<Vec<(String, String)>, FileError> {
+/// Returns how a file with these `texts` differs from what a run makes of `frame`.
+fn difference(
+    texts: &[(String, String)],
+    frame: Option<i64>,
+    provenance: &Provenance,
+) -> Option<String> {
+    if let Some(file) = provenance.differing_file(texts) {
+        let reason = format!(
+            "was made with {}, but this run uses {}",
+            file.before, file.now
+        );
+        return Some(reason);
+    }
+    match provenance.is_other_command(frame, texts) {
+        None => Some("does not say what made it".to_owned()),
+        Some(true) => Some("was made with other options".to_owned()),
+        Some(false) => None,
+    }
+}
+
+/// Returns the provenance of an image file. Only that of OpenEXR files can be read without their pixels; others are only
+/// recognised.
+fn read_texts(path: &Path) -> Result<Option<Vec<(String, String)>>, FileError> {
     if Format::from_path(path) != Some(Format::Exr) {
-        return seidel_image_io::format::detect(path).map(|_| Vec::new());
+        return seidel_image_io::format::detect(path).map(|_| None);
     }
     let description = Description::read(path)?;
     let parts = description.parts.into_iter();
-    Ok(parts.flat_map(|part| part.provenance).collect())
+    Ok(Some(parts.flat_map(|part| part.provenance).collect()))
 }

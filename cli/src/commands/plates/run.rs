@@ -16,6 +16,7 @@ use seidel_image_io::sequence::{FramePattern, expand_frames};
 
 /// Options about frames, threads, memory and provenance.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Run")]
 pub(crate) struct RunArgs {
     /// Frames to process if IN and OUT are frame patterns, such as 1001-1100 or 1-9x2
     #[arg(long)]
@@ -26,9 +27,12 @@ pub(crate) struct RunArgs {
     /// Memory for the frames in flight, such as 500M or 4G; one frame is always in flight
     #[arg(long, value_name = "SIZE", default_value = DEFAULT_MEMORY, value_parser = parse_size)]
     memory: u64,
-    /// Process all frames of a sequence; otherwise those whose outputs exist are skipped
+    /// Keep outputs that a run with the same lens and options made, to go on where it stopped; otherwise OUT is overwritten
+    ///
+    /// Options and lens are known by the provenance in OpenEXR files. Files of other formats do not say what made them,
+    /// and are kept with a note.
     #[arg(long)]
-    overwrite: bool,
+    skip_existing: bool,
     /// Version, command, lens and settings in the metadata of OUT, where `seidel info` shows them
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = ProvenanceChoice::Names)]
     provenance: ProvenanceChoice,
@@ -49,9 +53,13 @@ enum ProvenanceChoice {
 }
 
 impl RunArgs {
-    /// Returns whether `--frames` is used.
-    pub(crate) fn has_frames(&self) -> bool {
-        self.frames.is_some()
+    /// Returns the name of an option about the outputs of plates, if one is used.
+    pub(crate) fn plate_option(&self) -> Option<&'static str> {
+        match self {
+            _ if self.frames.is_some() => Some("--frames"),
+            _ if self.skip_existing => Some("--skip-existing"),
+            _ => None,
+        }
     }
 
     /// Prepares a run over `files`; `label` names it on the progress bar, `command_line` goes into the provenance. Prints
@@ -72,15 +80,15 @@ impl RunArgs {
         for (role, path) in &files.lenses {
             provenance = provenance.with_file(role, path)?;
         }
-        if self.has_frames() && !self.overwrite {
-            frames = unfinished(frames, &provenance, console)?;
-        }
         let provenance = match self.provenance {
             _ if self.no_provenance => None,
             ProvenanceChoice::None => None,
             ProvenanceChoice::Names => Some(provenance.with_paths(ProvenancePaths::Names)),
             ProvenanceChoice::Full => Some(provenance),
         };
+        if self.skip_existing {
+            frames = unfinished(frames, provenance.as_ref(), console);
+        }
         Ok(Run {
             resources: Resources {
                 reading: thread_pool(self.threads)?,

@@ -1,0 +1,306 @@
+//! The command line as a whole: the examples of each help, and the options that `-h` shows.
+
+use clap::{Arg, CommandFactory};
+
+use super::Cli;
+
+/// A help: its command, examples of command lines, and the options that `-h` shows.
+struct Help {
+    /// Names of the command and its subcommand.
+    command: &'static str,
+    /// Each example with its purpose.
+    examples: &'static [Example],
+    /// The usual options, by name; all if empty. `--help` shows the others, too.
+    usual: &'static [&'static str],
+}
+
+/// A command line, without the name of the program.
+struct Example {
+    purpose: &'static str,
+    line: &'static str,
+}
+
+const fn example(purpose: &'static str, line: &'static str) -> Example {
+    Example { purpose, line }
+}
+
+const HELPS: &[Help] = &[
+    Help {
+        command: "demo",
+        examples: &[example("Make the example files", "demo seidel-demo")],
+        usual: &[],
+    },
+    Help {
+        command: "measure lights",
+        examples: &[example(
+            "Photograph of a pinhole chart at 3 m, and the lens fitted to it",
+            "measure lights chart.dng --distance-m 3 --out chart --fit lens.json",
+        )],
+        usual: &[
+            "out",
+            "distance-m",
+            "channels",
+            "axis",
+            "dark",
+            "flat",
+            "cfa",
+            "fit",
+            "also",
+            "tile",
+            "min-snr",
+        ],
+    },
+    Help {
+        command: "fit",
+        examples: &[
+            example(
+                "Fit a lens to PSFs",
+                "fit seidel-demo/measured -o lens.json",
+            ),
+            example(
+                "Sets at several distances, the optical axis estimated",
+                "fit near far -o lens.json --axis free",
+            ),
+        ],
+        usual: &[],
+    },
+    Help {
+        command: "eval",
+        examples: &[example(
+            "Compare a lens with PSFs",
+            "eval --lens lens.json seidel-demo/measured",
+        )],
+        usual: &[],
+    },
+    Help {
+        command: "apply",
+        examples: &[
+            example(
+                "A flat plate at 3 m",
+                "apply --lens lens.json plate.png -o blurred.exr --distance 3",
+            ),
+            example(
+                "A CG plate by its own depth pass, focused at 2.5 m, at f/2",
+                "apply --lens lens.json cg.exr -o blurred.exr --focus-distance 2.5 --f-number f/2",
+            ),
+            example(
+                "A sequence with its depth in other files, in centimetres",
+                "apply --lens lens.json cg.%04d.exr --depth z.%04d.exr:Z --depth-unit cm -o out.%04d.exr --frames 1001-1100",
+            ),
+        ],
+        usual: &[
+            "lens",
+            "depth",
+            "distance",
+            "depth-kind",
+            "depth-unit",
+            "focus-distance",
+            "f-number",
+            "amount",
+            "in-space",
+            "out-space",
+            "output",
+            "quality",
+            "frames",
+            "threads",
+            "skip-existing",
+        ],
+    },
+    Help {
+        command: "remove",
+        examples: &[
+            example(
+                "Sharpen a plate taken at 3 m",
+                "remove --lens lens.json plate.exr -o sharp.exr --distance 3",
+            ),
+            example(
+                "Keep the rest, so that `apply --residual` gives the plate back",
+                "remove --lens lens.json plate.exr -o sharp.exr --distance 3 --residual rest.exr",
+            ),
+        ],
+        usual: &[
+            "lens",
+            "depth",
+            "distance",
+            "depth-unit",
+            "focus-distance",
+            "f-number",
+            "amount",
+            "output",
+            "strength",
+            "noise",
+            "clip",
+            "residual",
+            "frames",
+            "threads",
+            "skip-existing",
+        ],
+    },
+    Help {
+        command: "relens",
+        examples: &[example(
+            "Give a plate of one lens the look of another",
+            "relens --from modern.json --to vintage.json plate.exr -o out.exr --distance 3",
+        )],
+        usual: &[
+            "from",
+            "to",
+            "depth",
+            "distance",
+            "depth-unit",
+            "focus-distance",
+            "f-number",
+            "amount",
+            "output",
+            "noise",
+            "clip",
+            "frames",
+            "threads",
+            "skip-existing",
+        ],
+    },
+    Help {
+        command: "diagnose",
+        examples: &[
+            example(
+                "Find what a lens lacks against PSFs",
+                "diagnose --lens lens.json measured --out report",
+            ),
+            example(
+                "The same from a sharp picture and its photograph at 3 m",
+                "diagnose --lens lens.json --reference sharp.exr --observed photo.exr --depth-m 3 --out report",
+            ),
+        ],
+        usual: &[
+            "lens",
+            "out",
+            "only",
+            "design",
+            "no-pairs",
+            "reference",
+            "observed",
+            "depth-m",
+            "plate-gap",
+            "self-test",
+            "threads",
+            "json",
+        ],
+    },
+    Help {
+        command: "lut",
+        examples: &[example(
+            "A table from camera log to ACEScg",
+            "lut --in-space \"Sony S-Log3 S-Gamut3.Cine\" --out-space ACEScg -o log.cube",
+        )],
+        usual: &[],
+    },
+    Help {
+        command: "completions",
+        examples: &[example("Complete in Bash", "completions bash")],
+        usual: &[],
+    },
+];
+
+/// Returns the command line with its helps. Options with a value take negative numbers, so that each can say itself why
+/// it refuses one.
+pub fn command() -> clap::Command {
+    with_helps(Cli::command(), "")
+}
+
+/// Adds helps to `command`, whose name follows `before`.
+fn with_helps(command: clap::Command, before: &str) -> clap::Command {
+    let named = HELPS.iter().find(|help| help.command == before);
+    let command = command.mut_args(|arg| {
+        let takes_number = arg.get_action().takes_values() && !arg.is_positional();
+        let is_hidden = named.is_some_and(|help| help.hides(&arg));
+        arg.allow_negative_numbers(takes_number)
+            .hide_short_help(is_hidden)
+    });
+    let command = match named {
+        Some(help) => command.after_long_help(help.examples_text()),
+        None => command,
+    };
+    let before = before.to_owned();
+    command.mut_subcommands(move |subcommand| {
+        let name = format!("{before} {}", subcommand.get_name());
+        with_helps(subcommand, name.trim_start())
+    })
+}
+
+impl Help {
+    fn hides(&self, arg: &Arg) -> bool {
+        let name = arg.get_long().unwrap_or_default();
+        !self.usual.is_empty() && !arg.is_positional() && !self.usual.contains(&name)
+    }
+
+    fn examples_text(&self) -> String {
+        let lines = (self.examples.iter())
+            .map(|example| format!("  {}:\n    seidel {}", example.purpose, example.line));
+        format!("Examples:\n{}", lines.collect::<Vec<_>>().join("\n"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Splits a command line at spaces outside quotes.
+    fn words(line: &str) -> Vec<String> {
+        let quoted = line.split('"').enumerate();
+        let words = quoted.flat_map(|(k, part)| match k % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect(),
+            _ => vec![part.to_owned()],
+        });
+        words.collect()
+    }
+
+    fn subcommand(path: &str) -> clap::Command {
+        path.split(' ').fold(command(), |command, name| {
+            let found = command.find_subcommand(name);
+            found.expect("a command of this name").clone()
+        })
+    }
+
+    #[test]
+    fn the_command_line_is_sound() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn every_example_is_a_valid_command_line() {
+        for help in HELPS {
+            assert!(!help.examples.is_empty(), "{}", help.command);
+            for example in help.examples {
+                assert!(example.line.starts_with(help.command), "{}", example.line);
+                let line = std::iter::once("seidel".to_owned()).chain(words(example.line));
+                let parsed = command().try_get_matches_from(line);
+                assert!(parsed.is_ok(), "{}: {:?}", example.line, parsed.err());
+            }
+        }
+    }
+
+    #[test]
+    fn usual_options_exist() {
+        for help in HELPS {
+            let command = subcommand(help.command);
+            for name in help.usual {
+                let mut options = command.get_arguments();
+                assert!(
+                    options.any(|arg| arg.get_long() == Some(name)),
+                    "{}: --{name}",
+                    help.command
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn short_helps_fit_on_a_screen() {
+        // Wrapped at 100 columns where the width of the terminal is unknown.
+        for help in HELPS {
+            let text = subcommand(help.command).render_help().to_string();
+            let lines = text.lines().count();
+            assert!(lines <= 50, "{}: {lines} lines\n{text}", help.command);
+        }
+    }
+}

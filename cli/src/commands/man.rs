@@ -1,0 +1,44 @@
+//! `seidel man`: writes the manual pages of the command and all its subcommands.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap_mangen::Man;
+
+use super::{CommandError, command};
+use crate::Console;
+use seidel_image_io::atomic::write_atomically;
+use seidel_image_io::error::FileError;
+
+/// Options of `seidel man`.
+#[derive(Debug, Args)]
+pub struct ManArgs {
+    /// Folder to write seidel.1, seidel-apply.1 and the others to; made if it does not exist
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+pub(super) fn run(args: &ManArgs, console: &mut Console) -> Result<(), CommandError> {
+    std::fs::create_dir_all(&args.folder)
+        .map_err(|error| FileError::io(&args.folder, "be made", &error))?;
+    let mut whole = command().disable_help_subcommand(true);
+    // Gives subcommands their full names and usages.
+    whole.build();
+    let count = write_pages(&whole, "seidel", &args.folder)?;
+    let folder = args.folder.display();
+    console.note(format!("{count} manual pages written to {folder}"));
+    Ok(())
+}
+
+/// Writes the page of `command`, called `name`, and those of its subcommands. Returns the number of pages.
+fn write_pages(command: &clap::Command, name: &str, folder: &Path) -> Result<usize, CommandError> {
+    let page = Man::new(command.clone()).title(name);
+    let path = folder.join(format!("{name}.1"));
+    write_atomically(&path, |out| page.render(out))?;
+    let mut count = 1;
+    for subcommand in command.get_subcommands() {
+        let name = format!("{name}-{}", subcommand.get_name());
+        count += write_pages(subcommand, &name, folder)?;
+    }
+    Ok(count)
+}
