@@ -49,6 +49,14 @@ impl FileError {
         }
     }
 
+    /// Returns the problem alone, without file, field and remedy.
+    pub fn problem(&self) -> String {
+        match self {
+            Self::One { problem, .. } => problem.clone(),
+            Self::Many { .. } => self.to_string(),
+        }
+    }
+
     /// Creates an error from all faults of the observation set whose manifest is `file`.
     pub fn many(file: impl Into<PathBuf>, faults: Vec<Fault>) -> Self {
         Self::Many {

@@ -84,7 +84,7 @@ impl BackgroundSource {
                 FileError::new(
                     file,
                     "depth",
-                    format!("has no depth of its own ({e})"),
+                    e.problem(),
                     "give its depth pass with --background-depth FILE",
                 )
             })?,

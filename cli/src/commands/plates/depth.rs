@@ -222,7 +222,7 @@ impl DepthSource {
                 FileError::new(
                     plate.path(),
                     "depth",
-                    format!("has no depth of its own ({e})"),
+                    e.problem(),
                     "the lens's blur depends on depth: give --depth FILE or --distance METRES",
                 )
             })?,
