@@ -2,11 +2,16 @@
 
 use seidel_optics::BlurField;
 use seidel_optics::distance::ObjectDistance;
-use seidel_optics::error::{ErrorKind, Result};
+use seidel_optics::error::{Error, ErrorKind, Result};
 use seidel_optics::field::ImagePoint;
-use seidel_optics::predict::Predictor;
+use seidel_optics::observations::{Observation, ObservationSet};
+use seidel_optics::predict::{Predictor, predict_set};
 use seidel_optics::profile::{Controls, LensProfile};
-use seidel_optics::psf::LocalBlur;
+use seidel_optics::psf::{self, LocalBlur};
+use seidel_optics::tile::Tile;
+
+/// Largest side of a tile that [`Lens::psf_at`] draws, pixels.
+const MAX_TILE_PX: usize = 4096;
 
 /// A fitted lens: its profile, and the predictor of its blur at any point of the field.
 ///
@@ -85,6 +90,38 @@ impl Lens {
         Ok(self.predictor.blur_at(channel, field, vergence).blur)
     }
 
+    /// Returns the PSF at frame pixel `at` for an object at `distance`, drawn by the PSF model `model`: a tile of
+    /// `size_px` x `size_px` frame pixels for each channel, with its centroid at `at` and a sum of 1. The best model for
+    /// the lens is used if `model` is `None`.
+    ///
+    /// # Errors
+    /// A size of zero or above 4096, an unknown model or one that cannot draw the lens, an unknown distance where the blur
+    /// depends on it, and a PSF that lies outside its tile.
+    pub fn psf_at(
+        &self,
+        at: ImagePoint,
+        distance: ObjectDistance,
+        size_px: usize,
+        model: Option<&str>,
+    ) -> Result<Vec<Tile>> {
+        if !(1..=MAX_TILE_PX).contains(&size_px) {
+            return Err(Error::new(
+                "size",
+                format!("is {size_px}"),
+                format!("give a number of pixels from 1 to {MAX_TILE_PX}"),
+            ));
+        }
+        let model = model.map(psf::by_id).transpose()?;
+        let model = model.unwrap_or_else(|| self.predictor.default_model());
+        let centre = centred_point(size_px)?;
+        let channels = self.predictor.channel_names().to_vec();
+        let tiles = vec![centre; channels.len()];
+        let template = Observation::new(String::new(), at, distance, tiles);
+        let template = ObservationSet::new(self.profile.frame, channels, vec![template]);
+        let mut predicted = predict_set(&self.predictor, &template, model)?;
+        Ok(predicted.observations.swap_remove(0).tiles)
+    }
+
     /// Returns the lens with the focus, f-number and sensor shift of `controls`.
     ///
     /// # Errors
@@ -101,5 +138,41 @@ impl Lens {
             }
         })?;
         Self::new(profile)
+    }
+}
+
+/// Returns a tile whose only light is a point at its centre: one pixel, or four where `size_px` is even.
+fn centred_point(size_px: usize) -> Result<Tile> {
+    let (first, last) = ((size_px - 1) / 2, size_px / 2);
+    let is_centre = |k: usize| (first..=last).contains(&k);
+    let light = (0..size_px * size_px)
+        .map(|k| f32::from(u8::from(is_centre(k % size_px) && is_centre(k / size_px))));
+    Tile::new(size_px, size_px, light.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn psfs_have_unit_sum_and_lie_at_the_centre_of_their_tile() {
+        let text = include_str!("../tests/data/lens.json");
+        let lens = Lens::from_json(text).expect("a lens");
+        let distance = ObjectDistance::metres(2.5).expect("a distance");
+        let at = ImagePoint::new(700.25, 100.0);
+        for size in [40, 41] {
+            let tiles = lens.psf_at(at, distance, size, None).expect("a PSF");
+            assert_eq!(tiles.len(), lens.predictor().channel_names().len());
+            for tile in tiles {
+                assert!((tile.sum() - 1.0).abs() < 1e-3, "{}", tile.sum());
+                let x = (tile.samples().iter().enumerate())
+                    .map(|(k, v)| f64::from(*v) * ((k % size) as f64 + 0.5));
+                let x = x.sum::<f64>() / tile.sum();
+                assert!((x - size as f64 / 2.0).abs() < 0.05, "{x}");
+            }
+        }
+        assert!(lens.psf_at(at, distance, 0, None).is_err());
+        assert!(lens.psf_at(at, distance, 9, Some("none")).is_err());
+        assert!(lens.psf_at(at, ObjectDistance::Unknown, 41, None).is_err());
     }
 }
