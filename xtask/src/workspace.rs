@@ -27,7 +27,7 @@ pub(crate) struct TextFile {
     pub(crate) text: String,
 }
 
-/// A member of the workspace.
+/// A package of the repository.
 pub(crate) struct Package {
     pub(crate) name: String,
     /// Folder from the root, with `/` between folders.
@@ -98,7 +98,8 @@ impl Tree {
             .map_or("", |file| &file.text)
     }
 
-    /// The members that the root's `Cargo.toml` lists.
+    /// The members that the root's `Cargo.toml` lists, and the packages that it excludes because they are workspaces of their
+    /// own.
     ///
     /// # Errors
     /// A manifest that is missing, is not TOML or has no package name.
@@ -108,7 +109,11 @@ impl Tree {
             .get("workspace")
             .and_then(|table| table.get("members")?.as_array());
         let members = members.ok_or("Cargo.toml: has no workspace members")?;
-        let folders = members.iter().filter_map(|member| member.as_str());
+        let excluded = workspace
+            .get("workspace")
+            .and_then(|table| table.get("exclude")?.as_array());
+        let folders = members.iter().chain(excluded.into_iter().flatten());
+        let folders = folders.filter_map(|member| member.as_str());
         folders.map(|folder| self.package(folder)).collect()
     }
 
@@ -175,8 +180,9 @@ mod tests {
         let tree = Tree::of(&[
             (
                 "Cargo.toml",
-                "[workspace]\nmembers = [\"core\", \"core/optics\"]",
+                "[workspace]\nmembers = [\"core\", \"core/optics\"]\nexclude = [\"own\"]",
             ),
+            ("own/Cargo.toml", "[workspace]\n[package]\nname = \"own\""),
             ("core/Cargo.toml", "[package]\nname = \"facade\""),
             (
                 "core/optics/Cargo.toml",
@@ -186,8 +192,8 @@ mod tests {
         ]);
         let packages = tree.packages().expect("valid manifests");
         let names: Vec<&str> = packages.iter().map(|p| p.name.as_str()).collect();
-        assert_eq!(names, ["facade", "optics"]);
-        assert!(packages.iter().all(Package::is_core));
+        assert_eq!(names, ["facade", "optics", "own"]);
+        assert!(packages[..2].iter().all(Package::is_core));
         assert_eq!(packages[1].dependencies(), ["a", "b"]);
         assert!(Tree::of(&[]).packages().is_err());
     }

@@ -3,7 +3,7 @@
 use crate::workspace::{Package, Tree};
 
 /// The packages of this project that each package may depend on, its tests included.
-const ALLOWED: [(&str, &[&str]); 17] = [
+const ALLOWED: [(&str, &[&str]); 18] = [
     ("seidel-fourier", &[]),
     (
         "seidel-core",
@@ -41,6 +41,10 @@ const ALLOWED: [(&str, &[&str]); 17] = [
         ],
     ),
     ("seidel-image-io", &["seidel-optics"]),
+    (
+        "seidel-python",
+        &["seidel-core", "seidel-image-io", "seidel-threads"],
+    ),
     (
         "seidel-tests",
         &[
@@ -91,7 +95,15 @@ pub(super) fn check(tree: &Tree, packages: &[Package], problems: &mut Vec<String
             }
         }
     }
-    if tree.text("Cargo.lock").contains("git+") {
-        problems.push("Cargo.lock: a dependency comes from a git repository".to_owned());
+    for lock in tree
+        .files()
+        .filter(|file| file.path.ends_with("Cargo.lock"))
+    {
+        if lock.text.contains("git+") {
+            problems.push(format!(
+                "{}: a dependency comes from a git repository",
+                lock.path
+            ));
+        }
     }
 }
