@@ -1,0 +1,43 @@
+"""Real lens blur on NumPy arrays.
+
+A ``Lens`` describes the point-spread function (PSF) of a real lens over its field, colour channels and distances. It is
+fitted to measured PSFs. ``apply`` blurs an image as the lens does, guided by its depth; ``remove`` removes the blur of the
+lens that an image was taken with; ``relens`` replaces it by that of another lens; ``diagnose`` finds the effects that a lens
+lacks against measured PSFs.
+
+Images are arrays of rows x columns x channels, ``float32`` or ``float16``, scene-linear. Results are bit-identical to those
+of the command ``seidel`` on the same samples, whatever the number of threads. Calls release the GIL; Ctrl-C stops them.
+"""
+
+from ._errors import (
+    Cancelled,
+    Error,
+    FileError,
+    InsufficientData,
+    InternalError,
+    InvalidInput,
+    Unsupported,
+)
+from ._seidel import Diagnosis, Lens, ObservationSet, __version__, apply, diagnose, relens, remove
+from ._settings import DepthPass, Observation, Settings
+
+__all__ = [
+    "Cancelled",
+    "DepthPass",
+    "Diagnosis",
+    "Error",
+    "FileError",
+    "InsufficientData",
+    "InternalError",
+    "InvalidInput",
+    "Lens",
+    "Observation",
+    "ObservationSet",
+    "Settings",
+    "Unsupported",
+    "__version__",
+    "apply",
+    "diagnose",
+    "relens",
+    "remove",
+]

@@ -1,0 +1,135 @@
+"""Types of the compiled part of the package. The docstrings are in the compiled module."""
+
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike
+from typing import Any, Literal, TypeAlias, TypeVar, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._settings import DepthPass, Observation, Settings
+
+__version__: str
+
+_Path: TypeAlias = str | PathLike[str]
+_Progress: TypeAlias = Callable[[float], bool | None]
+_Sample = TypeVar("_Sample", np.float32, np.float16)
+_Depth: TypeAlias = float | NDArray[np.float32] | NDArray[np.float16] | DepthPass
+
+@final
+class Lens:
+    @staticmethod
+    def load(path: _Path) -> Lens: ...
+    @staticmethod
+    def from_json(text: str) -> Lens: ...
+    def to_json(self) -> str: ...
+    def save(self, path: _Path) -> None: ...
+    @staticmethod
+    def fit(
+        observations: ObservationSet | _Path | Iterable[ObservationSet | _Path],
+        *,
+        model: Literal["auto", "reduced", "extended", "moments"] = "auto",
+        axis: tuple[float, float] | Literal["free"] | None = None,
+        use_all: bool = False,
+        law_only: bool = False,
+        threads: int = 0,
+    ) -> Lens: ...
+    def psf(
+        self,
+        x: float,
+        y: float,
+        distance: float | None = None,
+        *,
+        size: int = 33,
+        psf_model: str | None = None,
+    ) -> NDArray[np.float32]: ...
+    def adjusted(
+        self,
+        *,
+        focus_distance: float | None = None,
+        f_number: float | None = None,
+        sensor_shift_um: float | None = None,
+    ) -> Lens: ...
+    @property
+    def frame_size(self) -> tuple[int, int]: ...
+    @property
+    def optical_axis(self) -> tuple[float, float]: ...
+    @property
+    def channels(self) -> list[str]: ...
+    @property
+    def kind(self) -> Literal["moments", "pupil"]: ...
+    @property
+    def depends_on_depth(self) -> bool: ...
+    @property
+    def squeeze(self) -> float: ...
+
+@final
+class ObservationSet:
+    def __new__(
+        cls,
+        frame_size: tuple[int, int],
+        channels: Sequence[str],
+        observations: Sequence[Observation],
+        *,
+        axis: tuple[float, float] | None = None,
+        pixel_pitch_um: float | None = None,
+    ) -> ObservationSet: ...
+    @staticmethod
+    def load(path: _Path, *, skip_bad: bool = False) -> ObservationSet: ...
+    def save(self, path: _Path) -> None: ...
+    @property
+    def frame_size(self) -> tuple[int, int]: ...
+    @property
+    def channels(self) -> list[str]: ...
+    @property
+    def distances(self) -> list[float | None]: ...
+    def __len__(self) -> int: ...
+
+@final
+class Diagnosis:
+    @property
+    def verdict(
+        self,
+    ) -> Literal["no_gap", "explained", "ambiguous", "unexplained", "model_too_simple"]: ...
+    @property
+    def added(self) -> list[str]: ...
+    @property
+    def corrected(self) -> Lens: ...
+    @property
+    def report(self) -> dict[str, Any]: ...
+
+def apply(
+    lens: Lens,
+    image: NDArray[_Sample],
+    depth: _Depth | None = None,
+    *,
+    settings: Settings | None = None,
+    progress: _Progress | None = None,
+) -> NDArray[_Sample]: ...
+def remove(
+    lens: Lens,
+    image: NDArray[_Sample],
+    depth: _Depth | None = None,
+    *,
+    settings: Settings | None = None,
+    progress: _Progress | None = None,
+) -> NDArray[_Sample]: ...
+def relens(
+    from_lens: Lens,
+    to_lens: Lens,
+    image: NDArray[_Sample],
+    depth: _Depth | None = None,
+    *,
+    settings: Settings | None = None,
+    progress: _Progress | None = None,
+) -> NDArray[_Sample]: ...
+def diagnose(
+    lens: Lens,
+    observations: ObservationSet | _Path,
+    *,
+    only: Sequence[str] = (),
+    pairs: bool = True,
+    design: ObservationSet | _Path | None = None,
+    threads: int = 0,
+    progress: _Progress | None = None,
+) -> Diagnosis: ...

@@ -1,0 +1,213 @@
+//! NumPy arrays as planes of samples, and planes as NumPy arrays.
+
+use half::f16;
+use numpy::ndarray::{ArrayView3, Axis, Ix3};
+use numpy::{
+    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
+use pyo3::prelude::*;
+use seidel_core::Image;
+
+use crate::error::{Failure, Result};
+
+/// Sample type of an array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SampleType {
+    /// `float16`.
+    Half,
+    /// `float32`.
+    Float,
+}
+
+/// Size and sample type of an image array: that of the result is the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ArrayLayout {
+    pub(crate) height: usize,
+    pub(crate) width: usize,
+    /// Third dimension; `None` for an array of two dimensions.
+    channels: Option<usize>,
+    sample: SampleType,
+}
+
+impl ArrayLayout {
+    /// The layout of `float32` tiles of `size` x `size` pixels.
+    pub(crate) fn of_tile(size: usize, channels: usize) -> Self {
+        Self {
+            height: size,
+            width: size,
+            channels: Some(channels),
+            sample: SampleType::Float,
+        }
+    }
+
+    /// Number of channels, 1 for an array of two dimensions.
+    pub(crate) fn channel_count(&self) -> usize {
+        self.channels.unwrap_or(1)
+    }
+}
+
+/// The channels of an array, one plane each, row-major.
+pub(crate) struct ArrayPlanes {
+    pub(crate) layout: ArrayLayout,
+    pub(crate) planes: Vec<Vec<f32>>,
+}
+
+impl ArrayPlanes {
+    /// Reads `array`, the argument `name`: HxW or HxWxC, `float32` or `float16`, with any strides. Samples are copied once,
+    /// straight from the array.
+    ///
+    /// # Errors
+    /// Something else than an array, or one of another shape or sample type.
+    pub(crate) fn read(name: &str, array: &Bound<'_, PyAny>) -> Result<Self> {
+        let Ok(untyped) = array.cast::<PyUntypedArray>() else {
+            let given = array.get_type().name()?.to_string();
+            return Err(Failure::argument(
+                name,
+                format!("is of type {given}"),
+                "give a NumPy array, for instance by numpy.asarray",
+            ));
+        };
+        // Views of such arrays must not be read in place.
+        if !untyped.getattr("flags")?.getattr("aligned")?.extract()? {
+            return Err(Failure::argument(
+                name,
+                "has samples that are not aligned in memory",
+                "give a copy of the array",
+            ));
+        }
+        if let Ok(samples) = array.cast::<PyArrayDyn<f32>>() {
+            read_typed(name, samples, SampleType::Float)
+        } else if let Ok(samples) = array.cast::<PyArrayDyn<f16>>() {
+            read_typed(name, samples, SampleType::Half)
+        } else {
+            let sample = untyped.dtype().to_string();
+            Err(Failure::argument(
+                name,
+                format!("has samples of type {sample}"),
+                "give scene-linear samples of type float32 or float16 in the byte order of the machine",
+            ))
+        }
+    }
+
+    /// Returns the single plane of an array that must have `height` x `width` pixels.
+    ///
+    /// # Errors
+    /// Several channels, and another size.
+    pub(crate) fn into_plane(self, name: &str, of: &ArrayLayout) -> Result<Vec<f32>> {
+        let (own, ArrayLayout { width, height, .. }) = (self.layout, *of);
+        if own.channel_count() != 1 || (own.height, own.width) != (height, width) {
+            let channels = own.channel_count();
+            return Err(Failure::argument(
+                name,
+                format!(
+                    "has {} x {} pixels (rows x columns) and {channels} channels",
+                    own.height, own.width
+                ),
+                format!("give {height} x {width} pixels, as the image has, and one channel"),
+            ));
+        }
+        let mut planes = self.planes;
+        Ok(planes.swap_remove(0))
+    }
+}
+
+fn read_typed<T: Element + Copy + Into<f32>>(
+    name: &str,
+    array: &Bound<'_, PyArrayDyn<T>>,
+    sample: SampleType,
+) -> Result<ArrayPlanes> {
+    let array: PyReadonlyArrayDyn<'_, T> = array.try_readonly().map_err(|error| {
+        Failure::argument(
+            name,
+            format!("cannot be read ({error})"),
+            "give an array that nothing else writes to",
+        )
+    })?;
+    let view = array.as_array();
+    let dimensions = view.ndim();
+    let view = if dimensions == 2 {
+        view.insert_axis(Axis(2))
+    } else {
+        view
+    };
+    let shape = view.shape().to_vec();
+    let Ok(view) = view.into_dimensionality::<Ix3>() else {
+        return Err(Failure::argument(
+            name,
+            format!("has {dimensions} dimensions"),
+            "give an array of rows x columns, or of rows x columns x channels",
+        ));
+    };
+    if shape.contains(&0) {
+        return Err(Failure::argument(
+            name,
+            format!("has the shape {shape:?}"),
+            "give at least one pixel and one channel",
+        ));
+    }
+    Ok(ArrayPlanes {
+        layout: ArrayLayout {
+            height: shape[0],
+            width: shape[1],
+            channels: (dimensions == 3).then_some(shape[2]),
+            sample,
+        },
+        planes: planes(&view),
+    })
+}
+
+/// Copies the channels of `view`, whatever its strides are.
+fn planes<T: Copy + Into<f32>>(view: &ArrayView3<'_, T>) -> Vec<Vec<f32>> {
+    let channels = view.axis_iter(Axis(2));
+    channels
+        .map(|channel| channel.iter().map(|sample| (*sample).into()).collect())
+        .collect()
+}
+
+/// Interleaved samples of a result, in the sample type of its array.
+pub(crate) enum ResultSamples {
+    /// `float16`.
+    Half(Vec<f16>),
+    /// `float32`.
+    Float(Vec<f32>),
+}
+
+impl ResultSamples {
+    /// Returns the samples of `image` for an array of `layout`. Values above the range of half floats become its limit, as in
+    /// files that the command writes.
+    pub(crate) fn of_image(image: &Image, layout: &ArrayLayout) -> Self {
+        let samples = image.to_interleaved();
+        match layout.sample {
+            SampleType::Float => Self::Float(samples),
+            SampleType::Half => Self::Half(samples.into_iter().map(to_half).collect()),
+        }
+    }
+
+    /// Moves the samples into a new array of `layout`, which is C-contiguous.
+    pub(crate) fn into_array<'py>(
+        self,
+        py: Python<'py>,
+        layout: &ArrayLayout,
+    ) -> Result<Bound<'py, PyAny>> {
+        Ok(match self {
+            Self::Float(samples) => into_array(PyArray1::from_vec(py, samples), layout)?,
+            Self::Half(samples) => into_array(PyArray1::from_vec(py, samples), layout)?,
+        })
+    }
+}
+
+fn to_half(sample: f32) -> f16 {
+    f16::from_f32(sample).clamp(f16::MIN, f16::MAX)
+}
+
+fn into_array<'py, T: Element>(
+    array: Bound<'py, PyArray1<T>>,
+    layout: &ArrayLayout,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (height, width) = (layout.height, layout.width);
+    Ok(match layout.channels {
+        Some(channels) => array.reshape([height, width, channels])?.into_any(),
+        None => array.reshape([height, width])?.into_any(),
+    })
+}

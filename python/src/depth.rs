@@ -1,0 +1,87 @@
+//! The argument `depth`: one distance, an array of metres, or a depth pass with its convention.
+
+use pyo3::prelude::*;
+use seidel_core::{Depth, DepthConvention, DepthMeaning, DepthPass, ObjectDistance};
+
+use crate::array::{ArrayLayout, ArrayPlanes};
+use crate::error::{Failure, Result};
+
+/// The attributes of `seidel.DepthPass`.
+#[derive(FromPyObject)]
+struct PassArgs<'py> {
+    samples: Bound<'py, PyAny>,
+    kind: String,
+    unit: f64,
+    near: Option<f64>,
+    far: Option<f64>,
+    along_ray: Option<f64>,
+}
+
+impl PassArgs<'_> {
+    fn meaning(&self) -> Result<DepthMeaning> {
+        let metres_per_unit = self.unit;
+        let limit = |name: &str, value: Option<f64>| {
+            value.ok_or_else(|| {
+                Failure::argument(
+                    &format!("depth.{name}"),
+                    format!("is None, but depth.kind is {}", self.kind),
+                    "give the distance in metres",
+                )
+            })
+        };
+        let convention = match self.kind.as_str() {
+            "distance" => DepthConvention::Distance { metres_per_unit },
+            "inverse" => DepthConvention::Inverse { metres_per_unit },
+            "far-one" => DepthConvention::FarOne {
+                near_m: limit("near", self.near)?,
+                far_m: limit("far", self.far)?,
+            },
+            "far-zero" => DepthConvention::FarZero {
+                near_m: limit("near", self.near)?,
+                far_m: limit("far", self.far)?,
+            },
+            other => {
+                return Err(Failure::argument(
+                    "depth.kind",
+                    format!("is {other:?}"),
+                    "give \"distance\", \"inverse\", \"far-one\" or \"far-zero\"",
+                ));
+            }
+        };
+        Ok(DepthMeaning {
+            convention,
+            along_ray: self.along_ray,
+        })
+    }
+}
+
+/// Returns the object distance of a number of metres; unknown if it is `None`.
+pub(crate) fn object_distance(metres: Option<f64>) -> Result<ObjectDistance> {
+    Ok(match metres {
+        Some(metres) => ObjectDistance::metres(metres)?,
+        None => ObjectDistance::Unknown,
+    })
+}
+
+/// Reads the argument `depth` of an image of `layout`.
+///
+/// # Errors
+/// A distance that is not positive, an array of another size, and an unknown convention.
+pub(crate) fn read(depth: Option<&Bound<'_, PyAny>>, layout: &ArrayLayout) -> Result<Depth> {
+    let Some(depth) = depth else {
+        return Ok(Depth::Distance(ObjectDistance::Unknown));
+    };
+    if let Ok(metres) = depth.extract::<f64>() {
+        return Ok(Depth::Distance(ObjectDistance::metres(metres)?));
+    }
+    let pass = |samples: &Bound<'_, PyAny>, meaning| -> Result<Depth> {
+        let samples = ArrayPlanes::read("depth", samples)?.into_plane("depth", layout)?;
+        Ok(Depth::Pass(DepthPass { samples, meaning }))
+    };
+    if depth.hasattr("samples")? {
+        let args: PassArgs<'_> = depth.extract()?;
+        let meaning = args.meaning()?;
+        return pass(&args.samples, meaning);
+    }
+    pass(depth, DepthMeaning::METRES)
+}

@@ -1,0 +1,35 @@
+//! The compiled part of the Python package `seidel`: lenses, and blur applied, removed, replaced and diagnosed on NumPy
+//! arrays.
+//!
+//! It only converts: arrays to plates, settings to those of the core, errors to exceptions. All computation is that of
+//! `seidel-core`, on threads of `seidel-threads`, while the calling thread releases the GIL and answers signals.
+#![forbid(unsafe_code)]
+
+mod apply;
+mod array;
+mod depth;
+mod diagnose;
+mod error;
+mod fit;
+mod lens;
+mod observations;
+mod plate;
+mod relens;
+mod remove;
+mod settings;
+mod worker;
+
+use pyo3::prelude::*;
+
+/// The compiled part of the package `seidel`, which exports all of it.
+#[pymodule(name = "_seidel")]
+fn seidel(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<lens::Lens>()?;
+    module.add_class::<observations::ObservationSet>()?;
+    module.add_class::<diagnose::Diagnosis>()?;
+    apply::register(module)?;
+    remove::register(module)?;
+    relens::register(module)?;
+    diagnose::register(module)
+}

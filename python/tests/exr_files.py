@@ -1,0 +1,96 @@
+"""OpenEXR files without compression: enough to exchange samples with the command, without another package."""
+
+import struct
+
+import numpy as np
+
+SAMPLE_TYPES = {np.dtype("float16"): 1, np.dtype("float32"): 2}
+
+
+def write(path, channels):
+    """Writes ``channels``, arrays of rows x columns by name, all of one sample type."""
+    names = sorted(channels)
+    planes = [np.ascontiguousarray(channels[name]) for name in names]
+    height, width = planes[0].shape
+    listing = b"".join(
+        name.encode() + b"\0" + struct.pack("<iB3xii", SAMPLE_TYPES[plane.dtype], 0, 1, 1)
+        for name, plane in zip(names, planes)
+    )
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    attributes = [
+        ("channels", "chlist", listing + b"\0"),
+        ("compression", "compression", b"\0"),
+        ("dataWindow", "box2i", window),
+        ("displayWindow", "box2i", window),
+        ("lineOrder", "lineOrder", b"\0"),
+        ("pixelAspectRatio", "float", struct.pack("<f", 1.0)),
+        ("screenWindowCenter", "v2f", struct.pack("<2f", 0.0, 0.0)),
+        ("screenWindowWidth", "float", struct.pack("<f", 1.0)),
+    ]
+    head = struct.pack("<II", 20000630, 2)
+    for name, kind, value in attributes:
+        head += name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(value)) + value
+    head += b"\0"
+    rows = [b"".join(plane[y].tobytes() for plane in planes) for y in range(height)]
+    first = len(head) + 8 * height
+    step = 8 + len(rows[0])
+    offsets = struct.pack(f"<{height}Q", *(first + step * y for y in range(height)))
+    lines = b"".join(struct.pack("<ii", y, len(row)) + row for y, row in enumerate(rows))
+    path.write_bytes(head + offsets + lines)
+
+
+def read(path):
+    """Returns the channels of a file without compression, arrays of rows x columns by name."""
+    data = path.read_bytes()
+    assert struct.unpack_from("<II", data) == (20000630, 2)
+    at, attributes = 8, {}
+    while data[at]:
+        name, at = _text(data, at)
+        _, at = _text(data, at)
+        (size,) = struct.unpack_from("<i", data, at)
+        attributes[name] = data[at + 4 : at + 4 + size]
+        at += 4 + size
+    assert attributes["compression"] == b"\0", "the file is compressed"
+    left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
+    width, height = right - left + 1, bottom - top + 1
+    channels = _channels(attributes["channels"])
+    planes = {name: np.empty((height, width), kind) for name, kind in channels}
+    offsets = struct.unpack_from(f"<{height}Q", data, at + 1)
+    for offset in offsets:
+        y, _ = struct.unpack_from("<ii", data, offset)
+        offset += 8
+        for name, kind in channels:
+            planes[name][y - top] = np.frombuffer(data, kind, width, offset)
+            offset += width * kind.itemsize
+    return planes
+
+
+def write_image(path, image):
+    """Writes an array of rows x columns x channels as Y, YA, RGB or RGBA."""
+    write(path, {name: image[..., k] for k, name in enumerate(_names(image.shape[2]))})
+
+
+def read_image(path, channels):
+    """Returns an image of so many ``channels`` as an array of rows x columns x channels."""
+    planes = read(path)
+    return np.stack([planes[name] for name in _names(channels)], axis=-1)
+
+
+def _names(channels):
+    return {1: ["Y"], 2: ["Y", "A"], 3: ["R", "G", "B"], 4: ["R", "G", "B", "A"]}[channels]
+
+
+def _channels(listing):
+    at, channels = 0, []
+    while listing[at]:
+        name, at = _text(listing, at)
+        (kind,) = struct.unpack_from("<i", listing, at)
+        kinds = {number: dtype for dtype, number in SAMPLE_TYPES.items()}
+        channels.append((name, kinds[kind]))
+        at += 16
+    return channels
+
+
+def _text(data, at):
+    end = data.index(b"\0", at)
+    return data[at:end].decode(), end + 1

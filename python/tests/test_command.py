@@ -1,0 +1,165 @@
+"""Results are those of the command, to the bit."""
+
+import json
+
+import exr_files
+import numpy as np
+import pytest
+from conftest import LENS
+
+import seidel
+from seidel import DepthPass, Settings
+
+
+@pytest.fixture
+def blur(command, tmp_path):
+    """Returns a function that runs a command on an image and returns the image that it wrote."""
+
+    def run(name, image, *options, depth=None):
+        lens = [] if name == "relens" else ["--lens", LENS]
+        arguments = [name, tmp_path / "in.exr", *lens, "-o", tmp_path / "out.exr", *options]
+        exr_files.write_image(tmp_path / "in.exr", image)
+        if depth is not None:
+            exr_files.write(tmp_path / "depth.exr", {"Z": depth})
+            arguments += ["--depth", tmp_path / "depth.exr"]
+        command(*arguments)
+        return exr_files.read_image(tmp_path / "out.exr", image.shape[2])
+
+    return run
+
+
+def assert_same(result, expected):
+    assert result.dtype == expected.dtype and result.shape == expected.shape
+    assert result.tobytes() == expected.tobytes()
+
+
+def test_a_plate_at_one_distance(lens, image, blur):
+    expected = blur("apply", image, "--distance", "3")
+    assert not np.array_equal(expected, image)
+    assert_same(seidel.apply(lens, image, 3.0), expected)
+
+
+def test_a_plate_with_depth(lens, image, depth, blur):
+    assert_same(seidel.apply(lens, image, depth), blur("apply", image, depth=depth))
+
+
+def test_half_floats(lens, image, depth, blur):
+    image = image.astype(np.float16)
+    image[5, 5] = 60000.0
+    expected = blur("apply", image, depth=depth.astype(np.float16))
+    assert_same(seidel.apply(lens, image, depth.astype(np.float16)), expected)
+
+
+@pytest.mark.parametrize("channels", [1, 2, 4])
+def test_grey_plates_and_alpha(lens, image, depth, blur, channels):
+    alpha = np.ones_like(image[..., :1])
+    colours = image[..., :1] if channels <= 2 else image
+    plate = np.concatenate([colours, alpha], axis=-1)[..., :channels]
+    assert_same(seidel.apply(lens, plate, depth), blur("apply", plate, depth=depth))
+
+
+def test_elements_over_nothing(lens, image, blur):
+    alpha = np.zeros_like(image[..., :1])
+    alpha[20:30, 40:60] = 1.0
+    element = np.concatenate([image * alpha, alpha], axis=-1)
+    expected = blur("apply", element, "--distance", "2.5", "--expand", "off")
+    assert_same(seidel.apply(lens, element, 2.5), expected)
+
+
+SETTINGS = [
+    (Settings(amount=0.5, edges="black"), ["--amount", "0.5", "--edges", "black"]),
+    (Settings(quality="draft", geometry="none"), ["--quality", "draft", "--geometry", "none"]),
+    (Settings(quality="exact", psf_model="gaussian"), ["--quality", "exact", "--psf", "gaussian"]),
+    (Settings(f_number=2.8, focus_distance=3.0), ["--f-number", "2.8", "--focus-distance", "3"]),
+    (
+        Settings(channel_scales={"R": 1.5}, axis_offset_px=(3.0, -2.0)),
+        ["--channel-scale", "R=1.5", "--axis-offset", "3,-2"],
+    ),
+    (Settings(lens_scale=0.2, pixel_aspect=1.2), ["--lens-scale", "0.2", "--pixel-aspect", "1.2"]),
+]
+
+
+@pytest.mark.parametrize(("settings", "options"), SETTINGS)
+def test_settings(lens, image, blur, settings, options):
+    expected = blur("apply", image, "--distance", "3", *options)
+    assert_same(seidel.apply(lens, image, 3.0, settings=settings), expected)
+
+
+def test_settings_of_occlusion_and_focus(lens, image, depth, blur):
+    settings = Settings(fill_foreground=False, depth_of_field=0.5, maximum_size=4.0)
+    options = ["--no-fill-foreground", "--depth-of-field", "0.5", "--maximum-size", "4"]
+    expected = blur("apply", image, *options, depth=depth)
+    assert_same(seidel.apply(lens, image, depth, settings=settings), expected)
+
+
+def test_depth_conventions(lens, image, depth, blur):
+    scaled = (depth - 1.0) / 4.0
+    options = ["--depth-kind", "far-one", "--near", "1", "--far", "5"]
+    expected = blur("apply", image, *options, depth=scaled)
+    scaled_pass = DepthPass(scaled, kind="far-one", near=1.0, far=5.0)
+    assert_same(seidel.apply(lens, image, scaled_pass), expected)
+    expected = blur("apply", image, "--depth-kind", "inverse", depth=1.0 / depth)
+    assert_same(seidel.apply(lens, image, DepthPass(1.0 / depth, kind="inverse")), expected)
+
+
+def test_removal(lens, image, blur):
+    blurred = seidel.apply(lens, image, 2.5)
+    options = ["--distance", "2.5", "--no-overscan", "--lens-check", "off"]
+    expected = blur("remove", blurred, *options)
+    assert_same(seidel.remove(lens, blurred, 2.5), expected)
+    settings = Settings(noise=0.01, clip="none", grain="solved", strength=0.7)
+    options += ["--noise", "0.01", "--clip", "none", "--grain", "solved", "--strength", "0.7"]
+    expected = blur("remove", blurred, *options)
+    assert_same(seidel.remove(lens, blurred, 2.5, settings=settings), expected)
+
+
+def test_another_lens(lens, image, blur, tmp_path):
+    stopped_down = lens.adjusted(f_number=2.8)
+    stopped_down.save(tmp_path / "to.json")
+    options = ["--from", LENS, "--to", tmp_path / "to.json", "--distance", "2.5"]
+    expected = blur("relens", image, *options, "--lens-check", "off")
+    assert_same(seidel.relens(lens, stopped_down, image, 2.5), expected)
+
+
+def test_fits(observations, command, tmp_path):
+    observations.save(tmp_path / "set")
+    command("fit", tmp_path / "set", "-o", tmp_path / "lens.json", "--model", "moments")
+    seidel.Lens.fit(tmp_path / "set", model="moments").save(tmp_path / "own.json")
+    assert (tmp_path / "own.json").read_bytes() == (tmp_path / "lens.json").read_bytes()
+
+
+def test_psfs(lens, command, tmp_path):
+    at = [(480.0, 270.0), (901.5, 88.25)]
+    point = np.zeros((41, 41, 3), np.float32)
+    point[20, 20] = 1.0
+    template = [seidel.Observation(x, y, 2.5, point) for x, y in at]
+    template = seidel.ObservationSet(lens.frame_size, lens.channels, template)
+    template.save(tmp_path / "set")
+    command("psf", "--lens", LENS, "--like", tmp_path / "set", "--out", tmp_path / "drawn")
+    own = [seidel.Observation(x, y, 2.5, lens.psf(x, y, 2.5, size=41)) for x, y in at]
+    seidel.ObservationSet(lens.frame_size, lens.channels, own).save(tmp_path / "own")
+    tiles = sorted(path.relative_to(tmp_path / "own") for path in (tmp_path / "own").rglob("*.*"))
+    assert len(tiles) > 1
+    for tile in tiles:
+        assert (tmp_path / "own" / tile).read_bytes() == (tmp_path / "drawn" / tile).read_bytes()
+
+
+def test_diagnoses(lens, command, tmp_path):
+    moved = lens.adjusted(sensor_shift_um=30.0)
+    found = [
+        seidel.Observation(x, y, 2.5, moved.psf(x, y, 2.5, size=61))
+        for x in (80.0, 240.0, 400.0, 560.0, 720.0, 880.0)
+        for y in (60.0, 200.0, 340.0, 480.0)
+    ]
+    seidel.ObservationSet(lens.frame_size, lens.channels, found).save(tmp_path / "set")
+    only = ["defocus_offset", "decentre"]
+    out = tmp_path / "out"
+    options = ["--out", out, "--only", ",".join(only), "--no-pairs"]
+    command("diagnose", tmp_path / "set", "--lens", LENS, *options)
+    diagnosis = seidel.diagnose(lens, tmp_path / "set", only=only, pairs=False)
+    expected = json.loads((out / "report.json").read_text())
+    for key, value in diagnosis.report.items():
+        assert expected[key] == value, key
+    assert (diagnosis.verdict, diagnosis.added) == (expected["verdict"], expected["added"])
+    diagnosis.corrected.save(tmp_path / "own.json")
+    assert (tmp_path / "own.json").read_bytes() == (out / "corrected.json").read_bytes()

@@ -1,0 +1,114 @@
+"""Exceptions: class, kind, place and remedy."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import seidel
+from seidel import DepthPass, Settings
+
+
+def test_files(tmp_path):
+    with pytest.raises(seidel.FileError) as caught:
+        seidel.Lens.load(tmp_path / "none.json")
+    error = caught.value
+    assert isinstance(error, seidel.Error) and isinstance(error, OSError)
+    assert (error.kind, error.place) == ("file", str(tmp_path / "none.json"))
+    assert error.remedy == "check the path" and error.remedy in str(error)
+    bad = tmp_path / "bad.json"
+    bad.write_text('{"format": "seidel-lens", "version": 99}')
+    with pytest.raises(ValueError, match="version"):
+        seidel.Lens.load(bad)
+    with pytest.raises(seidel.FileError):
+        seidel.ObservationSet.load(tmp_path)
+
+
+def test_text_that_is_no_lens():
+    with pytest.raises(seidel.InvalidInput) as caught:
+        seidel.Lens.from_json("{")
+    assert isinstance(caught.value, ValueError) and caught.value.remedy
+
+
+def test_errors_can_be_pickled():
+    with pytest.raises(seidel.InvalidInput) as caught:
+        seidel.Lens.from_json("{}")
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert type(again) is seidel.InvalidInput
+    assert (str(again), again.remedy) == (str(caught.value), caught.value.remedy)
+
+
+BAD_SETTINGS = [
+    ({"amount": 17.0}, "amount"),
+    ({"quality": "best"}, 'settings.quality: is "best"; give one of "draft"'),
+    ({"edges": "wrap"}, "settings.edges"),
+    ({"geometry": "bent"}, "settings.geometry"),
+    ({"psf_model": "none"}, "none"),
+    ({"channel_scales": {"X": 2.0}}, "channel scale X"),
+    ({"pixel_aspect": 40.0}, "pixel_aspect"),
+    ({"lens_scale": -1.0}, "lens_scale"),
+    ({"focus_distance": -1.0}, "distance: is -1 m"),
+    ({"noise": -0.1}, "settings.noise"),
+    ({"strength": 2.0}, "settings.strength"),
+    ({"clip": "never"}, "settings.clip"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), BAD_SETTINGS)
+def test_settings(lens, image, changes, message):
+    with pytest.raises(seidel.InvalidInput) as caught:
+        seidel.apply(lens, image, 3.0, settings=Settings(**changes))
+    assert message in str(caught.value)
+
+
+def test_types_of_settings(lens, image):
+    with pytest.raises(TypeError):
+        seidel.apply(lens, image, 3.0, settings=Settings(amount="much"))
+    with pytest.raises(TypeError):
+        Settings(amuont=1.0)
+
+
+def test_distances(lens, image, depth):
+    with pytest.raises(seidel.InvalidInput, match="unknown"):
+        seidel.apply(lens, image)
+    for distance in (0.0, -2.0, float("nan")):
+        with pytest.raises(seidel.InvalidInput, match="distance"):
+            seidel.apply(lens, image, distance)
+    with pytest.raises(seidel.InvalidInput, match="depth.near"):
+        seidel.apply(lens, image, DepthPass(depth, kind="far-one"))
+    with pytest.raises(seidel.InvalidInput, match="depth.kind"):
+        seidel.apply(lens, image, DepthPass(depth, kind="near"))
+    broken = depth.copy()
+    broken[3, 2] = np.nan
+    with pytest.raises(seidel.InvalidInput):
+        seidel.apply(lens, image, broken)
+
+
+def test_what_a_lens_cannot_do(observations, image):
+    moments = seidel.Lens.fit(observations, model="moments")
+    with pytest.raises(seidel.Unsupported) as caught:
+        seidel.apply(moments, image, 3.0, settings=Settings(psf_model="pupil"))
+    assert caught.value.kind == "unsupported"
+
+
+def test_observations(observations):
+    tile = np.ones((5, 5, 3), np.float32)
+    few = [seidel.Observation(100.0 * k, 50.0, 3.0, tile) for k in range(1, 3)]
+    with pytest.raises(seidel.Error):
+        seidel.Lens.fit(seidel.ObservationSet((640, 360), ["R", "G", "B"], few), model="moments")
+    with pytest.raises(seidel.InvalidInput, match="observation 0: tile"):
+        seidel.ObservationSet((640, 360), ["Y"], few)
+    dark = seidel.Observation(9.0, 9.0, 3.0, np.zeros((5, 5), np.float32))
+    with pytest.raises(seidel.InvalidInput) as caught:
+        seidel.ObservationSet((640, 360), ["Y"], [dark, dark])
+    assert "observation 0" in str(caught.value) and "observation 1" in str(caught.value)
+    for bad in ({"model": "best"}, {"axis": "middle"}, {"model": "moments", "use_all": True}):
+        with pytest.raises(seidel.InvalidInput):
+            seidel.Lens.fit(observations, **bad)
+
+
+def test_effects(lens, observations):
+    with pytest.raises(seidel.InvalidInput):
+        seidel.diagnose(lens, observations)
+    with pytest.raises(seidel.Error):
+        seidel.diagnose(seidel.Lens.fit(observations, model="moments"), observations)
