@@ -9,6 +9,17 @@ from numpy.typing import NDArray
 
 from ._settings import DepthPass, Observation, Settings
 
+__all__ = [
+    "Diagnosis",
+    "Lens",
+    "ObservationSet",
+    "__version__",
+    "apply",
+    "diagnose",
+    "relens",
+    "remove",
+]
+
 __version__: str
 
 _Path: TypeAlias = str | PathLike[str]
@@ -127,7 +138,7 @@ def diagnose(
     lens: Lens,
     observations: ObservationSet | _Path,
     *,
-    only: Sequence[str] = (),
+    only: Sequence[str] | None = None,
     pairs: bool = True,
     design: ObservationSet | _Path | None = None,
     threads: int = 0,

@@ -62,7 +62,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 ///
 /// - `lens`: a lens of the kind `"pupil"`.
 /// - `observations`: an `ObservationSet`, or the path of one, of the frame and channels of the lens.
-/// - `only`: identifiers of the effects to try; all if empty.
+/// - `only`: identifiers of the effects to try; all if `None`.
 /// - `pairs`: also try pairs of effects.
 /// - `design`: the set that the lens was fitted to; needed for a lens fitted with `use_all`.
 /// - `threads`: most threads; 0 for one each core.
@@ -71,11 +71,11 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// It takes minutes for a hundred PSFs in three channels. Raises `InvalidInput`, `Unsupported` for a lens fitted in moments,
 /// `InsufficientData` and `Cancelled`.
 #[pyfunction]
-#[pyo3(signature = (lens, observations, *, only=Vec::new(), pairs=true, design=None, threads=0, progress=None))]
+#[pyo3(signature = (lens, observations, *, only=None, pairs=true, design=None, threads=0, progress=None))]
 fn diagnose(
     lens: &Bound<'_, Lens>,
     observations: &Bound<'_, PyAny>,
-    only: Vec<String>,
+    only: Option<Vec<String>>,
     pairs: bool,
     design: Option<&Bound<'_, PyAny>>,
     threads: u32,
@@ -85,7 +85,7 @@ fn diagnose(
     let set = observations::read(observations)?.set;
     let design = design.map(observations::read).transpose()?;
     let settings = DiagnosisSettings {
-        library: only,
+        library: only.unwrap_or_default(),
         pairs,
         design: design.map(|named| named.set),
         ..DiagnosisSettings::default()
