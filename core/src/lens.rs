@@ -9,11 +9,16 @@ use seidel_optics::predict::{Predictor, predict_set};
 use seidel_optics::profile::{Controls, LensProfile};
 use seidel_optics::psf::{self, LocalBlur};
 use seidel_optics::tile::Tile;
+use seidel_render::KernelStore;
+use std::sync::Arc;
 
 /// Largest side of a tile that [`Lens::psf_at`] draws, pixels.
 const MAX_TILE_PX: usize = 4096;
 
 /// A fitted lens: its profile, and the predictor of its blur at any point of the field.
+///
+/// It keeps up to 160 MiB of kernels that renders drew ray by ray: the next render with the same lens, of another frame or
+/// with another mask, draws only what is new. They change no result.
 ///
 /// ```
 /// # fn main() -> seidel_core::Result<()> {
@@ -31,6 +36,8 @@ const MAX_TILE_PX: usize = 4096;
 pub struct Lens {
     profile: LensProfile,
     predictor: Predictor,
+    /// Kernels that renders have drawn; clones and lenses with other controls share them.
+    kernels: Arc<KernelStore>,
 }
 
 impl Lens {
@@ -42,6 +49,7 @@ impl Lens {
         Ok(Self {
             predictor: Predictor::new(&profile)?,
             profile,
+            kernels: Arc::default(),
         })
     }
 
@@ -137,7 +145,15 @@ impl Lens {
                 error.with_kind(ErrorKind::Unsupported)
             }
         })?;
-        Self::new(profile)
+        Ok(Self {
+            kernels: Arc::clone(&self.kernels),
+            ..Self::new(profile)?
+        })
+    }
+
+    /// Returns the kernels that renders have drawn.
+    pub(crate) fn kernels(&self) -> &KernelStore {
+        &self.kernels
     }
 }
 

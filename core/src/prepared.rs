@@ -343,12 +343,14 @@ impl PreparedPlate {
                     },
                     ..optics.scene
                 };
+                let kernels = self.session.lens().kernels();
+                kernels.begin_render();
                 then(&Rendering {
                     scene: &scene,
                     planes: &light.weighted(&self.weights),
                     occlusion,
                     edges,
-                    renderer: &*settings.quality.renderer(),
+                    renderer: &*settings.quality.renderer(kernels),
                     quality: settings.quality,
                 })
             })

@@ -2,7 +2,7 @@
 
 use seidel_optics::profile::Controls;
 use seidel_render::remove::Saturation;
-use seidel_render::{Displacement, FocusControls, Gather, Renderer, Scatter};
+use seidel_render::{Displacement, FocusControls, Gather, KernelStore, Renderer, Scatter};
 
 /// Settings of the lens and of a render. The defaults use the lens as measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,9 +76,14 @@ pub enum Quality {
 }
 
 impl Quality {
-    /// Returns the renderer of this quality, without occlusion.
-    pub(crate) fn renderer(self) -> Box<dyn Renderer> {
-        let gather = |quality| Box::new(Gather { quality });
+    /// Returns the renderer of this quality, without occlusion, which uses the `kernels` of earlier renders.
+    pub(crate) fn renderer(self, kernels: &KernelStore) -> Box<dyn Renderer + '_> {
+        let gather = |quality| {
+            Box::new(Gather {
+                quality,
+                kernels: Some(kernels),
+            })
+        };
         match self {
             Self::Draft => gather(seidel_render::Quality::Draft),
             Self::Final => gather(seidel_render::Quality::Final),

@@ -129,6 +129,31 @@ fn premultiplied_and_unpremultiplied_plates_agree() {
     }
 }
 
+/// A lens keeps kernels from render to render: other plates, focus and quality get what a lens read anew gives.
+#[test]
+fn a_lens_that_rendered_before_gives_the_same_result() {
+    let used = lens();
+    let depth = |nearest: f32| {
+        let metres = (0..WIDTH * HEIGHT).map(|index| nearest + (index % WIDTH) as f32 / 20.0);
+        Depth::Pass(DepthPass::metres(metres.collect()))
+    };
+    let focused = with(|s| {
+        s.controls = Controls {
+            focus_distance: Some(ObjectDistance::metres(1.5).expect("a distance")),
+            ..Controls::default()
+        };
+    });
+    let draft = with(|s| s.quality = Quality::Draft);
+    for settings in [Settings::default(), focused, draft, Settings::default()] {
+        for nearest in [0.8, 1.0] {
+            let plate = Plate::new(image(3)).with_depth(depth(nearest));
+            let [again, anew] = [&used, &lens()]
+                .map(|lens| apply(lens, &plate, &settings, &no_progress).expect("a render"));
+            assert_eq!(again, anew);
+        }
+    }
+}
+
 /// The kind and place of the error of a render.
 fn refusal(plate: &Plate, settings: &Settings) -> (ErrorKind, String) {
     let refused = apply(&lens(), plate, settings, &no_progress);

@@ -53,7 +53,7 @@ pub use depth::{
     focus_vergence,
 };
 pub use edge_replication::EdgeReplicatingRenderer;
-pub use gather::{Gather, LayerContext, Operator, Quality};
+pub use gather::{Gather, KernelStore, LayerContext, Operator, Quality};
 pub use non_square_pixel_lens::{MAX_PIXEL_ASPECT, NonSquarePixelLens};
 pub use occlusion::{Background, HIDDEN_REACH_PX, Holdout, LayeredRenderer, Occlusion};
 pub(crate) use occlusion::{DepthLayers, LayerSpacing};

@@ -36,6 +36,7 @@ const THREADS: usize = 2;
 const WEIGHTS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const FAST: Gather = Gather {
     quality: Quality::Final,
+    kernels: None,
 };
 /// Rows of a band of the exact renderer.
 const BAND_ROWS: usize = 16;

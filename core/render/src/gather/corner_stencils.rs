@@ -1,5 +1,6 @@
 //! Stencils at the corners of tiles, interpolated from kernels drawn at the nodes of the grid.
 
+use super::kernel_store::{KernelKey, Truncation};
 use super::lens_probe::LensProbe;
 use super::passband;
 use super::stencil::Stencil;
@@ -10,6 +11,7 @@ use seidel_optics::error::Result;
 use seidel_optics::psf::KernelRows;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Optional values on a rectangle of nodes.
 pub(super) struct SparseGrid<T> {
@@ -60,7 +62,7 @@ impl<T> SparseGrid<T> {
 pub(super) type MixStencils = Vec<Stencil>;
 
 /// One stencil per lens channel; `None` for unused channels.
-type ChannelStencils = Vec<Option<Stencil>>;
+type ChannelStencils = Vec<Option<Arc<Stencil>>>;
 
 /// Margin by which kernels of a coarse level may reach farther than those of the plate, pixels of the level.
 const ROOM_PX: f64 = 2.0 + passband::SIDE_TAPS as f64;
@@ -93,7 +95,7 @@ pub(super) fn compute(
                     let used = lens.is_used(channel);
                     used.then(|| {
                         let share = lens.tolerance.truncated_share;
-                        corner_stencil(grid, &nodes, channel, *corner, share)
+                        Arc::new(corner_stencil(grid, &nodes, channel, *corner, share))
                     })
                 })
                 .collect();
@@ -126,11 +128,8 @@ pub(super) fn source_kernels(
         )
     };
     let all: BTreeSet<GridIndex> = nodes.iter().map(inside).collect();
-    let drawn = draw_all(lens, grid, &all)?;
-    let kernels = drawn.into_par_iter().map(|mut channels| {
-        for stencil in channels.iter_mut().flatten() {
-            stencil.trim(lens.tolerance.truncated_share);
-        }
+    let drawn = draw_all(lens, grid, &all, Truncation::ForScattering)?;
+    let kernels = drawn.into_par_iter().map(|channels| {
         let mixes = lens.mixes.iter();
         mixes.map(|mix| mixed(&channels, mix).mirrored()).collect()
     });
@@ -159,7 +158,7 @@ fn node_kernels(
     let reaches = reaches(lens, grid, &all)?;
     let corners = AreaCounts::new(wanted);
     all.retain(|node| corners.any_within(*node, reaches[node]));
-    let drawn = draw_all(lens, grid, &all)?;
+    let drawn = draw_all(lens, grid, &all, Truncation::ForStencils)?;
     let mut kernels = SparseGrid::covering(&all);
     for (node, channels) in all.into_iter().zip(drawn) {
         kernels.put(node, channels);
@@ -255,60 +254,97 @@ fn draw_all(
     lens: &LensProbe,
     grid: &TileGrid,
     nodes: &BTreeSet<GridIndex>,
+    truncation: Truncation,
 ) -> Result<Vec<ChannelStencils>> {
     let list: Vec<_> = nodes.iter().copied().collect();
     let narrowest = lens.tolerance.min_sigma_for(lens.model);
-    let compensation = passband::compensation_filter(grid.level, narrowest);
+    let pen = KernelPen {
+        lens,
+        grid,
+        compensation: passband::compensation_filter(grid.level, narrowest),
+        truncation,
+        narrowest,
+    };
     list.par_iter()
         .map_init(
             || (KernelRows::default(), Vec::new()),
-            |(rows, found), node| draw(lens, grid, &compensation, *node, rows, found),
+            |(rows, found), node| pen.draw(*node, rows, found),
         )
         .collect()
 }
 
-/// Draws the mirrored kernels of a source at `node`, with the pyramid's attenuation compensated.
-fn draw(
-    lens: &LensProbe,
-    grid: &TileGrid,
-    compensation: &[f64],
-    node: GridIndex,
-    rows: &mut KernelRows,
-    found: &mut Vec<Option<Source>>,
-) -> Result<ChannelStencils> {
-    lens.check_cancelled()?;
-    lens.sources_at(grid.plate_point(node), found)?;
-    let scale = 1.0 / grid.step();
-    let channels: ChannelStencils = found
-        .iter()
-        .map(|source| {
-            source.as_ref().map(|source| {
-                let shift = (source.shift_px.0 * scale, source.shift_px.1 * scale);
-                lens.model
-                    .draw_interpolated_rows(&source.blur.rescaled(scale), shift, rows);
-                let mut stencil = Stencil::from_kernel(rows);
-                if lens.model.needs_rays() && grid.level > 0 {
-                    // Rays are integrated over whole pixels of the level instead of the plate's.
-                    stencil = stencil.sharpen(1.0 - scale * scale);
-                }
-                if grid.level > 0 {
-                    stencil = stencil.filtered(compensation);
-                }
-                stencil.trim(lens.tolerance.truncated_share / 8.0);
-                stencil
-            })
-        })
-        .collect();
-    Ok(channels)
+/// The lens, grid and accuracy with which kernels are drawn.
+struct KernelPen<'a> {
+    lens: &'a LensProbe<'a>,
+    grid: &'a TileGrid,
+    compensation: [f64; passband::SIDE_TAPS + 1],
+    truncation: Truncation,
+    /// Smallest standard deviation drawn at the level, in its pixels.
+    narrowest: f64,
+}
+
+impl KernelPen<'_> {
+    /// Draws the mirrored kernels of a source at `node`, with the pyramid's attenuation compensated.
+    fn draw(
+        &self,
+        node: GridIndex,
+        rows: &mut KernelRows,
+        found: &mut Vec<Option<Source>>,
+    ) -> Result<ChannelStencils> {
+        self.lens.check_cancelled()?;
+        self.lens.sources_at(self.grid.plate_point(node), found)?;
+        // Others are drawn as quickly as found.
+        let store = (self.lens.kernels).filter(|_| self.lens.model.needs_rays());
+        let mut kernel = |source: &Source| match store {
+            Some(store) => store.kernel(&self.key(source), || self.drawn(source, rows)),
+            None => Arc::new(self.drawn(source, rows)),
+        };
+        Ok(found
+            .iter()
+            .map(|source| source.as_ref().map(&mut kernel))
+            .collect())
+    }
+
+    fn key(&self, source: &Source) -> KernelKey {
+        KernelKey {
+            source: *source,
+            model: self.lens.model.id(),
+            level: self.grid.level,
+            truncation: self.truncation,
+            truncated_share: self.lens.tolerance.truncated_share,
+            narrowest: self.narrowest,
+        }
+    }
+
+    fn drawn(&self, source: &Source, rows: &mut KernelRows) -> Stencil {
+        let (model, level) = (self.lens.model, self.grid.level);
+        let scale = 1.0 / self.grid.step();
+        let shift = (source.shift_px.0 * scale, source.shift_px.1 * scale);
+        model.draw_interpolated_rows(&source.blur.rescaled(scale), shift, rows);
+        let mut stencil = Stencil::from_kernel(rows);
+        if model.needs_rays() && level > 0 {
+            // Rays are integrated over whole pixels of the level instead of the plate's.
+            stencil = stencil.sharpen(1.0 - scale * scale);
+        }
+        if level > 0 {
+            stencil = stencil.filtered(&self.compensation);
+        }
+        let share = self.lens.tolerance.truncated_share;
+        stencil.trim(share / 8.0);
+        if self.truncation == Truncation::ForScattering {
+            stencil.trim(share);
+        }
+        stencil
+    }
 }
 
 /// Returns the sum of the channels' stencils with the weights of a mix.
-fn mixed(channels: &[Option<Stencil>], mix: &[f64]) -> Stencil {
+fn mixed(channels: &[Option<Arc<Stencil>>], mix: &[f64]) -> Stencil {
     let parts: Vec<(&Stencil, f64)> = channels
         .iter()
         .zip(mix)
         .filter(|(_, weight)| **weight != 0.0)
-        .filter_map(|(stencil, weight)| stencil.as_ref().map(|s| (s, *weight)))
+        .filter_map(|(stencil, weight)| stencil.as_deref().map(|s| (s, *weight)))
         .collect();
     match parts[..] {
         [(only, 1.0)] => only.clone(),
@@ -349,7 +385,7 @@ fn corner_stencil(
 impl NodeKernels {
     /// Returns the kernel of `channel` at a node, where it was drawn.
     fn kernel(&self, node: GridIndex, channel: usize) -> Option<&Stencil> {
-        self.kernels.at(node)?.get(channel)?.as_ref()
+        self.kernels.at(node)?.get(channel)?.as_deref()
     }
 }
 

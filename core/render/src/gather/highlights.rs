@@ -73,14 +73,16 @@ impl<'a> HighlightSplit<'a> {
         Self { rest, blocks }
     }
 
-    /// Removes the highlights of tiles of `side` pixels that hold many and returns their light, one image of `size` for each of the
-    /// `count` planes; empty ones for planes without.
-    pub(super) fn take_crowded(&mut self, size: Size, count: usize, side: usize) -> Vec<Image> {
-        let mut light = vec![Image::default(); count];
-        for block in &mut self.blocks {
-            block.take_crowded(size, side, &mut light);
-        }
-        light
+    /// Removes the highlights of tiles of `side` pixels that hold many and returns their light, one image for each of the `count`
+    /// planes; empty ones for planes without.
+    pub(super) fn take_crowded(&mut self, count: usize, side: usize) -> Vec<Image> {
+        let blocks = self.blocks.iter_mut();
+        let crowded: Vec<_> = blocks
+            .map(|block| block.take_crowded(side, count))
+            .collect();
+        (0..count)
+            .map(|plane| image_of_pixels(&crowded, plane, count))
+            .collect()
     }
 
     /// Returns the number of pixels subtracted.
@@ -174,8 +176,8 @@ impl HighlightBlock {
         block
     }
 
-    /// Moves the highlights of tiles of `side` pixels that hold many to `light`, images of `size`.
-    fn take_crowded(&mut self, size: Size, side: usize, light: &mut [Image]) {
+    /// Takes out the highlights of tiles of `side` pixels that hold many, with light in `count` planes.
+    fn take_crowded(&mut self, side: usize, count: usize) -> Self {
         let tile = |&(row, column): &(usize, usize)| (row / side, column / side);
         let mut counts: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for pixel in &self.pixels {
@@ -183,27 +185,17 @@ impl HighlightBlock {
         }
         let all = std::mem::take(&mut self.pixels);
         let excess = std::mem::take(&mut self.excess);
-        for (pixel, excess) in all.into_iter().zip(excess.chunks(light.len().max(1))) {
-            if counts[&tile(&pixel)] < CROWD {
-                self.pixels.push(pixel);
-                self.excess.extend(excess);
-                continue;
-            }
-            for (image, excess) in light.iter_mut().zip(excess) {
-                if *excess == 0.0 {
-                    continue;
-                }
-                if image.samples.is_empty() {
-                    *image = Image::zeros(Rect {
-                        left: 0,
-                        top: 0,
-                        width: size.width,
-                        height: size.height,
-                    });
-                }
-                image.samples[pixel.0 * size.width + pixel.1] = *excess;
-            }
+        let mut crowded = Self {
+            pixels: Vec::new(),
+            excess: Vec::new(),
+        };
+        for (pixel, excess) in all.into_iter().zip(excess.chunks(count.max(1))) {
+            let is_crowded = counts[&tile(&pixel)] >= CROWD;
+            let block = if is_crowded { &mut crowded } else { &mut *self };
+            block.pixels.push(pixel);
+            block.excess.extend(excess);
         }
+        crowded
     }
 
     /// Scatters the highlights into one image per plane. Neighbours share a kernel as in the exact renderer.
@@ -268,6 +260,39 @@ impl HighlightBlock {
             }
         }
     }
+}
+
+/// Returns the light of pixels in plane `plane` of `count`, in the smallest image that holds it.
+fn image_of_pixels(blocks: &[HighlightBlock], plane: usize, count: usize) -> Image {
+    let lit = || {
+        let pixels = blocks.iter().flat_map(|block| {
+            let excess = block.excess.iter().skip(plane).step_by(count);
+            block.pixels.iter().zip(excess)
+        });
+        pixels.filter(|(_, light)| **light != 0.0)
+    };
+    let bounds = lit().fold(None, |bounds, ((row, column), _)| {
+        let (top, left, bottom, right) = bounds.unwrap_or((*row, *column, *row, *column));
+        Some((
+            top.min(*row),
+            left.min(*column),
+            bottom.max(*row),
+            right.max(*column),
+        ))
+    });
+    let Some((top, left, bottom, right)) = bounds else {
+        return Image::default();
+    };
+    let mut image = Image::zeros(Rect {
+        left: left as i32,
+        top: top as i32,
+        width: right + 1 - left,
+        height: bottom + 1 - top,
+    });
+    for ((row, column), light) in lit() {
+        image.samples[(row - top) * image.width + column - left] = *light;
+    }
+    image
 }
 
 /// Extends `image` to hold `kernel` around a source pixel, with some spare room for the next highlight near by.

@@ -84,7 +84,10 @@ impl LayerContext {
             sources: &sources,
             ..*lens
         };
-        let found = Arc::new(probe.probed_sides(size)?);
+        let found = match lens.kernels {
+            Some(store) => store.sides.sides(&probe, size)?,
+            None => Arc::new(probe.probed_sides(size)?),
+        };
         let sides = found.in_window(crop);
         self.known_sides().insert(key, found);
         Ok(sides)

@@ -1,6 +1,7 @@
 //! Queries of the lens by the fast renderer: how wide its blur is, how far it reaches and how fast it changes.
 
 use super::image::Size;
+use super::kernel_store::KernelStore;
 use super::stencil::Stencil;
 use super::tolerance::Tolerance;
 use crate::scatter::{Source, Sources};
@@ -18,12 +19,14 @@ pub(super) struct LensProbe<'a> {
     /// Distinct weights of lens channels; one stencil each.
     pub(super) mixes: &'a [Vec<f64>],
     pub(super) tolerance: &'a Tolerance,
+    /// Kernels of earlier renders.
+    pub(super) kernels: Option<&'a KernelStore>,
     /// Polled for cancellation.
     pub(super) progress: &'a (dyn Fn(f64) -> bool + Sync),
 }
 
 /// The places of a plate where the change of the blur is measured, as shares of its width and height.
-const PROBES: [(f64, f64); 13] = [
+pub(super) const PROBES: [(f64, f64); 13] = [
     (0.5, 0.5),
     (0.0, 0.0),
     (1.0, 1.0),

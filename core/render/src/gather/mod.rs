@@ -8,7 +8,7 @@
 //!
 //! Light that fills little of a plate, as that of a depth layer does, is scattered instead: lit tiles (`source_tiles`) spread
 //! their light (`spread`) with kernels interpolated between their own corners, level by level (`scatter_pass`). The
-//! layers of a plate share what `layer_context` keeps.
+//! layers of a plate share what `layer_context` keeps; a `kernel_store` keeps kernels from one render to the next.
 
 mod adjoint;
 mod corner_stencils;
@@ -18,6 +18,7 @@ mod gather_pass;
 mod highlight_search;
 mod highlights;
 mod image;
+mod kernel_store;
 mod layer_context;
 mod lens_probe;
 mod operator;
@@ -25,6 +26,7 @@ mod passband;
 mod plan;
 mod pyramid;
 mod scatter_pass;
+mod side_store;
 mod source_tiles;
 mod spread;
 mod stencil;
@@ -35,6 +37,7 @@ mod tolerance;
 mod window;
 
 pub(crate) use highlight_search::find_highlights;
+pub use kernel_store::KernelStore;
 pub use layer_context::LayerContext;
 pub use operator::Operator;
 pub use tolerance::Quality;
@@ -66,12 +69,14 @@ const SPARSE_SHARE: f64 = 0.6;
 /// The result is the same to the bit for any number of threads. [`Quality`] states its error against the exact
 /// renderer. Plates of varying vergence, and those too small for how fast their blur changes, are rendered exactly.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Gather {
+pub struct Gather<'a> {
     /// Accuracy.
     pub quality: Quality,
+    /// Kernels of earlier renders, which the renderer uses and adds to; `None` to draw all. They change no result.
+    pub kernels: Option<&'a KernelStore>,
 }
 
-impl Renderer for Gather {
+impl Renderer for Gather<'_> {
     fn id(&self) -> &'static str {
         match self.quality {
             Quality::Draft => "draft",
@@ -104,7 +109,7 @@ impl Renderer for Gather {
             let views = job.views(&split);
             let lit = LitBlocks::new(&views);
             if lit.share() < SPARSE_SHARE {
-                return job.scatter(planes, &sides, &split);
+                return job.scatter(planes, &sides, &split, None);
             }
             job.gather(planes, &sides, &lit, &split)
         })
@@ -134,16 +139,16 @@ impl Renderer for Gather {
             let mut split = HighlightSplit::of_layer(planes, crop, &context.highlights);
             let side = bright_tile(&sides);
             let highlights = split.pixel_count();
-            let crowded = split.take_crowded(job.size(), planes.len(), side);
-            let mut rendered = job.scatter(planes, &sides, &split)?;
-            job.add_crowded(crowded, side, &mut rendered.planes)?;
+            let light = split.take_crowded(planes.len(), side);
+            let crowded = CrowdedLight { light, side };
+            let mut rendered = job.scatter(planes, &sides, &split, Some(crowded))?;
             rendered.statistics.highlights = highlights;
             Ok(rendered)
         })
     }
 }
 
-impl Gather {
+impl Gather<'_> {
     /// Runs `work` on a render of the whole of `planes` at `vergence`.
     fn with_job(
         &self,
@@ -163,6 +168,7 @@ impl Gather {
                 vergence,
                 mixes: &mixes.weights,
                 tolerance: &self.quality.tolerance(),
+                kernels: self.kernels,
                 progress,
             },
             mix_of: mixes.mix_of.clone(),
@@ -246,14 +252,20 @@ impl Job<'_> {
         Ok(rendered(plates, levels.collect(), split))
     }
 
-    /// Renders sparse light: scatters `planes` without the highlights of `split` tile by tile.
+    /// Renders sparse light: scatters `planes` without the highlights of `split` tile by tile, and `crowded` highlights.
     fn scatter(
         &self,
         planes: &[Plane],
         sides: &TileSides,
         split: &HighlightSplit,
+        crowded: Option<CrowdedLight>,
     ) -> Result<Rendered> {
+        let crowded = crowded.filter(CrowdedLight::is_any);
+        let crowded = crowded.map(|CrowdedLight { light, side }| {
+            SourceLevel::finest(&self.lens, light, self.size(), side)
+        });
         let pass = ScatterPass {
+            crowded: crowded.transpose()?,
             levels: source_levels(&self.lens, &self.views(split), self.size(), sides)?,
             mix_of: &self.mix_of,
             size: self.size(),
@@ -271,25 +283,6 @@ impl Job<'_> {
         });
         let plates = self.window.cut_planes(self.scene, plates);
         Ok(rendered(plates, levels.collect(), split))
-    }
-
-    /// Scatters the light of crowded highlights in tiles of `side` pixels and adds it to `planes`.
-    fn add_crowded(&self, light: Vec<Image>, side: usize, planes: &mut [Vec<f32>]) -> Result<()> {
-        if light.iter().all(|image| image.samples.is_empty()) {
-            return Ok(());
-        }
-        let pass = ScatterPass {
-            levels: vec![SourceLevel::finest(&self.lens, light, self.size(), side)?],
-            mix_of: &self.mix_of,
-            size: self.size(),
-            edges: self.scene.edges,
-        };
-        for (plane, light) in planes.iter_mut().zip(pass.render(self.progress)?) {
-            for (sample, light) in plane.iter_mut().zip(light) {
-                *sample += light;
-            }
-        }
-        Ok(())
     }
 
     fn size(&self) -> Size {
@@ -361,6 +354,20 @@ impl Job<'_> {
             fold_level,
             reach,
         })
+    }
+}
+
+/// The light of highlights that are scattered in small tiles.
+struct CrowdedLight {
+    /// One image a plane.
+    light: Vec<Image>,
+    /// Side of the tiles, px.
+    side: usize,
+}
+
+impl CrowdedLight {
+    fn is_any(&self) -> bool {
+        self.light.iter().any(|image| !image.samples.is_empty())
     }
 }
 

@@ -51,6 +51,7 @@ impl Operator {
                 vergence,
                 mixes: &mixes.weights,
                 tolerance: &quality.tolerance(),
+                kernels: None,
                 progress: &|_| true,
             },
             mix_of: mixes.mix_of.clone(),

@@ -23,6 +23,8 @@ const SQUARE: usize = 64;
 pub(super) struct ScatterPass<'a> {
     /// Finest first.
     pub(super) levels: Vec<SourceLevel>,
+    /// Crowded highlights, scattered on the finest level in tiles of their own.
+    pub(super) crowded: Option<SourceLevel>,
     /// Index of each plane's channel mix.
     pub(super) mix_of: &'a [usize],
     pub(super) size: Size,
@@ -35,20 +37,25 @@ impl ScatterPass<'_> {
     /// # Errors
     /// A cancelled render, if `progress` returned false.
     pub(super) fn render(&self, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Vec<Vec<f32>>> {
-        let count = self
-            .levels
-            .iter()
+        let count = (self.levels.iter())
+            .chain(&self.crowded)
             .map(|level| level.tiles.len())
             .sum::<usize>();
         let mut done = 0;
         let mut coarser: Vec<Image> = vec![Image::default(); self.mix_of.len()];
         for (index, level) in self.levels.iter().enumerate().rev() {
-            let mut images = vec![Image::zeros(level.reached); self.mix_of.len()];
-            for wave in level.tiles.chunks(WAVE) {
-                self.add_wave(level, wave, &mut images);
-                done += wave.len();
-                if !progress(done as f64 / count as f64) {
-                    return Err(cancelled());
+            let crowded = self.crowded.iter().filter(|_| index == 0);
+            let parts: Vec<&SourceLevel> = std::iter::once(level).chain(crowded).collect();
+            let reached = parts.iter().map(|part| part.reached);
+            let reached = reached.reduce(joined_rect).unwrap_or(level.reached);
+            let mut images = vec![Image::zeros(reached); self.mix_of.len()];
+            for part in parts {
+                for wave in part.tiles.chunks(WAVE) {
+                    self.add_wave(part, wave, &mut images);
+                    done += wave.len();
+                    if !progress(done as f64 / count as f64) {
+                        return Err(cancelled());
+                    }
                 }
             }
             let images = images.par_iter().zip(&coarser);

@@ -15,6 +15,7 @@ mod depth_layers;
 mod disocclusion;
 mod farthest_nearby;
 mod layer_samples;
+mod layer_waves;
 mod mixed_pixels;
 #[cfg(test)]
 mod tests;
@@ -31,6 +32,7 @@ use composite::{BlurredLayer, Compositor, Outline, SharpMattes};
 use cut_lights::{CutLights, LightCut, SignedBlur};
 use disocclusion::{ExtraSamples, LayeredPlate};
 use layer_samples::{LayerSamples, LayerSource};
+use layer_waves::{CropProgress, LayerCrop, waves};
 use rayon::prelude::*;
 use seidel_optics::error::{Error, Result};
 
@@ -269,32 +271,42 @@ impl LayeredRenderer<'_> {
             planes,
             context: self.inner.layer_context(scene, planes),
         };
-        let count = crops.iter().flatten().count() as f64;
         let mut statistics = RenderStatistics {
             layers: crops.iter().filter(|crops| !crops.is_empty()).count(),
             ..RenderStatistics::default()
         };
-        let nearest_first = crops.iter().enumerate().rev();
-        let all =
-            nearest_first.flat_map(|(layer, crops)| crops.iter().map(move |crop| (layer, *crop)));
-        for (done, (layer, crop)) in all.enumerate() {
-            let vergence = layers.vergence(layer);
-            let progress = |share: f64| progress((done as f64 + share) / count);
-            let samples = source.layer(layers.coordinate_of(layer), crop);
-            let cropped = layer_samples::cropped_scene(scene, crop, vergence);
-            let blurred = layer_blur.blur(&cropped, &samples, crop, &progress)?;
-            statistics.add_part(&blurred.statistics);
-            composite.add(
-                &BlurredLayer {
-                    layer,
-                    coordinate: layers.coordinate_of(layer),
-                    vergence,
-                    crop,
-                    planes: &blurred.planes[..planes.len()],
-                    presence: &blurred.planes[planes.len()..],
-                },
-                &mattes,
-            );
+        let all: Vec<LayerCrop> = (0..crops.len())
+            .rev()
+            .flat_map(|layer| crops[layer].iter().map(move |crop| (layer, *crop)))
+            .map(|(layer, crop)| LayerCrop { layer, crop })
+            .collect();
+        let progress_of_crops = CropProgress::new(all.len(), progress);
+        for wave in waves(&all, scene.pixel_count()) {
+            let blurred: Vec<Rendered> = all[wave.clone()]
+                .par_iter()
+                .enumerate()
+                .map(|(index, part)| {
+                    let vergence = layers.vergence(part.layer);
+                    let samples = source.layer(layers.coordinate_of(part.layer), part.crop);
+                    let cropped = layer_samples::cropped_scene(scene, part.crop, vergence);
+                    let progress = |share| progress_of_crops.set(wave.start + index, share);
+                    layer_blur.blur(&cropped, &samples, part.crop, &progress)
+                })
+                .collect::<Result<_>>()?;
+            for (part, blurred) in all[wave].iter().zip(blurred) {
+                statistics.add_part(&blurred.statistics);
+                composite.add(
+                    &BlurredLayer {
+                        layer: part.layer,
+                        coordinate: layers.coordinate_of(part.layer),
+                        vergence: layers.vergence(part.layer),
+                        crop: part.crop,
+                        planes: &blurred.planes[..planes.len()],
+                        presence: &blurred.planes[planes.len()..],
+                    },
+                    &mattes,
+                );
+            }
         }
         let mut rendered = composite.finish();
         for (out, plane) in rendered.iter_mut().zip(planes) {

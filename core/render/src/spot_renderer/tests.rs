@@ -153,7 +153,15 @@ fn psnr_at_a_few_pixels_estimates_that_of_the_plate() {
         let few = rendered(&spots, &scene, Extension::None, &samples);
         let exact = rendered(&Scatter, &scene, Extension::None, &samples);
         for quality in [Quality::Draft, Quality::Final] {
-            let fast = rendered(&Gather { quality }, &scene, Extension::None, &samples);
+            let fast = rendered(
+                &Gather {
+                    quality,
+                    kernels: None,
+                },
+                &scene,
+                Extension::None,
+                &samples,
+            );
             let estimate = psnr_at(&fast, &few, WIDTH, &pixels, 1.0).expect("pixels");
             let truth = psnr_at(&fast, &exact, WIDTH, &all_pixels(), 1.0).expect("pixels");
             assert!(

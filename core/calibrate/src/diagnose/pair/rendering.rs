@@ -53,6 +53,7 @@ pub(super) fn rendered(
         .collect();
     let renderer = Gather {
         quality: Quality::Final,
+        kernels: None,
     };
     let result = renderer.render(&scene, &planes, progress)?;
     Ok(result.planes)

@@ -2,6 +2,7 @@
 
 mod adjoint;
 mod highlights;
+mod kept_kernels;
 mod properties;
 mod random_lenses;
 mod sparse;
@@ -141,7 +142,17 @@ fn close(model: &dyn PsfModel, lens: &TestLens, quality: Quality, edges: Edges) 
     };
     let samples = plate(3);
     let exact = render(&Scatter, &scene, &samples);
-    psnr_db(&render(&Gather { quality }, &scene, &samples), &exact)
+    psnr_db(
+        &render(
+            &Gather {
+                quality,
+                kernels: None,
+            },
+            &scene,
+            &samples,
+        ),
+        &exact,
+    )
 }
 
 #[test]

@@ -94,7 +94,17 @@ fn random_lenses_meet_the_stated_psnr() {
             (Quality::Draft, 45.0),
         ];
         for (quality, bound) in bounds {
-            let found = psnr_db(&render(&Gather { quality }, &scene, &samples), &exact);
+            let found = psnr_db(
+                &render(
+                    &Gather {
+                        quality,
+                        kernels: None,
+                    },
+                    &scene,
+                    &samples,
+                ),
+                &exact,
+            );
             assert!(
                 found >= bound,
                 "{seed}: {size:?}, blur of {widest_px:.2} px, {quality:?}: {found}"

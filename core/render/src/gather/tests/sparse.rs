@@ -4,7 +4,7 @@ use super::windows::windows_are_parts;
 use super::*;
 
 /// Returns bright shapes on black: a disc in the middle, a bar across a corner, a strip along an edge.
-fn shapes(width: usize, height: usize) -> Vec<f32> {
+pub(super) fn shapes(width: usize, height: usize) -> Vec<f32> {
     let (w, h) = (width as f64, height as f64);
     (0..width * height)
         .map(|index| {

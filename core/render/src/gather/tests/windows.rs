@@ -75,6 +75,7 @@ pub(super) fn windows_are_parts_of_the_whole() {
                 };
                 let gather = Gather {
                     quality: Quality::Final,
+                    kernels: None,
                 };
                 assert!(
                     windows_are_parts(&gather, &scene, plates),

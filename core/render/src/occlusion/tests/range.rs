@@ -110,7 +110,10 @@ fn ranges(plate: &Plate, inner: &dyn Renderer) -> [f32; 3] {
 
 #[test]
 fn light_and_alpha_stay_within_their_range() {
-    let gather = |quality| Gather { quality };
+    let gather = |quality| Gather {
+        quality,
+        kernels: None,
+    };
     let renderers: [&dyn Renderer; 3] =
         [&Scatter, &gather(Quality::Final), &gather(Quality::Draft)];
     for seed in 0..48 {
