@@ -43,14 +43,12 @@ pub unsafe extern "C" fn seidel_apply(
         let (plate, settings) = (&args.plate, &args.settings);
         check_apply_memory(plate, settings)?;
         if settings.raw.amount == 0.0 {
-            args.write(&plate.image(settings)?, plate.extent());
-            return Ok(());
+            return args.write(&plate.image(settings)?, plate.extent());
         }
         let session = settings.session(&lens)?;
         let prepared = plate.prepare(&session, settings, HoldoutUse::Read)?;
         let image = args.run(move |progress| blur(&prepared, window, progress))?;
-        args.write(&image, args.output.rect);
-        Ok(())
+        args.write(&image, args.output.rect)
     })
 }
 

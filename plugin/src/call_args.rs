@@ -55,17 +55,25 @@ impl CallArgs {
     }
 
     /// Writes `image`, which covers `rect`, to the caller's outputs.
-    pub(crate) fn write(&self, image: &Image, rect: SeidelRect) {
+    ///
+    /// # Errors
+    /// A sample that is too large for half floats, before anything is written.
+    pub(crate) fn write(&self, image: &Image, rect: SeidelRect) -> Result<()> {
+        let planes = image.colours.iter().chain(&image.alpha);
+        for (channel, plane) in planes.enumerate().take(self.output.channels) {
+            self.output.check_range(channel, rect, plane)?;
+        }
         let planes = image.colours.iter().chain(&image.alpha);
         for (channel, plane) in planes.enumerate().take(self.output.channels) {
             self.output.write(channel, rect, plane);
         }
         let Some(alphas) = &self.alphas else {
-            return;
+            return Ok(());
         };
         let planes = image.channel_alphas.iter().enumerate();
         for (channel, plane) in planes.take(alphas.channels) {
             alphas.write(channel, rect, plane);
         }
+        Ok(())
     }
 }

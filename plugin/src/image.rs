@@ -282,6 +282,38 @@ impl ImageView {
         }
     }
 
+    /// Checks that the image can hold the samples of a plane over `rect`, row-major, as far as the image has its pixels.
+    ///
+    /// # Errors
+    /// A finite sample beyond the range of half floats, which would become infinite.
+    pub(crate) fn check_range(
+        &self,
+        channel: usize,
+        rect: SeidelRect,
+        plane: &[f32],
+    ) -> Result<()> {
+        if self.format == SampleFormat::Float {
+            return Ok(());
+        }
+        let shared = self.rect.intersection(rect);
+        for row in shared.top..shared.top + shared.height {
+            let line = (row - rect.top) as usize * rect.columns();
+            let line = &plane[line + (shared.left - rect.left) as usize..][..shared.columns()];
+            let is_beyond = |v: &f32| v.is_finite() && !f16::from_f32(*v).is_finite();
+            if let Some(at) = line.iter().position(is_beyond) {
+                let (value, column) = (line[at], shared.left + at as i32);
+                return Err(Failure::argument(
+                    "output",
+                    format!(
+                        "channel {channel}: the result at column {column}, row {row} is {value}, beyond the largest half float"
+                    ),
+                    "give an image of SEIDEL_FLOAT",
+                ));
+            }
+        }
+        Ok(())
+    }
+
     /// Reads one channel over `rect`, row-major; zero where the image has no pixel.
     pub(crate) fn read(&self, channel: usize, rect: SeidelRect) -> Result<Vec<f32>> {
         let mut out = zeros(rect.pixels())?;

@@ -21,6 +21,8 @@ thread_local! {
 
 /// Stores `text` as the last error of this thread; an empty text stands for none.
 pub(crate) fn set(text: &str) {
+    let text = without_controls(text);
+    let text = text.as_str();
     let mut ends = (0..=text.len().min(MAX_BYTES)).rev();
     let length = ends.find(|at| text.is_char_boundary(*at)).unwrap_or(0);
     // Access fails only while the thread ends, when nobody can read the error any more.
@@ -29,6 +31,20 @@ pub(crate) fn set(text: &str) {
         last.bytes[..length].copy_from_slice(&text.as_bytes()[..length]);
         last.length = length;
     });
+}
+
+/// Returns the text with its control characters as the escapes of JSON: hosts show it in terminals and logs.
+fn without_controls(text: &str) -> String {
+    let is_control = |c: char| c.is_control() && c != '\n' && c != '\t';
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_control(c) {
+            out += &format!("\\u{:04x}", u32::from(c));
+        } else {
+            out.push(c);
+        }
+    }
+    out
 }
 
 /// Copies a description of the last failure on the calling thread to `buffer`, in UTF-8 with a terminating zero, cut

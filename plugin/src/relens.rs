@@ -42,7 +42,7 @@ pub unsafe extern "C" fn seidel_relens(
             let other = prepared.for_session(&settings.session(&to)?)?;
             args.run(move |progress| Ok(prepared.relens(&other, progress)?))?
         };
-        args.write(&image, plate.extent());
+        args.write(&image, plate.extent())?;
         Ok(())
     })
 }

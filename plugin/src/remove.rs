@@ -160,8 +160,8 @@ pub unsafe extern "C" fn seidel_remove(
         if settings.raw.amount == 0.0 || settings.raw.strength == 0.0 {
             let image = plate.image(settings)?;
             let ones = vec![vec![1.0; plate.extent().pixels()]; plate.colour_count()];
+            args.write(&image, plate.extent())?;
             maps.write(plate.extent(), &ones, &ones);
-            args.write(&image, plate.extent());
         } else {
             let session = settings.session(&lens)?;
             let prepared = plate.prepare(&session, settings, HoldoutUse::Ignore)?;
@@ -171,8 +171,8 @@ pub unsafe extern "C" fn seidel_remove(
             results.found = plate.extent().grown(x, y);
             fill_findings(&mut results, &sharp.removed);
             let (confidence, gain) = (sharp.removed.confidence(), sharp.removed.noise_gain());
+            args.write(&sharp.image, results.found)?;
             maps.write(plate.extent(), &confidence, gain);
-            args.write(&sharp.image, results.found);
         }
         if findings.is_null() {
             return Ok(());

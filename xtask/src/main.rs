@@ -1,6 +1,7 @@
 //! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `bundle` builds
-//! the OpenFX bundle, `luts` writes the colour config and its tables, and `pictures` draws the pictures of `docs/`.
+//! the OpenFX bundle, `attack` runs hostile inputs, `luts` writes the colour config and its tables, and `pictures` draws the pictures of `docs/`.
 
+mod attack;
 mod bundle;
 mod header;
 mod luts;
@@ -13,6 +14,8 @@ use std::process::ExitCode;
 const USAGE: &str = "usage: cargo xtask TASK
   tidy                        check the project's rules
   header                      write plugin/include/seidel.h
+  attack [--minutes N] [--only TARGET,..] [OPTIONS]
+                              damage inputs, kill runs and fill disks; `attack --help` lists the options
   bundle [--target TRIPLE] [--install [--to FOLDER]]
                               build the OpenFX bundle, and install it
   luts [--check]              write the colour config and tables of luts/, or check that they are up to date
@@ -26,6 +29,7 @@ fn main() -> ExitCode {
     let result = match task.as_str() {
         "tidy" => tidy::run(&root),
         "header" => header::write(&root),
+        "attack" => attack::run(&root, arguments),
         "bundle" => bundle::run(&root, arguments),
         "luts" => luts::run(&root, arguments),
         "pictures" => pictures::run(&root, arguments),

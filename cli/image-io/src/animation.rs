@@ -91,7 +91,15 @@ impl Animation {
         }
         // In floats, because the difference of two frame numbers may exceed an i64.
         let share = (frame as f64 - *from as f64) / (*to as f64 - *from as f64);
-        let mix = |a: f64, b: f64| a + share * (b - a);
+        let mix = |a: f64, b: f64| {
+            let mixed = a + share * (b - a);
+            // The difference of infinite values is no number, their weighted sum is.
+            if mixed.is_nan() {
+                (1.0 - share) * a + share * b
+            } else {
+                mixed
+            }
+        };
         Some(match interpolation {
             Interpolation::Linear => mix(*a, *b),
             Interpolation::Reciprocal => 1.0 / mix(1.0 / a, 1.0 / b),

@@ -3,7 +3,7 @@
 use crate::workspace::{Package, Tree};
 
 /// The packages of this project that each package may depend on, its tests included.
-const ALLOWED: [(&str, &[&str]); 18] = [
+const ALLOWED: [(&str, &[&str]); 19] = [
     ("seidel-fourier", &[]),
     (
         "seidel-core",
@@ -56,6 +56,16 @@ const ALLOWED: [(&str, &[&str]); 18] = [
             "seidel-ofx-host",
             "seidel-plugin",
             "seidel-trial",
+        ],
+    ),
+    (
+        "seidel-attack",
+        &[
+            "seidel",
+            "seidel-colour",
+            "seidel-core",
+            "seidel-image-io",
+            "seidel-plugin",
         ],
     ),
     // The trial cases have a lens and a renderer of their own; from the core they take only the vocabulary.

@@ -14,8 +14,9 @@ const IMPURE: [&str; 7] = [
     "thread_local!",
 ];
 
-/// Packages that may contain `unsafe`: the layers between Rust and C, and their tests.
-const MAY_BE_UNSAFE: [&str; 5] = [
+/// Packages that may contain `unsafe`: the layers between Rust and C, and their tests, the attack among them.
+const MAY_BE_UNSAFE: [&str; 6] = [
+    "seidel-attack",
     "seidel-plugin",
     "seidel-ofx",
     "seidel-ofx-host",

@@ -1,0 +1,96 @@
+//! Lens profiles, observation sets, and inputs that are text.
+
+use std::path::Path;
+
+use seidel_colour::EMBEDDED_CONFIG;
+use seidel_core::observations::ObservationSet;
+use seidel_image_io::observation_set;
+
+use super::{HEIGHT, WIDTH};
+
+/// Returns the profile of a lens drawn ray by ray, for the size of the pictures.
+pub(crate) fn lens() -> String {
+    let lens = seidel::demo::lens::lens(WIDTH as u32, HEIGHT as u32);
+    lens.unwrap_or_else(|e| panic!("{e}")).to_json()
+}
+
+/// Writes an observation set of the lens with `count` PSFs into a folder.
+pub(crate) fn write_set(folder: &Path, count: usize) -> ObservationSet {
+    let lens = seidel::demo::lens::lens(WIDTH as u32, HEIGHT as u32);
+    let set = lens.and_then(|lens| seidel::demo::observations::measured(&lens));
+    let mut set = set.unwrap_or_else(|e| panic!("{e}"));
+    set.observations.truncate(count);
+    let written = observation_set::write(&set, folder);
+    written.unwrap_or_else(|e| panic!("{e}"));
+    set
+}
+
+/// Animation tables, CSV and JSON.
+pub(crate) fn animations() -> Vec<Vec<u8>> {
+    vec![
+        b"frame,focus-distance,f-number\n1001,2.0,2.8\n1005,,4\n1010,inf,5.6\n".to_vec(),
+        b"frame,distance\n-3,1.5\n0,2\n4,3e1\n".to_vec(),
+        br#"{"1001": {"focus-distance": 1.5, "amount": 1}, "1010": {"focus-distance": "inf"}}"#
+            .to_vec(),
+    ]
+}
+
+/// Frame lists.
+pub(crate) fn frame_lists() -> Vec<Vec<u8>> {
+    let lists = ["1001-1100", "1-20x3", "1,5,9", "-5-5", "7", "1-3,8-12x2,40"];
+    lists.map(|list| list.as_bytes().to_vec()).into()
+}
+
+/// Frame patterns.
+pub(crate) fn patterns() -> Vec<Vec<u8>> {
+    let patterns = [
+        "plate.%04d.exr",
+        "plate.####.exr",
+        "a%db/%%c.exr",
+        "plate.exr",
+        "shot_##/x.%8d.dpx",
+    ];
+    patterns.map(|pattern| pattern.as_bytes().to_vec()).into()
+}
+
+/// OpenColorIO configs: the program's own, and a short one with most kinds of transforms.
+pub(crate) fn configs() -> Vec<Vec<u8>> {
+    let short = "ocio_profile_version: 2.1\nstrictparsing: true\nroles:\n  default: ACEScg\n  scene_linear: ACEScg\n\
+        file_rules:\n  - !<Rule> {name: Log, colorspace: Camera, pattern: \"*log*\", extension: \"*\"}\n  \
+        - !<Rule> {name: Default, colorspace: default}\n\
+        displays:\n  sRGB:\n    - !<View> {name: Film, colorspace: Display}\n\
+        colorspaces:\n  - !<ColorSpace>\n    name: ACEScg\n    aliases: [acescg, lin]\n  - !<ColorSpace>\n    name: Camera\n    \
+        to_scene_reference: !<GroupTransform>\n      children:\n        - !<LogCameraTransform> {base: 2, \
+        log_side_slope: 0.25, log_side_offset: 0.38, lin_side_slope: 5.5, lin_side_offset: 0.05, \
+        lin_side_break: 0.01, direction: inverse}\n        - !<MatrixTransform> {matrix: [0.6, 0.3, 0.1, 0, 0.1, 0.8, \
+        0.1, 0, 0, 0.1, 0.9, 0, 0, 0, 0, 1]}\n  - !<ColorSpace>\n    name: Display\n    \
+        from_scene_reference: !<GroupTransform>\n      children:\n        - !<CDLTransform> {slope: [1.1, 1, 0.9], \
+        offset: [0, 0.01, 0], power: [1, 1.1, 1], sat: 0.9}\n        - !<ExponentTransform> {value: [2.2, 2.2, 2.2, 1], \
+        direction: inverse}\n        - !<RangeTransform> {min_in_value: 0, min_out_value: 0, max_in_value: 1, \
+        max_out_value: 1}\n";
+    vec![
+        short.as_bytes().to_vec(),
+        EMBEDDED_CONFIG.as_bytes().to_vec(),
+    ]
+}
+
+/// Cube tables of one and three dimensions.
+pub(crate) fn cubes() -> Vec<Vec<u8>> {
+    let mut three =
+        "TITLE \"a table\"\nLUT_3D_SIZE 3\nDOMAIN_MIN 0 0 0\nDOMAIN_MAX 1 1 1\n".to_owned();
+    for k in 0..27 {
+        let level = |step: usize| (k / step % 3) as f32 * 0.5;
+        three += &format!("{} {} {}\n", level(1), level(3), level(9));
+    }
+    let one = "LUT_1D_SIZE 4\n0 0 0\n0.2 0.3 0.25\n0.6 0.7 0.65\n1 1 1\n";
+    vec![three.into_bytes(), one.as_bytes().to_vec()]
+}
+
+/// A table of one dimension.
+pub(crate) fn spi1d() -> Vec<Vec<u8>> {
+    vec![
+        b"Version 1\nFrom 0.0 1.0\nLength 4\nComponents 1\n{\n0\n0.2\n0.7\n1\n}\n".to_vec(),
+        b"Version 1\nFrom -0.1 2.0\nLength 3\nComponents 3\n{\n0 0 0\n0.2 0.3 0.4\n1 1 1\n}\n"
+            .to_vec(),
+    ]
+}

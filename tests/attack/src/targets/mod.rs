@@ -1,0 +1,98 @@
+//! Targets: what is attacked. One a file.
+
+pub(crate) mod animation;
+pub(crate) mod c_abi;
+pub(crate) mod exr;
+pub(crate) mod frames;
+pub(crate) mod full_disk;
+pub(crate) mod image;
+pub(crate) mod kill;
+pub(crate) mod lists;
+pub(crate) mod manifest;
+pub(crate) mod ocio;
+pub(crate) mod patterns;
+pub(crate) mod photograph;
+pub(crate) mod planted;
+pub(crate) mod profile;
+pub(crate) mod program;
+pub(crate) mod tables;
+pub(crate) mod unsteady_file;
+
+use std::path::Path;
+
+use crate::case::Case;
+
+/// A sort of target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sort {
+    /// Calls of the library.
+    InProcess,
+    /// Runs of the whole command.
+    Program,
+}
+
+/// Something that is attacked.
+pub(crate) struct Target {
+    pub(crate) name: &'static str,
+    /// A description on one line.
+    pub(crate) about: &'static str,
+    pub(crate) sort: Sort,
+    /// Share of the time, relative to other targets.
+    pub(crate) weight: f64,
+    /// Makes the seeds in a folder.
+    pub(crate) start: fn(&Path) -> Box<dyn Attack>,
+}
+
+/// A target with its seeds.
+pub(crate) trait Attack {
+    /// Returns the number of seeds. Case `n` begins with seed `n` modulo this number.
+    fn seeds(&self) -> usize;
+
+    /// Runs a case.
+    fn run(&mut self, case: &mut Case);
+}
+
+/// Every target, in the order of the table.
+pub(crate) const ALL: &[&Target] = &[
+    &exr::TARGET,
+    &image::PNG,
+    &image::TIFF,
+    &image::DPX,
+    &image::HDR,
+    &image::JPEG,
+    &photograph::DNG,
+    &photograph::FITS,
+    &photograph::PGM,
+    &profile::TARGET,
+    &manifest::TARGET,
+    &animation::TARGET,
+    &frames::TARGET,
+    &patterns::TARGET,
+    &lists::TARGET,
+    &ocio::TARGET,
+    &tables::CUBE,
+    &tables::SPI1D,
+    &c_abi::TARGET,
+    &program::TARGET,
+    &kill::TARGET,
+    &full_disk::TARGET,
+    &unsteady_file::TARGET,
+];
+
+/// Returns the target of this name, also the hidden one.
+pub(crate) fn named(name: &str) -> Option<&'static Target> {
+    let mut all = ALL.iter().copied().chain([&planted::TARGET]);
+    all.find(|target| target.name == name)
+}
+
+/// Returns the targets of these names, or all.
+pub(crate) fn chosen(names: &[String]) -> Result<Vec<&'static Target>, String> {
+    if names.is_empty() {
+        return Ok(ALL.to_vec());
+    }
+    let known = || ALL.iter().map(|t| t.name).collect::<Vec<_>>().join(", ");
+    let find = |name: &String| {
+        named(name).ok_or_else(|| format!("--only: no target {name}; there are {}", known()))
+    };
+    names.iter().map(find).collect()
+}
