@@ -296,6 +296,9 @@ impl ImageView {
             return Ok(());
         }
         let shared = self.rect.intersection(rect);
+        if shared.width == 0 {
+            return Ok(());
+        }
         for row in shared.top..shared.top + shared.height {
             let line = (row - rect.top) as usize * rect.columns();
             let line = &plane[line + (shared.left - rect.left) as usize..][..shared.columns()];

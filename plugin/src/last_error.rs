@@ -65,3 +65,14 @@ pub unsafe extern "C" fn seidel_last_error(buffer: *mut c_char, capacity: usize)
         LAST.try_with(copy).unwrap_or(1)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::without_controls;
+
+    #[test]
+    fn control_characters_are_escaped() {
+        let text = without_controls("a\u{1b}[2J\r\u{7f}\nß");
+        assert_eq!(text, "a\\u001b[2J\\u000d\\u007f\nß");
+    }
+}

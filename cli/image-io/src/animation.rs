@@ -214,6 +214,18 @@ mod tests {
     }
 
     #[test]
+    fn values_between_infinity_or_zero_and_others_are_numbers() {
+        let table = opened("frame,focus-distance\n1,0\n3,2\n5,inf\n").expect("sound");
+        let value = |frame, by| table.value("focus-distance", frame, by);
+        assert_eq!(value(2, Interpolation::Reciprocal), Some(0.0));
+        assert_eq!(value(4, Interpolation::Reciprocal), Some(4.0));
+        assert_eq!(value(4, Interpolation::Linear), Some(f64::INFINITY));
+        let falling = opened("frame,focus-distance\n1,inf\n3,2\n").expect("sound");
+        let value = falling.value("focus-distance", 2, Interpolation::Linear);
+        assert_eq!(value, Some(f64::INFINITY));
+    }
+
+    #[test]
     fn values_are_interpolated_between_frames_and_constant_beyond() {
         let csv =
             opened("# a rack\nframe, focus-distance, amount\n10, 2, 0.5\n14, inf,\n20, 2, 1\n");

@@ -6,7 +6,8 @@ use half::f16;
 use seidel_c::*;
 
 use crate::support::{
-    LensHandle, TestImage, apply, assert_ok, exports, max_difference, plate, rect, settings,
+    LensHandle, TestImage, apply, assert_ok, assert_refused, exports, max_difference, plate, rect,
+    settings,
 };
 
 const AREA: SeidelRect = SeidelRect {
@@ -122,6 +123,35 @@ impl StoredImage {
         let mut padding = (self.bytes.iter().zip(is_padding)).filter(|(_, is_padding)| *is_padding);
         padding.all(|(byte, _)| *byte == PADDING)
     }
+}
+
+#[test]
+fn a_result_beyond_half_floats_is_refused_and_nothing_is_written() {
+    let lens = LensHandle::new(2.0);
+    let mut source = TestImage::pattern(AREA, 4);
+    source.samples.fill(1e6);
+    let input = source.input();
+    let layout = Layout {
+        row_bytes: 50 * 8,
+        pixel_bytes: 8,
+        sample: SEIDEL_HALF,
+    };
+    let mut out = StoredImage::new(&TestImage::black(AREA, 4), layout);
+    let output = out.image();
+    let plate = plate(&input, AREA);
+    for amount in [0.0, 1.0] {
+        let mut settings = settings();
+        settings.amount = amount;
+        // SAFETY: all pointers are valid.
+        let status =
+            unsafe { (exports().apply)(lens.0, &settings, &plate, &output, null(), null()) };
+        assert_refused(
+            status,
+            SeidelStatus::Argument,
+            "beyond the largest half float",
+        );
+    }
+    assert!(out.samples().iter().all(|sample| *sample == 0.0));
 }
 
 #[test]

@@ -7,6 +7,12 @@ use crate::finding::{Finding, Kind};
 use crate::mutations::Mutation;
 use crate::rng::Rng;
 
+/// Longest damaged input, bytes: memory beyond the bound is then the reader's.
+const LONGEST_INPUT: usize = 4 << 20;
+
+/// Longest input that is damaged further, bytes: mutations repeat parts of it hundreds of times.
+const LONGEST_CHANGED: usize = 64 << 10;
+
 /// The state of the inputs of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Inputs {
@@ -60,6 +66,10 @@ impl Case<'_> {
                 let other = self.rng.pick(others).clone();
                 let mutate = self.rng.pick(mutations);
                 mutate(&mut bytes, &mut self.rng, &other);
+                bytes.truncate(LONGEST_INPUT);
+                if bytes.len() > LONGEST_CHANGED {
+                    break;
+                }
             }
         }
         bytes

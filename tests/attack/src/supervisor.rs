@@ -58,7 +58,9 @@ fn attack(options: &Options, log: Log) -> Result<u64, String> {
     let time = Duration::try_from_secs_f64(options.minutes * 60.0)
         .map_err(|_| "--minutes: is no duration; give a number of minutes".to_owned())?;
     let deadline = Instant::now() + time;
-    let slice = (time * jobs as u32 / chosen.len() as u32).min(LONGEST_SLICE);
+    // One slice of each target fits in the time.
+    let weights: f64 = chosen.iter().map(|target| target.weight).sum();
+    let slice = time.mul_f64(jobs as f64 / weights).min(LONGEST_SLICE);
     let shared = Shared {
         options,
         log: Mutex::new(log),

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use crate::allocator::OVER_BOUND;
+use crate::allocator::REFUSED;
 use crate::finding::{Finding, Kind};
 use crate::options::Options;
 use crate::targets::{Sort, Target};
@@ -192,14 +192,16 @@ fn behind(begun: Option<u64>) -> End {
 }
 
 fn of_status(status: std::process::ExitStatus, folder: &WorkerFolder) -> Finding {
-    if status.code() == Some(OVER_BOUND) {
-        return Finding::new(Kind::Memory, "more than 1 GiB over the start of the case");
+    let words = folder.last_words();
+    if words.contains(REFUSED) {
+        let text = format!("more than 1 GiB over the start of the case: {words}");
+        return Finding::new(Kind::Memory, text);
     }
     let end = match status.signal() {
         Some(signal) => format!("signal {signal}"),
         None => format!("{status}"),
     };
-    Finding::new(Kind::Abort, format!("{end}: {}", folder.last_words()))
+    Finding::new(Kind::Abort, format!("{end}: {words}"))
 }
 
 fn start(
@@ -230,6 +232,7 @@ fn start(
     // One thread a worker: the cores are shared by workers.
     command
         .env("RAYON_NUM_THREADS", "1")
+        .env("RUST_BACKTRACE", "0")
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(stderr);

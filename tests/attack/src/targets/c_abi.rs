@@ -81,6 +81,11 @@ fn call(case: &mut Case, lens: *const SeidelLens) {
     };
     let plate = scene.plate();
     let output = scene.output.describe();
+    let structs = format!(
+        "call {kind}\n{plate:#?}\n{output:#?}\n{:#?}\n",
+        scene.settings
+    );
+    case.write("structs.txt", structs.as_bytes());
     let before_finite = scene.is_finite();
     // SAFETY: every pointer is null or valid for the call; images lie in their own mappings as they state.
     let status = unsafe {

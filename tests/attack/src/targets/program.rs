@@ -170,7 +170,15 @@ impl Attack for Program {
 /// Returns the parts of a command line that an error may name: files and options.
 pub(crate) fn known_names(words: &[OsString]) -> Vec<String> {
     let text = words.iter().map(|word| word.to_string_lossy().into_owned());
-    let mut known: Vec<String> = text.filter(|word| word.len() > 2).collect();
+    let mut known: Vec<String> = text.filter(|word| !word.is_empty()).collect();
+    // Messages about settings have their names without dashes, and control characters of words as escapes.
+    let names = known.iter().filter_map(|word| word.strip_prefix("--"));
+    let names: Vec<String> = names
+        .filter(|name| !name.is_empty())
+        .map(str::to_owned)
+        .collect();
+    known.extend(names);
+    known.push(r"\u001b[2J".to_owned());
     known.extend(
         [
             "manifest.json",
