@@ -44,7 +44,10 @@ fn every_planted_fault_is_found_and_stored() {
     let input = folder.path().join("findings/planted-2/input");
     assert_eq!(std::fs::read_to_string(input).expect("stored"), "case 2");
     // A case runs again alone, and findings are checked again.
+    let kept = folder.path().join("findings/planted-3/input");
+    std::fs::remove_file(&kept).expect("stored");
     let again = run(folder.path(), &["--case", "planted:3"]);
+    assert!(kept.is_file(), "{}", words(&again));
     assert!(words(&again).contains("memory: "), "{}", words(&again));
     let sound = run(folder.path(), &["--case", "planted:9"]);
     assert_eq!(sound.status.code(), Some(0), "{}", words(&sound));

@@ -95,7 +95,12 @@ pub(super) fn run_worker(
         runs: 0,
         next: slice.first,
     };
+    let last = slice.cases.map(|count| slice.first + count);
     for _ in 0..MAX_RESTARTS {
+        // The folder of the last case stays, so that its inputs can be kept.
+        if last.is_some_and(|last| state.next >= last) {
+            break;
+        }
         folder.clear();
         if watch(slice, options, folder, found, &mut state)? == End::Done {
             break;
@@ -123,10 +128,6 @@ fn watch(
     found: &mut dyn FnMut(u64, Finding),
     state: &mut Progress,
 ) -> Result<End, String> {
-    let last = slice.cases.map(|count| slice.first + count);
-    if last.is_some_and(|last| state.next >= last) {
-        return Ok(End::Done);
-    }
     let mut child = start(slice, options, folder, state.next)?;
     let lines = read_lines(&mut child);
     let hung = match slice.target.sort {
