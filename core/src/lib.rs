@@ -117,8 +117,8 @@ pub use seidel_render as render;
 
 pub use seidel_calibrate::{eval, measure, score};
 pub use seidel_optics::{
-    camera, distance, effects, error, field, moments, mosaic, numeric, observations, predict,
-    profile, psf, sensor, tile,
+    camera, distance, effects, error, field, library, moments, mosaic, numeric, observations,
+    predict, profile, psf, sensor, tile,
 };
 
 pub use apply::apply;

@@ -670,6 +670,9 @@ size_t seidel_last_error(char *buffer,
  * Opens the lens profile in the file `path`, a string in UTF-8, and writes its handle to `*lens`. The caller owns
  * the handle and releases it with seidel_lens_release. After a failure `*lens` is unchanged.
  *
+ * `path` may also name a lens of the library as library:NAME; `seidel lens list` prints the names. A file of that name
+ * comes first.
+ *
  * Errors: SEIDEL_STATUS_LENS for a file that cannot be read or is not a lens profile.
  *
  * Pointers:

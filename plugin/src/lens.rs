@@ -3,8 +3,9 @@
 use std::ffi::c_char;
 use std::fs::File;
 use std::io::Read;
+use std::path::Path;
 
-use seidel_core::{Lens, psf};
+use seidel_core::{Lens, library, psf};
 
 use crate::guard::guard;
 use crate::handles;
@@ -101,8 +102,15 @@ fn parse_profile(json: &[u8], source: &str) -> Result<Lens> {
     Lens::from_json(text).map_err(|error| profile_error(source, error))
 }
 
-/// Reads a lens profile from a file.
+/// Reads a lens profile from a file, or the lens of the library that `path` names where there is no such file.
 fn read_profile(path: &str) -> Result<Lens> {
+    if !Path::new(path).exists()
+        && let Some(found) = library::by_reference(path)
+    {
+        let unknown =
+            |e: seidel_core::Error| profile_error(path, format!("{}; {}", e.problem, e.remedy));
+        return parse_profile(found.map_err(unknown)?.profile_json.as_bytes(), path);
+    }
     let unreadable = |error: std::io::Error| {
         profile_error(
             path,
@@ -168,6 +176,9 @@ fn describe(lens: &Lens) -> SeidelLensInfo {
 
 /// Opens the lens profile in the file `path`, a string in UTF-8, and writes its handle to `*lens`. The caller owns
 /// the handle and releases it with seidel_lens_release. After a failure `*lens` is unchanged.
+///
+/// `path` may also name a lens of the library as library:NAME; `seidel lens list` prints the names. A file of that name
+/// comes first.
 ///
 /// Errors: SEIDEL_STATUS_LENS for a file that cannot be read or is not a lens profile.
 ///

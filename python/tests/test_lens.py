@@ -105,3 +105,10 @@ def test_sets_pass_through_files(observations, tmp_path):
     again.save(tmp_path / "again")
     manifests = [(tmp_path / name / "manifest.json").read_text() for name in ("set", "again")]
     assert manifests[0] == manifests[1]
+
+
+def test_the_library_is_found_by_name():
+    swirl = seidel.Lens.load("library:swirl-58")
+    assert swirl.channels == ["R", "G", "B"] and swirl.kind == "pupil"
+    with pytest.raises(seidel.FileError, match="library:swirl-58"):
+        seidel.Lens.load("library:swrl-58")

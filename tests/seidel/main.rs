@@ -27,6 +27,7 @@ mod hostile;
 mod in_hosts;
 mod info;
 mod lens_command;
+mod library;
 mod lut;
 mod measure_lights;
 mod occlusion;

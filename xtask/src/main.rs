@@ -1,9 +1,11 @@
 //! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `bundle` builds
-//! the OpenFX bundle, `attack` runs hostile inputs, `luts` writes the colour config and its tables, and `pictures` draws the pictures of `docs/`.
+//! the OpenFX bundle, `attack` runs hostile inputs, `library` writes the lens library, `luts` the
+//! colour config and its tables, and `pictures` draws the pictures of `docs/`.
 
 mod attack;
 mod bundle;
 mod header;
+mod library;
 mod luts;
 mod pictures;
 mod tidy;
@@ -18,6 +20,7 @@ const USAGE: &str = "usage: cargo xtask TASK
                               damage inputs, kill runs and fill disks; `attack --help` lists the options
   bundle [--target TRIPLE] [--install [--to FOLDER]]
                               build the OpenFX bundle, and install it
+  library [--check]           write the lens library, core/optics/library, or check that it is up to date
   luts [--check]              write the colour config and tables of luts/, or check that they are up to date
   pictures [--programs FOLDER] [NAME...]
                               draw the pictures of docs/ from program output";
@@ -31,6 +34,7 @@ fn main() -> ExitCode {
         "header" => header::write(&root),
         "attack" => attack::run(&root, arguments),
         "bundle" => bundle::run(&root, arguments),
+        "library" => library::run(&root, arguments),
         "luts" => luts::run(&root, arguments),
         "pictures" => pictures::run(&root, arguments),
         _ => {

@@ -22,7 +22,7 @@ use occlusion::OcclusionArgs;
 /// Options of `seidel apply`.
 #[derive(Debug, Args)]
 pub struct ApplyArgs {
-    /// Lens profile
+    /// Lens profile, or library:NAME
     #[arg(long, help_heading = "Input")]
     lens: PathBuf,
     #[command(flatten)]

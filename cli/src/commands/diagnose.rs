@@ -30,7 +30,7 @@ use self_test::SelfTestArgs;
 /// Options of `seidel diagnose`.
 #[derive(Debug, Args)]
 pub struct DiagnoseArgs {
-    /// Lens profile, modelled ray by ray (fit --model reduced or extended)
+    /// Lens profile or library:NAME, modelled ray by ray (fit --model reduced or extended)
     #[arg(long, required_unless_present_any = ["schema", "self_test"])]
     lens: Option<PathBuf>,
     /// Observation set to compare the lens with

@@ -22,7 +22,7 @@ use seidel_image_io::png::write_rgb8;
 /// Options of `seidel eval`.
 #[derive(Debug, Args)]
 pub struct EvalArgs {
-    /// Lens profile
+    /// Lens profile, or library:NAME
     #[arg(long)]
     lens: PathBuf,
     /// Observation set to evaluate the lens on

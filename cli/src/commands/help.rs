@@ -73,6 +73,17 @@ const HELPS: &[Help] = &[
         usual: &[],
     },
     Help {
+        command: "lens show",
+        examples: &[
+            example("Describe a lens of the library", "lens show swirl-58"),
+            example(
+                "Draw the PSFs of a lens",
+                "lens show lens.json -o sheet.png",
+            ),
+        ],
+        usual: &[],
+    },
+    Help {
         command: "apply",
         examples: &[
             example(

@@ -1,33 +1,45 @@
-//! `seidel lens`: draws a lens profile, and prints the JSON schema of profiles.
+//! `seidel lens`: the library of lenses, drawings of a lens, and the JSON schema of profiles.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use seidel_core::library::{self, LibraryLens};
 use seidel_core::profile::schema;
 
 use super::CommandError;
 use super::drawing::{Drawing, DrawingArgs};
 use crate::Console;
-use crate::pictures::sheet::lens_sheet;
+use crate::pictures::sheet::{SheetOptions, lens_sheet};
+use seidel_image_io::lens_profile;
 use seidel_image_io::png::write_rgb8;
 
 /// The subcommands of `seidel lens`.
 #[derive(Debug, Subcommand)]
 pub enum LensCommand {
-    /// Draw the PSFs of a lens over the frame, by channel and distance
+    /// List the lenses that come with the program
+    List(ListArgs),
+    /// Describe a lens of the library, or draw the PSFs of any lens over the frame, by channel and distance
     Show(ShowArgs),
     /// Print the JSON schema of lens profiles
     Schema,
 }
 
+/// Options of `seidel lens list`.
+#[derive(Debug, Args)]
+pub struct ListArgs {
+    /// Print the sheets of all lenses as a JSON document
+    #[arg(long)]
+    json: bool,
+}
+
 /// Options of `seidel lens show`.
 #[derive(Debug, Args)]
 pub struct ShowArgs {
-    /// Lens profile
+    /// Lens profile, or the name of a lens of the library, with or without library: before it
     lens: PathBuf,
-    /// Picture to write (PNG)
+    /// Picture to write (PNG); a lens of the library is described in words if this is left out
     #[arg(short, long, value_name = "SHEET.png")]
-    output: PathBuf,
+    output: Option<PathBuf>,
     #[command(flatten)]
     drawing: DrawingArgs,
 }
@@ -38,17 +50,83 @@ pub(super) fn run(command: &LensCommand, console: &mut Console) -> Result<(), Co
             console.print(schema());
             Ok(())
         }
+        LensCommand::List(args) => list(args, console),
         LensCommand::Show(args) => show(args, console),
     }
 }
 
+fn list(args: &ListArgs, console: &mut Console) -> Result<(), CommandError> {
+    let sheets: Vec<_> = (library::ALL.iter())
+        .map(LibraryLens::sheet)
+        .collect::<seidel_core::Result<_>>()?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&sheets);
+        console.print(text.expect("numbers and texts have a JSON form"));
+        return Ok(());
+    }
+    console.print(format!(
+        "{:<26} {:>7}  {:<12} {:>12}  LENS",
+        "NAME", "FOCAL", "F-NUMBERS", "SENSOR"
+    ));
+    for sheet in sheets {
+        let [open, closed] = sheet.f_number_range;
+        console.print(format!(
+            "{:<26} {:>4} mm  {:<12} {:>9} mm  {}",
+            format!("{}{}", library::PREFIX, sheet.name),
+            sheet.focal_length_mm,
+            if open == closed {
+                format!("f/{open}")
+            } else {
+                format!("f/{open} - f/{closed}")
+            },
+            format!("{}x{}", sheet.sensor.width_mm, sheet.sensor.height_mm),
+            sheet.title
+        ));
+    }
+    console.print("");
+    console.print(
+        "Use a name wherever a command takes a lens. `seidel lens show NAME` describes one.",
+    );
+    Ok(())
+}
+
+/// Returns the name of a lens as commands on files take it: that of a lens of the library gets its prefix if there is no file
+/// of that name.
+fn with_prefix(lens: &Path) -> PathBuf {
+    let name = lens.to_str().unwrap_or_default();
+    if !lens.exists() && library::by_name(name).is_ok() {
+        return PathBuf::from(format!("{}{name}", library::PREFIX));
+    }
+    lens.to_path_buf()
+}
+
 fn show(args: &ShowArgs, console: &mut Console) -> Result<(), CommandError> {
-    let Drawing { lens, model } = args.drawing.open(&args.lens, console)?;
-    let sheet = lens_sheet(lens.profile(), model, &Default::default())?;
-    write_rgb8(&args.output, &sheet)?;
-    console.print(format!("wrote {}", args.output.display()));
+    let path = with_prefix(&args.lens);
+    let of_library = lens_profile::of_library(&path)?;
+    let Some(output) = &args.output else {
+        let Some(lens) = of_library else {
+            return Err(CommandError::Usage(format!(
+                "give -o SHEET.png to draw {}; only lenses of the library have a description (`seidel lens list`)",
+                path.display()
+            )));
+        };
+        console.print(lens.sheet()?.to_string().trim_end());
+        return Ok(());
+    };
+    let Drawing { lens, model } = args.drawing.open(&path, console)?;
+    let options = SheetOptions {
+        title: of_library
+            .map(LibraryLens::sheet)
+            .transpose()?
+            .map(|sheet| sheet.title),
+        ..SheetOptions::default()
+    };
+    let sheet = lens_sheet(lens.profile(), model, &options)?;
+    write_rgb8(output, &sheet)?;
+    console.print(format!("wrote {}", output.display()));
     match lens.profile().adequacy() {
         Some(adequacy) => console.print(adequacy.to_string()),
+        None if of_library.is_some() => {}
         None => console.print("the profile does not say how well its model describes the lens"),
     }
     Ok(())

@@ -64,7 +64,7 @@ pub enum Command {
     Eval(eval::EvalArgs),
     /// Write the point-spread functions that a lens predicts
     Psf(psf::PsfArgs),
-    /// Draw a lens profile, or print the schema of profiles
+    /// List and describe the lenses of the library, draw a lens, or print the schema of profiles
     #[command(subcommand)]
     Lens(lens::LensCommand),
     /// Blur a plate with a lens

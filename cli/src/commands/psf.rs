@@ -14,7 +14,7 @@ use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 /// Options of `seidel psf`.
 #[derive(Debug, Args)]
 pub struct PsfArgs {
-    /// Lens profile
+    /// Lens profile, or library:NAME
     #[arg(long)]
     lens: PathBuf,
     /// Observation set whose positions, distances, tile sizes, channels and file names to use

@@ -12,6 +12,7 @@
 //! | [`sensor`] | blur and tone curve of the sensor |
 //! | [`psf`] | PSF models, kernels and sampling |
 //! | [`profile`] | fitted lenses as values and as JSON |
+//! | [`library`] | designed lenses that come with the program |
 //! | [`predict`] | the blur of a profile at any point; predicted observation sets |
 //! | [`observations`], [`tile`], [`mosaic`], [`camera`] | measured PSFs |
 //! | [`moments`] | central moments, and their measurement from tiles |
@@ -30,6 +31,7 @@ pub mod effects;
 pub mod error;
 pub mod field;
 pub mod lens;
+pub mod library;
 pub mod moments;
 pub mod mosaic;
 pub mod numeric;

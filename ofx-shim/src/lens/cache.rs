@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use seidel_core::Lens;
+use seidel_core::{Lens, library};
 
 use super::built_in;
 use crate::file_cache::FileCache;
@@ -45,8 +45,15 @@ pub(crate) fn clear() {
     LENSES.clear();
 }
 
-/// Reads the lens profile in the file at `path`.
+/// Reads the lens profile in the file at `path`, or the lens of the library that `path` names where there is no such file.
 fn read(path: &str) -> Result<Lens> {
+    if !Path::new(path).exists()
+        && let Some(found) = library::by_reference(path)
+    {
+        let unknown =
+            |e: seidel_core::Error| Failure::failed(format!("{path}: {}; {}", e.problem, e.remedy));
+        return Ok(Lens::from_json(found.map_err(unknown)?.profile_json)?);
+    }
     let unreadable = |error: std::io::Error| {
         Failure::failed(format!(
             "{path}: could not be read ({error}); check the path and its permissions"
@@ -75,6 +82,15 @@ fn read(path: &str) -> Result<Lens> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_library_is_found_by_name() {
+        let named = |name: &str| load(&LensOrigin::File(name.to_owned()), 0);
+        let lens = named("library:macro-100").expect("a lens of the library");
+        assert_eq!(lens.profile().camera.focal_length_mm, Some(100.0));
+        let unknown = named("library:makro-100").expect_err("no such lens");
+        assert!(unknown.text.contains("library:macro-100"), "{unknown:?}");
+    }
 
     #[test]
     fn files_are_read_again_when_they_change() {

@@ -9,7 +9,8 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use crate::error::Result;
-use crate::json::{TEXT_LIMIT_BYTES, read_bytes};
+use crate::json::TEXT_LIMIT_BYTES;
+use crate::lens_profile::file_or_library;
 use crate::metadata::TextAttributes;
 use crate::sequence::FramePattern;
 use paths::{text_without_folders, without_folders, words_without_folders};
@@ -127,12 +128,12 @@ impl Provenance {
         self.words.iter().map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// Adds an input file: its name and the SHA-256 of its content, under the name `seidelROLE`.
+    /// Adds an input file or a lens of the library: its name and the SHA-256 of its content, under the name `seidelROLE`.
     ///
     /// # Errors
     /// A file that cannot be read.
     pub fn with_file(mut self, role: &str, path: &Path) -> Result<Self> {
-        let hash = Sha256::digest(read_bytes(path, TEXT_LIMIT_BYTES)?);
+        let hash = Sha256::digest(file_or_library(path, TEXT_LIMIT_BYTES)?);
         let hash: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
         let name = path.file_name().unwrap_or(path.as_os_str());
         let name = name.to_string_lossy();
