@@ -12,6 +12,7 @@ pub mod report;
 #[cfg(unix)]
 mod signals;
 mod terminal;
+pub mod view;
 
 pub use console::{Console, ProgressBar};
 #[cfg(unix)]

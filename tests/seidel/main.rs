@@ -41,4 +41,5 @@ mod self_test;
 mod sequences;
 mod support;
 mod verbose;
+mod view;
 mod windows;

@@ -84,6 +84,21 @@ const HELPS: &[Help] = &[
         usual: &[],
     },
     Help {
+        command: "view",
+        examples: &[
+            example("Look at a lens", "view library:swirl-58 -o swirl.html"),
+            example(
+                "Measured PSFs, and those of the fitted lens beside them",
+                "view seidel-demo/measured --lens seidel-demo/lens.json -o measured.html",
+            ),
+            example(
+                "The findings of a diagnosis",
+                "view report/report.json -o findings.html",
+            ),
+        ],
+        usual: &[],
+    },
+    Help {
         command: "apply",
         examples: &[
             example(

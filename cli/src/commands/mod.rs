@@ -22,6 +22,7 @@ mod removal;
 mod remove;
 mod suggestion;
 mod tile_moments;
+mod view;
 
 pub use diagnose::self_test;
 pub use help::command;
@@ -67,6 +68,8 @@ pub enum Command {
     /// List and describe the lenses of the library, draw a lens, or print the schema of profiles
     #[command(subcommand)]
     Lens(lens::LensCommand),
+    /// Write a page on which a lens, a set or a diagnosis is looked at in the browser
+    View(view::ViewArgs),
     /// Blur a plate with a lens
     Apply(Box<apply::ApplyArgs>),
     /// Remove the blur of a lens from a plate
@@ -98,6 +101,7 @@ impl Command {
             Self::Eval(args) => eval::run(&args, console),
             Self::Psf(args) => psf::run(&args, console),
             Self::Lens(command) => lens::run(&command, console),
+            Self::View(args) => view::run(&args, console),
             Self::Apply(args) => apply::run(&args, command_line, console),
             Self::Remove(args) => remove::run(&args, command_line, console),
             Self::Relens(args) => relens::run(&args, command_line, console),

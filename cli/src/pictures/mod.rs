@@ -11,11 +11,11 @@ pub mod plot;
 mod psf_panel;
 pub mod shapes;
 pub mod sheet;
-mod sheet_labels;
+pub(crate) mod sheet_labels;
 pub mod tile_panel;
 
 /// Formats a number to three significant digits, without trailing zeros.
-fn short_number(value: f64) -> String {
+pub(crate) fn short_number(value: f64) -> String {
     significant(value, 3)
 }
 

@@ -115,7 +115,7 @@ pub(super) fn draw_scale(canvas: &mut Canvas, area: Area, enlargement: f64) {
 }
 
 /// Returns an object distance as a label.
-pub(super) fn distance_name(distance: ObjectDistance) -> String {
+pub(crate) fn distance_name(distance: ObjectDistance) -> String {
     match distance {
         ObjectDistance::Unknown => "distance unknown".to_owned(),
         ObjectDistance::Infinity => "infinity".to_owned(),

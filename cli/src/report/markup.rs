@@ -19,7 +19,7 @@ pub(super) fn document(title: &str, body: &str) -> String {
 }
 
 /// Escapes text for HTML elements and quoted attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -69,7 +69,7 @@ pub(super) fn track(share: f64, class: &str) -> String {
 }
 
 /// Encodes a picture as PNG in a `data:` URI.
-pub(super) fn data_uri(picture: &RgbImage) -> String {
+pub(crate) fn data_uri(picture: &RgbImage) -> String {
     let mut png = Vec::new();
     // Enlarged pixels repeat from line to line, which the Up filter compresses best.
     let encoder = PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Up);
