@@ -1,9 +1,10 @@
 //! Development tasks. `cargo xtask tidy` checks the project's own rules, `header` writes the C header, `bundle` builds
-//! the OpenFX bundle, `attack` runs hostile inputs, `library` writes the lens library, `luts` the
+//! the OpenFX bundle, `dist` the release archive, `attack` runs hostile inputs, `library` writes the lens library, `luts` the
 //! colour config and its tables, and `pictures` draws the pictures of `docs/`.
 
 mod attack;
 mod bundle;
+mod dist;
 mod header;
 mod library;
 mod luts;
@@ -20,6 +21,8 @@ const USAGE: &str = "usage: cargo xtask TASK
                               damage inputs, kill runs and fill disks; `attack --help` lists the options
   bundle [--target TRIPLE] [--install [--to FOLDER]]
                               build the OpenFX bundle, and install it
+  dist [--target TRIPLE] [--to FOLDER]
+                              build the release archive of this platform, with notices and checksums
   library [--check]           write the lens library, core/optics/library, or check that it is up to date
   luts [--check]              write the colour config and tables of luts/, or check that they are up to date
   pictures [--programs FOLDER] [NAME...]
@@ -33,6 +36,7 @@ fn main() -> ExitCode {
         "tidy" => tidy::run(&root),
         "header" => header::write(&root),
         "attack" => attack::run(&root, arguments),
+        "dist" => dist::run(&root, arguments),
         "bundle" => bundle::run(&root, arguments),
         "library" => library::run(&root, arguments),
         "luts" => luts::run(&root, arguments),

@@ -3,7 +3,7 @@
 mod icon;
 mod install;
 mod layout;
-mod notices;
+pub(crate) mod notices;
 mod plist;
 
 use std::ffi::OsString;
@@ -14,6 +14,12 @@ use layout::{Contents, Platform};
 
 /// Name of the bundle and of the binary in it. OpenFX requires them to be equal.
 const NAME: &str = "Seidel";
+
+/// The package of the plugin.
+const PACKAGE: &str = "seidel-ofx";
+
+/// Beginning of the notices of the bundle.
+const NOTICES_HEAD: &str = "Seidel is licensed under MIT OR Apache-2.0. Its OpenFX plugin contains the following libraries.";
 
 /// Identifier of the plugin, which is also the name of its icon.
 const IDENTIFIER: &str = "org.seidel.lensblur";
@@ -56,19 +62,7 @@ impl Options {
 /// Wrong arguments, a failed build, a dependency without a licence, and folders that cannot be written.
 pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Result<String, String> {
     let options = Options::parse(arguments)?;
-    let target = options.target.as_deref();
-    let triple = target.map_or_else(host_triple, str::to_owned);
-    let platform = Platform::from_triple(&triple)?;
-    let cargo = Cargo::new(root);
-    let notices = notices::generate(&cargo, &triple)?;
-    cargo.build(target)?;
-    let output = cargo.target_folder()?;
-    let binary = release_folder(&output, target).join(platform.library);
-    let contents = Contents {
-        binary: &binary,
-        notices: &notices,
-    };
-    let bundle = layout::write(&output, &platform, &contents)?;
+    let bundle = make(root, options.target.as_deref())?;
     let mut report = format!("bundle: {}", bundle.display());
     if options.install {
         report.push('\n');
@@ -77,7 +71,26 @@ pub(crate) fn run(root: &Path, arguments: impl Iterator<Item = String>) -> Resul
     Ok(report)
 }
 
-fn host_triple() -> String {
+/// Builds the plugin for `target`, or for this platform, and lays out the bundle; returns its folder.
+///
+/// # Errors
+/// A failed build, a dependency without a licence, and folders that cannot be written.
+pub(crate) fn make(root: &Path, target: Option<&str>) -> Result<PathBuf, String> {
+    let triple = target.map_or_else(host_triple, str::to_owned);
+    let platform = Platform::from_triple(&triple)?;
+    let cargo = Cargo::new(root);
+    let notices = notices::generate(&cargo, &[PACKAGE], &triple, NOTICES_HEAD)?;
+    cargo.build(&[PACKAGE], target)?;
+    let output = cargo.target_folder()?;
+    let binary = release_folder(&output, target).join(platform.library);
+    let contents = Contents {
+        binary: &binary,
+        notices: &notices,
+    };
+    layout::write(&output, &platform, &contents)
+}
+
+pub(crate) fn host_triple() -> String {
     let system = match std::env::consts::OS {
         "macos" => "apple-darwin",
         "windows" => "pc-windows-msvc",
@@ -86,7 +99,7 @@ fn host_triple() -> String {
     format!("{}-{system}", std::env::consts::ARCH)
 }
 
-fn release_folder(target_folder: &Path, triple: Option<&str>) -> PathBuf {
+pub(crate) fn release_folder(target_folder: &Path, triple: Option<&str>) -> PathBuf {
     let folder = triple.map_or_else(
         || target_folder.to_path_buf(),
         |triple| target_folder.join(triple),
@@ -95,13 +108,13 @@ fn release_folder(target_folder: &Path, triple: Option<&str>) -> PathBuf {
 }
 
 /// The cargo that runs this task.
-struct Cargo<'a> {
+pub(crate) struct Cargo<'a> {
     program: OsString,
     root: &'a Path,
 }
 
 impl<'a> Cargo<'a> {
-    fn new(root: &'a Path) -> Self {
+    pub(crate) fn new(root: &'a Path) -> Self {
         let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         Self { program, root }
     }
@@ -123,19 +136,24 @@ impl<'a> Cargo<'a> {
         }
     }
 
-    fn build(&self, target: Option<&str>) -> Result<(), String> {
-        let mut command = self.command(&["build", "--release", "--locked", "-p", "seidel-ofx"]);
+    /// Builds `packages` with optimisation.
+    pub(crate) fn build(&self, packages: &[&str], target: Option<&str>) -> Result<(), String> {
+        let mut command = self.command(&["build", "--release", "--locked"]);
+        command.args(packages.iter().flat_map(|package| ["-p", package]));
         command.args(target.iter().flat_map(|triple| ["--target", triple]));
         let status = command.status().map_err(|e| format!("cargo: {e}"))?;
         if status.success() {
             Ok(())
         } else {
-            Err("the plugin could not be built; see the messages above".to_owned())
+            Err(format!(
+                "{} could not be built; see the messages above",
+                packages.join(", ")
+            ))
         }
     }
 
     /// The folder that cargo builds in.
-    fn target_folder(&self) -> Result<PathBuf, String> {
+    pub(crate) fn target_folder(&self) -> Result<PathBuf, String> {
         let text = self.output(&["metadata", "--format-version", "1", "--no-deps"])?;
         let metadata: serde_json::Value =
             serde_json::from_str(&text).map_err(|e| format!("cargo metadata: {e}"))?;

@@ -1,4 +1,4 @@
-//! Third-party notices: the licence texts of every library in the plugin's binary.
+//! Third-party notices: the licence texts of every library in the binaries of some packages.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,13 +8,10 @@ use serde_json::Value;
 
 use super::Cargo;
 
-/// The package whose dependencies are listed.
-const PACKAGE: &str = "seidel-ofx";
+/// The library that no list of dependencies names.
+const STANDARD_LIBRARY: &str = "
 
-/// Beginning of the file.
-const HEAD: &str = "Seidel is licensed under MIT OR Apache-2.0. Its OpenFX plugin contains the following libraries.
-
-It also contains the Rust standard library (MIT OR Apache-2.0, copyright The Rust Project Contributors,
+There is also the Rust standard library (MIT OR Apache-2.0, copyright The Rust Project Contributors,
 https://github.com/rust-lang/rust/blob/master/COPYRIGHT).
 ";
 
@@ -50,26 +47,21 @@ struct Library {
     folder: PathBuf,
 }
 
-/// The text of the notices for a target.
+/// Returns the notices for the binaries of `packages` on a target; `head` is their first line.
 ///
 /// # Errors
 /// Output of cargo that cannot be read, and a library without a licence.
-pub(super) fn generate(cargo: &Cargo<'_>, triple: &str) -> Result<String, String> {
+pub(crate) fn generate(
+    cargo: &Cargo<'_>,
+    packages: &[&str],
+    triple: &str,
+    head: &str,
+) -> Result<String, String> {
     // The tree knows which optional dependencies are in use, the metadata knows where they are.
-    let tree = cargo.output(&[
-        "tree",
-        "--locked",
-        "--package",
-        PACKAGE,
-        "--edges",
-        "normal,no-proc-macro",
-        "--prefix",
-        "none",
-        "--format",
-        "{p}",
-        "--target",
-        triple,
-    ])?;
+    let mut arguments = vec!["tree", "--locked", "--edges", "normal,no-proc-macro"];
+    arguments.extend(["--prefix", "none", "--format", "{p}", "--target", triple]);
+    arguments.extend(packages.iter().flat_map(|package| ["--package", package]));
+    let tree = cargo.output(&arguments)?;
     let metadata = cargo.output(&[
         "metadata",
         "--locked",
@@ -79,7 +71,7 @@ pub(super) fn generate(cargo: &Cargo<'_>, triple: &str) -> Result<String, String
         triple,
     ])?;
     let metadata = serde_json::from_str(&metadata).map_err(|e| format!("cargo metadata: {e}"))?;
-    text(&libraries(&tree, &metadata)?)
+    text(head, &libraries(&tree, &metadata)?)
 }
 
 /// The libraries of `cargo tree` that are not packages of this project.
@@ -118,8 +110,8 @@ fn library(package: &Value) -> Library {
     }
 }
 
-fn text(libraries: &[Library]) -> Result<String, String> {
-    let mut text = HEAD.to_owned();
+fn text(head: &str, libraries: &[Library]) -> Result<String, String> {
+    let mut text = format!("{head}{STANDARD_LIBRARY}");
     // Libraries by the licence text they share.
     let mut users = BTreeMap::<String, Vec<&str>>::new();
     for library in libraries {
@@ -222,7 +214,7 @@ mod tests {
             fs::write(path, "The shared text.\r\n").expect("written");
         }
         let libraries = libraries(TREE, &metadata).expect("libraries");
-        let text = text(&libraries).expect("notices");
+        let text = text("Head.", &libraries).expect("notices");
         assert!(text.contains("\na 1.0.0: MIT") && text.contains("\nb 1.0.0: Zlib"));
         assert!(
             text.contains("a 1.0.0, b 1.0.0\n\nThe shared text.\n"),
@@ -237,11 +229,11 @@ mod tests {
     fn the_mit_licence_needs_no_file_and_others_do() {
         let folder = tempfile::tempdir().expect("a folder");
         let metadata = metadata(folder.path());
-        let problem = libraries(TREE, &metadata).and_then(|libraries| text(&libraries));
+        let problem = libraries(TREE, &metadata).and_then(|libraries| text("Head.", &libraries));
         assert!(problem.expect_err("b has no text").contains("b 1.0.0"));
         fs::write(folder.path().join("b/COPYING"), "Zlib text").expect("written");
         let libraries = libraries(TREE, &metadata).expect("libraries");
-        let text = text(&libraries).expect("notices");
+        let text = text("Head.", &libraries).expect("notices");
         assert!(
             text.contains("Copyright (c) An Author\n\nPermission"),
             "{text}"
@@ -253,7 +245,8 @@ mod tests {
     fn every_library_of_the_plugin_has_a_licence() {
         let root = crate::workspace::root();
         let cargo = Cargo::new(&root);
-        let text = generate(&cargo, &super::super::host_triple()).expect("notices");
+        let triple = super::super::host_triple();
+        let text = generate(&cargo, &[super::super::PACKAGE], &triple, "Head.").expect("notices");
         for name in ["\nnalgebra ", "\nrustfft ", "\nrayon "] {
             assert!(text.contains(name), "{name}");
         }
