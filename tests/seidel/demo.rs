@@ -16,6 +16,12 @@ fn the_demo_writes_its_files_and_its_command_works() {
         "anamorphic.json",
         "anamorphic.exr",
         "lenses.png",
+        "observed",
+        "report.json",
+        "report.html",
+        "corrected.json",
+        "corrected.exr",
+        "gap.png",
     ] {
         assert!(folder.path().join("out").join(name).exists(), "{name}");
         assert!(outcome.stdout.contains(name), "{name}");
@@ -36,6 +42,43 @@ fn the_demo_writes_its_files_and_its_command_works() {
             // The plate on disk has half-float samples.
             assert!((a - b).abs() < 2e-3 * peak, "{lens}: {a} {b}");
         }
+    }
+    // The planted fault is found, the correction closes its gap, and the time of the steps is stated.
+    let report = std::fs::read_to_string(folder.path().join("out/report.json")).expect("written");
+    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+    assert_eq!(
+        report["added"],
+        serde_json::json!(["vignetting"]),
+        "{}",
+        report["verdict"]
+    );
+    assert!(
+        report["gap"]["closed"]
+            .as_f64()
+            .is_some_and(|closed| closed > 0.8),
+        "{}",
+        report["gap"]
+    );
+    assert!(
+        outcome.stdout.contains("the diagnosis added vignetting"),
+        "{}",
+        outcome.stdout
+    );
+    assert!(outcome.stdout.contains("Took ") && outcome.stdout.contains("diagnosis"));
+    // Every picture states what made it, and renders the lens.
+    for name in [
+        "plate.exr",
+        "blurred.exr",
+        "corrected.exr",
+        "anamorphic.exr",
+        "sheet.png",
+        "gap.png",
+        "lenses.png",
+    ] {
+        let info = succeeds(folder.path(), &format!("info @out/{name}")).stdout;
+        assert!(info.contains("seidel demo"), "{name}: {info}");
+        let lens = name.ends_with("d.exr") || name == "anamorphic.exr";
+        assert_eq!(info.contains(".json sha256:"), lens, "{name}: {info}");
     }
     // A second run replaces the first; a folder with other files in it is refused.
     succeeds(folder.path(), "demo @out --width 64");

@@ -54,7 +54,7 @@ pub struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Fit a lens and blur a plate on synthetic data
+    /// Measure, fit, apply, diagnose and correct a lens on synthetic data
     Demo(demo::DemoArgs),
     /// Measure point-spread functions in photographs
     #[command(subcommand)]
@@ -95,7 +95,7 @@ impl Command {
     /// The reason why the command failed, as one message.
     pub fn run(self, command_line: &[OsString], console: &mut Console) -> Result<(), CommandError> {
         match self {
-            Self::Demo(args) => demo::run(&args, console),
+            Self::Demo(args) => demo::run(&args, command_line, console),
             Self::Measure(command) => measure::run(&command, console),
             Self::Fit(args) => fit::run(&args, console),
             Self::Eval(args) => eval::run(&args, console),

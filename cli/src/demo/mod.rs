@@ -1,9 +1,11 @@
-//! The data of `seidel demo`: a CG plate with depth, two lenses, and PSFs of one of them with noise.
+//! The data of `seidel demo`: a CG plate with depth, two lenses, PSFs of one of them with noise, and a fault
+//! planted in it.
 
 pub mod anamorphic;
 pub mod lens;
 mod noise;
 pub mod observations;
+pub mod planted;
 mod props;
 mod ray;
 pub mod scene;

@@ -23,9 +23,21 @@ const PEAK_OVER_NOISE: f64 = 400.0;
 /// # Errors
 /// A lens without a depth law.
 pub fn measured(lens: &LensProfile) -> Result<ObservationSet> {
+    photographed(lens, &DISTANCES_M, 0)
+}
+
+/// Returns observations like [`measured`] at `distances_m`, with the noise of `first_seed` and those after it.
+///
+/// # Errors
+/// A lens without a depth law, and an invalid distance.
+pub fn photographed(
+    lens: &LensProfile,
+    distances_m: &[f64],
+    first_seed: u64,
+) -> Result<ObservationSet> {
     let predictor = Predictor::new(lens)?;
     let mut observations = Vec::new();
-    for metres in DISTANCES_M {
+    for &metres in distances_m {
         let distance = ObjectDistance::metres(metres)?;
         for place in 0..GRID.0 * GRID.1 {
             observations.push(blank(&predictor, place, distance, observations.len())?);
@@ -43,7 +55,7 @@ pub fn measured(lens: &LensProfile) -> Result<ObservationSet> {
     let mut set = predict_set(&predictor, &template, predictor.default_model())?;
     for (index, observation) in set.observations.iter_mut().enumerate() {
         for channel in 0..observation.tiles.len() {
-            let seed = (index * observation.tiles.len() + channel) as u64;
+            let seed = first_seed + (index * observation.tiles.len() + channel) as u64;
             let (tile, sigma) = with_noise(&observation.tiles[channel], seed)?;
             observation.tiles[channel] = tile;
             observation.noise_sigma[channel] = Some(sigma);

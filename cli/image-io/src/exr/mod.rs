@@ -16,7 +16,7 @@ use std::path::Path;
 pub use self::channels::ColourChannels;
 pub use self::compression::ExrCompression;
 pub use self::image::{ChannelId, ChannelInfo, ExrImage};
-pub use self::write_new::{NewChannel, write_channels};
+pub use self::write_new::{NewChannel, write_channels, write_channels_with_texts};
 
 pub(crate) use self::attributes::new_text;
 pub(crate) use self::codec::{Compressing, write_exr};

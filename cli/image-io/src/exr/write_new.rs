@@ -42,9 +42,25 @@ struct Attributes {
 /// # Panics
 /// If a channel does not have one sample per pixel of the data window.
 pub fn write_channels(path: &Path, windows: ImageWindows, channels: &[NewChannel]) -> Result<()> {
+    write_channels_with_texts(path, windows, channels, &TextAttributes::new())
+}
+
+/// Writes the channels of an image as [`write_channels`] does, with `texts` such as provenance.
+///
+/// # Errors
+/// A target that cannot be written.
+///
+/// # Panics
+/// If a channel does not have one sample per pixel of the data window.
+pub fn write_channels_with_texts(
+    path: &Path,
+    windows: ImageWindows,
+    channels: &[NewChannel],
+    texts: &TextAttributes,
+) -> Result<()> {
     let attributes = Attributes {
         pixel_aspect: 1.0,
-        texts: TextAttributes::new(),
+        texts: texts.clone(),
         common: CommonMetadata::default(),
         compression: ExrCompression::Zip,
     };

@@ -19,6 +19,7 @@ use crate::format::{
     AlphaSupport, Capabilities, Format, FormatInfo, GreySupport, ImageFile, ImageFormat,
 };
 use crate::input::InputFile;
+use crate::metadata::TextAttributes;
 use crate::plate::NewImage;
 use crate::raster::{RasterImage, channel_names, deinterleave};
 use crate::samples::{SampleFormat, quantise};
@@ -167,6 +168,29 @@ fn write(path: &Path, image: &RasterImage, metadata: &PngMetadata) -> Result<()>
             writer.finish()
         };
         encode().map_err(|e| e.to_string())
+    })
+}
+
+/// Writes `image` as [`write_rgb8`] does, with `texts` such as provenance.
+///
+/// # Errors
+/// A name that does not end in `.png`, and a target that cannot be written.
+pub fn write_rgb8_with_texts(path: &Path, image: &RgbImage, texts: &TextAttributes) -> Result<()> {
+    crate::format::check_output_name(path, Format::Png)?;
+    write_atomically(path, |out| {
+        let encode = || -> std::result::Result<(), EncodingError> {
+            let mut encoder = Encoder::new(out, image.width(), image.height());
+            encoder.set_color(ColorType::Rgb);
+            encoder.set_depth(BitDepth::Eight);
+            encoder.set_filter(png::Filter::Up);
+            let mut writer = encoder.write_header()?;
+            for (name, text) in texts {
+                PngMetadata::default().write_text(&mut writer, name, text)?;
+            }
+            writer.write_image_data(image.as_raw())?;
+            writer.finish()
+        };
+        encode().map_err(std::io::Error::other)
     })
 }
 
