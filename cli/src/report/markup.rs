@@ -37,7 +37,7 @@ pub(crate) fn escape(text: &str) -> String {
 }
 
 /// Escapes text in which commands stand between backticks, and marks them as code.
-pub(super) fn with_code(text: &str) -> String {
+pub(crate) fn with_code(text: &str) -> String {
     let parts = escape(text);
     let mut html = String::with_capacity(parts.len());
     for (index, part) in parts.split('`').enumerate() {

@@ -18,7 +18,7 @@ mod verdict;
 mod words;
 
 pub use json::{json, schema};
-pub(crate) use markup::{data_uri, escape};
+pub(crate) use markup::{data_uri, escape, with_code};
 pub use page::html;
 pub use subject::Subject;
 pub use summary::summary;

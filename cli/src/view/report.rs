@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{PageText, page};
 use crate::pictures::short_number;
-use crate::report::escape;
+use crate::report::{escape, with_code};
 
 /// Causes in the table.
 const MOST_CAUSES: usize = 8;
@@ -125,6 +125,8 @@ pub fn report_page(json: &str) -> Result<String> {
         }
     }
     distances.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Red, green, blue, then others by name.
+    channels.sort_by_key(|name| ("RGB".find(name.as_str()).unwrap_or(3), name.clone()));
     let distances: Vec<String> = distances.into_iter().map(|(_, name)| name).collect();
     let largest = zones().map(|(_, p)| p.excess).fold(1e-9, f64::max);
     let index = |all: &[String], name: &str| all.iter().position(|own| own == name).unwrap_or(0);
@@ -209,9 +211,9 @@ impl Report {
             format!(
                 "<tr><td><b>{}</b><br>{}</td><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
                 escape(&cause.title),
-                escape(&cause.meaning),
+                with_code(&cause.meaning),
                 escape(&cause.amount),
-                escape(&cause.action),
+                with_code(&cause.action),
                 percent(cause.probability),
                 percent(cause.gap_closed)
             )
@@ -229,19 +231,37 @@ impl Report {
             "<section><h2>Effects</h2>\n<table><thead><tr><th>effect</th><th>fitted amount</th><th>what to do</th>\
              <th class=\"n\">probability</th><th class=\"n\">gap closed</th></tr></thead>\n<tbody>{rows}</tbody></table>\n\
              <h2>Next capture</h2>\n<p>{}</p>\n{remarks}</section>\n",
-            escape(&self.next_capture)
+            with_code(&self.next_capture)
         )
     }
 }
 
-/// Formats a share in per cent.
+/// Formats a share in per cent, with a digit after the point below 10 %, and smaller ones as zero.
 fn percent(share: f64) -> String {
-    let decimals = if share.abs() < 0.001 {
-        3
-    } else if share.abs() < 0.1 {
-        1
+    let decimals = usize::from((0.0005..0.0995).contains(&share.abs()));
+    // Not -0.
+    let value = if decimals == 0 && share.abs() < 0.005 {
+        0.0
     } else {
-        0
+        100.0 * share
     };
-    format!("{:.decimals$} %", 100.0 * share)
+    format!("{value:.decimals$} %")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::percent;
+
+    #[test]
+    fn shares_are_short() {
+        for (share, want) in [
+            (0.0, "0 %"),
+            (-1e-6, "0 %"),
+            (0.0761, "7.6 %"),
+            (0.986, "99 %"),
+            (-0.47, "-47 %"),
+        ] {
+            assert_eq!(percent(share), want);
+        }
+    }
 }
