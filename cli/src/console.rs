@@ -2,16 +2,18 @@
 
 use std::io::Write;
 
-use indicatif::{ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value, json};
 
-/// The two output streams of a command; tests replace them by buffers.
+use crate::progress::{ProgressBar, ProgressForm, ProgressOutput};
+
+/// The output streams of a command; tests replace them by buffers.
 pub struct Console<'a> {
     /// Stream of results.
     pub stdout: &'a mut dyn Write,
     /// Stream of notes and errors.
     pub stderr: &'a mut dyn Write,
-    /// Whether to draw progress bars, which only a terminal shows correctly.
-    pub show_progress: bool,
+    /// Output of progress.
+    pub progress: ProgressOutput,
 }
 
 impl Console<'_> {
@@ -22,57 +24,42 @@ impl Console<'_> {
 
     /// Prints a note for the user on stderr.
     pub fn note(&mut self, line: impl AsRef<str>) {
-        let _ = writeln!(self.stderr, "note: {}", line.as_ref());
+        self.say("note", line.as_ref());
     }
 
-    /// Returns a progress bar labelled `label`; it is invisible unless [`Console::show_progress`] is set.
-    pub fn progress_bar(&self, label: &str) -> ProgressBar {
-        let target = if self.show_progress {
-            ProgressDrawTarget::stderr()
+    /// Prints the error that ends the command on stderr.
+    pub(crate) fn error(&mut self, error: &str) {
+        self.say("error", error);
+    }
+
+    /// Prints `event` on stderr, for programs alone.
+    pub(crate) fn event(&mut self, event: &Value) {
+        if self.progress.is_json() {
+            self.write_line(&event.to_string());
+        }
+    }
+
+    /// Sets the form of progress, notes and errors.
+    pub(crate) fn set_progress_form(&mut self, form: ProgressForm) {
+        self.progress = self.progress.clone().with_form(form);
+    }
+
+    /// Starts the display of the progress of `task`.
+    pub fn progress_bar(&self, task: &str) -> ProgressBar {
+        self.progress.start(task)
+    }
+
+    fn say(&mut self, kind: &str, text: &str) {
+        let line = if self.progress.is_json() {
+            json!({"event": kind, "text": text}).to_string()
         } else {
-            ProgressDrawTarget::hidden()
+            format!("{kind}: {text}")
         };
-        let bar = indicatif::ProgressBar::with_draw_target(Some(PROGRESS_STEPS), target);
-        if let Ok(style) =
-            ProgressStyle::with_template("{msg} [{bar:30}] {percent:>3} %, {eta} left")
-        {
-            bar.set_style(style);
-        }
-        bar.set_message(label.to_owned());
-        ProgressBar(bar)
-    }
-}
-
-/// Resolution of progress bars.
-const PROGRESS_STEPS: u64 = 1000;
-
-/// A progress bar, cleared when dropped.
-pub struct ProgressBar(indicatif::ProgressBar);
-
-impl ProgressBar {
-    /// Shows that `share` (0 to 1) of the work is done. Always returns true: as a progress callback it never cancels.
-    pub fn show(&self, share: f64) -> bool {
-        let position = (share.clamp(0.0, 1.0) * PROGRESS_STEPS as f64) as u64;
-        // Threads report out of order; the bar does not go back.
-        if position > self.0.position() {
-            self.0.set_position(position);
-        }
-        true
+        self.write_line(&line);
     }
 
-    /// Clears the bar.
-    pub fn clear(&self) {
-        self.0.finish_and_clear();
-    }
-
-    /// Calls `print` with the bar cleared, so that lines and bar do not mix.
-    pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
-        self.0.suspend(print)
-    }
-}
-
-impl Drop for ProgressBar {
-    fn drop(&mut self) {
-        self.clear();
+    /// Writes a line to stderr by one call, so that it does not mix with lines of progress.
+    fn write_line(&mut self, line: &str) {
+        let _ = self.stderr.write_all(format!("{line}\n").as_bytes());
     }
 }

@@ -8,13 +8,15 @@ pub mod commands;
 mod console;
 pub mod demo;
 pub mod pictures;
+mod progress;
 pub mod report;
 #[cfg(unix)]
 mod signals;
 mod terminal;
 pub mod view;
 
-pub use console::{Console, ProgressBar};
+pub use console::Console;
+pub use progress::{ProgressBar, ProgressForm, ProgressOutput, ProgressStream};
 #[cfg(unix)]
 pub use signals::remove_partial_outputs_on_signals;
 
@@ -33,7 +35,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, console: &mut Console) -> u
     let mut streams = Console {
         stdout: &mut stdout,
         stderr: &mut stderr,
-        show_progress: console.show_progress,
+        progress: console.progress.clone(),
     };
     let status = run_command(&command_line, &mut streams);
     match stdout.finish() {
@@ -71,7 +73,7 @@ fn run_command(command_line: &[OsString], console: &mut Console) -> u8 {
     let Err(error) = cli.command.run(command_line, console) else {
         return 0;
     };
-    let _ = writeln!(console.stderr, "error: {error}");
+    console.error(&error.to_string());
     match error {
         commands::CommandError::Usage(_) => 2,
         _ => 1,

@@ -1,6 +1,5 @@
 //! The `seidel` command.
 
-use std::io::IsTerminal;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -11,7 +10,7 @@ fn main() -> ExitCode {
     let status = seidel::run(
         std::env::args_os(),
         &mut seidel::Console {
-            show_progress: std::io::stderr().is_terminal(),
+            progress: seidel::ProgressOutput::stderr(),
             stdout: &mut stdout,
             stderr: &mut stderr,
         },

@@ -204,3 +204,34 @@ fn outputs_of_a_killed_run_are_removed_by_the_next_one() {
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert_eq!(partial_outputs(folder.path()), [""; 0]);
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_fit_leaves_nothing_behind() {
+    use std::io::{BufRead, BufReader};
+    let folder = tempfile::tempdir().expect("a folder");
+    let demo = folder.path().join("demo");
+    let mut child = Command::new(SEIDEL)
+        .args(["demo", "--width", "64", "--progress", "json"])
+        .arg(&demo)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut stderr = BufReader::new(child.stderr.take().expect("piped"));
+    let mut first = String::new();
+    stderr.read_line(&mut first).expect("readable");
+    assert!(first.contains(r#""task":"fitting"#), "{first}");
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill runs").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    let entries = std::fs::read_dir(folder.path()).expect("a folder");
+    assert_eq!(entries.count(), 0);
+    // Every line is whole, also the last.
+    for line in stderr.lines() {
+        let line = line.expect("text");
+        assert!(line.starts_with('{') && line.ends_with('}'), "{line}");
+    }
+}

@@ -2,7 +2,7 @@
 
 mod support;
 
-use seidel_core::{FitSettings, ImagePoint, Lens, Model, ObjectDistance, fit};
+use seidel_core::{FitSettings, ImagePoint, Lens, Model, ObjectDistance, fit, no_progress};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1);
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         model: Model::Moments,
         ..FitSettings::default()
     };
-    let fitted = fit(&[measured], &settings)?;
+    let fitted = fit(&[measured], &settings, &no_progress)?;
     for warning in fitted.warnings() {
         println!("note: {warning}");
     }

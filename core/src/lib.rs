@@ -46,7 +46,7 @@
 //! use seidel_core::field::Frame;
 //! use seidel_core::observations::Observation;
 //! use seidel_core::tile::Tile;
-//! use seidel_core::{FitSettings, ImagePoint, Lens, Model, ObjectDistance, ObservationSet, fit};
+//! use seidel_core::{FitSettings, ImagePoint, Lens, Model, ObjectDistance, ObservationSet, fit, no_progress};
 //!
 //! // Gaussian PSFs at 9 x 5 positions, wider towards the corners.
 //! let frame = Frame::new(640, 360, None)?;
@@ -66,7 +66,7 @@
 //! assert!(set.faults().is_empty());
 //!
 //! let settings = FitSettings { model: Model::Moments, ..FitSettings::default() };
-//! let lens = Lens::new(fit(&[set], &settings)?.into_lens())?;
+//! let lens = Lens::new(fit(&[set], &settings, &no_progress)?.into_lens())?;
 //! let centre = lens.blur_at("Y", ImagePoint::new(320.0, 180.0), ObjectDistance::metres(3.0)?)?;
 //! assert!((centre.moments.mu20 - 2.0).abs() < 0.2); // px², less the area of a pixel
 //! # Ok(())

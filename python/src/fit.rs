@@ -79,9 +79,9 @@ pub(crate) fn fit(observations: &Bound<'_, PyAny>, args: &FitArgs, threads: u32)
         threads,
         progress: None,
     };
-    let fit = options.run(py, move |_| {
+    let fit = options.run(py, move |progress| {
         let sets: Vec<_> = named.into_iter().map(|named| named.set).collect();
-        Ok(seidel_core::fit(&sets, &settings)?)
+        Ok(seidel_core::fit(&sets, &settings, progress)?)
     })?;
     warn(py, fit.warnings())?;
     let mut profile = fit.into_lens();

@@ -74,7 +74,8 @@ fn recipe(kind: Kind, seed: u64) -> Recipe {
 /// Fits a case of `kind` and diagnoses it with `library`, without its answer.
 fn blind(kind: Kind, seed: u64, library: &[&str]) -> Diagnosis {
     let case = seidel_trial::draw(&recipe(kind, seed));
-    let fit = fit_pupil(&[case.design], &PupilSettings::default()).expect("a sound design");
+    let fit =
+        fit_pupil(&[case.design], &PupilSettings::default(), &no_progress).expect("a sound design");
     diagnosed(&fit.lens, &case.real, library)
 }
 
@@ -117,7 +118,11 @@ fn nothing_is_found_where_nothing_is_missing() {
 fn a_model_that_is_too_simple_is_to_blame() {
     let case = seidel_trial::draw(&recipe(Kind::Single("decentre"), 7003));
     // The lens is fitted to its decentred copy itself, by a symmetric model.
-    let fit = fit_pupil(std::slice::from_ref(&case.real), &PupilSettings::default());
+    let fit = fit_pupil(
+        std::slice::from_ref(&case.real),
+        &PupilSettings::default(),
+        &no_progress,
+    );
     let lens = fit.expect("a sound set").lens;
     let library = ["defocus_offset", "motion"];
     let found = diagnosed(&lens, &case.real, &library);

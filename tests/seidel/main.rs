@@ -32,6 +32,7 @@ mod lut;
 mod measure_lights;
 mod occlusion;
 mod pinholes;
+mod progress;
 mod psf_command;
 mod reference_tables;
 mod remove;

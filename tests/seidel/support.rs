@@ -34,7 +34,7 @@ pub(crate) fn seidel<S: Into<OsString> + Clone>(args: &[S]) -> Outcome {
         &mut seidel::Console {
             stdout: &mut stdout,
             stderr: &mut stderr,
-            show_progress: false,
+            progress: seidel::ProgressOutput::hidden(),
         },
     );
     Outcome {

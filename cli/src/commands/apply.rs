@@ -15,6 +15,7 @@ use seidel_core::{Edges, Expand, Quality, Settings};
 use super::plates::{Files, PlateCommandArgs, PlateReader, SettingsRecord, setting};
 use super::{CommandError, value_name};
 use crate::Console;
+use crate::progress::ProgressArgs;
 use background::BackgroundArgs;
 use frame::Job;
 use occlusion::OcclusionArgs;
@@ -130,6 +131,11 @@ impl From<ExpandChoice> for Expand {
 }
 
 impl ApplyArgs {
+    /// Returns the option about progress.
+    pub(super) fn progress(&self) -> ProgressArgs {
+        self.shared.run.progress
+    }
+
     /// Returns the settings of a render with these `edges` by name, without those of lens and plate.
     fn record(&self, edges: Edges) -> SettingsRecord {
         let edges = EdgeChoice::of_edges(edges);

@@ -33,6 +33,7 @@ use crate::demo::scene::{Scene, scene};
 use crate::pictures::comparison::{Crop, View, comparison};
 use crate::pictures::display::{DisplayTransform, LinearRgb};
 use crate::pictures::sheet::{SheetOptions, lens_sheet};
+use crate::progress::{ProgressArgs, ProgressOutput};
 use crate::report::{self, Subject};
 use crate::{Console, ProgressBar};
 
@@ -45,6 +46,8 @@ pub struct DemoArgs {
     /// Width of the plate in pixels; its height is 9/16 of it
     #[arg(long, default_value_t = 960, value_parser = clap::value_parser!(u32).range(64..=4096))]
     width: u32,
+    #[command(flatten)]
+    pub(super) progress: ProgressArgs,
 }
 
 /// The outputs, with their descriptions.
@@ -121,12 +124,20 @@ pub(super) fn run(
     let anamorphic = Lens::new(anamorphic_lens(width, height)?)?;
     clock.lap("measured PSFs");
     let bar = console.progress_bar("fitting, and drawing the plate");
+    // The fit takes longest, so it alone moves the bar.
+    let hidden = ProgressOutput::hidden().start("drawing the plate");
     // Much of the fit runs on one core.
     let (fitted, drawn) = rayon::join(
-        || fit_pupil(std::slice::from_ref(&measured), &PupilSettings::default()),
+        || {
+            fit_pupil(
+                std::slice::from_ref(&measured),
+                &PupilSettings::default(),
+                &|share| bar.show(share),
+            )
+        },
         || {
             let plate = scene(width as usize, height as usize);
-            let oval = blur(&plate, &anamorphic, Quality::Final, &bar)?;
+            let oval = blur(&plate, &anamorphic, Quality::Final, &hidden)?;
             Ok::<_, CommandError>((plate, oval))
         },
     );

@@ -18,6 +18,7 @@ use seidel_core::profile::{LensDescription, LensProfile};
 
 use super::{CommandError, short_name, thread_pool};
 use crate::Console;
+use crate::progress::ProgressArgs;
 use crate::report::{self, Subject};
 use output::OutputFolder;
 use pair::PairArgs;
@@ -59,6 +60,8 @@ pub struct DiagnoseArgs {
     /// Print report.json (self-test.json with --self-test) instead of a summary
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    pub(super) progress: ProgressArgs,
     /// Print the JSON schema of report.json and exit
     #[arg(long, exclusive = true)]
     schema: bool,

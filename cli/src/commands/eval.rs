@@ -14,6 +14,7 @@ use super::tile_moments::MomentArgs;
 use super::{CommandError, short_name, write_text};
 use crate::Console;
 use crate::pictures::shapes::shapes_picture;
+use crate::progress::ProgressArgs;
 use seidel_image_io::error::FileError;
 use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
@@ -57,6 +58,8 @@ pub struct EvalArgs {
     /// Print a JSON document instead of tables
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    pub(super) progress: ProgressArgs,
 }
 
 /// The format of printed tables.
@@ -88,7 +91,10 @@ pub(super) fn run(args: &EvalArgs, console: &mut Console) -> Result<(), CommandE
         ..EvalSettings::default()
     };
     let in_set = |e| FileError::from_core(&args.observations, e);
-    let evaluation = evaluate(&lens, &set, &image, &settings).map_err(in_set)?;
+    let bar = console.progress_bar("evaluating");
+    let evaluation = evaluate(&lens, &set, &image, &settings, &|share| bar.show(share));
+    drop(bar);
+    let evaluation = evaluation.map_err(in_set)?;
     if let Some(path) = &args.plot {
         let svg = report::plot(&evaluation)?;
         write_text(path, &svg)?;

@@ -17,6 +17,7 @@ use super::picture::read_image;
 use super::tile_moments::MomentArgs;
 use super::{CommandError, parse_point, short_name};
 use crate::Console;
+use crate::progress::ProgressArgs;
 use seidel_image_io::lens_profile;
 use seidel_image_io::observation_set::{self as manifest, ReadOptions};
 
@@ -56,6 +57,8 @@ pub struct FitArgs {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    pub(super) progress: ProgressArgs,
 }
 
 /// A lens model.
@@ -88,7 +91,11 @@ pub(super) fn run(args: &FitArgs, console: &mut Console) -> Result<(), CommandEr
         console.note(format!("left out {line}"));
     }
     args.choice.restrict(&mut sets)?;
-    let mut fit = fit::fit(&sets, &args.settings()?)?;
+    let settings = args.settings()?;
+    let bar = console.progress_bar("fitting");
+    let fitted = fit::fit(&sets, &settings, &|share| bar.show(share));
+    drop(bar);
+    let mut fit = fitted?;
     args.write(fit.lens_mut())?;
     match &fit {
         Fit::Moments(fit) if args.json => console.print(moments::report_json(fit, &skipped)),

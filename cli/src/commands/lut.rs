@@ -14,6 +14,7 @@ use seidel_colour::{Config, Processor};
 use super::CommandError;
 use super::plates::{ConfigArgs, RunArgs};
 use crate::Console;
+use crate::progress::ProgressArgs;
 
 /// Options of `seidel lut`.
 #[derive(Debug, Args)]
@@ -77,6 +78,13 @@ impl LutArgs {
         }
         let to = self.out_space.as_deref().unwrap_or_default();
         Ok(config.processor(from, to)?)
+    }
+}
+
+impl LutArgs {
+    /// Returns the option about progress.
+    pub(super) fn progress(&self) -> ProgressArgs {
+        self.run.progress
     }
 }
 

@@ -38,6 +38,7 @@ use seidel_core::distance::ObjectDistance;
 use seidel_core::field::ImagePoint;
 
 use crate::Console;
+use crate::progress::ProgressForm;
 use seidel_image_io::atomic::write_atomically;
 use seidel_image_io::error::FileError;
 use seidel_image_io::samples::Encoding;
@@ -94,6 +95,7 @@ impl Command {
     /// # Errors
     /// The reason why the command failed, as one message.
     pub fn run(self, command_line: &[OsString], console: &mut Console) -> Result<(), CommandError> {
+        console.set_progress_form(self.progress_form());
         match self {
             Self::Demo(args) => demo::run(&args, command_line, console),
             Self::Measure(command) => measure::run(&command, console),
@@ -111,6 +113,30 @@ impl Command {
             Self::Completions(args) => completions::run(&args, console),
             Self::Man(args) => man::run(&args, console),
         }
+    }
+
+    /// Returns the form of progress that the command line asks for.
+    fn progress_form(&self) -> ProgressForm {
+        let args = match self {
+            Self::Demo(args) => args.progress,
+            Self::Measure(command) => command.progress(),
+            Self::Fit(args) => args.progress,
+            Self::Eval(args) => args.progress,
+            Self::Apply(args) => args.progress(),
+            Self::Remove(args) => args.progress(),
+            Self::Relens(args) => args.progress(),
+            Self::Lut(args) => args.progress(),
+            Self::Diagnose(args) => args.progress,
+            Self::Psf(_)
+            | Self::View(_)
+            | Self::Lens(_)
+            | Self::Info(_)
+            | Self::Completions(_)
+            | Self::Man(_) => {
+                return ProgressForm::Auto;
+            }
+        };
+        args.form()
     }
 }
 

@@ -13,6 +13,7 @@ use super::CommandError;
 use super::plates::{Files, PlateCommandArgs, PlateReader};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
+use crate::progress::ProgressArgs;
 use frame::Job;
 
 /// Options of `seidel relens`.
@@ -28,6 +29,13 @@ pub struct RelensArgs {
     shared: PlateCommandArgs,
     #[command(flatten)]
     removal: RemovalArgs,
+}
+
+impl RelensArgs {
+    /// Returns the option about progress.
+    pub(super) fn progress(&self) -> ProgressArgs {
+        self.shared.run.progress
+    }
 }
 
 pub(super) fn run(

@@ -13,6 +13,7 @@ use super::CommandError;
 use super::plates::{Files, PlateCommandArgs, PlateReader};
 use super::removal::{Removal, RemovalArgs, Task};
 use crate::Console;
+use crate::progress::ProgressArgs;
 use frame::Job;
 use seidel_image_io::format::{Format, check_output_name};
 
@@ -88,6 +89,13 @@ impl RemoveArgs {
         let options = options.into_iter();
         let used = options.filter_map(|(option, file)| Some((option, file.as_deref()?)));
         used.collect()
+    }
+}
+
+impl RemoveArgs {
+    /// Returns the option about progress.
+    pub(super) fn progress(&self) -> ProgressArgs {
+        self.shared.run.progress
     }
 }
 

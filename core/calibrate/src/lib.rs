@@ -16,3 +16,4 @@ pub mod measure;
 mod reference_channel;
 pub mod registration;
 pub mod score;
+mod stage;

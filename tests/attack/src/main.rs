@@ -62,7 +62,7 @@ fn run_as_program(name: OsString, words: Vec<OsString>) -> ExitCode {
     let mut console = seidel::Console {
         stdout: &mut stdout,
         stderr: &mut stderr,
-        show_progress: false,
+        progress: seidel::ProgressOutput::hidden(),
     };
     let args = std::iter::once(name).chain(words);
     ExitCode::from(seidel::run(args, &mut console))

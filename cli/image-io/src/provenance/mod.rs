@@ -27,13 +27,14 @@ const PATH_SETTINGS: [&str; 1] = ["config"];
 
 /// Options that do not change the resulting files, and whether they take a value. They are left out of the provenance,
 /// so that the same image makes the same file.
-const RUN_OPTIONS: [(&str, bool); 6] = [
+const RUN_OPTIONS: [(&str, bool); 7] = [
     ("--frames", true),
     ("--threads", true),
     ("--memory", true),
     ("--skip-existing", false),
     ("--provenance", true),
     ("--no-provenance", false),
+    ("--progress", true),
 ];
 
 /// Paths in the provenance of a file.

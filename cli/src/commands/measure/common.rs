@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::progress::ProgressArgs;
 use clap::Args;
 use seidel_core::calibrate::fit::AxisChoice;
 use seidel_core::distance::ObjectDistance;
@@ -14,6 +15,8 @@ use crate::commands::{CommandError, EncodingChoice, parse_distance};
 /// Options about photographs, the set that is written, and the fit.
 #[derive(Debug, Args)]
 pub(super) struct CommonArgs {
+    #[command(flatten)]
+    pub(super) progress: ProgressArgs,
     /// Photographs of one camera and lens at one setting: DNG, 16-bit TIFF, PNG or PGM mosaics, FITS, linear OpenEXR or TIFF
     #[arg(required = true, value_name = "PHOTO")]
     pub(super) photographs: Vec<PathBuf>,

@@ -24,6 +24,7 @@ pub(super) fn fit_lens(
     args: &CommonArgs,
     set: &mut ObservationSet,
     white: f64,
+    console: &Console,
 ) -> Result<Fit, CommandError> {
     let model = if set.observations.len() >= MIN_EXTENDED {
         Model::Extended
@@ -41,7 +42,9 @@ pub(super) fn fit_lens(
             observation.gain = observation.gain.or(Some(white / TYPICAL_FULL_WELL));
         }
     }
-    let first = fit::fit(std::slice::from_ref(set), &settings)?;
+    let bar = console.progress_bar("fitting");
+    let first_half = |share: f64| bar.show(share / 2.0);
+    let first = fit::fit(std::slice::from_ref(set), &settings, &first_half)?;
     let gain = if stated.iter().all(Option::is_some) {
         None
     } else {
@@ -55,7 +58,8 @@ pub(super) fn fit_lens(
         axis: AxisChoice::At(first.lens().frame.axis()),
         ..settings
     };
-    let mut fit = fit::fit(std::slice::from_ref(set), &all)?;
+    let second_half = |share: f64| bar.show((1.0 + share) / 2.0);
+    let mut fit = fit::fit(std::slice::from_ref(set), &all, &second_half)?;
     for (observation, stated) in set.observations.iter_mut().zip(stated) {
         observation.gain = stated;
     }

@@ -24,7 +24,7 @@ use crate::pictures::light_sheet::light_sheet;
 #[derive(Debug, Args)]
 pub struct LightsArgs {
     #[command(flatten)]
-    common: CommonArgs,
+    pub(super) common: CommonArgs,
     /// Width and height of the tiles in pixels, or `auto` for as wide as the lights need
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = parse_tile)]
     tile: TileSize,
@@ -72,7 +72,7 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console) -> Result<(), Comman
     let fit = match &common.fit {
         Some(_) => {
             let white = f64::from(measured.photographs[0].white);
-            Some(fitted::fit_lens(common, &mut set, white)?)
+            Some(fitted::fit_lens(common, &mut set, white, console)?)
         }
         None => None,
     };

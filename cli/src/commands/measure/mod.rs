@@ -10,12 +10,22 @@ use clap::Subcommand;
 
 use super::CommandError;
 use crate::Console;
+use crate::progress::ProgressArgs;
 
 /// The kinds of photographs.
 #[derive(Debug, Subcommand)]
 pub enum MeasureCommand {
     /// Find point lights (pinholes, LEDs, stars) and cut a PSF tile around each
     Lights(Box<lights::LightsArgs>),
+}
+
+impl MeasureCommand {
+    /// Returns the option about progress.
+    pub(super) fn progress(&self) -> ProgressArgs {
+        match self {
+            Self::Lights(args) => args.common.progress,
+        }
+    }
 }
 
 pub(super) fn run(command: &MeasureCommand, console: &mut Console) -> Result<(), CommandError> {

@@ -1,16 +1,19 @@
 //! A run over a single plate or the frames of a sequence.
 
 use std::ffi::OsString;
+use std::path::Path;
 
 use clap::{Args, ValueEnum};
+use serde_json::json;
 
 use super::finished_frame::FinishedFrame;
 use super::frames::{Files, FrameFiles};
 use super::memory::{DEFAULT_MEMORY, parse_size};
 use super::queue::{FrameResult, FrameWork, Resources, run_pipeline};
 use super::resume::unfinished;
+use crate::Console;
 use crate::commands::{CommandError, parse_threads, thread_pool};
-use crate::{Console, ProgressBar};
+use crate::progress::{ProgressArgs, ProgressBar};
 use seidel_image_io::provenance::{Provenance, ProvenancePaths};
 use seidel_image_io::sequence::{FramePattern, expand_frames};
 
@@ -39,6 +42,8 @@ pub(crate) struct RunArgs {
     /// The same as --provenance none
     #[arg(long, conflicts_with = "provenance")]
     no_provenance: bool,
+    #[command(flatten)]
+    pub(crate) progress: ProgressArgs,
 }
 
 /// The provenance in the metadata of outputs.
@@ -176,6 +181,7 @@ impl Run {
             let frame = &self.frames[index];
             let report = || failed.extend(report_frame(frame, result, console));
             self.bar.suspend(report);
+            self.show_progress(index, 1.0);
         });
         self.bar.clear();
         match failed.len() {
@@ -202,6 +208,14 @@ fn report_frame(
     for warning in warnings {
         console.note(format!("{prefix}{warning}"));
     }
+    let outputs: Vec<_> = frame.outputs().map(Path::to_string_lossy).collect();
+    console.event(&match &result {
+        Ok(_) => json!({"event": "frame", "frame": frame.number, "written": outputs}),
+        Err(failed) => {
+            let error = failed.error.to_string();
+            json!({"event": "frame", "frame": frame.number, "error": error})
+        }
+    });
     match result {
         Ok(_) => {
             for path in frame.outputs() {

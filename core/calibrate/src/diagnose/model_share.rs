@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use seidel_optics::effects;
 use seidel_optics::error::{Error, ErrorKind, Result};
+use seidel_optics::no_progress;
 use seidel_optics::observations::ObservationSet;
 use seidel_optics::profile::{LensDescription, LensProfile, MAX_EXCESS_DESCRIBED, PupilChannel};
 use seidel_optics::psf::pupil::Detail;
@@ -96,7 +97,7 @@ impl ModelShare {
             model: PupilModel::Extended,
             ..PupilSettings::default()
         };
-        let Ok(fit) = fit_pupil(std::slice::from_ref(set), &settings) else {
+        let Ok(fit) = fit_pupil(std::slice::from_ref(set), &settings, &no_progress) else {
             return;
         };
         let Some(richer) = &fit.lens.held_out else {

@@ -33,6 +33,8 @@ use serde::{Serialize, Serializer};
 use crate::depth_json;
 use crate::measure::{MeasuredTile, measure};
 use crate::score::{ImageAutocorrelation, TestImage, prepare_tiles};
+use crate::stage::Stage;
+use seidel_optics::Progress;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
@@ -44,6 +46,11 @@ use seidel_optics::predict::Predictor;
 use seidel_optics::profile::LensProfile;
 use seidel_optics::psf::LocalBlur;
 use seidel_render::BlurField;
+
+/// Shares of the progress of a group at which its tiles are prepared, and at which Table 2 is computed where Figure 13
+/// follows.
+const PREPARED_SHARE: f64 = 0.1;
+const METHODS_SHARE: f64 = 0.3;
 
 /// Settings of [`evaluate`].
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -108,13 +115,16 @@ fn by_moment<S: Serializer>(
 ///
 /// # Errors
 /// Frames of different sizes; channels missing in the set or the lens; an unknown distance where the lens
-/// depends on it; settings that select no usable tile.
+/// depends on it; settings that select no usable tile; cancellation by `progress`.
 pub fn evaluate(
     lens: &LensProfile,
     set: &ObservationSet,
     z: &TestImage,
     settings: &EvalSettings,
+    progress: &Progress,
 ) -> Result<Evaluation> {
+    let whole = Stage::whole(progress, "evaluation");
+    whole.reach(0.0)?;
     one_frame(lens, set)?;
     let predictor = Predictor::new(lens)?;
     let channels = chosen_channels(lens, set, settings)?;
@@ -128,8 +138,11 @@ pub fn evaluate(
     let mut remarks = remarks::left_out(set, &rejected, &channels, &distances);
     let correlation = ImageAutocorrelation::new(z);
     let mut groups = Vec::new();
-    for &(in_set, in_lens) in &channels {
-        for &distance in &distances {
+    let count = channels.len() * distances.len();
+    for (k, &(in_set, in_lens)) in channels.iter().enumerate() {
+        for (d, &distance) in distances.iter().enumerate() {
+            let stage = whole.part_of(k * distances.len() + d, count);
+            stage.reach(0.0)?;
             let tiles: Vec<&MeasuredTile> = measured
                 .iter()
                 .filter(|t| t.channel == in_set && t.distance == distance)
@@ -151,7 +164,7 @@ pub fn evaluate(
                 set,
                 tiles: &tiles,
             };
-            groups.push(group.evaluate(&correlation, settings));
+            groups.push(group.evaluate(&correlation, settings, stage)?);
             remarks.extend(group.remarks(&place));
             if let Some(curve) = groups.last().and_then(|g| g.sparse.as_ref()) {
                 remarks.extend(remarks::sparse(&place, curve));
@@ -169,6 +182,7 @@ pub fn evaluate(
             ),
         ));
     }
+    whole.reach(1.0)?;
     Ok(Evaluation { groups, remarks })
 }
 
@@ -200,7 +214,8 @@ impl Group<'_> {
         &self,
         correlation: &ImageAutocorrelation,
         settings: &EvalSettings,
-    ) -> GroupEvaluation {
+        stage: Stage,
+    ) -> Result<GroupEvaluation> {
         let frame = &self.lens.predictor.frame();
         let first = self.tiles[0];
         let pairs: Vec<([f64; 7], [f64; 7])> = self
@@ -232,7 +247,18 @@ impl Group<'_> {
             .par_iter()
             .map(|tile| scorer.blurred_power(&tile.measured))
             .collect();
-        GroupEvaluation {
+        stage.reach(PREPARED_SHARE)?;
+        let methods = methods::score(&placed, &signal_powers, self.lens, &scorer);
+        let sparse = settings.sparse.as_ref().map(|sparse| {
+            let stage = stage.part(METHODS_SHARE, 1.0);
+            let group = sparse::GroupTiles {
+                measured: self.tiles,
+                tiles: &placed,
+                signal_powers: &signal_powers,
+            };
+            sparse::curve(frame, &group, &scorer, sparse, stage)
+        });
+        Ok(GroupEvaluation {
             channel: self.set.channels[first.channel].clone(),
             distance: first.distance,
             tiles: self.tiles.len(),
@@ -241,12 +267,10 @@ impl Group<'_> {
                 mu20().fold(f64::NEG_INFINITY, f64::max),
             ),
             explained,
-            methods: methods::score(&placed, &signal_powers, self.lens, &scorer),
-            sparse: settings.sparse.as_ref().map(|sparse| {
-                sparse::curve(frame, self.tiles, &placed, &signal_powers, &scorer, sparse)
-            }),
+            methods,
+            sparse: sparse.transpose()?,
             square_px,
-        }
+        })
     }
 
     fn remarks(&self, place: &str) -> Option<String> {

@@ -177,6 +177,7 @@ mod tests {
     use super::super::evaluate;
     use super::super::tests::{drawn, lens, picture, pupil_lens};
     use super::*;
+    use seidel_optics::no_progress;
     use seidel_optics::predict::predict_set;
 
     #[test]
@@ -249,7 +250,7 @@ mod tests {
         let mut one = set.clone();
         one.observations.retain(|o| o.file == rows[1].file);
         let alone = shapes(&lens, &one, &picture(), &settings).expect("sound");
-        let table = evaluate(&lens, &one, &picture(), &settings).expect("sound");
+        let table = evaluate(&lens, &one, &picture(), &settings, &no_progress).expect("sound");
         let ids = ["pupil-model", "skew-normal-model", "gaussian-model"];
         for (id, prediction) in ids.into_iter().zip(&alone[0].predictions) {
             let methods = &table.groups[0].methods;

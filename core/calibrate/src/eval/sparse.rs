@@ -4,6 +4,8 @@
 //! which no n reaches, are the test tiles. All n of a split share the test tiles, so their choice does not
 //! blur the curve.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
 use super::SplitMean;
@@ -12,6 +14,8 @@ use crate::measure::MeasuredTile;
 use crate::score::BlurScorer;
 use crate::score::PreparedTile;
 use crate::score::{render_kernel, with_pixel_integration};
+use crate::stage::Stage;
+use seidel_optics::error::Result;
 use seidel_optics::field::Frame;
 use seidel_optics::numeric::SplitMix64;
 use seidel_optics::psf::{Gaussian, LocalBlur, PsfModel, SkewNormal};
@@ -69,15 +73,30 @@ pub struct SparsePoint {
     pub skew_normal: Option<SplitMean>,
 }
 
-/// Computes the curve of one group. `measured`, `placed` and `signal_powers` (V(P)) have the same order.
+/// The tiles of a group, all lists in the same order.
+pub(super) struct GroupTiles<'a> {
+    pub(super) measured: &'a [&'a MeasuredTile],
+    pub(super) tiles: &'a [PreparedTile],
+    /// V(P) of every tile.
+    pub(super) signal_powers: &'a [f64],
+}
+
+/// Computes the curve of one group.
+///
+/// # Errors
+/// Cancellation in `stage`.
 pub(super) fn curve(
     frame: &Frame,
-    measured: &[&MeasuredTile],
-    placed: &[PreparedTile],
-    signal_powers: &[f64],
+    group: &GroupTiles,
     scorer: &BlurScorer,
     settings: &SparseSettings,
-) -> SparseCurve {
+    stage: Stage,
+) -> Result<SparseCurve> {
+    let GroupTiles {
+        measured,
+        tiles: placed,
+        signal_powers,
+    } = *group;
     let tiles = measured.len();
     let mut counts: Vec<usize> = settings
         .counts
@@ -91,36 +110,39 @@ pub(super) fn curve(
     let test_tiles = settings.test_tiles.min(tiles - largest);
     let splits = if test_tiles == 0 { 0 } else { settings.splits };
     // By split, then by count: mean dB of the two models, or `None` if undetermined.
-    let scores: Vec<Vec<Option<[f64; 2]>>> = (0..splits)
-        .into_par_iter()
-        .map(|split| {
-            let order = split_order(settings.seed, split, tiles);
-            let tested = &order[tiles - test_tiles..];
-            counts
-                .iter()
-                .map(|&n| {
-                    let training: Vec<&MeasuredTile> =
-                        order[..n].iter().map(|&k| measured[k]).collect();
-                    let s = fit_plane(frame, &training, settings.weighting).ok()?.s;
-                    let models: [&dyn PsfModel; 2] = [&Gaussian, &SkewNormal];
-                    Some(models.map(|model| {
-                        let total: f64 = tested
-                            .iter()
-                            .map(|&k| {
-                                let field = placed[k].field;
-                                let of_lens =
-                                    LocalBlur::from_moments(s.moments(field), field.meridian());
-                                let blur = with_pixel_integration(of_lens);
-                                let kernel = render_kernel(model, &blur, &placed[k], scorer.side());
-                                placed[k].snr_db(scorer, signal_powers[k], &kernel)
-                            })
-                            .sum();
-                        total / test_tiles as f64
-                    }))
-                })
-                .collect()
-        })
-        .collect();
+    let done = AtomicUsize::new(0);
+    let scores = (0..splits).into_par_iter().map(|split| {
+        stage
+            .part_of(done.fetch_add(1, Ordering::Relaxed), splits)
+            .reach(0.0)?;
+        let order = split_order(settings.seed, split, tiles);
+        let tested = &order[tiles - test_tiles..];
+        let scores = counts
+            .iter()
+            .map(|&n| {
+                let training: Vec<&MeasuredTile> =
+                    order[..n].iter().map(|&k| measured[k]).collect();
+                let s = fit_plane(frame, &training, settings.weighting).ok()?.s;
+                let models: [&dyn PsfModel; 2] = [&Gaussian, &SkewNormal];
+                Some(models.map(|model| {
+                    let total: f64 = tested
+                        .iter()
+                        .map(|&k| {
+                            let field = placed[k].field;
+                            let of_lens =
+                                LocalBlur::from_moments(s.moments(field), field.meridian());
+                            let blur = with_pixel_integration(of_lens);
+                            let kernel = render_kernel(model, &blur, &placed[k], scorer.side());
+                            placed[k].snr_db(scorer, signal_powers[k], &kernel)
+                        })
+                        .sum();
+                    total / test_tiles as f64
+                }))
+            })
+            .collect();
+        Ok(scores)
+    });
+    let scores: Vec<Vec<Option<[f64; 2]>>> = scores.collect::<Result<_>>()?;
     let points = counts
         .iter()
         .enumerate()
@@ -140,11 +162,11 @@ pub(super) fn curve(
             }
         })
         .collect();
-    SparseCurve {
+    Ok(SparseCurve {
         points,
         splits,
         test_tiles,
-    }
+    })
 }
 
 /// Returns the permutation of the tiles in split number `split`.
@@ -166,6 +188,7 @@ mod tests {
     use crate::score::{TestImage, prepare_tiles};
     use seidel_optics::field::FieldPoint;
     use seidel_optics::moments::support::Support;
+    use seidel_optics::no_progress;
 
     #[test]
     fn no_tile_is_scored_that_was_trained_on() {
@@ -199,14 +222,13 @@ mod tests {
             .iter()
             .map(|t| scorer.blurred_power(&t.measured))
             .collect();
-        let curve = curve(
-            &lens.frame,
-            &measured,
-            &placed,
-            &signal_powers,
-            &scorer,
-            &settings,
-        );
+        let group = GroupTiles {
+            measured: &measured,
+            tiles: &placed,
+            signal_powers: &signal_powers,
+        };
+        let stage = Stage::whole(&no_progress, "evaluation");
+        let curve = curve(&lens.frame, &group, &scorer, &settings, stage).expect("not cancelled");
         // 33 of 40 is more than 80 %.
         let counts: Vec<usize> = curve.points.iter().map(|p| p.training).collect();
         assert_eq!((counts, curve.test_tiles), (vec![5, 20, 32], tested));
@@ -246,14 +268,13 @@ mod tests {
             splits: 3,
             ..SparseSettings::default()
         };
-        let curve = curve(
-            &lens.frame,
-            &measured,
-            &placed,
-            &signal_powers,
-            &scorer,
-            &settings,
-        );
+        let group = GroupTiles {
+            measured: &measured,
+            tiles: &placed,
+            signal_powers: &signal_powers,
+        };
+        let stage = Stage::whole(&no_progress, "evaluation");
+        let curve = curve(&lens.frame, &group, &scorer, &settings, stage).expect("not cancelled");
         assert_eq!(curve.points[0].undetermined, 3);
         assert_eq!(curve.points[0].skew_normal, None);
     }

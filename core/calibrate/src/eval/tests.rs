@@ -4,6 +4,7 @@ use super::*;
 use seidel_optics::camera::Camera;
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::lens::{MomentCoefficients, VergenceSeries};
+use seidel_optics::no_progress;
 use seidel_optics::observations::Observation;
 use seidel_optics::predict::predict_set;
 use seidel_optics::profile::{
@@ -87,7 +88,7 @@ fn a_lens_explains_what_it_drew() {
         }),
         ..EvalSettings::default()
     };
-    let got = evaluate(&lens, &drawn(&lens), &picture(), &settings).expect("sound");
+    let got = evaluate(&lens, &drawn(&lens), &picture(), &settings, &no_progress).expect("sound");
     assert_eq!(got.groups.len(), 1);
     let group = &got.groups[0];
     assert_eq!((group.tiles, group.square_px), (40, 41 + 16));
@@ -140,7 +141,14 @@ fn pupil_lenses_are_also_scored_by_the_pupil_model() {
     let (lens, moments) = (pupil_lens(), lens());
     let predictor = Predictor::new(&lens).expect("sound");
     let set = predict_set(&predictor, &drawn(&moments), &Pupil).expect("drawable");
-    let got = evaluate(&lens, &set, &picture(), &EvalSettings::default()).expect("sound");
+    let got = evaluate(
+        &lens,
+        &set,
+        &picture(),
+        &EvalSettings::default(),
+        &no_progress,
+    )
+    .expect("sound");
     let group = &got.groups[0];
     for (m, explained) in group.explained.iter().enumerate() {
         assert!(explained.full.expect("varies") > 98.0, "{m}: {explained:?}");
@@ -153,6 +161,7 @@ fn pupil_lenses_are_also_scored_by_the_pupil_model() {
         &drawn(&moments),
         &picture(),
         &EvalSettings::default(),
+        &no_progress,
     );
     let methods = plain.expect("sound").groups[0].methods.clone();
     assert!(methods.iter().all(|m| m.id != "pupil-model"));
@@ -170,8 +179,11 @@ fn results_are_reproducible() {
         }),
         ..EvalSettings::default()
     };
-    let once = evaluate(&lens, &set, &picture(), &settings);
-    assert_eq!(once, evaluate(&lens, &set, &picture(), &settings));
+    let once = evaluate(&lens, &set, &picture(), &settings, &no_progress);
+    assert_eq!(
+        once,
+        evaluate(&lens, &set, &picture(), &settings, &no_progress)
+    );
 }
 
 #[test]
@@ -179,7 +191,14 @@ fn excluded_tiles_are_reported() {
     let lens = lens();
     let mut set = drawn(&lens);
     set.observations[3].saturated = true;
-    let got = evaluate(&lens, &set, &picture(), &EvalSettings::default()).expect("sound");
+    let got = evaluate(
+        &lens,
+        &set,
+        &picture(),
+        &EvalSettings::default(),
+        &no_progress,
+    )
+    .expect("sound");
     assert_eq!(got.groups[0].tiles, 39);
     assert!(
         got.remarks
@@ -195,7 +214,14 @@ fn noise_masks_tiles_and_takes_the_margin_away() {
     for observation in &mut set.observations {
         observation.noise_sigma[0] = Some(1e-4);
     }
-    let got = evaluate(&lens, &set, &picture(), &EvalSettings::default()).expect("sound");
+    let got = evaluate(
+        &lens,
+        &set,
+        &picture(),
+        &EvalSettings::default(),
+        &no_progress,
+    )
+    .expect("sound");
     assert_eq!(got.groups[0].square_px, 41);
 }
 
@@ -205,24 +231,24 @@ fn incompatible_sets_are_rejected() {
     let set = drawn(&lens);
     let mut other = set.clone();
     other.channels[0] = "R".into();
-    assert!(evaluate(&lens, &other, &z, &settings).is_err());
+    assert!(evaluate(&lens, &other, &z, &settings, &no_progress).is_err());
     let mut other = set.clone();
     other.frame = Frame::new(500, 300, None).expect("valid");
-    assert!(evaluate(&lens, &other, &z, &settings).is_err());
+    assert!(evaluate(&lens, &other, &z, &settings, &no_progress).is_err());
     let elsewhere = EvalSettings {
         distances: vec![ObjectDistance::Infinity],
         ..EvalSettings::default()
     };
-    assert!(evaluate(&lens, &set, &z, &elsewhere).is_err());
+    assert!(evaluate(&lens, &set, &z, &elsewhere, &no_progress).is_err());
     let unknown = EvalSettings {
         channels: vec!["B".into()],
         ..EvalSettings::default()
     };
-    assert!(evaluate(&lens, &set, &z, &unknown).is_err());
+    assert!(evaluate(&lens, &set, &z, &unknown, &no_progress).is_err());
     // With one plane the distance does not matter.
     let mut other = set.clone();
     for observation in &mut other.observations {
         observation.distance = ObjectDistance::Unknown;
     }
-    assert!(evaluate(&lens, &other, &z, &settings).is_ok());
+    assert!(evaluate(&lens, &other, &z, &settings, &no_progress).is_ok());
 }

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::measure::Rejection;
 use crate::score::TestImage;
+use seidel_optics::Progress;
 use seidel_optics::error::Result;
 use seidel_optics::moments::support::Support;
 use seidel_optics::observations::ObservationSet;
@@ -100,7 +101,7 @@ impl Fit {
 ///
 /// # Errors
 /// As [`fit_moments`] for [`Model::Moments`], and as [`fit_pupil`] for the other models.
-pub fn fit(sets: &[ObservationSet], settings: &FitSettings) -> Result<Fit> {
+pub fn fit(sets: &[ObservationSet], settings: &FitSettings, progress: &Progress) -> Result<Fit> {
     let model = match settings.model {
         Model::Moments => {
             let settings = MomentsSettings {
@@ -108,7 +109,7 @@ pub fn fit(sets: &[ObservationSet], settings: &FitSettings) -> Result<Fit> {
                 axis: settings.axis,
                 support: settings.support,
             };
-            return fit_moments(sets, &settings).map(Fit::Moments);
+            return fit_moments(sets, &settings, progress).map(Fit::Moments);
         }
         Model::Reduced => PupilModel::Reduced,
         Model::Extended => PupilModel::Extended,
@@ -122,5 +123,5 @@ pub fn fit(sets: &[ObservationSet], settings: &FitSettings) -> Result<Fit> {
         law_only: settings.law_only,
         test_image: settings.test_image.clone(),
     };
-    fit_pupil(sets, &settings).map(Fit::Pupil)
+    fit_pupil(sets, &settings, progress).map(Fit::Pupil)
 }

@@ -22,8 +22,10 @@ mod warnings;
 use rayon::prelude::*;
 
 use crate::measure::{MeasuredTile, Rejection, measure};
+use crate::stage::Stage;
 use axis::AxisEstimate;
 use plane::{PlaneFit, fit_plane};
+use seidel_optics::Progress;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::{Frame, ImagePoint};
@@ -99,8 +101,15 @@ pub struct PlaneReport {
 ///
 /// # Errors
 /// Sets that differ in frame, channels or axis; known and unknown distances mixed; fewer than three usable
-/// tiles in a channel at a distance; positions that do not determine S1..S10, such as a single field radius.
-pub fn fit_moments(sets: &[ObservationSet], settings: &MomentsSettings) -> Result<MomentsFit> {
+/// tiles in a channel at a distance; positions that do not determine S1..S10, such as a single field radius;
+/// cancellation by `progress`.
+pub fn fit_moments(
+    sets: &[ObservationSet],
+    settings: &MomentsSettings,
+    progress: &Progress,
+) -> Result<MomentsFit> {
+    let whole = Stage::whole(progress, "fit");
+    whole.reach(0.0)?;
     let first = check_same_camera(sets)?;
     let start = match settings.axis {
         AxisChoice::At(axis) => first.frame.with_axis(axis)?,
@@ -109,12 +118,14 @@ pub fn fit_moments(sets: &[ObservationSet], settings: &MomentsSettings) -> Resul
     let mut rejected = Vec::new();
     let tiles = measure(sets, settings.support, &mut rejected);
     let groups = group_tiles(sets, &tiles)?;
+    whole.reach(0.3)?;
     let (frame, axis) = if settings.axis == AxisChoice::Free {
         let found = axis::find_axis(&start, &group_slices(&groups), settings.weighting)?;
         (start.with_axis(found.axis)?, Some(found))
     } else {
         (start, None)
     };
+    whole.reach(0.6)?;
     let fits: Vec<PlaneFit> = groups
         .par_iter()
         .map(|group| {
@@ -126,6 +137,7 @@ pub fn fit_moments(sets: &[ObservationSet], settings: &MomentsSettings) -> Resul
             })
         })
         .collect::<Result<_>>()?;
+    whole.reach(1.0)?;
     Ok(assemble(
         sets, settings, frame, axis, &groups, &fits, rejected,
     ))

@@ -3,6 +3,7 @@
 use super::*;
 use seidel_optics::lens::{MomentCoefficients, ReducedNumbers};
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
+use seidel_optics::no_progress;
 use seidel_optics::observations::Observation;
 use seidel_optics::psf::{LocalBlur, MirroredPair, PsfModel, SampleGrid};
 use seidel_optics::tile::Tile;
@@ -77,7 +78,7 @@ fn a_synthetic_lens_is_recovered_with_either_weighting() {
             weighting,
             ..MomentsSettings::default()
         };
-        let fit = fit_moments(std::slice::from_ref(&set), &settings).expect("fits");
+        let fit = fit_moments(std::slice::from_ref(&set), &settings, &no_progress).expect("fits");
         let plane = &fit.lens.moments_channels()[0].planes[0];
         assert_close(&plane.s, 1e-3);
         let moved = plane.displacement.expect("ideal positions are known");
@@ -100,7 +101,7 @@ fn the_axis_is_found_when_free() {
         axis: AxisChoice::Free,
         ..MomentsSettings::default()
     };
-    let fit = fit_moments(&[set], &settings).expect("fits");
+    let fit = fit_moments(&[set], &settings, &no_progress).expect("fits");
     let found = fit.axis.expect("asked for");
     assert!(found.converged, "{found:?}");
     assert!((found.axis.x_px - 462.0).abs() < 0.5, "{found:?}");
@@ -115,7 +116,7 @@ fn outliers_and_saturated_tiles_are_rejected_and_named() {
     let mut samples = tile.samples().to_vec();
     samples[200] += 0.3;
     set.observations[9].tiles[0] = Tile::new(61, 61, samples).expect("valid");
-    let fit = fit_moments(&[set], &MomentsSettings::default()).expect("fits");
+    let fit = fit_moments(&[set], &MomentsSettings::default(), &no_progress).expect("fits");
     let named: Vec<usize> = fit.rejected.iter().map(|r| r.observation).collect();
     assert_eq!(named, [5, 9]);
     assert!(fit.rejected[0].reason.contains("saturated"));
@@ -129,23 +130,28 @@ fn incompatible_sets_are_rejected() {
     let near = planted(centre, ObjectDistance::Metres(2.0));
     let mut other = planted(centre, ObjectDistance::Metres(4.0));
     other.channels = vec!["R".into()];
-    let error = fit_moments(&[near.clone(), other], &MomentsSettings::default())
-        .expect_err("channels differ");
+    let error = fit_moments(
+        &[near.clone(), other],
+        &MomentsSettings::default(),
+        &no_progress,
+    )
+    .expect_err("channels differ");
     assert!(error.place.contains("channels"), "{error}");
     let mut mixed = near.clone();
     mixed.observations[3].distance = ObjectDistance::Unknown;
-    let error = fit_moments(&[mixed], &MomentsSettings::default()).expect_err("mixed distances");
+    let error = fit_moments(&[mixed], &MomentsSettings::default(), &no_progress)
+        .expect_err("mixed distances");
     assert!(error.place.contains("depth_m"), "{error}");
     let mut few = near;
     few.observations.truncate(2);
-    assert!(fit_moments(&[few], &MomentsSettings::default()).is_err());
-    assert!(fit_moments(&[], &MomentsSettings::default()).is_err());
+    assert!(fit_moments(&[few], &MomentsSettings::default(), &no_progress).is_err());
+    assert!(fit_moments(&[], &MomentsSettings::default(), &no_progress).is_err());
 }
 
 #[test]
 fn a_single_distance_gives_a_depth_warning() {
     let set = planted(ImagePoint::new(450.0, 300.0), ObjectDistance::Metres(2.0));
-    let fit = fit_moments(&[set], &MomentsSettings::default()).expect("fits");
+    let fit = fit_moments(&[set], &MomentsSettings::default(), &no_progress).expect("fits");
     assert!(
         fit.warnings
             .iter()

@@ -59,7 +59,7 @@ impl Attack for Lists {
         let mut console = seidel::Console {
             stdout: &mut stdout,
             stderr: &mut stderr,
-            show_progress: false,
+            progress: seidel::ProgressOutput::hidden(),
         };
         let status = seidel::run(words, &mut console);
         let message = String::from_utf8_lossy(&stderr).into_owned();

@@ -240,6 +240,9 @@ struct BlindDiagnosis {
     diagnosis: Diagnosis,
 }
 
+/// Share of the progress of a diagnosis taken by the fit of its lens.
+const FIT_SHARE: f64 = 0.3;
+
 /// Fits a lens of the given `model` to the simulated `design` and diagnoses it against `real`.
 fn fit_and_diagnose(
     design: &ObservationSet,
@@ -255,8 +258,10 @@ fn fit_and_diagnose(
         },
         ..PupilSettings::default()
     };
-    let lens = fit_pupil(std::slice::from_ref(design), &settings)?.lens;
-    let diagnosis = checked_diagnosis(&lens, real, library, progress)?;
+    let fitting = |share: f64| progress(FIT_SHARE * share);
+    let lens = fit_pupil(std::slice::from_ref(design), &settings, &fitting)?.lens;
+    let diagnosing = |share: f64| progress(FIT_SHARE + (1.0 - FIT_SHARE) * share);
+    let diagnosis = checked_diagnosis(&lens, real, library, &diagnosing)?;
     Ok(BlindDiagnosis { lens, diagnosis })
 }
 

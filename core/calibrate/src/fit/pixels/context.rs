@@ -9,6 +9,7 @@ use super::{PupilSettings, Support, no_initial_estimate};
 use crate::fit::initial::{InitialEstimate, initial_estimates};
 use crate::least_squares::{Minimum, Stop};
 use crate::measure::MeasuredTile;
+use crate::stage::Stage;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame};
 use seidel_optics::lens::{VergencePoint, VergenceSeries};
@@ -28,6 +29,9 @@ const INITIAL_BLUR_PX2: f64 = 0.1;
 const MAX_TRIES: usize = 6;
 /// Tiles per channel for that check.
 const CHECK_TILES: usize = 60;
+/// Shares of the reduced fit's progress at which the trials of estimates and these checks end.
+const TRIALS_SHARE: f64 = 0.5;
+const CHECKS_SHARE: f64 = 0.7;
 /// Chi squared per degree of freedom below which only noise is left.
 const NOISE_LIMITED_CHI2: f64 = 1.02;
 /// Chi squared per degree of freedom above which model error dominates over noise.
@@ -187,7 +191,10 @@ impl<'a> FitContext<'a> {
     ///
     /// Tries several initial estimates on few tiles. Where the noise is known, it stops at the first fit
     /// whose chi squared is consistent with noise.
-    pub(super) fn fit_reduced(&self) -> Result<(FittedLens, Vec<Vec<f64>>)> {
+    ///
+    /// # Errors
+    /// A channel without an initial estimate, and cancellation in `stage`.
+    pub(super) fn fit_reduced(&self, stage: Stage) -> Result<(FittedLens, Vec<Vec<f64>>)> {
         let layout = self.reduced_layout();
         let mut theta = vec![0.0; layout.parameters.len()];
         layout.set_constant_in_all(&mut theta, Quantity::Blur, INITIAL_BLUR_PX2);
@@ -213,7 +220,11 @@ impl<'a> FitContext<'a> {
             let mut ranked: Vec<(f64, Vec<f64>)> = Vec::new();
             let mut fit_reduced = initial_estimates(&self.frame, &measured, MAX_ESTIMATES);
             fit_reduced.extend(defocus_only_estimates(&measured));
-            for start in fit_reduced {
+            let trials = stage.part(0.0, TRIALS_SHARE);
+            let trials = trials.part_of(channel, self.channel_names().len());
+            let count = fit_reduced.len();
+            for (k, start) in fit_reduced.into_iter().enumerate() {
+                trials.part_of(k, count).reach(0.0)?;
                 let mut trial = theta.clone();
                 layout.set_initial(&mut trial, channel, &start);
                 let minimum = self.descend(&layout, &few, &trial, misfit_settings, QUICK);
@@ -244,7 +255,13 @@ impl<'a> FitContext<'a> {
         let mut best: Option<PixelPoint> = None;
         // Known noise tells a global from a local minimum.
         let few = subsample(&self.all(), CHECK_TILES * self.channel_names().len());
-        for trial in tries.iter().take(if noisy { MAX_TRIES } else { 0 }) {
+        let checks = stage.part(TRIALS_SHARE, CHECKS_SHARE);
+        for (k, trial) in tries
+            .iter()
+            .enumerate()
+            .take(if noisy { MAX_TRIES } else { 0 })
+        {
+            checks.part_of(k, MAX_TRIES).reach(0.0)?;
             let found = self.descend(&layout, &few, trial, pixels, THOROUGH).point;
             let misfit = found.mean_log_misfit();
             if best.as_ref().is_none_or(|b| misfit < b.mean_log_misfit()) {
@@ -254,6 +271,7 @@ impl<'a> FitContext<'a> {
                 break;
             }
         }
+        stage.reach(CHECKS_SHARE)?;
         tries.dedup();
         let Some(best) = best else {
             let fit = self.refine(&layout, tries[0].clone(), Metric::NaturalSpectrum);

@@ -11,6 +11,7 @@ use super::tile_equations::{FitTile, MisfitSettings};
 use super::vergence_law::{self, Refit};
 use crate::fit::holdout;
 use crate::least_squares::Stop;
+use crate::stage::Stage;
 use seidel_optics::error::Result;
 use seidel_optics::psf::pupil::Detail;
 
@@ -30,6 +31,12 @@ const BLUR_WORTH: f64 = 0.01;
 const SPOILT: f64 = 0.1;
 /// Decrease of the mean log misfit of all tiles that a part must reach.
 const MIN_GAIN: f64 = 0.04;
+/// Shares of the progress of an extended fit at which its steps end, and the share of the rest that each search for a part
+/// takes.
+const PLANES_SHARE: f64 = 0.1;
+const LAW_SHARE: f64 = 0.25;
+const PARTS_SHARE: f64 = 0.8;
+const ROUND_SHARE: f64 = 0.6;
 /// Decrease of it after which all parts are tried again.
 const LARGE_GAIN: f64 = 0.5;
 /// Mean log misfit of a reduced lens above which two planes of symmetry are tried first: squared errors of 1 %.
@@ -50,7 +57,9 @@ pub(super) fn extend(
     context: &FitContext,
     fit: FittedLens,
     estimates: &[Vec<f64>],
+    stage: Stage,
 ) -> Result<Extended> {
+    stage.reach(0.0)?;
     let split = Split::new(context);
     let mut fit = fit;
     if split.misfit(context, &fit) > POOR_MISFIT
@@ -58,13 +67,16 @@ pub(super) fn extend(
     {
         fit = context.refine_between(&tried.layout, tried.theta, fit.metric);
     }
+    stage.reach(PLANES_SHARE)?;
     fit = vergence_law::choose(
         context,
         with_higher_order(context, fit),
         &vergence_law::EXTENDED_LAWS,
         Refit::Short,
+        stage.part(PLANES_SHARE, LAW_SHARE),
     )?;
-    fit = split.add_parts(context, fit)?;
+    fit = split.add_parts(context, fit, stage.part(LAW_SHARE, PARTS_SHARE))?;
+    stage.reach(PARTS_SHARE)?;
     fit = split.without_needless_blur(context, fit);
     fit = context.refine_strictly(fit);
     let too_many = PARTS
@@ -230,9 +242,21 @@ impl<'a> Split<'a> {
     }
 
     /// Adds the part that improves held-out zones most, until none is worth its parameters.
-    fn add_parts(&self, context: &FitContext, mut fit: FittedLens) -> Result<FittedLens> {
+    fn add_parts(
+        &self,
+        context: &FitContext,
+        mut fit: FittedLens,
+        stage: Stage,
+    ) -> Result<FittedLens> {
+        // The number of parts to come is unknown: each takes a share of what is left.
+        let mut done = 0.0;
+        let mut next = || {
+            let from = done;
+            done += ROUND_SHARE * (1.0 - done);
+            stage.part(from, done)
+        };
         let mut open: Vec<&'static Part> = PARTS.to_vec();
-        while let Some(tried) = self.best(context, &fit, &mut open) {
+        while let Some(tried) = self.best(context, &fit, &mut open, next())? {
             let last = tried.last;
             let extended = context.refine_between(&tried.layout, tried.theta, fit.metric);
             let gain = all_misfit(context, &fit) - all_misfit(context, &extended);
@@ -247,8 +271,8 @@ impl<'a> Split<'a> {
             }
             fit = extended;
             if !last.shared {
-                fit =
-                    vergence_law::choose(context, fit, &vergence_law::EXTENDED_LAWS, Refit::Short)?;
+                let laws = &vergence_law::EXTENDED_LAWS;
+                fit = vergence_law::choose(context, fit, laws, Refit::Short, next())?;
             }
         }
         Ok(fit)
@@ -317,26 +341,32 @@ impl<'a> Split<'a> {
         context: &FitContext,
         fit: &FittedLens,
         open: &mut Vec<&'static Part>,
-    ) -> Option<Tried> {
+        stage: Stage,
+    ) -> Result<Option<Tried>> {
         // Fitted like the parts, without the held-out zones.
         let settings = Self::settings(fit);
         let plain = context.descend(&fit.layout, &self.fitted, &fit.theta, settings, BETWEEN);
         let before = self.missed(context, &fit.layout, &plain.point.theta, settings);
         let mut best: Option<Tried> = None;
-        open.retain(|part| {
+        let tried_parts = std::mem::take(open);
+        for (k, part) in tried_parts.iter().copied().enumerate() {
+            stage.part_of(k, tried_parts.len()).reach(0.0)?;
             if part.is_in(&fit.layout.structure) {
-                return false;
+                continue;
             }
             let Some(tried) = self.trial(context, fit, part) else {
-                return true;
+                open.push(part);
+                continue;
             };
             let spoils = tried.missed > before + SPOILT;
             let least = best.as_ref().map_or(before - part.worth, |b| b.missed);
             if tried.missed < least.min(before - part.worth) {
                 best = Some(tried);
             }
-            !spoils
-        });
-        best
+            if !spoils {
+                open.push(part);
+            }
+        }
+        Ok(best)
     }
 }

@@ -37,8 +37,10 @@ pub use report::{ChannelReport, PupilFit};
 use super::{AxisChoice, axis, check_same_camera, holdout, plane};
 use crate::measure::{MeasuredTile, Rejection, measure};
 use crate::score::TestImage;
+use crate::stage::Stage;
 use context::FitContext;
 use extended::Extended;
+use seidel_optics::Progress;
 use seidel_optics::effects::{self, Effect};
 use seidel_optics::error::{Error, Result};
 use seidel_optics::field::FieldPoint;
@@ -83,12 +85,60 @@ pub enum PupilModel {
 const MAX_REDUCED_GAP: f64 = 1e-3;
 const MIN_GAIN_DB: f64 = 1.0;
 
+/// Ends of the stages of [`Stages`] but the last, as shares of the fit's progress, by model.
+const REDUCED_STAGES: [f64; 4] = [0.6, 0.8, 1.0, 1.0];
+const EXTENDED_STAGES: [f64; 4] = [0.25, 0.35, 0.35, 0.95];
+const AUTO_STAGES: [f64; 4] = [0.25, 0.35, 0.4, 0.95];
+
 /// Fits a lens described by its pupil to one or more observation sets of one camera.
 ///
 /// # Errors
 /// Sets that differ in frame, channels or axis; known and unknown distances mixed; channels with too few
-/// usable tiles for an initial estimate.
-pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<PupilFit> {
+/// usable tiles for an initial estimate; cancellation by `progress`.
+pub fn fit_pupil(
+    sets: &[ObservationSet],
+    settings: &PupilSettings,
+    progress: &Progress,
+) -> Result<PupilFit> {
+    let whole = Stage::whole(progress, "fit");
+    let fit = fit_in_stages(sets, settings, Stages::of(whole, settings.model))?;
+    whole.reach(1.0)?;
+    Ok(fit)
+}
+
+/// The stages of a fit, by their share of its time on sets of about a hundred PSFs in three channels.
+struct Stages<'a> {
+    reduced: Stage<'a>,
+    reduced_law: Stage<'a>,
+    reduced_scored: Stage<'a>,
+    extended: Stage<'a>,
+    extended_scored: Stage<'a>,
+}
+
+impl<'a> Stages<'a> {
+    fn of(whole: Stage<'a>, model: PupilModel) -> Self {
+        let ends = match model {
+            PupilModel::Reduced => REDUCED_STAGES,
+            PupilModel::Extended => EXTENDED_STAGES,
+            PupilModel::Auto => AUTO_STAGES,
+        };
+        let [a, b, c, d] = ends;
+        Self {
+            reduced: whole.part(0.0, a),
+            reduced_law: whole.part(a, b),
+            reduced_scored: whole.part(b, c),
+            extended: whole.part(c, d),
+            extended_scored: whole.part(d, 1.0),
+        }
+    }
+}
+
+fn fit_in_stages(
+    sets: &[ObservationSet],
+    settings: &PupilSettings,
+    stages: Stages,
+) -> Result<PupilFit> {
+    stages.reduced.reach(0.0)?;
     let first = check_same_camera(sets)?;
     let mut frame = match settings.axis {
         AxisChoice::At(axis) => first.frame.with_axis(axis)?,
@@ -108,23 +158,29 @@ pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<Pu
     }
     let held_out = held_out_tiles(sets, &measured, &frame, settings);
     let mut context = FitContext::new(sets, settings, frame, &measured, held_out);
-    let (mut fit, estimates) = context.fit_reduced()?;
+    let (mut fit, estimates) = context.fit_reduced(stages.reduced)?;
     fit = vergence_law::choose(
         &context,
         fit,
         &vergence_law::REDUCED_LAWS,
         vergence_law::Refit::Full,
+        stages.reduced_law,
     )?;
     let mut held_back = Vec::new();
     if settings.model == PupilModel::Extended {
-        let extended = extended::extend(&context, fit, &estimates)?;
+        let extended = extended::extend(&context, fit, &estimates, stages.extended)?;
         (fit, held_back) = (extended.fit, extended.held_back);
     }
     if settings.axis == AxisChoice::Free {
         fit = context.free_axis(fit);
         context.move_frame_to_axis(&mut fit)?;
     }
-    let mut reduced = finish(&context, fit.clone(), &rejected)?;
+    let scored = if settings.model == PupilModel::Extended {
+        stages.extended_scored
+    } else {
+        stages.reduced_scored
+    };
+    let mut reduced = finish(&context, fit.clone(), &rejected, scored)?;
     reduced.warnings.extend(held_back);
     let short = |f: &PupilFit| {
         (f.lens.held_out.as_ref())
@@ -135,13 +191,14 @@ pub fn fit_pupil(sets: &[ObservationSet], settings: &PupilSettings) -> Result<Pu
         check_squeeze(sets, &reduced.lens)?;
         return Ok(reduced);
     };
-    let Extended { mut fit, held_back } = extended::extend(&context, fit, &estimates)?;
+    let Extended { mut fit, held_back } =
+        extended::extend(&context, fit, &estimates, stages.extended)?;
     if settings.axis == AxisChoice::Free {
         // The parts may have moved it, or begun from estimates without it.
         fit = context.free_axis(fit);
         context.move_frame_to_axis(&mut fit)?;
     }
-    let mut extended = finish(&context, fit, &rejected)?;
+    let mut extended = finish(&context, fit, &rejected, stages.extended_scored)?;
     let gained = extended
         .lens
         .held_out
@@ -199,13 +256,16 @@ fn finish(
     context: &FitContext,
     fit: context::FittedLens,
     rejected: &[Rejection],
+    stage: Stage,
 ) -> Result<PupilFit> {
+    stage.reach(0.0)?;
     let errors = covariance::CovarianceEstimate::of(context, &fit);
     let remainders = if context.settings.law_only {
         Vec::new()
     } else {
-        vergence_law::remainders(context, &fit)
+        vergence_law::remainders(context, &fit, stage.part(0.1, 0.9))?
     };
+    stage.reach(0.9)?;
     report::assemble(context, fit, &errors, &remainders, rejected.to_vec())
 }
 

@@ -12,6 +12,7 @@ use super::parameters::{ModelStructure, ParameterLayout, PolynomialSpec, Quantit
 use super::tile_equations::{Buffers, FitTile, MisfitSettings};
 use crate::fit::holdout;
 use crate::least_squares::Stop;
+use crate::stage::Stage;
 use seidel_optics::error::Result;
 use seidel_optics::psf::pupil::Detail;
 
@@ -93,13 +94,16 @@ pub(super) fn choose(
     fit: FittedLens,
     laws: &[PolynomialDegrees],
     refit: Refit,
+    stage: Stage,
 ) -> Result<FittedLens> {
     let inner = match &context.vergences[..] {
         [_, inner @ .., _] => inner,
         _ => &[],
     };
     let mut best: Option<(f64, ModelStructure)> = None;
-    for law in laws {
+    for (k, law) in laws.iter().enumerate() {
+        let law_stage = stage.part_of(k, laws.len() + 1);
+        law_stage.reach(0.0)?;
         // At least one more distance than coefficients is needed.
         if law.numbers.max(law.effects) + 3 > context.vergences.len() && law.numbers > 0 {
             continue;
@@ -110,7 +114,7 @@ pub(super) fn choose(
             break;
         }
         let layout = context.layout(structure.clone());
-        let missed = cross_validation_score(context, &fit, &layout, inner);
+        let missed = cross_validation_score(context, &fit, &layout, inner, law_stage)?;
         if best
             .as_ref()
             .is_none_or(|(least, _)| missed < least - WORTH)
@@ -118,6 +122,7 @@ pub(super) fn choose(
             best = Some((missed, structure));
         }
     }
+    stage.part_of(laws.len(), laws.len() + 1).reach(0.0)?;
     let Some((_, structure)) = best else {
         return Ok(fit);
     };
@@ -138,7 +143,8 @@ fn cross_validation_score(
     fit: &FittedLens,
     layout: &ParameterLayout,
     inner: &[f64],
-) -> f64 {
+    stage: Stage,
+) -> Result<f64> {
     let few = subsample(&context.all(), TRIAL_TILES);
     let theta = layout.transfer(&fit.layout, &fit.theta);
     let misfit_settings = MisfitSettings {
@@ -147,7 +153,8 @@ fn cross_validation_score(
         tolerance: LENIENT_TOLERANCE,
     };
     let (mut sum, mut count) = (0.0, 0);
-    for &left_out in inner {
+    for (k, &left_out) in inner.iter().enumerate() {
+        stage.part_of(k, inner.len()).reach(0.0)?;
         let (out, kept): (Vec<&FitTile>, Vec<&FitTile>) =
             few.iter().copied().partition(|t| t.vergence == left_out);
         let found = context.descend(layout, &kept, &theta, misfit_settings, TRIAL);
@@ -156,7 +163,7 @@ fn cross_validation_score(
             count += 1;
         }
     }
-    sum / f64::from(count.max(1))
+    Ok(sum / f64::from(count.max(1)))
 }
 
 /// Returns the misfits of tiles that did not take part, with flux and centroid as measured, or as estimated where the
@@ -190,15 +197,21 @@ pub(super) struct Remainder {
 
 /// Fits a residual correction per channel and distance. A correction is zero unless it lowers the misfit of
 /// held-out field zones.
-pub(super) fn remainders(context: &FitContext, fit: &FittedLens) -> Vec<Remainder> {
+pub(super) fn remainders(
+    context: &FitContext,
+    fit: &FittedLens,
+    stage: Stage,
+) -> Result<Vec<Remainder>> {
     if context.vergences.len() < 2 {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let all = context.all();
     let places: Vec<_> = all.iter().map(|t| t.at).collect();
     let back = holdout::held_out_mask(&context.frame, &places);
     let mut found = Vec::new();
-    for (channel, vergence) in groups(context) {
+    let groups = groups(context);
+    for (k, (channel, vergence)) in groups.iter().copied().enumerate() {
+        stage.part_of(k, groups.len()).reach(0.0)?;
         let of = |wanted: &dyn Fn(bool) -> bool| -> Vec<&FitTile> {
             let pairs = all.iter().zip(&back);
             pairs
@@ -237,7 +250,7 @@ pub(super) fn remainders(context: &FitContext, fit: &FittedLens) -> Vec<Remainde
     if found.iter().all(|r| r.value == 0.0) {
         found.clear();
     }
-    found
+    Ok(found)
 }
 
 /// Returns the channels and vergences with tiles.

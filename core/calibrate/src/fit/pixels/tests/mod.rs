@@ -8,6 +8,7 @@ use seidel_optics::camera::Camera;
 use seidel_optics::distance::ObjectDistance;
 use seidel_optics::field::{Frame, ImagePoint};
 use seidel_optics::lens::VergenceSeries;
+use seidel_optics::no_progress;
 use seidel_optics::numeric::SplitMix64;
 use seidel_optics::observations::Observation;
 use seidel_optics::profile::PupilChannel;
@@ -134,7 +135,7 @@ fn scores(lenses: u64) -> Vec<(&'static str, f64)> {
             let mut random = SplitMix64::new(1000 + seed);
             let truth = planted(&mut random);
             let set = observed(&truth, 14, 60.0, &mut random);
-            let fit = fit_pupil(&[set], &all_psfs()).expect("a fit");
+            let fit = fit_pupil(&[set], &all_psfs(), &no_progress).expect("a fit");
             assert_eq!(fit.metric, Metric::Pixels, "seed {seed}");
             let found = numbers(&fit.lens.pupil_channels()[0]);
             let pairs = found.into_iter().zip(numbers(&truth));
@@ -179,7 +180,7 @@ fn a_noise_free_lens_is_recovered() {
     let mut random = SplitMix64::new(5);
     let truth = planted(&mut random);
     let set = observed(&truth, 20, 0.0, &mut random);
-    let fit = fit_pupil(&[set], &PupilSettings::default()).expect("a fit");
+    let fit = fit_pupil(&[set], &PupilSettings::default(), &no_progress).expect("a fit");
     let held_out = fit.lens.held_out.as_ref().expect("PSFs were held out");
     assert!(held_out.snr_db > 55.0, "{}", held_out.snr_db);
     assert!(held_out.tiles > 5 && held_out.pixel_gap < 1e-4);
@@ -198,6 +199,6 @@ fn too_few_tiles_are_rejected_by_channel() {
     let lens = planted(&mut random);
     let mut set = observed(&lens, 1, 0.0, &mut random);
     set.observations.truncate(1);
-    let problem = fit_pupil(&[set], &PupilSettings::default()).expect_err("one tile");
+    let problem = fit_pupil(&[set], &PupilSettings::default(), &no_progress).expect_err("one tile");
     assert!(problem.to_string().contains("channel Y"), "{problem}");
 }

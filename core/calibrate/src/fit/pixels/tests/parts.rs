@@ -3,6 +3,7 @@
 
 use super::*;
 use seidel_optics::effects::{self, Effect};
+use seidel_optics::no_progress;
 use seidel_optics::profile::{FieldPattern, ProfileEffect, Verdict};
 
 /// Places per distance.
@@ -29,7 +30,7 @@ fn fitted(set: &ObservationSet, model: PupilModel) -> PupilFit {
         support: Support::AllPixels,
         ..PupilSettings::default()
     };
-    fit_pupil(std::slice::from_ref(set), &settings).expect("a sound set")
+    fit_pupil(std::slice::from_ref(set), &settings, &no_progress).expect("a sound set")
 }
 
 /// Returns the value at a middle distance of a parameter that the fit found.
@@ -151,7 +152,8 @@ fn a_symmetric_lens_gains_no_plane_or_decentre() {
 fn squeeze_of_a_symmetric_lens_is_rejected() {
     let mut set = observe(&planted(&mut SplitMix64::new(14)));
     set.camera.squeeze = Some(2.0);
-    let problem = fit_pupil(&[set], &PupilSettings::default()).expect_err("no squeeze");
+    let problem =
+        fit_pupil(&[set], &PupilSettings::default(), &no_progress).expect_err("no squeeze");
     assert!(problem.to_string().contains("camera.squeeze"), "{problem}");
 }
 
@@ -178,7 +180,7 @@ fn a_free_axis_is_kept_when_parts_are_added() {
         support: Support::AllPixels,
         ..PupilSettings::default()
     };
-    let fit = fit_pupil(&[set], &settings).expect("a sound set");
+    let fit = fit_pupil(&[set], &settings, &no_progress).expect("a sound set");
     assert!(
         found(&fit, "higher_order", 0).is_some(),
         "{:?}",
