@@ -88,6 +88,7 @@
 #![forbid(unsafe_code)]
 
 mod apply;
+mod blur_map;
 mod channel_weights;
 mod diagnose;
 mod expansion;
@@ -146,7 +147,7 @@ pub use seidel_optics::observations::ObservationSet;
 pub use seidel_optics::profile::{Controls, LensProfile};
 pub use seidel_optics::{Progress, no_progress};
 pub use seidel_render::remove::Saturation;
-pub use seidel_render::{DepthConvention, Displacement, FocusControls};
+pub use seidel_render::{BlurMap, DepthConvention, Displacement, FocusControls};
 pub use session::LensSession;
 pub use settings::{
     ChannelScale, Edges, Expand, Grain, OcclusionSettings, Quality, RemovalSettings, Settings,

@@ -416,7 +416,7 @@ impl PreparedPlate {
     }
 
     /// Weights of the lens channels on a plane seen by all colours.
-    fn mean_colour_weights(&self) -> Vec<f64> {
+    pub(crate) fn mean_colour_weights(&self) -> Vec<f64> {
         let colours = &self.weights[..self.colour_count()];
         let channels = colours.first().map_or(0, Vec::len);
         let count = colours.len() as f64;

@@ -40,6 +40,7 @@ mod remove_lens_check;
 mod residual;
 mod self_test;
 mod sequences;
+mod show;
 mod support;
 mod verbose;
 mod view;

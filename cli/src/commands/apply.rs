@@ -4,6 +4,7 @@ mod background;
 mod frame;
 mod occlusion;
 mod residual;
+mod show;
 mod verbose;
 
 use std::ffi::OsString;
@@ -19,6 +20,7 @@ use crate::progress::ProgressArgs;
 use background::BackgroundArgs;
 use frame::Job;
 use occlusion::OcclusionArgs;
+use show::ShowChoice;
 
 /// Options of `seidel apply`.
 #[derive(Debug, Args)]
@@ -46,6 +48,9 @@ pub struct ApplyArgs {
     /// It is added where IN was not changed, which restores the original plate there. OUT has the pixels of that plate.
     #[arg(long, help_heading = "Input", value_name = "FILE")]
     residual: Option<PathBuf>,
+    /// Picture of the blur by depth, instead of the plate
+    #[arg(long, value_enum, help_heading = "Output", value_name = "PICTURE", conflicts_with_all = ["residual", "verbose"])]
+    show: Option<ShowChoice>,
     /// Report the method and the accuracy of every render; takes longer
     ///
     /// Accuracy is the PSNR in dB of the plate's peak against the exact renderer, at 64 pixels spread over the plate.
@@ -197,7 +202,12 @@ pub(super) fn run(
         written: Vec::new(),
         lenses: vec![("Lens", &args.lens)],
     };
-    let run = (args.shared.run).begin("blurring", &files, command_line, console)?;
+    let task = if args.show.is_some() {
+        "drawing"
+    } else {
+        "blurring"
+    };
+    let run = (args.shared.run).begin(task, &files, command_line, console)?;
     reader.check_animation(&run)?;
     let job = Job {
         args,

@@ -110,6 +110,10 @@ const HELPS: &[Help] = &[
                 "apply --lens lens.json cg.exr -o blurred.exr --focus-distance 2.5 --f-number f/2",
             ),
             example(
+                "The circles of confusion of a plate, before it is blurred",
+                "apply --lens lens.json cg.exr -o coc.png --show coc",
+            ),
+            example(
                 "A sequence with its depth in other files, in centimetres",
                 "apply --lens lens.json cg.%04d.exr --depth z.%04d.exr:Z --depth-unit cm -o out.%04d.exr --frames 1001-1100",
             ),
@@ -127,8 +131,8 @@ const HELPS: &[Help] = &[
             "out-space",
             "output",
             "quality",
+            "show",
             "frames",
-            "threads",
             "skip-existing",
         ],
     },

@@ -55,7 +55,10 @@ pub use depth::{
 pub use edge_replication::EdgeReplicatingRenderer;
 pub use gather::{Gather, KernelStore, LayerContext, Operator, Quality};
 pub use non_square_pixel_lens::{MAX_PIXEL_ASPECT, NonSquarePixelLens};
-pub use occlusion::{Background, HIDDEN_REACH_PX, Holdout, LayeredRenderer, Occlusion};
+pub use occlusion::{
+    Background, BlurMap, DepthSlice, FocusSide, HIDDEN_REACH_PX, Holdout, LayeredRenderer,
+    Occlusion,
+};
 pub(crate) use occlusion::{DepthLayers, LayerSpacing};
 pub use plate_map::PlateMap;
 pub(crate) use scatter::kernel_reach;

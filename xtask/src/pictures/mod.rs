@@ -8,6 +8,7 @@ mod panels;
 mod programs;
 mod remove;
 mod samples;
+mod show;
 
 use std::path::Path;
 
@@ -19,7 +20,7 @@ pub(crate) const USAGE: &str = "cargo xtask pictures [--programs FOLDER] [NAME..
 type Draw = fn(&Programs) -> Result<(), String>;
 
 /// The pictures by the names that the command line takes.
-const PICTURES: [(&str, Draw); 8] = [
+const PICTURES: [(&str, Draw); 9] = [
     ("before-after", |p| demo_file(p, "before-after.png")),
     ("sheet", |p| demo_file(p, "sheet.png")),
     ("lenses", |p| demo_file(p, "lenses.png")),
@@ -27,6 +28,7 @@ const PICTURES: [(&str, Draw); 8] = [
     ("hosts", hosts::draw),
     ("remove", remove::draw),
     ("depth-edges", depth_edges::draw),
+    ("show", show::draw),
     ("evaluation", evaluation::draw),
 ];
 

@@ -7,11 +7,11 @@ use seidel_core::{Edges, Rendering, apply_bytes};
 
 use super::background::BackgroundSource;
 use super::occlusion::HoldoutSource;
-use super::{ApplyArgs, EdgeChoice, ExpandChoice, QualityChoice, residual, verbose};
-use crate::commands::CommandError;
+use super::{ApplyArgs, EdgeChoice, ExpandChoice, QualityChoice, residual, show, verbose};
 use crate::commands::plates::{
-    FinishedFrame, FrameFiles, FrameWork, LoadedPlate, PlateReader, Run, SettingsRecord,
+    FinishedFrame, FrameFiles, FrameWork, LoadedPlate, PlateReader, Run, SettingsRecord, setting,
 };
+use crate::commands::{CommandError, value_name};
 use seidel_image_io::error::FileError;
 use seidel_image_io::residual::Residual;
 
@@ -59,7 +59,10 @@ impl Job<'_> {
     /// Returns the settings of the frame by name.
     fn record(&self, loaded: &LoadedPlate) -> Result<SettingsRecord, CommandError> {
         let mut record = self.reader.record(&loaded.lens, &loaded.plate)?;
-        record.extend(self.args.record(loaded.prepared.edges()));
+        match self.args.show {
+            Some(choice) => record.push(setting("show", value_name(choice))),
+            None => record.extend(self.args.record(loaded.prepared.edges())),
+        }
         Ok(record)
     }
 
@@ -116,6 +119,12 @@ impl FrameWork for Job<'_> {
         let frame = &self.run.frames()[index];
         let inputs = self.inputs(frame);
         let mut loaded = self.reader.read(frame, index)?;
+        if self.args.show.is_some() {
+            return Ok(LoadedFrame {
+                loaded,
+                residual: None,
+            });
+        }
         if let Some(matte) = inputs.matte {
             let geometry = self.reader.geometry(&loaded.plate)?;
             let meaning = self.reader.depth_meaning;
@@ -163,7 +172,13 @@ impl FrameWork for Job<'_> {
         } = frame;
         let mut plate = loaded.plate.clone();
         let mut warnings = std::mem::take(&mut loaded.warnings);
-        if loaded.is_neutral() {
+        if let Some(choice) = self.args.show {
+            let shown = show::draw(choice, &loaded)?;
+            if index == 0 {
+                warnings.extend(shown.legend);
+            }
+            loaded.put_planes(&mut plate, shown.planes)?;
+        } else if loaded.is_neutral() {
             loaded.put_unchanged(&mut plate)?;
             if self.args.verbose {
                 warnings.push("not rendered: at --amount 0 the plate stays as it is".into());

@@ -7,6 +7,7 @@
 //! between both sides (`mixed_pixels`).
 
 mod background;
+mod blur_map;
 mod cell_pyramid;
 mod composite;
 mod cut_lights;
@@ -21,6 +22,7 @@ mod mixed_pixels;
 mod tests;
 
 pub use background::Background;
+pub use blur_map::{BlurMap, DepthSlice, FocusSide};
 pub(crate) use depth_layers::{DepthLayers, LayerSpacing};
 pub use disocclusion::HIDDEN_REACH_PX;
 

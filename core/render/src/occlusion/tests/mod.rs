@@ -1,5 +1,6 @@
 //! Occlusion in small scenes with known results.
 
+mod blur_map;
 mod range;
 
 use super::depth_layers::STEP_SHARE;
