@@ -194,11 +194,54 @@ fn a_run_does_not_resume_what_another_run_made() {
     let text = fs::read_to_string(&lens).expect("readable");
     fs::write(&lens, format!("{text}\n")).expect("writable");
     again("", 5, "out.0001.exr was made with lens.json sha256:");
-    // Formats that do not say what made them count as finished, with a note.
-    let run = RUN.replace("out.%04d.exr", "out.%04d.png");
-    succeeds(folder, &run);
-    let outcome = succeeds(folder, &format!("{run} --skip-existing"));
-    let note = "5 of them do not say what made them";
-    assert!(outcome.stderr.contains(note), "{}", outcome.stderr);
-    assert_eq!(outcome.stdout.matches("wrote").count(), 0);
+}
+
+#[test]
+fn every_format_says_what_made_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_test_files(folder);
+    for extension in ["png", "tif", "dpx", "hdr"] {
+        let run = RUN.replace("out.%04d.exr", &format!("out.%04d.{extension}"));
+        succeeds(folder, &run);
+        let skipped = format!("{run} --skip-existing");
+        let written = |options: &str| {
+            let outcome = succeeds(folder, &format!("{skipped} {options}"));
+            (outcome.stdout.matches("wrote").count(), outcome.stderr)
+        };
+        let (count, notes) = written("");
+        assert_eq!(count, 0, "{extension}: {notes}");
+        assert!(
+            notes.contains("5 of 5 frames are finished and kept"),
+            "{extension}: {notes}"
+        );
+        let (count, notes) = written("--amount 0.5");
+        assert_eq!(count, 5, "{extension}: {notes}");
+        assert!(
+            notes.contains("was made with other options"),
+            "{extension}: {notes}"
+        );
+        // A file without provenance may be of anything.
+        succeeds(folder, &format!("{run} --provenance none"));
+        let (count, notes) = written("");
+        assert_eq!(count, 5, "{extension}: {notes}");
+        assert!(
+            notes.contains("does not say what made it"),
+            "{extension}: {notes}"
+        );
+    }
+    // Without provenance only the names are known.
+    for option in ["--provenance none", "--no-provenance"] {
+        let run = RUN.replace("out.%04d.exr", "out.%04d.png");
+        let outcome = succeeds(
+            folder,
+            &format!("{run} --amount 0.7 --skip-existing {option}"),
+        );
+        assert_eq!(outcome.stdout.matches("wrote").count(), 0, "{option}");
+        assert!(
+            outcome.stderr.contains("by their names alone"),
+            "{}",
+            outcome.stderr
+        );
+    }
 }

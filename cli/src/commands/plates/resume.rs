@@ -8,15 +8,12 @@ use super::frames::FrameFiles;
 use crate::Console;
 use seidel_image_io::description::Description;
 use seidel_image_io::error::FileError;
-use seidel_image_io::format::Format;
 use seidel_image_io::provenance::Provenance;
 
 /// The outputs of a frame before a run.
 enum FrameState {
     /// They are those of this run.
     Finished,
-    /// They exist, in a format that does not say what made them.
-    Unknown,
     /// One is missing.
     Missing,
     /// One is not of this run, for this reason.
@@ -25,7 +22,7 @@ enum FrameState {
 
 /// Returns the frames of `all` that are to be processed: those without finished outputs. Prints notes about the others.
 ///
-/// Outputs are finished if they have the `provenance` of the run. A run without provenance keeps all images.
+/// Outputs are finished if they have the `provenance` of the run, in any format. A run without provenance keeps all images.
 pub(super) fn unfinished(
     all: Vec<FrameFiles>,
     provenance: Option<&Provenance>,
@@ -38,14 +35,9 @@ pub(super) fn unfinished(
         .map(|frame| (state(&frame, provenance), frame));
     let states: Vec<(FrameState, FrameFiles)> = states.collect();
     let (mut frames, mut others) = (Vec::new(), Vec::new());
-    let mut unknown = 0;
     for (state, frame) in states {
         match state {
             FrameState::Finished => continue,
-            FrameState::Unknown => {
-                unknown += 1;
-                continue;
-            }
             FrameState::Missing => {}
             FrameState::Other(reason) => others.push(reason),
         }
@@ -54,11 +46,11 @@ pub(super) fn unfinished(
     if frames.len() < count {
         let kept = count - frames.len();
         console.note(format!("{kept} of {count} frames are finished and kept"));
-    }
-    if unknown > 0 {
-        console.note(format!(
-            "{unknown} of them do not say what made them; leave out --skip-existing to render them again"
-        ));
+        if provenance.is_none() {
+            console.note(
+                "they are known by their names alone, whatever made them: --provenance none leaves out what --skip-existing compares",
+            );
+        }
     }
     if let Some(first) = others.first() {
         console.note(format!(
@@ -73,27 +65,22 @@ fn state(frame: &FrameFiles, provenance: Option<&Provenance>) -> FrameState {
     if !frame.outputs().all(Path::exists) {
         return FrameState::Missing;
     }
-    let mut state = FrameState::Unknown;
     for (index, path) in frame.outputs().enumerate() {
-        let reason = match (read_texts(path), provenance) {
+        let reason = match read_texts(path) {
             // Outputs are whole if they exist, because files are written whole or not at all: but other programs write
             // too.
-            (Err(_), _) => Some("is no image that can be read".to_owned()),
-            (Ok(Some(texts)), Some(provenance)) => match index {
-                0 => {
-                    state = FrameState::Finished;
-                    difference(&texts, frame.number, provenance)
-                }
-                // Maps beside OUT say nothing.
-                _ => None,
-            },
-            _ => None,
+            Err(_) => Some("is no image that can be read".to_owned()),
+            // Maps beside OUT say nothing.
+            Ok(texts) if index == 0 => {
+                provenance.and_then(|provenance| difference(&texts, frame.number, provenance))
+            }
+            Ok(_) => None,
         };
         if let Some(reason) = reason {
             return FrameState::Other(format!("{} {reason}", path.display()));
         }
     }
-    state
+    FrameState::Finished
 }
 
 /// Returns how a file with these `texts` differs from what a run makes of `frame`.
@@ -116,13 +103,9 @@ fn difference(
     }
 }
 
-/// Returns the provenance of an image file. Only that of OpenEXR files can be read without their pixels; others are only
-/// recognised.
-fn read_texts(path: &Path) -> Result<Option<Vec<(String, String)>>, FileError> {
-    if Format::from_path(path) != Some(Format::Exr) {
-        return seidel_image_io::format::detect(path).map(|_| None);
-    }
+/// Returns the provenance of an image file. That of OpenEXR files is read without their pixels.
+fn read_texts(path: &Path) -> Result<Vec<(String, String)>, FileError> {
     let description = Description::read(path)?;
     let parts = description.parts.into_iter();
-    Ok(Some(parts.flat_map(|part| part.provenance).collect()))
+    Ok(parts.flat_map(|part| part.provenance).collect())
 }

@@ -30,10 +30,10 @@ pub(crate) struct RunArgs {
     /// Memory for the frames in flight, such as 500M or 4G; one frame is always in flight
     #[arg(long, value_name = "SIZE", default_value = DEFAULT_MEMORY, value_parser = parse_size)]
     memory: u64,
-    /// Keep outputs that a run with the same lens and options made, to go on where it stopped; otherwise OUT is overwritten
+    /// Keep outputs of the same lens and options; otherwise OUT is overwritten
     ///
-    /// Options and lens are known by the provenance in OpenEXR files. Files of other formats do not say what made them,
-    /// and are kept with a note.
+    /// Options and lens are known by the provenance that outputs of every format hold. Files that do not say what made them are
+    /// rendered again, with a note. With --provenance none every image of the name is kept, with a note.
     #[arg(long)]
     skip_existing: bool,
     /// Version, command, lens and settings in the metadata of OUT, where `seidel info` shows them
