@@ -118,6 +118,7 @@ fn negative_numbers_are_refused_for_what_they_are() {
         assert_ne!(outcome.status, 0, "{option}");
         assert!(!outcome.stderr.contains("-- -3"), "{}", outcome.stderr);
         assert!(outcome.stderr.contains("-3"), "{}", outcome.stderr);
+        assert!(!outcome.stderr.contains("null"), "{}", outcome.stderr);
     }
 }
 

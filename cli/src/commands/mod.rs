@@ -236,7 +236,9 @@ impl From<EncodingChoice> for Encoding {
 /// Parses metres, or `inf`.
 fn parse_distance(text: &str) -> Result<ObjectDistance, String> {
     let metres: f64 = text.parse().map_err(|_| "give metres, or inf".to_owned())?;
-    ObjectDistance::metres(metres).map_err(|e| format!("{}; {}", e.problem, e.remedy))
+    // `null` is infinity in JSON.
+    ObjectDistance::metres(metres)
+        .map_err(|e| format!("{}; {}", e.problem, e.remedy.replace("null", "inf")))
 }
 
 /// Parses `X,Y` in frame pixels.

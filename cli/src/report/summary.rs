@@ -11,7 +11,10 @@ use super::words::{closed_between, gap, percent, title};
 pub fn summary(d: &Diagnosis, subject: &Subject) -> Vec<String> {
     let added = match d.added.as_slice() {
         [] => "nothing".to_owned(),
-        ids => ids.join(", "),
+        ids => {
+            let named = ids.iter().map(|id| format!("{} ({id})", title(id)));
+            named.collect::<Vec<_>>().join(", ")
+        }
     };
     let mut lines = vec![
         format!("verdict: {}", d.verdict.id()),
@@ -91,7 +94,8 @@ mod tests {
                 "{text}"
             );
             for id in &d.added {
-                assert!(text.contains(&format!("added: {id}")), "{text}");
+                let named = format!("added: {} ({id})", title(id));
+                assert!(text.contains(&named), "{text}");
             }
         }
     }

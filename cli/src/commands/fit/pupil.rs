@@ -1,5 +1,6 @@
 //! Reports of `--model reduced` and `--model extended`.
 
+use seidel_core::calibrate::diagnose::cause_words;
 use seidel_core::calibrate::fit::PupilFit;
 use seidel_core::calibrate::fit::pixels::{Correlation, Metric};
 use seidel_core::profile::{Adequacy, HeldOut};
@@ -46,7 +47,10 @@ pub(super) fn report_text(fit: &PupilFit, args: &FitArgs, console: &mut Console)
             let values: Vec<f64> = fitted.values.iter().map(|v| v.at(vergence)).collect();
             let amount = fitted.effect.amount(&values);
             let amount = amount.map_or_else(String::new, |amount| format!(" ({amount})"));
-            console.print(format!("with `{id}`: {summary}{amount}"));
+            let name = cause_words(id).map_or(id, |words| words.title);
+            // The summary opens with a sentence that says the same as the name.
+            let appearance = summary.split_once(": ").map_or(summary, |(_, rest)| rest);
+            console.print(format!("with {name} ({id}): {appearance}{amount}"));
         }
     }
     if let Some(held_out) = &fit.lens.held_out {

@@ -5,6 +5,7 @@
 //! one is worth its parameters.
 
 use super::context::{BETWEEN, FitContext, FittedLens, LENIENT_TOLERANCE, QUICK, subsample};
+use super::named;
 use super::parameters::{ParameterLayout, Quantity};
 use super::parts::{DOUBLE_PLANE, HIGHER_ORDER, PARTS, Part};
 use super::tile_equations::{FitTile, MisfitSettings};
@@ -84,8 +85,8 @@ pub(super) fn extend(
         .filter(|part| !part.is_determined_by(context.tiles.len()));
     let held_back = too_many.map(|part| {
         format!(
-            "`{}` was not tried: its {} parameters need {} tiles, over the whole field, and there are {}",
-            part.effect.id(),
+            "{}: not tried, because the {} parameters need {} tiles, over the whole field, and there are {}",
+            named(part.effect.id()),
             part.free(),
             part.least_tiles(),
             context.tiles.len()

@@ -35,6 +35,7 @@ pub use parameters::{ModelStructure, PolynomialSpec, Quantity};
 pub use report::{ChannelReport, PupilFit};
 
 use super::{AxisChoice, axis, check_same_camera, holdout, plane};
+use crate::diagnose::cause_words;
 use crate::measure::{MeasuredTile, Rejection, measure};
 use crate::score::TestImage;
 use crate::stage::Stage;
@@ -212,7 +213,11 @@ fn fit_in_stages(
     extended.warnings.push(format!(
         "the reduced model leaves a held-out pixel gap of {:.4}: {} were added, which raise the held-out forward-blur SNR by {gained:.1} dB",
         before.pixel_gap,
-        effect_names(&extended.lens).join(", ")
+        effect_names(&extended.lens)
+            .into_iter()
+            .map(named)
+            .collect::<Vec<_>>()
+            .join(", ")
     ));
     extended.warnings.extend(held_back);
     Ok(extended)
@@ -241,6 +246,11 @@ fn check_squeeze(sets: &[ObservationSet], lens: &LensProfile) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Returns the plain name of an effect with its identifier.
+fn named(id: &str) -> String {
+    cause_words(id).map_or_else(|| id.to_owned(), |words| format!("{} ({id})", words.title))
 }
 
 /// Returns the identifiers of the effects of `lens`.

@@ -141,7 +141,11 @@ impl fmt::Display for DepthProblem {
                 f,
                 "has only {levels} levels, as an 8-bit pass does, and surfaces show them as steps: so will the blur"
             ),
-            Self::Constant { value } => write!(f, "is {value} in every pixel that has a depth"),
+            Self::Constant { value } => write!(
+                f,
+                "is constant: {} in every pixel that has a depth",
+                significant(value)
+            ),
             Self::Empty { share } => write!(
                 f,
                 "is nearly empty: only {:.3} % of pixels have a distance",
@@ -149,6 +153,11 @@ impl fmt::Display for DepthProblem {
             ),
         }
     }
+}
+
+/// Returns `value` with as many digits as a float sample holds.
+fn significant(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 impl fmt::Display for DepthFinding {

@@ -413,3 +413,12 @@ fn empty_passes_are_found_and_wrong_sizes_refused() {
     };
     assert!(check.findings().is_err());
 }
+
+#[test]
+fn a_constant_depth_is_named_with_the_digits_of_its_samples() {
+    let problem = DepthProblem::Constant {
+        value: f64::from(1.4_f32),
+    };
+    let text = problem.to_string();
+    assert_eq!(text, "is constant: 1.4 in every pixel that has a depth");
+}

@@ -162,7 +162,7 @@ fn parts_that_few_tiles_do_not_determine_are_held_back() {
     let lens = planted(&mut SplitMix64::new(15));
     let set = observed(&lens, 9, 0.0, &mut SplitMix64::new(16));
     let fit = fitted(&set, PupilModel::Extended);
-    let named = |w: &String| w.contains("`double_plane` was not tried");
+    let named = |w: &String| w.contains("two planes of symmetry (double_plane): not tried");
     assert!(fit.warnings.iter().any(named), "{:?}", fit.warnings);
 }
 
