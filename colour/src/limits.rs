@@ -30,8 +30,19 @@ const ARCHIVE_MAGIC: &[u8] = b"PK\x03\x04";
 /// Checks the text of a config. Text that is no YAML, and files that cannot be read, are left to the engine.
 ///
 /// # Errors
-/// A text that is too long, or that has too many or too deeply nested values once aliases are replaced.
+/// A text that is too long, or that has too many or too deeply nested values once aliases are replaced; a pipe or device, for
+/// which an engine could wait for ever.
 pub(crate) fn check(source: &Source) -> Result<()> {
+    if let Source::File(path) = source
+        && std::fs::metadata(path).is_ok_and(|m| !(m.is_file() || m.is_dir()))
+    {
+        return Err(ColourError::new(
+            source.to_string(),
+            String::new(),
+            "is a pipe or a device, not a file".to_owned(),
+            "save its content in a file and give that",
+        ));
+    }
     let text = match source {
         Source::Embedded | Source::BuiltIn(_) => return Ok(()),
         Source::Text { yaml, .. } => Some(yaml.clone().into_bytes()),

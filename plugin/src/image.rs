@@ -321,6 +321,9 @@ impl ImageView {
     pub(crate) fn read(&self, channel: usize, rect: SeidelRect) -> Result<Vec<f32>> {
         let mut out = zeros(rect.pixels())?;
         let shared = self.rect.intersection(rect);
+        if shared.width == 0 {
+            return Ok(out);
+        }
         for row in shared.top..shared.top + shared.height {
             let line = (row - rect.top) as usize * rect.columns();
             let line = &mut out[line + (shared.left - rect.left) as usize..][..shared.columns()];

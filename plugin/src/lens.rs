@@ -117,6 +117,14 @@ fn read_profile(path: &str) -> Result<Lens> {
             format!("could not be read ({error}); check the path and its permissions"),
         )
     };
+    let kind = std::fs::metadata(path).map_err(unreadable)?.file_type();
+    if !(kind.is_file() || kind.is_dir()) {
+        // Opening a pipe would wait for its writer.
+        return Err(profile_error(
+            path,
+            "is a pipe or a device, not a file; save its content in a file and give that",
+        ));
+    }
     let file = File::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();
     // One byte more than allowed shows that the file is too long.

@@ -108,6 +108,65 @@ fn a_blur_too_large_to_draw_is_refused_by_every_command() {
 }
 
 #[test]
+fn rays_beyond_any_frame_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["Y"]);
+    let lens = fs::read_to_string(folder.join("lens.json")).expect("readable");
+    let mut lens: serde_json::Value = serde_json::from_str(&lens).expect("JSON");
+    lens["channels"][0]["delta"]["coefficients"] = serde_json::json!([1e300]);
+    fs::write(folder.join("lens.json"), lens.to_string()).expect("writable");
+    let parts = [
+        "lens.json: channels[0] (Y): delta: coefficients",
+        "100000 px",
+    ];
+    must_refuse(folder, "lens show @lens.json -o @sheet.png", &parts);
+}
+
+#[test]
+fn positions_far_beyond_the_frame_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_generated_set(folder, "set", &["Y"]);
+    write_pupil_lens(folder, &["Y"]);
+    let path = folder.join("set/manifest.json");
+    let manifest = fs::read_to_string(&path).expect("readable");
+    let mut manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
+    manifest["observations"][1]["x"] = serde_json::json!(1e300);
+    fs::write(&path, manifest.to_string()).expect("writable");
+    for line in ["eval --lens @lens.json @set", "fit @set -o @out.json"] {
+        must_refuse(folder, line, &["x, y", "up to 10 million"]);
+    }
+}
+
+/// Pipes that nobody writes to would be waited for, and `/dev/zero` has no end.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused_as_inputs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["Y"]);
+    write_plate(&folder.join("plate.exr"), 30, 20);
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.join("pipe"))
+        .status();
+    assert!(made.is_ok_and(|status| status.success()), "mkfifo");
+    std::os::unix::fs::symlink("/dev/zero", folder.join("zero")).expect("linked");
+    for name in ["pipe", "zero"] {
+        for line in [
+            "apply --lens @NAME --distance 2 @plate.exr -o @out.exr",
+            "apply --lens @lens.json --distance 2 @NAME -o @out.exr",
+            "apply --lens @lens.json --depth @NAME @plate.exr -o @out.exr",
+            "lut @plate.exr -o @out.exr --ocio @NAME --in-space Camera --out-space ACEScg",
+            "info @NAME",
+        ] {
+            let parts = [name, "is a pipe or a device, not a file"];
+            must_refuse(folder, &line.replace("NAME", name), &parts);
+        }
+    }
+}
+
+#[test]
 fn threads_without_bound_are_refused() {
     for command in ["apply", "remove", "relens", "lut", "diagnose"] {
         let refused = seidel(&[command, "--threads", "5000"]);

@@ -1,14 +1,13 @@
 //! The image formats: how each is recognised, read and written, and what it can store.
 
 use std::fmt;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use crate::description::Part;
 use crate::error::{FileError, Result};
 use crate::exr::{ExrImage, OpenExr};
-use crate::input::{InputFile, Limits};
+use crate::input::{InputFile, Limits, open_file};
 use crate::plate::NewImage;
 use crate::raster::RasterImage;
 use crate::samples::SampleFormat;
@@ -194,7 +193,7 @@ impl fmt::Display for Format {
 /// A file that cannot be read, is empty, or is in no supported format.
 pub fn detect(path: &Path) -> Result<Format> {
     let unreadable = |error: &std::io::Error| FileError::io(path, "be read", error);
-    let file = File::open(path).map_err(|e| unreadable(&e))?;
+    let file = open_file(path)?;
     let mut start = Vec::new();
     file.take(MAGIC_BYTES)
         .read_to_end(&mut start)

@@ -85,6 +85,25 @@ impl Limits {
     }
 }
 
+/// Opens a file for reading.
+///
+/// # Errors
+/// A file that cannot be opened, and a pipe or device: opening a pipe waits for its writer, perhaps for ever, and a device may
+/// have no end.
+pub(crate) fn open_file(path: &Path) -> Result<File> {
+    let unreadable = |e: std::io::Error| FileError::io(path, "be read", &e);
+    let kind = std::fs::metadata(path).map_err(unreadable)?.file_type();
+    if !(kind.is_file() || kind.is_dir()) {
+        return Err(FileError::new(
+            path,
+            "",
+            "is a pipe or a device, not a file",
+            "save its content in a file and give that",
+        ));
+    }
+    File::open(path).map_err(unreadable)
+}
+
 /// An image file that is open for reading.
 pub(crate) struct InputFile<'a> {
     pub(crate) path: &'a Path,
@@ -101,7 +120,7 @@ impl<'a> InputFile<'a> {
     /// # Errors
     /// A file that cannot be opened.
     pub(crate) fn open(path: &'a Path, format: Format, limits: Limits) -> Result<Self> {
-        let file = File::open(path).map_err(|e| FileError::io(path, "be opened", &e))?;
+        let file = open_file(path)?;
         let length = file
             .metadata()
             .map_err(|e| FileError::io(path, "be read", &e))?

@@ -1,6 +1,5 @@
 //! JSON and other text files, read with a limit of their size.
 
-use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
 
@@ -9,6 +8,7 @@ use serde::de::DeserializeOwned;
 
 use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
+use crate::input::open_file;
 
 /// Limit of the length of text files, bytes: far above any real manifest or profile.
 pub const TEXT_LIMIT_BYTES: u64 = 256 * 1024 * 1024;
@@ -44,7 +44,7 @@ pub fn read_text(path: &Path, limit_bytes: u64) -> Result<String> {
 /// A file that cannot be read or is longer.
 pub fn read_bytes(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
     let unreadable = |error: &std::io::Error| FileError::io(path, "be read", error);
-    let file = File::open(path).map_err(|e| unreadable(&e))?;
+    let file = open_file(path)?;
     let mut bytes = Vec::new();
     // One byte more than allowed, which shows an excess even if the length of the file is unknown.
     file.take(limit_bytes.saturating_add(1))

@@ -9,6 +9,9 @@ use crate::field::{Frame, ImagePoint};
 use crate::mosaic::Mosaic;
 use crate::tile::Tile;
 
+/// Largest coordinate of an observation, px. Powers of larger ones overflow.
+const MAX_POSITION_PX: f64 = 1e7;
+
 /// An observed point of light: one tile a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
@@ -331,12 +334,12 @@ impl ObservationSet {
         ];
         for (field, point) in points {
             if let Some(p) = point
-                && !(p.x_px.is_finite() && p.y_px.is_finite())
+                && !(p.x_px.abs() <= MAX_POSITION_PX && p.y_px.abs() <= MAX_POSITION_PX)
             {
                 push(
                     field.into(),
                     format!("is ({}, {})", p.x_px, p.y_px),
-                    "give finite frame pixels",
+                    "give frame pixels, up to 10 million",
                 );
             }
         }

@@ -59,6 +59,13 @@ fn read(path: &str) -> Result<Lens> {
             "{path}: could not be read ({error}); check the path and its permissions"
         ))
     };
+    let kind = std::fs::metadata(path).map_err(unreadable)?.file_type();
+    if !(kind.is_file() || kind.is_dir()) {
+        // Opening a pipe would wait for its writer.
+        return Err(Failure::failed(format!(
+            "{path}: is a pipe or a device, not a file; save its content in a file and give that"
+        )));
+    }
     let file = File::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();
     // One byte more than allowed, which shows that a file is too long.

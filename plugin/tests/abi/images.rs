@@ -198,6 +198,17 @@ fn rows_may_be_padded_reversed_and_unaligned() {
 }
 
 #[test]
+fn a_source_beside_the_extent_counts_as_black() {
+    let lens = LensHandle::new(2.0);
+    for (left, top) in [(60, 5), (-90, 5), (-3, 50), (60, 50), (-90, -70)] {
+        let source = TestImage::pattern(rect(left, top, 50, 34), 4);
+        let input = source.input();
+        let out = apply(&lens, &settings(), &plate(&input, AREA), AREA);
+        assert!(out.samples.iter().all(|v| *v == 0.0), "({left}, {top})");
+    }
+}
+
+#[test]
 fn an_amount_of_zero_copies_half_samples_bit_for_bit() {
     let lens = LensHandle::new(2.0);
     let mut source = TestImage::pattern(AREA, 3);

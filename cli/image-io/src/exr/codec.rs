@@ -11,12 +11,14 @@ use exr::image::read::image::{LayersReader, ReadLayers};
 use exr::image::read::layers::ReadChannels;
 use exr::image::write::WritableImage;
 use exr::image::{AnyImage, Image};
+use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use rayon::prelude::*;
 
+use super::attributes::new_text;
 use super::dwa;
-use super::header::correct_headers;
+use super::header::{WRAPPED_MAX_SAMPLES, correct_headers};
 use crate::atomic::write_atomically;
 use crate::error::{FileError, Result};
 use crate::guard::catch_panic;
@@ -89,10 +91,22 @@ pub(super) fn read_exr(input: &InputFile) -> Result<AnyImage> {
                 .or_insert_with(|| value.clone());
         }
     }
-    Ok(Image {
+    let mut image = Image {
         attributes,
         layer_data: layers.into_layers(),
-    })
+    };
+    for (layer, header) in image.layer_data.iter_mut().zip(&meta.headers) {
+        // An attribute of deep parts, which the library forgets in flat ones and refuses under its own name.
+        let value = header.max_samples_per_pixel.map(i32::try_from);
+        if let Some(Ok(value)) = value {
+            let name = new_text(WRAPPED_MAX_SAMPLES);
+            layer
+                .attributes
+                .other
+                .insert(name, AttributeValue::I32(value));
+        }
+    }
+    Ok(image)
 }
 
 fn decompress(input: &InputFile, chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock> {
@@ -109,9 +123,11 @@ fn decompress(input: &InputFile, chunk: Chunk, meta: &MetaData) -> Result<Uncomp
 fn check_headers(input: &InputFile, meta: &MetaData) -> Result<()> {
     let mut bytes = 0_u128;
     for header in &meta.headers {
-        if header.deep {
+        // The flags of the file count too: a part that lost its type would be read as flat.
+        if header.deep || meta.requirements.has_deep_data {
             return Err(deep(input));
         }
+        check_attributes(input, header)?;
         for channel in &header.channels.list {
             if (channel.sampling.x(), channel.sampling.y()) != (1, 1) {
                 return Err(FileError::new(
@@ -132,6 +148,22 @@ fn check_headers(input: &InputFile, meta: &MetaData) -> Result<()> {
         bytes += pixel_bytes(header);
     }
     input.check_bytes("dataWindow", bytes)
+}
+
+/// Refuses attributes that no program could read once they are written again.
+fn check_attributes(input: &InputFile, header: &Header) -> Result<()> {
+    let own = header.own_attributes.other.iter();
+    for (name, value) in own.chain(&header.shared_attributes.other) {
+        let is_text = |text: &Text| !text.bytes().is_empty() && !text.bytes().contains(&0);
+        let has_type = match value {
+            AttributeValue::Custom { kind, .. } => is_text(kind),
+            _ => true,
+        };
+        if !(is_text(name) && has_type) {
+            return Err(input.damaged(&format!("attribute `{name}` has no name or type")));
+        }
+    }
+    Ok(())
 }
 
 /// Returns an upper bound of the memory that the pixels of a part take, bytes.

@@ -1,11 +1,16 @@
 //! Corrections to the headers that the `exr` library writes.
 //!
 //! Attributes are sorted by name, as OpenEXR writes them, so that the same image makes the same file. Wrapped key codes
-//! get back their name and type.
+//! get back their name and type, and the sample count of deep pixels its name.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 
 use super::key_code::unwrap;
+
+/// The attribute that counts the samples of deep pixels, which flat files may have too.
+const MAX_SAMPLES: &str = "maxSamplesPerPixel";
+/// Its name until the file is written: the library refuses the real one. It is as long, so that nothing moves.
+pub(super) const WRAPPED_MAX_SAMPLES: &str = "maxSamplesPerPixeX";
 
 /// Offset of the first header, bytes: after magic number, version and flags.
 const FIRST_HEADER: u64 = 8;
@@ -62,6 +67,11 @@ fn read_attribute(read: &mut impl Read) -> io::Result<(Vec<u8>, Vec<u8>)> {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
     let (name, kind) = unwrap(&name, &kind);
+    let name = if name == WRAPPED_MAX_SAMPLES.as_bytes() {
+        MAX_SAMPLES.as_bytes()
+    } else {
+        name
+    };
     let bytes = [name, &[0], kind, &[0], &size, &value].concat();
     Ok((name.to_vec(), bytes))
 }

@@ -23,7 +23,7 @@ use std::path::Path;
 use seidel_optics::mosaic::Mosaic;
 
 use crate::error::{FileError, Result};
-use crate::input::Limits;
+use crate::input::{Limits, open_file};
 use crate::json::read_bytes;
 use crate::samples::Encoding;
 
@@ -125,7 +125,7 @@ pub fn read(path: &Path, options: &PhotographOptions) -> Result<PhotographFile> 
 
 fn read_start(path: &Path, start: &mut [u8; 16]) -> Result<usize> {
     use std::io::Read;
-    let file = std::fs::File::open(path).map_err(|e| FileError::io(path, "be opened", &e))?;
+    let file = open_file(path)?;
     let mut bytes = Vec::new();
     file.take(start.len() as u64)
         .read_to_end(&mut bytes)

@@ -12,6 +12,7 @@ use super::metadata::{usual_chunks, write_png, write_tiff};
 use super::{floats, halves, image, part, patch, save};
 use crate::description::Description;
 use crate::dpx::byte_order::ByteOrder;
+use crate::exr::ExrImage;
 use crate::image_channel::ImageChannel;
 use crate::observation_set::{ReadOptions, read};
 use crate::plate::{Plate, PlateOptions};
@@ -309,5 +310,75 @@ proptest! {
             let error = read(folder.path(), ReadOptions { skip_bad }).expect_err("no tile is there");
             prop_assert!(error.to_string().contains("manifest.json"));
         }
+    }
+}
+
+/// Returns a flat picture of one channel.
+fn flat(path: &Path) {
+    let one = part(
+        None,
+        (10, 6),
+        (0, 0),
+        Compression::ZIP1,
+        vec![("Y", floats(60))],
+    );
+    save(&image(vec![one]), path);
+}
+
+#[test]
+fn deep_files_that_lost_their_type_are_refused() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("in.exr");
+    flat(&path);
+    let mut bytes = std::fs::read(&path).expect("readable");
+    // Bit 11 of version and flags: the file holds deep pixels.
+    bytes[5] |= 8;
+    std::fs::write(&path, bytes).expect("writable");
+    let error = ExrImage::open(&path).err().expect("refused").to_string();
+    assert!(error.contains("deep"), "{error}");
+}
+
+#[test]
+fn attributes_without_a_type_are_refused() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("in.exr");
+    flat(&path);
+    // The width of the screen window loses the end of its name, and has no type and no length then.
+    patch(
+        &path,
+        b"screenWindowWidth\0",
+        b"screenWin\0\0\0\0\0\0\0\x02\0",
+    );
+    let error = ExrImage::open(&path).err().expect("refused").to_string();
+    assert!(
+        error.contains("attribute `screenWin` has no name or type"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_sample_count_of_deep_pixels_is_kept_in_flat_files() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (path, out) = (folder.path().join("in.exr"), folder.path().join("out.exr"));
+    let mut one = part(
+        None,
+        (10, 6),
+        (0, 0),
+        Compression::ZIP1,
+        vec![("Y", floats(60))],
+    );
+    let name = exr::meta::attribute::Text::from("maxSamplesPerPixeX");
+    one.attributes
+        .other
+        .insert(name, exr::meta::attribute::AttributeValue::I32(3));
+    save(&image(vec![one]), &path);
+    patch(&path, b"maxSamplesPerPixeX", b"maxSamplesPerPixel");
+    let image = ExrImage::open(&path).expect("flat");
+    image.write(&out).expect("writable");
+    for file in [&path, &out] {
+        let described = crate::description::Description::read(file).expect("readable");
+        let found = described.parts[0].attributes.iter();
+        let found = found.filter(|(name, value)| name == "maxSamplesPerPixel" && value == "3");
+        assert_eq!(found.count(), 1, "{file:?}");
     }
 }

@@ -164,6 +164,7 @@ pub fn evaluate(
                 set,
                 tiles: &tiles,
             };
+            group.check_blurs().map_err(|error| error.within(&place))?;
             groups.push(group.evaluate(&correlation, settings, stage)?);
             remarks.extend(group.remarks(&place));
             if let Some(curve) = groups.last().and_then(|g| g.sparse.as_ref()) {
@@ -210,6 +211,25 @@ struct Group<'a> {
 }
 
 impl Group<'_> {
+    /// Checks the blur that the lens predicts at every tile.
+    ///
+    /// # Errors
+    /// Moments that are not finite, where numbers of the profile or the set are too large.
+    fn check_blurs(&self) -> Result<()> {
+        let frame = &self.lens.predictor.frame();
+        for tile in self.tiles {
+            let moments = self.lens.blur(tile.field_point(frame)).moments.to_array();
+            if let Some(bad) = moments.iter().find(|m| !m.is_finite()) {
+                return Err(Error::new(
+                    &tile.file,
+                    format!("the lens predicts a moment of {bad} there"),
+                    "check the position of the tile and the coefficients of the lens",
+                ));
+            }
+        }
+        Ok(())
+    }
+
     fn evaluate(
         &self,
         correlation: &ImageAutocorrelation,

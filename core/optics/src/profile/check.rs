@@ -9,6 +9,10 @@ use crate::lens::VergenceSeries;
 /// Largest variance of the symmetric blur of a lens. Real ones are below 10 px²; a PSF of this one takes 10 MB.
 const MAX_BLUR_VARIANCE_PX2: f64 = 1e4;
 
+/// Largest distance off the chief ray that a ray through the rim of the pupil may land, px, at the edge of the frame. Frames are
+/// smaller.
+const MAX_RAY_PX: f64 = 1e5;
+
 /// The effect that fitted and added effects can have only once in all.
 const IRIS: &str = "aperture_polygon";
 
@@ -97,6 +101,7 @@ fn pupil(channel: &PupilChannel) -> Result<()> {
         series(values).map_err(|e| e.within(name))?;
     }
     blur_variance(channel).map_err(|e| e.within("blur_variance_px2"))?;
+    rays(channel)?;
     let order = |carried: &ProfileEffect| effects::acting_position(carried.effect);
     for (list, name) in [
         (&channel.effects, "effects"),
@@ -143,6 +148,28 @@ fn blur_variance(channel: &PupilChannel) -> Result<()> {
                 format!("give a variance of {variance} px² at vergence {v} 1/m"),
                 format!("keep it up to {MAX_BLUR_VARIANCE_PX2} px², or fit the lens again"),
             ));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that rays land near the frame: sums of larger numbers lose the frame in rounding.
+fn rays(channel: &PupilChannel) -> Result<()> {
+    let of_rays = ["alpha", "beta", "gamma", "delta", "phi"];
+    for (name, values) in channel.series() {
+        if !of_rays.contains(&name) {
+            continue;
+        }
+        for v in checked_vergences(channel.measured_vergence) {
+            let value = values.at(v);
+            if value.abs() > MAX_RAY_PX {
+                let error = Error::new(
+                    "coefficients",
+                    format!("give {value} px at vergence {v} 1/m"),
+                    format!("keep it from -{MAX_RAY_PX} to {MAX_RAY_PX} px, or fit the lens again"),
+                );
+                return Err(error.within(name));
+            }
         }
     }
     Ok(())

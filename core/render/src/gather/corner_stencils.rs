@@ -263,6 +263,7 @@ fn draw_all(
         grid,
         compensation: passband::compensation_filter(grid.level, narrowest),
         truncation,
+        reach: (truncation == Truncation::ForScattering).then(|| farthest_offset(grid)),
         narrowest,
     };
     list.par_iter()
@@ -273,12 +274,20 @@ fn draw_all(
         .collect()
 }
 
+/// Returns an upper bound of the distance along x and y between two pixels of a level, its margins included.
+fn farthest_offset(grid: &TileGrid) -> [i32; 2] {
+    let tile = grid.tile as i32;
+    grid.last.map(|last| (last + 2) * tile + 4 * ROOM_PX as i32)
+}
+
 /// The lens, grid and accuracy with which kernels are drawn.
 struct KernelPen<'a> {
     lens: &'a LensProbe<'a>,
     grid: &'a TileGrid,
     compensation: [f64; passband::SIDE_TAPS + 1],
     truncation: Truncation,
+    /// Farthest that light of the plate lands on the plate along x and y, pixels of the level, where that bounds kernels.
+    reach: Option<[i32; 2]>,
     /// Smallest standard deviation drawn at the level, in its pixels.
     narrowest: f64,
 }
@@ -295,9 +304,15 @@ impl KernelPen<'_> {
         self.lens.sources_at(self.grid.plate_point(node), found)?;
         // Others are drawn as quickly as found.
         let store = (self.lens.kernels).filter(|_| self.lens.model.needs_rays());
-        let mut kernel = |source: &Source| match store {
-            Some(store) => store.kernel(&self.key(source), || self.drawn(source, rows)),
-            None => Arc::new(self.drawn(source, rows)),
+        let mut kernel = |source: &Source| {
+            let whole = match store {
+                Some(store) => store.kernel(&self.key(source), || self.drawn(source, rows)),
+                None => Arc::new(self.drawn(source, rows)),
+            };
+            match self.reach.and_then(|reach| whole.cropped(reach)) {
+                Some(part) => Arc::new(part),
+                None => whole,
+            }
         };
         Ok(found
             .iter()

@@ -221,6 +221,27 @@ impl Stencil {
         }
     }
 
+    /// Returns the weights at offsets up to `reach` along each axis, unchanged; `None` if that is all of them.
+    pub(super) fn cropped(&self, reach: [i32; 2]) -> Option<Self> {
+        let within = |offsets: Range<i32>, reach: i32| overlap(offsets, -reach..reach + 1);
+        let columns = within(self.columns(), reach[0]);
+        let rows = within(self.rows(), reach[1]);
+        if (&columns, &rows) == (&self.columns(), &self.rows()) {
+            return None;
+        }
+        let mut out = Self::zeros(columns, rows);
+        if out.weights.is_empty() {
+            return Some(out);
+        }
+        let first = (out.top - self.top) as usize;
+        let height = out.height;
+        for (x, column) in out.columns().zip(out.weights.chunks_exact_mut(height)) {
+            let own = self.column((x - self.left) as usize);
+            column.copy_from_slice(&own[first..first + height]);
+        }
+        Some(out)
+    }
+
     /// Returns the absolute weight below which all weights together hold at most `share` of the light, to a quarter of
     /// an octave.
     fn truncation_floor(&self, share: f64) -> f32 {
@@ -271,5 +292,24 @@ mod tests {
             sum.add_weighted(&part, &shares, &shares);
             assert_eq!(sum.sum(), inside, "{columns:?} {rows:?}");
         }
+    }
+
+    #[test]
+    fn a_cropped_stencil_has_the_weights_up_to_the_reach() {
+        let mut whole = Stencil::zeros(-4..6, -3..3);
+        for (k, weight) in whole.weights.iter_mut().enumerate() {
+            *weight = k as f32;
+        }
+        assert_eq!(whole.cropped([5, 3]), None);
+        let part = whole.cropped([2, 9]).expect("smaller");
+        assert_eq!((part.columns(), part.rows()), (-2..3, -3..3));
+        for x in -2..3 {
+            let own = whole.column((x + 4) as usize);
+            assert_eq!(part.column((x + 2) as usize), own);
+        }
+        let none = Stencil::zeros(7..9, -3..3)
+            .cropped([5, 5])
+            .expect("smaller");
+        assert!(none.weights.is_empty());
     }
 }
