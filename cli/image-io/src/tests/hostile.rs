@@ -334,7 +334,7 @@ fn deep_files_that_lost_their_type_are_refused() {
     // Bit 11 of version and flags: the file holds deep pixels.
     bytes[5] |= 8;
     std::fs::write(&path, bytes).expect("writable");
-    let error = ExrImage::open(&path).err().expect("refused").to_string();
+    let error = ExrImage::open(&path).expect_err("refused").to_string();
     assert!(error.contains("deep"), "{error}");
 }
 
@@ -349,7 +349,7 @@ fn attributes_without_a_type_are_refused() {
         b"screenWindowWidth\0",
         b"screenWin\0\0\0\0\0\0\0\x02\0",
     );
-    let error = ExrImage::open(&path).err().expect("refused").to_string();
+    let error = ExrImage::open(&path).expect_err("refused").to_string();
     assert!(
         error.contains("attribute `screenWin` has no name or type"),
         "{error}"
