@@ -147,11 +147,20 @@ fn partial_outputs(folder: &Path) -> Vec<String> {
     names.filter(|name| name.ends_with(".part")).collect()
 }
 
+/// The command with the signals of a terminal's child. A caller in the background of a shell ignores SIGINT, and the program
+/// would do the same.
+#[cfg(target_os = "linux")]
+fn interruptible() -> Command {
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT,HUP,TERM", SEIDEL]);
+    command
+}
+
 /// Starts the command, sends it `signal` while a partial output exists and returns its exit status.
 /// None if it ended before a partial output was seen, as it may on a busy machine.
 #[cfg(target_os = "linux")]
 fn stop_while_writing(folder: &Path, args: &[String], signal: &str) -> Option<ExitStatus> {
-    let mut child = Command::new(SEIDEL)
+    let mut child = interruptible()
         .args(args)
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -211,7 +220,7 @@ fn an_interrupted_fit_leaves_nothing_behind() {
     use std::io::{BufRead, BufReader};
     let folder = tempfile::tempdir().expect("a folder");
     let demo = folder.path().join("demo");
-    let mut child = Command::new(SEIDEL)
+    let mut child = interruptible()
         .args(["demo", "--width", "64", "--progress", "json"])
         .arg(&demo)
         .stdout(Stdio::null())

@@ -256,7 +256,7 @@ fn unusable_photographs_are_refused_with_a_remedy() {
         ("@bright.dng", &["clipped", "expose less"]),
         ("@a.pgm", &["a.pgm", "--cfa RGGB"]),
         ("@a.cr2", &["Canon CR2", "dnglab convert"]),
-        ("@missing.dng", &["missing.dng", "cannot be opened"]),
+        ("@missing.dng", &["missing.dng", "cannot be read"]),
         ("@bright.dng @a.pgm --cfa RGGB", &["a.pgm", "40 x 30"]),
         ("@bright.dng --channels R,Y", &["channel Y", "R, G, B"]),
     ] {
