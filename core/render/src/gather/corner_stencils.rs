@@ -305,10 +305,11 @@ impl KernelPen<'_> {
         // Others are drawn as quickly as found.
         let store = (self.lens.kernels).filter(|_| self.lens.model.needs_rays());
         let mut kernel = |source: &Source| {
-            let whole = match store {
-                Some(store) => store.kernel(&self.key(source), || self.drawn(source, rows)),
-                None => Arc::new(self.drawn(source, rows)),
+            let Some(store) = store else {
+                return Arc::new(self.drawn(source, rows, self.reach));
             };
+            // Plates of every size share the kernels of the store.
+            let whole = store.kernel(&self.key(source), || self.drawn(source, rows, None));
             match self.reach.and_then(|reach| whole.cropped(reach)) {
                 Some(part) => Arc::new(part),
                 None => whole,
@@ -331,18 +332,26 @@ impl KernelPen<'_> {
         }
     }
 
-    fn drawn(&self, source: &Source, rows: &mut KernelRows) -> Stencil {
+    /// Draws the kernel of `source`. Weights beyond `reach` along x and y are left out at once: the kernel of a wide blur may
+    /// be a thousand times as large as a small plate.
+    fn drawn(&self, source: &Source, rows: &mut KernelRows, reach: Option<[i32; 2]>) -> Stencil {
         let (model, level) = (self.lens.model, self.grid.level);
         let scale = 1.0 / self.grid.step();
         let shift = (source.shift_px.0 * scale, source.shift_px.1 * scale);
         model.draw_interpolated_rows(&source.blur.rescaled(scale), shift, rows);
-        let mut stencil = Stencil::from_kernel(rows);
+        // The filters below take weights from this far beyond.
+        let margin = passband::SIDE_TAPS as i32 + 1;
+        let near = reach.map(|reach| reach.map(|px| px + margin));
+        let mut stencil = Stencil::from_kernel(rows, near);
         if model.needs_rays() && level > 0 {
             // Rays are integrated over whole pixels of the level instead of the plate's.
             stencil = stencil.sharpen(1.0 - scale * scale);
         }
         if level > 0 {
             stencil = stencil.filtered(&self.compensation);
+        }
+        if let Some(part) = reach.and_then(|reach| stencil.cropped(reach)) {
+            stencil = part;
         }
         let share = self.lens.tolerance.truncated_share;
         stencil.trim(share / 8.0);

@@ -221,7 +221,7 @@ impl LensProbe<'_> {
             let shift = (source.shift_px.0 / step, source.shift_px.1 / step);
             self.model
                 .draw_interpolated_rows(&source.blur.rescaled(1.0 / step), shift, &mut rows);
-            Stencil::from_kernel(&rows)
+            Stencil::from_kernel(&rows, None)
         });
         Ok(drawn.collect())
     }

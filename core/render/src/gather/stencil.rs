@@ -32,17 +32,25 @@ impl Stencil {
         }
     }
 
-    /// Mirrors a drawn kernel at its source and normalises it to unit sum.
-    pub(super) fn from_kernel(drawn: &KernelRows) -> Self {
+    /// Mirrors a drawn kernel at its source and divides it by its sum. Takes the weights at offsets up to `reach` along x
+    /// and y, or all.
+    pub(super) fn from_kernel(drawn: &KernelRows, reach: Option<[i32; 2]>) -> Self {
         let (columns, rows) = (drawn.columns(), drawn.rows());
-        let mut stencil = Self::zeros(
-            1 - columns.end..1 - columns.start,
-            1 - rows.end..1 - rows.start,
-        );
+        let mut columns = 1 - columns.end..1 - columns.start;
+        let mut rows = 1 - rows.end..1 - rows.start;
+        if let Some([x, y]) = reach {
+            (columns, rows) = (within(columns, x), within(rows, y));
+        }
+        let mut stencil = Self::zeros(columns, rows);
+        let (columns, rows) = (stencil.columns(), stencil.rows());
         let share = (1.0 / drawn.sum()) as f32;
-        for span in drawn.spans() {
+        for span in drawn.spans().filter(|span| rows.contains(&-span.row)) {
             let y = (-span.row - stencil.top) as usize;
-            for (k, weight) in span.weights.iter().enumerate() {
+            // The offset of weight k is -(column + k).
+            let first = (1 - columns.end - span.column).max(0) as usize;
+            let end = (1 - columns.start - span.column).max(0) as usize;
+            let end = end.min(span.weights.len());
+            for (k, weight) in (first..end).zip(span.weights.iter().skip(first)) {
                 let x = (-(span.column + k as i32) - stencil.left) as usize;
                 stencil.weights[x * stencil.height + y] = share * weight;
             }
@@ -223,7 +231,6 @@ impl Stencil {
 
     /// Returns the weights at offsets up to `reach` along each axis, unchanged; `None` if that is all of them.
     pub(super) fn cropped(&self, reach: [i32; 2]) -> Option<Self> {
-        let within = |offsets: Range<i32>, reach: i32| overlap(offsets, -reach..reach + 1);
         let columns = within(self.columns(), reach[0]);
         let rows = within(self.rows(), reach[1]);
         if (&columns, &rows) == (&self.columns(), &self.rows()) {
@@ -265,6 +272,11 @@ impl Stencil {
     }
 }
 
+/// Returns the offsets of a range that are at most `reach`.
+fn within(offsets: Range<i32>, reach: i32) -> Range<i32> {
+    overlap(offsets, -reach..reach + 1)
+}
+
 /// Returns the intersection of two ranges.
 fn overlap(a: Range<i32>, b: Range<i32>) -> Range<i32> {
     a.start.max(b.start)..a.end.min(b.end)
@@ -273,6 +285,7 @@ fn overlap(a: Range<i32>, b: Range<i32>) -> Range<i32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use seidel_optics::psf::Kernel;
 
     #[test]
     fn weights_that_are_not_covered_are_skipped() {
@@ -291,6 +304,37 @@ mod tests {
             let mut sum = Stencil::zeros(columns.clone(), rows.clone());
             sum.add_weighted(&part, &shares, &shares);
             assert_eq!(sum.sum(), inside, "{columns:?} {rows:?}");
+        }
+    }
+
+    #[test]
+    fn weights_beyond_the_reach_are_not_taken() {
+        let (width, height) = (19, 11);
+        let weights = (0..width * height).map(|k| (k + 1) as f32).collect();
+        let kernel = Kernel {
+            left: -4,
+            top: -7,
+            width,
+            height,
+            weights,
+        };
+        let mut drawn = KernelRows::default();
+        drawn.copy_from(&kernel);
+        let whole = Stencil::from_kernel(&drawn, None);
+        assert!((whole.sum() - 1.0).abs() < 1e-6);
+        for reach in [[3, 2], [0, 0], [40, 1], [2, 40], [40, 40]] {
+            let part = Stencil::from_kernel(&drawn, Some(reach));
+            let expected = whole.cropped(reach).unwrap_or_else(|| whole.clone());
+            assert_eq!(part, expected, "{reach:?}");
+        }
+        // Beside the source on either side.
+        for left in [-40, 40] {
+            drawn.copy_from(&Kernel {
+                left,
+                ..kernel.clone()
+            });
+            let part = Stencil::from_kernel(&drawn, Some([5, 5]));
+            assert!(part.weights.is_empty());
         }
     }
 
