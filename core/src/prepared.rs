@@ -150,6 +150,21 @@ impl PreparedPlate {
         &self.depth
     }
 
+    /// The holdout matte, where there is one.
+    pub(crate) fn holdout(&self) -> Option<&PreparedHoldout> {
+        self.holdout.as_ref()
+    }
+
+    /// The background, where there is one.
+    pub(crate) fn background(&self) -> Option<&PreparedBackground> {
+        self.background.as_ref()
+    }
+
+    /// The pixels of the plate before it was expanded.
+    pub(crate) fn own_part(&self) -> Option<RenderWindow> {
+        self.own
+    }
+
     /// Replaces the session by another one of the same lens, such as one with a smaller amount.
     pub fn set_session(&mut self, session: Arc<LensSession>) {
         self.session = session;
@@ -353,6 +368,27 @@ impl PreparedPlate {
                     renderer: &*settings.quality.renderer(kernels),
                     quality: settings.quality,
                 })
+            })
+    }
+
+    /// Returns a warning if the maximum size of the focus settings is smaller than kernels in focus, which bound it.
+    ///
+    /// # Errors
+    /// Focus settings that cannot be followed.
+    pub fn focus_warning(&self) -> Result<Option<String>> {
+        let Some(maximum) = self.session.settings().focus.maximum_px else {
+            return Ok(None);
+        };
+        // The warning depends on the lens and the place of the plate, not on its depth.
+        let anywhere = VergencePass::Constant(0.0);
+        self.session
+            .with_optics(&self.placement, anywhere, |optics| {
+                let in_focus = optics.focus_remap.and_then(|r| r.unreachable_maximum_px());
+                Ok(in_focus.map(|in_focus| {
+                    format!(
+                        "maximum size: {maximum} px is below the kernels of {in_focus:.3} px that the lens has in focus; everything is drawn as in focus"
+                    )
+                }))
             })
     }
 

@@ -9,6 +9,7 @@ mod actions;
 mod clips;
 mod colour;
 mod depth;
+mod depth_warning;
 mod entry;
 mod errors;
 mod expansion;

@@ -86,6 +86,29 @@ fn a_point_light_has_the_blur_that_the_controls_give() {
 }
 
 #[test]
+fn a_maximum_below_the_blur_in_focus_is_that_of_the_focus() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    write_pupil_lens(folder, &["Y"]);
+    write_plate(&folder.join("plate.exr"), 30, 20);
+    let line = "apply --lens @lens.json @plate.exr --focus-plane 2 --psf gaussian";
+    let small = succeeds(
+        folder,
+        &format!("{line} -o @small.exr --distance 0.5 --maximum-size 0.01"),
+    );
+    let warned = small.stderr.contains("everything is drawn as in focus");
+    assert!(warned, "{}", small.stderr);
+    succeeds(folder, &format!("{line} -o @focus.exr --distance 2"));
+    let read = |name: &str| read_channel(&folder.join(name), "R");
+    let pairs = read("small.exr").into_iter().zip(read("focus.exr"));
+    assert!(
+        pairs
+            .into_iter()
+            .all(|(a, b)| (a - b).abs() < 1e-3 * b + 1e-3)
+    );
+}
+
+#[test]
 fn invalid_values_are_refused_before_anything_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
@@ -97,7 +120,6 @@ fn invalid_values_are_refused_before_anything_is_read() {
         ("--front-multiplier 99", "front multiplier"),
         ("--back-multiplier NaN", "back multiplier"),
         ("--maximum-size 0", "maximum size"),
-        ("--maximum-size 0.01", "in focus already"),
     ] {
         must_refuse(folder, &format!("{line} {options}"), &[name]);
     }

@@ -1,10 +1,11 @@
 //! InstanceChanged: a parameter was changed by the user, by the plugin, or by a project that was loaded.
 
-use super::{Answer, check_lens, enabled, persistent_message};
+use super::{Answer, check_lens, enabled, guess_depth, persistent_message};
+use crate::clips::DEPTH;
 use crate::host::{Call, ParameterValue, Result};
 use crate::knobs::{Knobs, focus, lens, remove};
 use crate::rendering::focus_on_point;
-use crate::sys::property::{CHANGE_REASON, CHANGE_TIME, CHANGE_USER_EDITED, NAME};
+use crate::sys::property::{CHANGE_REASON, CHANGE_TIME, CHANGE_USER_EDITED, NAME, TYPE, TYPE_CLIP};
 
 /// Carries out what the change asks for.
 pub(super) fn changed(call: &Call) -> Result<Answer> {
@@ -27,6 +28,10 @@ pub(super) fn changed(call: &Call) -> Result<Answer> {
     }
     if by_user && call.arguments.equals(NAME, remove::CHECK_LENS.name) {
         check_lens::check(call);
+    }
+    let is_clip = call.arguments.equals(TYPE, TYPE_CLIP);
+    if by_user && is_clip && call.arguments.equals(NAME, DEPTH) {
+        guess_depth::guess(call);
     }
     enabled::update(&call.effect, time);
     Ok(Answer::Done)

@@ -3,6 +3,7 @@
 use crate::host::Effect;
 use crate::knobs::{Knob, Knobs, colour, depth, focus, lens, output, remove, render};
 use crate::lens::built_in;
+use crate::settings::chosen_lens;
 use crate::sys::param::ENABLED;
 
 /// Enables the parameters that have an effect, and disables the others. Called on the main thread only.
@@ -15,12 +16,22 @@ pub(super) fn update(effect: &Effect, time: f64) {
     let uses_depth = knobs.is_on(&depth::USE_DEPTH);
     let by_ocio = knobs.choice(&colour::SOURCE_ENCODING) == colour::BY_OCIO;
     let focused = knobs.choice(&focus::FOCUS);
-    let states: [(&Knob, bool); 22] = [
+    let math = knobs.choice(&depth::MATH);
+    let chosen = chosen_lens(&knobs, &lens::LENS, &lens::PROFILE).ok();
+    // A lens that cannot be read leaves its controls enabled: the render says what is wrong.
+    let has_rays = chosen.as_ref().is_none_or(|l| l.predictor().has_rays());
+    let has_aperture = chosen.is_none_or(|l| l.profile().camera.f_number.is_some());
+    let states: [(&Knob, bool); 28] = [
         (&lens::PROFILE, from_file(&lens::LENS)),
         (&lens::TO_LENS, relens),
         (&lens::TO_PROFILE, relens && from_file(&lens::TO_LENS)),
         (&depth::CHANNEL, uses_depth),
         (&depth::MATH, uses_depth),
+        (&depth::UNIT, uses_depth && !depth::is_direct(math)),
+        (&depth::NEAR, uses_depth && depth::has_near(math)),
+        (&depth::FAR, uses_depth && depth::has_far(math)),
+        (&lens::F_STOP, has_rays && has_aperture),
+        (&lens::SENSOR_SHIFT, has_rays),
         (&focus::DISTANCE, focused == focus::AT_DISTANCE),
         (&focus::PLANE, focused != focus::AT_DISTANCE),
         (&colour::CONFIG, by_ocio),
@@ -36,6 +47,10 @@ pub(super) fn update(effect: &Effect, time: f64) {
         (&remove::GRAIN, mode == lens::REMOVE),
         (&remove::NOISE, has_removal),
         (&remove::CLIP, has_removal),
+        (
+            &remove::CLIP_LEVEL,
+            has_removal && knobs.choice(&remove::CLIP) == remove::CLIP_BY_LEVEL,
+        ),
         (&remove::CHECK_LENS, has_removal),
         (&output::MASK_INVERT, knobs.is_on(&output::USE_MASK)),
     ];

@@ -3,7 +3,6 @@
 use super::{Answer, persistent_message};
 use crate::host::{Call, Result};
 use crate::knobs::{Knobs, lens, output, remove};
-use crate::lens::built_in;
 use crate::sys::effect::CLIP_SOURCE;
 use crate::sys::property::{NAME, TIME};
 
@@ -20,17 +19,13 @@ pub(super) fn action(call: &Call) -> Result<Answer> {
     Ok(Answer::Done)
 }
 
-/// Returns whether the parameters leave the plate as it is: no blur, a mix of 0, or no lens chosen yet.
+/// Returns whether the parameters leave the plate as it is: no blur, or a mix of 0.
 pub(super) fn is_identity(knobs: &Knobs) -> bool {
     if knobs.choice(&output::OUTPUT) != output::RESULT {
         return false;
     }
     let mode = knobs.choice(&lens::MODE);
-    let unset =
-        |choice, file| knobs.choice(choice) == built_in::FILE && knobs.text(file).trim().is_empty();
     knobs.number(&output::MIX) == 0.0
         || knobs.number(&lens::AMOUNT) == 0.0
         || (mode == lens::REMOVE && knobs.number(&remove::STRENGTH) == 0.0)
-        || unset(&lens::LENS, &lens::PROFILE)
-        || (mode == lens::RELENS && unset(&lens::TO_LENS, &lens::TO_PROFILE))
 }

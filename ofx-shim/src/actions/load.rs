@@ -1,6 +1,7 @@
 //! Load and Unload. Hosts may call both several times. What takes time is done at the first use.
 
 use crate::host;
+use crate::rendering::forget_results;
 use crate::sys::OfxStatus;
 use crate::sys::plugin::{STATUS_ERR_MISSING_HOST_FEATURE, STATUS_OK};
 use crate::{colour, lens, threads};
@@ -14,9 +15,10 @@ pub(super) fn load() -> OfxStatus {
     }
 }
 
-/// Drops lenses and configs and ends all threads with the last Unload, since no code may run in an unloaded library.
+/// Drops results, lenses and configs and ends all threads with the last Unload, since no code may run in an unloaded library.
 pub(super) fn unload() -> OfxStatus {
     if host::unload() {
+        forget_results();
         lens::clear();
         colour::clear();
         threads::end();
@@ -24,8 +26,9 @@ pub(super) fn unload() -> OfxStatus {
     STATUS_OK
 }
 
-/// Drops lenses, configs and threads that no render uses.
+/// Drops results, and lenses, configs and threads that no render uses.
 pub(super) fn purge_caches() {
+    forget_results();
     lens::clear();
     colour::clear();
     threads::end_if_idle();

@@ -5,6 +5,7 @@ mod check_lens;
 mod describe;
 mod describe_in_context;
 mod enabled;
+mod guess_depth;
 mod identity;
 mod instances;
 mod load;

@@ -23,6 +23,15 @@ pub(super) fn show(host: &Host, handle: Handle, text: &str) {
     host::show_error(host, handle, text);
 }
 
+/// Shows a warning of an instance, whose render is complete.
+pub(super) fn warn(host: &Host, handle: Handle, text: &str) {
+    if text.is_empty() {
+        return;
+    }
+    lock().insert(handle.addr());
+    host::show_warning(host, handle, text);
+}
+
 /// Forgets the message of an instance without a call of the host; returns whether there was one.
 pub(super) fn forget(handle: Handle) -> bool {
     lock().remove(&handle.addr())
@@ -31,6 +40,6 @@ pub(super) fn forget(handle: Handle) -> bool {
 /// Clears the message of an instance, if it has one.
 pub(super) fn clear(host: &Host, handle: Handle) {
     if forget(handle) {
-        host::clear_error(host, handle);
+        host::clear_message(host, handle);
     }
 }

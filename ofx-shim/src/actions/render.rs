@@ -60,8 +60,9 @@ pub(super) fn render(call: &Call) -> Result<Answer> {
         original,
         result,
     };
-    if render.run()? == Outcome::Done {
+    if let Outcome::Done { warnings } = render.run()? {
         persistent_message::clear(call.host, call.effect.handle);
+        persistent_message::warn(call.host, call.effect.handle, &warnings.join(" "));
     }
     Ok(Answer::Done)
 }
@@ -99,11 +100,11 @@ impl Render<'_, '_> {
         let (knobs, frame) = (self.knobs, self.frame);
         if is_identity(knobs) {
             self.result.copy(&self.original, frame.window);
-            return Ok(Outcome::Done);
+            return Ok(Outcome::DONE);
         }
         let Some(window) = frame.covered_window() else {
             self.result.clear_outside(frame.extent, frame.window);
-            return Ok(Outcome::Done);
+            return Ok(Outcome::DONE);
         };
         let profile = chosen_lens(knobs, &lens::LENS, &lens::PROFILE)?;
         let inputs = Inputs::fetch(self.call, knobs, &profile, frame.map)?;
@@ -114,7 +115,7 @@ impl Render<'_, '_> {
             let vergence = inputs.vergence_per_m(knobs);
             self.result.clear_outside(window, frame.window);
             tint_by_focus(&self.result, &self.original, window, range, vergence);
-            return Ok(Outcome::Done);
+            return Ok(Outcome::DONE);
         }
         let session = self.session(&profile)?;
         if output == output::PSF_GRID {
@@ -123,8 +124,11 @@ impl Render<'_, '_> {
                 geometry: plate_geometry(knobs, frame.scale, frame.format, frame.format),
             };
             let vergence = inputs.vergence_per_m(knobs);
-            self.result.clear_outside(window, frame.window);
-            return draw_psf_grid(&self.call.effect, &lens, &self.result, window, vergence);
+            let outcome = draw_psf_grid(&self.call.effect, &lens, &self.result, window, vergence)?;
+            if outcome != Outcome::Aborted {
+                self.result.clear_outside(window, frame.window);
+            }
+            return Ok(outcome);
         }
         let task = self.task(output)?;
         let encoding = self.source.encoding(self.call, knobs)?;
@@ -142,19 +146,22 @@ impl Render<'_, '_> {
             margins: frame.margins,
             window,
         };
-        let Some(mut rendered) = job.run(&self.call.effect)? else {
+        let Some(rendered) = job.run(&self.call.effect)? else {
             return Ok(Outcome::Aborted);
         };
+        let mut image = rendered.image;
         // Maps are not colours.
         if let Some(encoding) = encoding.filter(|_| output == output::RESULT) {
-            encoding.encode(&mut rendered)?;
+            encoding.encode(&mut image)?;
         }
-        rendered.write_to(&self.result);
+        image.write_to(&self.result);
         self.result.clear_outside(window, frame.window);
         if output == output::RESULT {
             self.mix(window)?;
         }
-        Ok(Outcome::Done)
+        Ok(Outcome::Done {
+            warnings: rendered.warnings,
+        })
     }
 
     /// Returns the computation that the parameters ask for.

@@ -4,7 +4,7 @@ use std::ffi::{CStr, CString};
 
 use super::Host;
 use crate::sys::Handle;
-use crate::sys::message::{ERROR, LOG, MESSAGE, Message};
+use crate::sys::message::{ERROR, LOG, MESSAGE, Message, WARNING};
 
 /// The format of all messages, so that a `%` in a file name is never taken for a format.
 const FORMAT: &CStr = c"%s";
@@ -14,7 +14,7 @@ const ID: &CStr = c"seidel";
 /// Largest number of bytes of a message.
 const MAX_BYTES: usize = 4000;
 
-/// Shows the user of an instance an error, until [`clear_error`] if the host supports that.
+/// Shows the user of an instance an error, until [`clear_message`] if the host supports that.
 pub(crate) fn show_error(host: &Host, handle: Handle, text: &str) {
     let messages = &host.suites.messages;
     send(
@@ -25,8 +25,17 @@ pub(crate) fn show_error(host: &Host, handle: Handle, text: &str) {
     );
 }
 
-/// Removes the error that [`show_error`] showed.
-pub(crate) fn clear_error(host: &Host, handle: Handle) {
+/// Shows the user of an instance a warning, until [`clear_message`]. Hosts without persistent messages get it in their log, since
+/// a box to be closed for every frame would be worse than none.
+pub(crate) fn show_warning(host: &Host, handle: Handle, text: &str) {
+    match host.suites.messages.set_persistent {
+        Some(_) => send(host.suites.messages.set_persistent, handle, WARNING, text),
+        None => log(host, handle, text),
+    }
+}
+
+/// Removes the message that [`show_error`] or [`show_warning`] showed.
+pub(crate) fn clear_message(host: &Host, handle: Handle) {
     // Resolve 14 returns an address that is no function (README-hosts of openfx-misc).
     if host.is_resolve() {
         return;

@@ -78,6 +78,13 @@ fn type_of(knob: &Knob) -> &'static CStr {
     }
 }
 
+/// Returns the step of a knob: a power of ten of about a thousandth of its slider, and at least its last digit.
+fn step(slider: (f64, f64), digits: i32) -> f64 {
+    let thousandth = (slider.1 - slider.0) / 1000.0;
+    let power = thousandth.log10().round() as i32;
+    10.0_f64.powi(power.max(-digits))
+}
+
 /// Sets the properties that depend on the type of the knob.
 fn set_properties(properties: &PropertySet, knob: &Knob, in_resolve: bool) {
     match knob.kind {
@@ -95,7 +102,7 @@ fn set_properties(properties: &PropertySet, knob: &Knob, in_resolve: bool) {
             properties.set_double(p::DISPLAY_MIN, 0, slider.0);
             properties.set_double(p::DISPLAY_MAX, 0, slider.1);
             properties.set_int(p::DIGITS, 0, digits);
-            properties.set_double(p::INCREMENT, 0, 0.1_f64.powi(digits.min(3)));
+            properties.set_double(p::INCREMENT, 0, step(slider, digits));
         }
         Kind::Pair { default, position } => {
             if position {
@@ -161,5 +168,20 @@ fn set_properties(properties: &PropertySet, knob: &Knob, in_resolve: bool) {
             properties.set_int(p::SECRET, 0, 1);
             properties.set_int(p::ANIMATES, 0, 0);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_fit_the_range_and_the_digits() {
+        let close = |step: f64, want: f64| (step / want - 1.0).abs() < 1e-12;
+        // Noise, Amount, Along Ray Focal, and Maximum.
+        assert!(close(step((0.0, 0.1), 5), 1e-4));
+        assert!(close(step((0.0, 2.0), 3), 1e-3));
+        assert!(close(step((0.0, 10_000.0), 1), 10.0));
+        assert!(close(step((0.0, 256.0), 1), 0.1));
     }
 }

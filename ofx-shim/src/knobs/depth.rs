@@ -22,12 +22,17 @@ pub(crate) static CHANNEL: Knob = Knob {
 /// Depth channel: luminance.
 pub(crate) const LUMINANCE: i32 = 4;
 
+/// Depth math: distance.
+pub(crate) const MATH_DEPTH: i32 = 1;
+/// Depth math: one over the distance.
+pub(crate) const MATH_FAR_ZERO: i32 = 2;
+
 pub(crate) static MATH: Knob = Knob {
     name: c"math",
     label: c"Depth Math",
     hint: c"Convention of the depth pass. depth: distance along the axis. far=0: 1 / distance. far=1: 0 at Near and 1 at infinity, as in OpenGL. direct: 1 / distance relative to the focus, in 1/m, where Focus Plane (C) is the value in focus. With a minus: the same, negated. linear: distance normalised between Near and Far.",
     kind: Kind::Choice {
-        default: 2,
+        default: MATH_DEPTH,
         options: &[
             c"direct",
             c"depth",
@@ -42,6 +47,21 @@ pub(crate) static MATH: Knob = Knob {
         ],
     },
 };
+
+/// Returns whether a choice of [`MATH`] has no unit of distance.
+pub(crate) fn is_direct(choice: i32) -> bool {
+    matches!(choice, 0 | 4)
+}
+
+/// Returns whether a choice of [`MATH`] depends on [`NEAR`].
+pub(crate) fn has_near(choice: i32) -> bool {
+    matches!(choice, 3 | 7) || has_far(choice)
+}
+
+/// Returns whether a choice of [`MATH`] depends on [`FAR`].
+pub(crate) fn has_far(choice: i32) -> bool {
+    matches!(choice, 8 | 9)
+}
 
 pub(crate) static UNIT: Knob = Knob {
     name: c"worldScale",

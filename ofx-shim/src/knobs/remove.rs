@@ -37,6 +37,9 @@ pub(crate) static NOISE: Knob = Knob {
     },
 };
 
+/// Clipping: from a level on.
+pub(crate) const CLIP_BY_LEVEL: i32 = 2;
+
 pub(crate) static CLIP: Knob = Knob {
     name: c"clip",
     label: c"Clipping",

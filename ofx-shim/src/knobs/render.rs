@@ -60,8 +60,8 @@ pub(crate) static FILL_FOREGROUND: Knob = Knob {
 
 pub(crate) static BLUR_INSIDE: Knob = Knob {
     name: c"blurInside",
-    label: c"Blur Inside",
-    hint: c"Lets a blurred foreground become transparent inside its own outline.",
+    label: c"Blur Inward",
+    hint: c"Lets the edge of a blurred foreground become transparent inside its outline too, as in a camera. Off: it only blurs outwards. This is not Blur Inside of ZDefocus.",
     kind: Kind::Switch(true),
 };
 

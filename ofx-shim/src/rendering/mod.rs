@@ -6,6 +6,7 @@ mod frame;
 mod inputs;
 mod mixing;
 mod psf_grid;
+mod results;
 mod source;
 mod task;
 
@@ -15,5 +16,6 @@ pub(crate) use frame::{Frame, field, project_region, render_window};
 pub(crate) use inputs::{Inputs, image_of_input};
 pub(crate) use mixing::Mixing;
 pub(crate) use psf_grid::draw_psf_grid;
+pub(crate) use results::forget_results;
 pub(crate) use source::Source;
 pub(crate) use task::{Outcome, RenderJob, Task};

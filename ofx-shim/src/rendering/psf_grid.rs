@@ -23,11 +23,8 @@ pub(crate) fn draw_psf_grid(
     vergence_per_m: impl Fn((i32, i32)) -> f64,
 ) -> Result<Outcome> {
     let colours = COLOURS.len().min(result.channels());
-    for pixel in result.pixels_in(window) {
-        for channel in 0..result.channels() {
-            result.set(pixel, channel, if channel == 3 { 1.0 } else { 0.0 });
-        }
-    }
+    // All kernels before the first pixel, so that an aborted render leaves the picture as it was.
+    let mut points = Vec::new();
     for (x, y) in grid_points(lens.geometry.display) {
         let pixel = (x.floor() as i32, y.floor() as i32);
         let vergence = vergence_per_m(pixel);
@@ -42,7 +39,14 @@ pub(crate) fn draw_psf_grid(
             lens.kernel(channel, (x, y), 1.0 / vergence)
         };
         let kernels = COLOURS[..colours].iter().map(kernel);
-        let kernels = kernels.collect::<Result<Vec<_>>>()?;
+        points.push((pixel, kernels.collect::<Result<Vec<_>>>()?));
+    }
+    for pixel in result.pixels_in(window) {
+        for channel in 0..result.channels() {
+            result.set(pixel, channel, if channel == 3 { 1.0 } else { 0.0 });
+        }
+    }
+    for (pixel, kernels) in points {
         // One scale for all colours, so that a wider kernel is dimmer.
         let weights = kernels.iter().flat_map(|kernel| &kernel.weights);
         let peak = weights.fold(0.0_f32, |peak, weight| peak.max(*weight));
@@ -60,5 +64,5 @@ pub(crate) fn draw_psf_grid(
             }
         }
     }
-    Ok(Outcome::Done)
+    Ok(Outcome::DONE)
 }

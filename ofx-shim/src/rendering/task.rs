@@ -7,6 +7,8 @@ use seidel_core::{
     Image, LensSession, Margins, NoiseGain, Plate, PreparedPlate, Progress, Rectangle,
 };
 
+use super::results::{KeptResult, kept_or_rendered};
+use crate::depth_warning;
 use crate::host::{Effect, Result};
 use crate::interleaved::Interleaved;
 use crate::threads;
@@ -25,11 +27,24 @@ pub(crate) enum Task {
     Relens(Arc<LensSession>),
 }
 
-/// The end of a render: complete, or aborted by the host.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The end of a render: complete with warnings, or aborted by the host.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    Done,
+    Done { warnings: Vec<String> },
     Aborted,
+}
+
+impl Outcome {
+    /// A complete render that leaves nothing to say.
+    pub(crate) const DONE: Self = Self::Done {
+        warnings: Vec::new(),
+    };
+}
+
+/// The pixels of a render, and warnings about its inputs.
+pub(crate) struct Rendered {
+    pub(crate) image: Interleaved,
+    pub(crate) warnings: Vec<String>,
 }
 
 /// A computation and the plate that it is for.
@@ -48,7 +63,7 @@ impl RenderJob {
     ///
     /// # Errors
     /// Those of [`LensSession::prepare`] and of the core's functions of the same names; not enough memory.
-    pub(crate) fn run(self, effect: &Effect) -> Result<Option<Interleaved>> {
+    pub(crate) fn run(self, effect: &Effect) -> Result<Option<Rendered>> {
         let Self {
             task,
             session,
@@ -66,15 +81,20 @@ impl RenderJob {
         if map.is_some() && (session.is_neutral() || strength == 0.0) {
             // The plate stays as it is: it is certain everywhere, and so is its noise.
             let channels = plate.image.colours.len() + plate.image.alpha.iter().len();
-            return Interleaved::new(window, channels, |_, _| 1.0).map(Some);
+            let image = Interleaved::new(window, channels, |_, _| 1.0)?;
+            return Ok(Some(Rendered {
+                image,
+                warnings: Vec::new(),
+            }));
         }
         let prepared = session.prepare(plate)?;
-        let (image, origin) = match task {
+        let (result, origin) = match task {
             Task::Apply => {
+                let own = Arc::new(prepared);
                 let (prepared, extent) = if margins.is_none() {
-                    (prepared, extent)
+                    (Arc::clone(&own), extent)
                 } else {
-                    (prepared.expanded(margins)?, margins.around(extent))
+                    (Arc::new(own.expanded(margins)?), margins.around(extent))
                 };
                 let part = RenderWindow {
                     column: (window.x - extent.x) as usize,
@@ -82,31 +102,81 @@ impl RenderJob {
                     width: window.width,
                     height: window.height,
                 };
+                let plate = Arc::clone(&prepared);
                 let work = move |progress: &Progress<'_>| {
-                    let planes = prepared.apply_window(part, progress)?;
-                    prepared.to_image_of_size(part.width, part.height, planes)
+                    let planes = plate.apply_window(part, progress)?;
+                    Ok(KeptResult {
+                        image: plate.to_image_of_size(part.width, part.height, planes)?,
+                        // The depth of added margins repeats that of the border.
+                        warnings: warnings(&own)?,
+                    })
                 };
-                (threads::run(effect, work)?, window)
+                let render = || threads::run(effect, work);
+                let result = kept_or_rendered(&prepared, "apply", None, Some(part), render)?;
+                (result, window)
             }
             Task::Relens(other) => {
-                let other = prepared.for_session(&other)?;
-                let work = move |progress: &Progress<'_>| prepared.relens(&other, progress);
-                (threads::run(effect, work)?, extent)
+                let other = Arc::new(prepared.for_session(&other)?);
+                let (prepared, target) = (Arc::new(prepared), Arc::clone(&other));
+                let plate = Arc::clone(&prepared);
+                let work = move |progress: &Progress<'_>| {
+                    Ok(KeptResult {
+                        image: plate.relens(&target, progress)?,
+                        warnings: warnings(&plate)?,
+                    })
+                };
+                let render = || threads::run(effect, work);
+                let result = kept_or_rendered(&prepared, "relens", Some(&other), None, render)?;
+                (result, extent)
             }
             Task::Remove | Task::Confidence | Task::NoiseGain => {
-                let work = move |progress: &Progress<'_>| match map {
-                    Some(noise_gain) => removal_map(&prepared, noise_gain, progress),
-                    None => prepared
-                        .remove(NoiseGain::Skip, progress)?
-                        .sharp_image(&prepared),
+                let prepared = Arc::new(prepared);
+                let plate = Arc::clone(&prepared);
+                let work = move |progress: &Progress<'_>| {
+                    let image = match map {
+                        Some(noise_gain) => removal_map(&plate, noise_gain, progress)?,
+                        None => plate
+                            .remove(NoiseGain::Skip, progress)?
+                            .sharp_image(&plate)?,
+                    };
+                    Ok(KeptResult {
+                        image,
+                        warnings: warnings(&plate)?,
+                    })
                 };
-                (threads::run(effect, work)?, extent)
+                let name = match map {
+                    None => "remove",
+                    Some(NoiseGain::Skip) => "confidence",
+                    Some(NoiseGain::Measure) => "noise gain",
+                };
+                let render = || threads::run(effect, work);
+                let result = kept_or_rendered(&prepared, name, None, None, render)?;
+                (result, extent)
             }
         };
-        image
-            .map(|image| interleave(&image, origin, window))
-            .transpose()
+        let Some(result) = result else {
+            return Ok(None);
+        };
+        Ok(Some(Rendered {
+            image: interleave(&result.image, origin, window)?,
+            warnings: result.warnings.clone(),
+        }))
     }
+}
+
+/// Returns doubts about the depth input and the focus settings of `plate`.
+///
+/// # Errors
+/// Focus settings that cannot be followed.
+fn warnings(plate: &PreparedPlate) -> seidel_core::Result<Vec<String>> {
+    let mut warnings = Vec::new();
+    if let Some(pass) = plate.depth().pass() {
+        let findings = plate.depth_findings()?;
+        let width = plate.placement().width;
+        warnings = depth_warning::warnings(&findings, pass.meaning.convention, width);
+    }
+    warnings.extend(plate.focus_warning()?);
+    Ok(warnings)
 }
 
 /// Returns a map of the removal of blur, one plane a colour, with an alpha of 1 where the plate has one: the noise gain if

@@ -37,5 +37,7 @@ pub const SUITE: &CStr = c"OfxMessageSuite";
 pub const MESSAGE: &CStr = c"OfxMessageMessage";
 /// Message type: for the host's log only.
 pub const LOG: &CStr = c"OfxMessageLog";
+/// Message type: warning.
+pub const WARNING: &CStr = c"OfxMessageWarning";
 /// Message type: error.
 pub const ERROR: &CStr = c"OfxMessageError";

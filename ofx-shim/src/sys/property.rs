@@ -56,6 +56,10 @@ pub const SUITE: &CStr = c"OfxPropertySuite";
 
 /// Name of an object.
 pub const NAME: &CStr = c"OfxPropName";
+/// Type of the object that changed.
+pub const TYPE: &CStr = c"OfxPropType";
+/// Value of [`TYPE`]: a clip.
+pub const TYPE_CLIP: &CStr = c"OfxTypeClip";
 /// Name shown to users.
 pub const LABEL: &CStr = c"OfxPropLabel";
 /// Short name shown to users.

@@ -73,6 +73,7 @@ fn depth_maths_and_holdouts() {
     abi.depth = Some(inverse_depth(1));
     let expected = abi.apply(&plate(), WHOLE);
     // Nuke's convention, in pictures of one and of four channels.
+    host.choose("math", 2);
     for channels in [1, 4] {
         host.connect("Depth", Some(inverse_depth(channels)));
         assert_same("far=0", &host.render(&plate(), WHOLE), &expected);
@@ -132,6 +133,52 @@ fn depth_maths_and_holdouts() {
         &host.render(&plate(), WHOLE),
         &abi.apply(&plate(), WHOLE),
     );
+}
+
+#[test]
+fn results_that_were_kept_are_those_of_their_inputs() {
+    let host = Host::new();
+    host.set("distance", 6.0);
+    let source = plate();
+    let blurred = host.render(&source, WHOLE);
+    host.set("mix", 0.5);
+    let mixed = host.render(&source, WHOLE);
+    for (k, mixed) in mixed.samples.iter().enumerate() {
+        let (before, after) = (source.samples[k], blurred.samples[k]);
+        assert_eq!(*mixed, before + (after - before) * 0.5);
+    }
+    host.set("mix", 1.0);
+    // Any other input is another render.
+    let mut brighter = source.clone();
+    brighter.samples[5] += 1.0;
+    let of_brighter = host.render(&brighter, WHOLE);
+    assert_ne!(of_brighter.samples, blurred.samples);
+    host.set("amount", 0.5);
+    assert_ne!(host.render(&source, WHOLE).samples, blurred.samples);
+    host.set("amount", 1.0);
+    host.connect("Depth", Some(inverse_depth(1)));
+    host.choose("math", 2);
+    assert_ne!(host.render(&source, WHOLE).samples, blurred.samples);
+    host.connect("Depth", None);
+    assert_same("again", &host.render(&source, WHOLE), &blurred);
+}
+
+#[test]
+fn doubts_about_depth_and_focus_name_knobs() {
+    let host = Host::new();
+    let metres = Picture::new(WHOLE, 1, |x, y, _| 0.02 + (x + y) as f32 / 100.0);
+    host.connect("Depth", Some(metres));
+    host.render(&plate(), WHOLE);
+    let doubts = host.messages();
+    let doubt = doubts.last().expect("a warning");
+    assert!(doubt.starts_with("Depth: "), "{doubt}");
+    assert!(doubt.contains("set Depth Math to"), "{doubt}");
+    host.connect("Depth", None);
+    host.set("maxSize", 0.01);
+    host.render(&plate(), WHOLE);
+    let doubts = host.messages();
+    let doubt = doubts.last().expect("a warning");
+    assert!(doubt.contains("drawn as in focus"), "{doubt}");
 }
 
 #[test]

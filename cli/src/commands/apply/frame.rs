@@ -143,6 +143,8 @@ impl FrameWork for Job<'_> {
         loaded.expand()?;
         if index == 0 {
             loaded.warnings.extend(self.edges_note(&loaded));
+            let focus = loaded.prepared.focus_warning();
+            (loaded.warnings).extend(focus.map_err(|e| loaded.in_file(e))?);
         }
         let residual = match inputs.residual {
             Some(file) => {

@@ -128,14 +128,15 @@ pub struct FocusRemap {
     lowest: f64,
     /// Largest vergence drawn, 1/m.
     highest: f64,
+    /// Size of the largest kernel in focus, plate px, where it exceeds the maximum size.
+    unreachable_maximum_px: Option<f64>,
 }
 
 impl FocusRemap {
     /// Resolves `controls` for `lens` on `plate`.
     ///
     /// # Errors
-    /// Invalid values; a lens whose blur does not depend on distance; a range around a focus plane at infinity; and a
-    /// largest kernel smaller than those in focus.
+    /// Invalid values; a lens whose blur does not depend on distance; and a range around a focus plane at infinity.
     pub fn new(lens: &dyn BlurField, plate: PlateExtent, controls: &FocusControls) -> Result<Self> {
         controls.check()?;
         let mut range = Self {
@@ -146,6 +147,7 @@ impl FocusRemap {
             back: controls.back,
             lowest: f64::NEG_INFINITY,
             highest: f64::INFINITY,
+            unreachable_maximum_px: None,
         };
         if controls.is_neutral() {
             return Ok(range);
@@ -161,10 +163,19 @@ impl FocusRemap {
         (range.near, range.far) = ends(range.focus, controls.depth_of_field_m)?;
         if let Some(size) = controls.maximum_px {
             let kernels = KernelProbes::new(lens, plate);
-            range.highest = kernels.farthest(range.focus, 1.0, size)?;
-            range.lowest = kernels.farthest(range.focus, -1.0, size)?;
+            let in_focus = kernels.largest(range.focus);
+            range.unreachable_maximum_px = (in_focus > size).then_some(in_focus);
+            let size = size.max(in_focus);
+            range.highest = kernels.farthest(range.focus, 1.0, size);
+            range.lowest = kernels.farthest(range.focus, -1.0, size);
         }
         Ok(range)
+    }
+
+    /// The size of the largest kernel in focus, plate px, where the maximum size is smaller: then everything is drawn as in
+    /// focus, and still exceeds the maximum.
+    pub fn unreachable_maximum_px(&self) -> Option<f64> {
+        self.unreachable_maximum_px
     }
 
     /// Returns the vergence to draw for an object at vergence `v`, 1/m.
@@ -267,22 +278,13 @@ impl<'a> KernelProbes<'a> {
         2.0 * all.fold(0.0, f64::max).sqrt() * self.scale
     }
 
-    /// Returns the vergence farthest from `focus` on the side of `sign` at which no kernel exceeds `size`.
-    fn farthest(&self, focus: f64, sign: f64, size: f64) -> Result<f64> {
-        let in_focus = self.largest(focus);
-        if in_focus > size {
-            return Err(Error::new(
-                "maximum size",
-                format!(
-                    "is {size} px, but the lens has kernels of {in_focus:.3} px in focus already"
-                ),
-                "give a larger one, or make the whole lens weaker by its amount",
-            ));
-        }
+    /// Returns the vergence farthest from `focus` on the side of `sign` at which no kernel exceeds `size`, which is at least
+    /// that of the kernels in focus.
+    fn farthest(&self, focus: f64, sign: f64, size: f64) -> f64 {
         let (mut within, mut beyond) = (0.0, 1e-3);
         while self.largest(focus + sign * beyond) <= size {
             if beyond > FARTHEST_FROM_FOCUS {
-                return Ok(sign * f64::INFINITY);
+                return sign * f64::INFINITY;
             }
             (within, beyond) = (beyond, 2.0 * beyond);
         }
@@ -294,7 +296,7 @@ impl<'a> KernelProbes<'a> {
                 beyond = middle;
             }
         }
-        Ok(focus + sign * within)
+        focus + sign * within
     }
 }
 

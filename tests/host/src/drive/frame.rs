@@ -2,6 +2,7 @@
 
 use std::ffi::CStr;
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use openfx::sys::generic::core::*;
 use openfx::sys::image_effect_v1::image_effect::*;
@@ -78,6 +79,8 @@ pub struct Frame {
     pub fetched_clips: Vec<String>,
     /// The plugin's last message, if a render failed.
     pub message: Option<String>,
+    /// The time in the Render action, without what the host does before and after it.
+    pub elapsed: Duration,
 }
 
 impl Frame {
@@ -141,6 +144,7 @@ impl Instance<'_> {
             faults: Vec::new(),
             fetched_clips: Vec::new(),
             message: None,
+            elapsed: Duration::ZERO,
         };
         for tile in tiles {
             self.render_tile(request, tile, &mut frame)?;
@@ -193,7 +197,9 @@ impl Instance<'_> {
             field: request.field,
             fetched_clips: Mutex::default(),
         });
+        let start = Instant::now();
         let status = self.act_render(request, window, &render);
+        frame.elapsed += start.elapsed();
         for clip in reclaim(host, Some(&render)) {
             frame
                 .faults

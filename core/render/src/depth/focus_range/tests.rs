@@ -162,6 +162,23 @@ fn the_largest_kernel_has_the_maximum_size() {
 }
 
 #[test]
+fn a_maximum_below_the_kernels_in_focus_draws_everything_as_in_focus() {
+    let range = remap(FocusControls {
+        maximum_px: Some(1.0),
+        ..FocusControls::default()
+    });
+    let in_focus = largest(&MADE, FOCUS);
+    let stated = range.unreachable_maximum_px().expect("a maximum too small");
+    assert!(
+        (stated / in_focus - 1.0).abs() < 1e-6,
+        "{stated} {in_focus}"
+    );
+    for v in vergences() {
+        assert!(largest(&MADE, range.vergence(v)) < 1.001 * in_focus, "{v}");
+    }
+}
+
+#[test]
 fn all_controls_keep_the_order_in_depth() {
     let mut random = SplitMix64::new(8);
     for _ in 0..200 {
@@ -250,11 +267,6 @@ fn invalid_values_are_refused_by_name() {
         };
         assert!(refused(&MADE, size).contains("maximum size"));
     }
-    let small = FocusControls {
-        maximum_px: Some(1.0),
-        ..neutral
-    };
-    assert!(refused(&MADE, small).contains("in focus already"));
     let far = FocusControls {
         focus_per_m: Some(0.0),
         depth_of_field_m: 1.0,

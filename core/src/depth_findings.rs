@@ -1,0 +1,66 @@
+//! The check of a prepared depth pass, for its plate and lens.
+
+use seidel_optics::error::Result;
+use seidel_optics::profile::LensProfile;
+use seidel_render::{CameraPerspective, DepthCheck, DepthFinding, LensDistances};
+
+use crate::placement::PlatePlacement;
+use crate::plate::PlateGeometry;
+use crate::prepared::PreparedPlate;
+use crate::prepared_depth::PreparedDepth;
+use crate::session::LensSession;
+
+impl LensSession {
+    /// Returns signs that the depth pass of a plate of `geometry`, with `alpha` where it has one, does not follow its
+    /// convention; none if the plate is at one distance.
+    ///
+    /// # Errors
+    /// Those of [`LensSession::place`] and [`DepthCheck::findings`].
+    pub fn depth_findings(
+        &self,
+        depth: &PreparedDepth,
+        geometry: &PlateGeometry,
+        alpha: Option<&[f32]>,
+    ) -> Result<Vec<DepthFinding>> {
+        let (Some(reading), Some(pass)) = (depth.reading(), depth.pass()) else {
+            return Ok(Vec::new());
+        };
+        let placement = self.place(geometry)?;
+        let lens = self.lens().profile();
+        let check = DepthCheck {
+            samples: &pass.samples,
+            vergence: &reading.vergence,
+            width: placement.width,
+            height: placement.height,
+            convention: pass.meaning.convention,
+            alpha,
+            view: CameraPerspective {
+                axis: self.axis(&placement),
+                focal_px: focal_px(lens, &placement),
+                pixel_aspect: placement.pixel_aspect,
+            },
+            lens: LensDistances {
+                measured_m: lens.measured_range_m(),
+                focal_length_m: lens.camera.focal_length_mm.map(|f| 1e-3 * f),
+            },
+        };
+        check.findings()
+    }
+}
+
+impl PreparedPlate {
+    /// Returns signs that the plate's depth pass does not follow its convention.
+    ///
+    /// # Errors
+    /// Those of [`LensSession::depth_findings`].
+    pub fn depth_findings(&self) -> Result<Vec<DepthFinding>> {
+        (self.session()).depth_findings(self.depth(), self.geometry(), self.alpha())
+    }
+}
+
+/// Returns the focal length in widths of plate pixels, if the profile states its camera.
+fn focal_px(lens: &LensProfile, placement: &PlatePlacement) -> Option<f64> {
+    let focal_mm = lens.camera.focal_length_mm?;
+    let pitch_um = lens.pixel_pitch_um?;
+    Some(focal_mm * 1000.0 / pitch_um * placement.map.scale / placement.pixel_aspect)
+}

@@ -1,0 +1,128 @@
+//! Times of what an artist does to a node in a host, as shares of the first render: another mix, another mask, another focus,
+//! a proxy, and a render that the host aborts.
+//!
+//! `cargo bench -p seidel-ofx --bench interactive [-- WIDTH HEIGHT]`; HD if omitted.
+
+use std::time::Duration;
+
+use seidel_ofx_host::drive::{Instance, Library, LoadedPlugin, RenderRequest};
+use seidel_ofx_host::host::Host;
+use seidel_ofx_host::host::effect::ParameterValue;
+use seidel_ofx_host::host::profile::Profile;
+use seidel_ofx_host::picture::{Picture, Rect, plate};
+use seidel_ofx_host::runner::built_plugin;
+use seidel_ofx_host::scene::{Input, Scene};
+
+type Result<T> = std::result::Result<T, String>;
+
+/// Rounds of which the median counts.
+const ROUNDS: usize = 3;
+
+fn main() -> Result<()> {
+    let sizes: Vec<i32> = (std::env::args().skip(1))
+        .filter_map(|argument| argument.parse().ok())
+        .collect();
+    let (width, height) = match sizes[..] {
+        [width, height] => (width, height),
+        _ => (1920, 1080),
+    };
+    let bounds = Rect::new(0, 0, width, height);
+    let library = Library::open(&built_plugin("seidel_ofx")?)?;
+    let plugin = library.find(None)?;
+    let host = Host::activate(Profile::complete());
+    let loaded = LoadedPlugin::load(&host, &plugin)?;
+    let measured = measure(&loaded, bounds);
+    loaded.unload()?;
+    let times = measured?;
+    println!(
+        "| {width} x {height}, with depth | s | share of the first render |\n| --- | --- | --- |"
+    );
+    let first = times[0].1.as_secs_f64();
+    for (name, time) in times {
+        let seconds = time.as_secs_f64();
+        println!(
+            "| {name} | {seconds:.3} | {:.1} % |",
+            100.0 * seconds / first
+        );
+    }
+    Ok(())
+}
+
+/// Depth of a floor from 1.5 to 20 m with two cards on it.
+fn depth(bounds: Rect) -> Picture {
+    let (width, height) = (bounds.width() as f32, bounds.height() as f32);
+    Picture::from_fn(bounds, 1, |x, y, _| {
+        let (u, v) = (x as f32 / width, y as f32 / height);
+        if (0.2..0.35).contains(&u) && v < 0.7 {
+            2.0
+        } else if (0.55..0.8).contains(&u) && v < 0.5 {
+            4.0
+        } else {
+            1.0 / (1.0 / 1.5 - v * (1.0 / 1.5 - 1.0 / 20.0))
+        }
+    })
+}
+
+fn scene(bounds: Rect) -> Scene {
+    let mask = Picture::from_fn(bounds, 1, |x, _, _| x as f32 / bounds.width() as f32);
+    Scene::new(plate(bounds, 4, 1))
+        .connect("Depth", Input::still(depth(bounds)))
+        .connect("Mask", Input::still(mask))
+}
+
+fn measure(loaded: &LoadedPlugin, bounds: Rect) -> Result<Vec<(&'static str, Duration)>> {
+    let scene = scene(bounds);
+    let context = loaded.context(&scene)?;
+    let set = |instance: &Instance, name: &str, value: f64| {
+        instance.edit(name, &ParameterValue::Doubles(vec![value]))
+    };
+    let mut all: Vec<(&'static str, Vec<Duration>)> = Vec::new();
+    let mut note = |name, time| match all.iter_mut().find(|(other, _)| *other == name) {
+        Some((_, times)) => times.push(time),
+        None => all.push((name, vec![time])),
+    };
+    for _ in 0..ROUNDS {
+        let instance = Instance::new(loaded, &context, &scene)?;
+        let timed = |request: &RenderRequest| {
+            let frame = instance.render(request)?;
+            match frame.status {
+                0 => Ok(frame.elapsed),
+                status => Err(format!("render: status {status}: {:?}", frame.message)),
+            }
+        };
+        let whole = RenderRequest::default();
+        let half = RenderRequest {
+            scale: (0.5, 0.5),
+            ..RenderRequest::default()
+        };
+        instance.act(c"OfxActionPurgeCaches");
+        instance.edit("useMask", &ParameterValue::Ints(vec![0]))?;
+        instance.edit("focus", &ParameterValue::Ints(vec![1]))?;
+        note("first render", timed(&whole)?);
+        set(&instance, "mix", 0.7)?;
+        note("another mix", timed(&whole)?);
+        instance.edit("useMask", &ParameterValue::Ints(vec![1]))?;
+        note("another mask", timed(&whole)?);
+        set(&instance, "focusDistance", 2.2)?;
+        note("another focus", timed(&whole)?);
+        instance.act(c"OfxActionPurgeCaches");
+        note("proxy at half size, first render", timed(&half)?);
+        instance.act(c"OfxActionPurgeCaches");
+        // The host asks at the second query, so that the render is under way.
+        loaded.host.abort_after(Some(1));
+        note(
+            "aborted at the second query",
+            instance.render(&whole)?.elapsed,
+        );
+        loaded.host.abort_after(None);
+        instance.destroy()?;
+    }
+    let median = |mut times: Vec<Duration>| {
+        times.sort();
+        times[times.len() / 2]
+    };
+    Ok(all
+        .into_iter()
+        .map(|(name, times)| (name, median(times)))
+        .collect())
+}

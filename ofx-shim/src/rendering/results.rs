@@ -1,0 +1,55 @@
+//! Results of earlier renders: another mix or mask of the same render needs no render.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
+use seidel_core::render::RenderWindow;
+use seidel_core::{Image, PreparedPlate, ResultStore};
+
+use crate::host::Result;
+
+/// Most memory that results take, bytes, of all instances together: seven HD frames or one of 4096 x 2160 with alpha.
+const MOST_BYTES: usize = 256 << 20;
+
+/// An image, and doubts about the inputs that it was made from.
+pub(super) struct KeptResult {
+    pub(super) image: Image,
+    pub(super) warnings: Vec<String>,
+}
+
+static RESULTS: ResultStore<KeptResult> = ResultStore::new(MOST_BYTES);
+
+/// Returns what `render` makes of `plate`, or made before. The `name` tells its computations apart. `None` if `render` returns
+/// none.
+///
+/// # Errors
+/// Those of `render`.
+pub(super) fn kept_or_rendered(
+    plate: &PreparedPlate,
+    name: &str,
+    other: Option<&PreparedPlate>,
+    window: Option<RenderWindow>,
+    render: impl FnOnce() -> Result<Option<KeptResult>>,
+) -> Result<Option<Arc<KeptResult>>> {
+    let mut hasher = DefaultHasher::new();
+    (plate.fingerprint(), other.map(PreparedPlate::fingerprint)).hash(&mut hasher);
+    (name, window.map(|w| [w.column, w.row, w.width, w.height])).hash(&mut hasher);
+    let key = hasher.finish();
+    if let Some(result) = RESULTS.get(key) {
+        return Ok(Some(result));
+    }
+    let Some(result) = render()? else {
+        return Ok(None);
+    };
+    let result = Arc::new(result);
+    let image = &result.image;
+    let planes = image.colours.iter().chain(&image.alpha);
+    let bytes = planes.map(|plane| size_of_val(plane.as_slice())).sum();
+    RESULTS.insert(key, bytes, Arc::clone(&result));
+    Ok(Some(result))
+}
+
+/// Drops all results.
+pub(crate) fn forget_results() {
+    RESULTS.clear();
+}
