@@ -9,7 +9,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::normal::{cumulative, density};
+use seidel_optics::numeric::StandardNormal;
+
 use crate::robust::scatter;
 
 /// Unknowns: dark, step, g_t, g_s, c0, c1, c2, sigma.
@@ -70,10 +71,13 @@ impl LineFit {
         let (s, t) = (pixel.s, pixel.t);
         let [c0, c1, c2] = self.line;
         let z = (t - c0 - (c1 + c2 * s) * s) / self.sigma;
-        let phi = cumulative(z);
+        let StandardNormal {
+            density,
+            cumulative: phi,
+        } = StandardNormal::at(z);
         let base = self.dark + self.step * phi;
         let light = self.light_at(pixel);
-        let shift = -self.step * density(z) / self.sigma * light;
+        let shift = -self.step * density / self.sigma * light;
         let derivatives = SVector::from([
             light,
             phi * light,

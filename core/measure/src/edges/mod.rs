@@ -8,7 +8,6 @@
 
 mod line_fit;
 mod noise;
-mod normal;
 mod profile;
 mod segments;
 mod strips;

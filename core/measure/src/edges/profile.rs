@@ -11,9 +11,9 @@
 use nalgebra::{SMatrix, SVector};
 use seidel_optics::edges::ProfileBin;
 use seidel_optics::moments::pixels::PIXEL_VARIANCE_PX2;
+use seidel_optics::numeric::StandardNormal;
 
 use super::line_fit::{EdgePixel, LineFit};
-use super::normal::{cumulative, density};
 
 /// Width of a bin, px.
 const BIN_PX: f64 = 0.5;
@@ -161,7 +161,10 @@ impl Model {
         // Pixels of a bin at different distances blur it further.
         let width = (sigma * sigma + bin.spread_px2).sqrt();
         let z = (bin.t_px - centroid) / width;
-        let (phi, cdf) = (density(z), cumulative(z));
+        let StandardNormal {
+            density: phi,
+            cumulative: cdf,
+        } = StandardNormal::at(z);
         let he = hermite(z);
         let edge = cdf - phi * (h3 * he[2] + h4 * he[3] + h5 * he[4] + h6 * he[5]);
         // The derivative of phi He_n is -phi He_(n + 1).
