@@ -101,7 +101,8 @@ impl LineFit {
                 self.line[1] + step[5],
                 self.line[2] + step[6],
             ],
-            sigma: (self.sigma + step[7]).clamp(LEAST_SIGMA.max(0.5 * self.sigma), 2.0 * self.sigma),
+            sigma: (self.sigma + step[7])
+                .clamp(LEAST_SIGMA.max(0.5 * self.sigma), 2.0 * self.sigma),
             scatter: self.scatter,
         }
     }
@@ -111,7 +112,9 @@ impl LineFit {
 /// do not determine it.
 pub(super) fn fit(pixels: &mut Vec<EdgePixel>, sigma: f64) -> Option<LineFit> {
     let mean = |bright: bool| {
-        let side = pixels.iter().filter(|p| (p.t > sigma) == bright && p.t.abs() > sigma);
+        let side = pixels
+            .iter()
+            .filter(|p| (p.t > sigma) == bright && p.t.abs() > sigma);
         let (sum, count) = side.fold((0.0, 0), |(sum, n), p| (sum + p.value, n + 1));
         (count > 0).then(|| sum / f64::from(count))
     };

@@ -428,7 +428,8 @@ struct Equalised {
 /// Returns the levels beside the edges with the variance of their pixels.
 fn plateaus(lines: &[FittedLine]) -> Vec<Plateau> {
     let both = lines.iter().flat_map(|fitted| {
-        [false, true].map(|bright| noise::plateau(fitted.channel, &fitted.pixels, &fitted.line, bright))
+        [false, true]
+            .map(|bright| noise::plateau(fitted.channel, &fitted.pixels, &fitted.line, bright))
     });
     both.flatten().collect()
 }

@@ -78,7 +78,11 @@ pub(super) fn estimate(photo: &Photograph, plateaus: &[Plateau]) -> Noises {
         if photo.mosaic.is_some() {
             return joint;
         }
-        let own: Vec<&Plateau> = all.iter().filter(|p| p.channel == channel).copied().collect();
+        let own: Vec<&Plateau> = all
+            .iter()
+            .filter(|p| p.channel == channel)
+            .copied()
+            .collect();
         transfer(&own, photo.gain, least)
     });
     Noises {

@@ -66,9 +66,8 @@ pub(super) fn bins(pixels: &[EdgePixel], line: &LineFit, noise: EdgeNoise) -> Ve
         })
         .collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let same = |a: &(f64, f64, f64), b: &(f64, f64, f64)| {
-        (a.0 / BIN_PX).floor() == (b.0 / BIN_PX).floor()
-    };
+    let same =
+        |a: &(f64, f64, f64), b: &(f64, f64, f64)| (a.0 / BIN_PX).floor() == (b.0 / BIN_PX).floor();
     let bins = sorted.chunk_by(same).map(|bin| {
         let count = bin.len() as f64;
         let mean = |of: &dyn Fn(&(f64, f64, f64)) -> f64| bin.iter().map(of).sum::<f64>() / count;
@@ -269,8 +268,9 @@ fn overshoot(bins: &[ProfileBin]) -> [f64; 2] {
 
 /// Returns the largest distance of neighbouring bins within one and a half widths of the centroid, px.
 fn gap(bins: &[ProfileBin], width: f64) -> f64 {
-    let near = bins.windows(2).filter(|two| {
-        two[0].t_px < 1.5 * width && two[1].t_px > -1.5 * width
-    });
-    near.map(|two| two[1].t_px - two[0].t_px).fold(0.0, f64::max)
+    let near = bins
+        .windows(2)
+        .filter(|two| two[0].t_px < 1.5 * width && two[1].t_px > -1.5 * width);
+    near.map(|two| two[1].t_px - two[0].t_px)
+        .fold(0.0, f64::max)
 }

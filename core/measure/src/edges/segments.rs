@@ -43,10 +43,7 @@ impl Segment {
     pub(super) fn coordinates(&self, x: f64, y: f64) -> [f64; 2] {
         let (dx, dy) = (x - self.mid[0], y - self.mid[1]);
         let [ux, uy] = self.along();
-        [
-            dx * ux + dy * uy,
-            dx * self.normal[0] + dy * self.normal[1],
-        ]
+        [dx * ux + dy * uy, dx * self.normal[0] + dy * self.normal[1]]
     }
 
     /// Returns the frame position `s` px along the segment.

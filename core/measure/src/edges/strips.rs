@@ -40,7 +40,12 @@ impl Strip {
 
     /// Returns the bounds in the frame: left, top, right, bottom, px.
     pub(super) fn bounds(&self) -> [f64; 4] {
-        let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        let mut bounds = [
+            f64::INFINITY,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NEG_INFINITY,
+        ];
         for s in [-self.half_length, self.half_length] {
             for t in [-self.extent[0], self.extent[1]] {
                 let [x, y] = self.segment.point(s);
@@ -124,7 +129,11 @@ fn refined(scene: &Scene, segment: &Segment) -> Result<Segment, LeftOut> {
         return out(Reason::NotAnEdge, 1.0, MAX_MISFIT);
     };
     if line.step <= 0.0 || line.line[0].abs() > extent || line.sigma > extent {
-        return out(Reason::NotAnEdge, line.scatter / line.step.abs(), MAX_MISFIT);
+        return out(
+            Reason::NotAnEdge,
+            line.scatter / line.step.abs(),
+            MAX_MISFIT,
+        );
     }
     let (normal, mid) = strip.place(&line, 0.0);
     Ok(Segment {
@@ -146,7 +155,11 @@ fn widest_near(segments: &[Segment], index: usize) -> f64 {
     let mut widths: Vec<f64> = near[..=count].iter().map(|n| n.1).collect();
     // The second widest, so that a single bad neighbour does not count.
     widths.sort_by(|a, b| b.total_cmp(a));
-    widths.get(1).copied().unwrap_or(widths[0]).max(segments[index].sigma)
+    widths
+        .get(1)
+        .copied()
+        .unwrap_or(widths[0])
+        .max(segments[index].sigma)
 }
 
 fn strips_of(

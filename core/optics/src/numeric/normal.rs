@@ -16,8 +16,7 @@ impl StandardNormal {
         let density = (-z * z / 2.0).exp() / ROOT_TAU;
         let k = 1.0 / (1.0 + 0.231_641_9 * z.abs());
         let series = 0.319_381_530
-            + k * (-0.356_563_782
-                + k * (1.781_477_937 + k * (-1.821_255_978 + k * 1.330_274_429)));
+            + k * (-0.356_563_782 + k * (1.781_477_937 + k * (-1.821_255_978 + k * 1.330_274_429)));
         let tail = density * k * series;
         Self {
             density,

@@ -8,9 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::edge_problem::median;
 use crate::fit::axis::AxisEstimate;
-use crate::least_squares::{
-    self, Damping, LeastSquares, NormalEquations, Stop, Trial, minimise,
-};
+use crate::least_squares::{self, Damping, LeastSquares, NormalEquations, Stop, Trial, minimise};
 use seidel_optics::edges::Edge;
 use seidel_optics::error::Result;
 use seidel_optics::field::{FieldPoint, Frame, ImagePoint};
@@ -91,7 +89,12 @@ pub(super) fn fit(frame: &Frame, edges: &[&Edge]) -> Result<MomentFit> {
         for _ in 0..ITERATIONS {
             let residuals: Vec<f64> = (rows.iter().zip(&targets))
                 .map(|(row, target)| {
-                    target - row.iter().zip(&found.values).map(|(a, b)| a * b).sum::<f64>()
+                    target
+                        - row
+                            .iter()
+                            .zip(&found.values)
+                            .map(|(a, b)| a * b)
+                            .sum::<f64>()
                 })
                 .collect();
             let scaled: Vec<f64> = (residuals.iter().zip(&weights))

@@ -224,7 +224,9 @@ impl<'a> Context<'a> {
         axis: AxisChoice,
         stage: Stage,
     ) -> Result<FittedLens> {
-        let layout = self.layout(ModelStructure::reduced(usize::from(self.vergences.len() > 1)));
+        let layout = self.layout(ModelStructure::reduced(usize::from(
+            self.vergences.len() > 1,
+        )));
         let mut theta = vec![0.0; layout.parameters.len()];
         layout.set_constant_in_all(&mut theta, Quantity::Blur, INITIAL_BLUR_PX2);
         let channels = self.set.channels.len();
@@ -235,8 +237,7 @@ impl<'a> Context<'a> {
                 .filter(|plane| plane.channel == *name)
                 .map(|plane| (plane.distance.vergence_per_m().unwrap_or(0.0), plane.s))
                 .collect();
-            let own: Vec<&FitEdge> =
-                self.edges.iter().filter(|e| e.channel == channel).collect();
+            let own: Vec<&FitEdge> = self.edges.iter().filter(|e| e.channel == channel).collect();
             let few = subsample(&own, SCREENING_EDGES);
             let screening = EdgeProblem {
                 layout: &layout,
@@ -288,7 +289,10 @@ impl<'a> Context<'a> {
         let held_out = holdout::held_out_mask(&self.frame, &places);
         let of = |wanted: bool| -> Vec<&FitEdge> {
             let pairs = edges.iter().zip(&held_out);
-            pairs.filter(|(_, out)| **out == wanted).map(|(e, _)| *e).collect()
+            pairs
+                .filter(|(_, out)| **out == wanted)
+                .map(|(e, _)| *e)
+                .collect()
         };
         let (fitted, check) = (of(false), of(true));
         if check.is_empty() {
@@ -300,7 +304,10 @@ impl<'a> Context<'a> {
             let before = self.point(&plain, &check);
             let mut best: Option<(f64, usize, FittedLens)> = None;
             for (k, part) in open.iter().enumerate() {
-                stage.part_of(round, PARTS.len()).part_of(k, open.len()).reach(0.0)?;
+                stage
+                    .part_of(round, PARTS.len())
+                    .part_of(k, open.len())
+                    .reach(0.0)?;
                 if edges.len() < part.least_tiles() {
                     continue;
                 }
@@ -478,7 +485,9 @@ fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let scaled = DMatrix::from_fn(used.len(), used.len(), |a, b| {
         normal[(used[a], used[b])] / (scale[a] * scale[b])
     });
-    let inverse = scaled.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(used.len(), used.len()));
+    let inverse = scaled
+        .pseudo_inverse(1e-10)
+        .unwrap_or_else(|_| DMatrix::zeros(used.len(), used.len()));
     let mut full = DMatrix::zeros(count, count);
     for (a, &row) in used.iter().enumerate() {
         for (b, &column) in used.iter().enumerate() {

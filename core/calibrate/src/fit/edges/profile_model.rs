@@ -184,7 +184,11 @@ impl FitEdge {
     }
 
     /// Returns the normal equations of the lens parameters, and the misfit.
-    pub(super) fn equations(&self, layout: &ParameterLayout, theta: &[f64]) -> (EdgeEquations, f64) {
+    pub(super) fn equations(
+        &self,
+        layout: &ParameterLayout,
+        theta: &[f64],
+    ) -> (EdgeEquations, f64) {
         let pupil = layout.pupil(theta, self.channel, self.at, self.vergence);
         let centre = PupilCentre::of(&pupil);
         let rays = self.quadrature.project(&pupil, centre, self.normal);
@@ -210,7 +214,10 @@ impl FitEdge {
             let rates: Vec<[f64; 2]> = (0..rays.at.len())
                 .map(|k| {
                     let moved = (high.at[k] - low.at[k]) * scale;
-                    [moved * rays.light[k], (high.light[k] - low.light[k]) * scale]
+                    [
+                        moved * rays.light[k],
+                        (high.light[k] - low.light[k]) * scale,
+                    ]
                 })
                 .collect();
             for (row, bin) in self.bins.iter().enumerate() {

@@ -514,7 +514,12 @@ impl ParameterLayout {
     }
 
     /// Sets the constant term of `quantity` in every channel.
-    pub(in crate::fit) fn set_constant_in_all(&self, theta: &mut [f64], quantity: Quantity, value: f64) {
+    pub(in crate::fit) fn set_constant_in_all(
+        &self,
+        theta: &mut [f64],
+        quantity: Quantity,
+        value: f64,
+    ) {
         for (slot, number) in self.parameters.iter().zip(theta) {
             if let Parameter::Coefficient {
                 quantity: q,
