@@ -159,7 +159,7 @@ fn predicted(set: &EdgeSet, fit: &EdgeFit) -> Result<ObservationSet, CommandErro
                 part(k % columns, columns, frame.width_px()),
                 part(k / columns, rows, frame.height_px()),
             );
-            let file = format!("psf/{:04}.exr", observations.len());
+            let file = format!("psf/{:04}.tif", observations.len());
             let tiles = vec![point.clone(); set.channels.len()];
             observations.push(Observation::new(file, centre, distance, tiles));
         }

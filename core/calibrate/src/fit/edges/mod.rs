@@ -210,11 +210,18 @@ impl<'a> Context<'a> {
     }
 
     fn layout(&self, structure: ModelStructure) -> ParameterLayout {
-        let range = (
-            self.vergences.first().copied().unwrap_or(0.0),
-            self.vergences.last().copied().unwrap_or(0.0),
-        );
-        ParameterLayout::new(structure, self.set.channels.len(), range, self.stop_lever_m)
+        ParameterLayout::new(
+            structure,
+            self.set.channels.len(),
+            self.range(),
+            self.stop_lever_m,
+        )
+    }
+
+    /// Returns the range of vergences, 1/m.
+    fn range(&self) -> (f64, f64) {
+        let end = |v: Option<&f64>| v.copied().unwrap_or(0.0);
+        (end(self.vergences.first()), end(self.vergences.last()))
     }
 
     /// Fits five reduced numbers and a blur per channel.
@@ -424,6 +431,7 @@ impl<'a> Context<'a> {
             let mut channel = (fit.layout).channel(&fit.theta, &covariance, index, name);
             let order = |carried: &ProfileEffect| effects::acting_position(carried.effect);
             channel.effects.sort_by_key(order);
+            channel.measured_vergence = self.range();
             channel
         });
         let lens = LensProfile {
