@@ -1,12 +1,14 @@
 //! Noise of pixels from the even parts beside edges: photon transfer.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::line_fit::{EdgePixel, LineFit};
 use super::profile::EdgeNoise;
 use crate::photograph::Photograph;
 use crate::robust::median;
 
 /// Distance from the edge at which its blur has ended, widths.
-const BEYOND_WIDTHS: f64 = 2.7;
+const BEYOND_WIDTHS: f64 = 3.0;
 /// Pixels that a plateau needs, and plateaus that a gain needs.
 const MIN_PIXELS: usize = 10;
 const MIN_PLATEAUS: usize = 12;
@@ -37,20 +39,20 @@ pub(super) fn plateau(
         let t = line.distance(pixel);
         (t > 0.0) == bright && t.abs() > BEYOND_WIDTHS * line.sigma
     });
-    let (residuals, values): (Vec<f64>, Vec<f64>) = side
-        .map(|pixel| (pixel.value - line.value(pixel), pixel.value))
-        .unzip();
-    if residuals.len() < MIN_PIXELS {
+    let side: Vec<&EdgePixel> = side.collect();
+    if side.len() < MIN_PIXELS {
         return None;
     }
-    let count = residuals.len() as f64;
-    let mean = residuals.iter().sum::<f64>() / count;
-    let square: f64 = residuals.iter().map(|r| (r - mean).powi(2)).sum();
-    // The level and its two gradients were fitted.
+    // A plane of its own, as the line fit knows the light only as well as a Gaussian describes the blur.
+    let count = side.len() as f64;
+    let rows = DMatrix::from_fn(side.len(), 3, |r, c| [1.0, side[r].s, side[r].t][c]);
+    let values = DVector::from_fn(side.len(), |r, _| side[r].value);
+    let plane = rows.clone().svd(true, true).solve(&values, 1e-12).ok()?;
+    let square = (&values - rows * plane).norm_squared();
     let freedom = count - 3.0;
     Some(Plateau {
         channel,
-        level: values.iter().sum::<f64>() / count,
+        level: values.sum() / count,
         variance: square / freedom,
         freedom,
     })

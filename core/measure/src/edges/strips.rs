@@ -7,8 +7,9 @@ use super::segments::Segment;
 use super::{MAX_MISFIT, Scene};
 use crate::rejection::{LeftOut, Reason};
 
-/// Distance at which the blur of an edge has ended, standard deviations. A disc ends at 2, with its rim blurred further.
-const REACH_SIGMAS: f64 = 2.6;
+/// Distance at which the blur of an edge has ended, standard deviations of the channel of widest blur. A disc ends at 2, with
+/// its rim blurred further; spherical aberration and coma reach farther.
+const REACH_SIGMAS: f64 = 2.8;
 /// Distance from a corner, beyond the reach of the blur, px.
 const CORNER_PX: f64 = 1.5;
 /// Length of each level beside the blur that a profile needs, and the largest that is used, px.
@@ -107,7 +108,7 @@ pub(super) fn of(scene: &Scene, segments: &[Segment], left_out: &mut Vec<LeftOut
     strips
 }
 
-/// Returns `segment` on the line fitted to the reference channel, with the width of its blur.
+/// Returns `segment` on the line fitted to the reference channel, with the width of its blur in the channel where it is widest.
 fn refined(scene: &Scene, segment: &Segment) -> Result<Segment, LeftOut> {
     let out = |why, value, limit| Err(scene.left_out(segment, why, value, limit));
     let extent = 2.2 * segment.sigma + 2.0;
@@ -135,12 +136,18 @@ fn refined(scene: &Scene, segment: &Segment) -> Result<Segment, LeftOut> {
             MAX_MISFIT,
         );
     }
+    let others = (0..scene.photo.channels.len()).filter_map(|channel| {
+        let (mut pixels, _) = scene.pixels(&strip, channel);
+        line_fit::fit(&mut pixels, line.sigma)
+    });
+    // A channel in which the fit failed would be far wider.
+    let widths = others.map(|fit| fit.sigma).filter(|s| *s < 2.0 * line.sigma);
     let (normal, mid) = strip.place(&line, 0.0);
     Ok(Segment {
         mid,
         normal,
         length: segment.length,
-        sigma: line.sigma,
+        sigma: widths.fold(line.sigma, f64::max),
     })
 }
 
