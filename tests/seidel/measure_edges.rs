@@ -38,7 +38,8 @@ fn rays(at: [f64; 2]) -> [[f64; 2]; RAYS] {
         [0, 1].map(|a| round * u[a] + 1.6 * h[a] * along - 0.6 * (u2 * h[a] + 2.0 * along * u[a]))
     });
     let mean = [0, 1].map(|a| rays.iter().map(|r| r[a]).sum::<f64>() / RAYS as f64);
-    rays.iter_mut().for_each(|r| *r = [r[0] - mean[0], r[1] - mean[1]]);
+    rays.iter_mut()
+        .for_each(|r| *r = [r[0] - mean[0], r[1] - mean[1]]);
     rays
 }
 
@@ -115,7 +116,10 @@ fn a_raw_photograph_of_squares_gives_the_lens_that_took_it() {
     };
     let left_out = manifest(folder, "edges/left_out.json");
     let first = &left_out.as_array().expect("a list")[0];
-    assert!(first["source"] == "a.dng" && first["why"].is_string(), "{first}");
+    assert!(
+        first["source"] == "a.dng" && first["why"].is_string(),
+        "{first}"
+    );
     let more = "measure edges @a.dng --distance-m 2 --axis 169,107 --out @more --also @edges";
     succeeds(folder, more);
     assert_eq!(edges("more/edges.json"), 2 * edges("edges/edges.json"));
@@ -152,7 +156,11 @@ fn check_case(name: &str, least_db: f64) {
     );
     succeeds(out, &line);
     let truth = case.join("truth0");
-    let green = scores(out, "@lens.json", &format!("{} --channel G", truth.display()));
+    let green = scores(
+        out,
+        "@lens.json",
+        &format!("{} --channel G", truth.display()),
+    );
     assert!(green[0].1 > least_db, "{green:?}");
     let lens = manifest(&case, "truth.json");
     let axis = manifest(out, "lens.json");

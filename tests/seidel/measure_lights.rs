@@ -68,7 +68,8 @@ fn photograph(folder: &Path, path: &Path, exposure: &Exposure) -> ObservationSet
             .round()
             .clamp(0.0, f64::from(WHITE)) as u16
     });
-    std::fs::write(path, dng(&counts.collect::<Vec<_>>(), [WIDTH, HEIGHT])).expect("the folder is writable");
+    std::fs::write(path, dng(&counts.collect::<Vec<_>>(), [WIDTH, HEIGHT]))
+        .expect("the folder is writable");
     perfect
 }
 

@@ -191,7 +191,9 @@ impl Model {
             .iter()
             .map(|bin| ((bin.level - self.terms(bin).0) / bin.sigma).powi(2));
         let hermite = self.values.iter().skip(FIRST_HERMITE);
-        let prior = hermite.zip(HERMITE_SIZE).map(|(h, size)| (h / size).powi(2));
+        let prior = hermite
+            .zip(HERMITE_SIZE)
+            .map(|(h, size)| (h / size).powi(2));
         squares.sum::<f64>() + prior.sum::<f64>()
     }
 

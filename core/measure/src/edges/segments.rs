@@ -17,6 +17,8 @@ const GROW_SIGMAS: f32 = 5.0;
 const MIN_PIXELS: usize = 20;
 /// Share of the gradient in the middle of a segment at which it ends: half of it, at the corner of a square.
 const END_SHARE: f64 = 0.5;
+/// Step along a segment, px.
+const STEP_PX: f64 = 0.5;
 /// Length below which a region is noise or texture, px.
 const MIN_LENGTH_PX: f64 = 8.0;
 
@@ -220,26 +222,26 @@ impl Regions<'_> {
         if last - first < MIN_LENGTH_PX {
             return None;
         }
-        let mut across = vec![0.0; (last - first) as usize + 1];
-        let count = across.len();
-        for (s, _, weight) in &placed {
-            across[((s - first) as usize).min(count - 1)] += weight;
-        }
-        // Columns of pixels alternate along a slanted line.
-        let means: Vec<f64> = (0..count)
-            .map(|k| {
-                let near = &across[k.saturating_sub(1)..(k + 2).min(count)];
-                near.iter().sum::<f64>() / near.len() as f64
-            })
+        // Regions end before corners, where the gradient turns. Its part along the normal falls to half at the corner itself.
+        let ridge = |s: f64| {
+            let [gx, gy] = self.gradient_at(segment.point(s));
+            gx * segment.normal[0] + gy * segment.normal[1]
+        };
+        let (start, end) = (0.75 * first + 0.25 * last, 0.25 * first + 0.75 * last);
+        let count = ((end - start) / STEP_PX).ceil();
+        let mut inner: Vec<f64> = (0..=count as usize)
+            .map(|k| ridge(start + (end - start) * k as f64 / count))
             .collect();
-        let inner = &means[count / 4..(3 * count).div_ceil(4)];
-        let limit = END_SHARE * median(&mut inner.to_vec());
-        let above = |k: &usize| means[*k] >= limit;
-        let (low, high) = (
-            (0..count).find(above)? as f64,
-            (0..count).rfind(above)? as f64 + 1.0,
-        );
-        let shift = first + (low + high) / 2.0;
+        let limit = END_SHARE * median(&mut inner);
+        let walk = |from: f64, step: f64| {
+            let mut at = from;
+            while (at - from).abs() < 2.0 * (last - first) && ridge(at + step) >= limit {
+                at += step;
+            }
+            at
+        };
+        let (low, high) = (walk(start, -STEP_PX), walk(end, STEP_PX));
+        let shift = (low + high) / 2.0;
         let mut spread: Vec<f64> = Vec::new();
         let (mut moment, mut weights) = (0.0, 0.0);
         for (s, t, weight) in &placed {
@@ -256,6 +258,24 @@ impl Regions<'_> {
         segment.length = high - low;
         // A ribbon far wider than its gradient is a curve or a texture.
         (quantile(&mut spread, 0.95) < segment.length.max(8.0)).then_some(segment)
+    }
+
+    /// Returns the gradient at a frame position, interpolated linearly.
+    fn gradient_at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (x, y) = (x - 0.5, y - 0.5);
+        let inside =
+            x >= 0.0 && y >= 0.0 && x < (self.width - 1) as f64 && y < (self.height - 1) as f64;
+        if !inside {
+            return [0.0; 2];
+        }
+        let (left, top) = (x as usize, y as usize);
+        let (tx, ty) = (x - left as f64, y - top as f64);
+        let at = |dx: usize, dy: usize| self.gradients[(top + dy) * self.width + left + dx];
+        [0, 1].map(|k| {
+            let row =
+                |dy: usize| (1.0 - tx) * f64::from(at(0, dy)[k]) + tx * f64::from(at(1, dy)[k]);
+            (1.0 - ty) * row(0) + ty * row(1)
+        })
     }
 
     fn place(&self, pixel: usize) -> [f64; 2] {

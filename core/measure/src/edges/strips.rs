@@ -141,7 +141,9 @@ fn refined(scene: &Scene, segment: &Segment) -> Result<Segment, LeftOut> {
         line_fit::fit(&mut pixels, line.sigma)
     });
     // A channel in which the fit failed would be far wider.
-    let widths = others.map(|fit| fit.sigma).filter(|s| *s < 2.0 * line.sigma);
+    let widths = others
+        .map(|fit| fit.sigma)
+        .filter(|s| *s < 2.0 * line.sigma);
     let (normal, mid) = strip.place(&line, 0.0);
     Ok(Segment {
         mid,
