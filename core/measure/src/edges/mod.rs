@@ -1,10 +1,10 @@
 //! Straight edges of photographs: the steps from raw pixels to profiles.
 //!
-//! 1. Segments are found in a smoothed image of all channels ([`segments`]); it decides where edges are, nothing else.
+//! 1. Segments are found in a smoothed image of all channels (`segments`); it decides where edges are, nothing else.
 //! 2. A step along a line is fitted to the raw pixels of the reference channel, which gives the width of the blur. It says how
-//!    far corners and other edges must be away ([`strips`]).
-//! 3. The line is fitted again in every channel ([`line_fit`]); residuals beside the edges give the noise ([`noise`]).
-//! 4. Pixels are binned by their distance from the line, and a fit of the profile gives its moments ([`profile`]).
+//!    far corners and other edges must be away (`strips`).
+//! 3. The line is fitted again in every channel (`line_fit`); residuals beside the edges give the noise (`noise`).
+//! 4. Pixels are binned by their distance from the line, and a fit of the profile gives its moments (`profile`).
 
 mod line_fit;
 mod noise;
@@ -26,7 +26,7 @@ use crate::photograph::Photograph;
 use crate::rejection::{LeftOut, Reason};
 use crate::robust::{quantile, scatter};
 use line_fit::{EdgePixel, LineFit};
-use noise::Plateau;
+use noise::{Plateau, Side};
 use profile::{EdgeNoise, Profile};
 use segments::{DetectionImage, Segment};
 use strips::Strip;
@@ -433,8 +433,7 @@ struct Equalised {
 /// Returns the levels beside the edges with the variance of their pixels.
 fn plateaus(lines: &[FittedLine]) -> Vec<Plateau> {
     let both = lines.iter().flat_map(|fitted| {
-        [false, true]
-            .map(|bright| noise::plateau(fitted.channel, &fitted.pixels, &fitted.line, bright))
+        Side::BOTH.map(|side| noise::plateau(fitted.channel, &fitted.pixels, &fitted.line, side))
     });
     both.flatten().collect()
 }

@@ -16,6 +16,17 @@ const MIN_PLATEAUS: usize = 12;
 const CLIP_SIGMAS: f64 = 4.0;
 const ITERATIONS: usize = 12;
 
+/// A side of an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    Dark,
+    Bright,
+}
+
+impl Side {
+    pub(super) const BOTH: [Self; 2] = [Self::Dark, Self::Bright];
+}
+
 /// The even part on one side of an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plateau {
@@ -33,11 +44,11 @@ pub(super) fn plateau(
     channel: usize,
     pixels: &[EdgePixel],
     line: &LineFit,
-    bright: bool,
+    on: Side,
 ) -> Option<Plateau> {
     let side = pixels.iter().filter(|pixel| {
         let t = line.distance(pixel);
-        (t > 0.0) == bright && t.abs() > BEYOND_WIDTHS * line.sigma
+        (t > 0.0) == (on == Side::Bright) && t.abs() > BEYOND_WIDTHS * line.sigma
     });
     let side: Vec<&EdgePixel> = side.collect();
     if side.len() < MIN_PIXELS {

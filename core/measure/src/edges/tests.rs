@@ -187,7 +187,7 @@ fn edges_that_are_no_use_are_left_out_with_the_reason() {
         if x > 170 {
             *light *= 1.8;
         } else if y > 110 && x < 80 {
-            *light = 0.97 * CHART.paper + 0.03 * *light;
+            *light = 0.94 * CHART.paper + 0.06 * *light;
         }
     }
     let set = measured(expose(&light, 4)).expect("some edges");
