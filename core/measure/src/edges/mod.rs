@@ -88,7 +88,7 @@ const LEAST_SIGMA_PX: f64 = 0.45;
 const MAX_GAP: f64 = 1.0;
 /// Errors of the variance and of the third moment by the truncated series of the profile and by light from corners, over the
 /// variance and its power 3/2. Estimated from simulated photographs, where noise left so much unexplained.
-const MODEL_ERROR: [f64; 2] = [0.03, 0.06];
+const MODEL_ERROR: [f64; 2] = [0.04, 0.08];
 /// Misfit of a profile: chi squared per degree of freedom and scatter over the step, of which both must be exceeded.
 const MAX_CHI2: f64 = 12.0;
 const MAX_MISFIT: f64 = 0.02;
