@@ -17,11 +17,11 @@ use crate::support::{
 const WIDTH: usize = 300;
 const HEIGHT: usize = 200;
 /// Counts per electron, black level and clipping level.
-const GAIN: f64 = 0.5;
-const BLACK: u16 = 256;
-const WHITE: u16 = 16_000;
+pub(crate) const GAIN: f64 = 0.5;
+pub(crate) const BLACK: u16 = 256;
+pub(crate) const WHITE: u16 = 16_000;
 /// Colours of the top-left 2 x 2 pixels: G B R G.
-const PATTERN: [usize; 4] = [1, 2, 0, 1];
+pub(crate) const PATTERN: [usize; 4] = [1, 2, 0, 1];
 
 /// A photograph: a lens, its lights, and how it is exposed.
 struct Exposure {
@@ -68,23 +68,24 @@ fn photograph(folder: &Path, path: &Path, exposure: &Exposure) -> ObservationSet
             .round()
             .clamp(0.0, f64::from(WHITE)) as u16
     });
-    std::fs::write(path, dng(&counts.collect::<Vec<_>>())).expect("the folder is writable");
+    std::fs::write(path, dng(&counts.collect::<Vec<_>>(), [WIDTH, HEIGHT]))
+        .expect("the folder is writable");
     perfect
 }
 
-/// Returns a DNG file of `counts`: little-endian, one uncompressed strip.
-fn dng(counts: &[u16]) -> Vec<u8> {
+/// Returns a DNG file of `counts`, which have columns and rows: little-endian, one uncompressed strip.
+pub(crate) fn dng(counts: &[u16], [width, height]: [usize; 2]) -> Vec<u8> {
     let data: Vec<u8> = counts.iter().flat_map(|c| c.to_le_bytes()).collect();
     let pattern = PATTERN.iter().rev().fold(0, |sum, c| sum << 8 | *c as u32);
     let entries: [(u16, u16, u32, u32); 14] = [
-        (256, 4, 1, WIDTH as u32),
-        (257, 4, 1, HEIGHT as u32),
+        (256, 4, 1, width as u32),
+        (257, 4, 1, height as u32),
         (258, 3, 1, 16),
         (259, 3, 1, 1),
         (262, 3, 1, 32803),
         (273, 4, 1, 8),
         (277, 3, 1, 1),
-        (278, 4, 1, HEIGHT as u32),
+        (278, 4, 1, height as u32),
         (279, 4, 1, data.len() as u32),
         (33421, 3, 2, 2 << 16 | 2),
         (33422, 1, 4, pattern),
@@ -106,17 +107,17 @@ fn dng(counts: &[u16]) -> Vec<u8> {
     file
 }
 
-fn json(text: &str) -> Value {
+pub(crate) fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("one document")
 }
 
-fn manifest(folder: &Path, name: &str) -> Value {
+pub(crate) fn manifest(folder: &Path, name: &str) -> Value {
     let text = std::fs::read_to_string(folder.join(name)).expect("written");
     json(&text)
 }
 
 /// Returns the forward-blur SNR of `lens` on the perfect PSFs of the set called `truth`, by channel.
-fn scores(folder: &Path, lens: &str, truth: &str) -> Vec<(String, f64)> {
+pub(crate) fn scores(folder: &Path, lens: &str, truth: &str) -> Vec<(String, f64)> {
     let report = json(&succeeds(folder, &format!("eval --lens {lens} {truth} --json")).stdout);
     let groups = report["groups"].as_array().expect("a list").iter();
     groups

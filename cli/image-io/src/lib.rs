@@ -50,6 +50,7 @@ pub mod animation;
 pub mod atomic;
 pub mod description;
 mod dpx;
+pub mod edge_set;
 pub mod error;
 pub mod exr;
 pub mod format;

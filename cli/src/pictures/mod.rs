@@ -5,7 +5,9 @@
 mod canvas;
 pub mod comparison;
 pub mod display;
+pub mod edge_sheet;
 pub mod light_sheet;
+mod photograph_panel;
 pub mod plate_gap;
 pub mod plot;
 mod psf_panel;

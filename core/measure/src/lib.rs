@@ -3,7 +3,7 @@
 //! [`measure_lights`] finds point lights (pinholes, LEDs, stars) in one or more photographs and cuts a tile around each
 //! one. Photographs of a sensor with a colour filter mosaic are never interpolated: a tile holds raw pixels, and the pixels
 //! of a channel are those of its colour. [`LightSet::observations`] makes a [`seidel_optics::observations::ObservationSet`]
-//! of the result, to which a lens is fitted.
+//! of the result, to which a lens is fitted. [`measure_edges`] finds straight edges and measures their profiles.
 //!
 //! | module | holds |
 //! | --- | --- |
@@ -17,6 +17,7 @@
 //! | [`smooth_field`] | robust polynomial over the field, from which outliers depart |
 //! | [`rejection`] | lights that were left out, with the reason |
 //! | [`lights`] | the steps together |
+//! | [`edges`] | straight edges: segments, lines, profiles and their moments |
 //! | [`repeats`] | lights that moved between photographs |
 //!
 //! Counts are linear in light. Frame pixels have x right, y down and (0, 0) at the outer corner of the top-left pixel.
@@ -25,6 +26,7 @@
 pub mod background;
 pub mod calibration;
 pub mod detection;
+pub mod edges;
 pub mod hot_pixels;
 pub mod lights;
 pub mod photograph;
@@ -36,6 +38,7 @@ mod robust;
 pub mod smooth_field;
 
 pub use calibration::Calibration;
+pub use edges::{EdgeSettings, MeasuredEdges, measure_edges};
 pub use lights::{LightSet, LightSettings, MeasuredLight, TileSize, measure_lights};
 pub use photograph::{Photograph, SampleErrors};
 pub use rejection::{LeftOut, Reason};

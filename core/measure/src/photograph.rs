@@ -38,6 +38,8 @@ pub struct SampleErrors {
     pub relative: f64,
     /// Error of centroids along each axis, px.
     pub centroid_px: f64,
+    /// Error of variances of edges along their normal, px².
+    pub variance_px2: f64,
     /// Distance between the values that samples can take, counts.
     pub quantum: f64,
 }

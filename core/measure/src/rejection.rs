@@ -1,17 +1,17 @@
-//! Lights that were left out, with the reason.
+//! Lights and edges that were left out, with the reason.
 
 use std::fmt;
 
-/// The reason for leaving out a light.
+/// The reason for leaving out a light or an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reason {
-    /// Pixels of the light reach the clipping level.
+    /// Pixels reach the clipping level.
     Clipped,
-    /// Another light overlaps it.
+    /// Another light or edge overlaps it.
     Double,
     /// A defective pixel, or light that falls into a single one.
     HotPixel,
-    /// The light is cut off by the border of the frame.
+    /// It is cut off by the border of the frame.
     Border,
     /// Too little light for its noise.
     Faint,
@@ -21,11 +21,23 @@ pub enum Reason {
     Dust,
     /// The light moved between photographs.
     Moved,
+    /// The pixels are not those of a step along a straight line.
+    NotAnEdge,
+    /// Too little of the edge is left between its corners.
+    ShortEdge,
+    /// The edge is not straight.
+    CurvedEdge,
+    /// The step is too small for the noise.
+    LowContrast,
+    /// The levels overshoot beside the edge: the photograph was sharpened.
+    Sharpened,
+    /// The pixels are too large for the blur, or too few distances from the edge were sampled.
+    Undersampled,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 14] = [
         Self::Clipped,
         Self::Double,
         Self::HotPixel,
@@ -34,6 +46,12 @@ impl Reason {
         Self::UnlikeNeighbours,
         Self::Dust,
         Self::Moved,
+        Self::NotAnEdge,
+        Self::ShortEdge,
+        Self::CurvedEdge,
+        Self::LowContrast,
+        Self::Sharpened,
+        Self::Undersampled,
     ];
 
     /// Returns the name in files.
@@ -47,6 +65,12 @@ impl Reason {
             Self::UnlikeNeighbours => "unlike_neighbours",
             Self::Dust => "dust",
             Self::Moved => "moved",
+            Self::NotAnEdge => "not_an_edge",
+            Self::ShortEdge => "short_edge",
+            Self::CurvedEdge => "curved_edge",
+            Self::LowContrast => "low_contrast",
+            Self::Sharpened => "sharpened",
+            Self::Undersampled => "undersampled",
         }
     }
 
@@ -54,13 +78,19 @@ impl Reason {
     pub fn quantity(self) -> &'static str {
         match self {
             Self::Clipped => "largest sample, counts",
-            Self::Double => "distance to the other light, px",
+            Self::Double => "distance to the other light or edge, px",
             Self::HotPixel => "share of the light in one pixel",
             Self::Border => "distance to the border, px",
             Self::Faint => "flux over its noise",
             Self::UnlikeNeighbours => "departure in standard deviations",
             Self::Dust => "transmission of the darkest pixel",
             Self::Moved => "motion, px",
+            Self::NotAnEdge => "misfit of a step, over the step",
+            Self::ShortEdge => "length between the corners, px",
+            Self::CurvedEdge => "turn of the normal, rad",
+            Self::LowContrast => "step over the noise of a pixel",
+            Self::Sharpened => "overshoot over the step",
+            Self::Undersampled => "standard deviation of the blur, px",
         }
     }
 }
@@ -71,7 +101,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// A light that was left out.
+/// A light or an edge that was left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
     /// Index of the photograph.

@@ -27,6 +27,7 @@
 mod blur_field;
 pub mod camera;
 pub mod distance;
+pub mod edges;
 pub mod effects;
 pub mod error;
 pub mod field;

@@ -92,19 +92,25 @@ fn parse_colour_filter(text: &str) -> Result<ColourFilter, String> {
 }
 
 impl CommonArgs {
-    /// Checks the options that do not go together.
+    /// Checks the options that do not go together, where a lens is fitted with --fit only.
     pub(super) fn check(&self) -> Result<(), CommandError> {
-        let (photographs, distances) = (self.photographs.len(), self.distance_m.len());
-        if distances > 1 && distances != photographs {
-            return Err(CommandError::Usage(format!(
-                "--distance-m gives {distances} distances for {photographs} photographs; give one for each, or one for all"
-            )));
-        }
+        self.check_photographs()?;
         if self.axis == Some(AxisChoice::Free) && self.fit.is_none() {
             return Err(CommandError::Usage(
                 "--axis free estimates the axis by the fit of a lens; add --fit LENS, or give X,Y"
                     .to_owned(),
             ));
+        }
+        Ok(())
+    }
+
+    /// Checks that there is one distance for each photograph, or one for all.
+    pub(super) fn check_photographs(&self) -> Result<(), CommandError> {
+        let (photographs, distances) = (self.photographs.len(), self.distance_m.len());
+        if distances > 1 && distances != photographs {
+            return Err(CommandError::Usage(format!(
+                "--distance-m gives {distances} distances for {photographs} photographs; give one for each, or one for all"
+            )));
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! `seidel measure`: from photographs to an observation set, one kind of photograph per file.
 
 mod common;
+mod edges;
 mod fitted;
 mod left_out;
 mod lights;
@@ -17,6 +18,8 @@ use crate::progress::ProgressArgs;
 pub enum MeasureCommand {
     /// Find point lights (pinholes, LEDs, stars) and cut a PSF tile around each
     Lights(Box<lights::LightsArgs>),
+    /// Measure the blur across straight edges (dark squares, checkerboards) and fit a lens to it
+    Edges(Box<edges::EdgesArgs>),
 }
 
 impl MeasureCommand {
@@ -24,6 +27,7 @@ impl MeasureCommand {
     pub(super) fn progress(&self) -> ProgressArgs {
         match self {
             Self::Lights(args) => args.common.progress,
+            Self::Edges(args) => args.common.progress,
         }
     }
 }
@@ -31,5 +35,6 @@ impl MeasureCommand {
 pub(super) fn run(command: &MeasureCommand, console: &mut Console) -> Result<(), CommandError> {
     match command {
         MeasureCommand::Lights(args) => lights::run(args, console),
+        MeasureCommand::Edges(args) => edges::run(args, console),
     }
 }

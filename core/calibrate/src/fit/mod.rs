@@ -7,11 +7,14 @@
 //! - [`fit_pupil`]: a lens described by its pupil, fitted to the pixels of all tiles by robust nonlinear
 //!   least squares ([`pixels`]).
 //!
+//! [`edges::fit_edges`] fits the same lens to the profiles of straight edges.
+//!
 //! Shared parts: moments of every tile ([`crate::measure`]), the optical axis ([`axis`]), initial estimates
 //! from moments ([`initial`]) and the held-out tiles ([`holdout`]).
 
 pub mod axis;
 pub mod displacement;
+pub mod edges;
 mod front;
 pub mod holdout;
 pub mod initial;

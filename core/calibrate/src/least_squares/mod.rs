@@ -13,11 +13,13 @@
 //!
 //! With a robust loss the problem weights its normal equations, and the cost of a step is the loss.
 
+mod cauchy;
 mod levenberg_marquardt;
 mod linear;
 mod normal_equations;
 mod registration;
 
+pub(crate) use cauchy::CauchyLoss;
 pub(crate) use levenberg_marquardt::{Damping, LeastSquares, Minimum, Stop, Trial, minimise};
 pub(crate) use linear::solve;
 pub(crate) use normal_equations::NormalEquations;

@@ -92,7 +92,7 @@ impl ModelStructure {
 
 /// One scalar parameter: a coefficient of a quantity, or a coordinate of the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Parameter {
+pub(in crate::fit) enum Parameter {
     /// Coefficient of a power of the scaled vergence, of one channel or of all.
     Coefficient {
         quantity: Quantity,
@@ -105,9 +105,9 @@ pub(super) enum Parameter {
 
 /// Order of the parameters in the vector `theta`, and the lens that a vector describes.
 #[derive(Clone)]
-pub(super) struct ParameterLayout {
-    pub(super) structure: ModelStructure,
-    pub(super) parameters: Vec<Parameter>,
+pub(in crate::fit) struct ParameterLayout {
+    pub(in crate::fit) structure: ModelStructure,
+    pub(in crate::fit) parameters: Vec<Parameter>,
     /// Middle and half the range of the measured vergences, 1/m.
     middle: f64,
     half: f64,
@@ -118,7 +118,7 @@ pub(super) struct ParameterLayout {
 }
 
 impl ParameterLayout {
-    pub(super) fn new(
+    pub(in crate::fit) fn new(
         structure: ModelStructure,
         channels: usize,
         vergences: (f64, f64),
@@ -160,7 +160,7 @@ impl ParameterLayout {
     }
 
     /// Returns whether parameter `k` is held fixed.
-    pub(super) fn is_fixed(&self, k: usize) -> bool {
+    pub(in crate::fit) fn is_fixed(&self, k: usize) -> bool {
         let Parameter::Coefficient { quantity, .. } = self.parameters[k] else {
             return false;
         };
@@ -173,7 +173,7 @@ impl ParameterLayout {
     }
 
     /// Returns `quantity` in `channel` at vergence `v`; `None` where it stays neutral.
-    pub(super) fn value(
+    pub(in crate::fit) fn value(
         &self,
         theta: &[f64],
         quantity: Quantity,
@@ -197,7 +197,7 @@ impl ParameterLayout {
     }
 
     /// Returns the offset of the axis, half frame widths.
-    pub(super) fn axis(&self, theta: &[f64]) -> [f64; 2] {
+    pub(in crate::fit) fn axis(&self, theta: &[f64]) -> [f64; 2] {
         if self.structure.axis {
             let count = self.parameters.len();
             [theta[count - 2], theta[count - 1]]
@@ -207,13 +207,13 @@ impl ParameterLayout {
     }
 
     /// Returns the field position of `at` relative to the fitted axis.
-    pub(super) fn place(&self, theta: &[f64], at: FieldPoint) -> FieldPoint {
+    pub(in crate::fit) fn place(&self, theta: &[f64], at: FieldPoint) -> FieldPoint {
         let [x, y] = self.axis(theta);
         FieldPoint::new(at.x - x, at.y - y)
     }
 
     /// Returns the name of parameter `k`: quantity, power of vergence, channel.
-    pub(super) fn name(&self, k: usize, channels: &[String]) -> String {
+    pub(in crate::fit) fn name(&self, k: usize, channels: &[String]) -> String {
         let (quantity, channel, power) = match self.parameters[k] {
             Parameter::Axis(axis) => return format!("axis {}", ["x", "y"][axis]),
             Parameter::Coefficient {
@@ -244,7 +244,7 @@ impl ParameterLayout {
     }
 
     /// Returns the local pupil of a point at `at`, relative to the initial axis, at vergence `v`.
-    pub(super) fn pupil(
+    pub(in crate::fit) fn pupil(
         &self,
         theta: &[f64],
         channel: usize,
@@ -291,7 +291,7 @@ impl ParameterLayout {
 
     /// Chooses between the two equivalent signs of the pupil: alpha rises with vergence, or at a single
     /// distance delta is not negative. For models without effects.
-    pub(super) fn normalise_signs(&self, theta: &mut [f64]) {
+    pub(in crate::fit) fn normalise_signs(&self, theta: &mut [f64]) {
         for channel in self.starts.first().map_or(0..0, |s| 0..s.len()) {
             let number = |quantity, power| {
                 self.free_parameters_of(channel).into_iter().find(|&k| {
@@ -323,14 +323,14 @@ impl ParameterLayout {
     }
 
     /// Copies the parameters of `channel`.
-    pub(super) fn copy_channel(&self, to: &mut [f64], from: &[f64], channel: usize) {
+    pub(in crate::fit) fn copy_channel(&self, to: &mut [f64], from: &[f64], channel: usize) {
         for k in self.free_parameters_of(channel) {
             to[k] = from[k];
         }
     }
 
     /// Sets the constant term of `quantity` in `channel`.
-    pub(super) fn set_constant(
+    pub(in crate::fit) fn set_constant(
         &self,
         theta: &mut [f64],
         quantity: Quantity,
@@ -344,7 +344,7 @@ impl ParameterLayout {
     }
 
     /// Returns the free parameters on which `channel` depends.
-    pub(super) fn free_parameters_of(&self, channel: usize) -> Vec<usize> {
+    pub(in crate::fit) fn free_parameters_of(&self, channel: usize) -> Vec<usize> {
         (0..self.parameters.len())
             .filter(|&k| match self.parameters[k] {
                 Parameter::Coefficient { channel: of, .. } => of.is_none_or(|c| c == channel),
@@ -431,7 +431,7 @@ impl ParameterLayout {
     }
 
     /// Returns the profile's channel for `theta`, with zero magnification and distortion.
-    pub(super) fn channel(
+    pub(in crate::fit) fn channel(
         &self,
         theta: &[f64],
         covariance: &nalgebra::DMatrix<f64>,
@@ -479,7 +479,7 @@ impl ParameterLayout {
     }
 
     /// Returns `theta` of the layout `from` in this layout. New parameters are zero, or neutral for effects.
-    pub(super) fn transfer(&self, from: &Self, theta: &[f64]) -> Vec<f64> {
+    pub(in crate::fit) fn transfer(&self, from: &Self, theta: &[f64]) -> Vec<f64> {
         self.parameters
             .iter()
             .map(|slot| {
@@ -514,7 +514,12 @@ impl ParameterLayout {
     }
 
     /// Sets the constant term of `quantity` in every channel.
-    pub(super) fn set_constant_in_all(&self, theta: &mut [f64], quantity: Quantity, value: f64) {
+    pub(in crate::fit) fn set_constant_in_all(
+        &self,
+        theta: &mut [f64],
+        quantity: Quantity,
+        value: f64,
+    ) {
         for (slot, number) in self.parameters.iter().zip(theta) {
             if let Parameter::Coefficient {
                 quantity: q,
@@ -529,7 +534,7 @@ impl ParameterLayout {
     }
 
     /// Sets alpha and the constants of the other numbers of `channel` from an initial estimate.
-    pub(super) fn set_initial(
+    pub(in crate::fit) fn set_initial(
         &self,
         theta: &mut [f64],
         channel: usize,
@@ -561,7 +566,7 @@ impl ParameterLayout {
     }
 
     /// Clamps `theta` to its bounds: the constant of the blur, and the constants of effects.
-    pub(super) fn clamp_to_bounds(&self, theta: &mut [f64], least_blur: f64) {
+    pub(in crate::fit) fn clamp_to_bounds(&self, theta: &mut [f64], least_blur: f64) {
         for (slot, number) in self.parameters.iter().zip(theta) {
             match *slot {
                 Parameter::Coefficient {

@@ -9,24 +9,24 @@ use seidel_optics::effects::{self, Effect};
 const TILES_PER_PARAMETER: f64 = 1.5;
 
 /// A part of the extended model: an effect with the parameters that a fit may change.
-pub(super) struct Part {
-    pub(super) effect: &'static dyn Effect,
+pub(in crate::fit) struct Part {
+    pub(in crate::fit) effect: &'static dyn Effect,
     /// Number of the effect's parameters, from the first, that take part; the others stay neutral.
-    pub(super) used: usize,
+    pub(in crate::fit) used: usize,
     /// Those of them that stay at their start.
-    pub(super) fixed: &'static [usize],
+    pub(in crate::fit) fixed: &'static [usize],
     /// Whether all channels share them.
-    pub(super) shared: bool,
+    pub(in crate::fit) shared: bool,
     /// Number of parameters that are at least linear in vergence, the first ones.
-    pub(super) linear: usize,
+    pub(in crate::fit) linear: usize,
     /// Returns values of the used parameters at which fits start.
-    pub(super) starts: fn() -> Vec<Vec<f64>>,
+    pub(in crate::fit) starts: fn() -> Vec<Vec<f64>>,
     /// Decrease of the mean log misfit of held-out zones that the part must reach.
-    pub(super) worth: f64,
+    pub(in crate::fit) worth: f64,
 }
 
 /// Fifth-order aberrations.
-pub(super) static HIGHER_ORDER: Part = Part {
+pub(in crate::fit) static HIGHER_ORDER: Part = Part {
     effect: &effects::HigherOrder,
     used: 8,
     fixed: &[],
@@ -37,7 +37,7 @@ pub(super) static HIGHER_ORDER: Part = Part {
 };
 
 /// Seventh-order aberrations.
-pub(super) static SEVENTH_ORDER: Part = Part {
+pub(in crate::fit) static SEVENTH_ORDER: Part = Part {
     effect: &effects::SeventhOrder,
     used: 13,
     fixed: &[],
@@ -48,7 +48,7 @@ pub(super) static SEVENTH_ORDER: Part = Part {
 };
 
 /// Two planes of symmetry: anamorphic lenses.
-pub(super) static DOUBLE_PLANE: Part = Part {
+pub(in crate::fit) static DOUBLE_PLANE: Part = Part {
     effect: &effects::DoublePlane,
     used: effects::DoublePlane::WAVEFRONT_TERMS,
     fixed: &[],
@@ -59,17 +59,20 @@ pub(super) static DOUBLE_PLANE: Part = Part {
     worth: 0.5,
 };
 
+/// Two stops that clip oblique pencils.
+pub(in crate::fit) static VIGNETTING: Part = Part {
+    effect: &effects::Vignetting,
+    used: 4,
+    fixed: &[],
+    shared: true,
+    linear: 0,
+    starts: stops,
+    worth: 0.02,
+};
+
 /// The parts that are tried, those with fewer parameters first.
-pub(super) static PARTS: [&Part; 6] = [
-    &Part {
-        effect: &effects::Vignetting,
-        used: 4,
-        fixed: &[],
-        shared: true,
-        linear: 0,
-        starts: stops,
-        worth: 0.02,
-    },
+pub(in crate::fit) static PARTS: [&Part; 6] = [
+    &VIGNETTING,
     // The number of blades is counted, and the distance of the corners is one with the size of the pupil.
     &Part {
         effect: &effects::AperturePolygon,
@@ -106,7 +109,7 @@ pub(super) static PARTS: [&Part; 6] = [
 
 impl Part {
     /// Returns `structure` with this part.
-    pub(super) fn added_to(&self, structure: &ModelStructure) -> ModelStructure {
+    pub(in crate::fit) fn added_to(&self, structure: &ModelStructure) -> ModelStructure {
         let mut extended = structure.clone();
         let which = extended.effects.len();
         extended.effects.push(self.effect);
@@ -124,20 +127,20 @@ impl Part {
     }
 
     /// Returns the number of free parameters.
-    pub(super) fn free(&self) -> usize {
+    pub(in crate::fit) fn free(&self) -> usize {
         self.used - self.fixed.len()
     }
 
     /// Returns the number of tiles that the part needs.
-    pub(super) fn least_tiles(&self) -> usize {
+    pub(in crate::fit) fn least_tiles(&self) -> usize {
         (TILES_PER_PARAMETER * self.free() as f64).ceil() as usize
     }
 
-    pub(super) fn is_determined_by(&self, tiles: usize) -> bool {
+    pub(in crate::fit) fn is_determined_by(&self, tiles: usize) -> bool {
         tiles >= self.least_tiles()
     }
 
-    pub(super) fn is_in(&self, structure: &ModelStructure) -> bool {
+    pub(in crate::fit) fn is_in(&self, structure: &ModelStructure) -> bool {
         let mut effects = structure.effects.iter();
         effects.any(|effect| effect.id() == self.effect.id())
     }

@@ -9,7 +9,7 @@ use super::metric::Metric;
 use super::parameters::ParameterLayout;
 use super::tile_equations::{Buffers, FitTile, MisfitSettings, TileEquations, TileParameters};
 use crate::least_squares::{
-    Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
+    CauchyLoss, Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
 };
 
 /// Lower bound of the symmetric blur's variance, px².
@@ -31,35 +31,18 @@ const DAMPING: Damping = Damping {
     negligible_change: 1e-7,
 };
 
-/// Cauchy (Lorentzian) loss of a tile's misfit m: scale ln(1 + m / scale). It is linear in m below the scale
-/// and logarithmic above, so outlying tiles have little influence.
-#[derive(Debug, Clone, Copy)]
-struct RobustLoss {
-    scale: f64,
-}
-
-impl RobustLoss {
-    /// Creates the loss that suits the median of `misfits`, those of all `tiles`.
-    fn new(tiles: &[&FitTile], settings: MisfitSettings, misfits: &[f64]) -> Self {
-        let mut misfits = misfits.to_vec();
-        misfits.sort_by(f64::total_cmp);
-        let median = misfits[misfits.len() / 2];
-        let noise_known = tiles.iter().any(|t| t.sigma > 0.0);
-        let scale = if settings.metric == Metric::Pixels && noise_known {
-            NOISE_TOLERANCE * median.max(1.0)
-        } else {
-            settings.tolerance * median.max(1e-12)
-        };
-        Self { scale }
-    }
-
-    fn cost(&self, misfit: f64, freedom: f64) -> f64 {
-        (misfit / self.scale).ln_1p() * self.scale * freedom
-    }
-
-    fn weight(&self, misfit: f64) -> f64 {
-        1.0 / (1.0 + misfit / self.scale)
-    }
+/// Returns the loss that suits the median of `misfits`, those of all `tiles`.
+fn robust_loss(tiles: &[&FitTile], settings: MisfitSettings, misfits: &[f64]) -> CauchyLoss {
+    let mut misfits = misfits.to_vec();
+    misfits.sort_by(f64::total_cmp);
+    let median = misfits[misfits.len() / 2];
+    let noise_known = tiles.iter().any(|t| t.sigma > 0.0);
+    let scale = if settings.metric == Metric::Pixels && noise_known {
+        NOISE_TOLERANCE * median.max(1.0)
+    } else {
+        settings.tolerance * median.max(1e-12)
+    };
+    CauchyLoss { scale }
 }
 
 /// Parameters of the lens and of every tile, with the misfits there.
@@ -74,7 +57,7 @@ pub(super) struct PixelPoint {
     /// Normal equations of every tile, once they were asked for: they cost far more than the misfits.
     equations: OnceLock<Vec<TileEquations>>,
     /// Loss that suits the misfits at this point.
-    loss: RobustLoss,
+    loss: CauchyLoss,
 }
 
 impl PixelPoint {
@@ -90,7 +73,7 @@ impl PixelPoint {
     }
 
     /// Returns the cost here under `loss`.
-    fn cost(&self, loss: RobustLoss) -> f64 {
+    fn cost(&self, loss: CauchyLoss) -> f64 {
         let tiles = self.misfits.iter().zip(&self.freedoms);
         tiles.map(|(m, freedom)| loss.cost(*m, *freedom)).sum()
     }
@@ -122,7 +105,7 @@ impl PixelProblem<'_> {
             .collect();
         let freedoms = self.tiles.iter().map(|tile| tile.freedom(self.settings));
         PixelPoint {
-            loss: RobustLoss::new(self.tiles, self.settings, &misfits),
+            loss: robust_loss(self.tiles, self.settings, &misfits),
             freedoms: freedoms.collect(),
             theta,
             own,

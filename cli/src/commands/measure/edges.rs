@@ -1,0 +1,245 @@
+//! `seidel measure edges`: the blur across straight edges, and the lens fitted to it.
+
+use std::path::Path;
+
+use clap::Args;
+use seidel_core::calibrate::fit::AxisChoice;
+use seidel_core::calibrate::fit::edges::{EdgeFit, EdgeFitSettings, fit_edges};
+use seidel_core::field::ImagePoint;
+use seidel_core::observations::{Observation, ObservationSet};
+use seidel_core::optics::edges::EdgeSet;
+use seidel_core::predict::{Predictor, predict_set};
+use seidel_core::psf::Pupil;
+use seidel_core::tile::Tile;
+use seidel_image_io::atomic::{check_target, write_folder_atomically};
+use seidel_image_io::json::write_json;
+use seidel_image_io::png::write_rgb8;
+use seidel_image_io::{FileError, edge_set, lens_profile, observation_set as manifest};
+use seidel_measure::{EdgeSettings, MeasuredEdges, Reason, measure_edges};
+use serde_json::{Map, Value, json};
+
+use super::common::CommonArgs;
+use super::{left_out, photographs};
+use crate::Console;
+use crate::commands::{CommandError, short_name};
+use crate::pictures::edge_sheet::edge_sheet;
+
+/// Options of `seidel measure edges`.
+#[derive(Debug, Args)]
+pub struct EdgesArgs {
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+    /// Least step from dark to bright over the noise of a pixel
+    #[arg(long, value_name = "N", default_value_t = EdgeSettings::default().min_contrast)]
+    min_contrast: f64,
+    /// Least length of an edge between its corners in pixels, less the blur
+    #[arg(long, value_name = "PX", default_value_t = EdgeSettings::default().min_length_px)]
+    min_length: f64,
+}
+
+/// Places along x and y at which the PSFs of the lens are drawn into the folder.
+const PLACES: [usize; 2] = [9, 6];
+/// Side of these tiles over the standard deviation of the widest blur, and its range, px.
+const TILE_SIGMAS: f64 = 8.0;
+const TILE_RANGE: (f64, f64) = (21.0, 255.0);
+
+pub(super) fn run(args: &EdgesArgs, console: &mut Console) -> Result<(), CommandError> {
+    let common = &args.common;
+    common.check_photographs()?;
+    for target in [&common.fit, &common.sheet].into_iter().flatten() {
+        check_target(target)?;
+    }
+    let (photographs, calibration) = photographs::read_all(common, console)?;
+    let settings = EdgeSettings {
+        min_contrast: args.min_contrast,
+        min_length_px: args.min_length,
+    };
+    let measured = measure_edges(photographs, &calibration, &settings)?;
+    let mut set = measured.set.clone();
+    let mut left_out = left_out::entries(&measured.left_out, &measured.photographs);
+    if let Some(path) = &common.also {
+        append(&mut set, &mut left_out, path)?;
+    }
+    let settings = EdgeFitSettings {
+        axis: common.axis.unwrap_or(AxisChoice::Free),
+    };
+    let bar = console.progress_bar("fitting");
+    let fitted = fit_edges(&set, &settings, &|share| bar.show(share));
+    drop(bar);
+    let mut fit = fitted?;
+    fit.lens.provenance.sources = common.photographs.iter().map(|p| short_name(p)).collect();
+    set.frame = fit.lens.frame;
+    write(common, &set, &left_out, &measured, &fit)?;
+    if common.json {
+        let report = report_json(&measured, &set, &fit);
+        console.print(format!("{report:#}"));
+    } else {
+        print_report(args, &measured, &fit, console);
+    }
+    for warning in measured.warnings.iter().chain(&fit.warnings) {
+        console.note(warning);
+    }
+    Ok(())
+}
+
+/// Adds the edges and the left-out ones of the folder at `path`, before those of `set`.
+fn append(set: &mut EdgeSet, left_out: &mut Vec<Value>, path: &Path) -> Result<(), CommandError> {
+    let mut other = edge_set::read(path)?;
+    let of = |s: &EdgeSet| {
+        let size = (s.frame.width_px(), s.frame.height_px());
+        format!("{} of {} x {}", s.channels.join(", "), size.0, size.1)
+    };
+    if of(&other) != of(set) {
+        return Err(CommandError::File(FileError::new(
+            path.join(edge_set::FILE),
+            "channels, image_size",
+            format!("are {}, those of the photographs {}", of(&other), of(set)),
+            "append to edges of the same camera",
+        )));
+    }
+    other.edges.append(&mut set.edges);
+    set.edges = other.edges;
+    let mut all = left_out::of_set(path)?;
+    all.append(left_out);
+    *left_out = all;
+    Ok(())
+}
+
+/// Writes the folder whole or not at all, then the files beside it.
+fn write(
+    args: &CommonArgs,
+    set: &EdgeSet,
+    left_out: &[Value],
+    measured: &MeasuredEdges,
+    fit: &EdgeFit,
+) -> Result<(), CommandError> {
+    let sheet = edge_sheet(measured);
+    let predicted = predicted(set, fit)?;
+    write_folder_atomically(&args.out, |folder| {
+        manifest::write_into(&predicted, folder)?;
+        edge_set::write(&folder.join(edge_set::FILE), set, Some(set.frame.axis()))?;
+        write_json(&folder.join(left_out::FILE), &left_out)?;
+        write_rgb8(&folder.join("sheet.png"), &sheet)?;
+        lens_profile::write(&folder.join("lens.json"), &fit.lens)
+    })?;
+    if let Some(path) = &args.fit {
+        lens_profile::write(path, &fit.lens)?;
+    }
+    if let Some(path) = &args.sheet {
+        write_rgb8(path, &sheet)?;
+    }
+    Ok(())
+}
+
+/// Returns the PSFs of the fitted lens on a grid of places at every distance.
+fn predicted(set: &EdgeSet, fit: &EdgeFit) -> Result<ObservationSet, CommandError> {
+    let widest = set.edges.iter().map(|e| e.variance_px2).fold(0.0, f64::max);
+    let (least, most) = TILE_RANGE;
+    let side = (TILE_SIGMAS * widest.sqrt() + 9.0).clamp(least, most) as usize | 1;
+    // A point in the middle, which places the prediction.
+    let mut samples = vec![0.0; side * side];
+    samples[side * side / 2] = 1.0;
+    let point = Tile::new(side, side, samples)?;
+    let frame = fit.lens.frame;
+    let mut distances = Vec::new();
+    for edge in &set.edges {
+        if !distances.contains(&edge.distance) {
+            distances.push(edge.distance);
+        }
+    }
+    let [columns, rows] = PLACES;
+    let mut observations = Vec::new();
+    for distance in distances {
+        for k in 0..columns * rows {
+            let part = |k: usize, count: usize, size: u32| {
+                // Whole pixels: the middle of a pixel.
+                ((k as f64 + 0.5) / count as f64 * f64::from(size)).floor() + 0.5
+            };
+            let centre = ImagePoint::new(
+                part(k % columns, columns, frame.width_px()),
+                part(k / columns, rows, frame.height_px()),
+            );
+            let file = format!("psf/{:04}.tif", observations.len());
+            let tiles = vec![point.clone(); set.channels.len()];
+            observations.push(Observation::new(file, centre, distance, tiles));
+        }
+    }
+    let mut template = ObservationSet::new(frame, set.channels.clone(), observations);
+    template.axis_stated = true;
+    Ok(predict_set(&Predictor::new(&fit.lens)?, &template, &Pupil)?)
+}
+
+/// Returns the number of edges left out for every reason that occurs.
+fn reasons(measured: &MeasuredEdges) -> Vec<(Reason, usize)> {
+    let count = |why: Reason| measured.left_out.iter().filter(|l| l.why == why).count();
+    let all = Reason::ALL.map(|why| (why, count(why)));
+    all.into_iter().filter(|(_, count)| *count > 0).collect()
+}
+
+/// Returns the number of edges of every channel.
+fn kept(set: &EdgeSet) -> Vec<(&str, usize)> {
+    let count = |channel| set.edges.iter().filter(|e| e.channel == channel).count();
+    let names = set.channels.iter().enumerate();
+    names.map(|(k, name)| (name.as_str(), count(k))).collect()
+}
+
+fn report_json(measured: &MeasuredEdges, set: &EdgeSet, fit: &EdgeFit) -> Value {
+    let by_reason: Map<String, Value> = (reasons(measured).into_iter())
+        .map(|(why, count)| (why.name().to_owned(), json!(count)))
+        .collect();
+    let kept: Map<String, Value> = (kept(set).into_iter())
+        .map(|(name, count)| (name.to_owned(), json!(count)))
+        .collect();
+    let planes: Vec<Value> = (fit.planes.iter())
+        .map(|plane| {
+            json!({
+                "channel": plane.channel,
+                "distance": plane.distance.to_string(),
+                "edges": plane.edges,
+                "s": plane.s.0,
+                "s_sigma": plane.s_sigma,
+            })
+        })
+        .collect();
+    let axis = fit.lens.frame.axis();
+    json!({
+        "photographs": measured.photographs.iter().map(|p| &p.name).collect::<Vec<_>>(),
+        "kept": kept,
+        "left_out": by_reason,
+        "gain": measured.gain,
+        "moments": planes,
+        "lens": {
+            "axis": [axis.x_px, axis.y_px],
+            "axis_sigma": fit.axis.map(|a| [a.sigma_px.0, a.sigma_px.1]),
+            "chi2": fit.chi2,
+            "converged": fit.converged,
+        },
+        "warnings": measured.warnings.iter().chain(&fit.warnings).collect::<Vec<_>>(),
+    })
+}
+
+fn print_report(args: &EdgesArgs, measured: &MeasuredEdges, fit: &EdgeFit, console: &mut Console) {
+    let kept: Vec<String> = (kept(&measured.set).into_iter())
+        .map(|(name, count)| format!("{count} {name}"))
+        .collect();
+    console.print(format!("kept edges: {}", kept.join(", ")));
+    for (why, count) in reasons(measured) {
+        console.print(format!("left out {count}: {why}"));
+    }
+    if let Some(gain) = measured.gain {
+        console.print(format!("gain {gain:.3} counts per electron"));
+    }
+    let axis = fit.lens.frame.axis();
+    let sigma = fit.axis.map_or_else(String::new, |axis| {
+        format!(" +- ({:.1}, {:.1})", axis.sigma_px.0, axis.sigma_px.1)
+    });
+    console.print(format!(
+        "optical axis ({:.1}, {:.1}){sigma} px",
+        axis.x_px, axis.y_px
+    ));
+    console.print(format!(
+        "lens: chi squared of the profiles {:.2} per degree of freedom",
+        fit.chi2
+    ));
+    console.print(format!("wrote {}", args.common.out.display()));
+}

@@ -1,0 +1,129 @@
+//! The least-squares problem of a fit to edges: all edges at once, with a robust loss per edge.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::profile_model::FitEdge;
+use crate::fit::pixels::parameters::ParameterLayout;
+use crate::least_squares::{
+    CauchyLoss, Damping, LeastSquares, Minimum, NormalEquations, Stop, Trial, minimise,
+};
+
+/// Multiple of the median misfit, at least one, up to which edges keep nearly full weight.
+const TOLERANCE: f64 = 6.0;
+/// Distance to a bound from which on a parameter counts as at the bound.
+const BOUND_MARGIN: f64 = 1e-6;
+const DAMPING: Damping = Damping {
+    increase: 8.0,
+    least: 1e-9,
+    max_tries: 6,
+    negligible_change: 1e-7,
+};
+
+/// Model and edges of a fit.
+pub(super) struct EdgeProblem<'a> {
+    pub(super) layout: &'a ParameterLayout,
+    pub(super) edges: &'a [&'a FitEdge],
+}
+
+/// Lens parameters, with the misfit of every edge.
+pub(super) struct EdgePoint {
+    pub(super) theta: Vec<f64>,
+    pub(super) misfits: Vec<f64>,
+    loss: CauchyLoss,
+}
+
+impl EdgeProblem<'_> {
+    /// Minimises the loss from `theta`.
+    pub(super) fn minimise(&self, theta: &[f64], stop: Stop) -> Minimum<EdgePoint> {
+        minimise(self, self.at(theta.to_vec()), DAMPING, stop)
+    }
+
+    pub(super) fn at(&self, theta: Vec<f64>) -> EdgePoint {
+        let misfits: Vec<f64> = (self.edges.par_iter())
+            .map(|edge| {
+                let pupil = (self.layout).pupil(&theta, edge.channel, edge.at, edge.vergence);
+                let misfit = edge.misfit(&pupil);
+                if misfit.is_finite() { misfit } else { f64::MAX }
+            })
+            .collect();
+        EdgePoint {
+            loss: CauchyLoss {
+                scale: TOLERANCE * median(&misfits).max(1.0),
+            },
+            theta,
+            misfits,
+        }
+    }
+
+    fn cost(&self, point: &EdgePoint, loss: CauchyLoss) -> f64 {
+        let pairs = self.edges.iter().zip(&point.misfits);
+        pairs.map(|(edge, m)| loss.cost(*m, edge.freedom())).sum()
+    }
+
+    /// Returns the mean loss of a degree of freedom at `point`, under the scale of `other`.
+    pub(super) fn mean_cost(&self, point: &EdgePoint, other: &EdgePoint) -> f64 {
+        let freedom: f64 = self.edges.iter().map(|e| e.freedom()).sum();
+        self.cost(point, other.loss) / freedom
+    }
+
+    /// Returns the weighted normal matrix and its right-hand side.
+    pub(super) fn total(&self, point: &EdgePoint) -> (DMatrix<f64>, DVector<f64>) {
+        let count = self.layout.parameters.len();
+        let each: Vec<_> = (self.edges.par_iter())
+            .map(|edge| edge.equations(self.layout, &point.theta).0)
+            .collect();
+        let mut normal = DMatrix::zeros(count, count);
+        let mut right = DVector::zeros(count);
+        for (equations, misfit) in each.iter().zip(&point.misfits) {
+            let weight = point.loss.weight(*misfit);
+            for (a, &row) in equations.parameters.iter().enumerate() {
+                right[row] += weight * equations.right[a];
+                for (b, &column) in equations.parameters.iter().enumerate() {
+                    normal[(row, column)] += weight * equations.normal[(a, b)];
+                }
+            }
+        }
+        (normal, right)
+    }
+
+    /// Returns whether parameter `k` may move in the direction of `slope`: it is not fixed, and not at the bound there.
+    fn is_free(&self, theta: &[f64], k: usize, slope: f64) -> bool {
+        if self.layout.is_fixed(k) {
+            return false;
+        }
+        let mut pushed = theta.to_vec();
+        pushed[k] += BOUND_MARGIN * slope.signum();
+        let wanted = pushed[k];
+        self.layout.clamp_to_bounds(&mut pushed, 0.0);
+        pushed[k] == wanted
+    }
+}
+
+impl LeastSquares for EdgeProblem<'_> {
+    type Point = EdgePoint;
+
+    fn linearise(&self, point: &EdgePoint) -> NormalEquations {
+        let (normal, right) = self.total(point);
+        NormalEquations::new(normal, right, self.cost(point, point.loss))
+    }
+
+    fn trial(&self, point: &EdgePoint, equations: &NormalEquations) -> Option<Trial<EdgePoint>> {
+        let step = equations.scaled_step(|k| {
+            equations.matrix[(k, k)] > 0.0 && self.is_free(&point.theta, k, equations.right[k])
+        })?;
+        let moved = point.theta.iter().zip(&step).map(|(t, s)| t + s);
+        let mut theta: Vec<f64> = moved.collect();
+        self.layout.clamp_to_bounds(&mut theta, 0.0);
+        let moved = self.at(theta);
+        let cost = self.cost(&moved, point.loss);
+        Some(Trial::new(moved, cost, &step))
+    }
+}
+
+/// Returns the median; one for no values.
+pub(super) fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(1.0)
+}

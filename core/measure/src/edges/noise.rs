@@ -1,0 +1,173 @@
+//! Noise of pixels from the even parts beside edges: photon transfer.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::line_fit::{EdgePixel, LineFit};
+use super::profile::EdgeNoise;
+use crate::photograph::Photograph;
+use crate::robust::median;
+
+/// Distance from the edge at which its blur has ended, widths.
+const BEYOND_WIDTHS: f64 = 3.0;
+/// Pixels that a plateau needs, and plateaus that a gain needs.
+const MIN_PIXELS: usize = 10;
+const MIN_PLATEAUS: usize = 12;
+/// Threshold of outliers, standard deviations, and the number of iterations.
+const CLIP_SIGMAS: f64 = 4.0;
+const ITERATIONS: usize = 12;
+
+/// A side of an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    Dark,
+    Bright,
+}
+
+impl Side {
+    pub(super) const BOTH: [Self; 2] = [Self::Dark, Self::Bright];
+}
+
+/// The even part on one side of an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plateau {
+    channel: usize,
+    /// Mean level, counts.
+    level: f64,
+    /// Variance of its pixels, counts².
+    variance: f64,
+    /// Degrees of freedom of the variance.
+    freedom: f64,
+}
+
+/// Returns the plateau on one side of an edge; `None` where it has too few pixels.
+pub(super) fn plateau(
+    channel: usize,
+    pixels: &[EdgePixel],
+    line: &LineFit,
+    on: Side,
+) -> Option<Plateau> {
+    let side = pixels.iter().filter(|pixel| {
+        let t = line.distance(pixel);
+        (t > 0.0) == (on == Side::Bright) && t.abs() > BEYOND_WIDTHS * line.sigma
+    });
+    let side: Vec<&EdgePixel> = side.collect();
+    if side.len() < MIN_PIXELS {
+        return None;
+    }
+    // A plane of its own, as the line fit knows the light only as well as a Gaussian describes the blur.
+    let count = side.len() as f64;
+    let rows = DMatrix::from_fn(side.len(), 3, |r, c| [1.0, side[r].s, side[r].t][c]);
+    let values = DVector::from_fn(side.len(), |r, _| side[r].value);
+    let plane = rows.clone().svd(true, true).solve(&values, 1e-12).ok()?;
+    let square = (&values - rows * plane).norm_squared();
+    let freedom = count - 3.0;
+    Some(Plateau {
+        channel,
+        level: values.sum() / count,
+        variance: square / freedom,
+        freedom,
+    })
+}
+
+/// Noise of all channels.
+pub(super) struct Noises {
+    channels: Vec<EdgeNoise>,
+    /// Counts per electron, if known.
+    pub(super) gain: Option<f64>,
+}
+
+impl Noises {
+    pub(super) fn of(&self, channel: usize) -> EdgeNoise {
+        self.channels[channel]
+    }
+}
+
+/// Estimates the noise of the channels of `photo` from `plateaus`. Raw channels share their gain, as one amplifier reads them.
+pub(super) fn estimate(photo: &Photograph, plateaus: &[Plateau]) -> Noises {
+    let least = photo.errors.quantum.powi(2) / 12.0;
+    let all: Vec<&Plateau> = plateaus.iter().collect();
+    let joint = transfer(&all, photo.gain, least);
+    let channels = (0..photo.channels.len()).map(|channel| {
+        if photo.mosaic.is_some() {
+            return joint;
+        }
+        let own: Vec<&Plateau> = all
+            .iter()
+            .filter(|p| p.channel == channel)
+            .copied()
+            .collect();
+        transfer(&own, photo.gain, least)
+    });
+    Noises {
+        channels: channels.collect(),
+        gain: photo
+            .gain
+            .or((photo.mosaic.is_some() && joint.gain > 0.0).then_some(joint.gain)),
+    }
+}
+
+/// Fits variance = dark + gain x level, with the stated gain if there is one.
+fn transfer(plateaus: &[&Plateau], gain: Option<f64>, least: f64) -> EdgeNoise {
+    if plateaus.is_empty() {
+        return EdgeNoise {
+            dark: least.max(1e-12),
+            gain: gain.unwrap_or(0.0),
+        };
+    }
+    let mut variances: Vec<f64> = plateaus.iter().map(|p| p.variance).collect();
+    let typical = median(&mut variances).max(least).max(1e-12);
+    let mut noise = EdgeNoise {
+        dark: typical,
+        gain: 0.0,
+    };
+    if plateaus.len() < MIN_PLATEAUS {
+        return noise;
+    }
+    for _ in 0..ITERATIONS {
+        let mut sums = [0.0; 5];
+        for p in plateaus {
+            let expected = noise.variance(p.level).max(least);
+            // Standard deviation of a variance of so many pixels.
+            let sigma = expected * (2.0 / p.freedom).sqrt();
+            if (p.variance - expected).abs() > CLIP_SIGMAS * sigma.max(0.25 * expected) {
+                continue;
+            }
+            let (weight, level) = (1.0 / (sigma * sigma), p.level.max(0.0));
+            sums[0] += weight;
+            sums[1] += weight * level;
+            sums[2] += weight * level * level;
+            sums[3] += weight * p.variance;
+            sums[4] += weight * p.variance * level;
+        }
+        let [w, x, xx, y, xy] = sums;
+        let determinant = w * xx - x * x;
+        let mut now = EdgeNoise {
+            dark: (xx * y - x * xy) / determinant,
+            gain: (w * xy - x * y) / determinant,
+        };
+        if let Some(gain) = gain {
+            now = EdgeNoise {
+                dark: (y - gain * x) / w,
+                gain,
+            };
+        } else if !(now.gain > 0.0 && now.gain.is_finite()) {
+            now = EdgeNoise {
+                dark: y / w,
+                gain: 0.0,
+            };
+        } else if now.dark < least {
+            now = EdgeNoise {
+                dark: least,
+                gain: (xy - least * x) / xx,
+            };
+        }
+        if !(now.dark.is_finite() && now.gain.is_finite()) {
+            break;
+        }
+        noise = EdgeNoise {
+            dark: now.dark.max(least).max(1e-12),
+            ..now
+        };
+    }
+    noise
+}
