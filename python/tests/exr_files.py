@@ -7,8 +7,11 @@ import numpy as np
 SAMPLE_TYPES = {np.dtype("float16"): 1, np.dtype("float32"): 2}
 
 
-def write(path, channels):
-    """Writes ``channels``, arrays of rows x columns by name, all of one sample type."""
+def write(path, channels, display_window=None):
+    """Writes ``channels``, arrays of rows x columns by name, all of one sample type.
+
+    ``display_window`` is (x, y, width, height) in pixels from the corner of the arrays, or that of the arrays.
+    """
     names = sorted(channels)
     planes = [np.ascontiguousarray(channels[name]) for name in names]
     height, width = planes[0].shape
@@ -17,11 +20,13 @@ def write(path, channels):
         for name, plane in zip(names, planes)
     )
     window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    x, y, columns, rows_shown = display_window or (0, 0, width, height)
+    display = struct.pack("<4i", x, y, x + columns - 1, y + rows_shown - 1)
     attributes = [
         ("channels", "chlist", listing + b"\0"),
         ("compression", "compression", b"\0"),
         ("dataWindow", "box2i", window),
-        ("displayWindow", "box2i", window),
+        ("displayWindow", "box2i", display),
         ("lineOrder", "lineOrder", b"\0"),
         ("pixelAspectRatio", "float", struct.pack("<f", 1.0)),
         ("screenWindowCenter", "v2f", struct.pack("<2f", 0.0, 0.0)),
@@ -65,9 +70,10 @@ def read(path):
     return planes
 
 
-def write_image(path, image):
+def write_image(path, image, display_window=None):
     """Writes an array of rows x columns x channels as Y, YA, RGB or RGBA."""
-    write(path, {name: image[..., k] for k, name in enumerate(_names(image.shape[2]))})
+    planes = {name: image[..., k] for k, name in enumerate(_names(image.shape[2]))}
+    write(path, planes, display_window)
 
 
 def read_image(path, channels):
