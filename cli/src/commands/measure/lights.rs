@@ -37,7 +37,10 @@ fn parse_tile(text: &str) -> Result<TileSize, String> {
     if text == "auto" {
         return Ok(TileSize::Auto);
     }
-    let side = text.parse().ok().filter(|side| TileSize::RANGE.contains(side));
+    let side = text
+        .parse()
+        .ok()
+        .filter(|side| TileSize::RANGE.contains(side));
     side.map(TileSize::Pixels).ok_or_else(|| {
         let (least, most) = (TileSize::RANGE.start(), TileSize::RANGE.end());
         format!("give {least} to {most} pixels, or `auto`")
