@@ -11,10 +11,9 @@ use serde_json::{Value, json};
 
 /// The option of all commands that take long.
 #[derive(Debug, Clone, Copy, Args)]
-#[command(next_help_heading = "Run")]
 pub(crate) struct ProgressArgs {
     /// Progress on stderr
-    #[arg(long, value_enum, value_name = "FORM", default_value_t = ProgressForm::Auto)]
+    #[arg(long, help_heading = "Run", value_enum, value_name = "FORM", default_value_t = ProgressForm::Auto)]
     progress: ProgressForm,
 }
 

@@ -2,8 +2,8 @@
 
 A ``Lens`` describes the point-spread function (PSF) of a real lens over its field, colour channels and distances. It is
 fitted to measured PSFs. ``apply`` blurs an image as the lens does, guided by its depth; ``remove`` removes the blur of the
-lens that an image was taken with; ``relens`` replaces it by that of another lens; ``diagnose`` finds the effects that a lens
-lacks against measured PSFs.
+lens that an image was taken with; ``relens`` replaces it by that of another lens; ``measure_lights`` measures PSFs in
+photographs; ``diagnose`` finds the effects that a lens lacks against measured PSFs.
 
 Images are arrays of rows x columns x channels, ``float32`` or ``float16``, scene-linear. Results are bit-identical to those
 of the command ``seidel`` on the same samples, whatever the number of threads. Calls release the GIL; Ctrl-C stops them.
@@ -18,26 +18,49 @@ from ._errors import (
     InvalidInput,
     Unsupported,
 )
-from ._seidel import Diagnosis, Lens, ObservationSet, __version__, apply, diagnose, relens, remove
-from ._settings import DepthPass, Observation, Settings
+from ._seidel import (
+    Diagnosis,
+    LeftOut,
+    Lens,
+    LightMeasurement,
+    ObservationSet,
+    Removal,
+    __version__,
+    apply,
+    blur_share,
+    diagnose,
+    measure_lights,
+    relens,
+    remove,
+    remove_with_maps,
+)
+from ._settings import Background, DepthPass, Holdout, Observation, Settings
 
 __all__ = [
+    "Background",
     "Cancelled",
     "DepthPass",
     "Diagnosis",
     "Error",
     "FileError",
+    "Holdout",
     "InsufficientData",
     "InternalError",
     "InvalidInput",
+    "LeftOut",
     "Lens",
+    "LightMeasurement",
     "Observation",
     "ObservationSet",
+    "Removal",
     "Settings",
     "Unsupported",
     "__version__",
     "apply",
+    "blur_share",
     "diagnose",
+    "measure_lights",
     "relens",
     "remove",
+    "remove_with_maps",
 ]

@@ -7,17 +7,23 @@ from typing import Any, Literal, TypeAlias, TypeVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ._settings import DepthPass, Observation, Settings
+from ._settings import Background, DepthPass, Holdout, Observation, Settings
 
 __all__ = [
     "Diagnosis",
+    "LeftOut",
     "Lens",
+    "LightMeasurement",
     "ObservationSet",
+    "Removal",
     "__version__",
     "apply",
+    "blur_share",
     "diagnose",
+    "measure_lights",
     "relens",
     "remove",
+    "remove_with_maps",
 ]
 
 __version__: str
@@ -25,7 +31,10 @@ __version__: str
 _Path: TypeAlias = str | PathLike[str]
 _Progress: TypeAlias = Callable[[float], bool | None]
 _Sample = TypeVar("_Sample", np.float32, np.float16)
-_Depth: TypeAlias = float | NDArray[np.float32] | NDArray[np.float16] | DepthPass
+_Samples: TypeAlias = NDArray[np.float32] | NDArray[np.float16]
+_Depth: TypeAlias = float | _Samples | DepthPass
+_Photograph: TypeAlias = _Path | _Samples | NDArray[np.uint16]
+_Photographs: TypeAlias = _Photograph | Iterable[_Photograph]
 
 @final
 class Lens:
@@ -44,6 +53,7 @@ class Lens:
         use_all: bool = False,
         law_only: bool = False,
         threads: int = 0,
+        progress: _Progress | None = None,
     ) -> Lens: ...
     def psf(
         self,
@@ -97,6 +107,45 @@ class ObservationSet:
     def __len__(self) -> int: ...
 
 @final
+class LeftOut:
+    @property
+    def source(self) -> str: ...
+    @property
+    def x(self) -> float: ...
+    @property
+    def y(self) -> float: ...
+    @property
+    def why(self) -> str: ...
+    @property
+    def value(self) -> float: ...
+    @property
+    def limit(self) -> float: ...
+    @property
+    def quantity(self) -> str: ...
+
+@final
+class LightMeasurement:
+    @property
+    def observations(self) -> ObservationSet: ...
+    @property
+    def left_out(self) -> list[LeftOut]: ...
+    @property
+    def hot_pixels(self) -> list[int]: ...
+    @property
+    def tile_size(self) -> int: ...
+
+@final
+class Removal:
+    @property
+    def image(self) -> NDArray[Any]: ...
+    @property
+    def confidence(self) -> NDArray[np.float32]: ...
+    @property
+    def noise_gain(self) -> NDArray[np.float32] | None: ...
+    @property
+    def noise(self) -> list[float]: ...
+
+@final
 class Diagnosis:
     @property
     def verdict(
@@ -114,6 +163,8 @@ def apply(
     image: NDArray[_Sample],
     depth: _Depth | None = None,
     *,
+    holdout: _Samples | Holdout | None = None,
+    background: Background | None = None,
     settings: Settings | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[_Sample]: ...
@@ -125,6 +176,23 @@ def remove(
     settings: Settings | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[_Sample]: ...
+def remove_with_maps(
+    lens: Lens,
+    image: _Samples,
+    depth: _Depth | None = None,
+    *,
+    noise_gain: bool = False,
+    settings: Settings | None = None,
+    progress: _Progress | None = None,
+) -> Removal: ...
+def blur_share(
+    lens: Lens,
+    image: _Samples,
+    depth: _Depth | None = None,
+    *,
+    settings: Settings | None = None,
+    progress: _Progress | None = None,
+) -> float: ...
 def relens(
     from_lens: Lens,
     to_lens: Lens,
@@ -134,6 +202,22 @@ def relens(
     settings: Settings | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[_Sample]: ...
+def measure_lights(
+    photographs: _Photographs,
+    *,
+    distance: float | Sequence[float | None] | None = None,
+    channels: Sequence[str] | None = None,
+    axis: tuple[float, float] | None = None,
+    dark: _Photographs | None = None,
+    flat: _Photographs | None = None,
+    cfa: str | None = None,
+    black: float | None = None,
+    white: float | None = None,
+    encoding: Literal["linear", "srgb"] | None = None,
+    tile_size: int | None = None,
+    min_snr: float | None = None,
+    threads: int = 0,
+) -> LightMeasurement: ...
 def diagnose(
     lens: Lens,
     observations: ObservationSet | _Path,

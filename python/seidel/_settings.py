@@ -1,4 +1,4 @@
-"""Settings, depth passes and observations: values that the compiled part of the package reads."""
+"""Settings, depth passes, mattes and observations: values that the compiled part of the package reads."""
 
 from __future__ import annotations
 
@@ -70,6 +70,9 @@ class Settings:
     pixel_aspect: float = 1.0
     """Width of a pixel over its height in the scene, 1/16 to 16: 2 for an image of a 2x anamorphic lens before it is
     desqueezed."""
+    display_window: tuple[int, int, int, int] | None = None
+    """Display window (x, y, width, height) in image pixels from the top-left corner of the array, which is the data window: of an
+    image with overscan, or of a part of a picture. It lies centre on centre with the lens's frame. The array if ``None``."""
     threads: int = 0
     """Most threads; 0 for one each core. Results do not depend on it."""
 
@@ -91,6 +94,26 @@ class DepthPass:
     """Farthest distance of a scaled depth, metres."""
     along_ray: float | None = None
     """Focal length in pixel widths, if distances are measured along the ray from the camera."""
+
+
+@dataclass(frozen=True, eq=False)
+class Holdout:
+    """A matte of an object that will be merged in front later, with its depth."""
+
+    matte: NDArray[Any]
+    """Array of rows x columns, ``float32`` or ``float16``, 0 to 1."""
+    depth: NDArray[Any] | DepthPass | None = None
+    """Depth of the object: only light from behind it is held out. All is if ``None``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Background:
+    """The image without its foreground, such as a clean plate."""
+
+    image: NDArray[Any]
+    """Array of the size and channels of the image."""
+    depth: NDArray[Any] | DepthPass | float
+    """Its depth, as that of the image."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,10 +15,13 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 }
 /// Applies the blur of `lens` to `image`; near surfaces occlude far ones where `depth` varies.
 ///
-/// - `image`: array of rows x columns (Y), or rows x columns x channels (Y, YA, RGB or RGBA), `float32` or `float16`,
-///   scene-linear. Views with any strides are read in place.
+/// - `image`: array of rows x columns (Y), or rows x columns x channels (Y, YA, RGB, RGBA, or 7 channels: RGBA and the alphas
+///   of R, G and B), `float32` or `float16`, scene-linear. Views with any strides are read in place.
 /// - `depth`: object distance in metres along the optical axis (`math.inf` for infinity), an array of rows x columns of such
 ///   distances, or a `DepthPass`. A lens that was measured at several distances needs it.
+/// - `holdout`: matte of an object that will be merged in front later, an array of rows x columns from 0 to 1, or a `Holdout`
+///   with its depth. The light of the image is held out where the matte covers it, sharp to the pixel.
+/// - `background`: a `Background`, the image without its foreground. It shows where the blur of the foreground uncovers it.
 /// - `settings`: a `Settings`; the defaults use the lens as measured.
 /// - `progress`: called about fifty times a second with the share done, 0 to 1. It stops the call by an exception, or by
 ///   returning `False`. Ctrl-C stops the call too.
@@ -28,17 +31,22 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Raises `InvalidInput` for arrays and settings that are not valid, `Unsupported` for what this lens cannot do, and
 /// `Cancelled`.
 #[pyfunction]
-#[pyo3(signature = (lens, image, depth=None, *, settings=None, progress=None))]
+#[pyo3(signature = (lens, image, depth=None, *, holdout=None, background=None, settings=None, progress=None))]
 fn apply<'py>(
     lens: &Bound<'py, Lens>,
     image: &Bound<'py, PyAny>,
     depth: Option<&Bound<'py, PyAny>>,
+    holdout: Option<&Bound<'py, PyAny>>,
+    background: Option<&Bound<'py, PyAny>>,
     settings: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> Result<Bound<'py, PyAny>> {
     let py = image.py();
     let settings = CallSettings::read(py, settings)?;
-    let ArrayPlate { plate, layout } = ArrayPlate::read(image, depth, &settings)?;
+    let mut read = ArrayPlate::read(image, depth, &settings)?;
+    read.add_holdout(holdout, &settings)?;
+    read.add_background(background, &settings)?;
+    let ArrayPlate { plate, layout } = read;
     let options = CallOptions {
         threads: settings.threads,
         progress,

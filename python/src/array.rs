@@ -18,6 +18,8 @@ pub(crate) enum SampleType {
     Half,
     /// `float32`.
     Float,
+    /// `uint16`, of photographs only.
+    Count,
 }
 
 /// Size and sample type of an image array: that of the result is the same.
@@ -39,6 +41,20 @@ impl ArrayLayout {
             channels: Some(channels),
             sample: SampleType::Float,
         }
+    }
+
+    /// The layout of a `float32` map for each of `channels` of an image of this layout.
+    pub(crate) fn of_maps(&self, channels: usize) -> Self {
+        Self {
+            channels: self.channels.map(|_| channels),
+            sample: SampleType::Float,
+            ..*self
+        }
+    }
+
+    /// Sample type of the array.
+    pub(crate) fn sample(&self) -> SampleType {
+        self.sample
     }
 
     /// Number of channels, 1 for an array of two dimensions.
@@ -68,14 +84,7 @@ impl ArrayPlanes {
                 "give a NumPy array, for instance by numpy.asarray",
             ));
         };
-        // Views of such arrays must not be read in place.
-        if !untyped.getattr("flags")?.getattr("aligned")?.extract()? {
-            return Err(Failure::argument(
-                name,
-                "has samples that are not aligned in memory",
-                "give a copy of the array",
-            ));
-        }
+        check_aligned(name, untyped)?;
         if let Ok(samples) = array.cast::<PyArrayDyn<f32>>() {
             read_typed(name, samples, SampleType::Float)
         } else if let Ok(samples) = array.cast::<PyArrayDyn<f16>>() {
@@ -87,6 +96,20 @@ impl ArrayPlanes {
                 format!("has samples of type {sample}"),
                 "give scene-linear samples of type float32 or float16 in the byte order of the machine",
             ))
+        }
+    }
+
+    /// As [`ArrayPlanes::read`], also of `uint16`, as sensors count.
+    ///
+    /// # Errors
+    /// Those of [`ArrayPlanes::read`].
+    pub(crate) fn read_counts(name: &str, array: &Bound<'_, PyAny>) -> Result<Self> {
+        match array.cast::<PyArrayDyn<u16>>() {
+            Ok(samples) => {
+                check_aligned(name, samples.as_untyped())?;
+                read_typed(name, samples, SampleType::Count)
+            }
+            Err(_) => Self::read(name, array),
         }
     }
 
@@ -110,6 +133,18 @@ impl ArrayPlanes {
         let mut planes = self.planes;
         Ok(planes.swap_remove(0))
     }
+}
+
+/// Rejects an array whose views must not be read in place.
+fn check_aligned(name: &str, array: &Bound<'_, PyUntypedArray>) -> Result<()> {
+    if array.getattr("flags")?.getattr("aligned")?.extract()? {
+        return Ok(());
+    }
+    Err(Failure::argument(
+        name,
+        "has samples that are not aligned in memory",
+        "give a copy of the array",
+    ))
 }
 
 fn read_typed<T: Element + Copy + Into<f32>>(
@@ -177,10 +212,20 @@ impl ResultSamples {
     /// Returns the samples of `image` for an array of `layout`. Values above the range of half floats become its limit, as in
     /// files that the command writes.
     pub(crate) fn of_image(image: &Image, layout: &ArrayLayout) -> Self {
-        let samples = image.to_interleaved();
-        match layout.sample {
-            SampleType::Float => Self::Float(samples),
-            SampleType::Half => Self::Half(samples.into_iter().map(to_half).collect()),
+        let planes = (image.colours.iter())
+            .chain(&image.alpha)
+            .chain(&image.channel_alphas);
+        let planes: Vec<&[f32]> = planes.map(Vec::as_slice).collect();
+        Self::of_planes(&planes, layout.sample)
+    }
+
+    /// Returns the samples of `planes`, interleaved.
+    pub(crate) fn of_planes(planes: &[&[f32]], sample: SampleType) -> Self {
+        match sample {
+            SampleType::Float | SampleType::Count => {
+                Self::Float(interleaved(planes, |sample| sample))
+            }
+            SampleType::Half => Self::Half(interleaved(planes, to_half)),
         }
     }
 
@@ -195,6 +240,24 @@ impl ResultSamples {
             Self::Half(samples) => into_array(PyArray1::from_vec(py, samples), layout)?,
         })
     }
+}
+
+/// Pixels that are interleaved at once, so that they stay in the cache of a core.
+const BLOCK_PX: usize = 2048;
+
+/// Returns the samples of `planes`, changed by `convert`, a pixel after the other.
+fn interleaved<T: Copy + Default>(planes: &[&[f32]], convert: impl Fn(f32) -> T) -> Vec<T> {
+    let (count, pixels) = (planes.len(), planes.first().map_or(0, |plane| plane.len()));
+    let mut samples = vec![T::default(); count * pixels];
+    for (block, into) in samples.chunks_mut(count * BLOCK_PX).enumerate() {
+        for (k, plane) in planes.iter().enumerate() {
+            let from = &plane[block * BLOCK_PX..][..into.len() / count];
+            for (sample, from) in into[k..].iter_mut().step_by(count).zip(from) {
+                *sample = convert(*from);
+            }
+        }
+    }
+    samples
 }
 
 fn to_half(sample: f32) -> f16 {

@@ -18,13 +18,13 @@ struct PassArgs<'py> {
 }
 
 impl PassArgs<'_> {
-    fn meaning(&self) -> Result<DepthMeaning> {
+    fn meaning(&self, of: &str) -> Result<DepthMeaning> {
         let metres_per_unit = self.unit;
         let limit = |name: &str, value: Option<f64>| {
             value.ok_or_else(|| {
                 Failure::argument(
-                    &format!("depth.{name}"),
-                    format!("is None, but depth.kind is {}", self.kind),
+                    &format!("{of}.{name}"),
+                    format!("is None, but its kind is {}", self.kind),
                     "give the distance in metres",
                 )
             })
@@ -42,7 +42,7 @@ impl PassArgs<'_> {
             },
             other => {
                 return Err(Failure::argument(
-                    "depth.kind",
+                    &format!("{of}.kind"),
                     format!("is {other:?}"),
                     "give \"distance\", \"inverse\", \"far-one\" or \"far-zero\"",
                 ));
@@ -63,11 +63,15 @@ pub(crate) fn object_distance(metres: Option<f64>) -> Result<ObjectDistance> {
     })
 }
 
-/// Reads the argument `depth` of an image of `layout`.
+/// Reads the argument `name`, the depth of an image of `layout`.
 ///
 /// # Errors
 /// A distance that is not positive, an array of another size, and an unknown convention.
-pub(crate) fn read(depth: Option<&Bound<'_, PyAny>>, layout: &ArrayLayout) -> Result<Depth> {
+pub(crate) fn read(
+    name: &str,
+    depth: Option<&Bound<'_, PyAny>>,
+    layout: &ArrayLayout,
+) -> Result<Depth> {
     let Some(depth) = depth else {
         return Ok(Depth::Distance(ObjectDistance::Unknown));
     };
@@ -75,12 +79,12 @@ pub(crate) fn read(depth: Option<&Bound<'_, PyAny>>, layout: &ArrayLayout) -> Re
         return Ok(Depth::Distance(ObjectDistance::metres(metres)?));
     }
     let pass = |samples: &Bound<'_, PyAny>, meaning| -> Result<Depth> {
-        let samples = ArrayPlanes::read("depth", samples)?.into_plane("depth", layout)?;
+        let samples = ArrayPlanes::read(name, samples)?.into_plane(name, layout)?;
         Ok(Depth::Pass(DepthPass { samples, meaning }))
     };
     if depth.hasattr("samples")? {
         let args: PassArgs<'_> = depth.extract()?;
-        let meaning = args.meaning()?;
+        let meaning = args.meaning(name)?;
         return pass(&args.samples, meaning);
     }
     pass(depth, DepthMeaning::METRES)

@@ -15,6 +15,7 @@ pub(crate) struct FitArgs<'a, 'py> {
     pub(crate) axis: Option<&'a Bound<'py, PyAny>>,
     pub(crate) use_all: bool,
     pub(crate) law_only: bool,
+    pub(crate) call: CallOptions<'a, 'py>,
 }
 
 impl FitArgs<'_, '_> {
@@ -70,16 +71,12 @@ impl FitArgs<'_, '_> {
 ///
 /// # Errors
 /// Those of the core, and sets that cannot be read.
-pub(crate) fn fit(observations: &Bound<'_, PyAny>, args: &FitArgs, threads: u32) -> Result<Lens> {
+pub(crate) fn fit(observations: &Bound<'_, PyAny>, args: &FitArgs) -> Result<Lens> {
     let py = observations.py();
     let settings = args.settings()?;
     let named = observations::read_all(observations)?;
     let sources: Vec<String> = named.iter().map(|set| set.name.clone()).collect();
-    let options = CallOptions {
-        threads,
-        progress: None,
-    };
-    let fit = options.run(py, move |progress| {
+    let fit = args.call.run(py, move |progress| {
         let sets: Vec<_> = named.into_iter().map(|named| named.set).collect();
         Ok(seidel_core::fit(&sets, &settings, progress)?)
     })?;

@@ -84,13 +84,13 @@ impl Lens {
     /// - `use_all`: fit all PSFs and hold none out to score the lens.
     /// - `law_only`: describe the lens by smooth functions of distance alone.
     /// - `threads`: most threads; 0 for one each core.
+    /// - `progress`: as for `apply`.
     ///
-    /// It takes from a second (`"moments"`) to minutes. Ctrl-C returns at once, while the threads of the fit end the step that
-    /// they are doing. Limits of the result are issued as `UserWarning`s.
+    /// It takes from a second (`"moments"`) to minutes. Limits of the result are issued as `UserWarning`s.
     ///
     /// Raises `FileError` for sets with faults, `InvalidInput`, and `InsufficientData` for too few PSFs.
     #[staticmethod]
-    #[pyo3(signature = (observations, *, model="auto", axis=None, use_all=false, law_only=false, threads=0))]
+    #[pyo3(signature = (observations, *, model="auto", axis=None, use_all=false, law_only=false, threads=0, progress=None))]
     fn fit(
         observations: &Bound<'_, PyAny>,
         model: &str,
@@ -98,14 +98,16 @@ impl Lens {
         use_all: bool,
         law_only: bool,
         threads: u32,
+        progress: Option<&Bound<'_, PyAny>>,
     ) -> Result<Self> {
         let args = FitArgs {
             model,
             axis,
             use_all,
             law_only,
+            call: CallOptions { threads, progress },
         };
-        fit::fit(observations, &args, threads)
+        fit::fit(observations, &args)
     }
 
     /// Returns the PSF at frame pixel (`x`, `y`) for an object at `distance`.

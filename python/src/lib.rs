@@ -1,5 +1,5 @@
-//! The compiled part of the Python package `seidel`: lenses, and blur applied, removed, replaced and diagnosed on NumPy
-//! arrays.
+//! The compiled part of the Python package `seidel`: lenses, and blur applied, removed, replaced, measured and
+//! diagnosed on NumPy arrays.
 //!
 //! It only converts: arrays to plates, settings to those of the core, errors to exceptions. All computation is that of
 //! `seidel-core`, on threads of `seidel-threads`, while the calling thread releases the GIL and answers signals.
@@ -12,9 +12,12 @@ mod diagnose;
 mod error;
 mod fit;
 mod lens;
+mod measure;
 mod observations;
+mod photographs;
 mod plate;
 mod relens;
+mod removal;
 mod remove;
 mod settings;
 mod worker;
@@ -30,6 +33,8 @@ fn seidel(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<diagnose::Diagnosis>()?;
     apply::register(module)?;
     remove::register(module)?;
+    removal::register(module)?;
     relens::register(module)?;
+    measure::register(module)?;
     diagnose::register(module)
 }

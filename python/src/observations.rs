@@ -60,6 +60,34 @@ impl ObservationArgs<'_> {
     }
 }
 
+impl ObservationSet {
+    /// The set of a measurement.
+    ///
+    /// # Errors
+    /// All faults of all observations.
+    pub(crate) fn measured(set: seidel_core::ObservationSet) -> Result<Self> {
+        Self::checked(set, "photographs")
+    }
+
+    fn checked(set: seidel_core::ObservationSet, name: &str) -> Result<Self> {
+        let faults = set.faults();
+        if !faults.is_empty() {
+            return Err(Failure::Faults(faults));
+        }
+        Ok(Self {
+            named: NamedSet {
+                set,
+                name: name.to_owned(),
+            },
+        })
+    }
+
+    /// Number of observations.
+    pub(crate) fn count(&self) -> usize {
+        self.named.set.observations.len()
+    }
+}
+
 #[pymethods]
 impl ObservationSet {
     /// Creates a set from arrays.
@@ -89,15 +117,7 @@ impl ObservationSet {
         let mut set = seidel_core::ObservationSet::new(frame, channels, observations);
         set.axis_stated = axis.is_some();
         set.pixel_pitch_um = pixel_pitch_um;
-        let faults = set.faults();
-        let name = "arrays".to_owned();
-        if faults.is_empty() {
-            Ok(Self {
-                named: NamedSet { set, name },
-            })
-        } else {
-            Err(Failure::Faults(faults))
-        }
+        Self::checked(set, "arrays")
     }
 
     /// Reads the set in a folder with a `manifest.json`, or that of a manifest file.
@@ -153,12 +173,12 @@ impl ObservationSet {
     }
 
     fn __len__(&self) -> usize {
-        self.named.set.observations.len()
+        self.count()
     }
 
     fn __repr__(&self) -> String {
         let (width, height) = self.frame_size();
-        let (count, channels) = (self.__len__(), self.channels().join(", "));
+        let (count, channels) = (self.count(), self.channels().join(", "));
         format!(
             "<seidel.ObservationSet of {count} PSFs: {width} x {height} px, channels {channels}>"
         )

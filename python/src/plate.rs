@@ -1,7 +1,9 @@
-//! Plates: an image array, its depth and the settings about its place and its alpha.
+//! Plates: an image array, its depth, and what belongs to them.
 
 use pyo3::prelude::*;
-use seidel_core::{Image, Plate, PlateGeometry};
+use seidel_core::{
+    AlphaKind, Background, Depth, HoldoutMatte, Image, Plate, PlateGeometry, Rectangle,
+};
 
 use crate::array::{ArrayLayout, ArrayPlanes};
 use crate::depth;
@@ -14,8 +16,22 @@ pub(crate) struct ArrayPlate {
     pub(crate) layout: ArrayLayout,
 }
 
+/// The attributes of `seidel.Holdout`.
+#[derive(FromPyObject)]
+struct HoldoutArgs<'py> {
+    matte: Bound<'py, PyAny>,
+    depth: Option<Bound<'py, PyAny>>,
+}
+
+/// The attributes of `seidel.Background`.
+#[derive(FromPyObject)]
+struct BackgroundArgs<'py> {
+    image: Bound<'py, PyAny>,
+    depth: Bound<'py, PyAny>,
+}
+
 impl ArrayPlate {
-    /// Reads the arguments `image` and `depth`. The image is Y, YA, RGB or RGBA by its number of channels.
+    /// Reads the arguments `image` and `depth`.
     ///
     /// # Errors
     /// Arrays of another shape or sample type, and a depth that is not valid.
@@ -24,34 +40,166 @@ impl ArrayPlate {
         depth: Option<&Bound<'_, PyAny>>,
         settings: &CallSettings,
     ) -> Result<Self> {
-        let ArrayPlanes { layout, mut planes } = ArrayPlanes::read("image", image)?;
-        let names: &[&str] = match planes.len() {
-            1 | 2 => &["Y"],
-            3 | 4 => &["R", "G", "B"],
-            count => {
-                return Err(Failure::argument(
-                    "image",
-                    format!("has {count} channels"),
-                    "give 1 (Y), 2 (YA), 3 (RGB) or 4 (RGBA)",
-                ));
-            }
-        };
-        let has_alpha = planes.len() > names.len();
-        let alpha = if has_alpha { planes.pop() } else { None };
-        let names = names.iter().map(|name| (*name).to_owned()).collect();
-        let image = Image::new(layout.width, layout.height, names, planes)?;
-        let mut image = image.with_alpha(alpha, Vec::new(), settings.alpha);
-        if settings.replaces_non_finite {
-            image.replace_non_finite();
-        }
+        let ArrayImage { image, layout } = ArrayImage::read("image", image, settings)?;
+        let all = PlateGeometry::of_size(layout.width, layout.height);
+        let window = settings.display_window;
         let geometry = PlateGeometry {
+            display: window.map_or(Ok(all.display), rectangle)?,
             pixel_aspect: settings.pixel_aspect,
             lens_scale: settings.lens_scale,
-            ..PlateGeometry::of_size(layout.width, layout.height)
+            ..all
         };
         let plate = Plate::new(image)
             .with_geometry(geometry)
-            .with_depth(depth::read(depth, &layout)?);
+            .with_depth(depth::read("depth", depth, &layout)?);
         Ok(Self { plate, layout })
     }
+
+    /// Reads the arguments `image` and `depth` of a removal, whose settings have one noise for all colours or one for each.
+    ///
+    /// # Errors
+    /// Those of [`ArrayPlate::read`], and another number of noise levels.
+    pub(crate) fn read_for_removal(
+        image: &Bound<'_, PyAny>,
+        depth: Option<&Bound<'_, PyAny>>,
+        settings: &CallSettings,
+    ) -> Result<Self> {
+        let read = Self::read(image, depth, settings)?;
+        let (count, names) = (settings.core.removal.noise.len(), &read.plate.image.names);
+        if count <= 1 || count == names.len() {
+            return Ok(read);
+        }
+        Err(Failure::argument(
+            "settings.noise",
+            format!("has {count} values"),
+            format!("give one for all, or one each for {}", names.join(", ")),
+        ))
+    }
+
+    /// Adds the argument `holdout`: a matte, or a `Holdout`.
+    ///
+    /// # Errors
+    /// Arrays of another size, and a holdout without occlusion.
+    pub(crate) fn add_holdout(
+        &mut self,
+        holdout: Option<&Bound<'_, PyAny>>,
+        settings: &CallSettings,
+    ) -> Result<()> {
+        let Some(holdout) = holdout else {
+            return Ok(());
+        };
+        settings.check_occlusion("holdout")?;
+        let args = if holdout.hasattr("matte")? {
+            holdout.extract()?
+        } else {
+            HoldoutArgs {
+                matte: holdout.clone(),
+                depth: None,
+            }
+        };
+        let matte = ArrayPlanes::read("holdout", &args.matte)?;
+        let pass = args.depth.map(|depth| -> Result<_> {
+            match depth::read("holdout.depth", Some(&depth), &self.layout)? {
+                Depth::Pass(pass) => Ok(pass),
+                Depth::Distance(_) => Err(Failure::argument(
+                    "holdout.depth",
+                    "is one distance",
+                    "give an array of distances, or a DepthPass",
+                )),
+            }
+        });
+        let holdout = HoldoutMatte {
+            samples: matte.into_plane("holdout", &self.layout)?,
+            depth: pass.transpose()?,
+        };
+        (holdout.check(self.layout.width)).map_err(|error| error.within("holdout"))?;
+        self.plate.holdout = Some(holdout);
+        Ok(())
+    }
+
+    /// Adds the argument `background`, a `Background`.
+    ///
+    /// # Errors
+    /// Arrays of another size, a plate at one distance, and settings without occlusion or fill.
+    pub(crate) fn add_background(
+        &mut self,
+        background: Option<&Bound<'_, PyAny>>,
+        settings: &CallSettings,
+    ) -> Result<()> {
+        let Some(background) = background else {
+            return Ok(());
+        };
+        settings.check_fill("background")?;
+        if matches!(self.plate.depth, Depth::Distance(_)) {
+            return Err(Failure::argument(
+                "background",
+                "is given, but the image lies at one distance, where nothing is uncovered",
+                "give the depth of every pixel, or leave out the background",
+            ));
+        }
+        let args: BackgroundArgs<'_> = background.extract()?;
+        let image = ArrayImage::read("background.image", &args.image, settings)?.image;
+        let depth = depth::read("background.depth", Some(&args.depth), &self.layout)?;
+        self.plate.background = Some(Background { image, depth });
+        Ok(())
+    }
+}
+
+/// An image of the caller, and the layout of its array.
+struct ArrayImage {
+    image: Image,
+    layout: ArrayLayout,
+}
+
+impl ArrayImage {
+    /// Reads the argument `name`: Y, YA, RGB, RGBA, or RGBA and the alpha of each colour, by its number of channels.
+    ///
+    /// # Errors
+    /// An array of another shape or sample type.
+    fn read(name: &str, array: &Bound<'_, PyAny>, settings: &CallSettings) -> Result<Self> {
+        let ArrayPlanes { layout, mut planes } = ArrayPlanes::read(name, array)?;
+        let names: &[&str] = match planes.len() {
+            1 | 2 => &["Y"],
+            3 | 4 | 7 => &["R", "G", "B"],
+            count => {
+                return Err(Failure::argument(
+                    name,
+                    format!("has {count} channels"),
+                    "give 1 (Y), 2 (YA), 3 (RGB), 4 (RGBA), or 7 (RGBA and the alphas of R, G and B)",
+                ));
+            }
+        };
+        let mut alphas = planes.split_off(names.len());
+        let channel_alphas = alphas.split_off(alphas.len().min(1));
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        let image = Image::new(layout.width, layout.height, names, planes)?;
+        let kind = if alphas.is_empty() {
+            AlphaKind::Premultiplied
+        } else {
+            settings.alpha
+        };
+        let mut image = image.with_alpha(alphas.pop(), channel_alphas, kind);
+        if settings.replaces_non_finite {
+            image.replace_non_finite();
+        }
+        Ok(Self { image, layout })
+    }
+}
+
+/// Returns the display window (x, y, width, height) of the settings.
+fn rectangle(window: (i32, i32, usize, usize)) -> Result<Rectangle> {
+    let (x, y, width, height) = window;
+    if width == 0 || height == 0 {
+        return Err(Failure::argument(
+            "settings.display_window",
+            format!("is {width} x {height} pixels"),
+            "give (x, y, width, height) in image pixels, width and height above 0",
+        ));
+    }
+    Ok(Rectangle {
+        x,
+        y,
+        width,
+        height,
+    })
 }

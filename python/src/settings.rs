@@ -39,6 +39,7 @@ struct SettingsArgs {
     scrub: bool,
     lens_scale: Option<f64>,
     pixel_aspect: f64,
+    display_window: Option<(i32, i32, usize, usize)>,
     threads: u32,
 }
 
@@ -68,6 +69,8 @@ pub(crate) struct CallSettings {
     pub(crate) lens_scale: Option<f64>,
     /// Width of a plate pixel over its height.
     pub(crate) pixel_aspect: f64,
+    /// Display window (x, y, width, height) in pixels of the image; the image if `None`.
+    pub(crate) display_window: Option<(i32, i32, usize, usize)>,
     /// Most threads; 0 for one each core.
     pub(crate) threads: u32,
 }
@@ -89,6 +92,37 @@ impl CallSettings {
             }
         };
         args.into_call_settings()
+    }
+
+    /// Checks that occlusion is on, for the argument `name`.
+    ///
+    /// # Errors
+    /// Settings without occlusion.
+    pub(crate) fn check_occlusion(&self, name: &str) -> Result<()> {
+        if self.core.occlusion.is_some() {
+            return Ok(());
+        }
+        Err(Failure::argument(
+            name,
+            "needs occlusion, which settings.occlusion turns off",
+            "leave one of the two out",
+        ))
+    }
+
+    /// Checks that what a foreground uncovers is filled from the background, for the argument `name`.
+    ///
+    /// # Errors
+    /// Settings without occlusion, and those that fill it with the foreground's own light.
+    pub(crate) fn check_fill(&self, name: &str) -> Result<()> {
+        self.check_occlusion(name)?;
+        if self.core.occlusion.is_some_and(|o| o.fill_foreground) {
+            return Ok(());
+        }
+        Err(Failure::argument(
+            name,
+            "is not used where settings.fill_foreground is False",
+            "leave one of the two out",
+        ))
     }
 }
 
@@ -119,6 +153,7 @@ impl SettingsArgs {
             replaces_non_finite: self.scrub,
             lens_scale: self.lens_scale,
             pixel_aspect: self.pixel_aspect,
+            display_window: self.display_window,
             threads: self.threads,
         })
     }

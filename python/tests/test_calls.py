@@ -34,6 +34,15 @@ def test_progress_rises_to_one(lens, image, depth):
     assert np.array_equal(result, plain)
 
 
+def test_fits_report_progress_and_stop(observations):
+    shares = []
+    fitted = seidel.Lens.fit(observations, model="moments", progress=shares.append)
+    assert shares[0] == 0.0 and shares[-1] == 1.0 and shares == sorted(shares)
+    assert fitted == seidel.Lens.fit(observations, model="moments")
+    with pytest.raises(seidel.Cancelled):
+        seidel.Lens.fit(observations, model="reduced", progress=lambda share: False)
+
+
 def test_the_callback_stops_the_call(lens, large):
     start = time.monotonic()
     with pytest.raises(seidel.Cancelled) as caught:

@@ -102,6 +102,87 @@ def test_depth_conventions(lens, image, depth, blur):
     assert_same(seidel.apply(lens, image, DepthPass(1.0 / depth, kind="inverse")), expected)
 
 
+def test_holdouts(lens, image, depth, blur, tmp_path):
+    matte = np.zeros_like(depth)
+    matte[15:40, 50:80] = 0.75
+    near = np.full_like(depth, 3.0)
+    exr_files.write(tmp_path / "matte.exr", {"A": matte})
+    exr_files.write(tmp_path / "near.exr", {"Z": near})
+    options = ["--holdout", tmp_path / "matte.exr"]
+    whole = seidel.apply(lens, image, depth, holdout=matte)
+    assert_same(whole, blur("apply", image, *options, depth=depth))
+    assert not np.array_equal(whole, seidel.apply(lens, image, depth))
+    options += ["--holdout-depth", tmp_path / "near.exr"]
+    behind = seidel.apply(lens, image, depth, holdout=seidel.Holdout(matte, near))
+    assert_same(behind, blur("apply", image, *options, depth=depth))
+    assert not np.array_equal(whole, behind)
+
+
+def test_backgrounds(lens, image, depth, blur, tmp_path):
+    clean, far = 0.5 * image[:, ::-1], np.full_like(depth, 4.0)
+    planes = {name: np.ascontiguousarray(clean[..., k]) for k, name in enumerate("RGB")}
+    exr_files.write(tmp_path / "clean.exr", {**planes, "Z": far})
+    expected = blur("apply", image, "--background", tmp_path / "clean.exr", depth=depth)
+    background = seidel.Background(clean, far)
+    result = seidel.apply(lens, image, depth, background=background)
+    assert_same(result, expected)
+    assert not np.array_equal(result, seidel.apply(lens, image, depth))
+
+
+def test_alphas_of_colours(lens, image, depth, command, tmp_path):
+    alpha = np.ones_like(image[..., :1])
+    alpha[10:40, 20:50] = 0.0
+    element = np.concatenate([image * alpha, alpha], axis=-1)
+    exr_files.write_image(tmp_path / "in.exr", element)
+    exr_files.write(tmp_path / "depth.exr", {"Z": depth})
+    files = [tmp_path / "in.exr", "--depth", tmp_path / "depth.exr", "-o", tmp_path / "out.exr"]
+    command("apply", *files, "--lens", LENS, "--alpha-per-channel", "--expand", "off")
+    written = exr_files.read(tmp_path / "out.exr")
+    names = ["R", "G", "B", "A", "alpha.R", "alpha.G", "alpha.B"]
+    expected = np.stack([written[name] for name in names], axis=-1)
+    result = seidel.apply(lens, np.concatenate([element, alpha, alpha, alpha], axis=-1), depth)
+    assert_same(result, expected)
+    assert not np.array_equal(result[..., 4], result[..., 6])
+
+
+def test_overscan(lens, image, command, tmp_path):
+    window = (8, 6, 80, 42)
+    exr_files.write_image(tmp_path / "in.exr", image, window)
+    options = ["--distance", "3", "--edges", "black", "--lens-scale", "0.2"]
+    command("apply", tmp_path / "in.exr", "--lens", LENS, "-o", tmp_path / "out.exr", *options)
+    settings = Settings(display_window=window, edges="black", lens_scale=0.2)
+    result = seidel.apply(lens, image, 3.0, settings=settings)
+    assert_same(result, exr_files.read_image(tmp_path / "out.exr", 3))
+
+
+def test_maps_of_a_removal(lens, image, command, tmp_path):
+    blurred = seidel.apply(lens, image, 2.5)
+    exr_files.write_image(tmp_path / "in.exr", blurred)
+    maps = ["--confidence", tmp_path / "confidence.exr", "--noise-gain", tmp_path / "gain.exr"]
+    options = ["--lens", LENS, "--distance", "2.5", "--no-overscan", "--lens-check", "off"]
+    command("remove", tmp_path / "in.exr", "-o", tmp_path / "out.exr", *options, *maps)
+    found = seidel.remove_with_maps(lens, blurred, 2.5, noise_gain=True)
+    assert_same(found.image, exr_files.read_image(tmp_path / "out.exr", 3))
+    assert_same(found.confidence, exr_files.read_image(tmp_path / "confidence.exr", 3))
+    assert_same(found.noise_gain, exr_files.read_image(tmp_path / "gain.exr", 3))
+    assert len(found.noise) == 3 and all(noise > 0.0 for noise in found.noise)
+    plain = seidel.remove_with_maps(lens, blurred, 2.5)
+    assert plain.noise_gain is None and plain.noise == found.noise
+
+
+def test_the_lens_check(lens, blur):
+    random = np.random.default_rng(4)
+    squares = random.random((18, 32, 1)).repeat(6, axis=0).repeat(6, axis=1)
+    texture = (0.05 + 0.9 * squares * np.array([1.0, 0.9, 0.7])).astype(np.float32)
+    half = seidel.apply(lens, texture, 2.5, settings=Settings(amount=0.5, lens_scale=0.5))
+    half += random.normal(0.0, 0.002, half.shape).astype(np.float32)
+    share = seidel.blur_share(lens, half, 2.5, settings=Settings(lens_scale=0.5))
+    assert 0.4 < share < 0.6
+    expected = blur("remove", half, "--distance", "2.5", "--no-overscan", "--lens-scale", "0.5")
+    settings = Settings(amount=share, lens_scale=0.5)
+    assert_same(seidel.remove(lens, half, 2.5, settings=settings), expected)
+
+
 def test_removal(lens, image, blur):
     blurred = seidel.apply(lens, image, 2.5)
     options = ["--distance", "2.5", "--no-overscan", "--lens-check", "off"]

@@ -50,6 +50,7 @@ BAD_SETTINGS = [
     ({"focus_distance": -1.0}, "distance: is -1 m"),
     ({"noise": -0.1}, "settings.noise"),
     ({"strength": 2.0}, "settings.strength"),
+    ({"display_window": (0, 0, 0, 4)}, "settings.display_window"),
     ({"clip": "never"}, "settings.clip"),
 ]
 
@@ -59,6 +60,31 @@ def test_settings(lens, image, changes, message):
     with pytest.raises(seidel.InvalidInput) as caught:
         seidel.apply(lens, image, 3.0, settings=Settings(**changes))
     assert message in str(caught.value)
+
+
+def test_noise_of_each_colour(lens, image):
+    for function in (seidel.remove, seidel.remove_with_maps, seidel.blur_share):
+        with pytest.raises(seidel.InvalidInput, match="noise: has 2 values; give one for all"):
+            function(lens, image, 3.0, settings=Settings(noise=[0.01, 0.02]))
+
+
+def test_holdouts_and_backgrounds(lens, image, depth):
+    matte = np.zeros_like(depth)
+    background = seidel.Background(image, depth)
+    cases = [
+        ({"holdout": matte[1:]}, {}, "holdout: has 53 x 96 pixels"),
+        ({"holdout": matte + 2.0}, {}, "holdout"),
+        ({"holdout": seidel.Holdout(matte, 3.0)}, {}, "holdout.depth: is one distance"),
+        ({"holdout": matte}, {"occlusion": False}, "holdout: needs occlusion"),
+        ({"background": background}, {"fill_foreground": False}, "fill_foreground is False"),
+        ({"background": seidel.Background(image[1:], depth)}, {}, "background"),
+    ]
+    for arguments, changes, message in cases:
+        with pytest.raises(seidel.InvalidInput) as caught:
+            seidel.apply(lens, image, depth, **arguments, settings=Settings(**changes))
+        assert message in str(caught.value), str(caught.value)
+    with pytest.raises(seidel.InvalidInput, match="lies at one distance"):
+        seidel.apply(lens, image, 3.0, background=background)
 
 
 def test_types_of_settings(lens, image):

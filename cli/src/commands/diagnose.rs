@@ -37,10 +37,6 @@ pub struct DiagnoseArgs {
     /// Observation set to compare the lens with
     #[arg(value_name = "OBS", required_unless_present_any = ["schema", "reference", "self_test"], conflicts_with = "reference")]
     observations: Option<PathBuf>,
-    #[command(flatten)]
-    pair: PairArgs,
-    #[command(flatten)]
-    self_test: SelfTestArgs,
     /// Folder for report.json, report.html and corrected.json, and for PSFs estimated from a picture pair (psf)
     #[arg(long, value_name = "DIR", required_unless_present_any = ["schema", "self_test"])]
     out: Option<PathBuf>,
@@ -65,6 +61,11 @@ pub struct DiagnoseArgs {
     /// Print the JSON schema of report.json and exit
     #[arg(long, exclusive = true)]
     schema: bool,
+    // After the options without a heading, which would come under theirs.
+    #[command(flatten)]
+    pair: PairArgs,
+    #[command(flatten)]
+    self_test: SelfTestArgs,
 }
 
 pub(super) fn run(args: &DiagnoseArgs, console: &mut Console) -> Result<(), CommandError> {

@@ -35,8 +35,6 @@ pub struct EvalArgs {
     /// Channels to evaluate; all if omitted
     #[arg(long, value_delimiter = ',')]
     channel: Vec<String>,
-    #[command(flatten)]
-    choice: ChoiceArgs,
     /// Also refit on small subsets of the PSFs (Figure 13 of the paper)
     #[arg(long)]
     sparse: bool,
@@ -58,6 +56,9 @@ pub struct EvalArgs {
     /// Print a JSON document instead of tables
     #[arg(long)]
     json: bool,
+    // After the options without a heading, which would come under its own.
+    #[command(flatten)]
+    choice: ChoiceArgs,
     #[command(flatten)]
     pub(super) progress: ProgressArgs,
 }

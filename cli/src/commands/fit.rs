@@ -49,14 +49,15 @@ pub struct FitArgs {
     /// (reduced, extended)
     #[arg(long, value_name = "Z")]
     image: Option<PathBuf>,
-    #[command(flatten)]
-    choice: ChoiceArgs,
     /// Leave out bad observations, with a note on each, instead of stopping
     #[arg(long)]
     skip_bad: bool,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+    // After the options without a heading, which would come under its own.
+    #[command(flatten)]
+    choice: ChoiceArgs,
     #[command(flatten)]
     pub(super) progress: ProgressArgs,
 }

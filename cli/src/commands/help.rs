@@ -73,6 +73,14 @@ const HELPS: &[Help] = &[
         usual: &[],
     },
     Help {
+        command: "psf",
+        examples: &[example(
+            "The PSFs of a lens stopped down, at the places of a set",
+            "psf --lens lens.json --like seidel-demo/measured --out predicted --f-number f/2.8",
+        )],
+        usual: &[],
+    },
+    Help {
         command: "lens show",
         examples: &[
             example("Describe a lens of the library", "lens show swirl-58"),
@@ -217,6 +225,14 @@ const HELPS: &[Help] = &[
         ],
     },
     Help {
+        command: "info",
+        examples: &[example(
+            "Channels, windows and metadata of a picture, and what made it",
+            "info blurred.exr",
+        )],
+        usual: &[],
+    },
+    Help {
         command: "lut",
         examples: &[example(
             "A table from camera log to ACEScg",
@@ -227,6 +243,14 @@ const HELPS: &[Help] = &[
     Help {
         command: "completions",
         examples: &[example("Complete in Bash", "completions bash")],
+        usual: &[],
+    },
+    Help {
+        command: "man",
+        examples: &[example(
+            "Pages for `man seidel-apply`, where MANPATH names the folder",
+            "man man/man1",
+        )],
         usual: &[],
     },
 ];

@@ -24,10 +24,20 @@ pub(super) fn run(args: &ManArgs, console: &mut Console) -> Result<(), CommandEr
     let mut whole = command().disable_help_subcommand(true);
     // Gives subcommands their full names and usages.
     whole.build();
+    let whole = with_all_helps(whole);
     let count = write_pages(&whole, "seidel", &args.folder)?;
     let folder = args.folder.display();
     console.note(format!("{count} manual pages written to {folder}"));
     Ok(())
+}
+
+/// Returns `command` with the helps of options that `-h` does not show: clap_mangen prints long ones only for these.
+fn with_all_helps(command: clap::Command) -> clap::Command {
+    let command = command.mut_args(|arg| match arg.get_help().cloned() {
+        Some(help) if arg.get_long_help().is_none() => arg.long_help(help),
+        _ => arg,
+    });
+    command.mut_subcommands(with_all_helps)
 }
 
 /// Writes the page of `command`, called `name`, and those of its subcommands. Returns the number of pages.
@@ -41,4 +51,21 @@ fn write_pages(command: &clap::Command, name: &str, folder: &Path) -> Result<usi
         count += write_pages(subcommand, &name, folder)?;
     }
     Ok(count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_explain_the_options_that_short_helps_leave_out() {
+        let mut whole = command();
+        whole.build();
+        let whole = with_all_helps(whole);
+        let apply = whole.find_subcommand("apply").expect("a command");
+        let mut page = Vec::new();
+        Man::new(apply.clone()).render(&mut page).expect("memory");
+        let page = String::from_utf8(page).expect("text");
+        assert!(page.contains("EXR layer or part to process"));
+    }
 }

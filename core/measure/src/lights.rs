@@ -50,6 +50,11 @@ pub enum TileSize {
     Pixels(usize),
 }
 
+impl TileSize {
+    /// Sizes of tiles that can be asked for, px.
+    pub const RANGE: std::ops::RangeInclusive<usize> = 7..=1023;
+}
+
 /// A light that was measured.
 #[derive(Debug, Clone)]
 pub struct MeasuredLight {

@@ -44,7 +44,58 @@ pub struct SampleErrors {
     pub quantum: f64,
 }
 
+impl SampleErrors {
+    /// Counts as a sensor gave them.
+    pub const COUNTS: Self = Self {
+        relative: 0.0,
+        centroid_px: 0.0,
+        variance_px2: 0.0,
+        quantum: 1.0,
+    };
+    /// Developments with a transfer function: a rough upper estimate. Interpolation of the missing colours of a mosaic adds up
+    /// to 0.5 px² of variance to edges.
+    pub const DEVELOPED: Self = Self {
+        relative: 0.05,
+        centroid_px: 0.10,
+        variance_px2: 0.4,
+        quantum: 1.0,
+    };
+    /// The same with 8 bits.
+    pub const EIGHT_BIT: Self = Self {
+        relative: 0.08,
+        centroid_px: 0.15,
+        variance_px2: 0.5,
+        quantum: 1.0,
+    };
+}
+
 impl Photograph {
+    /// Returns the photograph with only the channels called `names`, in their order; all if there are no names.
+    ///
+    /// # Errors
+    /// A name that is no channel of the photograph.
+    pub fn restricted_to(mut self, names: &[String]) -> Result<Self> {
+        if names.is_empty() {
+            return Ok(self);
+        }
+        let missing = names.iter().find(|name| !self.channels.contains(name));
+        if let Some(name) = missing {
+            return Err(Error::new(
+                format!("channel {name}"),
+                "is not in the photograph",
+                format!("choose among {}", self.channels.join(", ")),
+            ));
+        }
+        if self.mosaic.is_none() {
+            let index = |name: &String| self.channels.iter().position(|c| c == name);
+            let indices: Vec<usize> = names.iter().filter_map(index).collect();
+            let planes = indices.iter().map(|k| std::mem::take(&mut self.planes[*k]));
+            self.planes = planes.collect();
+        }
+        self.channels = names.to_vec();
+        Ok(self)
+    }
+
     /// Checks the number of planes and samples.
     ///
     /// # Errors

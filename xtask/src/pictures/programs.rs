@@ -66,7 +66,7 @@ impl Programs {
         self.command(&program, all)
     }
 
-    /// Runs the ignored tests of `seidel-tests` in `module`, with `variable` set to `value`.
+    /// Runs the ignored tests of `seidel-tests` in `module` that write images, with `variable` set to `value`.
     pub(super) fn ignored_test(
         &self,
         module: &str,
@@ -76,7 +76,7 @@ impl Programs {
         let mut command = Command::new(cargo());
         command.current_dir(&self.root).env(variable, value);
         command.args(["test", "-p", "seidel-tests", "--test", "seidel", "--"]);
-        command.args([&format!("{module}::picture"), "--ignored"]);
+        command.args([&format!("{module}::write_image"), "--ignored"]);
         finished(command)
     }
 

@@ -43,7 +43,12 @@ const ALLOWED: [(&str, &[&str]); 19] = [
     ("seidel-image-io", &["seidel-optics"]),
     (
         "seidel-python",
-        &["seidel-core", "seidel-image-io", "seidel-threads"],
+        &[
+            "seidel-core",
+            "seidel-image-io",
+            "seidel-measure",
+            "seidel-threads",
+        ],
     ),
     (
         "seidel-tests",

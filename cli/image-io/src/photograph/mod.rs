@@ -234,7 +234,7 @@ impl SensorPlane {
 }
 
 /// Returns the counts above `black` from which on a pixel counts as clipped.
-fn clipping_level(black: f32, white: f32) -> f32 {
+pub fn clipping_level(black: f32, white: f32) -> f32 {
     let range = white - black;
     range - (CLIPPED_SHARE * range).max(CLIPPED_COUNTS)
 }

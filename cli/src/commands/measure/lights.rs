@@ -33,16 +33,16 @@ pub struct LightsArgs {
     min_snr: f64,
 }
 
-/// Range of the size of tiles, px.
-const TILE_RANGE: std::ops::RangeInclusive<usize> = 7..=1023;
-
 fn parse_tile(text: &str) -> Result<TileSize, String> {
     if text == "auto" {
         return Ok(TileSize::Auto);
     }
-    let side = text.parse().ok().filter(|side| TILE_RANGE.contains(side));
+    let side = text
+        .parse()
+        .ok()
+        .filter(|side| TileSize::RANGE.contains(side));
     side.map(TileSize::Pixels).ok_or_else(|| {
-        let (least, most) = (TILE_RANGE.start(), TILE_RANGE.end());
+        let (least, most) = (TileSize::RANGE.start(), TileSize::RANGE.end());
         format!("give {least} to {most} pixels, or `auto`")
     })
 }
