@@ -6,6 +6,7 @@
 //! - `--images DIR`: pictures, NAME.f32 files of 512 x 512 samples (0 to 1, linear, little-endian, row-major), by default
 //!   a synthetic one;
 //! - `--noise S,S,..`: standard deviations of the noise, by default 0, 0.001 and 0.01;
+//! - `--scenes`: measures ringing in drawn scenes instead, for each treatment of lights;
 //! - `--rounds N`: timings of each case, by default 3;
 //! - `--out DIR`: writes plates, results and the lens's kernels for competitors (`peers.py` runs all of this on
 //!   photographs).
@@ -22,6 +23,8 @@ mod machine;
 mod pictures;
 #[path = "../render/plate.rs"]
 mod plate;
+mod ringing;
+mod scenes;
 
 use case::{Measurement, measure};
 use std::path::PathBuf;
@@ -36,6 +39,7 @@ struct Options {
     out: Option<PathBuf>,
     rounds: usize,
     noises: Vec<f64>,
+    scenes: bool,
 }
 
 impl Options {
@@ -50,6 +54,7 @@ impl Options {
             images: after("--images").map(PathBuf::from),
             out: after("--out").map(PathBuf::from),
             rounds: after("--rounds").map_or(Ok(3), |n| n.parse())?,
+            scenes: arguments.iter().any(|a| a == "--scenes"),
             noises: noises
                 .split(',')
                 .map(str::parse)
@@ -67,6 +72,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = case::scene(&lens);
     if let Some(folder) = &options.out {
         kernels::write(&scene, &folder.join("kernels.f32"))?;
+    }
+    if options.scenes {
+        ringing::print(&scene, options.rounds)?;
+        return Ok(());
     }
     println!("{}", Measurement::head());
     for (name, truth) in pictures::all(options.images.as_deref())? {

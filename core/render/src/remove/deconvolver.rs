@@ -3,6 +3,7 @@
 use super::admm::{Problem, TextureStep, solve};
 use super::hole_filling::fill_holes;
 use super::lens_operator::{Accuracy, LensOperator};
+use super::light_sources::{LightSearch, LightSources};
 use super::noise_estimate::estimate_noise;
 use super::noise_model::NoiseModel;
 use super::{Canvas, Highlights, Saturation, ramp};
@@ -16,6 +17,11 @@ const MODEL_ERROR: f64 = 2e-3;
 /// Light from clipped samples and highlights, in units of the highlight threshold, at which a pixel begins to keep its
 /// blur and keeps all of it.
 const KEPT_HIGHLIGHT_LIGHT: [f32; 2] = [0.003, 0.02];
+/// Largest error of the light of separated sources with which a sample is used, in standard deviations of a typical
+/// sample.
+const LARGEST_LIGHT_ERROR: f64 = 5.0;
+/// Share of the progress taken by the search for lights.
+const LIGHTS_SHARE: f64 = 0.2;
 /// Normalisation errors at depth edges at which a pixel begins to keep its blur and keeps all of it.
 const KEPT_NORMALISATION_ERROR: [f32; 2] = [0.05, 0.15];
 
@@ -28,6 +34,19 @@ pub struct Deconvolver {
     pub saturation: Saturation,
     /// Number of ADMM iterations.
     pub iterations: usize,
+    /// The treatment of bright lights.
+    pub lights: Lights,
+}
+
+/// The treatment of lights that are much brighter than their surroundings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lights {
+    /// Sources of their own, estimated before the rest of the picture. Those that the lens does not explain keep their
+    /// blur.
+    #[default]
+    Separate,
+    /// A part of the picture; [`Highlights`] and clipped samples keep their blur.
+    KeepBlur,
 }
 
 impl Default for Deconvolver {
@@ -37,6 +56,7 @@ impl Default for Deconvolver {
             noise: None,
             saturation: Saturation::Auto,
             iterations: 7,
+            lights: Lights::Separate,
         }
     }
 }
@@ -90,6 +110,7 @@ pub(super) struct Variant {
     /// Relative error of lens and operator.
     pub(super) model_error: f64,
     pub(super) texture: TextureStep,
+    pub(super) lights: Lights,
 }
 
 impl Deconvolver {
@@ -126,6 +147,7 @@ impl Deconvolver {
         let variant = Variant {
             model_error: MODEL_ERROR,
             texture: TextureStep::Run,
+            lights: self.lights,
         };
         self.remove_variant(variant, highlights, scene, planes, progress)
     }
@@ -193,12 +215,39 @@ impl Deconvolver {
             .noise
             .unwrap_or_else(|| estimate_noise(plane.samples, &canvas, &operator));
         let clip_level = self.saturation.level(plane.samples, noise);
-        let kept = plate.kept_shares(plane.samples, clip_level, &operator)?;
-        let known: Vec<bool> = kept.iter().map(|kept| *kept == 0.0).collect();
-        let filled = fill_holes(plane.samples, plate.scene.width, &known);
+        let extended = canvas.extend_by_mirroring(plane.samples);
+        let model_error = plate.variant.model_error;
+        let deviation = NoiseModel::new(&extended, noise, model_error).deviation();
+        let lights = match plate.variant.lights {
+            Lights::KeepBlur => LightSources::none(plane.samples.len()),
+            Lights::Separate => {
+                let search = LightSearch {
+                    scene: plate.scene,
+                    samples: plane.samples,
+                    weights: plane.weights,
+                    deviation,
+                    model_error,
+                    highlights: plate.highlights,
+                    clip_level,
+                };
+                search.run(&|share| progress(LIGHTS_SHARE * share))?
+            }
+        };
+        let solver_progress = |share: f64| progress(LIGHTS_SHARE + (1.0 - LIGHTS_SHARE) * share);
+        let rest = lights.taken_off(plane.samples);
+        let kept = plate.kept_shares(plane.samples, clip_level, &lights.explained, &operator)?;
+        let is_clipped = |k: usize| clip_level.is_some_and(|level| plane.samples[k] >= level);
+        let known: Vec<bool> = (0..kept.len())
+            .map(|k| {
+                let is_lost = f64::from(lights.error[k]) > LARGEST_LIGHT_ERROR * deviation;
+                kept[k] == 0.0 && !is_lost && !(lights.explained[k] && is_clipped(k))
+            })
+            .collect();
+        let filled = fill_holes(&rest, plate.scene.width, &known);
         let extended = canvas.extend_by_mirroring(&filled);
-        let noise_model = NoiseModel::new(&extended, noise, plate.variant.model_error);
-        let weights = noise_model.weights(&extended, &canvas.embed(false, |k| known[k]));
+        let noise_model = NoiseModel::new(&extended, noise, model_error);
+        let errors = canvas.embed(0.0, |k| lights.error[k]);
+        let weights = noise_model.weights(&extended, &errors, &canvas.embed(false, |k| known[k]));
         let problem = Problem {
             plate: &extended,
             canvas,
@@ -209,10 +258,16 @@ impl Deconvolver {
             iterations: self.iterations,
             texture: plate.variant.texture,
         };
-        let solution = solve(&problem, progress)?;
+        let solution = solve(&problem, &solver_progress)?;
         let residual = problem.residual(&solution.estimate);
         let misfit = problem.misfit(&solution.estimate);
         let mut sharp = solution.estimate.image;
+        lights.add_sources(&mut sharp, &canvas);
+        // Light is not negative; noise about black is.
+        let darkest = plane.samples.iter().fold(0.0_f32, |least, v| least.min(*v));
+        sharp
+            .par_iter_mut()
+            .for_each(|sample| *sample = sample.max(darkest));
         let kept_pixels = canvas.embed(None, |k| (kept[k] > 0.0).then_some(k));
         for (sample, kept_pixel) in sharp.iter_mut().zip(kept_pixels) {
             if let Some(k) = kept_pixel {
@@ -264,7 +319,7 @@ struct PlateInputs<'a> {
 }
 
 impl PlateInputs<'_> {
-    /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1.
+    /// Returns the share of its blur that each pixel of the plate keeps, 0 to 1. Lights that are `explained` keep none.
     ///
     /// Clipped samples are lower bounds of the light, so sharpening the pixels that get their light makes these ring.
     /// Highlights are treated like them. At depth edges part of the light is hidden.
@@ -272,6 +327,7 @@ impl PlateInputs<'_> {
         &self,
         samples: &[f32],
         clip_level: Option<f32>,
+        explained: &[bool],
         operator: &LensOperator,
     ) -> Result<Vec<f32>> {
         let count = self.canvas.plate_pixel_count();
@@ -284,6 +340,9 @@ impl PlateInputs<'_> {
         }
         // In units of the highlight threshold; clipped samples count as one at least.
         let excess = |k: usize| {
+            if explained[k] {
+                return 0.0;
+            }
             let clipped = clip_level.is_some_and(|level| samples[k] >= level);
             self.highlights
                 .excess(k)

@@ -29,6 +29,9 @@ mod highlights;
 mod hole_filling;
 mod lens_check;
 mod lens_operator;
+mod light_candidates;
+mod light_fit;
+mod light_sources;
 mod noise_estimate;
 mod noise_gain;
 mod noise_model;
@@ -47,7 +50,7 @@ mod winsorised;
 
 pub use canvas::Canvas;
 pub use change_map::change_map;
-pub use deconvolver::{Clipping, Deconvolver, SharpPlane};
+pub use deconvolver::{Clipping, Deconvolver, Lights, SharpPlane};
 pub use highlights::Highlights;
 pub use lens_check::estimate_blur_share;
 pub use saturation::Saturation;
