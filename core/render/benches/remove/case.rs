@@ -80,7 +80,7 @@ pub(crate) fn measure(
     rounds: usize,
 ) -> Result<Measurement> {
     eprintln!("{name} {noise}");
-    let plate = with_noise(blurred, noise);
+    let plate = with_noise(blurred, noise, 0);
     let fast = Gather::default();
     let blur = |samples: &[f32]| fast.render(scene, &plane(samples), &|_| true);
     let deconvolver = Deconvolver::default();
@@ -124,8 +124,8 @@ pub(crate) fn median(mut times: Vec<f64>) -> f64 {
 }
 
 /// Adds Gaussian noise, the same on every machine (a linear congruential generator and Box-Muller).
-pub(crate) fn with_noise(samples: &[f32], deviation: f64) -> Vec<f32> {
-    let mut state = 12345_u64;
+pub(crate) fn with_noise(samples: &[f32], deviation: f64, seed: u64) -> Vec<f32> {
+    let mut state = 12345_u64 + seed;
     let mut uniform = || {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)

@@ -7,6 +7,7 @@
 //!   a synthetic one;
 //! - `--noise S,S,..`: standard deviations of the noise, by default 0, 0.001 and 0.01;
 //! - `--scenes`: measures ringing in drawn scenes instead, for each treatment of lights;
+//! - `--fringes`: measures colour fringes instead, before and after they are taken off alone;
 //! - `--rounds N`: timings of each case, by default 3;
 //! - `--out DIR`: writes plates, results and the lens's kernels for competitors (`peers.py` runs all of this on
 //!   photographs).
@@ -15,6 +16,7 @@
 //! output is Markdown: see `docs/background/remove.md`.
 
 mod case;
+mod fringes;
 mod kernels;
 #[path = "../render/lenses.rs"]
 mod lenses;
@@ -40,6 +42,7 @@ struct Options {
     rounds: usize,
     noises: Vec<f64>,
     scenes: bool,
+    fringes: bool,
 }
 
 impl Options {
@@ -55,6 +58,7 @@ impl Options {
             out: after("--out").map(PathBuf::from),
             rounds: after("--rounds").map_or(Ok(3), |n| n.parse())?,
             scenes: arguments.iter().any(|a| a == "--scenes"),
+            fringes: arguments.iter().any(|a| a == "--fringes"),
             noises: noises
                 .split(',')
                 .map(str::parse)
@@ -75,6 +79,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if options.scenes {
         ringing::print(&scene, options.rounds)?;
+        return Ok(());
+    }
+    if options.fringes {
+        let pictures = pictures::all(options.images.as_deref())?;
+        fringes::print(&pictures, &options.noises, options.rounds)?;
         return Ok(());
     }
     println!("{}", Measurement::head());

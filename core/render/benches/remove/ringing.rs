@@ -65,7 +65,7 @@ pub(crate) fn print(scene: &Scene, rounds: usize) -> Result<()> {
 }
 
 fn plate(scene: &Scene, ringing: &RingingScene) -> Result<Vec<f32>> {
-    let mut plate = with_noise(&blurred(scene, &ringing.truth)?, ringing.noise);
+    let mut plate = with_noise(&blurred(scene, &ringing.truth)?, ringing.noise, 0);
     for sample in &mut plate {
         *sample = sample.min(ringing.clip);
         if let Some(bits) = ringing.bits {

@@ -5,7 +5,9 @@ use super::hole_filling::interpolate_cells;
 /// Brightness of a candidate, as a multiple of its surroundings.
 const CONTRAST: f32 = 3.0;
 /// Least excess over the surroundings, standard deviations of the noise.
-const MIN_DEVIATIONS: f32 = 50.0;
+const MIN_DEVIATIONS: f32 = 25.0;
+/// Least excess of the brightest pixel of a region.
+const MIN_PEAK_DEVIATIONS: f32 = 100.0;
 /// Least side of the cells from which the surroundings are estimated, px.
 const MIN_CELL: usize = 16;
 /// Cells on either side of a cell that its surroundings reach.
@@ -33,7 +35,12 @@ impl CandidateSearch<'_> {
                 || sample > CONTRAST * level && sample - level > MIN_DEVIATIONS * self.deviation
         };
         let open: Vec<bool> = (0..self.samples.len()).map(is_candidate).collect();
-        connected_regions(open, self.width)
+        let mut regions = connected_regions(open, self.width);
+        let is_peak = |k: &usize| {
+            bright(*k) || self.samples[*k] - surroundings[*k] > MIN_PEAK_DEVIATIONS * self.deviation
+        };
+        regions.retain(|region| region.iter().any(is_peak));
+        regions
     }
 
     /// Returns the level of the surroundings of each pixel: the median over a cell and its neighbours, interpolated.

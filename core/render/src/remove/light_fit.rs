@@ -13,17 +13,13 @@
 //! iteratively reweighted least squares, and each quadratic by coordinate descent on its normal equations. The weight l is
 //! lowered until the residual is that of the noise (the discrepancy principle). Clipped samples only have to be reached.
 
-use super::vectors::{dot, short_dot};
-use crate::{LocalKernel, LocalKernels, RenderWindow};
+use super::light_kernels::{Column, KernelGrid};
+use crate::{LocalKernels, RenderWindow};
 use rayon::prelude::*;
 use seidel_optics::error::Result;
 
 /// Largest number of pixels that may be sources.
-const MAX_SOURCES: usize = 1200;
-/// Largest number of elements of K.
-const MAX_ELEMENTS: usize = 1 << 25;
-/// Largest distance between the points at which kernels are drawn, px; they are interpolated between these.
-const NODE_DISTANCE: usize = 12;
+const MAX_SOURCES: usize = 2000;
 /// Weight from which the samples of a kernel bound the light of its source, as a share of its largest.
 const BOUNDING_WEIGHT: f32 = 0.05;
 /// Least bound of the light of a source, as a share of the largest in the region.
@@ -42,7 +38,7 @@ const SWEEPS: usize = 12;
 const SMALL_DIFFERENCE: f64 = 1e-3;
 /// Least share of the light of a clipped source that falls on samples which are not clipped: a smaller one does not
 /// determine the source.
-const MIN_MEASURED_SHARE: f64 = 0.02;
+const MIN_MEASURED_SHARE: f64 = 0.01;
 /// Largest texture of the picture around a light, as a share of the light's brightest sample: where it is larger, the light
 /// is a part of the picture like others.
 const MAX_TEXTURE_SHARE: f64 = 0.02;
@@ -75,84 +71,6 @@ pub(super) struct FittedLight {
     pub(super) model_error: f64,
 }
 
-/// Kernels at the nodes of a grid over a region.
-struct KernelGrid {
-    first: (usize, usize),
-    step: (f32, f32),
-    columns: usize,
-    kernels: Vec<LocalKernel>,
-}
-
-impl KernelGrid {
-    /// Draws the kernels over the pixels from `first` to `last`, both inclusive.
-    fn new(kernels: &LocalKernels, first: (usize, usize), last: (usize, usize)) -> Result<Self> {
-        let along = |first: usize, last: usize| {
-            let steps = (last - first).div_ceil(NODE_DISTANCE).max(1);
-            (steps + 1, (last - first).max(1) as f32 / steps as f32)
-        };
-        let (columns, step_x) = along(first.0, last.0);
-        let (rows, step_y) = along(first.1, last.1);
-        let kernels = (0..columns * rows)
-            .map(|k| {
-                let x = first.0 as f64 + f64::from(step_x) * (k % columns) as f64;
-                let y = first.1 as f64 + f64::from(step_y) * (k / columns) as f64;
-                kernels.at((x + 0.5, y + 0.5))
-            })
-            .collect::<Result<_>>()?;
-        Ok(Self {
-            first,
-            step: (step_x, step_y),
-            columns,
-            kernels,
-        })
-    }
-
-    /// Returns the kernels around a pixel, with their weights for bilinear interpolation.
-    fn around(&self, pixel: (usize, usize)) -> [(&LocalKernel, f32); 4] {
-        let rows = self.kernels.len() / self.columns;
-        let along = |at: usize, first: usize, step: f32, count: usize| {
-            let place = (at - first) as f32 / step;
-            let low = (place as usize).min(count - 2);
-            (low, place - low as f32)
-        };
-        let (x, across) = along(pixel.0, self.first.0, self.step.0, self.columns);
-        let (y, down) = along(pixel.1, self.first.1, self.step.1, rows);
-        let kernel = |x: usize, y: usize| &self.kernels[y * self.columns + x];
-        [
-            (kernel(x, y), (1.0 - across) * (1.0 - down)),
-            (kernel(x + 1, y), across * (1.0 - down)),
-            (kernel(x, y + 1), (1.0 - across) * down),
-            (kernel(x + 1, y + 1), across * down),
-        ]
-    }
-
-    /// Returns the kernel at the node nearest to a pixel.
-    fn nearest(&self, pixel: (usize, usize)) -> &LocalKernel {
-        let around = self.around(pixel);
-        let heaviest = around.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        heaviest.map_or(&self.kernels[0], |(kernel, _)| kernel)
-    }
-
-    /// Returns the window of a plate of `size` that light from the pixels `first` to `last` reaches.
-    fn window(&self, last: (usize, usize), size: (usize, usize)) -> RenderWindow {
-        let ends = |of: &dyn Fn(&LocalKernel) -> (i32, i32)| {
-            let all = self.kernels.iter().map(of);
-            all.fold((0, 1), |(low, high), (a, b)| (low.min(a), high.max(b)))
-        };
-        let (left, right) = ends(&|k| (k.left, k.left + k.width as i32));
-        let (top, bottom) = ends(&|k| (k.top, k.top + k.height as i32));
-        let low = |first: usize, reach: i32| first.saturating_sub(reach.unsigned_abs() as usize);
-        let high = |last: usize, reach: i32, size: usize| (last + reach as usize).min(size);
-        let (column, row) = (low(self.first.0, left), low(self.first.1, top));
-        RenderWindow {
-            column,
-            row,
-            width: high(last.0, right, size.0) - column,
-            height: high(last.1, bottom, size.1) - row,
-        }
-    }
-}
-
 impl FitInputs<'_> {
     /// Fits the light of `region`, pixels of the plate, to `samples`, the plate without the other lights. Returns `None` if
     /// the region is too large for one light, or if no light explains it. The multiplications are taken off the `budget`;
@@ -177,14 +95,11 @@ impl FitInputs<'_> {
         let grid = KernelGrid::new(self.kernels, first, last)?;
         let window = grid.window(last, self.size);
         let sources = self.possible_sources(region, samples, &grid);
-        let count = window.width * window.height;
-        if sources.is_empty()
-            || sources.len() > MAX_SOURCES
-            || (sources.len() + 3) * count > MAX_ELEMENTS
-        {
+        if sources.is_empty() || sources.len() > MAX_SOURCES {
             return Ok(None);
         }
-        let work = 0.5 * (sources.len() * sources.len()) as f64 * count as f64;
+        let elements = grid.kernels[0].height * window.width;
+        let work = 0.5 * (sources.len() * sources.len()) as f64 * elements as f64;
         if work > *budget {
             return Ok(None);
         }
@@ -252,9 +167,7 @@ impl FitInputs<'_> {
 /// The least-squares problem of one light.
 struct LightFit<'a> {
     /// The columns of K and P over the window.
-    columns: Vec<Vec<f32>>,
-    /// The samples of the window between the first and the last that each column reaches.
-    spans: Vec<std::ops::Range<usize>>,
+    columns: Vec<Column>,
     source_count: usize,
     /// Neighbours of each source: their indices, or those of pixels that are no sources as `None`.
     neighbours: Vec<[Option<usize>; 4]>,
@@ -291,37 +204,18 @@ impl<'a> LightFit<'a> {
     ) -> Self {
         let width = inputs.size.0;
         let count = window.width * window.height;
-        let mut columns: Vec<Vec<f32>> = sources
+        let mut columns: Vec<Column> = sources
             .par_iter()
-            .map(|pixel| {
-                let (x, y) = (pixel % width, pixel / width);
-                let mut column = vec![0.0; count];
-                for (kernel, share) in grid.around((x, y)) {
-                    add_kernel(&mut column, window, (x, y), kernel, share);
-                }
-                column
-            })
+            .map(|pixel| grid.column((pixel % width, pixel / width), window))
             .collect();
         let along = |at: usize, size: usize| (at as f32 + 0.5) / size as f32 - 0.5;
-        columns.push(vec![1.0; count]);
-        columns.push(
-            (0..count)
-                .map(|k| along(k % window.width, window.width))
-                .collect(),
-        );
-        columns.push(
-            (0..count)
-                .map(|k| along(k / window.width, window.height))
-                .collect(),
-        );
-        let span = |column: &Vec<f32>| {
-            let first = column.iter().position(|v| *v != 0.0).unwrap_or(0);
-            first
-                ..column
-                    .iter()
-                    .rposition(|v| *v != 0.0)
-                    .map_or(first, |last| last + 1)
+        let full = |value: &dyn Fn(usize) -> f32| Column {
+            first: 0,
+            weights: (0..count).map(value).collect(),
         };
+        columns.push(full(&|_| 1.0));
+        columns.push(full(&|k| along(k % window.width, window.width)));
+        columns.push(full(&|k| along(k / window.width, window.height)));
         let index_of = |pixel: Option<usize>| pixel.and_then(|p| sources.binary_search(&p).ok());
         let neighbours = sources.iter().map(|pixel| {
             [
@@ -336,7 +230,6 @@ impl<'a> LightFit<'a> {
                 .map(|k| (window.row + k / window.width) * width + window.column + k % window.width)
         };
         Self {
-            spans: columns.par_iter().map(span).collect(),
             columns,
             source_count: sources.len(),
             neighbours: neighbours.collect(),
@@ -396,10 +289,10 @@ impl<'a> LightFit<'a> {
     /// Returns K s + P c.
     fn model(&self, unknowns: &[f64]) -> Vec<f32> {
         let mut model = vec![0.0; self.samples.len()];
-        for ((column, span), value) in self.columns.iter().zip(&self.spans).zip(unknowns) {
+        for (column, value) in self.columns.iter().zip(unknowns) {
             if *value != 0.0 {
                 let value = *value as f32;
-                let reached = model[span.clone()].iter_mut().zip(&column[span.clone()]);
+                let reached = model[column.span()].iter_mut().zip(&column.weights);
                 reached.for_each(|(model, weight)| *model += value * weight);
             }
         }
@@ -439,21 +332,24 @@ impl<'a> LightFit<'a> {
         let weights: Vec<f32> = (self.deviations.iter().zip(used))
             .map(|(deviation, used)| if *used { deviation.recip() as f32 } else { 0.0 })
             .collect();
-        let weighted = |column: &[f32]| -> Vec<f32> {
-            column.iter().zip(&weights).map(|(v, w)| v * w).collect()
+        let columns: Vec<Column> = (self.columns.par_iter())
+            .map(|column| column.scaled(&weights))
+            .collect();
+        let samples = Column {
+            first: 0,
+            weights: self
+                .samples
+                .iter()
+                .zip(&weights)
+                .map(|(v, w)| v * w)
+                .collect(),
         };
-        let columns: Vec<Vec<f32>> = self.columns.par_iter().map(|c| weighted(c)).collect();
-        let samples = weighted(&self.samples);
         let half: Vec<Vec<f32>> = (0..columns.len())
             .into_par_iter()
             .map(|j| {
-                let product = |k: usize| {
-                    let (a, b) = (&self.spans[j], &self.spans[k]);
-                    let from = a.start.max(b.start);
-                    let common = from..a.end.min(b.end).max(from);
-                    short_dot(&columns[j][common.clone()], &columns[k][common]) as f32
-                };
-                (0..=j).map(product).collect()
+                (0..=j)
+                    .map(|k| columns[j].dot(&columns[k]) as f32)
+                    .collect()
             })
             .collect();
         let count = columns.len();
@@ -462,7 +358,7 @@ impl<'a> LightFit<'a> {
             .collect();
         Normal {
             matrix,
-            right: columns.iter().map(|column| dot(column, &samples)).collect(),
+            right: columns.iter().map(|column| column.dot(&samples)).collect(),
             unknowns: vec![0.0; count],
         }
     }
@@ -559,30 +455,6 @@ impl<'a> LightFit<'a> {
                         *descent -= f64::from(*element) * change;
                     }
                 }
-            }
-        }
-    }
-}
-
-/// Adds `share` of the kernel of the source at `pixel` to a plane of `window`.
-fn add_kernel(
-    plane: &mut [f32],
-    window: RenderWindow,
-    pixel: (usize, usize),
-    kernel: &LocalKernel,
-    share: f32,
-) {
-    let left = pixel.0 as i32 + kernel.left - window.column as i32;
-    let top = pixel.1 as i32 + kernel.top - window.row as i32;
-    for (y, row) in kernel.weights.chunks_exact(kernel.width.max(1)).enumerate() {
-        let y = top + y as i32;
-        if !(0..window.height as i32).contains(&y) {
-            continue;
-        }
-        for (x, weight) in row.iter().enumerate() {
-            let x = left + x as i32;
-            if (0..window.width as i32).contains(&x) {
-                plane[y as usize * window.width + x as usize] += share * weight;
             }
         }
     }

@@ -22,6 +22,7 @@
 mod admm;
 mod canvas;
 mod change_map;
+mod colour_match;
 mod deconvolver;
 mod depth_layer;
 mod gradient;
@@ -31,6 +32,7 @@ mod lens_check;
 mod lens_operator;
 mod light_candidates;
 mod light_fit;
+mod light_kernels;
 mod light_sources;
 mod noise_estimate;
 mod noise_gain;
@@ -38,6 +40,7 @@ mod noise_model;
 mod overlapping_tiles;
 mod quadratic;
 mod saturation;
+mod separation;
 #[cfg(test)]
 mod test_scenes;
 #[cfg(test)]
@@ -50,6 +53,7 @@ mod winsorised;
 
 pub use canvas::Canvas;
 pub use change_map::change_map;
+pub use colour_match::reference_colour;
 pub use deconvolver::{Clipping, Deconvolver, Lights, SharpPlane};
 pub use highlights::Highlights;
 pub use lens_check::estimate_blur_share;
