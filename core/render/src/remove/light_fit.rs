@@ -98,8 +98,7 @@ impl FitInputs<'_> {
         if sources.is_empty() || sources.len() > MAX_SOURCES {
             return Ok(None);
         }
-        let elements = grid.kernels[0].height * window.width;
-        let work = 0.5 * (sources.len() * sources.len()) as f64 * elements as f64;
+        let work = grid.work(sources.len(), last);
         if work > *budget {
             return Ok(None);
         }
@@ -168,6 +167,8 @@ impl FitInputs<'_> {
 struct LightFit<'a> {
     /// The columns of K and P over the window.
     columns: Vec<Column>,
+    /// Columns of the window.
+    width: usize,
     source_count: usize,
     /// Neighbours of each source: their indices, or those of pixels that are no sources as `None`.
     neighbours: Vec<[Option<usize>; 4]>,
@@ -209,9 +210,8 @@ impl<'a> LightFit<'a> {
             .map(|pixel| grid.column((pixel % width, pixel / width), window))
             .collect();
         let along = |at: usize, size: usize| (at as f32 + 0.5) / size as f32 - 0.5;
-        let full = |value: &dyn Fn(usize) -> f32| Column {
-            first: 0,
-            weights: (0..count).map(value).collect(),
+        let full = |value: &dyn Fn(usize) -> f32| {
+            Column::full(window.width, (0..count).map(value).collect())
         };
         columns.push(full(&|_| 1.0));
         columns.push(full(&|k| along(k % window.width, window.width)));
@@ -231,6 +231,7 @@ impl<'a> LightFit<'a> {
         };
         Self {
             columns,
+            width: window.width,
             source_count: sources.len(),
             neighbours: neighbours.collect(),
             samples: window.cut(width, samples),
@@ -291,9 +292,7 @@ impl<'a> LightFit<'a> {
         let mut model = vec![0.0; self.samples.len()];
         for (column, value) in self.columns.iter().zip(unknowns) {
             if *value != 0.0 {
-                let value = *value as f32;
-                let reached = model[column.span()].iter_mut().zip(&column.weights);
-                reached.for_each(|(model, weight)| *model += value * weight);
+                column.add_to(&mut model, self.width, *value as f32);
             }
         }
         model
@@ -333,17 +332,10 @@ impl<'a> LightFit<'a> {
             .map(|(deviation, used)| if *used { deviation.recip() as f32 } else { 0.0 })
             .collect();
         let columns: Vec<Column> = (self.columns.par_iter())
-            .map(|column| column.scaled(&weights))
+            .map(|column| column.scaled(&weights, self.width))
             .collect();
-        let samples = Column {
-            first: 0,
-            weights: self
-                .samples
-                .iter()
-                .zip(&weights)
-                .map(|(v, w)| v * w)
-                .collect(),
-        };
+        let samples = self.samples.iter().zip(&weights).map(|(v, w)| v * w);
+        let samples = Column::full(self.width, samples.collect());
         let half: Vec<Vec<f32>> = (0..columns.len())
             .into_par_iter()
             .map(|j| {

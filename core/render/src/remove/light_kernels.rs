@@ -6,6 +6,8 @@ use seidel_optics::error::Result;
 
 /// Largest distance between the points at which kernels are drawn, px; they are interpolated between these.
 const NODE_DISTANCE: usize = 12;
+/// Mean common area of two kernels that overlap, as a share of a kernel's.
+const OVERLAP_SHARE: f64 = 0.3;
 
 /// Kernels at the nodes of a grid over a region.
 pub(super) struct KernelGrid {
@@ -91,82 +93,125 @@ impl KernelGrid {
     /// Returns the light that a source of unit light at `pixel` brings to the samples of `window`.
     pub(super) fn column(&self, pixel: (usize, usize), window: RenderWindow) -> Column {
         let around = self.around(pixel);
-        let rows = around.iter().map(|(kernel, _)| {
-            let top = pixel.1 as i32 + kernel.top - window.row as i32;
-            (top, top + kernel.height as i32)
-        });
-        let (top, bottom) = rows.fold((i32::MAX, i32::MIN), |(low, high), (a, b)| {
-            (low.min(a), high.max(b))
-        });
-        let inside = |row: i32| row.clamp(0, window.height as i32) as usize;
-        let (top, bottom) = (inside(top), inside(bottom));
+        let ends = |of: &dyn Fn(&LocalKernel) -> (i32, i32), size: usize| {
+            let all = around.iter().map(|(kernel, _)| of(kernel));
+            let (low, high) = all.fold((i32::MAX, i32::MIN), |(low, high), (a, b)| {
+                (low.min(a), high.max(b))
+            });
+            let inside = |at: i32| at.clamp(0, size as i32) as usize;
+            inside(low)..inside(high)
+        };
+        let (x, y) = (
+            pixel.0 as i32 - window.column as i32,
+            pixel.1 as i32 - window.row as i32,
+        );
+        let columns = ends(&|k| (x + k.left, x + k.left + k.width as i32), window.width);
+        let rows = ends(&|k| (y + k.top, y + k.top + k.height as i32), window.height);
         let mut column = Column {
-            first: top * window.width,
-            weights: vec![0.0; bottom.saturating_sub(top) * window.width],
+            left: columns.start,
+            top: rows.start,
+            width: columns.len(),
+            weights: vec![0.0; columns.len() * rows.len()],
         };
         for (kernel, share) in around {
-            column.add(window, pixel, kernel, share);
+            column.add(kernel, (x + kernel.left, y + kernel.top), share);
         }
         column
     }
+
+    /// Returns about how many multiplications the inner products of `count` columns of this region take.
+    pub(super) fn work(&self, count: usize, last: (usize, usize)) -> f64 {
+        let kernel = &self.kernels[0];
+        // The share of pairs whose kernels overlap, along one axis.
+        let share = |kernel: usize, first: usize, last: usize| {
+            (2.0 * kernel as f64 / (last - first + 1) as f64).min(1.0)
+        };
+        let pairs = 0.5
+            * (count * count) as f64
+            * share(kernel.width, self.first.0, last.0)
+            * share(kernel.height, self.first.1, last.1);
+        pairs * OVERLAP_SHARE * (kernel.width * kernel.height) as f64
+    }
 }
 
-/// A column of a matrix over the samples of a window: zero but for consecutive samples.
+/// A column of a matrix over the samples of a window: zero outside a rectangle.
 pub(super) struct Column {
-    /// The first sample that is not zero.
-    pub(super) first: usize,
-    /// The samples from there on.
-    pub(super) weights: Vec<f32>,
+    left: usize,
+    top: usize,
+    width: usize,
+    /// The samples of the rectangle, row-major.
+    weights: Vec<f32>,
 }
 
 impl Column {
-    /// Returns the samples that are not zero.
-    pub(super) fn span(&self) -> std::ops::Range<usize> {
-        self.first..self.first + self.weights.len()
+    /// Returns a column over a window `width` samples wide, all of whose samples are given.
+    pub(super) fn full(width: usize, weights: Vec<f32>) -> Self {
+        Self {
+            left: 0,
+            top: 0,
+            width,
+            weights,
+        }
     }
 
-    /// Returns the column with each sample multiplied by its element of `gains`.
-    pub(super) fn scaled(&self, gains: &[f32]) -> Self {
-        let pairs = self.weights.iter().zip(&gains[self.span()]);
+    fn height(&self) -> usize {
+        self.weights.len() / self.width.max(1)
+    }
+
+    /// Returns the column with each sample multiplied by its element of `gains`, of a window `window_width` samples wide.
+    pub(super) fn scaled(&self, gains: &[f32], window_width: usize) -> Self {
+        let rows = self.weights.chunks_exact(self.width.max(1)).enumerate();
+        let weights = rows.flat_map(|(y, row)| {
+            let gains = &gains[(self.top + y) * window_width + self.left..];
+            row.iter().zip(gains).map(|(weight, gain)| weight * gain)
+        });
         Self {
-            first: self.first,
-            weights: pairs.map(|(weight, gain)| weight * gain).collect(),
+            weights: weights.collect(),
+            ..*self
+        }
+    }
+
+    /// Adds `gain` times this column to `plane`, a window `window_width` samples wide.
+    pub(super) fn add_to(&self, plane: &mut [f32], window_width: usize, gain: f32) {
+        for (y, row) in self.weights.chunks_exact(self.width.max(1)).enumerate() {
+            let out = &mut plane[(self.top + y) * window_width + self.left..];
+            for (out, weight) in out.iter_mut().zip(row) {
+                *out += gain * weight;
+            }
         }
     }
 
     /// Returns the inner product of two columns.
     pub(super) fn dot(&self, other: &Self) -> f64 {
-        let from = self.first.max(other.first);
-        let to = self.span().end.min(other.span().end);
-        if to <= from {
+        let left = self.left.max(other.left);
+        let right = (self.left + self.width).min(other.left + other.width);
+        let top = self.top.max(other.top);
+        let bottom = (self.top + self.height()).min(other.top + other.height());
+        if left >= right {
             return 0.0;
         }
-        short_dot(
-            &self.weights[from - self.first..to - self.first],
-            &other.weights[from - other.first..to - other.first],
-        )
+        let part = |of: &Self, y: usize| (y - of.top) * of.width + left - of.left;
+        let rows = (top..bottom).map(|y| {
+            let (a, b) = (part(self, y), part(other, y));
+            let length = right - left;
+            short_dot(&self.weights[a..a + length], &other.weights[b..b + length])
+        });
+        rows.sum()
     }
 
-    /// Adds `share` of the `kernel` of the source at `pixel`.
-    fn add(
-        &mut self,
-        window: RenderWindow,
-        pixel: (usize, usize),
-        kernel: &LocalKernel,
-        share: f32,
-    ) {
-        let left = pixel.0 as i32 + kernel.left - window.column as i32;
-        let top = pixel.1 as i32 + kernel.top - window.row as i32;
+    /// Adds `share` of a `kernel` whose first sample is at `first`, column and row of the window.
+    fn add(&mut self, kernel: &LocalKernel, first: (i32, i32), share: f32) {
+        let (left, top) = (first.0 - self.left as i32, first.1 - self.top as i32);
+        let height = self.height() as i32;
         for (y, row) in kernel.weights.chunks_exact(kernel.width.max(1)).enumerate() {
             let y = top + y as i32;
-            if !(0..window.height as i32).contains(&y) {
+            if !(0..height).contains(&y) {
                 continue;
             }
             for (x, weight) in row.iter().enumerate() {
                 let x = left + x as i32;
-                if (0..window.width as i32).contains(&x) {
-                    self.weights[y as usize * window.width + x as usize - self.first] +=
-                        share * weight;
+                if (0..self.width as i32).contains(&x) {
+                    self.weights[y as usize * self.width + x as usize] += share * weight;
                 }
             }
         }
